@@ -79,13 +79,14 @@ def attitude_from_rotation(rotation: ArrayLike) -> Array:
     return np.array([math.atan2(matrix[2, 1], matrix[2, 2]), pitch, math.atan2(matrix[1, 0], matrix[0, 0])])
 
 
-def regular_state(state: ArrayLike, size: int, field: str) -> Array:
-    """A state that begins with Φ as a contiguous float array.
+def regular_state(state: ArrayLike, size: int, field: str, pitch: int = 1) -> Array:
+    """A state with an attitude as a contiguous float array.
 
     Args:
         state: Shape (size,).
         size: How long it must be.
         field: Name of the argument, for the error.
+        pitch: Place of the pitch in it.
 
     Returns:
         Shape (size,).
@@ -95,10 +96,11 @@ def regular_state(state: ArrayLike, size: int, field: str) -> Array:
         SingularityError: if the pitch is not inside ±90°.
     """
     x = vector(state, size, field)
-    if abs(x[1]) >= math.pi / 2 - 1e-6:
+    if abs(x[pitch]) >= math.pi / 2 - 1e-6:
         raise SingularityError(
-            "Euler rates are singular", field=f"{field}[1] (pitch)", given=float(x[1]), allowed="|pitch| < π/2"
-        )
+            "Euler rates are singular", field=f"{field}[{pitch}] (pitch)", given=float(x[pitch]),
+            allowed="|pitch| < π/2",
+        )  # fmt: skip
     return x
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -24,6 +25,16 @@ def _call(builder: Any, name: str, *values: Any) -> Any:
         builder.module, ir.FunctionType(kind, [kind] * len(values)), f"llvm.{name}.{suffix}"
     )
     return builder.call(function, values)
+
+
+def _polynomial(builder: Any, coefficients: Sequence[float], x: Any) -> Any:
+    """Polynomial, the highest power first, by Estrin's scheme: pairs side by side, as a number waits for no other pair."""
+    terms = [_constant(x.type, coefficient) for coefficient in reversed(coefficients)]
+    while len(terms) > 1:
+        pairs = [_call(builder, "fma", high, x, low) for low, high in zip(terms[::2], terms[1::2], strict=False)]
+        terms = pairs + terms[len(terms) - len(terms) % 2 :]
+        x = builder.fmul(x, x)
+    return terms[0]
 
 
 def _number(kind: Any) -> Any:
@@ -72,19 +83,15 @@ def _sincos(typingctx: Any, x: Any) -> Any:
         def fma(a: Any, b: Any, c: Any) -> Any:
             return _call(builder, "fma", a, b, c)
 
-        def polynomial(coefficients: tuple[float, ...], z: Any) -> Any:
-            result = constant(coefficients[0])
-            for coefficient in coefficients[1:]:
-                result = fma(result, z, constant(coefficient))
-            return result
-
         turns = _call(builder, "rint", builder.fmul(value, constant(2.0 / np.pi)))
         rest = value
         for part in _HALF_PI:
             rest = fma(turns, constant(-part), rest)
         square = builder.fmul(rest, rest)
-        sine = fma(builder.fmul(rest, square), polynomial(_SIN, square), rest)
-        cosine = fma(builder.fmul(square, square), polynomial(_COS, square), fma(square, constant(-0.5), constant(1.0)))
+        sine = fma(builder.fmul(rest, square), _polynomial(builder, _SIN, square), rest)
+        cosine = fma(
+            builder.fmul(square, square), _polynomial(builder, _COS, square), fma(square, constant(-0.5), constant(1.0))
+        )
         quarter = builder.fmul(turns, constant(0.25))
         quadrant = builder.fsub(quarter, _call(builder, "floor", quarter))  # 0, ¼, ½ or ¾
         odd = builder.or_(
@@ -127,10 +134,7 @@ def _tanh(typingctx: Any, x: Any) -> Any:
             return _call(builder, "fma", a, b, c)
 
         def polynomial(coefficients: tuple[float, ...], z: Any) -> Any:
-            result = constant(coefficients[0])
-            for coefficient in coefficients[1:]:
-                result = fma(result, z, constant(coefficient))
-            return result
+            return _polynomial(builder, coefficients, z)
 
         size = _call(builder, "fabs", value)
         exponent = builder.select(

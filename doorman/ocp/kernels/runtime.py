@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.compilation import kernel
+from doorman.numba_types.lanes import load, store
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -15,6 +16,9 @@ LANES = 8
 WIDTH = (0,) * LANES
 """Number of lanes as kernels take it: the length of a tuple."""
 
+_FOUR = (0,) * 4
+_LONG = 7
+"""Nonzeros from which on a residual's slopes are taken as a full row: side by side, and the zeros with them."""
 _SWEEPS = 30
 _SMALL = 1e-14
 
@@ -113,23 +117,48 @@ def add_squares(squares: Array, ends: Indices, columns: Indices, gradient: Array
     """Add gradient Jᵀ W r and Gauss and Newton's Hessian Jᵀ W J of ½ Σ w r².
 
     Args:
-        squares: r, then w, then the nonzeros of J row by row, as many as there are.
+        squares: r, then w, then the nonzeros of J row by row, as many as there are; its last nz numbers are memory for a row.
         ends: Where the rows of J begin among the nonzeros, and the end of the last, (nr + 1,).
         columns: Of the nonzeros; they ascend within a row.
         gradient: (nz,), added to.
         hessian: (nz, nz), symmetric, added to.
     """
-    count = ends.shape[0] - 1
+    count, size = ends.shape[0] - 1, gradient.shape[0]
+    row = squares[squares.shape[0] - size :]
     for k in range(count):
-        residual, weight = squares[k], squares[count + k]
-        for i in range(ends[k], ends[k + 1]):
+        residual, weight, first, stop = squares[k], squares[count + k], ends[k], ends[k + 1]
+        if stop - first < _LONG:
+            for i in range(first, stop):
+                weighted = weight * squares[2 * count + i]
+                gradient[columns[i]] += weighted * residual
+                for j in range(first, stop):
+                    hessian[columns[i], columns[j]] += weighted * squares[2 * count + j]
+            continue
+        for j in range(size):
+            row[j] = 0.0
+        for i in range(first, stop):
+            row[columns[i]] = squares[2 * count + i]
+        for i in range(first, stop):
             weighted = weight * squares[2 * count + i]
             gradient[columns[i]] += weighted * residual
-            for j in range(ends[k], i + 1):
-                hessian[columns[i], columns[j]] += weighted * squares[2 * count + j]
-    for i in range(1, hessian.shape[0]):
-        for j in range(i):
-            hessian[j, i] = hessian[i, j]
+            add_row(hessian, columns[i], weighted, row)
+
+
+@kernel
+def add_row(matrix: Array, i: int, factor: float, row: Array) -> None:
+    """Add a multiple of a row to row i of a matrix.
+
+    Args:
+        matrix: Shape (n, m), changed.
+        i: Row.
+        factor: Of `row`.
+        row: Shape (m,), no part of the matrix.
+    """
+    whole = row.shape[0] - row.shape[0] % len(_FOUR)
+    for j in range(0, whole, len(_FOUR)):
+        store(matrix, (i, j), load(matrix, (i, j), _FOUR) + factor * load(row, j, _FOUR))
+    for j in range(whole, row.shape[0]):
+        matrix[i, j] += factor * row[j]
 
 
 @kernel

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,7 +11,7 @@ from numpy.typing import NDArray
 from doorman.kinematics.numbers import Numbers
 from doorman.model import Model
 from doorman.ocp.solvers.solution import PlanStatus
-from doorman.planning.grip.pushes import leaning, push_along_normal, too_stiff
+from doorman.planning.grip.pushes import LargestPushes, leaning, push_along_normal, too_stiff
 from doorman.planning.hinge import Hinge
 
 Array = NDArray[np.float64]
@@ -21,6 +22,10 @@ class GripPlanning(ABC):
 
     model: Model
     goal_state: Array
+
+    @cached_property
+    def _pushes(self) -> LargestPushes:
+        return LargestPushes(self.model)
 
     @abstractmethod
     def reduced(self, states: Array, inputs: Array) -> tuple[Array, Array]:
@@ -56,7 +61,7 @@ class GripPlanning(ABC):
         Returns:
             `PlanStatus.CANNOT_OPEN`, and its numbers in words; None if nothing speaks against it.
         """
-        return too_stiff(self.model, hinge, float(start[3]))
+        return too_stiff(self.model, hinge, float(start[3]), self._pushes)
 
     def normal_forces(self, numbers: Numbers, states: Array, inputs: Array) -> Array:
         """Share of the thrust along the door's normal. See `PlanningModel`.

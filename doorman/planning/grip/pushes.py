@@ -54,28 +54,48 @@ def resistance(model: Model, hinge: Hinge, angle: float) -> float:
     return hinge.friction + math.copysign(torque, torque * (model.goal_angle - angle))
 
 
-def too_stiff(model: Model, hinge: Hinge, angle: float) -> tuple[PlanStatus, str] | None:
+class LargestPushes:
+    """Largest push of a vehicle at every angle of its door; about a vertical hinge that is one number, found once.
+
+    Args:
+        model: Model of the scenario.
+    """
+
+    def __init__(self, model: Model) -> None:
+        limits, most = model.scenario.limits, model.scenario.control.max_tilt
+        self._model, self._tilt = model, min(limits.tilt, most) if limits.enabled else most
+        self._everywhere = largest_push(model, self._tilt) if model.door.vertical else None
+
+    def at(self, angle: float) -> float:
+        """Force on the leaf along its normal, towards the goal [N].
+
+        Args:
+            angle: α [rad].
+        """
+        return largest_push(self._model, self._tilt, angle) if self._everywhere is None else self._everywhere
+
+
+def too_stiff(model: Model, hinge: Hinge, angle: float, pushes: LargestPushes) -> tuple[PlanStatus, str] | None:
     """Whether a door resists by more, here or on the way to the goal, than the vehicle can push.
 
     Args:
         model: Model of the scenario.
         hinge: What is known of it.
         angle: α [rad].
+        pushes: What the vehicle can push with.
 
     Returns:
         `PlanStatus.CANNOT_OPEN` and the numbers; None if it can be moved, or is at the goal.
     """
-    goal, lever, limits = model.goal_angle, model.coupling.lever_length, model.scenario.limits
-    most = model.scenario.control.max_tilt
+    goal, lever = model.goal_angle, model.coupling.lever_length
     if abs(angle - goal) < _AT_GOAL:
         return None
-    tilt = min(limits.tilt, most) if limits.enabled else most
     ends = (angle, goal + math.copysign(_AT_GOAL, angle - goal))
-    missing = [resistance(model, hinge, end) - lever * largest_push(model, tilt, end) for end in ends]
+    missing = [resistance(model, hinge, end) - lever * pushes.at(end) for end in ends]
     if max(missing) <= 0.0:
         return None
     hardest = ends[missing.index(max(missing))]
-    worst, push = resistance(model, hinge, hardest), largest_push(model, tilt, hardest)
+    worst, push = resistance(model, hinge, hardest), pushes.at(hardest)
     words = f"the hinge resists with {worst:.2f} N m; the vehicle makes {push * lever:.2f} N m, {push:.1f} N at {lever:.2f} m"
     if model.door.slides:
         words = f"the slide resists with {model.door.torque_in_words(worst)}; the vehicle makes {push:.2f} N"

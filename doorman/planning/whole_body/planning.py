@@ -14,7 +14,7 @@ from doorman.model import Model
 from doorman.ocp.problem.problem import Problem
 from doorman.ocp.solvers.solution import PlanStatus
 from doorman.planning.composition import NO_EXTRAS, NOTHING, Extras
-from doorman.planning.grip.pushes import resistance, too_stiff
+from doorman.planning.grip.pushes import LargestPushes, resistance, too_stiff
 from doorman.planning.hinge import Hinge
 from doorman.planning.own_motion import force_left_to_the_door, stepped
 from doorman.planning.whole_body.contact import contact_forces, depth_of, turned_by, whole_body_state
@@ -28,6 +28,8 @@ _RESTING = 0.5
 """Force of the tip in a state that is given by the door's angle, and not by the position, of the shipped vehicle [N]."""
 _TOLERANCE = 2e-3
 """Of rows that are widened by centimetres: one iteration leaves them so far off [m, rad/s]."""
+_PITCH = 4
+"""Place of the pitch in the state."""
 _REDUCED = (3, 4, 5, 12, 13)
 """Places of [Φ, α, α̇] in the state; the arm's angles follow."""
 
@@ -51,6 +53,7 @@ class WholeBodyPlanning:
             *(("force ahead", "force to the left") if model.actuation.fully else ()),
         )  # fmt: skip
         self.numbers = whole_body_numbers(model)
+        self._pushes = LargestPushes(model)
         self._resting = _RESTING * model.scale.force
         self.start_state = self.state(model.start_state, np.zeros(3))
         self.goal_state = self.state(model.goal_state, np.zeros(3))
@@ -73,9 +76,7 @@ class WholeBodyPlanning:
             DimensionError: if it has another shape or is not finite.
             SingularityError: if the pitch is not inside ±90°.
         """
-        x = np.asarray(state)
-        checked = regular_state(np.roll(x, -3) if x.ndim == 1 else x, 14 + self.model.n_arm, field)
-        return np.roll(checked, 3)
+        return regular_state(state, 14 + self.model.n_arm, field, pitch=_PITCH)
 
     def problem(self, extras: Extras = NO_EXTRAS) -> Problem:
         """The whole-body problem. See `PlanningModel`.
@@ -153,7 +154,7 @@ class WholeBodyPlanning:
         Returns:
             `PlanStatus.CANNOT_OPEN`, and its numbers in words; None if nothing speaks against it.
         """
-        return too_stiff(self.model, hinge, float(start[12]))
+        return too_stiff(self.model, hinge, float(start[12]), self._pushes)
 
     def normal_forces(self, numbers: Numbers, states: Array, inputs: Array) -> Array:
         """Force of the contact's spring. See `PlanningModel`.

@@ -13,6 +13,7 @@ import pytest
 from doorman.kinematics.numbers import Numbers
 from doorman.kinematics.vehicles.arms.arm_pattern import ArmPattern
 from doorman.model import GRAVITY, Model
+from doorman.planning.grip.pushes import LargestPushes
 from doorman.planning.limits import largest_push
 from doorman.planning.whole_body.contact import tip_on_face, whole_body_state
 from doorman.planning.whole_body.numbers import whole_body_numbers
@@ -147,3 +148,11 @@ def test_the_largest_push_is_that_of_every_tilt_and_thrust(tilt: float) -> None:
             allowed = (size <= most) & (thrust[:, 2] >= math.cos(tilt) * size)
             largest = forces[int(np.argmin(allowed)) - 1]
             assert largest_push(model, tilt, angle) == pytest.approx(largest, abs=2e-3)
+
+
+@pytest.mark.parametrize("name", ["push", "hatch", "drawer_close"])
+def test_a_planner_knows_the_largest_push_at_every_angle(name: str) -> None:
+    model = Model(Scenario.load(f"shipped:{name}"))
+    tilt, pushes = min(model.scenario.limits.tilt, model.scenario.control.max_tilt), LargestPushes(model)
+    for angle in np.linspace(model.travel.start, model.travel.goal, 5).tolist():
+        assert pushes.at(angle) == largest_push(model, tilt, angle)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from doorman import Model, Planner, Scenario
-from doorman.exceptions import DimensionError, ScenarioError
+from doorman.exceptions import DimensionError, ScenarioError, SingularityError
 from doorman.ocp.problem.terms import Constraint
 from doorman.planning.hinge import Hinge
 from doorman.planning.planning_model import planning_model
@@ -31,6 +31,16 @@ def test_a_reduced_state_comes_back_from_the_whole_one(planner: Planner) -> None
     states, inputs = planning.reduced(x, np.zeros(len(planning.input_names)))
     np.testing.assert_allclose(states, reduced, atol=1e-12)
     np.testing.assert_allclose(inputs[1:4], omega, atol=1e-12)
+
+
+def test_a_state_that_is_refused_is_named_by_its_place(planner: Planner) -> None:
+    planning = planner.planning
+    upright, unknown = planning.start_state.copy(), planning.start_state.copy()
+    upright[4], unknown[7] = math.pi / 2, math.nan
+    with pytest.raises(SingularityError, match=r"state\[4\]"):
+        planning.check_state(upright)
+    with pytest.raises(DimensionError, match=r"state\[7\]"):
+        planning.check_state(unknown)
 
 
 def test_the_force_of_a_state_at_the_leaf_is_that_of_the_contacts_spring(planner: Planner) -> None:

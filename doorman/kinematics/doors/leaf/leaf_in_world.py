@@ -74,8 +74,7 @@ class LeafInWorld(InJointUnits):
         Returns:
             Shape (m, 3), world frame.
         """
-        components = np.array([self._motion.normal(angle) for angle in door_angles.tolist()]).reshape(-1, 2)
-        return np.asarray(components @ self.axes[:2])
+        return np.asarray(self._motion.normals(door_angles) @ self.axes[:2])
 
     def bend(self, door_angle: float) -> Array:
         """Change of the normal with α, dn_D/dα.

@@ -58,6 +58,17 @@ class LeafMotion(ABC):
         """
 
     @abstractmethod
+    def normals(self, door_angles: Array) -> Array:
+        """Normals at many angles.
+
+        Args:
+            door_angles: α, shape (m,) [rad].
+
+        Returns:
+            Components along i and a, shape (m, 2).
+        """
+
+    @abstractmethod
     def bend(self, door_angle: float) -> tuple[float, float]:
         """Change of the normal with α, dn/dα.
 

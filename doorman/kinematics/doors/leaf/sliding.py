@@ -39,6 +39,17 @@ class Sliding(LeafMotion):
         """
         return 1.0, 0.0
 
+    def normals(self, door_angles: Array) -> Array:
+        """Normals at many angles, all i. See `LeafMotion`.
+
+        Args:
+            door_angles: α, shape (m,) [rad].
+
+        Returns:
+            Components along i and a, shape (m, 2).
+        """
+        return np.tile(self.normal(0.0), (len(door_angles), 1))
+
     def bend(self, door_angle: float) -> tuple[float, float]:
         """Zero: a slide keeps its normal. See `LeafMotion`.
 

@@ -39,6 +39,17 @@ class Turning(LeafMotion):
         """
         return math.sin(door_angle), -math.cos(door_angle)
 
+    def normals(self, door_angles: Array) -> Array:
+        """Normals at many angles. See `LeafMotion`.
+
+        Args:
+            door_angles: α, shape (m,) [rad].
+
+        Returns:
+            Components along i and a, shape (m, 2).
+        """
+        return np.column_stack([np.sin(door_angles), -np.cos(door_angles)])
+
     def bend(self, door_angle: float) -> tuple[float, float]:
         """Change of the normal, which is c. See `LeafMotion`.
 

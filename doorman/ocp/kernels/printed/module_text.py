@@ -61,7 +61,7 @@ def _has_nodes(expressions: Expressions) -> bool:
 def _head(expressions: Expressions, outputs: int) -> str:
     x, u, p, q = expressions.x, expressions.u, expressions.parameters, expressions.node_parameters
     bent = 0 if expressions.stage_cost is None else x.numel() + u.numel()
-    squares = max((_squares(each) for each in (expressions.stage_cost, expressions.end_cost) if each), default=0)
+    squares = bent + max((_squares(each) for each in (expressions.stage_cost, expressions.end_cost) if each), default=0)
     largest = max(_outputs(expressions.step, _both(expressions)), _outputs(expressions.rows, x), outputs)
     symbols = {
         name: ", ".join(str(symbol) for symbol in ca.symvar(each)) or "none"

@@ -16,6 +16,7 @@ import numpy as np
 
 from doorman.compilation import kernel
 from doorman.numba_types.clock import clock
+from doorman.numba_types.matrix_rows import multiply_rows
 from doorman.ocp.kernels.functions import at_node, constrain, constrain_end, constrain_horizon, constrain_input, step
 from doorman.ocp.solvers.iterations.correction import FEASIBILITY, set_up
 from doorman.ocp.solvers.iterations.guess import accept_trial, start_trial
@@ -40,11 +41,15 @@ def apply_policy(work: Workspace, k: int, scale: float) -> None:
         scale: Share ε of the feedforward step.
     """
     nx, nu = len(work.sizes.states), len(work.sizes.inputs)
-    nominal, trial, gains, limits = work.nominal, work.trial, work.policy.gains, work.limits
+    nominal, trial, limits, step = work.nominal, work.trial, work.limits, work.node.step
+    for j in range(nx):
+        step[j] = trial.states[k, j] - nominal.states[k, j]
+    step[nx] = scale
     for a in range(nu):
-        total = nominal.inputs[k, a] + scale * gains[k, a, nx]
-        for j in range(nx):
-            total += gains[k, a, j] * (trial.states[k, j] - nominal.states[k, j])
+        step[nx + 1 + a] = 0.0
+    multiply_rows(work.policy.gains, k, work.sizes.inputs, work.sizes.narrow, step, step, nx + 1)
+    for a in range(nu):
+        total = nominal.inputs[k, a] + step[nx + 1 + a]
         if work.sizes.input_bounds > 0:
             total = min(max(total, limits.input_lower[a]), limits.input_upper[a])
         trial.inputs[k, a] = total

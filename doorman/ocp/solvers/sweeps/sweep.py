@@ -155,10 +155,11 @@ def add_stage_cost(model: object, work: Workspace, k: int) -> None:
     """
     nx, nu = len(work.sizes.states), len(work.sizes.inputs)
     base_x, base_u, gradient, hessian = work.node.base_x, work.node.base_u, work.node.gradient, work.node.hessian
-    gradient[:] = 0.0
-    hessian[:, :] = 0.0
     if work.sizes.extra_cost > 0:
         expand_stage_cost(at_node(model, k), work.nominal.states[k], work.nominal.inputs[k], gradient, hessian)
+    else:
+        gradient[:] = 0.0
+        hessian[:, :] = 0.0
     if work.sizes.full_cost > 0:
         off_diagonal_slope(work, work.nominal, k, gradient)
         off_diagonal_curvature(work, k, hessian)

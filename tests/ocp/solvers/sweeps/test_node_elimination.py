@@ -16,7 +16,10 @@ from doorman.ocp.solvers.workspace import VECTOR_WIDTH, Workspace
 Array = NDArray[np.float64]
 
 N, STEP = 3, 0.07
-SIZES = [(1, 1, 0), (1, 1, 1), (2, 1, 0), (3, 2, 1), (3, 5, 2), (7, 7, 0), (4, 4, 4), (9, 8, 4), (12, 9, 0), (15, 1, 0)]
+SIZES = [
+    (1, 1, 0), (1, 1, 1), (2, 1, 0), (3, 2, 1), (3, 5, 2), (7, 7, 0), (4, 4, 4), (9, 8, 4), (12, 9, 0), (15, 1, 0), (18, 8, 0),
+    (20, 12, 12),
+]  # fmt: skip
 """States, inputs, and how many of the last ones are integrators."""
 
 
