@@ -105,7 +105,7 @@ class WholeBodyController:
         weight = self._model.travel.ahead(self._model.door.weight_torque(angle))
         aims = at_the_leaf(
             numbers, known.lever, angle, known.touching, known.resistance, known.friction_share, known.inertia,
-            self.opening_rate, weight,
+            self.opening_rate, -known.door_rate, weight,
         )  # fmt: skip
         face = numbers["mechanism.point"] + known.face_offset * numbers["mechanism.normal"]
         side = {"actuation.side": self._side} if self._model.actuation.fully else {}

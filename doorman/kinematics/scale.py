@@ -70,10 +70,10 @@ class Scale:
         return self.force / self.speed
 
     def hinge(self, door: Door) -> float:
-        """Of torques that a hinge is expected to resist with: those of a room door, unless leaf and vehicle are both smaller.
+        """Of torques that a hinge is expected to resist with: a room door's, unless leaf and vehicle are both smaller or larger.
 
         Args:
             door: The door.
         """
         lever = door.per_angle if door.slides else door.height if door.lies else door.width
-        return min(max(self.torque, door.mass * lever / _SHIPPED_LEAF), 1.0)
+        return sorted((self.torque, door.mass * lever / _SHIPPED_LEAF, 1.0))[1]

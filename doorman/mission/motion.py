@@ -85,7 +85,7 @@ def arm_rates_to(target: Array, arm_angles: Array) -> Array:
         Shape (n,) [rad/s or m/s].
     """
     rates = _ARM_GAIN * (target - arm_angles)
-    return np.asarray(rates * min(1.0, _ARM_RATE / max(float(np.abs(rates).max()), 1e-9)))
+    return np.asarray(rates * min(1.0, _ARM_RATE / max(float(np.abs(rates).max(initial=0.0)), 1e-9)))
 
 
 def planned_speed_back(converter: StateConverter, current: TimedPlan | None, now: float) -> float:

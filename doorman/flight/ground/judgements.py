@@ -75,9 +75,9 @@ def judge_posture(model: Model, angles: NDArray[np.float64]) -> Check:
         angles: Of the arm's joints, and a gripper's, shape (n,) or (n + 1,) [rad].
     """
     arm = angles[: model.n_arm]
-    off = float(np.abs(arm - model.start_arm).max())
+    off = float(np.abs(arm - model.start_arm).max(initial=0.0))
     found = f"{off:.2f} rad off the start posture"
-    if min(float(np.abs(arm - state[5:]).max()) for state in _swing(model)) < _ELSEWHERE:
+    if min(float(np.abs(arm - state[5:]).max(initial=0.0)) for state in _swing(model)) < _ELSEWHERE:
         return row("arm's posture", off < _POSTURE, found, "the arm moves to its start posture in the air: give it room",
                     Verdict.WARNING)  # fmt: skip
     seen, wanted = (", ".join(f"{angle:.2f}" for angle in one) for one in (arm, model.start_arm))

@@ -14,7 +14,7 @@ from doorman.model import Model
 from doorman.ocp.problem.problem import Problem
 from doorman.ocp.solvers.solution import PlanStatus
 from doorman.planning.composition import NO_EXTRAS, NOTHING, Extras
-from doorman.planning.grip.pushes import LargestPushes, resistance, too_stiff
+from doorman.planning.grip.pushes import LargestPushes, too_stiff
 from doorman.planning.hinge import Hinge
 from doorman.planning.own_motion import force_left_to_the_door, stepped
 from doorman.planning.whole_body.contact import contact_forces, depth_of, turned_by, whole_body_state
@@ -26,6 +26,8 @@ Array = NDArray[np.float64]
 
 _RESTING = 0.5
 """Force of the tip in a state that is given by the door's angle, and not by the position, of the shipped vehicle [N]."""
+_TOUCHES = 0.25
+"""A tip touches that presses with so much of what carries the leaf, or of what the vehicle's tip rests with, twice."""
 _TOLERANCE = 2e-3
 """Of rows that are widened by centimetres: one iteration leaves them so far off [m, rad/s]."""
 _PITCH = 4
@@ -110,18 +112,20 @@ class WholeBodyPlanning:
     def _fitting(self, hinge: Hinge, start: Array) -> dict[str, Any]:
         """What depends on hinge and start, by name."""
         numbers, joint = self.numbers, float(start[12])
-        weight = self.model.travel.ahead(self.model.door.weight_torque(joint))
-        against = max(resistance(self.model, hinge, joint) - weight - hinge.damping * float(start[13]), 0.0)
+        ahead, door = self.model.travel.ahead, self.model.door
+        weight, moves = ahead(door.weight_torque(joint)), ahead(float(start[13]))
+        rests = hinge.friction + ahead(hinge.torque_at_rest(joint, door.rest_angle))  # beyond the goal as before it
+        against = max(rests + hinge.damping * moves, 0.0)
         force = float(contact_forces(numbers, self.model, start[None])[0])
-        touching = force > 0.5 * self._resting
+        lever = self.model.coupling.lever_length
+        touching = force > _TOUCHES * min(2.0 * self._resting, (against + weight) / lever)
         pushes = force * self.model.door.normal(joint)
         turned = turned_by(self.model, start[3:6], start[14:], pushes) if touching else np.zeros(2)
         side = {}
         if self.model.actuation.fully:
             side = {"actuation.side": (rotation_body_to_world(start[3:6]).T @ pushes)[:2]}
         rate = numbers.one("reference.opening_speed")
-        lever = self.model.coupling.lever_length
-        known = at_the_leaf(numbers, lever, joint, touching, against, 1.0, hinge.inertia, rate, weight)
+        known = at_the_leaf(numbers, lever, joint, touching, against, 1.0, hinge.inertia, rate, moves, weight)
         return {
             **known,
             "mechanism.friction": hinge.friction, "mechanism.torque": hinge.disturbance,

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from doorman.kinematics.numbers import Numbers
 from doorman.kinematics.scale import Scale
+from doorman.planning.whole_body.contact import depth_of
 
 Array = NDArray[np.float64]
 
@@ -18,18 +19,21 @@ _AT_GOAL = 0.014
 _HOLD_LEAST, _HOLD_SLACK, _HOLD_OPENING = 0.3, 0.5, 0.4
 """Of a held door: least force as a share of what it resists with, the share of its friction by which the force is less than that,
 and the weight of its speed."""
-_BRAKED, _LONGEST = 0.77, 0.5
-"""The way in which a leaf slows down before the goal is this times ω²I/τ, as half of what resists must do, and at most the second
-[rad]: of ω tanh(s/l) the deceleration is at most 0.385 ω²/l. No more than the other half may push meanwhile."""
-_LEAST_RESISTANCE = 0.05
-"""Of a hinge, for the shipped vehicle [N m]."""
+_BRAKED, _LONGEST = 1.155, 0.5
+"""The way in which a leaf slows down before the goal is this times ω²I/τ, as a third of what resists must do, and at most the
+second [rad]: of ω tanh(s/l) the deceleration is at most 0.385 ω²/l. The other two thirds are pushed against, or make up for an
+inertia or a resistance that is not as it is believed."""
+_LEAST_SHARE = 0.2
+"""Of what carries the leaf, a tip that brakes it pushes with so much at least."""
+_LEAST_RESISTANCE, _LEAST_FORCE = 0.05, 0.15
+"""Of a hinge, and of a tip at whose depth a plan aims, for the shipped vehicle [N m], [N]."""
 _SHIPPED_RATE, _SHIPPED_FORCE = 0.11, 0.83
 """Opening rate of the shipped push [rad/s], and the force at the tip that gives its leaf that rate in a second [N]."""
 
 
 def at_the_leaf(
     numbers: Numbers, lever: float, door_angle: float, touching: bool, resistance: float, sliding_share: float,
-    inertia: float, opening_rate: float, weight_torque: float = 0.0,
+    inertia: float, opening_rate: float, door_rate: float, weight_torque: float = 0.0,
 ) -> dict[str, Any]:  # fmt: skip
     """References and weights of a tip that is to touch the leaf, to open the door, and to hold it at the goal.
 
@@ -44,6 +48,7 @@ def at_the_leaf(
         sliding_share: Share of it that does not drive the door back.
         inertia: I of the leaf [kg m²].
         opening_rate: That the leaf is to have far from the goal [rad/s].
+        door_rate: That it has, towards the goal [rad/s].
         weight_torque: Of the leaf's weight against opening, negative where that opens it [N m].
 
     Returns:
@@ -54,28 +59,55 @@ def at_the_leaf(
     holds = 1.0 / (1.0 + math.exp(min((left - _AT_GOAL) / (0.4 * _AT_GOAL), 50.0)))
     steady, lifts = resistance / lever, weight_torque / lever
     carried = max(steady + lifts, 0.0)
-    least, depth = min(numbers.one("reference.least_force"), 0.5 * carried), numbers.one("reference.depth")
+    least, depth = numbers.one("reference.least_force"), numbers.one("reference.depth")
     fastest, length = numbers.one("reference.opening_speed"), numbers.one("reference.opening_length")
     braked = _BRAKED * fastest**2 * inertia / max(resistance + weight_torque, _LEAST_RESISTANCE * scale.torque)
+    length = min(max(braked, length), _LONGEST)
+    braking = inertia * _deceleration(opening_rate, door_rate, left, length, scale.time) / lever
+    force = max(steady * (1.0 - holds * _HOLD_SLACK * sliding_share) + lifts - braking, _LEAST_SHARE * carried)
+    least = min(least, 0.5 * force)
+    least_force = (1.0 - holds) * least + holds * min(least, _HOLD_LEAST * carried)
+    depth *= 1.0 - holds
+    if touching:
+        depth = min(depth, depth_of(max(force, least_force, _LEAST_FORCE * scale.force), numbers))
     touch, friction = float(touching), sliding_share * resistance
     slows = friction * numbers.one("plan.time_step") / inertia
     moves = numbers.one("mechanism.inertia") * fastest / (lever * scale.time)
     rate = min(scale.rate, max(fastest / _SHIPPED_RATE, 1.0))
-    force = max(scale.force, min(moves / _SHIPPED_FORCE, 1.0))
+    large = max(scale.force, min(moves / _SHIPPED_FORCE, 1.0))
     return {
         "mechanism.friction": friction, "mechanism.sticks": float(slows > numbers.one("mechanism.friction_rate")),
         "mechanism.torque": -(1.0 - sliding_share) * resistance,
         "mechanism.damping": 0.0, "mechanism.stiffness": 0.0, "mechanism.inertia": inertia,
-        "reference.depth": depth * (1.0 - holds),
+        "reference.depth": depth,
         "reference.opening_speed": opening_rate,
-        "reference.opening_length": min(max(braked, length), _LONGEST),
-        "reference.force": max(steady * (1.0 - holds * _HOLD_SLACK * sliding_share) + lifts, 0.0),
-        "reference.least_force": (1.0 - holds) * least + holds * min(least, _HOLD_LEAST * carried),
+        "reference.opening_length": length,
+        "reference.force": force, "reference.least_force": least_force,
         "weight.approach": (1000.0 - 400.0 * touch) / scale.speed**2,
         "weight.opening": 100.0 * (1.0 - touch * holds * (1.0 - _HOLD_OPENING)) / rate**2,
-        "weight.force": 0.2 * touch / force**2,
+        "weight.force": 0.2 * touch / large**2,
         "weight.least_force": 2.0 * touch / scale.force**2,
     }  # fmt: skip
+
+
+def _deceleration(speed: float, door_rate: float, left: float, length: float, time: float) -> float:
+    r"""Of a leaf that slows down as the reference :math:`v(s) = \omega\tanh(s/l)` does, and comes back to it where it is faster.
+
+    .. math:: a = \min(\dot s, v)\,v'(s) + \max(\dot s - v, 0)/T
+
+    Args:
+        speed: ω, far from the goal [rad/s].
+        door_rate: ṡ of the leaf, towards the goal [rad/s].
+        left: s, way to the goal; beyond it there is none [rad].
+        length: l [rad].
+        time: T [s].
+
+    Returns:
+        a, not negative [rad/s²].
+    """
+    share = math.tanh(max(left, 0.0) / length)
+    wanted, slope = speed * share, speed * (1.0 - share**2) / length
+    return max(min(door_rate, wanted), 0.0) * slope + max(door_rate - wanted, 0.0) / time
 
 
 def _scale(numbers: Numbers) -> Scale:

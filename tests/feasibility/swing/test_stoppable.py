@@ -12,7 +12,7 @@ from urdf_variants import DOOR, write_edited
 
 from doorman.control.way_out import way_out
 from doorman.feasibility.swing.flight import stopping_findings
-from doorman.feasibility.swing.rehearsal import least_resistance
+from doorman.feasibility.swing.rehearsal import least_resistance, rehearse
 from doorman.model import Model
 from doorman.scenario import Scenario
 
@@ -74,3 +74,12 @@ def test_an_arm_that_pushes_moves_by_as_much_as_the_leaf_turns(degrees: float, s
     moved = model.goal_arm - model.start_arm
     whole = np.array([0.0, math.pi / 2 - 1.0, 0.6 - math.pi / 2, 0.4])
     np.testing.assert_allclose(moved, share * whole, atol=2e-3)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("mass", "friction"), [(11.0, 0.5), (30.0, 0.3)])
+def test_a_heavy_leaf_with_little_friction_does_not_pass_the_goal(mass: float, friction: float) -> None:
+    """0.3 N m stop 14 kg m² from 0.11 rad/s on 16°."""
+    model = Model(Scenario.load("push", {"door.mass": mass, "door.friction": friction}))
+    off = np.degrees(rehearse(model).states[:, 3] - model.goal_angle)
+    assert off.min() > -1.2 and off[-1] < 2.0

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
+from urdf_variants import write_arm_of
 
 from doorman.flight import Verdict
 from doorman.flight.ground.judgements import judge_battery, judge_limits, judge_posture, judge_rotors, judge_setpoints
@@ -86,6 +89,11 @@ def test_an_arm_that_is_mirrored_is_not_flown() -> None:
     assert judge_posture(model, model.goal_state[5:]).verdict is Verdict.WARNING, "given up in the swing"
     mirrored = judge_posture(model, -start)
     assert mirrored.verdict is Verdict.BAD and "2.00 rad" in mirrored.found and "directions" in mirrored.advice
+
+
+def test_a_stick_has_no_posture_to_be_off(tmp_path: Path) -> None:
+    model = Model(Scenario.load("push", {"vehicle.urdf": str(write_arm_of(tmp_path / "stick.urdf", 0))}))
+    assert judge_posture(model, np.zeros(0)).verdict is Verdict.GOOD
 
 
 def test_force_to_the_side_needs_attitude_setpoints_and_an_autopilot_that_makes_it() -> None:

@@ -63,6 +63,13 @@ def test_the_numbers_that_fit_a_hinge_are_that_hinges(planner: Planner) -> None:
     assert numbers.one("reference.force") > 0.9 / 0.75  # it pushes against what resists
 
 
+def test_what_resists_does_so_beyond_the_goal_as_well(planner: Planner) -> None:
+    planning, model, hinge = planner.planning, planner.model, Hinge(0.0, -0.7, 4.0, 0.0, 0.0)
+    for off in (0.01, -0.01):
+        start = planning.state(model.on_the_way(model.goal_angle + off), np.zeros(3))
+        assert planning.fitted(hinge, 0.05, start).one("reference.force") > 0.3
+
+
 def test_given_numbers_replace_what_would_fit_whether_some_or_all_are_given(planner: Planner) -> None:
     planning, hinge, start = planner.planning, Hinge(0.3, -0.7, 4.0, 0.2, 0.9), planner.planning.start_state
     fits = planning.fitted(hinge, 0.05, start)

@@ -7,9 +7,11 @@ import math
 import numpy as np
 import pytest
 
-from doorman import Planner, Scenario
+from doorman import Model, Planner, Scenario
 from doorman.control.way_out import in_the_doorway, way_out
 from doorman.kinematics.numbers import Numbers
+from doorman.planning.whole_body.contact import depth_of
+from doorman.planning.whole_body.numbers import whole_body_numbers
 from doorman.planning.whole_body.references import at_the_leaf
 
 RESISTANCE = 0.6
@@ -84,7 +86,8 @@ class Flight:
             rate = min(max(rate, -self.x[13]) + 0.06 * 0.02, 0.11) if touching else max(-self.x[13], 0.0)
             inertia = self.first.one("mechanism.inertia")
             lever = self.model.coupling.lever_length
-            given = at_the_leaf(self.first, lever, float(self.x[12]), touching, RESISTANCE, 0.0, inertia, rate)
+            moves = -float(self.x[13])
+            given = at_the_leaf(self.first, lever, float(self.x[12]), touching, RESISTANCE, 0.0, inertia, rate, moves)
             self.step(given)
 
 
@@ -110,3 +113,46 @@ def test_one_problem_flies_from_hover_to_hover(flight: Flight) -> None:
     assert flight.anew < 20
     assert max(flight.rows) < 0.0, "no rotor touches leaf or jamb on the way"
     assert flight.x[12] > pressed - 0.05, "the leaf is not thrown"
+
+
+INERTIA, SPEED = 12.0, 0.11
+"""Of a heavy leaf, whose hinge stops it within a third of a radian [kg m²], and the rate that it is to have [rad/s]."""
+
+
+@pytest.fixture(scope="module")
+def shipped() -> tuple[Model, Numbers]:
+    model = Model("push")
+    return model, whole_body_numbers(model)
+
+
+def swinging(shipped: tuple[Model, Numbers], off: float, rate: float, resistance: float = 0.3) -> dict[str, float]:
+    """References of a tip on a heavy leaf, so far before the goal and so fast [rad], [rad/s]."""
+    model, numbers = shipped
+    lever = model.coupling.lever_length
+    angle = model.goal_angle + off
+    return at_the_leaf(numbers, lever, angle, True, resistance, 1.0, INERTIA, SPEED, rate)
+
+
+@pytest.mark.parametrize("off", [0.15, 0.3, 0.5])
+def test_the_force_of_a_swing_slows_the_leaf_down_as_the_reference_does(
+    shipped: tuple[Model, Numbers], off: float
+) -> None:
+    length = swinging(shipped, off, 0.0)["reference.opening_length"]
+    rate, later = (SPEED * math.tanh((off - 1e-6 * k) / length) for k in (0, 1))
+    force = swinging(shipped, off, rate)["reference.force"]
+    gains = (force * shipped[0].coupling.lever_length - 0.3) / INERTIA
+    assert gains == pytest.approx((later - rate) / (1e-6 / rate), rel=1e-3)
+
+
+def test_a_leaf_that_is_too_fast_is_pushed_less_and_one_that_is_slow_is_not(shipped: tuple[Model, Numbers]) -> None:
+    wanted = SPEED * math.tanh(0.2 / swinging(shipped, 0.2, 0.0)["reference.opening_length"])
+    slow, right, fast = (swinging(shipped, 0.2, rate) for rate in (0.0, wanted, wanted + 0.01))
+    carries = 0.3 / shipped[0].coupling.lever_length
+    assert slow["reference.force"] == pytest.approx(carries)
+    assert fast["reference.force"] < right["reference.force"] < carries
+    assert 0.0 < fast["reference.least_force"] < right["reference.least_force"] < slow["reference.least_force"]
+
+
+def test_a_tip_that_pushes_as_wanted_is_not_drawn_deeper_into_the_leaf(shipped: tuple[Model, Numbers]) -> None:
+    found = swinging(shipped, 0.5, 0.05)
+    assert found["reference.depth"] == pytest.approx(depth_of(found["reference.force"], shipped[1]))
