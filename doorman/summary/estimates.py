@@ -40,12 +40,24 @@ def estimates(recording: Recording, model: Model) -> dict[str, dict[str, float]]
     found["torque"] = {
         "value": found["friction"]["value"] + found["stiffness"]["value"] * turned,
         "deviation": float(estimate["torque_deviation"][-1]),
-        "true": true["friction"] + true["stiffness"] * (rest - angle),
+        "true": true["friction"] + true["stiffness"] * (rest - angle) + _leaning(model, angle),
     }
     found = {
         name: _in_joint(figures, 1 if name in ("friction", "torque") else 2, arm) for name, figures in found.items()
     }
     return found | (_place(recording, model) if door.vertical and "door_place" in estimate else {})
+
+
+def _leaning(model: Model, angle: float) -> float:
+    """Torque of the true leaf's weight where its hinge leans, against falling α [N m].
+
+    Args:
+        model: Model of the scenario.
+        angle: α [rad].
+    """
+    simulation, door = model.scenario.simulation, model.true_door
+    weight = float(door.weight[0]) * (1.0 if simulation.door_mass is None else simulation.door_mass / door.mass)
+    return -weight * float(np.array([*simulation.door_lean, 0.0]) @ door.normal(angle))
 
 
 def _place(recording: Recording, model: Model) -> dict[str, dict[str, float]]:

@@ -229,6 +229,17 @@ def test_the_true_resistance_counts_where_the_closer_is_relaxed(told: dict, true
     assert torque["true"] == pytest.approx(0.3 + 0.5 * (rest - OPENING[-1]))
 
 
+def test_the_weight_of_a_leaf_whose_hinge_leans_is_part_of_what_resists() -> None:
+    lean = {"simulation.door_lean": [0.0, 0.01], "simulation.door_mass": 20.0}
+    true = {}
+    for name, overrides in (("plumb", {}), ("leans", lean)):
+        model = Model(Scenario.load("paper", {"mission.start": "contact", **overrides}))
+        true[name] = summarize(made_up(model, OPENING), model)["estimates"]["torque"]["true"]
+    lever = float(np.linalg.norm(model.door._center[:2]))
+    weight = 20.0 * 9.81 * lever * math.cos(OPENING[-1])
+    assert true["leans"] - true["plumb"] == pytest.approx(0.01 * weight, rel=0.01)
+
+
 def test_an_estimate_a_turn_off_is_no_error(model: Model) -> None:
     angles = np.array([3.1, 3.1])
     recording = made_up(model, angles, estimated=np.array([-3.1, 3.0]))
