@@ -174,6 +174,19 @@ def test_a_seal_that_gives_way_is_noticed_at_once_and_is_no_wind(model: Model, f
     assert abs(leaf.known.wind @ model.door.normal(CLOSED)) < 0.2
 
 
+def test_noise_of_the_poses_is_no_seal_that_gives_way_on_an_open_leaf(model: Model) -> None:
+    """The push that holds the leaf against its closer must not end: the leaf would swing back."""
+    vehicle, push = Vehicle(model), -3.0 * model.door.normal(CLOSED)
+    pressed(vehicle, 3.0, np.zeros(3))
+    there = vehicle.at(0.0) + 0.2 * model.door.normal(CLOSED)
+    swung = vehicle.fly(3.0, vehicle.at(0.0), push, to=there, wanted=0.1)
+    ahead = there + 0.015 * model.door.normal(CLOSED)
+    jerked = vehicle.fly(0.06, there, push, to=ahead, wanted=0.1)
+    later = vehicle.fly(0.1, ahead, push, wanted=0.1)
+    assert jerked.door_rate < swung.door_rate
+    assert min(jerked.resistance, later.resistance) > 0.7 * swung.resistance
+
+
 @pytest.mark.parametrize(("force", "stays"), [(2.5, True), (0.0, False)])
 def test_a_leaf_that_drives_the_tip_back_is_in_contact_as_long_as_its_force_is_felt(
     model: Model, force: float, stays: bool

@@ -46,6 +46,8 @@ _QUICK, _GIVES_WAY = 8.0, 0.8
 """A seal or a latch gives way at once: an observer this quick [rad/s] that finds so much less resistance of a room"""
 _BREAKS_LOOSE = 0.05
 """A leaf that has gone no farther may still be held by a seal or a latch: it tells nothing of the wind [rad]."""
+_HELD_FIRST = 0.1
+"""Seals and latches hold no farther [rad]."""
 _NUDGED_WITHIN = 0.07
 """Nearer to the goal it grows in proportion [rad]."""
 _STANDS_AT_GOAL = 0.015
@@ -275,7 +277,8 @@ class PlainLeafEstimator:
 
     def _learn(self, time_step: float) -> None:
         """What a door that moves resists with. What it was pushed with beyond that, while it stuck, is part of it."""
-        least = -self._quick.estimate + _GIVES_WAY * self._hinge
+        held = self._stood - self._door.angle < _HELD_FIRST
+        least = -self._quick.estimate + _GIVES_WAY * self._hinge if held else math.inf
         if self._torque.rate > 0.0 and -self._torque.estimate > least:
             self._torque.restart(-least)
         before, share = self._resists, min(time_step / _LEARNT, 1.0) if self._moved else 1.0

@@ -32,6 +32,8 @@ _GIVES_WAY = 0.8
 """A seal or a latch gives way at once: a quick observer that finds so much less resistance of a room door is believed [N m]."""
 _BREAKS_LOOSE = 0.05
 """A leaf that has gone no farther may still be held by a seal or a latch: it tells nothing of the wind [rad]."""
+_HELD_FIRST = 0.1
+"""Seals and latches hold the first degrees alone; farther on, noise of the rate would pass for a leaf that gives way [rad]."""
 _NUDGED_WITHIN = 0.07
 """Nearer to the goal it grows in proportion [rad]."""
 _STANDS_AT_GOAL = 0.015
@@ -74,7 +76,9 @@ def resists_with(e: LeafMemory, touching: bool, wanted: float, time_step: float)
 @kernel
 def learn_resistance(e: LeafMemory, time_step: float) -> None:
     """What a door that moves resists with. What it was pushed with beyond that, while it stuck, is part of it."""
-    memory, least = e.memory, -e.quick[ESTIMATE] + _GIVES_WAY * e.numbers[HINGE_SCALE]
+    memory, least = e.memory, math.inf
+    if memory[STOOD] - e.door.state[ANGLE] < _HELD_FIRST:
+        least = -e.quick[ESTIMATE] + _GIVES_WAY * e.numbers[HINGE_SCALE]
     if e.torque_numbers[BANDWIDTH] > 0.0 and -e.torque[ESTIMATE] > least:
         restart_hinge(e.torque_numbers, e.torque, -least)
     before, share = memory[RESISTS], 1.0
