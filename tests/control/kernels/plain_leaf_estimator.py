@@ -278,13 +278,14 @@ class PlainLeafEstimator:
     def _learn(self, time_step: float) -> None:
         """What a door that moves resists with. What it was pushed with beyond that, while it stuck, is part of it."""
         held = self._stood - self._door.angle < _HELD_FIRST
-        least = -self._quick.estimate + _GIVES_WAY * self._hinge if held else math.inf
+        least, moved_with = -self._quick.estimate + _GIVES_WAY * self._hinge, 0.0 if held else self._resists
+        least = least if held else max(least, moved_with)
         if self._torque.rate > 0.0 and -self._torque.estimate > least:
             self._torque.restart(-least)
         before, share = self._resists, min(time_step / _LEARNT, 1.0) if self._moved else 1.0
         learnt = before + share * (-self._torque.estimate - before)
         self._resists, self._moved = min(learnt, max(least, _LEAST_RESISTANCE * self._hinge)), True
-        self._more = max(min(self._more, self._more + before - self._resists, least), 0.0)
+        self._more = max(min(self._more, self._more + before - self._resists, least - moved_with), 0.0)
 
     def _forces(self, normal: Array, felt: Array, acting: float, resistance: float, time_step: float) -> float:
         """λ of vehicle and leaf that move as one; the wind takes what no contact explains."""

@@ -33,7 +33,7 @@ _GIVES_WAY = 0.8
 _BREAKS_LOOSE = 0.05
 """A leaf that has gone no farther may still be held by a seal or a latch: it tells nothing of the wind [rad]."""
 _HELD_FIRST = 0.1
-"""Seals and latches hold the first degrees alone; farther on, noise of the rate would pass for a leaf that gives way [rad]."""
+"""Seals and latches hold the first degrees alone. Farther on, a leaf that stuck resists as it did in motion, not less [rad]."""
 _NUDGED_WITHIN = 0.07
 """Nearer to the goal it grows in proportion [rad]."""
 _STANDS_AT_GOAL = 0.015
@@ -76,9 +76,10 @@ def resists_with(e: LeafMemory, touching: bool, wanted: float, time_step: float)
 @kernel
 def learn_resistance(e: LeafMemory, time_step: float) -> None:
     """What a door that moves resists with. What it was pushed with beyond that, while it stuck, is part of it."""
-    memory, least = e.memory, math.inf
-    if memory[STOOD] - e.door.state[ANGLE] < _HELD_FIRST:
-        least = -e.quick[ESTIMATE] + _GIVES_WAY * e.numbers[HINGE_SCALE]
+    memory, least, learnt_before = e.memory, -e.quick[ESTIMATE] + _GIVES_WAY * e.numbers[HINGE_SCALE], 0.0
+    if memory[STOOD] - e.door.state[ANGLE] >= _HELD_FIRST:
+        learnt_before = memory[RESISTS]
+        least = max(least, learnt_before)
     if e.torque_numbers[BANDWIDTH] > 0.0 and -e.torque[ESTIMATE] > least:
         restart_hinge(e.torque_numbers, e.torque, -least)
     before, share = memory[RESISTS], 1.0
@@ -86,4 +87,4 @@ def learn_resistance(e: LeafMemory, time_step: float) -> None:
         share = min(time_step / _LEARNT, 1.0)
     learnt = before + share * (-e.torque[ESTIMATE] - before)
     memory[RESISTS], memory[HAS_MOVED] = min(learnt, max(least, LEAST_RESISTANCE * e.numbers[HINGE_SCALE])), 1.0
-    memory[MORE] = max(min(memory[MORE], memory[MORE] + before - memory[RESISTS], least), 0.0)
+    memory[MORE] = max(min(memory[MORE], memory[MORE] + before - memory[RESISTS], least - learnt_before), 0.0)
