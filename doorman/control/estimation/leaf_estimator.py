@@ -54,6 +54,8 @@ Array = NDArray[np.float64]
 
 _ON_LEAF = 0.5
 """Wind that is expected on the leaf, as a share of the vehicle's."""
+_HINGE_CHANGES = 0.7
+"""Change of the hinge's torque with the square root of the way, of a room door: hinges lean, rub and bind [N m/rad^0.5]."""
 _QUICK = 8.0
 """Rate of the quick observer [rad/s]."""
 
@@ -104,7 +106,8 @@ class LeafEstimator:
         settings, door, size = model.scenario.estimation, model.door, model.scale
         self._model, self._converter = model, converter
         self._mass, self._lever = model.vehicle.mass, model.coupling.lever_length
-        self._doubt = 0.0  # of the torque, as the wind in contact is doubted [N m]
+        self._doubt = 0.0  # of the torque, as the wind in contact and the hinge's changes are doubted [N m]
+        self._changes = _HINGE_CHANGES * model.hinge_scale
         self._weight_force = np.array([0.0, 0.0, self._mass * GRAVITY])
         self._vehicle = VehicleObserver(self._mass, settings.vehicle_observer_rate)
         self._monitor = ContactMonitor(settings.contact)
@@ -190,14 +193,17 @@ class LeafEstimator:
         )  # fmt: skip
 
     def _hinge(self, touching: bool) -> HingeEstimate:
-        """The door's filter takes the wind on the vehicle for known: its doubt in contact is added, by the lever of the tip.
+        r"""The door's filter takes the wind on the vehicle for known, and friction and closer for constant.
+
+        The doubt of the wind in contact is added, by the lever of the tip. So is what a torque that changes by chance on the way
+        s is off from its mean: :math:`c^2 s / 3` for a variance of :math:`c^2` per radian, as the wind's filter expects it.
 
         Args:
             touching: Whether the tip is on the leaf, so that its push teaches the hinge.
         """
         hinge, door = self._door.hinge(), self._door.memory
         if touching:
-            self._doubt = self._lever * wind_doubt(
-                self._wind.memory.covariance, leaf_normal(door.leaf, door.state[ANGLE])
-            )
+            angle = float(door.state[ANGLE])
+            wind = self._lever * wind_doubt(self._wind.memory.covariance, leaf_normal(door.leaf, angle))
+            self._doubt = math.hypot(wind, self._changes * math.sqrt(abs(angle - self._model.start_angle) / 3.0))
         return replace(hinge, torque_deviation=math.hypot(hinge.torque_deviation, self._doubt))

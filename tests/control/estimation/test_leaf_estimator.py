@@ -212,6 +212,15 @@ def test_what_the_hinge_resists_with_is_doubted_as_the_wind_is(model: Model) -> 
     assert late.torque_deviation > early.torque_deviation
 
 
+def test_what_the_hinge_resists_with_is_doubted_more_the_farther_the_leaf_has_swung(model: Model) -> None:
+    """A hinge that leans or binds resists with more or less elsewhere, and a filter that averages does not see it."""
+    vehicle, push = Vehicle(model), -2.0 * model.door.normal(CLOSED)
+    pressed(vehicle, 2.0, np.zeros(3))
+    there = vehicle.at(0.0) + 0.3 * model.door.normal(CLOSED)
+    known = vehicle.fly(4.0, vehicle.at(0.0), push, to=there)
+    assert known.hinge.torque_deviation > 0.7 * math.sqrt((CLOSED - known.door_angle) / 3.0) > 0.2
+
+
 @pytest.mark.parametrize(("stiffness", "damping"), [(2.5, 0.0), (0.0, 9.0)])
 def test_what_plans_are_told_of_a_hinge_holds_the_closer_that_the_scenario_names(
     stiffness: float, damping: float

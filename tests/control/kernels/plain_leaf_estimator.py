@@ -141,10 +141,12 @@ class PlainLeafEstimator:
         )  # fmt: skip
 
     def _hinge_of(self, touching: bool) -> HingeEstimate:
-        """The hinge, with the doubt of the wind in contact in the deviation of its torque."""
+        """The hinge, with the doubt of the wind in contact and of changes on the way in the deviation of its torque."""
         if touching:
             normal = self._leaf.normal(self._door.angle)
-            self._doubt = self._lever * math.sqrt(float(normal @ self._wind.covariance[:3, :3] @ normal))
+            wind = self._lever * math.sqrt(float(normal @ self._wind.covariance[:3, :3] @ normal))
+            way = abs(self._door.angle - self._model.start_angle)
+            self._doubt = math.hypot(wind, 0.7 * self._hinge * math.sqrt(way / 3.0))
         hinge = self._door.hinge()
         return replace(hinge, torque_deviation=math.hypot(hinge.torque_deviation, self._doubt))
 
