@@ -17,7 +17,7 @@ from doorman.ocp.problem.columns import column
 from doorman.ocp.problem.costs import QuadraticCost
 from doorman.ocp.problem.expressions import Expressions
 from doorman.ocp.problem.integrators import INTEGRATORS, Integrator, discretized
-from doorman.ocp.problem.problem import Bounds, Problem
+from doorman.ocp.problem.problem import Bounds, Problem, check_count
 from doorman.ocp.problem.terms import Constraint, Cost, Residual
 
 
@@ -108,6 +108,7 @@ class SymbolicModel:
             SolverError: if an expression contains an unknown symbol or an operation without translation, or a name twice.
             DimensionError: if a size does not fit.
         """
+        check_count("horizon", horizon, 1)
         given = vector(parameters, self.parameters.numel(), "parameters")
         for name, size in (("cost.state_goal", self.nx), ("cost.input_goal", self.nu)):
             found = len(getattr(cost, name.partition(".")[2]))
@@ -148,6 +149,8 @@ class SymbolicModel:
         return step
 
     def _expressions(self, constraints: Sequence[Constraint], costs: Sequence[Cost | Residual]) -> Expressions:
+        _check_terms("constraints", constraints, Constraint)
+        _check_terms("costs", costs, (Cost, Residual))
         _check_names([*constraints, *costs])
         rows: dict[str, list[Any]] = {"rows": [], "input_rows": [], "end_rows": []}
         names: dict[str, list[str]] = {kind: [] for kind in rows}
@@ -199,6 +202,16 @@ def _symbols(field: str, given: Any) -> Any:
     if not (isinstance(given, ca.SX) and given.is_column() and (given.is_empty() or given.is_valid_input())):
         raise SolverError("not symbols", field=field, given=type(given).__name__, allowed="a column of casadi.SX.sym")
     return given
+
+
+def _check_terms(field: str, given: Any, kinds: Any) -> None:
+    """A sequence of terms, not one alone and not bare expressions."""
+    allowed = "a list of Constraint" if field == "constraints" else "a list of Cost or Residual"
+    if not isinstance(given, Sequence):
+        raise SolverError("not a list", field=field, given=type(given).__name__, allowed=allowed)
+    for place, term in enumerate(given):
+        if not isinstance(term, kinds):
+            raise SolverError("unknown term", field=f"{field}[{place}]", given=type(term).__name__, allowed=allowed)
 
 
 def _check_names(terms: Sequence[Any]) -> None:

@@ -58,6 +58,7 @@ def test_a_new_file_is_written_once_and_beside_its_urdf(tmp_path, monkeypatch):
     assert_bad_input(run("vehicle", "new", "files/my.toml"), "files/my.toml", "exists")
     assert (tmp_path / "files" / "my.toml").read_text(encoding="utf-8") == text
     assert_bad_input(run("vehicle", "new", "other.toml", "--urdf", "mine.urdf", "--tip", "finger"), "finger")
+    assert_bad_input(run("vehicle", "new", "other.toml", "--urdf", "nope.urdf"), "--urdf", "nope.urdf")
     assert not (tmp_path / "other.toml").exists()
 
 

@@ -45,6 +45,8 @@ def new_file(file: Path, urdf: str, base_link: str, tip: str, every_key: bool) -
         DoormanError: if the file is there, or the URDF cannot be used.
     """
     names = {"base_link": base_link, "tip": tip}
+    if is_path(urdf) and not Path(urdf).is_file():
+        raise DoormanError("no such file", field="--urdf", given=urdf)
     scenario = Scenario.load("paper", {"vehicle.urdf": urdf, **{f"vehicle.{key}": name for key, name in names.items()}})
     vehicle = Vehicle(scenario.vehicle_urdf, scenario.vehicle)
     written = os.path.relpath(urdf, file.parent) if is_path(urdf) else urdf

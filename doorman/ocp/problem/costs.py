@@ -119,9 +119,11 @@ def _check_weights(name: str, weights: Array, size: int) -> None:
         _check_definite(name, weights, 1e-12 if name == "input_weights" else 0.0)
         return
     if len(weights) != size:
-        raise DimensionError("wrong length", field=name, given=len(weights), allowed=str(size))
+        goal = "input_goal" if name == "input_weights" else "state_goal"
+        raise DimensionError("wrong length", field=name, given=len(weights), allowed=f"{size}, as many as {goal} has")
     if (weights < 0.0).any() or (name == "input_weights" and (weights <= 0.0).any()):
-        raise DimensionError("negative weight", field=name, given=weights.tolist(), allowed=f"{least} for {name}")
+        what = "negative weight" if (weights < 0.0).any() else "weight of zero"
+        raise DimensionError(what, field=name, given=weights.tolist(), allowed=f"{least} for {name}")
 
 
 def _check_definite(name: str, matrix: Array, least: float) -> None:

@@ -98,8 +98,7 @@ class Problem(OneLine):
         for name, least in (
             ("horizon", 1), ("n_constraints", 0), ("n_input_constraints", 0), ("n_end_constraints", 0), ("integrators", 0)
         ):  # fmt: skip
-            if getattr(self, name) < least:
-                raise DimensionError("too small", field=name, given=getattr(self, name), allowed=f">= {least}")
+            check_count(name, getattr(self, name), least)
         if not (self.time_step > 0.0 and np.isfinite(self.time_step)):
             raise DimensionError("not a time step", field="time_step", given=self.time_step, allowed="> 0 s")
         if self.integrators > min(self.nx, self.nu):
@@ -128,3 +127,20 @@ class Problem(OneLine):
     def nu(self) -> int:
         """Number of inputs."""
         return len(self.cost.input_goal)
+
+
+def check_count(field: str, given: object, least: int) -> None:
+    """Check a number of nodes, rows or states.
+
+    Args:
+        field: Its name.
+        given: What was given.
+        least: That it may be.
+
+    Raises:
+        DimensionError: if it is no whole number, or less.
+    """
+    if not isinstance(given, int | np.integer):
+        raise DimensionError("not a whole number", field=field, given=given, allowed=f">= {least}")
+    if given < least:
+        raise DimensionError("too small", field=field, given=given, allowed=f">= {least}")
