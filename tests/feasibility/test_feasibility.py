@@ -220,6 +220,14 @@ def test_a_doorway_too_narrow(tmp_path: Path) -> None:
     assert named(findings, "reach").ok
 
 
+def test_a_doorway_without_room_for_tracking_errors_is_a_warning() -> None:
+    """Flown, the disc brushes the jamb in the first; the second is opened and left with nothing touched."""
+    for width, severity in ((1.05, Severity.WARNING), (1.09, Severity.OK)):
+        room = named(geometry_findings(changed(door__width=width), DURATION), "room along the swing")
+        assert room.severity is severity
+        assert ("tracking errors of 1.0 cm" in room.message) is (severity is Severity.WARNING)
+
+
 def test_a_hinge_too_stiff_for_the_tilt() -> None:
     assert named(geometry_findings(changed(door__friction=0.7), DURATION), "force on the door").value == pytest.approx(
         1.0, rel=1e-3

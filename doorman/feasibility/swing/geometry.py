@@ -13,6 +13,8 @@ from doorman.model import Model
 from doorman.planning.limits import largest_push
 
 _FORCE_RESERVE = 0.7
+_TRACKING = 0.01
+"""Room beyond the planner's margin for tracking errors, of the shipped vehicle [m]."""
 
 
 def geometry_findings(model: Model, duration: float) -> list[Finding]:
@@ -96,7 +98,13 @@ def _room(model: Model, swing: Swing) -> Finding:
     elif not ok:
         message += "; the way there from the start's posture has a jump"
         advice = "choose another start.arm"
-    return Finding("room along the swing", graded(ok), message, room, margin, "m", advice)
+    tracking = _TRACKING * model.scale.length
+    tight = ok and room < margin + tracking
+    if tight:
+        message += f"; tracking errors of {1e2 * tracking:.1f} cm come on top of that"
+        advice = f"fly it in simulation first, or use {_where_to_gain(model, swing.binding[k])}"
+    severity = Severity.WARNING if tight else graded(ok)
+    return Finding("room along the swing", severity, message, room, margin, "m", advice)
 
 
 def _where_to_gain(model: Model, binding: tuple[int, ...]) -> str:
