@@ -9,7 +9,7 @@ import pytest
 from hands import flown, phases
 from paper_door import door_normal
 
-from doorman import Model
+from doorman import Model, Scenario
 from doorman.control.way_out import way_out
 from doorman.mission import Mission, Phase
 from doorman.mission.motion import Glide, arm_rates_to
@@ -78,6 +78,18 @@ def test_the_way_out_stays_between_the_jambs(model: Model, angle: float) -> None
                 lowest, highest = min(0.0, position[1] - radius), max(width, position[1] + radius)
                 assert lowest - 0.01 < glide.position[1] - radius and glide.position[1] + radius < highest + 0.01
     assert glide.position[0] < -radius - 0.5
+
+
+@pytest.mark.parametrize("width", [1.05, 1.07, 1.2])
+def test_the_way_out_of_a_narrow_doorway_does_not_push_the_leaf_on(width: float) -> None:
+    """The disc is nearer to the jamb there than it should be, and the leaf is where it would go aside to."""
+    model = Model(Scenario.load("paper", {"door.width": width}))
+    angle = model.goal_angle
+    place = model.coupling.vehicle_position(model.goal_state[:3], angle, model.goal_arm) + 0.1 * model.door.along
+    normal, at = model.door.normal(angle), place
+    for target in way_out(model, place, angle):
+        assert normal @ (target - at) < 1e-9
+        at = target
 
 
 def test_the_arm_goes_straight_to_a_posture() -> None:
