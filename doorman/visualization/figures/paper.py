@@ -23,7 +23,7 @@ _LEAST = 2.0
 def paper_figure(recording: Recording, model: Model) -> Figure:
     """History of the states: φ, θ, ψ and α on the left, the arm's angles on the right, in degrees.
 
-    Measured is black, predicted by the planner dashed red, desired green.
+    Measured is black, predicted by the planner dashed orange, desired green.
 
     Args:
         recording: With topics `estimate` and `plan`.

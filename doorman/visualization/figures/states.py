@@ -23,7 +23,7 @@ _VISIBLE = np.radians(0.1)
 
 
 def states_figure(recording: Recording, model: Model) -> Figure:
-    """States of a flight: measured (black), predicted by the planner (dashed red) and desired (green), as in Fig. 4.
+    """States of a flight: measured (black), predicted by the planner (dashed orange) and desired (green), as in Fig. 4.
 
     Measured is the state converter's estimate; the simulator's truth is a thin blue line where it differs. Predicted is the
     plan's state 0.2 s ahead, drawn at the time that it speaks of; some whole horizons are thin dashed lines. Bands in the
