@@ -24,7 +24,7 @@ demo: $(VENV)/.installed-for-demo
 rig-demo: $(VENV)/.installed-for-rig
 	$(BIN)/doorman rig $(SCENARIO) --fly
 
-#: make test       lint, types, and every test but the slow ones; needs chromium: about 15 minutes
+#: make test       lint, types, and every test but the slow ones; needs chromium: about 20 minutes
 # First what runs in real time or takes signals, with kernels compiled ahead; then everything else, which takes all of two cores.
 # What a busy machine held up in real time gets a second chance; what fails twice fails.
 REAL_TIME := tests/hardware tests/recording/test_recording_signals.py

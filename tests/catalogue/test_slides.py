@@ -76,15 +76,10 @@ DRAWERS = (
     CatalogueDrawer(inclined=0.02, friction=3.0),
     CatalogueDrawer(inclined=0.15, friction=3.0),
 )
-FEW = {1}
-"""That the short run looks at."""
 
 
-@pytest.mark.parametrize(
-    "drawer",
-    [pytest.param(each, marks=[] if k in FEW else pytest.mark.slow) for k, each in enumerate(DRAWERS)],
-    ids=str,
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("drawer", DRAWERS, ids=str)
 def test_the_check_of_a_drawer_is_right(drawer: CatalogueDrawer, tmp_path: Path) -> None:
     report = check(drawer.scenario(tmp_path))
     assert report.possible is drawer.possible, [finding.words for finding in report.complaints]

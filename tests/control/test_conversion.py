@@ -15,7 +15,7 @@ from doorman.scenario import Scenario
 EXACT = {"control.position_look_ahead": 0.0, "control.attitude_look_ahead": 0.0, "control.acceleration_look_ahead": 0.0}
 
 
-@pytest.fixture(scope="module", params=["quasi_static", "lagrangian"])
+@pytest.fixture(scope="module", params=["quasi_static", pytest.param("lagrangian", marks=pytest.mark.slow)])
 def planned(request: pytest.FixtureRequest) -> tuple[Model, Plan]:
     """A plan of the paper's task with each of the planner's models, and the scenario's model, without look-ahead."""
     planner = Planner(Scenario.load("paper", EXACT | {"planner.model": request.param}))

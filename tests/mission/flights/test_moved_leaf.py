@@ -18,6 +18,7 @@ def pulled_away() -> Torque:
     return hand(60.0, 2.0, lambda off, rate: 60.0 * (-math.radians(20.0) - off) - 25.0 * rate)
 
 
+@pytest.mark.slow
 def test_a_door_that_a_person_pushes_on_is_found_again_and_opened() -> None:
     """A hand swings the leaf away from the tip by some 10° in mid-swing, and stops it there."""
     recording, mission = flown(hand(60.0, 2.0, lambda off, rate: 30.0 * (-math.radians(10.0) - off) - 25.0 * rate))

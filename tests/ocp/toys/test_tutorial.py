@@ -23,6 +23,7 @@ from doorman.ocp import PlanStatus, functions
 ROOT = Path(__file__).parents[3]
 
 
+@pytest.mark.slow
 def test_every_block_runs_and_the_numbers_agree() -> None:
     page, text = tutorial(), PAGE.read_text(encoding="utf-8")
     assert len(re.findall(r"^```python$", text, re.MULTILINE)) == 9
