@@ -49,13 +49,8 @@ def build(folder: Path, *options: str) -> Path:
 @pytest.fixture(scope="module")
 def built(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """All pages, with the tutorials as they are written; `make docs` and the slow test execute them."""
-    as_written = (
-        "-D",
-        "nb_execution_mode=off",
-        "-D",
-        "suppress_warnings=myst-nb.lexer",
-    )  # the kernel tells the language
-    return build(tmp_path_factory.mktemp("docs"), *as_written)
+    options = ("nb_execution_mode=off", "suppress_warnings=myst-nb.lexer")  # the kernel would tell the language
+    return build(tmp_path_factory.mktemp("docs"), *(word for option in options for word in ("-D", option)))
 
 
 def exported(package: str) -> list[str]:

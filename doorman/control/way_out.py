@@ -62,11 +62,12 @@ def way_out(model: Model, position: Array, door_angle: float) -> list[Array]:
         # away from the hinge, where a leaf that shuts comes from
         beside = 0.5 * (doorway.middle + max(doorway.highest, doorway.middle))
         out, beyond = placed(np.array([outside, beside, up])), doorway.beyond(position)
-        if door.normal(door_angle) @ door.into < 0.0:  # straight out leads into a leaf that is open beyond 90°
+        normal = door.normal(door_angle)
+        if normal @ door.into < 0.0:  # straight out leads into a leaf that is open beyond 90°
             return [placed(np.array([into, beside, up])), out]
         if beyond == 0.0:
             return [out]
-        aside, normal = -beyond * door.along, door.normal(door_angle)
+        aside = -beyond * door.along
         freed = max(float(aside @ normal), 0.0) / max(float(door.into @ normal), _LEAST_SLANT)
         return [position + aside - freed * door.into, out]
     back = position - _BACK * door.normal(door_angle)

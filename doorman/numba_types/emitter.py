@@ -7,6 +7,7 @@ from typing import Any
 from llvmlite import ir
 
 DOUBLE = ir.DoubleType()
+INDEX = ir.IntType(64)
 FLAGS = ("contract", "nsz", "arcp")
 
 
@@ -35,7 +36,16 @@ class Emitter:
         """
         return self.builder.gep(pointer, [self.builder.mul(index, ir.Constant(index.type, size))])
 
-    def load(self, pointer: Any, start: int, width: int) -> Any:
+    def at(self, pointer: Any, index: Any) -> Any:
+        """Pointer to a double.
+
+        Args:
+            pointer: To the first one.
+            index: Of it, an integer here or in the generated code.
+        """
+        return self.builder.gep(pointer, [ir.Constant(INDEX, index) if isinstance(index, int) else index])
+
+    def load(self, pointer: Any, start: Any, width: int) -> Any:
         """Vector of consecutive numbers of an array.
 
         Args:
@@ -43,8 +53,9 @@ class Emitter:
             start: Index of the first number.
             width: Number of lanes.
         """
-        place = self.builder.gep(pointer, [ir.Constant(ir.IntType(64), start)])
-        return self.builder.load(self.builder.bitcast(place, ir.VectorType(DOUBLE, width).as_pointer()), align=8)
+        return self.builder.load(
+            self.builder.bitcast(self.at(pointer, start), ir.VectorType(DOUBLE, width).as_pointer()), align=8
+        )
 
     def store(self, pointer: Any, start: int, value: Any) -> None:
         """Write a vector, or one number, at `start`.
@@ -54,18 +65,7 @@ class Emitter:
             start: Index of the first number.
             value: Vector or number.
         """
-        place = self.builder.gep(pointer, [ir.Constant(ir.IntType(64), start)])
-        self.builder.store(value, self.builder.bitcast(place, value.type.as_pointer()), align=8)
-
-    def number(self, pointer: Any, start: int, width: int) -> Any:
-        """Vector with one number of an array in all lanes.
-
-        Args:
-            pointer: To doubles.
-            start: Index of the number.
-            width: Number of lanes.
-        """
-        return self.spread(self.builder.load(self.builder.gep(pointer, [ir.Constant(ir.IntType(64), start)])), width)
+        self.builder.store(value, self.builder.bitcast(self.at(pointer, start), value.type.as_pointer()), align=8)
 
     def spread(self, value: Any, width: int) -> Any:
         """Vector with a number in all lanes.

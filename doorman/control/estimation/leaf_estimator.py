@@ -39,7 +39,7 @@ from doorman.control.kernels.leaf_estimator.memory import (
 from doorman.control.kernels.leaf_estimator.step import advance_leaf
 from doorman.control.kernels.tip import ARM
 from doorman.control.kernels.vehicle_step import GIVEN
-from doorman.control.kernels.wind_step import wind_doubt
+from doorman.control.kernels.wind_step import HINGE_CHANGES, wind_doubt
 from doorman.control.observers.door_observer import DoorObserver
 from doorman.control.observers.vehicle_observer import VehicleObserver
 from doorman.control.state_converter import StateConverter
@@ -54,8 +54,6 @@ Array = NDArray[np.float64]
 
 _ON_LEAF = 0.5
 """Wind that is expected on the leaf, as a share of the vehicle's."""
-_HINGE_CHANGES = 0.7
-"""Change of the hinge's torque with the square root of the way, of a room door: hinges lean, rub and bind [N m/rad^0.5]."""
 _QUICK = 8.0
 """Rate of the quick observer [rad/s]."""
 
@@ -107,7 +105,7 @@ class LeafEstimator:
         self._model, self._converter = model, converter
         self._mass, self._lever = model.vehicle.mass, model.coupling.lever_length
         self._doubt = 0.0  # of the torque, as the wind in contact and the hinge's changes are doubted [N m]
-        self._changes = _HINGE_CHANGES * model.hinge_scale
+        self._changes = HINGE_CHANGES * model.hinge_scale
         self._weight_force = np.array([0.0, 0.0, self._mass * GRAVITY])
         self._vehicle = VehicleObserver(self._mass, settings.vehicle_observer_rate)
         self._monitor = ContactMonitor(settings.contact)

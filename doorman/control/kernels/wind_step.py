@@ -27,7 +27,7 @@ _BOUND, _BOUND_TIME = 0.3, 0.5
 """Noise of what contact can explain there, and the time after which it is another one [N], [s]."""
 _SUDDEN = 0.5
 """Noise of the wind where contact is found to be lost, or to be there, of the shipped vehicle [N]."""
-_HINGE_CHANGES = 0.7
+HINGE_CHANGES = 0.7
 """Change of τ of a room door with the square root of the way [N m/rad^0.5]."""
 _MOVED, _MOVED_TIME, _MOVES = 0.2, 0.8, 0.012
 """Noise of the torque that moves such a leaf, the time after which it is another one, and the rate of a leaf that moves [N m],
@@ -202,7 +202,7 @@ def take_push(
         return
     wind.state[HINGE] += closer * opening * time_step
     z, (x, y, up) = wind.state, normal
-    wind.covariance[HINGE, HINGE] += (wind.scales[1] * _HINGE_CHANGES) ** 2 * abs(opening) * time_step
+    wind.covariance[HINGE, HINGE] += (wind.scales[1] * HINGE_CHANGES) ** 2 * abs(opening) * time_step
     off = torque - (-levers * (x * z[0] + y * z[1] + up * z[2]) + z[HINGE])
     if opening > _MOVES or off > 0.0:
         noise = (wind.scales[1] * _MOVED) ** 2 * max(_MOVED_TIME / time_step, 1.0)

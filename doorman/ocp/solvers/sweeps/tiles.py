@@ -8,7 +8,7 @@ from typing import Any
 from llvmlite import binding, ir
 from numba.core import cgutils
 
-from doorman.numba_types.emitter import DOUBLE, Emitter
+from doorman.numba_types.emitter import DOUBLE, INDEX, Emitter
 
 WIDTH = 8 if binding.get_host_cpu_features().get("avx512f", False) else 4
 """Doubles in a vector register."""
@@ -18,8 +18,6 @@ ROWS, CHUNKS = 4, 3
 
 _UNROLLED = 10
 """Longest sums that are written out; longer ones are loops, whose code stays in the processor's instruction cache."""
-
-_INDEX = ir.IntType(64)
 
 
 def parts(first: int, last: int, most: int) -> list[range]:
@@ -58,15 +56,6 @@ class Tiles(Emitter):
         """Keep loads behind this from moving before it: numbers that wait in registers for their turn spill others."""
         self.builder.asm(ir.FunctionType(ir.VoidType(), []), "", "~{memory}", [], True)
 
-    def at(self, pointer: Any, index: Any) -> Any:
-        """Pointer to a double.
-
-        Args:
-            pointer: To the first one.
-            index: Of it, an integer here or in the generated code.
-        """
-        return self.builder.gep(pointer, [ir.Constant(_INDEX, index) if isinstance(index, int) else index])
-
     def vector(self, pointer: Any, index: Any) -> Any:
         """Vector of `WIDTH` consecutive doubles.
 
@@ -74,8 +63,7 @@ class Tiles(Emitter):
             pointer: To the first double of an array.
             index: Of the first one.
         """
-        place = self.builder.bitcast(self.at(pointer, index), ir.VectorType(DOUBLE, WIDTH).as_pointer())
-        return self.builder.load(place, align=8)
+        return self.load(pointer, index, WIDTH)
 
     def scalar(self, pointer: Any, index: Any) -> Any:
         """One double.
@@ -158,7 +146,7 @@ class Tiles(Emitter):
             def moved(base: int, step: int) -> Any:
                 if isinstance(j, int):
                     return base + j * step
-                return builder.add(ir.Constant(_INDEX, base), builder.mul(j, ir.Constant(_INDEX, step)))
+                return builder.add(ir.Constant(INDEX, base), builder.mul(j, ir.Constant(INDEX, step)))
 
             factors = [self.vector(right[0], moved(WIDTH * chunk, right[1])) for chunk in chunks]
             shares = [self.filled(left[0], moved(left[1](row), left[2])) for row in rows]
@@ -173,7 +161,7 @@ class Tiles(Emitter):
             return totals
         keep: Any = cgutils.alloca_once_value
         places = [[keep(builder, each) for each in line] for line in totals]
-        with cgutils.for_range(builder, ir.Constant(_INDEX, count)) as loop:
+        with cgutils.for_range(builder, ir.Constant(INDEX, count)) as loop:
             sums = turn([[builder.load(place) for place in line] for line in places], loop.index)
             for line, targets in zip(sums, places, strict=True):
                 for each, place in zip(line, targets, strict=True):
