@@ -84,6 +84,7 @@ class CollisionScene:
         self._radii = np.array([shape.radius for shape in self.shapes])
         self._extents = np.array([shape.half_extents for shape in self.shapes])
         self._first, self._second = np.array(self._relevant_pairs(set(self._ignored))).T
+        self._joints, self._on_joints = self._carried()
         self._request = fcl.DistanceRequest(enable_nearest_points=False, enable_signed_distance=True)
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -176,6 +177,37 @@ class CollisionScene:
         names = self.pairs
         return Clearances(distances, tuple(names[k] for k in closest))
 
+    def least_clearance(
+        self, positions: ArrayLike, rotations: ArrayLike, arm_angles: ArrayLike, door_angles: ArrayLike
+    ) -> Clearance:
+        """Distance of the closest pair at the closest of m configurations.
+
+        That is the worst of `min_clearance_along`, found faster: what cannot be the closest is not measured.
+
+        Args:
+            positions: P, shape (m, 3), world frame [m].
+            rotations: R, body to world, shape (m, 3, 3).
+            arm_angles: H, shape (m, n) [rad].
+            door_angles: α, shape (m,) [rad].
+
+        Returns:
+            The closest pair and its distance.
+
+        Raises:
+            DimensionError: if an array has another shape, is not finite, or an R is no rotation.
+        """
+        placements = self._placements(*self._checked(positions, rotations, arm_angles, door_angles))
+        bounds = self._lower_bounds(placements)
+        best, pair = np.inf, 0
+        for place in np.argsort(bounds, axis=None).tolist():
+            m, k = divmod(place, bounds.shape[1])
+            if bounds[m, k] >= best:
+                break
+            distance = self._distance(placements[m], k)
+            if distance < best:
+                best, pair = distance, k
+        return Clearance(best, *self.pairs[pair])
+
     def _relevant_pairs(self, ignored: set[tuple[str, str]]) -> list[tuple[int, int]]:
         joint, tip, leaf = arm_joint_of_links(self.vehicle), tip_shapes(self.vehicle), self.door.section.leaf
         own, others = range(self._n_vehicle), range(self._n_vehicle, len(self.shapes))
@@ -194,27 +226,40 @@ class CollisionScene:
         return float(fcl.distance(self._objects[first], self._objects[second], self._request, fcl.DistanceResult()))
 
     def _lower_bounds(self, placements: Array) -> Array:
-        """Lower bounds of the distances of all pairs, shape (m, n_pairs): one's bounding sphere to the other's box."""
+        """Lower bounds of the distances of all pairs, shape (m, n_pairs).
+
+        Two bounds hold: one's bounding sphere to the other's box, and the gap of the two boxes along an axis of either.
+        """
         centers, rotations = placements[:, :, :3, 3], placements[:, :, :3, :3]
         apart = centers[:, self._first] - centers[:, self._second]
+        turned = np.abs(np.swapaxes(rotations[:, self._first], 2, 3) @ rotations[:, self._second])
         bounds = np.full(apart.shape[:2], -np.inf)
-        for box, ball in ((self._first, self._second), (self._second, self._first)):
-            local = np.abs(np.einsum("mkij,mki->mkj", rotations[:, box], apart))
-            outside = np.maximum(local - self._extents[box], 0.0)
-            bounds = np.maximum(bounds, np.linalg.norm(outside, axis=2) - self._radii[ball])
+        for box, other, axes in (
+            (self._first, self._second, turned),
+            (self._second, self._first, np.swapaxes(turned, 2, 3)),
+        ):
+            local = np.abs(np.einsum("mkij,mki->mkj", rotations[:, box], apart)) - self._extents[box]
+            from_ball = np.linalg.norm(np.maximum(local, 0.0), axis=2) - self._radii[other]
+            gaps = local - np.einsum("mkij,kj->mki", axes, self._extents[other])
+            bounds = np.maximum(bounds, np.maximum(from_ball, gaps.max(axis=2)))
         return bounds
 
     def _placements(self, positions: Array, rotations: Array, arm_angles: Array, door_angles: Array) -> Array:
         """Placements of all shapes in the world, shape (m, n_shapes, 4, 4)."""
         body = np.zeros((len(positions), 1, 4, 4))
         body[:, 0, :3, :3], body[:, 0, :3, 3], body[:, 0, 3, 3] = rotations, positions, 1.0
+        in_world = body @ self.vehicle.joint_placements_along(arm_angles)
+        joints = np.concatenate([in_world, self.door.joint_placements_along(door_angles)], axis=1)
+        return np.ascontiguousarray(joints[:, self._joints] @ self._on_joints)
+
+    def _carried(self) -> tuple[NDArray[np.int64], Array]:
+        """Of every shape, its joint among the vehicle's and then the door's, and its placement on that, (n_shapes, 4, 4)."""
         own, others = self.shapes[: self._n_vehicle], self.shapes[self._n_vehicle :]
-        arm_links = [self.vehicle.link_placements(angles) for angles in arm_angles]
-        door_links = [self.door.link_placements(float(angle)) for angle in door_angles]
-        in_body = np.array([[links[shape.link] for shape in own] for links in arm_links])
-        in_world = np.array([[links[shape.link] for shape in others] for links in door_links])
-        links = np.concatenate([body @ in_body, in_world], axis=1)
-        return np.ascontiguousarray(links @ np.array([shape.placement for shape in self.shapes]))
+        links = [self.vehicle.links[shape.link] for shape in own]
+        links += [self.door.links[shape.link] for shape in others]
+        offsets = np.repeat([0, self.vehicle.model.njoints], [len(own), len(others)])
+        placements = [link.placement @ shape.placement for link, shape in zip(links, self.shapes, strict=True)]
+        return offsets + [link.joint for link in links], np.array(placements)
 
     def _single(
         self, position: ArrayLike, rotation: ArrayLike, arm_angles: ArrayLike, door_angle: float

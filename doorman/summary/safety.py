@@ -81,10 +81,10 @@ def min_clearance(recording: Recording, model: Model) -> float:
     chosen = slice(None, None, ticks)
     rotations = np.array([rotation_body_to_world(attitude) for attitude in truth["attitude"][chosen]])
     scene = CollisionScene(model.vehicle, model.true_door)
-    clearances = scene.min_clearance_along(
+    least = scene.least_clearance(
         truth["position"][chosen], rotations, truth["arm_angles"][chosen], truth["door_angle"][chosen]
     )
-    return float(clearances.worst.distance)
+    return least.distance
 
 
 def contact_fraction(recording: Recording, after: float) -> float:

@@ -115,6 +115,27 @@ def test_many_states_are_as_each_alone(scene: CollisionScene, model: Model) -> N
     assert not along.distances.flags.writeable
 
 
+def test_the_least_clearance_is_the_worst_of_all(scene: CollisionScene, model: Model) -> None:
+    random = np.random.default_rng(3)
+    m = 200
+    positions = random.uniform([-1.5, -0.5, 0.3], [0.5, 2.0, 2.0], (m, 3))
+    rotations = np.array([rotation_body_to_world(each) for each in random.uniform(-0.6, 0.6, (m, 3))])
+    arms, doors = random.uniform(-1.5, 1.5, (m, 4)), random.uniform(0.1, 1.6, m)
+    for chosen in (slice(None), slice(0, 9), slice(20, 21)):
+        flown = positions[chosen], rotations[chosen], arms[chosen], doors[chosen]
+        assert scene.least_clearance(*flown) == scene.min_clearance_along(*flown).worst
+
+
+def test_no_pair_is_closer_than_its_bound(scene: CollisionScene) -> None:
+    random = np.random.default_rng(5)
+    for _ in range(20):
+        attitude, position = random.uniform(-0.6, 0.6, 3), random.uniform([-1.5, -0.5, 0.3], [-0.4, 2.0, 2.0])
+        pose = position, rotation_body_to_world(attitude), random.uniform(-1.5, 1.5, 4), random.uniform(0.1, 1.6)
+        placements = scene._placements(*scene._single(*pose))
+        distances = [scene._distance(placements[0], k) for k in range(len(scene.pairs))]
+        assert (np.array(distances) >= scene._lower_bounds(placements)[0] - ACCURACY).all()
+
+
 def test_tip_named_by_its_joint_is_the_same_tip(model: Model) -> None:
     vehicle = Vehicle(VEHICLE, VehicleSection(tip="tip_mount"))
     assert tip_link(vehicle) == "tip"

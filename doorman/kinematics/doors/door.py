@@ -20,6 +20,7 @@ from doorman.kinematics.doors.urdf.convention import standing_joints
 from doorman.kinematics.doors.urdf.leaf_on_joint import LEANS, LeafOnJoint
 from doorman.kinematics.doors.urdf.leaf_on_slide import LeafOnSlide, read_leaf
 from doorman.kinematics.doors.variants.variant import write_door_variant
+from doorman.kinematics.links import joint_placements_along, links_of
 from doorman.kinematics.urdf.elements import read_joints
 from doorman.kinematics.urdf.robot import frozen, link_index, load_pinocchio
 from doorman.kinematics.vehicles.vehicle import GRAVITY
@@ -75,6 +76,7 @@ class Door(LeafInWorld):
         """Joints that could move, and neither carry the leaf nor hang on it; they stand at zero."""
         locked = [i for i in range(1, full.njoints) if i != self._hinge]
         self.model = pinocchio.buildReducedModel(full, locked, pinocchio.neutral(full)) if locked else full
+        self.links = links_of(self.model)
         self._own: PerThread[pinocchio.Data] = PerThread()
         if full.frames[leaf].parentJoint != self._hinge:
             raise UrdfError(
@@ -155,13 +157,20 @@ class Door(LeafInWorld):
         Returns:
             Homogeneous matrices of shape (4, 4) by link name.
         """
-        data = self._own.get(self.model.createData)
-        pinocchio.framesForwardKinematics(self.model, data, np.array([self.joint_value(door_angle)]))
-        return {
-            frame.name: np.array(placement.homogeneous)
-            for frame, placement in zip(self.model.frames, data.oMf, strict=True)
-            if frame.type == pinocchio.FrameType.BODY
-        }
+        joints = self.joint_placements_along(np.array([door_angle]))[0]
+        return {name: joints[link.joint] @ link.placement for name, link in self.links.items()}
+
+    def joint_placements_along(self, door_angles: Array) -> Array:
+        """Placements of what carries the `links`, in the world, at each of m angles.
+
+        Args:
+            door_angles: α, shape (m,), finite [rad].
+
+        Returns:
+            Homogeneous matrices, shape (m, 2, 4, 4): of the frame and of what the hinge carries.
+        """
+        values = np.array([[self.joint_value(float(angle))] for angle in door_angles])
+        return joint_placements_along(self.model, self._own.get(self.model.createData), values)
 
     def weight_torque(self, door_angle: float) -> float:
         """Torque G(α) of the leaf's own weight, in the sense of damping [N m].

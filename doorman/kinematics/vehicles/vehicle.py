@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from doorman.checks import vector
 from doorman.copying import PerThread
 from doorman.exceptions import UrdfError
+from doorman.kinematics.links import joint_placements_along, links_of
 from doorman.kinematics.urdf.robot import frame_index, frozen, link_index, load_pinocchio
 from doorman.kinematics.vehicles.arms.arm_chain import arm_chain, check_followers, standing_joints
 from doorman.kinematics.vehicles.arms.arm_geometry import ArmGeometry
@@ -56,6 +57,7 @@ class Vehicle:
         self._own: PerThread[pinocchio.Data] = PerThread()
         self._base_frame = link_index(self.model, self.names.base_link, urdf, "vehicle.base_link")
         self._tip_frame = frame_index(self.model, self.names.tip, urdf, "vehicle.tip")
+        self.links = links_of(self.model)
         self._point_frames = [*self._servo_frames(), self._tip_frame]
         self.point_names = tuple(self.model.frames[i].name for i in self._point_frames)
         self.mass = self._positive_mass()
@@ -130,19 +132,11 @@ class Vehicle:
             Shape (3, n) [m/rad].
         """
         angles = vector(arm_angles, self.n_arm, "arm_angles")
-        if not self.n_arm:  # Pinocchio would end the process
-            return np.zeros((3, 0))
-        pinocchio.computeJointJacobians(self.model, self._data, angles)
-        linear, angular = np.split(np.reshape(self._data.J, (6, self.n_arm)), 2)
-        columns = []
-        for k in range(self.n_arm):  # moved by joint k: every link from there on
-            carried = pinocchio.Inertia.Zero()
-            for inertia, placement in zip(
-                list(self.model.inertias)[k + 1 :], list(self._data.oMi)[k + 1 :], strict=True
-            ):
-                carried += placement.act(inertia)
-            columns.append(carried.mass * (linear[:, k] + np.cross(angular[:, k], carried.lever)))
-        return np.asarray(self._base_placement().rotation.T @ np.column_stack(columns) / self.mass)
+        if not any(joint for joint, _, _ in self._heavy):  # Pinocchio would divide by that mass
+            return np.zeros((3, self.n_arm))
+        jacobian = pinocchio.jacobianCenterOfMass(self.model, self._data, angles)  # of what joints carry alone
+        share = self._data.mass[0] / self.mass
+        return np.asarray(share * self._base_placement().rotation.T @ jacobian)
 
     def tip_position(self, arm_angles: ArrayLike) -> Array:
         """Position d of the tip in the body frame.
@@ -216,13 +210,20 @@ class Vehicle:
         Returns:
             Homogeneous matrices of shape (4, 4) by link name.
         """
-        pinocchio.framesForwardKinematics(self.model, self._data, vector(arm_angles, self.n_arm, "arm_angles"))
-        base = self._base_placement().inverse()
-        return {
-            frame.name: np.array((base * placement).homogeneous)
-            for frame, placement in zip(self.model.frames, self._data.oMf, strict=True)
-            if frame.type == pinocchio.FrameType.BODY
-        }
+        joints = self.joint_placements_along(vector(arm_angles, self.n_arm, "arm_angles")[None])[0]
+        return {name: joints[link.joint] @ link.placement for name, link in self.links.items()}
+
+    def joint_placements_along(self, arm_angles: Array) -> Array:
+        """Placements of what carries the `links`, in the body frame, at each of m postures.
+
+        Args:
+            arm_angles: H, shape (m, n), finite [rad].
+
+        Returns:
+            Homogeneous matrices, shape (m, n + 1, 4, 4).
+        """
+        base = self._base_placement().inverse().homogeneous
+        return np.asarray(base @ joint_placements_along(self.model, self._data, arm_angles))
 
     def _base_placement(self) -> pinocchio.SE3:
         return self.model.frames[self._base_frame].placement  # the base link is fixed to the tree's root

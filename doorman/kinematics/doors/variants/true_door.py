@@ -53,16 +53,16 @@ class TrueDoor(Door):
         self._take_axes(turn @ self.into, turn @ self.along, turn @ self.up)
         self.azimuth += self.yaw
 
-    def link_placements(self, door_angle: float) -> dict[str, Array]:
-        """Placement of every link in the world.
+    def joint_placements_along(self, door_angles: Array) -> Array:
+        """Placements of what carries the `links`, in the world, at each of m angles.
 
         Args:
-            door_angle: α [rad].
+            door_angles: α, shape (m,), finite [rad].
 
         Returns:
-            Homogeneous matrices of shape (4, 4) by link name.
+            Homogeneous matrices, shape (m, 2, 4, 4).
         """
-        return {name: self.placement @ link for name, link in super().link_placements(door_angle).items()}
+        return np.asarray(self.placement @ super().joint_placements_along(door_angles))
 
 
 def is_another(simulation: SimulationSection) -> bool:
