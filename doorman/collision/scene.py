@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from doorman.checks import numbers, vector
+from doorman.collision.bounds import PairBounds
 from doorman.collision.shapes import Shape, read_shapes
 from doorman.collision.tip_shapes import arm_joint_of_links, tip_shapes
 from doorman.exceptions import DimensionError, UrdfError
@@ -81,9 +82,11 @@ class CollisionScene:
         self.shapes: tuple[Shape, ...] = (*vehicle_shapes, *door_shapes)
         self._n_vehicle = len(vehicle_shapes)
         self._objects = [fcl.CollisionObject(shape.geometry) for shape in self.shapes]
-        self._radii = np.array([shape.radius for shape in self.shapes])
-        self._extents = np.array([shape.half_extents for shape in self.shapes])
         self._first, self._second = np.array(self._relevant_pairs(set(self._ignored))).T
+        self._bounds = PairBounds(
+            self._first, self._second,
+            np.array([shape.half_extents for shape in self.shapes]), np.array([shape.radius for shape in self.shapes]),
+        )  # fmt: skip
         self._joints, self._on_joints = self._carried()
         self._request = fcl.DistanceRequest(enable_nearest_points=False, enable_signed_distance=True)
 
@@ -133,7 +136,7 @@ class CollisionScene:
             DimensionError: if an array has another shape, is not finite, or R is no rotation.
         """
         placements = self._placements(*self._single(position, rotation_body_to_world, arm_angles, door_angle))
-        near = np.flatnonzero(self._lower_bounds(placements)[0] <= 0.0)
+        near = np.flatnonzero(self._bounds.at(placements)[0] <= 0.0)
         names = self.pairs
         found = [Clearance(self._distance(placements[0], int(k)), *names[k]) for k in near]
         return sorted((pair for pair in found if pair.distance < 0.0), key=lambda pair: pair.distance)
@@ -162,7 +165,7 @@ class CollisionScene:
             DimensionError: if an array has another shape, is not finite, or an R is no rotation.
         """
         placements = self._placements(*self._checked(positions, rotations, arm_angles, door_angles))
-        bounds = self._lower_bounds(placements)
+        bounds = self._bounds.at(placements)
         distances, closest = np.empty(len(placements)), np.empty(len(placements), dtype=np.int64)
         for m, order in enumerate(np.argsort(bounds, axis=1)):
             best, pair = np.inf, int(order[0])
@@ -197,7 +200,7 @@ class CollisionScene:
             DimensionError: if an array has another shape, is not finite, or an R is no rotation.
         """
         placements = self._placements(*self._checked(positions, rotations, arm_angles, door_angles))
-        bounds = self._lower_bounds(placements)
+        bounds = self._bounds.at(placements)
         best, pair = np.inf, 0
         for place in np.argsort(bounds, axis=None).tolist():
             m, k = divmod(place, bounds.shape[1])
@@ -224,25 +227,6 @@ class CollisionScene:
             matrix = placements[index]
             self._objects[index].setTransform(fcl.Transform(matrix[:3, :3], matrix[:3, 3]))
         return float(fcl.distance(self._objects[first], self._objects[second], self._request, fcl.DistanceResult()))
-
-    def _lower_bounds(self, placements: Array) -> Array:
-        """Lower bounds of the distances of all pairs, shape (m, n_pairs).
-
-        Two bounds hold: one's bounding sphere to the other's box, and the gap of the two boxes along an axis of either.
-        """
-        centers, rotations = placements[:, :, :3, 3], placements[:, :, :3, :3]
-        apart = centers[:, self._first] - centers[:, self._second]
-        turned = np.abs(np.swapaxes(rotations[:, self._first], 2, 3) @ rotations[:, self._second])
-        bounds = np.full(apart.shape[:2], -np.inf)
-        for box, other, axes in (
-            (self._first, self._second, turned),
-            (self._second, self._first, np.swapaxes(turned, 2, 3)),
-        ):
-            local = np.abs(np.einsum("mkij,mki->mkj", rotations[:, box], apart)) - self._extents[box]
-            from_ball = np.linalg.norm(np.maximum(local, 0.0), axis=2) - self._radii[other]
-            gaps = local - np.einsum("mkij,kj->mki", axes, self._extents[other])
-            bounds = np.maximum(bounds, np.maximum(from_ball, gaps.max(axis=2)))
-        return bounds
 
     def _placements(self, positions: Array, rotations: Array, arm_angles: Array, door_angles: Array) -> Array:
         """Placements of all shapes in the world, shape (m, n_shapes, 4, 4)."""

@@ -133,7 +133,7 @@ def test_no_pair_is_closer_than_its_bound(scene: CollisionScene) -> None:
         pose = position, rotation_body_to_world(attitude), random.uniform(-1.5, 1.5, 4), random.uniform(0.1, 1.6)
         placements = scene._placements(*scene._single(*pose))
         distances = [scene._distance(placements[0], k) for k in range(len(scene.pairs))]
-        assert (np.array(distances) >= scene._lower_bounds(placements)[0] - ACCURACY).all()
+        assert (np.array(distances) >= scene._bounds.at(placements)[0] - ACCURACY).all()
 
 
 def test_tip_named_by_its_joint_is_the_same_tip(model: Model) -> None:
