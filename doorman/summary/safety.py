@@ -36,6 +36,21 @@ def largest_violation(recording: Recording, model: Model) -> float:
     return float(max(rows.max(), 0.0))
 
 
+def collisions(recording: Recording) -> int:
+    """Contacts other than tip and leaf, summed over the ticks; the tip may touch the frame where the mission has it do so.
+
+    Args:
+        recording: Of a simulated run.
+    """
+    truth, mission = recording["truth"], recording["mission"]
+    number, states = truth["collisions"], mission["state"]
+    if "only_tip_on_frame" not in truth or "touch_frame" not in states:
+        return int(number.sum())
+    now = states[np.maximum(np.searchsorted(mission.time, truth.time, side="right") - 1, 0)]
+    meant = (now == "touch_frame") & (truth["only_tip_on_frame"] != 0)
+    return int(number[~meant].sum())
+
+
 def largest_push(recording: Recording) -> float | None:
     """Largest push of the tip in any physics step, or at any tick in recordings that do not have that [N].
 

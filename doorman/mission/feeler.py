@@ -1,0 +1,98 @@
+"""A tip that moves along a direction until something stops it."""
+
+from __future__ import annotations
+
+from collections import deque
+
+import numpy as np
+from numpy.typing import NDArray
+
+from doorman.control.estimation.estimator import Estimate
+from doorman.control.position_controller import Setpoint
+from doorman.mission.motion import arm_rates_to
+from doorman.mission.opening.at_the_leaf import LARGEST_PUSH, SPEED_GAIN
+from doorman.model import Model
+
+Array = NDArray[np.float64]
+
+_STOPPED = 0.5
+"""A tip that comes no farther for so long [s], and stays near where it came to, has met something."""
+_FARTHER, _NEAR = 0.003, 0.012
+"""It comes farther by more than the first, and is near within the second: it bounces [m]."""
+_FLOWN = 0.01
+"""Way on which it gets up speed [m]."""
+_SMOOTHED = 0.05
+"""Time over which its place is smoothed [s]."""
+_QUICKER = 2.0
+"""It is faster than at the leaf, which gives way."""
+_MOVES, _LATELY = 0.5, 0.15
+"""One with less than this share of its speed, on average over the last time [s], may have met something."""
+
+
+class Feeler:
+    """Moves the tip with little force. What stops it stands where the tip was farthest: nothing lets it through.
+
+    Args:
+        model: Model of the scenario.
+        place: Of O_B, which is held beside the direction, shape (3,), world frame [m].
+        yaw: ψ that is kept [rad].
+        normal: Direction, unit vector, shape (3,), world frame.
+    """
+
+    def __init__(self, model: Model, place: Array, yaw: float, normal: Array) -> None:
+        self._model, self._place, self._yaw, self._normal = model, place, yaw, normal
+        self._gain, self._most = SPEED_GAIN * model.scale.damping, LARGEST_PUSH * model.scale.force
+        self._speed = _QUICKER * model.scenario.mission.touch_speed
+        self._tip: Array | None = None
+        self._farthest = np.zeros(3)
+        self._begun = self._mark = 0.0
+        self._farther_at = self._near_since = 0.0
+        self._ways: deque[tuple[float, float]] = deque()
+        self._wind = 0.0
+
+    def step(self, estimate: Estimate, tip: Array, time_step: float) -> Setpoint:
+        """Move on.
+
+        Args:
+            estimate: What is known now.
+            tip: Where the tip is, shape (3,), world frame [m].
+            time_step: Since the last tick [s].
+        """
+        self._watch(estimate.time, tip, time_step)
+        if self._flies():  # what the vehicle feels is wind
+            self._wind = float(self._normal @ estimate.wind)
+        push = self._gain * (self._speed - float(self._normal @ estimate.velocity))
+        push = min(max(push, -self._most), self._most) - self._wind
+        rest, arm = np.zeros(3), arm_rates_to(self._model.start_arm, estimate.arm_angles)
+        return Setpoint(self._place, rest, rest, self._yaw, rest, self._normal, arm, push)
+
+    def met(self, now: float) -> Array | None:
+        """Where the tip was stopped, shape (3,), world frame [m]; None as long as it comes on, or is blown back.
+
+        Args:
+            now: Time [s].
+        """
+        stopped = now - max(self._farther_at, self._near_since) >= _STOPPED
+        return self._farthest if stopped and self._mark > self._begun + _FLOWN else None
+
+    def _flies(self) -> bool:
+        """Whether nothing stops the tip: it gets up speed, moves on, or has been blown back."""
+        (then, before), (now, way) = self._ways[0], self._ways[-1]
+        moves = way - before > _MOVES * self._speed * (now - then)
+        return self._mark < self._begun + _FLOWN or moves or way < self._mark - _NEAR
+
+    def _watch(self, now: float, tip: Array, time_step: float) -> None:
+        """Take in where the tip is."""
+        if self._tip is None:
+            self._tip, self._begun, self._mark = tip, float(self._normal @ tip), -np.inf
+        self._tip = self._tip + min(time_step / _SMOOTHED, 1.0) * (tip - self._tip)
+        way = float(self._normal @ self._tip)
+        if way > float(self._normal @ self._farthest) or self._mark == -np.inf:
+            self._farthest = self._tip
+        if way > self._mark + _FARTHER:
+            self._mark, self._farther_at = way, now
+        if way < self._mark - _NEAR:
+            self._near_since = now
+        self._ways.append((now, way))
+        while now - self._ways[0][0] > _LATELY:
+            self._ways.popleft()
