@@ -16,16 +16,14 @@ from doorman.model import Model
 Array = NDArray[np.float64]
 
 _STOPPED = 0.5
-"""A tip that comes no farther for so long [s], and stays near where it came to, has met something."""
-_FARTHER, _NEAR = 0.003, 0.012
-"""It comes farther by more than the first, and is near within the second: it bounces [m]."""
+"""A tip that comes no farther for so long [s] has met something."""
+_FARTHER, _BACK = 0.003, 0.012
+"""It comes farther by more than the first; by more than the second it does not bounce back, but is blown back [m]."""
 _FLOWN = 0.01
-"""Way on which it gets up speed [m]."""
+"""Way on which it gets up speed, at first and after it was blown back [m]."""
 _SMOOTHED = 0.05
 """Time over which its place is smoothed [s]."""
-_QUICKER = 2.0
-"""It is faster than at the leaf, which gives way."""
-_MOVES, _LATELY = 0.5, 0.15
+_MOVES, _LATELY = 0.3, 0.15
 """One with less than this share of its speed, on average over the last time [s], may have met something."""
 
 
@@ -37,16 +35,17 @@ class Feeler:
         place: Of O_B, which is held beside the direction, shape (3,), world frame [m].
         yaw: ψ that is kept [rad].
         normal: Direction, unit vector, shape (3,), world frame.
+        speed: Of the tip [m/s].
     """
 
-    def __init__(self, model: Model, place: Array, yaw: float, normal: Array) -> None:
+    def __init__(self, model: Model, place: Array, yaw: float, normal: Array, speed: float) -> None:
         self._model, self._place, self._yaw, self._normal = model, place, yaw, normal
         self._gain, self._most = SPEED_GAIN * model.scale.damping, LARGEST_PUSH * model.scale.force
-        self._speed = _QUICKER * model.scenario.mission.touch_speed
+        self._speed = speed
         self._tip: Array | None = None
         self._farthest = np.zeros(3)
-        self._begun = self._mark = 0.0
-        self._farther_at = self._near_since = 0.0
+        self._begun = self._mark = -np.inf
+        self._farther_at = 0.0
         self._ways: deque[tuple[float, float]] = deque()
         self._wind = 0.0
 
@@ -72,27 +71,25 @@ class Feeler:
         Args:
             now: Time [s].
         """
-        stopped = now - max(self._farther_at, self._near_since) >= _STOPPED
+        stopped = now - self._farther_at >= _STOPPED
         return self._farthest if stopped and self._mark > self._begun + _FLOWN else None
 
     def _flies(self) -> bool:
-        """Whether nothing stops the tip: it gets up speed, moves on, or has been blown back."""
+        """Whether nothing stops the tip: it gets up speed, or moves on."""
         (then, before), (now, way) = self._ways[0], self._ways[-1]
-        moves = way - before > _MOVES * self._speed * (now - then)
-        return self._mark < self._begun + _FLOWN or moves or way < self._mark - _NEAR
+        return self._mark < self._begun + _FLOWN or way - before > _MOVES * self._speed * (now - then)
 
     def _watch(self, now: float, tip: Array, time_step: float) -> None:
         """Take in where the tip is."""
-        if self._tip is None:
-            self._tip, self._begun, self._mark = tip, float(self._normal @ tip), -np.inf
-        self._tip = self._tip + min(time_step / _SMOOTHED, 1.0) * (tip - self._tip)
+        self._tip = tip if self._tip is None else self._tip + min(time_step / _SMOOTHED, 1.0) * (tip - self._tip)
         way = float(self._normal @ self._tip)
-        if way > float(self._normal @ self._farthest) or self._mark == -np.inf:
-            self._farthest = self._tip
-        if way > self._mark + _FARTHER:
-            self._mark, self._farther_at = way, now
-        if way < self._mark - _NEAR:
-            self._near_since = now
         self._ways.append((now, way))
         while now - self._ways[0][0] > _LATELY:
             self._ways.popleft()
+        if len(self._ways) == 1 or way < self._mark - _BACK:
+            self._begun = self._mark = way
+            self._farthest = self._tip
+        if way > float(self._normal @ self._farthest):
+            self._farthest = self._tip
+        if way > self._mark + _FARTHER:
+            self._mark, self._farther_at = way, now

@@ -240,6 +240,7 @@ class Mission(Uncopied):
                 "hinge": [hinge.damping, hinge.friction, hinge.stiffness, hinge.inertia],
                 "door_place": door.found,
                 "door_place_deviation": door.deviations,
+                "door_angle_deviation": door.angle_deviation(estimate.door_angle),
                 "torque_deviation": hinge.torque_deviation,
                 "hinge_deviation": [
                     hinge.damping_deviation, hinge.friction_deviation, hinge.stiffness_deviation, hinge.inertia_deviation

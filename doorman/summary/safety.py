@@ -8,7 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.collision.scene import CollisionScene
+from doorman.collision.tip_shapes import tip_link
 from doorman.kinematics.rotations import rotation_body_to_world
+from doorman.kinematics.urdf.shapes import read_collisions
 from doorman.model import Model
 from doorman.recording import Recording
 from doorman.summary.flown_constraints import flown_constraints
@@ -42,13 +44,16 @@ def collisions(recording: Recording) -> int:
     Args:
         recording: Of a simulated run.
     """
+    truth, number = recording["truth"], recording["truth"]["collisions"]
+    feels = _feels_the_frame(recording)
+    return int(number[~(feels & (truth["only_tip_on_frame"] != 0))].sum() if feels.any() else number.sum())
+
+
+def _feels_the_frame(recording: Recording) -> NDArray[np.bool_]:
+    """Ticks in which the tip is to touch what stands beside the leaf, shape (m,)."""
     truth, mission = recording["truth"], recording["mission"]
-    number, states = truth["collisions"], mission["state"]
-    if "only_tip_on_frame" not in truth or "touch_frame" not in states:
-        return int(number.sum())
-    now = states[np.maximum(np.searchsorted(mission.time, truth.time, side="right") - 1, 0)]
-    meant = (now == "touch_frame") & (truth["only_tip_on_frame"] != 0)
-    return int(number[~meant].sum())
+    phases = np.maximum(np.searchsorted(mission.time, truth.time, side="right") - 1, 0)
+    return np.asarray(mission["state"][phases] == "touch_frame")
 
 
 def largest_push(recording: Recording) -> float | None:
@@ -85,7 +90,7 @@ def _at_the_door(recording: Recording, after: float = 0.0) -> NDArray[np.bool_]:
 
 
 def min_clearance(recording: Recording, model: Model) -> float:
-    """Least distance of vehicle and door, apart from tip and leaf, by FCL [m].
+    """Least distance of vehicle and door, apart from tip and what it is to touch, by FCL [m].
 
     Args:
         recording: Of a simulated run.
@@ -93,13 +98,17 @@ def min_clearance(recording: Recording, model: Model) -> float:
     """
     truth = recording["truth"]
     ticks = max(round(_CLEARANCE_INTERVAL / max(float(np.diff(truth.time[:2]).sum()), 1e-9)), 1)
-    chosen = slice(None, None, ticks)
-    rotations = np.array([rotation_body_to_world(attitude) for attitude in truth["attitude"][chosen]])
-    scene = CollisionScene(model.vehicle, model.true_door)
-    clearances = scene.min_clearance_along(
-        truth["position"][chosen], rotations, truth["arm_angles"][chosen], truth["door_angle"][chosen]
-    )
-    return float(clearances.worst.distance)
+    feels, every = _feels_the_frame(recording), np.arange(len(truth.time)) % ticks == 0
+    frame = [(tip_link(model.vehicle), shape.link) for shape in read_collisions(model.true_door.urdf)]
+    least = math.inf
+    for chosen, ignored in ((every & ~feels, []), (every & feels, frame)):
+        if chosen.any():
+            rotations = np.array([rotation_body_to_world(attitude) for attitude in truth["attitude"][chosen]])
+            clearances = CollisionScene(model.vehicle, model.true_door, ignored).min_clearance_along(
+                truth["position"][chosen], rotations, truth["arm_angles"][chosen], truth["door_angle"][chosen]
+            )
+            least = min(least, float(clearances.worst.distance))
+    return least
 
 
 def contact_fraction(recording: Recording, after: float) -> float:

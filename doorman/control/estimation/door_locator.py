@@ -93,6 +93,21 @@ class DoorLocator:
         covariance = self._covariance
         return [*(math.sqrt(max(covariance[k, k], 0.0)) for k in range(2)), self.yaw_deviation]
 
+    def angle_deviation(self, door_angle: float) -> float:
+        r"""Standard deviation of α from that of the door's place, :math:`\delta\alpha = n_D^T\delta h/D - \delta\psi`.
+
+        Args:
+            door_angle: α [rad].
+
+        Returns:
+            [rad]; NaN as long as no frame has been touched: h and ψ are known together from there alone.
+        """
+        if self.frame is None:
+            return math.nan
+        normal = self._door.normal(door_angle)[:2] / self._model.coupling.lever_length
+        slope = np.array([*normal, -self._door.hand])
+        return math.sqrt(float(slope @ self.frame.covariance @ slope))
+
     def update(self, measured: Measurement, touches: bool, grips: bool, time_step: float) -> None:
         """Take in where the tip is.
 

@@ -58,7 +58,7 @@ class FrameFit:
         turn = _turn(self.yaw)
         point = self.hinge + turn @ (place.point - self.hinge)
         point[:2] += self.offset
-        return FramePlace(point, turn @ place.normal)
+        return FramePlace(point, turn @ place.normal, place.turn)
 
     def deviation(self, place: FramePlace) -> float:
         """Standard deviation of a face along its normal, at a place of the map [m].

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,6 +22,8 @@ _BORDER = 0.01
 """A box that reaches no farther into the doorway stands beside it [m]."""
 _ROOM = 0.03
 """Least distance of a place from the edges of its face; of a tip in the doorway from the leaf behind it [m]."""
+_TURN = math.radians(12.0)
+"""By which the arm points at a face beside it: the tip, and not the rod, meets that."""
 _DEPTH = 0.6
 """Of a tip in the doorway, as a share of how far it is ahead of the rotor disc, which stays before the frame."""
 _FARTHEST = 0.4
@@ -35,6 +38,8 @@ class FramePlace:
     """Shape (3,), world frame [m]."""
     normal: Array
     """Unit vector into the face, shape (3,), world frame."""
+    turn: float = 0.0
+    """By which the arm is turned from straight ahead [rad]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,7 +59,7 @@ class _Box:
         return float(self.center[1] - self.half[1]), float(self.center[1] + self.half[1])
 
 
-def frame_places(door: Door, height: float, ahead: float) -> tuple[FramePlace, ...]:
+def frame_places(door: Door, height: float, reach: float, radius: float) -> tuple[FramePlace, ...]:
     """Places that tell where a door stands: two on its front far apart, and one beside the hinge, where the frame is deep enough.
 
     The front has its place on the widest box on either side. A wider face bears a larger error of the map along it.
@@ -62,7 +67,8 @@ def frame_places(door: Door, height: float, ahead: float) -> tuple[FramePlace, .
     Args:
         door: Where the map has it.
         height: Of the tip above P_h, D_H [m].
-        ahead: How far the tip reaches ahead of the rotor disc [m].
+        reach: Of the arm from O_B, straight ahead [m].
+        radius: Of the rotor disc [m].
 
     Returns:
         The places, the one beside the hinge last; nothing where there is no face on both sides.
@@ -77,15 +83,16 @@ def frame_places(door: Door, height: float, ahead: float) -> tuple[FramePlace, .
     front = [_on_the_front(side, towards) for side, towards in zip(sides, (1.0, -1.0), strict=True)]
     if None in front:
         return ()
+    ahead = reach * math.cos(_TURN) - radius
     beside = _beside_the_hinge(sides[0], _DEPTH * ahead, -door.contact_offset)
-    found = [(at, door.into) for at in (front[1], front[0])]
+    places = [_place(door, *at, height, door.into) for at in (front[1], front[0]) if at is not None]
     if beside is not None:
-        found.append(((beside, 0.0), -door.along))
-    return tuple(_place(door, *at, height, normal) for at, normal in found if at is not None)
+        places.append(_place(door, beside, 0.0, height, -door.along, -door.hand * _TURN))
+    return tuple(places)
 
 
 def places_to_touch(
-    scenario: Scenario, door: Door, height: float, ahead: float, opening: float
+    scenario: Scenario, door: Door, height: float, reach: float, radius: float, opening: float
 ) -> tuple[FramePlace, ...]:
     """The places that a mission is to touch.
 
@@ -93,7 +100,8 @@ def places_to_touch(
         scenario: Says whether any.
         door: Where the map has it.
         height: Of the tip above P_h, D_H [m].
-        ahead: How far the tip reaches ahead of the rotor disc [m].
+        reach: Of the arm from O_B, straight ahead [m].
+        radius: Of the rotor disc [m].
         opening: Of the leaf at the start [rad or m].
 
     Raises:
@@ -101,7 +109,7 @@ def places_to_touch(
     """
     if not scenario.mission.touch_frame:
         return ()
-    doubt, places = scenario.estimation, frame_places(door, height, ahead)
+    doubt, places = scenario.estimation, frame_places(door, height, reach, radius)
     reasons = {
         'contact.kind = "push": a grip finds the door on its arc': scenario.contact.kind == "push",
         'mission.start = "hover"': scenario.mission.start == "hover",
@@ -117,9 +125,9 @@ def places_to_touch(
     return places
 
 
-def _place(door: Door, into: float, along: float, height: float, normal: Array) -> FramePlace:
+def _place(door: Door, into: float, along: float, height: float, normal: Array, turn: float = 0.0) -> FramePlace:
     at = door.hinge_position + door.from_doorway(np.array([into, along, height]))
-    return FramePlace(frozen(at), frozen(normal))
+    return FramePlace(frozen(at), frozen(normal), turn)
 
 
 def _boxes(door: Door) -> list[_Box]:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -22,10 +20,12 @@ _DOUBTED = 3.0
 """The tip begins so many standard deviations before a face, and looks for it as far behind its place."""
 _SPEED = 0.5
 """Before the wall [m/s]: the frame of the poses may drift meanwhile."""
-_THERE, _PASSES = 0.03, 0.05
-"""Distance from a target at which the vehicle goes on, and at which the reference passes it on the way to another one [m]."""
-_TURNED = math.radians(10.0)
-"""By which the arm points at a face beside it: the tip, and not the rod, meets it [rad]."""
+_THERE, _FAST = 0.015, 0.06
+"""Distance from a target, and speed, below which the vehicle goes on [m], [m/s],"""
+_PASSES = 0.05
+"""and distance at which the reference passes one on the way to another [m]."""
+_QUICKER = 2.0
+"""At a face straight ahead the tip is faster than at the leaf, which gives way. A force beside the arm turns the vehicle."""
 _NOISE = 0.003
 """Standard deviation of a touch: poses, and how flat a wall is [m]."""
 
@@ -67,9 +67,9 @@ class TouchFrame(MissionPhase):
         if self._way:
             return setpoint, None
         if self._places:
-            place = self._places[0]
-            normal = self._fit.placed(place).normal
-            self._feeler = Feeler(self._model, self.glide.position.copy(), self._heading(place), normal)
+            place = self._fit.placed(self._places[0])
+            speed = self.attempt.settings.touch_speed * (1.0 if place.turn else _QUICKER)
+            self._feeler = Feeler(self._model, self.glide.position, self.glide.yaw, place.normal, speed)
             return setpoint, None
         self.attempt.frame = self._fit
         return setpoint, Next(Phase.HOVER, "the frame has been touched")
@@ -81,7 +81,8 @@ class TouchFrame(MissionPhase):
         setpoint = self.glide.to(target, yaw, _SPEED, rates, time_step)
         last = len(self._way) == 1
         arrived = self.glide.near(target, 0.01 if last else _PASSES) and abs(self.glide.yaw - yaw) < 1e-6
-        if arrived and np.linalg.norm(estimate.position - target) < (_THERE if last else 2.0 * _PASSES):
+        off, fast = np.linalg.norm(estimate.position - target), np.linalg.norm(estimate.velocity) > _FAST
+        if arrived and off < (_THERE if last else 2.0 * _PASSES) and not (last and fast):
             self._way.pop(0)
         return setpoint
 
@@ -117,8 +118,7 @@ class TouchFrame(MissionPhase):
 
     def _heading(self, place: FramePlace) -> float:
         """ψ at a place [rad]."""
-        towards = float(np.cross(self._model.door.into, place.normal)[2])
-        return self._model.start_yaw + _TURNED * towards
+        return self._model.start_yaw + place.turn
 
     def _outside(self, target: tuple[Array, float]) -> tuple[Array, float]:
         """A target, back before the wall."""
