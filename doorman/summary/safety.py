@@ -8,9 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.collision.scene import CollisionScene
-from doorman.collision.tip_shapes import tip_link
+from doorman.collision.tip_shapes import tip_and_frame
 from doorman.kinematics.rotations import rotation_body_to_world
-from doorman.kinematics.urdf.shapes import read_collisions
 from doorman.model import Model
 from doorman.recording import Recording
 from doorman.summary.flown_constraints import flown_constraints
@@ -99,7 +98,7 @@ def min_clearance(recording: Recording, model: Model) -> float:
     truth = recording["truth"]
     ticks = max(round(_CLEARANCE_INTERVAL / max(float(np.diff(truth.time[:2]).sum()), 1e-9)), 1)
     feels, every = _feels_the_frame(recording), np.arange(len(truth.time)) % ticks == 0
-    frame = [(tip_link(model.vehicle), shape.link) for shape in read_collisions(model.true_door.urdf)]
+    frame = tip_and_frame(model.vehicle, model.true_door)
     least = math.inf
     for chosen, ignored in ((every & ~feels, []), (every & feels, frame)):
         if chosen.any():

@@ -24,6 +24,8 @@ _ROOM = 0.03
 """Least distance of a place from the edges of its face; of a tip in the doorway from the leaf behind it [m]."""
 _TURN = math.radians(12.0)
 """By which the arm points at a face beside it: the tip, and not the rod, meets that."""
+_AHEAD = 0.05
+"""Least distance of rotor disc and wall [m]."""
 _DEPTH = 0.6
 """Of a tip in the doorway, as a share of how far it is ahead of the rotor disc, which stays before the frame."""
 _FARTHEST = 0.4
@@ -114,6 +116,7 @@ def places_to_touch(
         'contact.kind = "push": a grip finds the door on its arc': scenario.contact.kind == "push",
         'mission.start = "hover"': scenario.mission.start == "hover",
         "a leaf that starts closed": abs(opening) < _SHUT,
+        f"a start.arm that reaches {1e2 * _AHEAD:g} cm ahead of the rotor disc": reach > radius + _AHEAD,
         "deviations of the map above 0": min(doubt.door_place_deviation, doubt.door_yaw_deviation) > 0.0,
         "a plumb hinge, with a wall or a post on both sides of the leaf at the height of the tip": bool(places),
     }

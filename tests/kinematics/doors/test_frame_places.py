@@ -51,6 +51,7 @@ def test_no_place_where_it_is_not_asked_for() -> None:
         ("paper", {}, "contact.kind"),
         ("push", {"mission.start": "contact"}, "mission.start"),
         ("push", {"start.door_angle": 1.2}, "starts closed"),
+        ("push", {"start.arm": [0.0, 1.0, 0.3, -1.3]}, "start.arm"),
         ("push", {"estimation.door_yaw_deviation": 0.0}, "deviations"),
     ],
 )
