@@ -28,7 +28,7 @@ _MOVES, _LATELY = 0.3, 0.15
 
 
 class Feeler:
-    """Moves the tip with little force. What stops it stands where the tip was farthest: nothing lets it through.
+    """Moves the tip with little force. What stops it stands where the tip then is on average: it may bounce a little.
 
     Args:
         model: Model of the scenario.
@@ -43,10 +43,10 @@ class Feeler:
         self._gain, self._most = SPEED_GAIN * model.scale.damping, LARGEST_PUSH * model.scale.force
         self._speed = speed
         self._tip: Array | None = None
-        self._farthest = np.zeros(3)
         self._begun = self._mark = -np.inf
         self._farther_at = 0.0
         self._ways: deque[tuple[float, float]] = deque()
+        self._sum, self._count = np.zeros(3), 0
         self._wind = 0.0
 
     def step(self, estimate: Estimate, tip: Array, time_step: float) -> Setpoint:
@@ -72,7 +72,7 @@ class Feeler:
             now: Time [s].
         """
         stopped = now - self._farther_at >= _STOPPED
-        return self._farthest if stopped and self._mark > self._begun + _FLOWN else None
+        return self._sum / self._count if stopped and self._mark > self._begun + _FLOWN else None
 
     def _flies(self) -> bool:
         """Whether nothing stops the tip: it gets up speed, or moves on."""
@@ -88,8 +88,7 @@ class Feeler:
             self._ways.popleft()
         if len(self._ways) == 1 or way < self._mark - _BACK:
             self._begun = self._mark = way
-            self._farthest = self._tip
-        if way > float(self._normal @ self._farthest):
-            self._farthest = self._tip
         if way > self._mark + _FARTHER:
             self._mark, self._farther_at = way, now
+            self._sum, self._count = np.zeros(3), 0
+        self._sum, self._count = self._sum + tip, self._count + 1
