@@ -15,12 +15,14 @@ from doorman.model import Model
 
 Array = NDArray[np.float64]
 
-_STOPPED = 0.5
+_STOPPED = 0.7
 """A tip that comes no farther for so long [s] has met something."""
 _FARTHER, _BACK = 0.003, 0.012
 """It comes farther by more than the first; by more than the second it does not bounce back, but is blown back [m]."""
 _FLOWN = 0.01
 """Way on which it gets up speed, at first and after it was blown back [m]."""
+_GUST = 2.0
+"""Time constant with which a tip that something stops heeds what it takes for wind: it is not to press ever harder [s]."""
 _SMOOTHED = 0.05
 """Time over which its place is smoothed [s]."""
 _MOVES, _LATELY = 0.3, 0.15
@@ -58,8 +60,8 @@ class Feeler:
             time_step: Since the last tick [s].
         """
         self._watch(estimate.time, tip, time_step)
-        if self._flies():  # what the vehicle feels is wind
-            self._wind = float(self._normal @ estimate.wind)
+        share = 1.0 if self._flies() else min(time_step / _GUST, 1.0)  # else it may be what stops the tip
+        self._wind += share * (float(self._normal @ estimate.wind) - self._wind)
         push = self._gain * (self._speed - float(self._normal @ estimate.velocity))
         push = min(max(push, -self._most), self._most) - self._wind
         rest, arm = np.zeros(3), arm_rates_to(self._model.start_arm, estimate.arm_angles)
