@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections import deque
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -15,18 +13,14 @@ from doorman.model import Model
 
 Array = NDArray[np.float64]
 
-_STOPPED = 0.7
-"""A tip that comes no farther for so long [s] has met something."""
-_FARTHER, _BACK = 0.003, 0.012
-"""It comes farther by more than the first; by more than the second it does not bounce back, but is blown back [m]."""
+_STOPPED, _FARTHER = 0.7, 0.006
+"""A tip that comes no farther by more than the second [m] for so long [s] has met something."""
+_FLIES = 0.25
+"""One that came farther within this time has not: what the vehicle feels is wind [s]."""
 _FLOWN = 0.01
-"""Way on which it gets up speed, at first and after it was blown back [m]."""
-_GUST = 2.0
-"""Time constant with which a tip that something stops heeds what it takes for wind: it is not to press ever harder [s]."""
+"""Way on which it gets up speed [m]."""
 _SMOOTHED = 0.05
 """Time over which its place is smoothed [s]."""
-_MOVES, _LATELY = 0.3, 0.15
-"""One with less than this share of its speed, on average over the last time [s], may have met something."""
 
 
 class Feeler:
@@ -45,9 +39,8 @@ class Feeler:
         self._gain, self._most = SPEED_GAIN * model.scale.damping, LARGEST_PUSH * model.scale.force
         self._speed = speed
         self._tip: Array | None = None
-        self._begun = self._mark = -np.inf
+        self._begun = self._mark = 0.0
         self._farther_at = 0.0
-        self._ways: deque[tuple[float, float]] = deque()
         self._sum, self._count = np.zeros(3), 0
         self._wind = 0.0
 
@@ -60,36 +53,33 @@ class Feeler:
             time_step: Since the last tick [s].
         """
         self._watch(estimate.time, tip, time_step)
-        share = 1.0 if self._flies() else min(time_step / _GUST, 1.0)  # else it may be what stops the tip
-        self._wind += share * (float(self._normal @ estimate.wind) - self._wind)
+        if not self._has_flown or estimate.time - self._farther_at < _FLIES:
+            self._wind = float(self._normal @ estimate.wind)
         push = self._gain * (self._speed - float(self._normal @ estimate.velocity))
         push = min(max(push, -self._most), self._most) - self._wind
         rest, arm = np.zeros(3), arm_rates_to(self._model.start_arm, estimate.arm_angles)
         return Setpoint(self._place, rest, rest, self._yaw, rest, self._normal, arm, push)
 
     def met(self, now: float) -> Array | None:
-        """Where the tip was stopped, shape (3,), world frame [m]; None as long as it comes on, or is blown back.
+        """Where the tip was stopped, shape (3,), world frame [m]; None as long as it comes on.
 
         Args:
             now: Time [s].
         """
         stopped = now - self._farther_at >= _STOPPED
-        return self._sum / self._count if stopped and self._mark > self._begun + _FLOWN else None
+        return self._sum / self._count if stopped and self._has_flown else None
 
-    def _flies(self) -> bool:
-        """Whether nothing stops the tip: it gets up speed, or moves on."""
-        (then, before), (now, way) = self._ways[0], self._ways[-1]
-        return self._mark < self._begun + _FLOWN or way - before > _MOVES * self._speed * (now - then)
+    @property
+    def _has_flown(self) -> bool:
+        return self._mark > self._begun + _FLOWN
 
     def _watch(self, now: float, tip: Array, time_step: float) -> None:
         """Take in where the tip is."""
-        self._tip = tip if self._tip is None else self._tip + min(time_step / _SMOOTHED, 1.0) * (tip - self._tip)
+        if self._tip is None:
+            self._tip, self._begun = tip, float(self._normal @ tip)
+            self._mark = self._begun
+        self._tip = self._tip + min(time_step / _SMOOTHED, 1.0) * (tip - self._tip)
         way = float(self._normal @ self._tip)
-        self._ways.append((now, way))
-        while now - self._ways[0][0] > _LATELY:
-            self._ways.popleft()
-        if len(self._ways) == 1 or way < self._mark - _BACK:
-            self._begun = self._mark = way
         if way > self._mark + _FARTHER:
             self._mark, self._farther_at = way, now
             self._sum, self._count = np.zeros(3), 0
