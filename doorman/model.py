@@ -14,6 +14,7 @@ from doorman.collision.surroundings import Surroundings
 from doorman.dynamics.attitude_loop import AttitudeLoop
 from doorman.exceptions import DimensionError, ScenarioError
 from doorman.kinematics.coupling import Coupling, distance_in_doorway
+from doorman.kinematics.doors.frame_places import places_to_touch
 from doorman.kinematics.doors.reading import read_door, read_travel
 from doorman.kinematics.doors.variants.true_door import TrueDoor, is_another
 from doorman.kinematics.rotations import regular_state, regular_step
@@ -88,6 +89,12 @@ class Model:
         self.hover_offset = frozen(self._hover_offset())
         """From where the tip touches the leaf in the start posture to the hover before the door, shape (3,), world frame [m]."""
         self.start_arm, self.goal_arm = frozen(self.start_state[5:]), frozen(self.goal_state[5:])
+        reach, opening = (
+            math.hypot(*self.vehicle.tip_position(self.start_arm)[:2]),
+            self.door.opening_of(self.start_angle),
+        )
+        self.frame_places = places_to_touch(scenario, self.door, self._place[1], reach, self.vehicle.radius, opening)
+        """Where the tip touches what stands beside the leaf, before the leaf itself, if it does."""
         self.vehicle_inertia = frozen(self.vehicle.inertia(self.goal_arm))
         self.actuation = actuation_of(self.vehicle, scenario.simulation.torque_per_thrust)
         """How the vehicle makes a force: with a tilted thrust, or with a level body."""

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.collision.shapes import Shape, read_shapes
+from doorman.kinematics.doors.door import Door
 from doorman.kinematics.urdf.shapes import link_name, read_parents
 from doorman.kinematics.vehicles.vehicle import Vehicle
 
@@ -73,6 +74,18 @@ def tip_shapes(vehicle: Vehicle) -> dict[int, Array]:
         ):
             found[index] = link_in_tip
     return found
+
+
+def tip_and_frame(vehicle: Vehicle, door: Door) -> list[tuple[str, str]]:
+    """Pairs of links, the tip's first, that touch where the tip is to touch what stands beside the leaf.
+
+    Args:
+        vehicle: The vehicle.
+        door: The door.
+    """
+    shapes, others = read_shapes(vehicle.urdf), {shape.link for shape in read_shapes(door.urdf)}
+    tips = {shapes[index].link for index in tip_shapes(vehicle)}
+    return sorted((tip, other) for tip in tips for other in others - {door.section.leaf})
 
 
 def _is_at(shape: Shape, point: Array) -> bool:

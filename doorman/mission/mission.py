@@ -148,6 +148,7 @@ class Mission(Uncopied):
         if self._abort_reason:
             self._sequence.abort(estimate, self._abort_reason)
         action = self._sequence.step(estimate, measurement.body_rates, elapsed)
+        self._learn_frame()
         setpoint, at_the_leaf, tie = action.setpoint, self._sequence.at_the_leaf, self._sequence.tie
         planned = None
         if self._whole_body is not None:
@@ -177,6 +178,15 @@ class Mission(Uncopied):
         self._record(measured, estimate, setpoint, thrust, told)
         self._locator.update(measured, at_the_leaf and estimate.touching, tie is Tie.GRIPPED, elapsed)
         return estimate.door_angle
+
+    def _learn_frame(self) -> None:
+        """Once the frame has been touched, the door stands where that is."""
+        frame = self._sequence.attempt.frame
+        if frame is None or self._locator.frame is not None:
+            return
+        self._locator.learn(frame)
+        if self._whole_body is not None:
+            self._whole_body.know_the_face()
 
     def _change_smoothly(self, setpoint: Setpoint, estimate: Estimate) -> None:
         """From force back to position control: the observer begins with the wind, not with what it took the door for."""
@@ -230,6 +240,7 @@ class Mission(Uncopied):
                 "hinge": [hinge.damping, hinge.friction, hinge.stiffness, hinge.inertia],
                 "door_place": door.found,
                 "door_place_deviation": door.deviations,
+                "door_angle_deviation": door.angle_deviation(estimate.door_angle),
                 "torque_deviation": hinge.torque_deviation,
                 "hinge_deviation": [
                     hinge.damping_deviation, hinge.friction_deviation, hinge.stiffness_deviation, hinge.inertia_deviation

@@ -1,4 +1,4 @@
-"""The mission as a state machine: hover → approach → touch → open → release → retreat → hover.
+"""The mission as a state machine: hover (→ touch of the frame → hover) → approach → touch → open → release → retreat → hover.
 
 Every phase is an object of `doorman.mission.phases`; docs/mission.md draws them.
 """
@@ -22,6 +22,7 @@ from doorman.mission.phases.free_flight.approach import Approach
 from doorman.mission.phases.free_flight.hover import Hover
 from doorman.mission.phases.free_flight.retreat import Retreat
 from doorman.mission.phases.free_flight.through import Through
+from doorman.mission.phases.free_flight.touch_frame import TouchFrame
 from doorman.mission.phases.guard import Guard
 from doorman.mission.phases.hold import Hold
 from doorman.mission.phases.open import Open
@@ -35,9 +36,20 @@ from doorman.model import Model
 
 Array = NDArray[np.float64]
 
-_PHASES: dict[Phase, type[MissionPhase]] = {
-    kind.phase: kind for kind in (Hover, Approach, Touch, Open, Hold, Recover, Release, Retreat, Through, Done)
-}
+_KINDS: tuple[type[MissionPhase], ...] = (
+    Hover,
+    TouchFrame,
+    Approach,
+    Touch,
+    Open,
+    Hold,
+    Recover,
+    Release,
+    Retreat,
+    Through,
+    Done,
+)
+_PHASES: dict[Phase, type[MissionPhase]] = {kind.phase: kind for kind in _KINDS}
 
 
 @dataclass(frozen=True)

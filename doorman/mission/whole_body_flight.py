@@ -62,6 +62,10 @@ class WholeBodyFlight:
             push=known.normal_force, hinge=known.hinge,
         )  # fmt: skip
 
+    def know_the_face(self) -> None:
+        """From now on the door stands where it is believed: a leaf that is met elsewhere stands ajar."""
+        self._estimator.know_the_face()
+
     def command(self, measurement: Measurement, at_the_leaf: bool, time_step: float) -> Command | None:
         """What the vehicle is to do now.
 

@@ -84,6 +84,7 @@ class Simulator(Uncopied):
             self._gripper.set(False)
         self._contacts = ContactReader(self._mujoco, self.plant.engine_model, data, *shapes, self._gripper)
         self._hinge = HingeTorques(model, self.plant)
+        self._tip_on_frame = _tip_on_frame(self.plant)
         self._own = self._parameters(gains)
         self._stepping = held(self._own)
         self._command, self._tip, self._state = self._own.command, self._own.tip, self._own.truth
@@ -203,6 +204,7 @@ class Simulator(Uncopied):
             max_pull=max_pull,
             collisions=self._collisions,
             collision_pairs=self._pair_names(),
+            only_tip_on_frame=bool(self._pairs) and self._pairs <= self._tip_on_frame,
             rotor_thrusts=thrusts,
             max_push=max_push,
             gripping=closed,
@@ -264,6 +266,14 @@ class Simulator(Uncopied):
         if self._drag is not None:
             self._drag.act()
         self._hinge.act(other)
+
+
+def _tip_on_frame(plant: Plant) -> frozenset[tuple[int, int]]:
+    """Pairs of a shape of the tip and one that does not move, either way round."""
+    engine_model = plant.engine_model
+    fixed = np.flatnonzero(engine_model.body_weldid[engine_model.geom_bodyid] == 0).tolist()
+    pairs = [(tip, other) for tip in plant.tip_shapes for other in fixed]
+    return frozenset([*pairs, *((other, tip) for tip, other in pairs)])
 
 
 def _sealed(array: Array) -> Array:

@@ -47,6 +47,8 @@ class Truth(OneLine):
     """Largest number of contacts other than tip and leaf in any physics step since the last tick."""
     collision_pairs: tuple[str, ...]
     """What these contacts were between."""
+    only_tip_on_frame: bool
+    """Whether all of them were the tip on what does not move."""
     rotor_thrusts: Array
     """Shape (m,) [N]."""
     max_push: float = 0.0

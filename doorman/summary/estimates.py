@@ -11,7 +11,7 @@ from doorman.recording import Recording
 
 
 def estimates(recording: Recording, model: Model) -> dict[str, dict[str, float]]:
-    """Parameters of the hinge, and the door's place, as estimated at the end.
+    """Parameters of the hinge, the door's place, and its angle where the frame was touched, as estimated at the end.
 
     Args:
         recording: Of a simulated run.
@@ -45,7 +45,11 @@ def estimates(recording: Recording, model: Model) -> dict[str, dict[str, float]]
     found = {
         name: _in_joint(figures, 1 if name in ("friction", "torque") else 2, arm) for name, figures in found.items()
     }
-    return found | (_place(recording, model) if door.vertical and "door_place" in estimate else {})
+    if door.vertical and "door_place" in estimate:
+        found |= _place(recording, model)
+    if "door_angle_deviation" in estimate and math.isfinite(deviation := float(estimate["door_angle_deviation"][-1])):
+        found["door_angle"] = {"value": float(estimate["state"][-1, 3]), "deviation": deviation, "true": angle}
+    return found
 
 
 def _leaning(model: Model, angle: float) -> float:

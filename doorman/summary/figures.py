@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from typing import Any
 
@@ -15,7 +16,7 @@ from doorman.simulation.reality.causes import true_causes
 from doorman.summary.estimates import estimates, largest_angle_error
 from doorman.summary.outcome import COMPLETED, GOAL_MISSED, STANDS, missed, rate_at_the_end, time_to_open, told_outcome
 from doorman.summary.plans import planner_figures, realtime_factor
-from doorman.summary.safety import contact_fraction, largest_push, largest_violation, min_clearance
+from doorman.summary.safety import collisions, contact_fraction, largest_push, largest_violation, min_clearance
 
 
 def summarize(recording: Recording, model: Model) -> dict[str, Any]:
@@ -50,7 +51,7 @@ def summarize(recording: Recording, model: Model) -> dict[str, Any]:
     return {
         "outcome": outcome,
         "reason": reason,
-        "attempts": 1 + states[1:].count("hover"),
+        "attempts": attempts(states),
         "opened": opened_at is not None,
         "went_through": outcome == COMPLETED and "through" in states,
         "final_door_angle_deg": math.degrees(float(angle[-1])),
@@ -61,7 +62,7 @@ def summarize(recording: Recording, model: Model) -> dict[str, Any]:
         "duration_s": float(time[-1]),
         "max_constraint_violation_m": largest_violation(recording, model),
         "min_clearance_m": min_clearance(recording, model),
-        "collisions": int(truth["collisions"].sum()),
+        "collisions": collisions(recording),
         "contact_fraction": contact_fraction(recording, 0.0),
         "contact_fraction_after_1s": contact_fraction(recording, 1.0),
         "max_pull_force_n": float(truth["max_pull"].max()),
@@ -72,6 +73,15 @@ def summarize(recording: Recording, model: Model) -> dict[str, Any]:
         **planner_figures(recording),
         "realtime_factor": realtime_factor(recording),
     }
+
+
+def attempts(states: list[str]) -> int:
+    """Number of attempts: each begins in a hover, to which the vehicle also comes back from the touch of the frame.
+
+    Args:
+        states: Of the mission, one by one.
+    """
+    return 1 + sum(now == "hover" and before != "touch_frame" for before, now in itertools.pairwise(states))
 
 
 def _where_it_ended(door: Door, angle: float, target: float) -> dict[str, Any]:

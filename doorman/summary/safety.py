@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.collision.scene import CollisionScene
+from doorman.collision.tip_shapes import tip_and_frame
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import Model
 from doorman.recording import Recording
@@ -34,6 +35,24 @@ def largest_violation(recording: Recording, model: Model) -> float:
         model, *(truth[field][flown] for field in ("position", "attitude", "door_angle", "arm_angles"))
     )
     return float(max(rows.max(), 0.0))
+
+
+def collisions(recording: Recording) -> int:
+    """Contacts other than tip and leaf, summed over the ticks; the tip may touch the frame where the mission has it do so.
+
+    Args:
+        recording: Of a simulated run.
+    """
+    truth, number = recording["truth"], recording["truth"]["collisions"]
+    feels = _feels_the_frame(recording)
+    return int(number[~(feels & (truth["only_tip_on_frame"] != 0))].sum() if feels.any() else number.sum())
+
+
+def _feels_the_frame(recording: Recording) -> NDArray[np.bool_]:
+    """Ticks in which the tip is to touch what stands beside the leaf, shape (m,)."""
+    truth, mission = recording["truth"], recording["mission"]
+    phases = np.maximum(np.searchsorted(mission.time, truth.time, side="right") - 1, 0)
+    return np.asarray(mission["state"][phases] == "touch_frame")
 
 
 def largest_push(recording: Recording) -> float | None:
@@ -70,7 +89,7 @@ def _at_the_door(recording: Recording, after: float = 0.0) -> NDArray[np.bool_]:
 
 
 def min_clearance(recording: Recording, model: Model) -> float:
-    """Least distance of vehicle and door, apart from tip and leaf, by FCL [m].
+    """Least distance of vehicle and door, apart from tip and what it is to touch, by FCL [m].
 
     Args:
         recording: Of a simulated run.
@@ -78,13 +97,17 @@ def min_clearance(recording: Recording, model: Model) -> float:
     """
     truth = recording["truth"]
     ticks = max(round(_CLEARANCE_INTERVAL / max(float(np.diff(truth.time[:2]).sum()), 1e-9)), 1)
-    chosen = slice(None, None, ticks)
-    rotations = np.array([rotation_body_to_world(attitude) for attitude in truth["attitude"][chosen]])
-    scene = CollisionScene(model.vehicle, model.true_door)
-    least = scene.least_clearance(
-        truth["position"][chosen], rotations, truth["arm_angles"][chosen], truth["door_angle"][chosen]
-    )
-    return least.distance
+    feels, every = _feels_the_frame(recording), np.arange(len(truth.time)) % ticks == 0
+    frame = tip_and_frame(model.vehicle, model.true_door)
+    least = math.inf
+    for chosen, ignored in ((every & ~feels, []), (every & feels, frame)):
+        if chosen.any():
+            rotations = np.array([rotation_body_to_world(attitude) for attitude in truth["attitude"][chosen]])
+            clearance = CollisionScene(model.vehicle, model.true_door, ignored).least_clearance(
+                truth["position"][chosen], rotations, truth["arm_angles"][chosen], truth["door_angle"][chosen]
+            )
+            least = min(least, clearance.distance)
+    return least
 
 
 def contact_fraction(recording: Recording, after: float) -> float:

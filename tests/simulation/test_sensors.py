@@ -23,7 +23,8 @@ def truth(time: float) -> Truth:
     return Truth(
         time=time, position=time * three, velocity=three + time, attitude=0.1 * time * three, body_rates=0.1 * three + time,
         door_angle=1.0, door_rate=0.0, arm_angles=time * arm, arm_rates=arm + time, tip_force=np.zeros(3),
-        tip_normal_force=0.0, touching=False, max_pull=0.0, collisions=0, collision_pairs=(), rotor_thrusts=np.zeros(6),
+        tip_normal_force=0.0, touching=False, max_pull=0.0, collisions=0, collision_pairs=(), only_tip_on_frame=False,
+        rotor_thrusts=np.zeros(6),
     )  # fmt: skip
 
 

@@ -32,7 +32,7 @@ def made_up(model: Model, angles: Any, turn: float = 0.5, **changes: Any) -> Rec
     columns: dict[str, Any] = {
         "touching": [True] * m, "max_pull": [0.0] * m, "max_push": [2.5] * m, "collisions": [0] * m, "estimated": angles,
         "solve_time": [0.001] * m, "deadline_missed": [False] * m, "wall_time": 0.5, "door_rate": [0.0] * m,
-        "away": [np.zeros(3)] * m, "cold": [k == 0 for k in range(m)],
+        "only_tip": [False] * m, "away": [np.zeros(3)] * m, "cold": [k == 0 for k in range(m)],
         "phases": [("open", ""), ("done", ""), ("end", "flown to its end")], **changes,
     }  # fmt: skip
     recorder, arm = Recorder(None, {}), model.goal_arm
@@ -46,7 +46,8 @@ def made_up(model: Model, angles: Any, turn: float = 0.5, **changes: Any) -> Rec
             "arm_angles": arm,
         }
         names = ("touching", "max_pull", "max_push", "collisions", "door_rate")
-        recorder.write("truth", 0.1 * k, {**truth, **{name: columns[name][k] for name in names}})
+        told = {name: columns[name][k] for name in names} | {"only_tip_on_frame": columns["only_tip"][k]}
+        recorder.write("truth", 0.1 * k, truth | told)
         state = np.concatenate([attitude, [columns["estimated"][k], 0.0], arm])
         hinge = {"hinge": [0.5, 0.4, 0.1, 5.0], "hinge_deviation": [0.1, 0.2, 0.3, 0.4], "torque_deviation": 0.25}
         recorder.write("estimate", 0.1 * k, {"state": state, **hinge})
@@ -342,3 +343,23 @@ def test_a_flight_gives_the_same_figures_from_memory_and_from_its_file(model: Mo
     error = np.degrees(np.abs(flown["estimate"]["state"][:, 3] - truth["door_angle"])).max()
     assert summary["door_angle_estimate_error_deg_max"] == pytest.approx(error, rel=1e-9)
     assert summary["realtime_factor"] == pytest.approx(0.3 / flown["mission"]["wall_time"][-1])
+
+
+def test_a_tip_that_is_to_touch_the_frame_is_no_collision(model: Model) -> None:
+    """Its touches count in another phase, and in that phase what else touches; nor is the way back another attempt."""
+    states = ["hover", "touch_frame", "hover", "approach", "touch", "open"]
+    phases = [(state, "", 0.1 * k) for k, state in enumerate(states)]
+    ends = [("done", "", 0.55), ("end", "flown to its end", 0.56)]
+
+    def counted(tick: int, only_tip: bool) -> dict[str, Any]:
+        angles = [math.pi / 2] * 6
+        run = made_up(
+            model, angles, phases=phases + ends, collisions=[2 * (k == tick) for k in range(6)],
+            only_tip=[only_tip and k == tick for k in range(6)],
+        )  # fmt: skip
+        return summarize(run, model)
+
+    assert counted(1, True)["collisions"] == 0
+    assert counted(1, False)["collisions"] == 2
+    assert counted(3, True)["collisions"] == 2
+    assert counted(1, True)["attempts"] == 1

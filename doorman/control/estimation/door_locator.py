@@ -6,7 +6,8 @@ A point of the leaf goes round the true hinge. With h, the hinge's offset from t
 
 The leaf is turned about the hinge by as much as it stood off its angle where the tip met it closed. From there on measurements
 are seen as if the door stood where the map has it, and commands are turned back: what plans and decides knows no other door.
-A tip that only pushes creeps on the leaf, and says nothing. Neither does a leaf that starts open: it gives way to the tip.
+A tip that only pushes creeps on the leaf, and says nothing; it may touch the frame before (`frame_fit`). A leaf that starts open
+says nothing either: it gives way to the tip.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from doorman.control.estimation.frame_fit import FrameFit
 from doorman.model import Model
 from doorman.signals import Command, Measurement
 
@@ -58,6 +60,8 @@ class DoorLocator:
         self._known = np.zeros(3)  # h, world frame, and ρ
         self._covariance = np.diag([self._doubt[0] ** 2, self._doubt[0] ** 2, 0.0])
         self._goes_round = False
+        self.frame: FrameFit | None = None
+        """What touches of the frame have found."""
         self._met: Array | None = None  # where the leaf was nearest to closed
         self._sum, self._count, self._since = np.zeros(3), 0, 0.0
         self._away, self._ended = 0.0, False
@@ -89,6 +93,21 @@ class DoorLocator:
         covariance = self._covariance
         return [*(math.sqrt(max(covariance[k, k], 0.0)) for k in range(2)), self.yaw_deviation]
 
+    def angle_deviation(self, door_angle: float) -> float:
+        r"""Standard deviation of α from that of the door's place, :math:`\delta\alpha = n_D^T\delta h/D - \delta\psi`.
+
+        Args:
+            door_angle: α [rad].
+
+        Returns:
+            [rad]; NaN as long as no frame has been touched: h and ψ are known together from there alone.
+        """
+        if self.frame is None:
+            return math.nan
+        normal = self._door.normal(door_angle)[:2] / self._model.coupling.lever_length
+        slope = np.array([*normal, -self._door.hand])
+        return math.sqrt(float(slope @ self.frame.covariance @ slope))
+
     def update(self, measured: Measurement, touches: bool, grips: bool, time_step: float) -> None:
         """Take in where the tip is.
 
@@ -98,9 +117,9 @@ class DoorLocator:
             grips: and is held there.
             time_step: Since the last call [s].
         """
+        self._follow(time_step)
         if not self._works:
             return
-        self._follow(time_step)
         if self._ended or not (touches or grips):
             self._lose(time_step)
             return
@@ -114,6 +133,17 @@ class DoorLocator:
             if self._goes_round:
                 self._learn_yaw()
             self._sum, self._count, self._since = np.zeros(3), 0, 0.0
+
+    def learn(self, frame: FrameFit) -> None:
+        """Take in where the frame has been touched.
+
+        Args:
+            frame: What the touches have found.
+        """
+        self.frame, self.yaw = frame, frame.yaw
+        self._known = np.array([*frame.offset, 0.0])
+        self._covariance[:2, :2] = frame.covariance[:2, :2]
+        self.yaw_deviation = math.sqrt(float(frame.covariance[2, 2]))
 
     def seen(self, measured: Measurement) -> Measurement:
         """A measurement as it would be if the door stood where the map has it.
@@ -259,7 +289,7 @@ class DoorLocator:
 
     def _follow(self, time_step: float) -> None:
         """Use what is found, little by little."""
-        if not self._goes_round:
+        if not (self._goes_round or self.frame):
             return
         off, most = self._known[:2] - self._offset, _SPEED * time_step
         self._offset = self._offset + off * min(1.0, most / max(float(np.hypot(*off)), 1e-9))

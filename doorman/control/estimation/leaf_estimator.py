@@ -190,6 +190,10 @@ class LeafEstimator:
             self._lever, pulled, self._hinge(touches != 0.0),
         )  # fmt: skip
 
+    def know_the_face(self) -> None:
+        """The closed leaf's face is where the model has it: what is met elsewhere is a leaf that stands ajar."""
+        self._kept.memory[CLOSED] = 0.0
+
     def _hinge(self, touching: bool) -> HingeEstimate:
         r"""The door's filter takes the wind on the vehicle for known, and friction and closer for constant.
 

@@ -17,9 +17,9 @@ from doorman.model import Model
 
 Array = NDArray[np.float64]
 
-_SPEED_GAIN = 12.0
+SPEED_GAIN = 12.0
 """Of the tip's speed in free flight, along the door's normal, of the shipped vehicle [N s/m]."""
-_LARGEST_PUSH = 2.0
+LARGEST_PUSH = 2.0
 """Of that law [N]."""
 _CREEP = 0.01
 """With which a resting tip that has left the leaf comes back [m/s]."""
@@ -61,7 +61,7 @@ class AtTheLeaf:
         self._doorway = Doorway(model)
         self._room = model.scenario.planner.margin + _ROOM
         self._speed = model.scenario.mission.touch_speed
-        self._speed_gain, self._most_push = _SPEED_GAIN * model.scale.damping, _LARGEST_PUSH * model.scale.force
+        self._speed_gain, self._most_push = SPEED_GAIN * model.scale.damping, LARGEST_PUSH * model.scale.force
         safety = model.scenario.safety
         self._steep = max(min(_STEEP, _SHARE_OF_LIMIT * safety.tilt), model.scenario.control.max_tilt)
         self._fastest = _SHARE_OF_LIMIT * safety.speed

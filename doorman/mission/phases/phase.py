@@ -22,6 +22,7 @@ class Phase(Enum):
     """Where a mission is."""
 
     HOVER = "hover"
+    TOUCH_FRAME = "touch_frame"
     APPROACH = "approach"
     TOUCH = "touch"
     OPEN = "open"

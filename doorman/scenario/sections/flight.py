@@ -124,6 +124,8 @@ class MissionTimeOutsSection(Section):
 
     hover: Positive = 15.0
     """Until the vehicle hovers still before the door [s]."""
+    touch_frame: Positive = 90.0
+    """Until the frame has been touched everywhere [s]."""
     approach: Positive = 20.0
     """To `touch_distance` [s]."""
     touch: Positive = 30.0
@@ -153,6 +155,8 @@ class MissionSection(Section):
     holds the door for `time_out.hold`."""
     hover_distance: Positive = 0.6
     """Distance between tip and leaf before the approach [m]."""
+    touch_frame: bool = False
+    """Whether the tip first touches wall and frame beside a door that it is to push, to find where that stands."""
     approach_speed: Positive = 0.15
     """Speed of the approach [m/s]."""
     touch_distance: Positive = 0.06

@@ -11,6 +11,7 @@ import pytest
 
 from doorman import simulate
 from doorman.control.estimation.door_locator import DoorLocator
+from doorman.control.estimation.frame_fit import FrameFit
 from doorman.model import Model
 from doorman.scenario import Scenario
 from doorman.signals import Command, Measurement
@@ -90,6 +91,39 @@ def test_what_is_seen_and_told_is_turned_back_in_the_map() -> None:
     closed = door.hinge_position + np.array([0.03, -0.02, 0.0])
     moved = locator.seen(replace(there, position=closed)).position
     assert moved == pytest.approx(door.hinge_position, abs=0.006)
+
+
+def test_a_frame_that_was_touched_says_where_a_pushed_door_stands() -> None:
+    model = model_of("push")
+    locator, door = DoorLocator(model), model.door
+    covariance = np.diag([0.002, 0.003, 0.004]) ** 2
+    locator.learn(FrameFit(door.hinge_position, np.array([0.02, -0.01]), 0.03, covariance))
+    there = measured(model, door.hinge_position + np.array([0.02, -0.01, 0.0]), 0.0)
+    for k in range(1000):  # little by little
+        locator.update(replace(there, time=TICK * k), False, False, TICK)
+    assert locator.found == pytest.approx([0.02, -0.01, 0.03])
+    assert locator.deviations == pytest.approx([0.002, 0.003, 0.004])
+    tip = locator.seen(there).position + model.vehicle.tip_position(model.start_arm)
+    assert locator.seen(there).attitude[2] == pytest.approx(-0.03)
+    assert locator.place(locator.seen(there).position) == pytest.approx(there.position)
+    assert np.linalg.norm(tip - door.hinge_position) < 0.03
+
+
+@pytest.mark.parametrize("source", ["push", "push_left"])
+def test_the_deviation_of_the_angle_is_that_of_what_it_is_measured_against(
+    source: str, rng: np.random.Generator
+) -> None:
+    model = model_of(source)
+    door, angle, lever = model.door, 0.6, model.coupling.lever_length
+    root = np.array([[0.003, 0.0, 0.0], [0.001, 0.002, 0.0], [0.002, -0.001, 0.003]])
+    locator = DoorLocator(model)
+    assert math.isnan(locator.angle_deviation(angle))
+    locator.learn(FrameFit(door.hinge_position, np.zeros(2), 0.0, root @ root.T))
+    away, angles = lever * door.leaf_direction(angle), []
+    for x, y, yaw in rng.normal(size=(2000, 3)) @ root.T:
+        turn = np.array([[math.cos(yaw), math.sin(yaw), 0.0], [-math.sin(yaw), math.cos(yaw), 0.0], [0.0, 0.0, 1.0]])
+        angles.append(door.angle_of(turn @ (away - np.array([x, y, 0.0]))))
+    assert locator.angle_deviation(angle) == pytest.approx(float(np.std(angles)), rel=0.06)
 
 
 @pytest.mark.slow

@@ -193,3 +193,15 @@ def test_collision_with_the_jamb_is_reported(flight):
     assert any("jamb_hinge" in pair for truth in hits for pair in truth.collision_pairs)
     assert all(truth.collision_pairs for truth in hits)
     assert all(not truth.collision_pairs for truth in truths if not truth.collisions)
+
+
+@pytest.mark.parametrize("forward, only", [(0.0, True), (0.05, False)])
+def test_a_tip_on_the_wall_is_told_from_an_arm_in_it(flight, forward, only):
+    vehicle = flight(contact__kind="push")
+    vehicle.data.qpos[1] -= 0.7 + 0.48
+    vehicle.data.qpos[0] -= 0.1 - forward  # the wall's face is 10 cm before the leaf's
+    vehicle.lean(1.0)
+    hits = [truth for truth in vehicle.run(0.3) if truth.collisions]
+    assert hits and all("wall_hinge" in " ".join(truth.collision_pairs) for truth in hits)
+    assert all(truth.only_tip_on_frame for truth in hits) is only
+    assert not any(truth.touching for truth in hits)

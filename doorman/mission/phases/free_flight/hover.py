@@ -30,7 +30,7 @@ class Hover(MissionPhase):
         self._still_since: float | None = None
 
     def step(self, estimate: Estimate, body_rates: Array, time_step: float) -> tuple[Setpoint, Then]:
-        """Fly on; the approach follows once the vehicle is still.
+        """Fly on; the approach follows once the vehicle is still, or the frame's touch, where that is asked for and not done.
 
         Args:
             estimate: What is known now.
@@ -46,7 +46,8 @@ class Hover(MissionPhase):
         posed = np.abs(estimate.arm_angles - model.start_arm).max(initial=0.0) < 0.03
         self._still_since = since(self._still_since, bool(still and posed), estimate.time)
         ready = self._still_since is not None and estimate.time - self._still_since >= STEADY
-        return setpoint, Next(Phase.APPROACH) if ready else None
+        feels = bool(model.frame_places) and self.attempt.frame is None
+        return setpoint, Next(Phase.TOUCH_FRAME if feels else Phase.APPROACH) if ready else None
 
 
 def fly_before_the_leaf(

@@ -1,0 +1,172 @@
+"""Where a tip can touch what stands beside a door: the wall or a post on either side, and the inner side of the hinge's post."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from doorman.exceptions import ScenarioError
+from doorman.kinematics.doors.door import Door
+from doorman.kinematics.doors.urdf.beside import fixed_boxes
+from doorman.kinematics.urdf.robot import frozen
+from doorman.scenario import Scenario
+
+Array = NDArray[np.float64]
+
+_SHUT = 0.01
+"""A leaf that starts farther open is turned against its frame [rad]."""
+_BORDER = 0.01
+"""A box that reaches no farther into the doorway stands beside it [m]."""
+_ROOM = 0.03
+"""Least distance of a place from the edges of its face; of a tip in the doorway from the leaf behind it [m]."""
+_TURN = math.radians(12.0)
+"""By which the arm points at a face beside it: the tip, and not the rod, meets that."""
+_AHEAD = 0.05
+"""Least distance of rotor disc and wall [m]."""
+_DEPTH = 0.6
+"""Of a tip in the doorway, as a share of how far it is ahead of the rotor disc, which stays before the frame."""
+_FARTHEST = 0.4
+"""From the edge nearer to the doorway: the vehicle does not fly farther along a long wall [m]."""
+
+
+@dataclass(frozen=True, eq=False)
+class FramePlace:
+    """A place where the tip meets the frame of a door that stands where the map has it."""
+
+    point: Array
+    """Shape (3,), world frame [m]."""
+    normal: Array
+    """Unit vector into the face, shape (3,), world frame."""
+    turn: float = 0.0
+    """By which the arm is turned from straight ahead [rad]."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Box:
+    """A box beside the door, along `into`, `along` and `up` from P_h [m]."""
+
+    center: Array
+    half: Array
+
+    @property
+    def front(self) -> float:
+        return float(self.center[0] - self.half[0])
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """Along the closed leaf."""
+        return float(self.center[1] - self.half[1]), float(self.center[1] + self.half[1])
+
+
+def frame_places(door: Door, height: float, reach: float, radius: float) -> tuple[FramePlace, ...]:
+    """Places that tell where a door stands: two on its front far apart, and one beside the hinge, where the frame is deep enough.
+
+    The front has its place on the widest box on either side. A wider face bears a larger error of the map along it.
+
+    Args:
+        door: Where the map has it.
+        height: Of the tip above P_h, D_H [m].
+        reach: Of the arm from O_B, straight ahead [m].
+        radius: Of the rotor disc [m].
+
+    Returns:
+        The places, the one beside the hinge last; nothing where there is no face on both sides.
+    """
+    if not (door.upright and door.vertical):
+        return ()
+    boxes = [box for box in _boxes(door) if abs(box.center[2] - height) < box.half[2] - _ROOM]
+    sides = (
+        [box for box in boxes if box.ends[1] < _BORDER],
+        [box for box in boxes if box.ends[0] > door.width - _BORDER],
+    )
+    front = [_on_the_front(side, towards) for side, towards in zip(sides, (1.0, -1.0), strict=True)]
+    if None in front:
+        return ()
+    ahead = reach * math.cos(_TURN) - radius
+    beside = _beside_the_hinge(sides[0], _DEPTH * ahead, -door.contact_offset)
+    places = [_place(door, *at, height, door.into) for at in (front[1], front[0]) if at is not None]
+    if beside is not None:
+        places.append(_place(door, beside, 0.0, height, -door.along, -door.hand * _TURN))
+    return tuple(places)
+
+
+def places_to_touch(
+    scenario: Scenario, door: Door, height: float, reach: float, radius: float, opening: float
+) -> tuple[FramePlace, ...]:
+    """The places that a mission is to touch.
+
+    Args:
+        scenario: Says whether any.
+        door: Where the map has it.
+        height: Of the tip above P_h, D_H [m].
+        reach: Of the arm from O_B, straight ahead [m].
+        radius: Of the rotor disc [m].
+        opening: Of the leaf at the start [rad or m].
+
+    Raises:
+        ScenarioError: if there are none, or the mission cannot use them.
+    """
+    if not scenario.mission.touch_frame:
+        return ()
+    doubt, places = scenario.estimation, frame_places(door, height, reach, radius)
+    reasons = {
+        'contact.kind = "push": a grip finds the door on its arc': scenario.contact.kind == "push",
+        'mission.start = "hover"': scenario.mission.start == "hover",
+        "a leaf that starts closed": abs(opening) < _SHUT,
+        f"a start.arm that reaches {1e2 * _AHEAD:g} cm ahead of the rotor disc": reach > radius + _AHEAD,
+        "deviations of the map above 0": min(doubt.door_place_deviation, doubt.door_yaw_deviation) > 0.0,
+        "a plumb hinge, with a wall or a post on both sides of the leaf at the height of the tip": bool(places),
+    }
+    if missing := [reason for reason, holds in reasons.items() if not holds]:
+        raise ScenarioError(
+            "the tip cannot touch the frame", file=scenario.source, field="mission.touch_frame", given=True,
+            allowed=f"only with {missing[0]}",
+        )  # fmt: skip
+    return places
+
+
+def _place(door: Door, into: float, along: float, height: float, normal: Array, turn: float = 0.0) -> FramePlace:
+    at = door.hinge_position + door.from_doorway(np.array([into, along, height]))
+    return FramePlace(frozen(at), frozen(normal), turn)
+
+
+def _boxes(door: Door) -> list[_Box]:
+    """Boxes of the frame and what it stands in."""
+    found = []
+    for placed, size in fixed_boxes(door.urdf, door.model):
+        center = door.in_doorway(placed[:3, 3] - door.hinge_position)
+        found.append(_Box(center, np.abs(door.axes @ placed[:3, :3]) @ size / 2))
+    return found
+
+
+def _on_the_front(side: list[_Box], towards: float) -> tuple[float, float] | None:
+    """Place on the widest face of one side, along `into` and `along` [m].
+
+    Args:
+        side: Boxes on it.
+        towards: 1 where the doorway lies along the leaf from there, else −1.
+    """
+    for box in sorted(side, key=lambda box: -float(box.half[1])):
+        along = float(box.center[1] + towards * max(box.half[1] - _FARTHEST, 0.0))
+        behind = any(
+            other.front < box.front and other.ends[0] - _ROOM < along < other.ends[1] + _ROOM for other in side
+        )
+        if box.half[1] > _ROOM and not behind:
+            return box.front, along
+    return None
+
+
+def _beside_the_hinge(side: list[_Box], depth: float, face: float) -> float | None:
+    """How far a tip is in the doorway beside the hinge's post, between its front and the leaf, along `into` [m].
+
+    Args:
+        side: Boxes beside the hinge.
+        depth: From the front [m].
+        face: Of the closed leaf [m].
+    """
+    fronts = [box.front for box in side if abs(box.ends[1]) < _BORDER]
+    into = min(fronts, default=0.0) + depth
+    return into if fronts and depth > _ROOM and into < face - _ROOM else None

@@ -1,0 +1,130 @@
+"""Where the door stands: the tip touches what stands beside the leaf, before the leaf itself."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from doorman.control.estimation.estimator import Estimate
+from doorman.control.estimation.frame_fit import FrameFit, FrameTouch, fit_frame
+from doorman.control.position_controller import Setpoint
+from doorman.kinematics.doors.frame_places import FramePlace
+from doorman.mission.feeler import Feeler
+from doorman.mission.motion import Glide, arm_rates_to
+from doorman.mission.phases.attempt import Attempt
+from doorman.mission.phases.phase import GiveUp, MissionPhase, Next, Phase, Then
+
+Array = NDArray[np.float64]
+
+_DOUBTED = 3.0
+"""The tip begins so many standard deviations before a face, and looks for it as far behind its place."""
+_SPEED = 0.5
+"""Before the wall [m/s]: the frame of the poses may drift meanwhile."""
+_THERE, _FAST = 0.015, 0.06
+"""Distance from a target, and speed, below which the vehicle goes on [m], [m/s],"""
+_PASSES = 0.05
+"""and distance at which the reference passes one on the way to another [m]."""
+_QUICKER = 2.0
+"""At a face straight ahead the tip is faster than at the leaf, which gives way. A force beside the arm turns the vehicle."""
+_NOISE = 0.003
+"""Standard deviation of a touch: poses, and how flat a wall is [m]."""
+
+
+class TouchFrame(MissionPhase):
+    """Touches every place of `Model.frame_places`, each where the touches before have found it; then back to the hover.
+
+    The tip comes to a place and leaves it along the face's normal. From one to the next it flies before the wall.
+    """
+
+    phase, gives_way = Phase.TOUCH_FRAME, True  # no leaf reaches the tip there
+
+    def __init__(self, attempt: Attempt, estimate: Estimate, before: MissionPhase | None) -> None:
+        super().__init__(attempt, estimate, before)
+        known = None if before is None else before.glide
+        self.glide: Glide = known or Glide(estimate.position, estimate.yaw)
+        self._model, self._places = attempt.model, list(attempt.model.frame_places)
+        self._touches: list[FrameTouch] = []
+        self._fit = self._fitted()
+        self._feeler: Feeler | None = None
+        first = self._before(self._places[0])
+        self._plane = float(self._model.door.into @ first[0])
+        self._way = [first]
+
+    def step(self, estimate: Estimate, body_rates: Array, time_step: float) -> tuple[Setpoint, Then]:
+        """Fly to the next place, touch it, leave it; the hover follows the last one.
+
+        Args:
+            estimate: What is known now.
+            body_rates: Ω, shape (3,), body frame [rad/s].
+            time_step: Since the last tick [s].
+
+        Returns:
+            Setpoint, and what follows.
+        """
+        if self._feeler is not None:
+            return self._feel(estimate, self._feeler, time_step)
+        setpoint = self._fly(estimate, time_step)
+        if self._way:
+            return setpoint, None
+        if self._places:
+            place = self._fit.placed(self._places[0])
+            speed = self.attempt.settings.touch_speed * (1.0 if place.turn else _QUICKER)
+            self._feeler = Feeler(self._model, self.glide.position, self.glide.yaw, place.normal, speed)
+            return setpoint, None
+        self.attempt.frame = self._fit
+        return setpoint, Next(Phase.HOVER, "the frame has been touched")
+
+    def _fly(self, estimate: Estimate, time_step: float) -> Setpoint:
+        """Towards the next target of O_B, until the vehicle is there."""
+        model, (target, yaw) = self._model, self._way[0]
+        rates = arm_rates_to(model.start_arm, estimate.arm_angles)
+        setpoint = self.glide.to(target, yaw, _SPEED, rates, time_step)
+        last = len(self._way) == 1
+        arrived = self.glide.near(target, 0.01 if last else _PASSES) and abs(self.glide.yaw - yaw) < 1e-6
+        off, fast = np.linalg.norm(estimate.position - target), np.linalg.norm(estimate.velocity) > _FAST
+        if arrived and off < (_THERE if last else 2.0 * _PASSES) and not (last and fast):
+            self._way.pop(0)
+        return setpoint
+
+    def _feel(self, estimate: Estimate, feeler: Feeler, time_step: float) -> tuple[Setpoint, Then]:
+        """Move the tip on until it meets the face."""
+        tip = estimate.position + self._model.coupling.tips(estimate.attitude[None], estimate.arm_angles[None])[0]
+        place = self._places[0]
+        setpoint, there = feeler.step(estimate, tip, time_step), self._fit.placed(place)
+        beyond = float(there.normal @ (tip - there.point))
+        if beyond > _DOUBTED * self._fit.deviation(place):
+            return setpoint, GiveUp(
+                f"the frame is not where the map has it: nothing up to {1e2 * beyond:.0f} cm behind"
+            )
+        if (met := feeler.met(estimate.time)) is None:
+            return setpoint, None
+        back = self._before(place)
+        self._touches.append(FrameTouch(place, met))
+        self._fit = self._fitted()
+        self._feeler, self._places = None, self._places[1:]
+        self.glide = Glide(estimate.position, estimate.yaw)
+        self._way = [back, self._outside(back)]
+        if self._places:
+            ahead = self._before(self._places[0])
+            self._way += [self._outside(ahead), ahead]
+        return setpoint, None
+
+    def _before(self, place: FramePlace) -> tuple[Array, float]:
+        """O_B, shape (3,), world frame [m], and ψ [rad], with the tip before a place as far as that is doubted."""
+        model, there, yaw = self._model, self._fit.placed(place), self._heading(place)
+        away = _DOUBTED * self._fit.deviation(place) + self.attempt.settings.touch_distance
+        tip = model.coupling.tips(np.array([[0.0, 0.0, yaw]]), model.start_arm[None])[0]
+        return np.asarray(there.point - away * there.normal - tip), yaw
+
+    def _heading(self, place: FramePlace) -> float:
+        """ψ at a place [rad]."""
+        return self._model.start_yaw + place.turn
+
+    def _outside(self, target: tuple[Array, float]) -> tuple[Array, float]:
+        """A target, back before the wall."""
+        (place, yaw), into = target, self._model.door.into
+        return place + min(self._plane - float(into @ place), 0.0) * into, yaw
+
+    def _fitted(self) -> FrameFit:
+        doubt, hinge = self._model.scenario.estimation, self._model.door.hinge_position
+        return fit_frame(hinge, self._touches, doubt.door_place_deviation, doubt.door_yaw_deviation, _NOISE)

@@ -1,0 +1,42 @@
+"""Missions whose tip touches the frame before it pushes the door: where that stands, and how far it was ajar."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import pytest
+from hands import flown, phases
+
+FEELS: dict[str, Any] = {"mission__touch_frame": True}
+ELSEWHERE: dict[str, Any] = {
+    "simulation__door_offset": [0.01, 0.02, 0.0],
+    "simulation__door_yaw": -0.03,
+    "simulation__door_ajar": 0.04,
+}
+"""Each of yaw and place along the wall alone moves the end by 2 degrees, and the ajar leaf too."""
+
+
+@pytest.mark.parametrize("scenario", ["push", pytest.param("push_left", marks=pytest.mark.slow)])
+def test_a_door_that_stands_elsewhere_and_ajar_ends_at_the_goal(scenario: str) -> None:
+    recording, mission = flown(scenario=scenario, **FEELS, **ELSEWHERE)
+    assert mission.outcome == (True, "")
+    assert phases(recording)[:6] == ["hover", "touch_frame", "hover", "approach", "touch", "open"]
+    summary = recording.summary
+    assert summary is not None and summary["attempts"] == 1
+    assert summary["collisions"] == 0 and summary["min_clearance_m"] > 0.0
+    assert recording["truth"]["collisions"].any(), "the tip was on the wall"
+    assert abs(summary["final_error"]) < 0.7
+    for name in ("door_x", "door_y", "door_yaw", "door_angle"):
+        found = summary["estimates"][name]
+        assert abs(found["value"] - found["true"]) < 3.0 * found["deviation"], (name, found)
+    assert summary["estimates"]["door_angle"]["deviation"] < math.radians(0.5)
+
+
+def test_a_frame_that_is_not_there_ends_the_mission() -> None:
+    recording, mission = flown(**FEELS, simulation__door_offset=[0.2, 0.0, 0.0])
+    opened, reason = mission.outcome
+    assert not opened and reason.startswith("the frame is not where the map has it")
+    assert phases(recording) == ["hover", "touch_frame", "retreat", "done", "end"]
+    summary = recording.summary
+    assert summary is not None and summary["collisions"] == 0 and not recording["truth"]["touching"].any()
