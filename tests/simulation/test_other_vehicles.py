@@ -89,7 +89,7 @@ def test_flying_arms_fly_with_their_own_meshes(flight, name: str, arm: tuple[flo
 
 @pytest.mark.parametrize("size", [0.5, 1.5, 2.0])
 def test_servos_hold_a_gripping_arm_of_another_size_alike(flight, size: float, tmp_path: Path) -> None:
-    """The grip's spring and damper grow with the vehicle: servos that stayed as they are let the arm of a large one whip round."""
+    """The grip's spring and damper grow with the vehicle: servos that did not let a large arm whip round."""
     vehicle = flight(
         vehicle__urdf=str(write_scaled(tmp_path / "vehicle.urdf", VEHICLE, size)),
         door__urdf=str(write_scaled(tmp_path / "door.urdf", DOOR, size)),
