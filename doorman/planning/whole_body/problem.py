@@ -66,9 +66,9 @@ def _task(pattern: ArmPattern, point_names: tuple[str, ...], numbers: Numbers, s
 
 
 def _constraints(task: Any) -> list[Constraint]:
-    from doorman.planning.whole_body.rows import constraints  # CasADi
+    from doorman.planning.whole_body.rows import constraints, rotor_thrusts  # CasADi
 
-    return constraints(task)
+    return [*constraints(task), *rotor_thrusts(task)]
 
 
 def _residuals(task: Any) -> list[Residual]:
@@ -87,7 +87,7 @@ def _bounds(model: Model) -> Bounds:
         largest, least = min(largest, limits.tilt), max(least, limits.min_thrust)
     actuation = model.actuation
     largest = min(largest, LEVEL) if actuation.fully else largest
-    side = np.full(2 if actuation.fully else 0, actuation.side)
+    side = np.array(actuation.reach if actuation.fully else ())
     tilt = [largest, largest, yaw_torque(model)]
     return Bounds(
         state_lower=np.concatenate([-free, vehicle.lower_limits]),
