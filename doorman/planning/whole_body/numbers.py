@@ -105,7 +105,7 @@ def _beside(model: Model) -> dict[str, Any]:
 
 
 def _side_numbers(model: Model) -> dict[str, Any]:
-    """Of a fully actuated vehicle: the force to the side that it makes now, how dear a change of it and tilt are, and its rotors."""
+    """Of a fully actuated vehicle: its force to the side now, how dear a change of that and tilt are, and its rotors."""
     rotors = model.actuation.rotors
     if rotors is None:
         return {}
