@@ -43,16 +43,17 @@ class RotorRoom(NamedTuple):
     most: Array
     """Shape (k,) [N]."""
 
+    @property
+    def numbers(self) -> dict[str, Array]:
+        """By the names that tasks know them by; S row by row."""
+        return {f"actuation.{name}": np.ravel(value) for name, value in self._asdict().items()}
+
 
 class Actuation(ABC):
     """What one kind of vehicle does to make a force."""
 
     lift: tuple[float, float]
     """Least and largest thrust along the body's z axis of a plan, beside the settings' [N]."""
-    side: float
-    """Force along the body's x and y axes at once, whatever the lift of a plan [N]."""
-    reach: tuple[float, float]
-    """Largest force along the body's x axis alone, and along y, beside a hover [N]."""
     rotors: RotorRoom | None
     """What bounds the force of a vehicle whose body stays level; None of one that tilts."""
     push: float | None
@@ -105,7 +106,7 @@ class TiltedThrust(Actuation):
         max_thrust: [N].
     """
 
-    push, side, reach, rotors = None, 0.0, (0.0, 0.0), None
+    push, rotors = None, None
 
     def __init__(self, max_thrust: float) -> None:
         self.max_thrust = max_thrust
@@ -163,10 +164,6 @@ class BodyForce(Actuation):
         self._lifts = float((self._least / self._lift).max()), float((self._most / self._lift).min())
         self.lift = (max(_LIFTS[0] * weight, self._lifts[0]), min(_LIFTS[1] * weight, self._lifts[1]))
         self.push = max(float((self._room(weight) / np.linalg.norm(self._side, axis=1)).min()), 0.0)
-        corner = np.abs(self._side).sum(axis=1)
-        self.side = max(min(float((self._room(lift) / corner).min()) for lift in self.lift), 0.0)
-        along_x, along_y = (self._room(weight)[:, None] / np.maximum(np.abs(self._side), 1e-9)).min(axis=0).tolist()
-        self.reach = max(along_x, 0.0), max(along_y, 0.0)
         shares = np.column_stack([self._lift, self._side, self._least, self._most])
         unlike = np.unique(shares.round(6) + 0.0, axis=0)  # those that are opposite each other make the same
         self.rotors = RotorRoom(unlike[:, 0], unlike[:, 1:3], unlike[:, 3], unlike[:, 4])

@@ -113,8 +113,7 @@ def _side_numbers(model: Model) -> dict[str, Any]:
         "actuation.side_weight": SIDE_WEIGHT / model.scale.force**2,
         "actuation.level_weight": LEVEL_WEIGHT,
     }
-    room = {f"actuation.{name}": np.ravel(value) for name, value in rotors._asdict().items()}
-    return {"actuation.side": np.zeros(2), **weights, **room}
+    return {"actuation.side": np.zeros(2), **weights, **rotors.numbers}
 
 
 def yaw_torque(model: Model) -> float:

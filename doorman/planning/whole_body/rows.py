@@ -42,20 +42,6 @@ def constraints(task: WholeBodyTask) -> list[Constraint]:
     return widened
 
 
-def rotor_thrusts(task: WholeBodyTask) -> list[Constraint]:
-    """Rows on inputs: what the rotors of a fully actuated vehicle can do with its body level.
-
-    Args:
-        task: The task in symbols.
-    """
-    if "actuation" not in task.of:
-        return []
-    rotors = task.of["actuation"]
-    sides = ca.reshape(rotors.sides, 2, rotors.lifts.numel()).T
-    thrusts = rotors.lifts * task.thrust + sides @ task.side_force
-    return [Constraint("thrust of a rotor", thrusts, "N", 10.0, lower=rotors.least, upper=rotors.most)]
-
-
 def residuals(task: WholeBodyTask) -> list[Residual]:
     """Residuals that a plan keeps small; one of weight 0 counts for nothing.
 
