@@ -29,7 +29,7 @@ def reduced_bounds(model: Model) -> Bounds:
     rates = np.asarray(vehicle.rate_limits if limits.joint_rates is None else np.full(model.n_arm, limits.joint_rates))
     body = np.asarray(limits.body_rates)
     none, actuation = np.full(5, np.inf), model.actuation
-    side = np.full(2 if actuation.fully else 0, actuation.side)
+    side = np.full(2 if actuation.fully else 0, np.inf)  # bounded by the rotors' rows
     return Bounds(
         state_lower=np.concatenate([-none, vehicle.lower_limits]),
         state_upper=np.concatenate([none, vehicle.upper_limits]),

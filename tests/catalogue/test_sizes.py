@@ -32,7 +32,8 @@ def of_another_size(folder: Path, task: str, size: float) -> Scenario:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("task", "size"), [("paper", 0.5), ("paper", 0.75), ("paper", 1.5), ("push", 0.75), ("push", 1.5)]
+    ("task", "size"),
+    [("paper", 0.5), ("paper", 0.75), ("paper", 1.5), ("push", 0.5), ("push", 0.75), ("push", 1.5)],
 )
 def test_a_mission_of_another_size_opens_its_door(task: str, size: float, tmp_path: Path) -> None:
     summary = simulate(Model(of_another_size(tmp_path, task, size)), seed=0).summary

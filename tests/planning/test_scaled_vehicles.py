@@ -49,9 +49,8 @@ def test_a_scaled_push_is_the_same_plan(tmp_path: Path, size: float) -> None:
     states = np.array([size] * 3 + [1.0] * 3 + [speed] * 3 + [rate] * 3 + [1.0, rate] + [1.0] * 4)
     inputs = np.array([size**3, 1.0, 1.0, size**4] + [rate] * 4)
     assert np.ptp(plans[0].states[:, 12]) > 0.01
-    # not closer: forces of 0.2 N and gaps of 1 cm round corners of the cost, whatever the size
-    np.testing.assert_allclose(plans[1].states / states, plans[0].states, atol=1.2e-2)
-    np.testing.assert_allclose(plans[1].inputs / inputs, plans[0].inputs, atol=1.2e-2)
+    np.testing.assert_allclose(plans[1].states / states, plans[0].states, atol=5e-3)
+    np.testing.assert_allclose(plans[1].inputs / inputs, plans[0].inputs, atol=5e-3)
     assert plans[1].cost / math.sqrt(size) == pytest.approx(plans[0].cost, rel=3e-2)
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from urdf_variants import VEHICLE, robot_data_vehicle, write_arm_of
+from urdf_variants import DOOR, VEHICLE, robot_data_vehicle, write_arm_of, write_scaled
 
 from doorman.collision.shapes import read_shapes
 
@@ -85,3 +85,19 @@ def test_flying_arms_fly_with_their_own_meshes(flight, name: str, arm: tuple[flo
     truths = vehicle.run(0.2, every=50)
     assert all(np.isfinite(truth.position).all() for truth in truths)
     assert abs(truths[-1].position[2] - truths[0].position[2]) < 0.2
+
+
+@pytest.mark.parametrize("size", [0.5, 1.5, 2.0])
+def test_servos_hold_a_gripping_arm_of_another_size_alike(flight, size: float, tmp_path: Path) -> None:
+    """The grip's spring and damper grow with the vehicle: servos that did not let a large arm whip round."""
+    vehicle = flight(
+        vehicle__urdf=str(write_scaled(tmp_path / "vehicle.urdf", VEHICLE, size)),
+        door__urdf=str(write_scaled(tmp_path / "door.urdf", DOOR, size)),
+        contact__distance_from_hinge=0.7 * size, contact__height=0.8 * size, simulation__door_friction=50.0 * size**4,
+    )  # fmt: skip
+    weight, push = vehicle.model.vehicle.mass * 9.81, 6.0 * size**3
+    before = vehicle.simulator.truth().arm_angles
+    vehicle.command(np.hypot(weight, push), (0.0, float(np.arctan2(push, weight)), 0.0))
+    truths = vehicle.run(4.0, every=20)
+    assert max(np.abs(truth.arm_angles - before).max() for truth in truths) < 0.15
+    assert truths[-1].tip_normal_force == pytest.approx(push, rel=0.1) and vehicle.gap() < 3e-3 * size

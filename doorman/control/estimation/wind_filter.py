@@ -29,7 +29,7 @@ from doorman.numba_types.handles import held
 Array = NDArray[np.float64]
 
 _FIRST, _FIRST_TURN = 0.5, 0.1
-"""Deviations at first of each part of the wind [N], and of its turning [rad/s]."""
+"""Deviations at first of each part of the wind on the shipped vehicle [N], and of its turning [rad/s]."""
 _HINGE = (1.0, 1.5)
 """τ of a room door at first with its deviation [N m]."""
 
@@ -44,7 +44,7 @@ class WindFilter:
 
     def __init__(self, force: float = 1.0, hinge: float = 1.0) -> None:
         state = np.array([0.0, 0.0, 0.0, 0.0, hinge * _HINGE[0]])
-        covariance = np.diag([_FIRST**2] * 3 + [_FIRST_TURN**2, (hinge * _HINGE[1]) ** 2])
+        covariance = np.diag([(force * _FIRST) ** 2] * 3 + [_FIRST_TURN**2, (hinge * _HINGE[1]) ** 2])
         self.memory = WindMemory(state, covariance, np.zeros(1), np.array([force, hinge], dtype=np.float64))
         """What the kernels of `wind_step` read and write."""
 

@@ -16,9 +16,9 @@ TURN, HINGE, STATES = 3, 4, 5
 """Places of the wind's turning and of τ in the state [w, ω, τ], and the state's size."""
 
 GUSTS, TURNS = 0.06, 0.01
-"""Growth of the deviations of each part of the wind and of its turning in a second [N], [rad/s]."""
+"""Growth of the deviations of each part of the wind, on the shipped vehicle, and of its turning in a second [N], [rad/s]."""
 STEADY = 0.15
-"""Weaker wind has no direction that turns [N]."""
+"""Weaker wind on that vehicle has no direction that turns [N]."""
 _FELT, _FELT_TIME = 0.12, 0.25
 """Noise of what the shipped vehicle feels, and the time after which it is another one [N], [s]."""
 _NEAR_NOISE = 3.0
@@ -125,7 +125,8 @@ def wind_doubt(covariance: Array, direction: tuple[float, float, float]) -> floa
 def advance_wind(wind: WindMemory, time_step: float) -> None:
     """Advance by one period."""
     wind.flown[0] += time_step
-    predict_wind(wind.state, wind.covariance, time_step, STEADY, GUSTS**2, TURNS**2)
+    force = wind.scales[0]
+    predict_wind(wind.state, wind.covariance, time_step, force * STEADY, (force * GUSTS) ** 2, TURNS**2)
 
 
 @kernel

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,13 +31,31 @@ _LIFTS = (0.8, 1.2)
 """Lift of a plan, as shares of the weight."""
 
 
+class RotorRoom(NamedTuple):
+    r"""Thrusts :math:`T = l\,f_z + S\,[f_x, f_y]^T` that make a force with a level body, and their limits; k that differ."""
+
+    lifts: Array
+    """l, shape (k,)."""
+    sides: Array
+    """S, shape (k, 2)."""
+    least: Array
+    """Shape (k,) [N]."""
+    most: Array
+    """Shape (k,) [N]."""
+
+    @property
+    def numbers(self) -> dict[str, Array]:
+        """By the names that tasks know them by; S row by row."""
+        return {f"actuation.{name}": np.ravel(value) for name, value in self._asdict().items()}
+
+
 class Actuation(ABC):
     """What one kind of vehicle does to make a force."""
 
     lift: tuple[float, float]
     """Least and largest thrust along the body's z axis of a plan, beside the settings' [N]."""
-    side: float
-    """Largest force along each of the body's x and y axes of a plan [N]."""
+    rotors: RotorRoom | None
+    """What bounds the force of a vehicle whose body stays level; None of one that tilts."""
     push: float | None
     """Force to every side beside a hover, of a vehicle whose body stays level; None of one that tilts [N]."""
 
@@ -87,7 +106,7 @@ class TiltedThrust(Actuation):
         max_thrust: [N].
     """
 
-    push, side = None, 0.0
+    push, rotors = None, None
 
     def __init__(self, max_thrust: float) -> None:
         self.max_thrust = max_thrust
@@ -145,8 +164,9 @@ class BodyForce(Actuation):
         self._lifts = float((self._least / self._lift).max()), float((self._most / self._lift).min())
         self.lift = (max(_LIFTS[0] * weight, self._lifts[0]), min(_LIFTS[1] * weight, self._lifts[1]))
         self.push = max(float((self._room(weight) / np.linalg.norm(self._side, axis=1)).min()), 0.0)
-        corner = np.abs(self._side).sum(axis=1)
-        self.side = max(min(float((self._room(lift) / corner).min()) for lift in self.lift), 0.0)
+        shares = np.column_stack([self._lift, self._side, self._least, self._most])
+        unlike = np.unique(shares.round(6) + 0.0, axis=0)  # those that are opposite each other make the same
+        self.rotors = RotorRoom(unlike[:, 0], unlike[:, 1:3], unlike[:, 3], unlike[:, 4])
 
     def within_limits(self, force: Array, yaw: float, max_tilt: float) -> Array:
         """Force cut to the polytope of a level body. See `Actuation`.

@@ -85,7 +85,7 @@ class Opening(DoorOpening):
         self._last = now
         self.resistance.learn(estimate, time_step)
         self._progress.update(estimate, False, time_step)
-        torque = self.resistance.torque(estimate, time_step)
+        torque = self.resistance.torque(estimate, time_step) + self._torque_of_wind(estimate)
 
         def wanted() -> Wanted:
             state = self._converter.planner_state(estimate.state, body_rates)
@@ -124,6 +124,14 @@ class Opening(DoorOpening):
             return ""
         resists = max(0.0, self._model.travel.ahead(estimate.door_disturbance))
         return self._does_not_move(estimate, resists)
+
+    def _torque_of_wind(self, estimate: Estimate) -> float:
+        """Of the wind on the vehicle in the hinge, in the sense of damping: rotors that push against it do not push the leaf.
+
+        Plans know nothing else of it, and the controller leaves what acts along the normal to them.
+        """
+        wind = float(self._model.door.normal(estimate.door_angle) @ estimate.wind)
+        return self._model.coupling.lever_length * wind
 
     def _ahead(self, yaw: float, door_angle: float) -> float:
         """By how much a heading is ahead of the one that keeps step with the door [rad]."""

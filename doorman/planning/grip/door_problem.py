@@ -71,7 +71,8 @@ def door_numbers(model: Model) -> Numbers:
         model: Model of the scenario.
     """
     limits = {"limits.margin": model.scenario.planner.margin, "limits.least_cosine": least_cosine(model)}
-    side = {"actuation.side": np.zeros(2)} if model.actuation.fully else {}
+    rotors = model.actuation.rotors
+    side = {} if rotors is None else {"actuation.side": np.zeros(2), **rotors.numbers}
     return model.reduced.numbers.and_also({**limits, **side, **balance_numbers(model.vehicle)})
 
 
@@ -89,19 +90,21 @@ def quasi_static_task(pattern: ArmPattern, point_names: tuple[str, ...], numbers
 
 
 def door_rows(task: Any, surroundings: Surroundings = "doorway") -> list[Constraint]:
-    """Collision constraints with margin, and the tilt: the angle between the body's z axis and the world's.
+    """Collision constraints with margin, the tilt, which is the angle between the body's z axis and the world's, and the rotors.
 
     Args:
         task: The door task in symbols.
         surroundings: What stands beside the door.
     """
     from doorman.collision.constraints import collision_constraints  # CasADi
+    from doorman.planning.rotor_thrusts import rotor_thrusts  # CasADi
     from doorman.planning.static_moment import static_moment  # CasADi
 
     return [
         *collision_constraints(task, task.limits.margin, surroundings),
         Constraint("tilt", task.limits.least_cosine - task.tilt_rotation[2, 2]),
         *static_moment(task),
+        *rotor_thrusts(getattr(task, "actuation", None), task.thrust, task.side_force),
     ]
 
 

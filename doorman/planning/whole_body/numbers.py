@@ -105,14 +105,15 @@ def _beside(model: Model) -> dict[str, Any]:
 
 
 def _side_numbers(model: Model) -> dict[str, Any]:
-    """Of a fully actuated vehicle: the force to the side that it makes now, and how dear a change of it and tilt are."""
-    if not model.actuation.fully:
+    """Of a fully actuated vehicle: its force to the side now, how dear a change of that and tilt are, and its rotors."""
+    rotors = model.actuation.rotors
+    if rotors is None:
         return {}
     weights = {
         "actuation.side_weight": SIDE_WEIGHT / model.scale.force**2,
         "actuation.level_weight": LEVEL_WEIGHT,
     }
-    return {"actuation.side": np.zeros(2), **weights}
+    return {"actuation.side": np.zeros(2), **weights, **rotors.numbers}
 
 
 def yaw_torque(model: Model) -> float:

@@ -66,9 +66,10 @@ def _task(pattern: ArmPattern, point_names: tuple[str, ...], numbers: Numbers, s
 
 
 def _constraints(task: Any) -> list[Constraint]:
-    from doorman.planning.whole_body.rows import constraints  # CasADi
+    from doorman.planning.rotor_thrusts import rotor_thrusts  # CasADi
+    from doorman.planning.whole_body.rows import constraints
 
-    return constraints(task)
+    return [*constraints(task), *rotor_thrusts(task.of.get("actuation"), task.thrust, task.side_force)]
 
 
 def _residuals(task: Any) -> list[Residual]:
@@ -87,7 +88,7 @@ def _bounds(model: Model) -> Bounds:
         largest, least = min(largest, limits.tilt), max(least, limits.min_thrust)
     actuation = model.actuation
     largest = min(largest, LEVEL) if actuation.fully else largest
-    side = np.full(2 if actuation.fully else 0, actuation.side)
+    side = np.full(2 if actuation.fully else 0, np.inf)  # bounded by the rotors' rows
     tilt = [largest, largest, yaw_torque(model)]
     return Bounds(
         state_lower=np.concatenate([-free, vehicle.lower_limits]),

@@ -7,9 +7,13 @@ from typing import Any
 import casadi as ca
 
 from doorman.collision.constraints import arm_off_the_rotors
+from doorman.kinematics.scale import Scale
 from doorman.ocp.problem.terms import Constraint, Residual
 from doorman.planning.static_moment import static_moment
 from doorman.planning.whole_body.task import WholeBodyTask
+
+_ROUNDED_FORCE, _ROUNDED_ROOM = 0.2, 0.01
+"""Over which corners of the cost are rounded, for the shipped vehicle [N], [m]."""
 
 
 def constraints(task: WholeBodyTask) -> list[Constraint]:
@@ -45,6 +49,8 @@ def residuals(task: WholeBodyTask) -> list[Residual]:
         task: The task in symbols.
     """
     goes, weigh, free = task.of["reference"], task.of["weight"], 1 - task.touches
+    scale = Scale.of(task.of["vehicle"].radius, task.of["vehicle"].mass)
+    force, room = _ROUNDED_FORCE * scale.force, _ROUNDED_ROOM * scale.length
     off_goal = task.joint - goes.joint
     approach = goes.approach_speed * ca.tanh((goes.depth - task.depth) / goes.approach_length)
     opening = goes.opening_speed * ca.tanh(task.to_go / goes.opening_length)
@@ -61,9 +67,9 @@ def residuals(task: WholeBodyTask) -> list[Residual]:
         Residual("approach", free * (task.closing_speed - approach), weigh.approach),
         Residual("opening", task.opening_rate - opening, weigh.opening),
         Residual("force", task.normal_force - goes.force, weigh.force),
-        Residual("least force", _positive(goes.least_force - task.normal_force, 0.2), weigh.least_force),
-        Residual("largest force", _positive(task.normal_force - goes.largest_force, 0.2), weigh.largest_force),
-        Residual("near a plane", _positive(ca.vertcat(*task.planes.values()) + goes.room, 0.01), weigh.near),
+        Residual("least force", _positive(goes.least_force - task.normal_force, force), weigh.least_force),
+        Residual("largest force", _positive(task.normal_force - goes.largest_force, force), weigh.largest_force),
+        Residual("near a plane", _positive(ca.vertcat(*task.planes.values()) + goes.room, room), weigh.near),
         Residual("tilting", task.tilt_command + goes.turned - task.attitude[:2], weigh.tilting),
         Residual("velocity in the world", task.velocity, weigh.velocity_in_world),
         Residual("turning", task.attitude_rates[2], weigh.turning),

@@ -93,3 +93,23 @@ def test_what_no_contact_explains_is_wind_and_what_is_found_suddenly_is_believed
     wind = flown(0.0, strength=0.5)
     wind.lost(wind.force + np.array([3.0, 0.0, 0.0]))
     assert wind.force[0] < before[0] + 1.0
+
+
+def test_with_a_smaller_vehicle_and_leaf_the_same_wind_is_found_in_their_units() -> None:
+    """Forces × 1/8, lengths × 1/2: wind changes by as much of the weight."""
+    normal, found = np.array([0.8, 0.6, 0.0]), []
+    for force, length in ((1.0, 1.0), (0.125, 0.5)):
+        torque = force * length
+        wind = WindFilter(force, torque)
+        for k in range(500):
+            wind.predict(TICK)
+            wind.feel(force * turning(k * TICK, 0.1, 0.5), near=k > 400, time_step=TICK)
+        wind.met(normal, 0.2 * force)
+        for _ in range(500):
+            wind.predict(TICK)
+            wind.unexplained(normal, 0.1 * force, TICK)
+            wind.pushed(normal, (length * LEVERS[0], length * LEVERS[1]), 0.5 * torque, 0.1, TICK)
+        units = np.array([force, force, force, 1.0, torque])
+        found.append((wind.state / units, wind.covariance / np.outer(units, units)))
+    np.testing.assert_allclose(found[1][0], found[0][0], rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(found[1][1], found[0][1], rtol=1e-9, atol=1e-12)

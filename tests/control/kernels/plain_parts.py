@@ -168,7 +168,7 @@ class PlainWind:
         self._force, self._hinge = force, hinge
         self.state = np.array([0.0, 0.0, 0.0, 0.0, hinge * _HINGE[0]])
         """[w, ω, τ], shape (5,) [N], [rad/s], [N m]."""
-        self.covariance = np.diag([_FIRST**2] * 3 + [_FIRST_TURN**2, (hinge * _HINGE[1]) ** 2])
+        self.covariance = np.diag([(force * _FIRST) ** 2] * 3 + [_FIRST_TURN**2, (hinge * _HINGE[1]) ** 2])
         """Shape (5, 5)."""
         self._flown = 0.0
         self.predict(0.0)  # compiles, as the next line does: nothing is in flight
@@ -182,7 +182,8 @@ class PlainWind:
     def predict(self, time_step: float) -> None:
         """Advance by one period."""
         self._flown += time_step
-        predict_wind(self.state, self.covariance, time_step, _STEADY, _GUSTS**2, _TURNS**2)
+        steady, gusts = self._force * _STEADY, (self._force * _GUSTS) ** 2
+        predict_wind(self.state, self.covariance, time_step, steady, gusts, _TURNS**2)
 
     def feel(self, felt: Array, near: bool, time_step: float) -> None:
         """Take in what is felt in free flight."""

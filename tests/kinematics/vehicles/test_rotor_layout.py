@@ -99,14 +99,20 @@ def test_a_level_body_makes_what_the_rotors_can() -> None:
     np.testing.assert_array_equal(actuation.attitude(np.array([3.0, 2.0, 9.0]), 0.4), [0.0, 0.0, 0.4])
 
 
-def test_what_a_plan_may_ask_is_inside_the_polytope() -> None:
-    actuation = actuation_of(TILTED, 0.016)
-    assert actuation.side > 1.0
-    for lift in actuation.lift:
-        for ahead in (-actuation.side, actuation.side):
-            for left in (-actuation.side, actuation.side):
-                force = np.array([ahead, left, lift])
-                np.testing.assert_allclose(actuation.within_limits(force, 0.0, 0.1), force, atol=1e-9)
+@pytest.mark.parametrize("heading", range(0, 360, 20))
+def test_what_a_plan_may_ask_is_the_polytope(heading: int) -> None:
+    """A force on its border passes the controller uncut, and a larger one is cut to it."""
+    actuation, turn = actuation_of(TILTED, 0.016), math.radians(heading)
+    rotors, lift = actuation.rotors, TILTED.mass * GRAVITY
+    assert rotors is not None and len(rotors.lifts) == 3, "of six, those opposite each other make the same"
+    ahead = np.array([math.cos(turn), math.sin(turn)])
+    shares = rotors.sides @ ahead
+    room = np.where(shares > 0.0, rotors.most - lift * rotors.lifts, lift * rotors.lifts - rotors.least)
+    most = float((room / np.maximum(np.abs(shares), 1e-9)).min())
+    assert most > 3.0
+    for share in (1.0, 1.5):
+        found = actuation.within_limits(np.array([*(share * most * ahead), lift]), 0.0, 0.1)
+        np.testing.assert_allclose(found, [*(most * ahead), lift], atol=1e-4)
 
 
 def test_upright_rotors_are_what_they_were() -> None:

@@ -17,19 +17,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.compilation import kernel
+from doorman.kinematics.scale import Scale
 from doorman.kinematics.vehicles.vehicle import Vehicle
 
 Array = NDArray[np.float64]
 
-ARMATURE = 0.01
-"""Inertia of a servo's motor seen through its gear [kg m²]."""
-RATE_GAIN = 100.0
+_ARMATURE = 0.01
+"""Inertia of a servo's motor seen through its gear, of the shipped vehicle as all servos here [kg m²]."""
+_RATE_GAIN = 100.0
 """K_v [N m s/rad]."""
-INTEGRAL_GAIN = 2000.0
+_INTEGRAL_GAIN = 2000.0
 """K_i [N m/rad]: a lasting load of 5 N m turns a servo by 0.0025 rad, then no further."""
-BRAKING = 10.0
+_BRAKING = 10.0
 """Deceleration towards a joint's end [rad/s²]: half of what the torque limit allows with the default gains at 1 kHz."""
-LEVER = 0.25
+_LEVER = 0.25
 """Of the turning servo that a sliding one is as stiff as: gains and inertia by its square, braking by itself [m]."""
 UNLIMITED = 1e6
 """Stands for a limit that the URDF leaves out (zero or infinite)."""
@@ -53,24 +54,33 @@ def add_servos(spec: Any, mujoco: Any, vehicle: Vehicle, prefix: str) -> None:
         vehicle: The vehicle.
         prefix: Of the vehicle's names in the spec.
     """
+    armature, rate_gain, _, _ = servo_numbers(vehicle)
     for index, name in enumerate(vehicle.joint_names):
         joint = spec.joint(prefix + name)
-        joint.armature = ARMATURE / lever(vehicle, index) ** 2
+        joint.armature = float(armature[index])
         joint.actfrclimited = False
         lower, upper = vehicle.lower_limits[index], vehicle.upper_limits[index]
         joint.limited = bool(lower > -UNLIMITED and upper < UNLIMITED)
         actuator = spec.add_actuator(name=f"servo_{name}", target=prefix + name, trntype=mujoco.mjtTrn.mjTRN_JOINT)
-        actuator.set_to_velocity(kv=RATE_GAIN / lever(vehicle, index) ** 2)
+        actuator.set_to_velocity(kv=float(rate_gain[index]))
 
 
-def lever(vehicle: Vehicle, index: int) -> float:
-    """Length that scales a joint's servo: that of a sliding joint, 1 of a turning one.
+def servo_numbers(vehicle: Vehicle) -> tuple[Array, Array, Array, Array]:
+    """Inertia, K_v, K_i and braking of every joint's servo, in the vehicle's units.
+
+    The contact's spring and damper grow with the vehicle. Servos that did not would be far too weak for them, or far too stiff.
 
     Args:
         vehicle: The vehicle.
-        index: Of the joint.
+
+    Returns:
+        Each of shape (n,): [kg m²], [N m s/rad], [N m/rad] and [rad/s²], in kg, N and m where a joint slides.
     """
-    return LEVER if vehicle.slides[index] else 1.0
+    scale = Scale.of(vehicle.radius, vehicle.mass)
+    levers = np.array([_LEVER * scale.length if slides else 1.0 for slides in vehicle.slides])
+    torque, time = scale.torque / levers**2, scale.time
+    numbers = _ARMATURE * time**2 * torque, _RATE_GAIN * time * torque, _INTEGRAL_GAIN * torque
+    return *numbers, _BRAKING / time**2 * levers
 
 
 class ServoParameters(NamedTuple):
@@ -104,8 +114,7 @@ class ServoParameters(NamedTuple):
         rates = [limit_or_none(limit) for limit in vehicle.rate_limits]
         torques = [limit_or_none(limit) for limit in vehicle.torque_limits]
         limits = np.array([vehicle.lower_limits, vehicle.upper_limits, rates, torques])
-        levers = np.array([lever(vehicle, index) for index in range(vehicle.n_arm)])
-        gains = np.array([RATE_GAIN / levers**2, INTEGRAL_GAIN / levers**2, BRAKING * levers])
+        gains = np.array(servo_numbers(vehicle)[1:])
         return cls(positions, velocities, limits, gains, np.zeros(vehicle.n_arm), period)
 
 
