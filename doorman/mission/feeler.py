@@ -32,9 +32,10 @@ class Feeler:
         yaw: ψ that is kept [rad].
         normal: Direction, unit vector, shape (3,), world frame.
         speed: Of the tip [m/s].
+        steady_wind: That the position controller counts on while the tip pushes, shape (3,), world frame [N].
     """
 
-    def __init__(self, model: Model, place: Array, yaw: float, normal: Array, speed: float) -> None:
+    def __init__(self, model: Model, place: Array, yaw: float, normal: Array, speed: float, steady_wind: Array) -> None:
         self._model, self._place, self._yaw, self._normal = model, place, yaw, normal
         self._gain, self._most = SPEED_GAIN * model.scale.damping, LARGEST_PUSH * model.scale.force
         self._speed = speed
@@ -42,7 +43,8 @@ class Feeler:
         self._begun = self._mark = 0.0
         self._farther_at = 0.0
         self._sum, self._count = np.zeros(3), 0
-        self._wind = 0.0
+        self._wind, self._steady_wind = 0.0, steady_wind
+        self._beside = np.zeros(3)
 
     def step(self, estimate: Estimate, tip: Array, time_step: float) -> Setpoint:
         """Move on.
@@ -55,10 +57,17 @@ class Feeler:
         self._watch(estimate.time, tip, time_step)
         if not self._has_flown or estimate.time - self._farther_at < _FLIES:
             self._wind = float(self._normal @ estimate.wind)
+            self._beside = self._against_gusts(estimate.wind)
         push = self._gain * (self._speed - float(self._normal @ estimate.velocity))
         push = min(max(push, -self._most), self._most) - self._wind
         rest, arm = np.zeros(3), arm_rates_to(self._model.start_arm, estimate.arm_angles)
-        return Setpoint(self._place, rest, rest, self._yaw, rest, self._normal, arm, push)
+        return Setpoint(self._place, rest, self._beside, self._yaw, rest, self._normal, arm, push)
+
+    def _against_gusts(self, wind: Array) -> Array:
+        """Acceleration that holds the vehicle beside the direction, shape (3,), world frame [m/s²]."""
+        gust = wind - self._steady_wind
+        gust = gust - float(self._normal @ gust) * self._normal
+        return np.array([*(-gust[:2] / self._model.vehicle.mass), 0.0])
 
     def met(self, now: float) -> Array | None:
         """Where the tip was stopped, shape (3,), world frame [m]; None as long as it comes on.

@@ -20,7 +20,8 @@ def felt(
 ) -> tuple[np.ndarray | None, float, float]:
     """Where the tip was stopped, when, and with which force it presses then; the wind is known 0.3 s later."""
     rng, mass = np.random.default_rng(3), model.vehicle.mass
-    feeler, at, speed, wind, pressed = Feeler(model, np.zeros(3), 0.0, INTO, 0.08), 0.0, 0.0, 0.0, 0.0
+    feeler = Feeler(model, np.zeros(3), 0.0, INTO, 0.08, np.zeros(3))
+    at, speed, wind, pressed = 0.0, 0.0, 0.0, 0.0
     for k in range(round(seconds / TICK)):
         now, deep = TICK * k, max(at - wall, 0.0)
         press = max(STIFFNESS * deep + DAMPING * speed, 0.0) if deep > 0.0 else 0.0
@@ -62,3 +63,11 @@ def test_steady_wind_does_not_change_what_is_found(model: Model) -> None:
     for force in (-1.5, 1.5):
         met, _, _ = felt(model, 0.15, lambda time, force=force: force, seconds=10.0)
         assert met is not None and met[0] == pytest.approx(0.15, abs=0.003)
+
+
+def test_a_gust_beside_the_direction_is_held_against(model: Model) -> None:
+    steady, gust = np.array([0.4, 0.3, 0.2]), np.array([0.5, 0.9, -0.6])
+    feeler = Feeler(model, np.zeros(3), 0.0, INTO, 0.08, steady)
+    estimate: Any = SimpleNamespace(time=0.0, velocity=np.zeros(3), wind=steady + gust, arm_angles=model.start_arm)
+    setpoint = feeler.step(estimate, np.zeros(3), TICK)
+    np.testing.assert_allclose(model.vehicle.mass * setpoint.acceleration, [0.0, -0.9, 0.0], atol=1e-12)

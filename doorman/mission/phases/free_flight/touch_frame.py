@@ -28,6 +28,8 @@ _QUICKER = 2.0
 """At a face straight ahead the tip is faster than at the leaf, which gives way. A force beside the arm turns the vehicle."""
 _NOISE = 0.003
 """Standard deviation of a touch: poses, and how flat a wall is [m]."""
+_AVERAGED = 4.0
+"""Time over which the position controller averages the wind that it counts on while a tip pushes [s]."""
 
 
 class TouchFrame(MissionPhase):
@@ -46,6 +48,7 @@ class TouchFrame(MissionPhase):
         self._touches: list[FrameTouch] = []
         self._fit = self._fitted()
         self._feeler: Feeler | None = None
+        self._steady_wind = estimate.wind
         first = self._before(self._places[0])
         self._plane = float(self._model.door.into @ first[0])
         self._way = [first]
@@ -61,6 +64,7 @@ class TouchFrame(MissionPhase):
         Returns:
             Setpoint, and what follows.
         """
+        self._steady_wind = self._steady_wind + min(time_step / _AVERAGED, 1.0) * (estimate.wind - self._steady_wind)
         if self._feeler is not None:
             return self._feel(estimate, self._feeler, time_step)
         setpoint = self._fly(estimate, time_step)
@@ -69,7 +73,8 @@ class TouchFrame(MissionPhase):
         if self._places:
             place = self._fit.placed(self._places[0])
             speed = self.attempt.settings.touch_speed * (1.0 if place.turn else _QUICKER)
-            self._feeler = Feeler(self._model, self.glide.position, self.glide.yaw, place.normal, speed)
+            at, yaw, steady = self.glide.position, self.glide.yaw, self._steady_wind
+            self._feeler = Feeler(self._model, at, yaw, place.normal, speed, steady)
             return setpoint, None
         self.attempt.frame = self._fit
         return setpoint, Next(Phase.HOVER, "the frame has been touched")
