@@ -22,6 +22,8 @@ from doorman.one_line import OneLine
 Array = NDArray[np.float64]
 
 _ROTATION_TOLERANCE = 1e-6
+_BLOCK = 256
+"""Configurations whose bounds are in memory at once."""
 
 
 @dataclass(frozen=True)
@@ -199,16 +201,18 @@ class CollisionScene:
         Raises:
             DimensionError: if an array has another shape, is not finite, or an R is no rotation.
         """
-        placements = self._placements(*self._checked(positions, rotations, arm_angles, door_angles))
-        bounds = self._bounds.at(placements)
+        given = self._checked(positions, rotations, arm_angles, door_angles)
         best, pair = np.inf, 0
-        for place in np.argsort(bounds, axis=None).tolist():
-            m, k = divmod(place, bounds.shape[1])
-            if bounds[m, k] >= best:
-                break
-            distance = self._distance(placements[m], k)
-            if distance < best:
-                best, pair = distance, k
+        for first in range(0, len(given[0]), _BLOCK):
+            placements = self._placements(*(array[first : first + _BLOCK] for array in given))
+            bounds = self._bounds.at(placements)
+            for place in np.argsort(bounds, axis=None).tolist():
+                m, k = divmod(place, bounds.shape[1])
+                if bounds[m, k] >= best:
+                    break
+                distance = self._distance(placements[m], k)
+                if distance < best:
+                    best, pair = distance, k
         return Clearance(best, *self.pairs[pair])
 
     def _relevant_pairs(self, ignored: set[tuple[str, str]]) -> list[tuple[int, int]]:
