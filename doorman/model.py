@@ -89,10 +89,8 @@ class Model:
         self.hover_offset = frozen(self._hover_offset())
         """From where the tip touches the leaf in the start posture to the hover before the door, shape (3,), world frame [m]."""
         self.start_arm, self.goal_arm = frozen(self.start_state[5:]), frozen(self.goal_state[5:])
-        reach, opening = (
-            math.hypot(*self.vehicle.tip_position(self.start_arm)[:2]),
-            self.door.opening_of(self.start_angle),
-        )
+        reach = math.hypot(*self.vehicle.tip_position(self.start_arm)[:2])
+        opening = self.door.opening_of(self.start_angle)
         self.frame_places = places_to_touch(scenario, self.door, self._place[1], reach, self.vehicle.radius, opening)
         """Where the tip touches what stands beside the leaf, before the leaf itself, if it does."""
         self.vehicle_inertia = frozen(self.vehicle.inertia(self.goal_arm))

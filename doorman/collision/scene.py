@@ -84,9 +84,9 @@ class CollisionScene:
         self.shapes: tuple[Shape, ...] = (*vehicle_shapes, *door_shapes)
         self._n_vehicle = len(vehicle_shapes)
         self._objects = [fcl.CollisionObject(shape.geometry) for shape in self.shapes]
-        self._first, self._second = np.array(self._relevant_pairs(set(self._ignored))).T
+        first, second = np.array(self._relevant_pairs(set(self._ignored))).T
         self._bounds = PairBounds(
-            self._first, self._second,
+            first, second,
             np.array([shape.half_extents for shape in self.shapes]), np.array([shape.radius for shape in self.shapes]),
         )  # fmt: skip
         self._joints, self._on_joints = self._carried()
@@ -98,7 +98,7 @@ class CollisionScene:
     @property
     def pairs(self) -> tuple[tuple[str, str], ...]:
         """Names of all pairs that are checked."""
-        indices = zip(self._first, self._second, strict=True)
+        indices = zip(self._bounds.first, self._bounds.second, strict=True)
         return tuple((self.shapes[i].name, self.shapes[j].name) for i, j in indices)
 
     def min_clearance(
@@ -226,7 +226,7 @@ class CollisionScene:
 
     def _distance(self, placements: Array, pair: int) -> float:
         """Signed distance of one pair; `placements` of all shapes, shape (n_shapes, 4, 4)."""
-        first, second = self._first[pair], self._second[pair]
+        first, second = self._bounds.first[pair], self._bounds.second[pair]
         for index in (first, second):
             matrix = placements[index]
             self._objects[index].setTransform(fcl.Transform(matrix[:3, :3], matrix[:3, 3]))

@@ -98,7 +98,7 @@ def min_clearance(recording: Recording, model: Model) -> float:
     truth = recording["truth"]
     ticks = max(round(_CLEARANCE_INTERVAL / max(float(np.diff(truth.time[:2]).sum()), 1e-9)), 1)
     feels, every = _feels_the_frame(recording), np.arange(len(truth.time)) % ticks == 0
-    frame = tip_and_frame(model.vehicle, model.true_door)
+    frame = tip_and_frame(model.vehicle, model.true_door) if feels.any() else []
     least = math.inf
     for chosen, ignored in ((every & ~feels, []), (every & feels, frame)):
         if chosen.any():
