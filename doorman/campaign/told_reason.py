@@ -5,12 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from doorman.simulation.reality.causes import DRAUGHT, LATCHED, NEVER_CLOSED, SEALED, SLIPPED, WIND
+from doorman.simulation.reality.causes import DRAUGHT, LATCHED, LATE, NEVER_CLOSED, NOISY, SEALED, SLIPPED, WIND
 
 _TRUE_OF = {
     "the gripper does not hold": {SLIPPED, NEVER_CLOSED},
     "the wind": {WIND, DRAUGHT},
+    "felt wind": {WIND, DRAUGHT},
     "the latch": {LATCHED},
+    "the poses are too old": {LATE},
+    "the poses are too noisy": {NOISY},
 }
 """Words of a mission's reason, and of what one must be true."""
 _STUCK = ("does not move on", "does not give way")

@@ -147,6 +147,8 @@ class Mission(Uncopied):
             estimate = self._whole_body.listen(measurement, force, estimate, seeks, elapsed)
         if self._abort_reason:
             self._sequence.abort(estimate, self._abort_reason)
+        if self.phase is Phase.HOVER:
+            self._sequence.attempt.poses.note(measured)
         action = self._sequence.step(estimate, measurement.body_rates, elapsed)
         self._learn_frame()
         setpoint, at_the_leaf, tie = action.setpoint, self._sequence.at_the_leaf, self._sequence.tie

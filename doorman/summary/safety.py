@@ -49,10 +49,12 @@ def collisions(recording: Recording) -> int:
 
 
 def _feels_the_frame(recording: Recording) -> NDArray[np.bool_]:
-    """Ticks in which the tip is to touch what stands beside the leaf, shape (m,)."""
+    """Ticks in which the tip is to touch what stands beside the leaf, or goes away from it, shape (m,)."""
     truth, mission = recording["truth"], recording["mission"]
     phases = np.maximum(np.searchsorted(mission.time, truth.time, side="right") - 1, 0)
-    return np.asarray(mission["state"][phases] == "touch_frame")
+    feels = mission["state"] == "touch_frame"
+    feels[1:] |= feels[:-1] & np.isin(mission["state"][1:], ("retreat", "hover"))
+    return np.asarray(feels[phases])
 
 
 def largest_push(recording: Recording) -> float | None:

@@ -8,20 +8,12 @@ from collections import deque
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
 
 from doorman.hardware.mocap.faults import MocapFault
+from doorman.position_noise import PositionNoise
 
-Array = NDArray[np.float64]
 
 _KEPT = 1000
-_MEDIAN_OF_SQUARES = 2.366
-"""Median of the squared length of three normal numbers."""
-_SUMMED = 6.0
-"""Variance of a second difference of white noise, in variances of the noise."""
-_ENOUGH = 50
-"""Second differences from which on the noise is told."""
 
 
 @dataclass(frozen=True)
@@ -70,8 +62,7 @@ class Figures:
         self._intervals: deque[float] = deque(maxlen=_KEPT)
         self._delays: deque[float] = deque(maxlen=_KEPT)
         self._lags: deque[float] = deque(maxlen=_KEPT)
-        self._last: list[tuple[int, Array]] = []
-        self._bent: deque[float] = deque(maxlen=_KEPT)
+        self._noise = PositionNoise()
 
     def frame(self, arrival: float, delay: float, skipped: int) -> None:
         """A new frame arrived.
@@ -98,18 +89,7 @@ class Figures:
         """
         self.poses += 1
         self._lags.append(lag)
-        self._last = [*self._last[-2:], (frame, np.array(position))]
-        if len(self._last) < 3 or self._last[2][0] - self._last[0][0] != 2:
-            return  # a frame is missing between them
-        (_, first), (_, second), (_, third) = self._last
-        bent = first - 2.0 * second + third
-        self._bent.append(float(bent @ bent))
-
-    def _noise(self) -> float:
-        """Of position [m]."""
-        if len(self._bent) < _ENOUGH:
-            return math.nan
-        return math.sqrt(_median(list(self._bent)) / (_MEDIAN_OF_SQUARES * _SUMMED))
+        self._noise.note(frame, position)
 
     def statistics(self, counts: Mapping[MocapFault, int], frame_rate: float, latency: float) -> MocapStatistics:
         """Figures so far.
@@ -125,7 +105,7 @@ class Figures:
         jitter = float(np.percentile(np.abs(np.array(intervals) - middle), 90.0)) if intervals else math.nan
         return MocapStatistics(
             self.packets, self.frames, self.poses, self.dropped, dict(counts), frame_rate, middle, jitter,
-            _median(delays), float(late), float(latest), latency + _median(delays), _median(lags), self._noise(),
+            _median(delays), float(late), float(latest), latency + _median(delays), _median(lags), self._noise.deviation,
         )  # fmt: skip
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from doorman.control.estimation.estimator import Estimator
 from doorman.control.estimation.frame_fit import FrameFit
+from doorman.control.estimation.pose_watch import PoseWatch
 from doorman.control.passage import Passage, has_doorway
 from doorman.control.state_converter import StateConverter
 from doorman.mission.opening.at_the_leaf import AtTheLeaf
@@ -50,6 +51,8 @@ class Attempt:
         """Whether the leaf had to be looked for: contact that is lost again soon may have been none."""
         self.losses = 0
         """Of contact."""
+        self.poses = PoseWatch(model)
+        """How old and noisy they are; of all attempts."""
         self.frame: FrameFit | None = None
         """Where the door stands, once the tip has touched its frame; of all attempts."""
 

@@ -157,6 +157,9 @@ class MissionSection(Section):
     """Distance between tip and leaf before the approach [m]."""
     touch_frame: bool = False
     """Whether the tip first touches wall and frame beside a door that it is to push, to find where that stands."""
+    judge_poses: bool = True
+    """Whether the hover before the door measures age and noise of the poses, and gives up where contact would not bear
+    them."""
     approach_speed: Positive = 0.15
     """Speed of the approach [m/s]."""
     touch_distance: Positive = 0.06

@@ -14,7 +14,7 @@ SLIPPED, NEVER_CLOSED = "the gripper slipped", "the gripper never closed"
 LATCHED, SEALED, HELD = "the latch held the door", "the seal held the door", "a hand held the door"
 WIND, DRAUGHT = "strong wind", "a draught"
 ELSEWHERE, AJAR = "the door is elsewhere", "the door was ajar"
-FRAME, LATE = "the frame of the poses moved", "the poses were late"
+FRAME, LATE, NOISY = "the frame of the poses moved", "the poses were late", "the poses were noisy"
 WEAK = "the thrust is not what it is told to be"
 
 _WIND_SHARE = 0.1
@@ -25,6 +25,8 @@ _MOVED = 0.01
 """Distance over which a frame must move [m]."""
 _LATE = 0.03
 """Age of poses from which on they are late [s]."""
+_NOISY = 0.001
+"""Noise of positions from which on poses are noisy [m]."""
 _OFF = 0.08
 """Share by which thrust over weight must be off."""
 
@@ -81,4 +83,5 @@ def _of_poses(truth: Any, model: Model) -> list[str]:
     turned = abs(sensors.turn_rate) * float(np.linalg.norm(truth["position"], axis=1).max())
     found = [FRAME] if jumps + (sensors.drift + turned) * duration > _MOVED else []
     age = sensors.latency + sensors.jitter + (0.0 if sensors.rate is None else 1.0 / sensors.rate)
-    return found + ([LATE] if age > _LATE else [])
+    found += [LATE] if age > _LATE else []
+    return found + ([NOISY] if model.scenario.simulation.noise.position >= _NOISY else [])

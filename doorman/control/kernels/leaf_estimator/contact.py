@@ -53,7 +53,7 @@ _NEAR = 0.03
 FACE_DEVIATION, _MEASURED = 0.02, 0.3
 """Deviation of where the face stands [m], which the first touch measures in so long [s],"""
 _STOPPED, _WENT_ON = 0.03, 0.015
-"""with a tip that has stopped [m/s]; one that goes on by the second has met nothing [m]."""
+"""with a tip that has stopped [m/s]; one that moves on by the second, or back, has met nothing [m]."""
 _AJAR = 0.04
 """No face stands so far behind its place: a leaf that is met there has been opened [m]."""
 _TIP_NOISE, _TIP_TIME = 0.003, 0.05
@@ -64,9 +64,9 @@ what shuts a leaf whose closer is stronger than its friction, does not touch; no
 [rad], unless it feels what no wind explains,"""
 _CERTAIN = 3.0
 """which is more than so many deviations of the wind: a closer drives the leaf after the tip;"""
-_GHOST, _GHOST_RATE, _GHOST_TIME = 2.0, 0.06, 0.4
-"""nor one that moves on, faster than this [rad/s] and for longer [s], as if a room door opened by itself with
-more [N m],"""
+_GHOST, _GHOST_RATE, _GHOST_SUM = 1.5, 0.06, 0.3
+"""nor one that moves on, faster than the second [rad/s], as if a room door opened by itself, or moves back as if the hinge drove it
+harder than it resists, by more than the first [N m]: a cumulative sum, up to the last [N m s],"""
 _SETTLED = 0.5
 """once the touch is older [s]."""
 _PAST = 0.007
@@ -141,19 +141,21 @@ def is_no_contact(
     """Whether what the tip does contradicts a contact."""
     memory, lever = e.memory, e.numbers[LEVER]
     memory[DEEPEST] = min(memory[DEEPEST], tip_angle)
-    gains = moves / e.numbers[MASS] / lever
-    opens_itself = (
-        tip_rate < -_GHOST_RATE and lever * force - e.door.state[INERTIA] * gains < -_GHOST * e.numbers[HINGE_SCALE]
-    )
-    memory[GHOST] = memory[GHOST] + time_step if opens_itself else max(0.0, memory[GHOST] - time_step)
+    gains, scale = moves / e.numbers[MASS] / lever, e.numbers[HINGE_SCALE]
     bears = max(memory[RESISTS] + memory[MORE] + weight_ahead(e), 0.0)
+    hinge, excess = lever * force - e.door.state[INERTIA] * gains, 0.0
+    if tip_rate < -_GHOST_RATE:
+        excess = -hinge
+    elif tip_rate > MOVING and force < _CERTAIN * doubt:
+        excess = hinge - bears
+    memory[GHOST] = max(0.0, memory[GHOST] + (excess - _GHOST * scale) * time_step)
     friction = friction_share(e) * (memory[RESISTS] + memory[MORE])
     shuts = bears - 2.0 * friction
     faded = lever * force < _FADED * (shuts if shuts > 0.0 else bears)
     drawn = tip_angle - memory[DEEPEST]
     gone = drawn > _DRAWN_BACK if faded else drawn > _FAR_BACK and force < _CERTAIN * doubt
     back = tip_rate > MOVING and gone
-    if now - memory[TOUCHED_AT] <= _SETTLED or not (back or memory[GHOST] > _GHOST_TIME):
+    if now - memory[TOUCHED_AT] <= _SETTLED or not (back or memory[GHOST] > _GHOST_SUM * scale):
         return False
     memory[GHOST] = 0.0
     if back:
@@ -173,7 +175,7 @@ def first_touch(e: LeafMemory, tip_angle: float, tip_rate: float, time_step: flo
         memory[CLOSED], memory[DEEPEST] = 0.0, tip_angle
         z[ANGLE], z[RATE] = tip_angle, 0.0
         return True, tip_angle, tip_rate
-    if memory[MET] - before > _WENT_ON and speed > _STOPPED:
+    if abs(memory[MET] - before) > _WENT_ON and abs(speed) > _STOPPED:
         memory[FACE], memory[FACE_VARIANCE], memory[MET], memory[DEEPEST] = 0.0, FACE_DEVIATION**2, math.nan, math.inf
         declare_contact(e.contact, False)
         lose_contact(e.wind, e.vehicle[OUTER_FORCE : OUTER_FORCE + 3])

@@ -9,11 +9,16 @@ from doorman.control.estimation.estimator import Estimate
 from doorman.control.position_controller import Setpoint
 from doorman.mission.motion import Glide, arm_rates_to
 from doorman.mission.phases.attempt import Attempt
-from doorman.mission.phases.phase import MissionPhase, Next, Phase, Then
+from doorman.mission.phases.phase import GiveUp, MissionPhase, Next, Phase, Then
 from doorman.mission.since import since
+from doorman.model import GRAVITY
 
 Array = NDArray[np.float64]
 
+_BEGINS = 3.0
+"""After which what moves the vehicle counts: before, it is on its way [s]."""
+_STRONG = 0.12
+"""Share of the weight from which on wind is named."""
 STEADY = 1.0
 """For which the vehicle must hover still before the approach, and must be held up to have met something [s]."""
 
@@ -28,6 +33,8 @@ class Hover(MissionPhase):
         known = None if before is None else before.glide
         self.glide = known or Glide(estimate.position, estimate.yaw)
         self._still_since: float | None = None
+        self._unread = attempt.settings.judge_poses
+        self._strayed, self._felt = 0.0, 0.0
 
     def step(self, estimate: Estimate, body_rates: Array, time_step: float) -> tuple[Setpoint, Then]:
         """Fly on; the approach follows once the vehicle is still, or the frame's touch, where that is asked for and not done.
@@ -42,12 +49,33 @@ class Hover(MissionPhase):
         """
         model = self.attempt.model
         setpoint, target = fly_before_the_leaf(self.attempt, self.glide, estimate, model.hover_offset, time_step)
-        still = np.linalg.norm(estimate.position - target) < 0.06 and np.linalg.norm(estimate.velocity) < 0.08
+        off = float(np.linalg.norm(estimate.position - target))
+        still = off < 0.06 and np.linalg.norm(estimate.velocity) < 0.08
+        if estimate.time - self.entered > _BEGINS:
+            self._strayed = max(self._strayed, off)
+            self._felt = max(self._felt, float(np.linalg.norm(estimate.wind[:2])))
         posed = np.abs(estimate.arm_angles - model.start_arm).max(initial=0.0) < 0.03
         self._still_since = since(self._still_since, bool(still and posed), estimate.time)
         ready = self._still_since is not None and estimate.time - self._still_since >= STEADY
+        if not ready or (self._unread and not self.attempt.poses.judged):
+            return setpoint, None
+        if self._unread and (unfit := self.attempt.poses.unfit()):
+            return setpoint, GiveUp(unfit)
         feels = bool(model.frame_places) and self.attempt.frame is None
-        return setpoint, Next(Phase.TOUCH_FRAME if feels else Phase.APPROACH) if ready else None
+        return setpoint, Next(Phase.TOUCH_FRAME if feels else Phase.APPROACH)
+
+    def time_out(self, estimate: Estimate) -> Next | GiveUp:
+        """The end of the mission, which says what moved the vehicle.
+
+        Args:
+            estimate: What is known now.
+        """
+        reason = f"the vehicle did not come to hover still within {self.longest:g} s"
+        if self._strayed:
+            reason += f": it moved by up to {1e2 * self._strayed:.0f} cm"
+        if self._felt > _STRONG * self.attempt.model.vehicle.mass * GRAVITY:
+            reason += f", and felt wind of up to {self._felt:.1f} N"
+        return GiveUp(reason)
 
 
 def fly_before_the_leaf(

@@ -1,0 +1,50 @@
+"""White noise of measured positions, by second differences: motion hardly shows in them."""
+
+from __future__ import annotations
+
+import math
+import statistics
+from collections import deque
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+_KEPT = 1000
+_ENOUGH = 50
+"""Second differences from which on the noise is told."""
+_MEDIAN_OF_SQUARES = 2.366
+"""Median of the squared length of three normal numbers."""
+_SUMMED = 6.0
+"""Variance of a second difference of white noise, in variances of the noise."""
+
+
+class PositionNoise:
+    """Collects positions that were taken at even times, the last thousand of them."""
+
+    def __init__(self) -> None:
+        self._last: list[tuple[int, Array]] = []
+        self._bent: deque[float] = deque(maxlen=_KEPT)
+
+    def note(self, number: int, position: Sequence[float] | Array) -> None:
+        """Take in one position; three with a gap between them tell nothing.
+
+        Args:
+            number: Of its frame.
+            position: Shape (3,) [m].
+        """
+        self._last = [*self._last[-2:], (number, np.array(position, dtype=np.float64))]
+        if len(self._last) < 3 or self._last[2][0] - self._last[0][0] != 2:
+            return
+        (_, first), (_, second), (_, third) = self._last
+        bent = first - 2.0 * second + third
+        self._bent.append(float(bent @ bent))
+
+    @property
+    def deviation(self) -> float:
+        """Standard deviation on every axis, by the median, so that jumps do not count; NaN before it can be told [m]."""
+        if len(self._bent) < _ENOUGH:
+            return math.nan
+        return math.sqrt(statistics.median(self._bent) / (_MEDIAN_OF_SQUARES * _SUMMED))
