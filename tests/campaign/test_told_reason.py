@@ -10,7 +10,7 @@ from doorman.campaign.report.figures import figures
 from doorman.campaign.report.pages import page
 from doorman.campaign.told_reason import told_truly
 from doorman.scenario import Scenario
-from doorman.simulation.reality.causes import ELSEWHERE, LATCHED, NEVER_CLOSED, SEALED, SLIPPED, WIND
+from doorman.simulation.reality.causes import ELSEWHERE, LATCHED, LATE, NEVER_CLOSED, NOISY, SEALED, SLIPPED, WIND
 
 
 @pytest.mark.parametrize(
@@ -26,6 +26,11 @@ from doorman.simulation.reality.causes import ELSEWHERE, LATCHED, NEVER_CLOSED, 
         ("the door does not move on from 60.0° against 3.10 N m", [SLIPPED], False),
         ("the wind is too strong", [WIND], True),
         ("the wind is too strong", [ELSEWHERE], False),
+        ("the vehicle did not come to hover still within 15 s, and felt wind of up to 4.0 N", [WIND], True),
+        ("the vehicle did not come to hover still within 15 s, and felt wind of up to 4.0 N", [LATE], False),
+        ("the poses are too old for contact: 72 ms; allowed: 63 ms", [LATE], True),
+        ("the poses are too noisy for contact: 2.0 mm make 0.50 N at the tip; allowed: 0.33 N", [NOISY], True),
+        ("the poses are too noisy for contact: 2.0 mm make 0.50 N at the tip; allowed: 0.33 N", [LATE], False),
         ("contact was lost 20 times", [WIND, ELSEWHERE], None),
         ("", [], None),
     ],

@@ -28,6 +28,8 @@ from doorman.control.kernels.leaf_estimator.memory import (
     FACE_VARIANCE,
     FOUND_SIZE,
     FRICTION_FORCE,
+    LAST,
+    LEVERS,
     MEMORY,
     MET,
     MOVES,
@@ -54,6 +56,8 @@ Array = NDArray[np.float64]
 
 _ON_LEAF = 0.5
 """Wind that is expected on the leaf, as a share of the vehicle's."""
+_STARTS_SHUT = 0.01
+"""A leaf that starts no farther open stands in its frame [rad or m]."""
 _QUICK = 8.0
 """Rate of the quick observer [rad/s]."""
 
@@ -120,9 +124,11 @@ class LeafEstimator:
             self._mass, self._lever, settings.vehicle_observer_rate, goal, door.rest_angle, start, most,
             self._lever * settings.angle_deviation, levers, door.closing_torque, model.travel.ahead(1.0), *door.up,
             size.force, size.torque, size.time, model.hinge_scale,
+            start if abs(door.opening_of(start)) < _STARTS_SHUT else math.inf,
         ]  # fmt: skip
         memory = np.zeros(MEMORY)
         memory[FACE_VARIANCE], memory[CLOSED], memory[MET] = FACE_DEVIATION**2, 1.0, math.nan
+        memory[LAST] = -math.inf
         self._kept = self._parts(np.array(numbers), memory, most)
         self._held = held(self._kept)
         begin_leaf(self._held)
@@ -197,7 +203,7 @@ class LeafEstimator:
     def _hinge(self, touching: bool) -> HingeEstimate:
         r"""The door's filter takes the wind on the vehicle for known, and friction and closer for constant.
 
-        The doubt of the wind in contact is added, by the lever of the tip. So is what a torque that changes by chance on the way
+        The doubt of the wind in contact is added, by the levers of tip and leaf: it blows on both. So is what a torque that changes by chance on the way
         s is off from its mean: :math:`c^2 s / 3` for a variance of :math:`c^2` per radian, as the wind's filter expects it.
 
         Args:
@@ -206,6 +212,6 @@ class LeafEstimator:
         hinge, door = self._door.hinge(), self._door.memory
         if touching:
             angle = float(door.state[ANGLE])
-            wind = self._lever * wind_doubt(self._wind.memory.covariance, leaf_normal(door.leaf, angle))
+            wind = float(self._kept.numbers[LEVERS]) * wind_doubt(self._wind.memory.covariance, leaf_normal(door.leaf, angle))
             self._doubt = math.hypot(wind, self._changes * math.sqrt(abs(angle - self._model.start_angle) / 3.0))
         return replace(hinge, torque_deviation=math.hypot(hinge.torque_deviation, self._doubt))

@@ -23,7 +23,7 @@ _SWINGS, _SURELY = 0.02, 1.0
 """A door swings that is faster [rad/s], and has swung that was so for longer [s]."""
 _GUSTINESS = 1.5
 """Wind on the leaf that a door must stand, as a share of what the vehicle feels."""
-_CLOSE = math.radians(0.8)
+_CLOSE = math.radians(1.0)
 """A door that stands this near to the goal is held [rad]."""
 
 

@@ -204,6 +204,38 @@ def test_a_leaf_that_drives_the_tip_back_is_in_contact_as_long_as_its_force_is_f
         assert abs(known.wind @ normal) < 0.5
 
 
+def test_wind_that_jumps_before_the_first_touch_is_no_leaf(model: Model) -> None:
+    """It stops the tip as a leaf does, but a closed leaf does not drive it back."""
+    vehicle, normal, wind = Vehicle(model), model.door.normal(CLOSED), np.array([0.0, 0.0, 0.0])
+    vehicle.fly(3.0, vehicle.at(0.2), wind, seeks=False)
+    vehicle.fly(2.0, vehicle.at(0.2), wind, to=vehicle.at(0.05))
+    jumped = wind - 1.2 * normal
+    assert vehicle.fly(0.3, vehicle.at(0.05), jumped).touching
+    known = vehicle.fly(0.6, vehicle.at(0.05), jumped, to=vehicle.at(0.08))
+    assert not known.touching
+    assert known.wind @ normal < -0.6
+
+
+@pytest.mark.parametrize("alone", [True, False])
+def test_a_tip_that_sets_off_as_if_no_leaf_hung_on_it_has_left_it(model: Model, alone: bool) -> None:
+    """A wind that has begun to blow as hard as the leaf resisted passes for the leaf, but has no inertia."""
+    vehicle, normal = Vehicle(model), model.door.normal(CLOSED)
+    pressed(vehicle, 2.5, np.zeros(3))
+    there, sets_off = vehicle.at(0.0) + 0.2 * normal, 0.8
+    vehicle.fly(3.0, vehicle.at(0.0), -2.5 * normal, to=there, wanted=0.1)
+    leaf = 0.0 if alone else model.door.inertia / model.coupling.lever_length**2
+    force = 2.5 + (model.vehicle.mass + leaf) * sets_off
+    weight = np.array([0.0, 0.0, model.vehicle.mass * GRAVITY])
+    for k in range(1, round(0.4 / TICK) + 1):
+        vehicle.time += TICK
+        measured = Measurement(
+            vehicle.time, there + 0.5 * sets_off * (k * TICK) ** 2 * normal, np.zeros(3),
+            np.array([0.0, 0.0, vehicle.yaw]), np.zeros(3), model.start_arm, np.zeros(model.n_arm), vehicle.time,
+        )  # fmt: skip
+        known = vehicle.estimator.update(measured, weight + force * normal, TICK, True, 0.1)
+    assert known.touching == (not alone)
+
+
 def test_what_the_hinge_resists_with_is_doubted_as_the_wind_is(model: Model) -> None:
     """An unknown force of the wind in contact passes for torque: half a minute later it is less certain."""
     vehicle, force = Vehicle(model), -2.0 * model.door.normal(CLOSED)

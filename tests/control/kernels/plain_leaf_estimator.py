@@ -54,8 +54,10 @@ _STANDS_AT_GOAL = 0.015
 """Nearer than this it does not grow [rad]."""
 _DRAWN_BACK, _FAR_BACK, _FADED, _CERTAIN = 0.02, 0.06, 0.4, 3.0
 """A tip that draws back by more than the first, while it feels less than the last, a share of what the hinge resists with."""
-_GHOST, _GHOST_RATE, _GHOST_TIME = 2.0, 0.06, 0.4
-"""nor one that moves on, faster than this [rad/s] and for longer [s], as if a room door opened by itself with"""
+_GHOST, _GHOST_RATE, _GHOST_SUM = 1.5, 0.06, 0.3
+"""nor one whose leaf would be driven by more than the first [N m], in a cumulative sum;"""
+_BEHIND, _STARTS_SHUT = 0.02, 0.01
+"""nor one that is so far before a leaf that stands in its frame."""
 _SETTLED = 0.5
 """once the touch is older [s]."""
 _PAST = 0.007
@@ -87,7 +89,9 @@ class PlainLeafEstimator:
         self._vehicle = VehicleObserver(self._mass, settings.vehicle_observer_rate)
         self._monitor = PlainMonitor(settings.contact)
         self._monitor.declare(model.scenario.mission.start == "contact")
-        self._model, self._leaf, self._touched_at = model, model.door, 0.0
+        self._model, self._leaf, self._touched_at, self._last = model, model.door, 0.0, -math.inf
+        shut = abs(model.door.opening_of(model.start_angle)) < _STARTS_SHUT
+        self._shut = model.start_angle if shut else math.inf
         self._stood = -math.inf
         self._begin()
         self._wind, self._friction = PlainWind(size.force, self._hinge), np.zeros(2)
@@ -115,6 +119,8 @@ class PlainLeafEstimator:
             touching, tip = self._first_touch(tip, time_step)
         wind = self._wind.force
         acting = push + float(normal @ wind)
+        if time_step > 0.0:
+            self._turn_wind(float(self._wind.state[3]) * time_step)
         self._door.update(acting, touching, tip[0], measured.pose_time, measured.time, time_step, wind=wind)
         angle, rate = self._door.angle, self._door.rate
         if touching:
@@ -140,11 +146,18 @@ class PlainLeafEstimator:
             self._hinge_of(touching),
         )  # fmt: skip
 
+    def _turn_wind(self, angle: float) -> None:
+        """Turn the wind on the leaf as that on the vehicle turns [rad]."""
+        turn = np.eye(9)
+        turn[7:, 7:] = [[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]]
+        self._door.state[:] = turn @ self._door.state
+        self._door.covariance[:] = turn @ self._door.covariance @ turn.T
+
     def _hinge_of(self, touching: bool) -> HingeEstimate:
         """The hinge, with the doubt of the wind in contact and of changes on the way in the deviation of its torque."""
         if touching:
             normal = self._leaf.normal(self._door.angle)
-            wind = self._lever * math.sqrt(float(normal @ self._wind.covariance[:3, :3] @ normal))
+            wind = sum(self._levers) * math.sqrt(float(normal @ self._wind.covariance[:3, :3] @ normal))
             way = abs(self._door.angle - self._model.start_angle)
             self._doubt = math.hypot(wind, 0.7 * self._hinge * math.sqrt(way / 3.0))
         hinge = self._door.hinge()
@@ -175,7 +188,7 @@ class PlainLeafEstimator:
             self._deepest = tip[0]
             self._door.meet(tip[0])
             return True, tip
-        if self._met - before > _WENT_ON and speed > _STOPPED:
+        if abs(self._met - before) > _WENT_ON and abs(speed) > _STOPPED:
             self._face, self._face_variance, self._met, self._deepest = 0.0, _FACE**2, None, math.inf
             self._monitor.declare(False)
             self._wind.lost(self._vehicle.outer_force)
@@ -225,9 +238,11 @@ class PlainLeafEstimator:
                 monitor.listen(force, time_step)
         touching = seeks and monitor.update(force if near or was else 0.0, time_step)
         if touching and not was:
-            self._deepest, self._touched_at = tip[0], now
+            self._deepest = tip[0]
+            self._note_touch(now)
         if near and not touching and tip[0] < self._deepest - _PAST and math.isfinite(self._deepest):
-            touching, self._touched_at = True, now
+            touching = True
+            self._note_touch(now)
             monitor.declare(True)
             expected = max((self._resists + self._more + self._weight()) / self._lever, self._least)
             self._wind.met(normal, expected - force)
@@ -237,7 +252,14 @@ class PlainLeafEstimator:
             touching = False
             monitor.declare(False)
             self._wind.lost(felt)
+        if touching:
+            self._last = now
         return touching
+
+    def _note_touch(self, now: float) -> None:
+        """A tip that bounces still touches since then."""
+        if now - self._last > _SETTLED:
+            self._touched_at = now
 
     def _is_none(
         self, tip: tuple[float, float], moves: float, force: float, doubt: float, now: float, time_step: float
@@ -245,21 +267,25 @@ class PlainLeafEstimator:
         """Whether what the tip does contradicts a contact."""
         self._deepest = min(self._deepest, tip[0])
         gains = moves / self._mass / self._lever
-        opens_itself = (
-            tip[1] < -_GHOST_RATE and self._lever * force - self._door.inertia * gains < -_GHOST * self._hinge
-        )
-        self._ghost = self._ghost + time_step if opens_itself else max(0.0, self._ghost - time_step)
         bears = max(self._resists + self._more + self._weight(), 0.0)
+        hinge, excess = self._lever * force - self._door.inertia * gains, 0.0
+        settled = now - self._touched_at > _SETTLED
+        if tip[1] < -_GHOST_RATE:
+            excess = -hinge
+        elif settled and tip[1] > _MOVES and force < _CERTAIN * doubt:
+            excess = hinge - bears
+        self._ghost = max(0.0, self._ghost + (excess - _GHOST * self._hinge) * time_step)
         friction = self._friction_share() * (self._resists + self._more)
         shuts = bears - 2.0 * friction
         faded = self._lever * force < _FADED * (shuts if shuts > 0.0 else bears)
         drawn = tip[0] - self._deepest
         gone = drawn > _DRAWN_BACK if faded else drawn > _FAR_BACK and force < _CERTAIN * doubt
-        back = tip[1] > _MOVES and gone
-        if now - self._touched_at <= _SETTLED or not (back or self._ghost > _GHOST_TIME):
+        back = settled and tip[1] > _MOVES and gone
+        behind = self._lever * (tip[0] - self._shut) > _BEHIND + 2.0 * math.sqrt(self._face_variance)
+        if not (back or behind or self._ghost > _GHOST_SUM * self._hinge):
             return False
         self._ghost = 0.0
-        if back:
+        if back or behind:
             self._door.meet(self._deepest)
         return True
 

@@ -23,6 +23,7 @@ from doorman.control.kernels.door_filter.memory import (
     RATE,
     REST,
     SEEN,
+    STATES,
     STIFFNESS,
     STOOD,
     TORQUE,
@@ -113,6 +114,25 @@ def expect_wind(numbers: Array, memory: Array, z: Array, p: Array, wind_x: float
         p[WIND_X, WIND_Y] += variance * x * y
         p[WIND_Y, WIND_X] += variance * y * x
         p[WIND_Y, WIND_Y] += variance * y * y
+
+
+@kernel
+def turn_wind(z: Array, p: Array, angle: float) -> None:
+    """Turn the wind on the leaf as that on the vehicle turns.
+
+    Args:
+        z: State, shape (STATES,); its wind is changed.
+        p: Covariance of the state, shape (STATES, STATES), changed.
+        angle: About the world's z axis [rad].
+    """
+    c, s, x, y = math.cos(angle), math.sin(angle), z[WIND_X], z[WIND_Y]
+    z[WIND_X], z[WIND_Y] = c * x - s * y, s * x + c * y
+    for k in range(STATES):
+        a, b = p[WIND_X, k], p[WIND_Y, k]
+        p[WIND_X, k], p[WIND_Y, k] = c * a - s * b, s * a + c * b
+    for k in range(STATES):
+        a, b = p[k, WIND_X], p[k, WIND_Y]
+        p[k, WIND_X], p[k, WIND_Y] = c * a - s * b, s * a + c * b
 
 
 @kernel

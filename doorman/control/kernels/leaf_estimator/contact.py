@@ -31,12 +31,14 @@ from doorman.control.kernels.leaf_estimator.memory import (
     GHOST,
     HAS_MOVED,
     HINGE_SCALE,
+    LAST,
     LEVER,
     MASS,
     MEASURED,
     MET,
     MORE,
     RESISTS,
+    SHUT,
     SOUGHT,
     START,
     STOOD,
@@ -67,8 +69,10 @@ _CERTAIN = 3.0
 _GHOST, _GHOST_RATE, _GHOST_SUM = 1.5, 0.06, 0.3
 """nor one that moves on, faster than the second [rad/s], as if a room door opened by itself, or moves back as if the hinge drove it
 harder than it resists, by more than the first [N m]: a cumulative sum, up to the last [N m s],"""
+_BEHIND = 0.02
+"""nor one that is farther before the closed leaf's place, by more than twice the deviation of that: the frame stops the leaf [m]."""
 _SETTLED = 0.5
-"""once the touch is older [s]."""
+"""A touch that is younger may bounce [s]."""
 _PAST = 0.007
 """A tip that is farther than it last was in contact has met the leaf again [rad]."""
 
@@ -112,9 +116,11 @@ def find_contact(
         heeded = force if near or was else 0.0
         touching = watch_contact(e.contact_numbers, e.contact, heeded, time_step, math.inf)
     if touching and not was:
-        memory[DEEPEST], memory[TOUCHED_AT] = tip_angle, now
+        memory[DEEPEST] = tip_angle
+        note_touch(memory, now)
     if near and not touching and tip_angle < memory[DEEPEST] - _PAST and math.isfinite(memory[DEEPEST]):
-        touching, memory[TOUCHED_AT] = True, now
+        touching = True
+        note_touch(memory, now)
         declare_contact(e.contact, True)
         expected = max((memory[RESISTS] + memory[MORE] + weight_ahead(e)) / lever, least_force(e))
         meet_contact(e.wind, normal[0], normal[1], normal[2], expected - force)
@@ -124,7 +130,16 @@ def find_contact(
         touching = False
         declare_contact(e.contact, False)
         lose_contact(e.wind, felt)
+    if touching:
+        memory[LAST] = now
     return touching
+
+
+@kernel
+def note_touch(memory: Array, now: float) -> None:
+    """Take in when the tip touched; one that bounces still touches since then."""
+    if now - memory[LAST] > _SETTLED:
+        memory[TOUCHED_AT] = now
 
 
 @kernel
@@ -144,9 +159,10 @@ def is_no_contact(
     gains, scale = moves / e.numbers[MASS] / lever, e.numbers[HINGE_SCALE]
     bears = max(memory[RESISTS] + memory[MORE] + weight_ahead(e), 0.0)
     hinge, excess = lever * force - e.door.state[INERTIA] * gains, 0.0
+    settled = now - memory[TOUCHED_AT] > _SETTLED
     if tip_rate < -_GHOST_RATE:
         excess = -hinge
-    elif tip_rate > MOVING and force < _CERTAIN * doubt:
+    elif settled and tip_rate > MOVING and force < _CERTAIN * doubt:
         excess = hinge - bears
     memory[GHOST] = max(0.0, memory[GHOST] + (excess - _GHOST * scale) * time_step)
     friction = friction_share(e) * (memory[RESISTS] + memory[MORE])
@@ -154,11 +170,12 @@ def is_no_contact(
     faded = lever * force < _FADED * (shuts if shuts > 0.0 else bears)
     drawn = tip_angle - memory[DEEPEST]
     gone = drawn > _DRAWN_BACK if faded else drawn > _FAR_BACK and force < _CERTAIN * doubt
-    back = tip_rate > MOVING and gone
-    if now - memory[TOUCHED_AT] <= _SETTLED or not (back or memory[GHOST] > _GHOST_SUM * scale):
+    back = settled and tip_rate > MOVING and gone
+    behind = lever * (tip_angle - e.numbers[SHUT]) > _BEHIND + 2.0 * math.sqrt(memory[FACE_VARIANCE])
+    if not (back or behind or memory[GHOST] > _GHOST_SUM * scale):
         return False
     memory[GHOST] = 0.0
-    if back:
+    if back or behind:
         e.door.state[ANGLE], e.door.state[RATE] = memory[DEEPEST], 0.0
     return True
 

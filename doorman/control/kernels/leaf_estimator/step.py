@@ -7,7 +7,7 @@ import math
 from doorman.compilation import kernel
 from doorman.control.kernels.attitude_step import rates_of_euler
 from doorman.control.kernels.door_filter.memory import ANGLE, INERTIA, RATE
-from doorman.control.kernels.door_filter.step import advance_door, pass_leaf
+from doorman.control.kernels.door_filter.step import advance_door, pass_leaf, turn_wind
 from doorman.control.kernels.hinge_step import RATE as HINGE_RATE
 from doorman.control.kernels.leaf import SLIDES, leaf_normal
 from doorman.control.kernels.leaf_estimator.contact import find_contact, first_touch
@@ -44,7 +44,7 @@ from doorman.control.kernels.leaf_estimator.resistance import resists_with, watc
 from doorman.control.kernels.tip import ATTITUDE, BODY_RATES, tip_on_leaf
 from doorman.control.kernels.tip import VELOCITY as MEASURED_VELOCITY
 from doorman.control.kernels.vehicle_step import FORCE, OUTER_FORCE, POSITION, VELOCITY, advance_vehicle
-from doorman.control.kernels.wind_step import advance_wind
+from doorman.control.kernels.wind_step import TURN, advance_wind
 from doorman.kinematics.rotations import SMALLEST_COSINE
 
 
@@ -83,6 +83,7 @@ def advance_leaf(e: LeafMemory, seeks: bool, wanted: float, pose_time: float, no
     wind = e.wind.state
     acting = push + along(normal, wind)
     if time_step > 0.0:
+        turn_wind(door.state, door.covariance, wind[TURN] * time_step)
         advance_door(
             door.numbers, door.leaf, door.memory, door.state, door.covariance, door.work, acting, touching, tip_angle,
             pose_time, now, time_step, wind[0], wind[1],
