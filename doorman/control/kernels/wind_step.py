@@ -25,8 +25,9 @@ _NEAR_NOISE = 3.0
 """By so much less is believed what is felt near the leaf: it may be a touch."""
 _BOUND, _BOUND_TIME = 0.3, 0.5
 """Noise of what contact can explain there, and the time after which it is another one [N], [s]."""
-_SUDDEN = 0.5
-"""Noise of the wind where contact is found to be lost, or to be there, of the shipped vehicle [N]."""
+_SUDDEN, _JUMP = 0.5, 0.6
+"""Noise of the wind where contact is found to be lost, or to be there, and what it is doubted more by where it is lost: it may have
+passed for the contact since it jumped. Of the shipped vehicle [N]."""
 HINGE_CHANGES = 0.7
 """Change of τ of a room door with the square root of the way [N m/rad^0.5]."""
 _MOVED, _MOVED_TIME, _MOVES = 0.2, 0.8, 0.012
@@ -155,6 +156,8 @@ def feel_wind(wind: WindMemory, felt: Array, near: bool, time_step: float) -> No
 @kernel
 def lose_contact(wind: WindMemory, felt: Array) -> None:
     """Take in that there is no contact: what is felt is wind."""
+    for k in range(3):
+        wind.covariance[k, k] += (wind.scales[0] * _JUMP) ** 2
     take_for_wind(wind, felt, (wind.scales[0] * _SUDDEN) ** 2)
 
 

@@ -83,8 +83,8 @@ class Progress:
         self.rate += min(time_step / _AVERAGED, 1.0) * (estimate.door_rate - self.rate)
         stands = 0.0 < off < NEARLY and abs(self.rate) < STANDS and not held
         self.stood_before = self.stood_before + time_step if stands else 0.0
-        if not self._pushes and self.passes > 0 and abs(off) > self._nearest + _STEP:
-            self._nearest = abs(off)  # a grip brings a door back that has passed the goal
+        if self.passes > 0 and abs(off) > self._nearest + _STEP:
+            self._nearest = abs(off)  # a grip brings a door back that has passed the goal, and so may a closer
         if abs(off) < self._nearest - _STEP:
             self._steps += math.isfinite(self._nearest) and abs(off) < self._way  # where it begins is no step
             self._nearest, self._got_on_at = abs(off), now

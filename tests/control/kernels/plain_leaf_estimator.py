@@ -56,7 +56,7 @@ _DRAWN_BACK, _FAR_BACK, _FADED, _CERTAIN = 0.02, 0.06, 0.4, 3.0
 """A tip that draws back by more than the first, while it feels less than the last, a share of what the hinge resists with."""
 _GHOST, _GHOST_RATE, _GHOST_SUM = 1.5, 0.06, 0.3
 """nor one whose leaf would be driven by more than the first [N m], in a cumulative sum;"""
-_BEHIND, _STARTS_SHUT = 0.02, 0.01
+_LIGHTEST, _BEHIND, _STARTS_SHUT = 0.6, 0.02, 0.01
 """nor one that is so far before a leaf that stands in its frame."""
 _SETTLED = 0.5
 """once the touch is older [s]."""
@@ -267,8 +267,9 @@ class PlainLeafEstimator:
         """Whether what the tip does contradicts a contact."""
         self._deepest = min(self._deepest, tip[0])
         gains = moves / self._mass / self._lever
-        bears = max(self._resists + self._more + self._weight(), 0.0)
-        hinge, excess = self._lever * force - self._door.inertia * gains, 0.0
+        bears = max(self._resists + max(self._more, 0.0) + self._weight(), 0.0)
+        inertia = max(self._door.inertia, _LIGHTEST * self._model.door.inertia)
+        hinge, excess = self._lever * force - inertia * gains, 0.0
         settled = now - self._touched_at > _SETTLED
         if tip[1] < -_GHOST_RATE:
             excess = -hinge
@@ -287,6 +288,8 @@ class PlainLeafEstimator:
         self._ghost = 0.0
         if back or behind:
             self._door.meet(self._deepest)
+        else:
+            self._deepest = math.inf
         return True
 
     def _resistance(self, touching: bool, wanted: float, time_step: float) -> float:
@@ -299,6 +302,9 @@ class PlainLeafEstimator:
                 self._nudge * (1.0 + self._more / self._quickens) * min(left / _NUDGED_WITHIN, 1.0) * time_step
             )
             self._more = min(self._more, max(self._most_resistance - self._resists, 0.0))
+        elif touching and opening > -_MOVES and left < -_STANDS_AT_GOAL:
+            self._more -= self._nudge * min(-left / _NUDGED_WITHIN, 1.0) * time_step
+            self._more = max(self._more, _LEAST_RESISTANCE * self._hinge - self._resists)
         else:
             self._more *= math.exp(-time_step / _NUDGE_FADES)
         return min(max(self._resists + self._more, _LEAST_RESISTANCE * self._hinge), self._most_resistance)

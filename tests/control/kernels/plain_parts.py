@@ -146,7 +146,7 @@ _NEAR_NOISE = 3.0
 """By so much less is believed what is felt near the leaf: it may be a touch."""
 _BOUND, _BOUND_TIME = 0.3, 0.5
 """Noise of what contact can explain there, and the time after which it is another one [N], [s]."""
-_SUDDEN = 0.5
+_SUDDEN, _JUMP = 0.5, 0.6
 """Noise of the wind where contact is found to be lost, or to be there, of the shipped vehicle [N]."""
 _HINGE, _HINGE_CHANGES = (1.0, 1.5), 0.7
 """τ of a room door at first with its deviation [N m], and its change with the square root of the way [N m/rad^0.5]."""
@@ -218,6 +218,8 @@ class PlainWind:
 
     def lost(self, felt: Array) -> None:
         """Take in that there is no contact: what is felt is wind."""
+        for k in range(3):
+            self.covariance[k, k] += (self._force * _JUMP) ** 2
         self._take_for_wind(felt, (self._force * _SUDDEN) ** 2)
 
     def _take_for_wind(self, felt: Array, noise: float) -> None:

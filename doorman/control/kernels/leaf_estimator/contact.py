@@ -69,6 +69,8 @@ _CERTAIN = 3.0
 _GHOST, _GHOST_RATE, _GHOST_SUM = 1.5, 0.06, 0.3
 """nor one that moves on, faster than the second [rad/s], as if a room door opened by itself, or moves back as if the hinge drove it
 harder than it resists, by more than the first [N m]: a cumulative sum, up to the last [N m s],"""
+_LIGHTEST = 0.6
+"""with a leaf of at least this share of the expected inertia: a filter that follows a free tip makes its leaf ever lighter;"""
 _BEHIND = 0.02
 """nor one that is farther before the closed leaf's place, by more than twice the deviation of that: the frame stops the leaf [m]."""
 _SETTLED = 0.5
@@ -157,8 +159,9 @@ def is_no_contact(
     memory, lever = e.memory, e.numbers[LEVER]
     memory[DEEPEST] = min(memory[DEEPEST], tip_angle)
     gains, scale = moves / e.numbers[MASS] / lever, e.numbers[HINGE_SCALE]
-    bears = max(memory[RESISTS] + memory[MORE] + weight_ahead(e), 0.0)
-    hinge, excess = lever * force - e.door.state[INERTIA] * gains, 0.0
+    bears = max(memory[RESISTS] + max(memory[MORE], 0.0) + weight_ahead(e), 0.0)
+    inertia = max(e.door.state[INERTIA], _LIGHTEST * e.first.state[INERTIA])
+    hinge, excess = lever * force - inertia * gains, 0.0
     settled = now - memory[TOUCHED_AT] > _SETTLED
     if tip_rate < -_GHOST_RATE:
         excess = -hinge
@@ -177,6 +180,8 @@ def is_no_contact(
     memory[GHOST] = 0.0
     if back or behind:
         e.door.state[ANGLE], e.door.state[RATE] = memory[DEEPEST], 0.0
+    else:
+        memory[DEEPEST] = math.inf  # the leaf is farther on, nobody knows where
     return True
 
 

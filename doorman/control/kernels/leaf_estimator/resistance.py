@@ -37,7 +37,7 @@ _HELD_FIRST = 0.1
 _NUDGED_WITHIN = 0.07
 """Nearer to the goal it grows in proportion [rad]."""
 _STANDS_AT_GOAL = 0.015
-"""Nearer than this it does not grow [rad]."""
+"""Nearer than this it does not grow; as far beyond it falls, and a closer brings the leaf back [rad]."""
 
 
 @kernel
@@ -68,6 +68,10 @@ def resists_with(e: LeafMemory, touching: bool, wanted: float, time_step: float)
         nudge, quickens = _NUDGE * torque / e.numbers[TIME_SCALE], _QUICKENS * torque
         memory[MORE] += nudge * (1.0 + memory[MORE] / quickens) * min(left / _NUDGED_WITHIN, 1.0) * time_step
         memory[MORE] = min(memory[MORE], max(most - memory[RESISTS], 0.0))
+    elif touching and opening > -MOVING and left < -_STANDS_AT_GOAL:
+        nudge = _NUDGE * e.numbers[TORQUE_SCALE] / e.numbers[TIME_SCALE]
+        memory[MORE] -= nudge * min(-left / _NUDGED_WITHIN, 1.0) * time_step
+        memory[MORE] = max(memory[MORE], LEAST_RESISTANCE * e.numbers[HINGE_SCALE] - memory[RESISTS])
     else:
         memory[MORE] *= math.exp(-time_step / _NUDGE_FADES)
     return float(min(max(memory[RESISTS] + memory[MORE], LEAST_RESISTANCE * e.numbers[HINGE_SCALE]), most))
