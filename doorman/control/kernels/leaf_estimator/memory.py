@@ -20,8 +20,8 @@ Array = NDArray[np.float64]
 """Places in the numbers: m_A, D_V, ω of the vehicle's observer, α of goal, spring at rest and start, torque of the largest push,
 deviation of the tip's way at the start, levers of the wind on vehicle and leaf together, the closer's torque, sense of α towards
 the goal, the door's axis,
-the scales of the vehicle's forces, torques and times, and of the hinge's torques; α beyond which the frame stops the leaf; and the
-noise of the tip's force sensor."""
+the scales of the vehicle's forces, torques and times, and of the hinge's torques; α beyond which the frame stops the leaf; and
+the noise of the tip's force sensor."""
 (
     TOUCHED_AT, STOOD, SOUGHT, DEEPEST, GHOST, RESISTS, HAS_MOVED, MORE, FACE, FACE_VARIANCE, CLOSED, MET, MEASURED, YAW,
     SLID, LAST, READS, OFFSET, OFFSET_VARIANCE, MEMORY,
