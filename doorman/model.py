@@ -302,6 +302,11 @@ class Model:
 
     def _check_contact(self) -> None:
         door, contact = self.door, self.scenario.contact
+        if contact.kind != "push" and self.scenario.simulation.sensors.tip_force:
+            raise ScenarioError(
+                "only a tip that pushes has a force sensor", file=self.scenario.source,
+                field="simulation.sensors.tip_force", given=True, allowed='false, or contact.kind = "push"',
+            )  # fmt: skip
         width, named = min(door.width, self.true_door.width), contact.frame is not None
         if door.slides:
             return  # in the middle of its face, or at a frame that it carries

@@ -35,6 +35,9 @@ class Measurement(OneLine):
     nothing new has come, and before 0 where the pose is older than the backend's opening."""
     arm_time: float | None = None
     """When the arm's angles were true [s]; None: at `time`."""
+    tip_force: float | None = None
+    """With which a tip that pushes presses on what it touches, along the face's normal [N]; None without a sensor or a reading
+    of it."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -21,7 +21,7 @@ from doorman.flight.guarded import SAME_INTERRUPT, STOPPING, End, GuardedFlight
 from doorman.hardware.interface import Backend, Command, Measurement
 from doorman.hardware.safety import Fault
 from doorman.hardware.scheduling import real_time
-from doorman.hardware.vehicle import VehicleConfig, VehicleLinks, vehicle_config
+from doorman.hardware.vehicle import TipForceSource, VehicleConfig, VehicleLinks, vehicle_config
 from doorman.hardware.vehicle.waiting import await_links
 from doorman.model import Model
 from doorman.planning.planner import Planner
@@ -46,6 +46,7 @@ class FlyingBackend(Backend):
         say: Told of the checklist's warnings and of every step by the thread that flies, so it must not block; by default the
             warnings go to Python's log.
         confirm: Asked once the checklist is passed, with all of its rows, whether to arm and fly; it is flown by default.
+        tip_force: Reads a force sensor in a tip that pushes, if there is one.
         **settings: Further ones of `vehicle_config`, such as `directions` and `zero_positions` of the servos.
     """
 
@@ -62,12 +63,13 @@ class FlyingBackend(Backend):
         recorder: Recorder | None = None,
         say: Callable[[str], None] | None = None,
         confirm: Callable[[list[Check]], bool] = lambda checks: True,
+        tip_force: TipForceSource | None = None,
         **settings: Any,
     ) -> None:
         self._model = model
         if isinstance(pixhawk, str):
             pixhawk = vehicle_config(model, pixhawk, servos, mocap, on_mocap_loss="report", **settings)
-        self.links = VehicleLinks(pixhawk)
+        self.links = VehicleLinks(pixhawk, tip_force)
         self._closing, self._stopping = ExitStack(), False
         self._recorder, self._say, self._confirm = recorder or Recorder(None, {}), say, confirm
         self._abort: Callable[[str], None] | None = None

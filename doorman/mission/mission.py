@@ -227,6 +227,8 @@ class Mission(Uncopied):
         state = estimate.state.copy()
         state[2] = door.heading(float(state[2]))
         write("measurement", now, {name: getattr(measurement, name) for name in _MEASUREMENT_FIELDS})
+        if measurement.tip_force is not None:
+            write("tip_sensor", now, {"force": measurement.tip_force})
         write(
             "estimate",
             now,

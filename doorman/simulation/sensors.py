@@ -2,7 +2,7 @@
 
 Motion capture samples position, velocity and attitude at its rate, loses the samples of a gap, and delivers the others after
 its latency and jitter; meanwhile the last pose holds. The arm's angles and rates come by another cable: as late, without gaps or
-jitter, and with the servos' play. Body rates are the gyroscope's, of the present moment.
+jitter, and with the servos' play. Body rates are the gyroscope's, and a force sensor's readings the tip's, of the present moment.
 """
 
 from __future__ import annotations
@@ -25,6 +25,8 @@ _DROPOUTS = 1
 """Of the random numbers of one seed, the stream that makes the gaps; the noise has the seed's own."""
 _JITTER = 4
 """The stream that makes the jitter."""
+_TIP_FORCE = 6
+"""The stream that makes the noise of the tip's force sensor."""
 _TOLERANCE = 1e-9
 """By which a sum of periods may miss a time [s]."""
 
@@ -98,6 +100,7 @@ class Sensors:
         self._dropouts = Dropouts(self._delivery.dropout_rate, self._delivery.dropout_duration, seed)
         self._frame = seen_frame(self._delivery, seed)
         self._jitter = np.random.default_rng([seed, _JITTER])
+        self._tip_noise = np.random.default_rng([seed, _TIP_FORCE])
         self._backlash, self._servo_angles = backlash, np.empty(0)
         self._next_sample = 0.0
         self._poses: deque[_Pose] = deque()
@@ -137,7 +140,13 @@ class Sensors:
             arm_rates=arm.rates,
             pose_time=pose.time,
             arm_time=arm.time,
+            tip_force=self._tip_force(truth) if self._delivery.tip_force else None,
         )
+
+    def _tip_force(self, truth: Truth) -> float:
+        """What the tip's sensor reads [N]."""
+        noise = self._noise.tip_force * float(self._tip_noise.standard_normal())
+        return truth.tip_normal_force + self._delivery.tip_force_bias + noise
 
     def _spread(self, n: int) -> Array:
         """Deviations of everything that is measured, shape (12 + 2 n,)."""

@@ -301,3 +301,19 @@ def test_the_door_observer_can_be_switched_off() -> None:
     planner = NotedPlanner(model)
     Mission(model, planner).fly(ScriptedBackend(model), 0.1)
     assert {told["disturbance"] for told in planner.told} == {0.0}
+
+
+def test_readings_of_the_tip_s_force_are_a_topic_of_their_own_where_there_are_any(model: Model) -> None:
+    """A sensor may fail at any tick, and recordings without one stay as they are."""
+    for reads in (False, True):
+        backend = ScriptedBackend(
+            model,
+            lambda one, reads=reads: dataclasses.replace(one, tip_force=1.5 if reads and one.time > 0.03 else None),
+        )
+        mission = Mission(model)
+        mission.fly(backend, 0.06)
+        recording = mission.recorder.recording()
+        assert "tip_force" not in set(recording["measurement"])
+        assert ("tip_sensor" in recording) is reads
+        if reads:
+            assert set(recording["tip_sensor"]["force"]) == {1.5} and recording["tip_sensor"].time[0] > 0.03

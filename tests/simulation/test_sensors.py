@@ -7,7 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from doorman.scenario import NoiseSection, SensorsSection
+from doorman.exceptions import ScenarioError
+from doorman.model import Model
+from doorman.scenario import NoiseSection, Scenario, SensorsSection
 from doorman.simulation import SimulatedBackend, Truth
 from doorman.simulation.sensors import Dropouts, Sensors
 
@@ -149,6 +151,32 @@ def test_jitter_delays_every_pose_by_another_time_and_lets_none_overtake():
     np.testing.assert_allclose(arms, [one.time - 0.02 for one in run[20:]])
 
 
+def pressed(seed: int, noise: float = 0.05, **delivery: object) -> list:
+    sensors = Sensors(NoiseSection(tip_force=noise), seed, SensorsSection(**delivery))
+    return [sensors.measure(replace(truth(k * TICK), tip_normal_force=0.01 * k)) for k in range(4000)]
+
+
+def test_the_tip_is_felt_with_noise_and_bias_of_the_seed_where_it_has_a_sensor():
+    true = 0.01 * np.arange(4000)
+    first, again, other = (
+        np.array([one.tip_force for one in pressed(seed, tip_force=True, tip_force_bias=0.3)]) for seed in (1, 1, 2)
+    )
+    np.testing.assert_array_equal(first, again)
+    assert np.abs(first - other).max() > 0.1
+    assert (first - true).mean() == pytest.approx(0.3, abs=0.005) and (first - true).std() == pytest.approx(
+        0.05, rel=0.1
+    )
+    exact = pressed(1, 0.0, tip_force=True)
+    np.testing.assert_array_equal([one.tip_force for one in exact], true)
+
+
+def test_a_sensor_of_the_tip_leaves_all_other_readings_as_they_were():
+    without, sensed = pressed(1, latency=0.02), pressed(1, latency=0.02, tip_force=True)
+    assert all(one.tip_force is None for one in without)
+    for one, two in zip(without, sensed, strict=True):
+        assert all(np.array_equal(getattr(one, name), getattr(two, name)) for name in ARRAYS)
+
+
 def test_servos_with_play_say_where_their_stops_are():
     sensors = Sensors(QUIET, 0, backlash=0.1)
     said = []
@@ -156,3 +184,10 @@ def test_servos_with_play_say_where_their_stops_are():
         one = replace(truth(tick * TICK), arm_angles=np.full(N, angle))
         said.append(float(sensors.measure(one).arm_angles[0]))
     np.testing.assert_allclose(said, [0.0, 0.0, 0.15, 0.15, 0.13, 0.05], atol=1e-12)
+
+
+def test_a_gripper_has_no_force_sensor_and_a_tip_that_pushes_may():
+    keys = {"simulation.sensors.tip_force": True}
+    assert Model(Scenario.load("push", keys)).scenario.simulation.sensors.tip_force
+    with pytest.raises(ScenarioError, match=r"simulation\.sensors\.tip_force.*push"):
+        Model(Scenario.load("paper", keys))

@@ -161,7 +161,7 @@ class DoorLocator:
         moved[:2] -= self._offset
         return Measurement(
             measured.time, origin + back @ moved, back @ measured.velocity, attitude, measured.body_rates,
-            measured.arm_angles, measured.arm_rates, measured.pose_time, measured.arm_time,
+            measured.arm_angles, measured.arm_rates, measured.pose_time, measured.arm_time, measured.tip_force,
         )  # fmt: skip
 
     def told(self, command: Command) -> Command:

@@ -1,7 +1,8 @@
 """What the vehicle knows at the leaf: its motion, the force it feels, leaf and hinge, whether it touches, and the wind.
 
 Wind and contact cannot be told apart while the tip pushes steadily. `wind_filter` says what the wind does meanwhile. Three things
-say that there is no contact: the force fades, the tip draws back, or it gains speed as no leaf would.
+say that there is no contact: the force fades, the tip draws back, or it gains speed as no leaf would. A force sensor in the tip
+says both: whether it touches, and what of the outer force is wind.
 """
 
 from __future__ import annotations
@@ -34,6 +35,8 @@ from doorman.control.kernels.leaf_estimator.memory import (
     MET,
     MOVES,
     NOT_FINITE,
+    OFFSET_VARIANCE,
+    READS,
     SINGULAR,
     WIND_NOW,
     LeafMemory,
@@ -90,7 +93,7 @@ class LeafEstimate:
     lever: float
     """where a newton along the normal is so much torque in the joint [m]."""
     normal_pull: float
-    """λ as felt: wind less outer force along the normal [N]."""
+    """λ as the tip's sensor reads it, or as felt: wind less outer force along the normal [N]."""
     hinge: HingeEstimate
     """Parameters of the hinge. An error of the wind's force on the vehicle passes for torque of friction and closer: the
     deviation of that torque holds it."""
@@ -124,15 +127,16 @@ class LeafEstimator:
             self._mass, self._lever, settings.vehicle_observer_rate, goal, door.rest_angle, start, most,
             self._lever * settings.angle_deviation, levers, door.closing_torque, model.travel.ahead(1.0), *door.up,
             size.force, size.torque, size.time, model.hinge_scale,
-            start if abs(door.opening_of(start)) < _STARTS_SHUT else math.inf,
+            start if abs(door.opening_of(start)) < _STARTS_SHUT else math.inf, settings.tip_force_noise,
         ]  # fmt: skip
         memory = np.zeros(MEMORY)
         memory[FACE_VARIANCE], memory[CLOSED], memory[MET] = FACE_DEVIATION**2, 1.0, math.nan
         memory[LAST] = -math.inf
+        memory[READS], memory[OFFSET_VARIANCE] = math.nan, settings.tip_force_offset**2
         self._kept = self._parts(np.array(numbers), memory, most)
         self._held = held(self._kept)
         begin_leaf(self._held)
-        advance_leaf(held(separate(self._kept)), True, 0.0, 0.0, 0.0, 0.0)  # compiles: nothing is in flight
+        advance_leaf(held(separate(self._kept)), True, 0.0, math.nan, 0.0, 0.0, 0.0)  # compiles: nothing is in flight
 
     def _parts(self, numbers: Array, memory: Array, most: float) -> LeafMemory:
         model, n = self._model, self._model.n_arm
@@ -182,7 +186,8 @@ class LeafEstimator:
         np.concatenate((*motion, measured.arm_angles, measured.arm_rates), out=kept.seen)
         center = center_of_mass(self._model.vehicle, measured)
         np.concatenate((measured.position, rotors - self._weight_force, *center), out=kept.acting)
-        ended = advance_leaf(self._held, seeks, wanted, measured.pose_time, measured.time, time_step)
+        reading = math.nan if measured.tip_force is None else measured.tip_force
+        ended = advance_leaf(self._held, seeks, wanted, reading, measured.pose_time, measured.time, time_step)
         if ended == SINGULAR:
             euler_rates(measured.attitude, measured.body_rates)  # says so
         if ended == NOT_FINITE:

@@ -5,7 +5,9 @@ r"""The wind on the vehicle, which may turn: an extended Kalman filter of its fo
 Free flight shows the wind: it is all that is felt. In contact the filter goes on turning it as it turned before, and takes in
 what no contact can explain: a pull, or more along the face than friction carries. The torque τ of friction and closer changes
 with the angle and not with time, by the closer's stiffness as far as it is known. A leaf that moves under another push than it
-did here before is in another wind.
+did here before is in another wind. A sensor of the tip's force λ tells the wind along the normal from the outer force F,
+
+.. math:: n_D^T w = n_D^T F + \lambda .
 """
 
 from __future__ import annotations
@@ -22,6 +24,7 @@ from doorman.control.kernels.wind_step import (
     lose_contact,
     meet_contact,
     take_push,
+    take_tip_force,
     take_unexplained,
 )
 from doorman.numba_types.handles import held
@@ -126,6 +129,18 @@ class WindFilter:
         """
         x, y, up = normal.tolist()
         meet_contact(self._held, x, y, up, more)
+
+    def pressed(self, normal: Array, force: float, noise: float, offset: float, time_step: float) -> None:
+        """Take in the wind along the normal, as a sensor of the tip's force tells it.
+
+        Args:
+            normal: n_D, shape (3,), world frame.
+            force: Outer force along it, and what the tip presses with [N].
+            noise: Variance of a reading [N²].
+            offset: Variance of what all readings are off by [N²].
+            time_step: Since the last call [s].
+        """
+        take_tip_force(self._held, tuple(normal.tolist()), force, noise, offset, time_step)
 
     def lost(self, felt: Array) -> None:
         """Take in that there is no contact: what is felt is wind.

@@ -154,6 +154,30 @@ def feel_wind(wind: WindMemory, felt: Array, near: bool, time_step: float) -> No
 
 
 @kernel
+def take_tip_force(
+    wind: WindMemory, normal: tuple[float, float, float], force: float, noise: float, offset: float, time_step: float
+) -> None:
+    """Take in the wind along the normal from the tip's force, which a sensor reads in contact.
+
+    An offset of the sensor does not average out: with a density of its variance squared over the wind's growth, the filter's own
+    variance ends at the offset's.
+
+    Args:
+        wind: The filter's memory.
+        normal: n_D, world frame.
+        force: Outer force along it, and what the tip presses with [N].
+        noise: Variance of a reading [N²].
+        offset: Variance of what all readings are off by [N²].
+        time_step: Since the last call [s].
+    """
+    if wind.flown[0] >= _SETTLES and time_step > 0.0:
+        z, (x, y, up), scale = wind.state, normal, wind.scales[0]
+        density = (scale * _FELT) ** 2 * _FELT_TIME + (offset / (scale * GUSTS)) ** 2
+        off = force - (x * z[0] + y * z[1] + up * z[2])
+        correct_wind(z, wind.covariance, x, y, up, 0.0, off, noise + density / time_step)
+
+
+@kernel
 def lose_contact(wind: WindMemory, felt: Array) -> None:
     """Take in that there is no contact: what is felt is wind."""
     for k in range(3):

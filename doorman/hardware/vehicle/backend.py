@@ -196,7 +196,7 @@ class VehicleBackend(Backend):
         links = self.links
         return compose(
             now, self.opened_at, links.autopilot.state(), links.servos.read(), self._newest_pose(), self.model.n_arm,
-            links.config.servo_patience,
+            links.config.servo_patience, None if links.tip_force is None else links.tip_force.read(now),
         )  # fmt: skip
 
     def _newest_pose(self) -> PoseSample | None:

@@ -21,6 +21,7 @@ from doorman.hardware.pixhawk.link.outgoing.stream import LONGEST_BLIND_HOLD
 from doorman.hardware.vehicle.config import VehicleConfig
 from doorman.hardware.vehicle.doubted_mocap import DoubtedMocap
 from doorman.hardware.vehicle.gripper import CLOSED, CLOSES_WITHIN, HALF_OPEN, OPENS_WITHIN, gripper_current
+from doorman.hardware.vehicle.tip_force import TipForce, TipForceSource
 
 Array = NDArray[np.float64]
 
@@ -51,10 +52,21 @@ class VehicleLinks(Uncopied):
 
     Args:
         config: Of all of them.
+        tip_force: Reads a force sensor in a tip that pushes, if there is one.
+
+    Raises:
+        BackendError: if a vehicle with a gripper is given such a sensor.
     """
 
-    def __init__(self, config: VehicleConfig) -> None:
+    tip_force: TipForce | None = None
+    """The force sensor in the tip."""
+
+    def __init__(self, config: VehicleConfig, tip_force: TipForceSource | None = None) -> None:
+        if tip_force is not None and config.gripper:
+            raise BackendError("only a tip that pushes has a force sensor", field="tip_force", given="a sensor",
+                               allowed="none with a gripper")  # fmt: skip
         self.config = config
+        self.tip_force = None if tip_force is None else TipForce(tip_force)
         self.autopilot = Autopilot(config.pixhawk)
         self.servos = ServoBus(config.servos)
         self.mocap = None if config.mocap is None else DoubtedMocap(config.mocap, self.autopilot)

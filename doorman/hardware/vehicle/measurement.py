@@ -36,6 +36,7 @@ def compose(
     pose: PoseSample | None,
     n_arm: int,
     servo_patience: float,
+    tip_force: float | None = None,
 ) -> Measurement:
     """Measurement for one tick.
 
@@ -47,6 +48,7 @@ def compose(
         pose: Newest that the cameras measured; None where the autopilot's own estimate is flown on.
         n_arm: Number of the arm's joints; a gripper's servo follows them.
         servo_patience: Age up to which joint angles are used [s].
+        tip_force: What the tip's force sensor reads; None without one [N].
 
     Returns:
         Position and attitude as of the pose, everything else as of the tick.
@@ -76,6 +78,7 @@ def compose(
         arm_angles=servos.angles[:n_arm] + ahead * servos.rates[:n_arm],
         arm_rates=servos.rates[:n_arm],
         pose_time=at - opened,
+        tip_force=tip_force,
     )
 
 

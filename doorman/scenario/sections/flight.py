@@ -102,6 +102,10 @@ class EstimationSection(Section):
     """Growth of that deviation with the wind on the vehicle [m]."""
     torque_time: Positive = 2.0
     """Correlation time of these torques [s]."""
+    tip_force_noise: Positive = 0.05
+    """Standard deviation of the white noise of a force sensor in the tip, where there is one [N]."""
+    tip_force_offset: NonNegative = 0.2
+    """Standard deviation of that sensor's offset, until the readings of free flight tell it [N]."""
     leaf_wind: tuple[NonNegative, Positive] = (1.0, 0.5)
     """Wind on the leaf, in the direction of the wind on the vehicle, where there is any [N]."""
     leaf_wind_share: Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=1)] = 0.7

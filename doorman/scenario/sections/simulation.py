@@ -39,10 +39,12 @@ class NoiseSection(Section):
     """Arm angles H [rad]."""
     arm_rates: NonNegative = 0.005
     """Arm rates Ḣ [rad/s]."""
+    tip_force: NonNegative = 0.05
+    """Force of the tip, where `sensors.tip_force` has a sensor of it [N]."""
 
 
 class SensorsSection(Section):
-    """How the simulated motion capture delivers position, velocity and attitude."""
+    """How the simulated motion capture delivers position, velocity and attitude, and whether the tip has a force sensor."""
 
     latency: Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=1)] = 0.0
     """Position, velocity, attitude and the arm's angles and rates come this long after they were true; body rates, from
@@ -66,6 +68,10 @@ class SensorsSection(Section):
     """Speed at which the frame slides away, in a random horizontal direction [m/s]."""
     turn_rate: Number = 0.0
     """Rate at which the frame turns about the vertical through the world's origin [rad/s]."""
+    tip_force: Switch = False
+    """Whether a tip that pushes has a sensor of the force with which it presses along the face's normal; it is not late."""
+    tip_force_bias: Number = 0.0
+    """By which all readings of that sensor are too high [N]."""
 
 
 class GustSection(Section):

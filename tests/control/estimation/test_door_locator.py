@@ -81,8 +81,9 @@ def test_what_is_seen_and_told_is_turned_back_in_the_map() -> None:
     model = model_of()
     locator = located(model, (0.03, -0.02), 0.03)
     there = measured(model, np.array([-0.2, 0.6, 1.2]), 1.0)
-    there = replace(there, velocity=np.array([0.3, -0.1, 0.2]), attitude=np.array([0.1, -0.2, 0.4]))
+    there = replace(there, velocity=np.array([0.3, -0.1, 0.2]), attitude=np.array([0.1, -0.2, 0.4]), tip_force=0.7)
     seen = locator.seen(there)
+    assert seen.tip_force == 0.7
     assert locator.place(seen.position) == pytest.approx(there.position)
     assert locator.vector(seen.velocity) == pytest.approx(there.velocity)
     command = locator.told(Command(30.0, seen.attitude, np.zeros(model.n_arm)))

@@ -48,8 +48,12 @@ class Vehicle:
         seeks: bool = True,
         to: Array | None = None,
         wanted: float = 0.0,
+        reads: float | None = None,
     ) -> LeafEstimate:
-        """Move from one place to another at a steady speed, with an outer force that the rotors hold against."""
+        """Move from one place to another at a steady speed, with an outer force that the rotors hold against.
+
+        A force sensor in the tip reads the same all the time.
+        """
         steps = round(seconds / TICK)
         to = place if to is None else to
         rotors = np.array([0.0, 0.0, self.model.vehicle.mass * GRAVITY]) - outer
@@ -58,7 +62,7 @@ class Vehicle:
             position = place + k / steps * (to - place)
             measured = Measurement(
                 self.time, position, np.zeros(3), np.array([0.0, 0.0, self.yaw]), np.zeros(3), self.model.start_arm,
-                np.zeros(self.model.n_arm), self.time,
+                np.zeros(self.model.n_arm), self.time, tip_force=reads,
             )  # fmt: skip
             known = self.estimator.update(measured, rotors, TICK, seeks, wanted)
         return known
@@ -71,12 +75,14 @@ def test_wind_is_learnt_in_free_flight_and_is_no_contact(model: Model) -> None:
     assert not known.touching and known.normal_force == 0.0
 
 
-def pressed(vehicle: Vehicle, force: float, wind: Array, aside: Array | float = 0.0) -> LeafEstimate:
-    """Comes to the closed leaf and presses, once the wind is known."""
-    normal = vehicle.model.door.normal(CLOSED)
-    vehicle.fly(3.0, vehicle.at(0.2), wind, seeks=False)
-    vehicle.fly(1.5, vehicle.at(0.2), wind, to=vehicle.at(0.0))
-    return vehicle.fly(1.5, vehicle.at(0.0), wind - force * normal + aside)
+def pressed(
+    vehicle: Vehicle, force: float, wind: Array, aside: Array | float = 0.0, offset: float | None = None
+) -> LeafEstimate:
+    """Comes to the closed leaf and presses, once the wind is known; with a force sensor, if it has an offset."""
+    normal, read = vehicle.model.door.normal(CLOSED), None if offset is None else force + offset
+    vehicle.fly(3.0, vehicle.at(0.2), wind, seeks=False, reads=offset)
+    vehicle.fly(1.5, vehicle.at(0.2), wind, to=vehicle.at(0.0), reads=offset)
+    return vehicle.fly(1.5, vehicle.at(0.0), wind - force * normal + aside, reads=read)
 
 
 def test_a_tip_that_is_stopped_touches_and_its_force_is_what_the_rotors_press_with(model: Model) -> None:
@@ -353,3 +359,48 @@ def test_a_mission_that_begins_in_contact_knows_it_at_once(start: str) -> None:
     vehicle = Vehicle(Model(Scenario.load("push", {"mission.start": start})))
     known = vehicle.fly(TICK, vehicle.at(0.0), np.zeros(3))
     assert known.touching == (start == "contact")
+
+
+OFFSET = 0.15
+"""Of the force sensor in the tip [N]."""
+
+
+@pytest.mark.parametrize("offset", [None, OFFSET])
+def test_wind_that_turns_in_contact_is_told_from_the_push_with_a_force_sensor_alone(
+    model: Model, offset: float | None
+) -> None:
+    """Wind that draws the vehicle away takes over from the leaf's reaction: nothing else shows it."""
+    vehicle, normal, along = Vehicle(model), model.door.normal(CLOSED), model.door.leaf_direction(CLOSED)
+    assert pressed(vehicle, 1.5, along, offset=offset).touching
+    read = None if offset is None else 0.5 + offset
+    known = vehicle.fly(4.0, vehicle.at(0.0), -normal - 0.5 * normal, reads=read)
+    assert known.touching
+    off = abs(float(known.wind @ normal) + 1.0)
+    assert off > 0.6 if offset is None else off < 0.3
+    if offset is not None:
+        assert known.normal_pull == pytest.approx(0.5, abs=0.1)
+
+
+def test_a_force_sensor_tells_a_tip_that_rests_from_wind_that_stops_the_vehicle(model: Model) -> None:
+    """A gust at the leaf is felt as a touch would be, but for the sensor."""
+    touches = []
+    for reads in (None, 0.0):
+        vehicle = Vehicle(model)
+        vehicle.fly(3.0, vehicle.at(0.2), np.zeros(3), seeks=False, reads=reads)
+        vehicle.fly(1.5, vehicle.at(0.2), np.zeros(3), to=vehicle.at(0.005), reads=reads)
+        known = vehicle.fly(0.6, vehicle.at(0.005), -1.5 * model.door.normal(CLOSED), reads=reads)
+        touches.append(known.touching)
+    assert touches == [True, False]
+    assert known.wind @ model.door.normal(CLOSED) < -0.3
+
+
+@pytest.mark.parametrize(("offset", "least", "most"), [(0.05, 0.03, 0.12), (0.4, 0.25, 0.5)])
+def test_an_offset_of_the_force_sensor_that_no_free_flight_has_shown_stays_in_doubt(
+    offset: float, least: float, most: float
+) -> None:
+    """A mission that begins in contact cannot learn it: the wind is known no better than that."""
+    model = Model(Scenario.load("push", {"mission.start": "contact", "estimation.tip_force_offset": offset}))
+    vehicle, normal = Vehicle(model), model.door.normal(CLOSED)
+    vehicle.fly(20.0, vehicle.at(0.0), -1.5 * normal, reads=1.5)
+    doubt = math.sqrt(float(normal @ vehicle.estimator._wind.covariance[:3, :3] @ normal))
+    assert least < doubt < most

@@ -113,3 +113,17 @@ def test_with_a_smaller_vehicle_and_leaf_the_same_wind_is_found_in_their_units()
         found.append((wind.state / units, wind.covariance / np.outer(units, units)))
     np.testing.assert_allclose(found[1][0], found[0][0], rtol=1e-9, atol=1e-12)
     np.testing.assert_allclose(found[1][1], found[0][1], rtol=1e-9, atol=1e-12)
+
+
+@pytest.mark.parametrize("offset", [0.0, 0.3])
+def test_a_reading_of_the_tip_s_force_tells_the_wind_along_the_normal_as_well_as_its_offset_is_known(
+    offset: float,
+) -> None:
+    wind, normal = flown(0.0, strength=0.5), np.array([0.6, 0.8, 0.0])
+    random = np.random.default_rng(2)
+    for _ in range(round(30.0 / TICK)):
+        wind.predict(TICK)
+        wind.pressed(normal, 1.1 + 0.05 * float(random.standard_normal()), 0.05**2, offset**2, TICK)
+    doubt = math.sqrt(float(normal @ wind.covariance[:3, :3] @ normal))
+    assert abs(float(normal @ wind.force) - 1.1) < max(0.1, 1.5 * offset)
+    assert doubt == pytest.approx(max(offset, 0.06), rel=0.35)

@@ -101,6 +101,9 @@ class PlainLeafEstimator:
         self._angle_deviation = self._lever * settings.angle_deviation
         self._levers = (self._lever, _ON_LEAF * model.door.wind_lever)
         self._yaw = 0.0
+        self._reads: list[float] | None = None
+        self._offset, self._offset_variance = 0.0, settings.tip_force_offset**2
+        self._reading_noise, self._fastest = settings.tip_force_noise**2, settings.vehicle_observer_rate
 
     def update(
         self, measured: Measurement, rotors: Array, time_step: float, seeks: bool, wanted: float
@@ -111,10 +114,11 @@ class PlainLeafEstimator:
         self._vehicle.update(measured.position, measured.pose_time, measured.time, lifts, time_step, center)
         velocity, felt = self._vehicle.velocity.copy(), self._vehicle.outer_force
         self._wind.predict(time_step)
+        self._read(measured.tip_force, time_step)
         tip = self._tip(measured, velocity)
         normal = self._leaf.normal(self._door.angle)
         push = float(normal @ lifts)
-        touching = self._contact(tip, normal, push, measured.time, time_step, seeks)
+        touching = self._contact(tip, normal, push, measured.tip_force, measured.time, time_step, seeks)
         if touching and self._closed:
             touching, tip = self._first_touch(tip, time_step)
         wind = self._wind.force
@@ -142,7 +146,7 @@ class PlainLeafEstimator:
         return LeafEstimate(
             self._vehicle.position.copy(), velocity, attitude, rates, np.array(measured.arm_angles), self._door.angle,
             self._door.rate, touching, force, self._friction.copy(), self._wind.force, resistance,
-            self._friction_share(), self._door.inertia, self._face, self._lever, float(normal @ (self._wind.force - felt)),
+            self._friction_share(), self._door.inertia, self._face, self._lever, self._presses(normal),
             self._hinge_of(touching),
         )  # fmt: skip
 
@@ -219,8 +223,9 @@ class PlainLeafEstimator:
         self._resists, self._moved, self._more = _FIRST_RESISTANCE * self._hinge + driven, False, 0.0
 
     def _contact(
-        self, tip: tuple[float, float], normal: Array, push: float, now: float, time_step: float, seeks: bool
-    ) -> bool:
+        self, tip: tuple[float, float], normal: Array, push: float, reading: float | None, now: float, time_step: float,
+        seeks: bool,
+    ) -> bool:  # fmt: skip
         """Whether the tip touches; the wind is what is felt where it does not."""
         felt, monitor = self._vehicle.outer_force, self._monitor
         reach = _NEAR + 2.0 * math.sqrt(self._face_variance) * self._closed
@@ -231,15 +236,25 @@ class PlainLeafEstimator:
         elif not self._sought:
             self._begin()
         was = monitor.touching
-        force = float(normal @ (self._wind.force - felt))
-        if not was:
-            self._wind.feel(felt, near, time_step)
-            if not near:
-                monitor.listen(force, time_step)
-        touching = seeks and monitor.update(force if near or was else 0.0, time_step)
+        reads, pulled, force = self._reads, float(normal @ (self._wind.force - felt)), self._presses(normal)
+        if reads is not None and was:
+            noise = self._reading_noise, self._offset_variance
+            self._wind.pressed(normal, float(normal @ felt) + reads[2], *noise, time_step)
+        elif not was:
+            beside = felt if reads is None else felt + reads[2] * normal
+            self._wind.feel(beside, near and reads is None, time_step)
+        if not (was or near):
+            monitor.listen(pulled, time_step)
+            if reading is not None:
+                self._learn_offset(reading)
+        touching = seeks and monitor.update(force if near or was or reads else 0.0, time_step)
         if touching and not was:
             self._deepest = tip[0]
             self._note_touch(now)
+        if reads is not None:
+            if touching:
+                self._deepest, self._last = min(self._deepest, tip[0]), now
+            return touching
         if near and not touching and tip[0] < self._deepest - _PAST and math.isfinite(self._deepest):
             touching = True
             self._note_touch(now)
@@ -260,6 +275,36 @@ class PlainLeafEstimator:
         """A tip that bounces still touches since then."""
         if now - self._last > _SETTLED:
             self._touched_at = now
+
+    def _read(self, reading: float | None, time_step: float) -> None:
+        """Smooth a reading, less the offset, by three poles as late as the observer of the outer force."""
+        if reading is None:
+            self._reads = None
+            return
+        late, value = float(self._vehicle.memory[16]), reading - self._offset
+        rate = self._fastest if late <= 0.0 else min(self._fastest, 0.6 / late)
+        share = 1.0 - math.exp(-time_step / (1.0 / rate + late / 3))
+        reads = self._reads or [value] * 3
+        for k in range(3):
+            reads[k] += share * (value - reads[k])
+            value = reads[k]
+        self._reads = reads
+
+    def _presses(self, normal: Array) -> float:
+        """Force of the tip along the normal: as it is read, or else wind less outer force [N]."""
+        if self._reads is not None:
+            return self._reads[0]
+        return float(normal @ (self._wind.force - self._vehicle.outer_force))
+
+    def _learn_offset(self, reading: float) -> None:
+        """Take in a reading of a tip that is far from everything."""
+        off, noise = reading - self._offset, self._reading_noise
+        if self._offset_variance < noise and abs(off) > 4.0 * math.sqrt(noise):
+            return
+        gain = self._offset_variance / (self._offset_variance + noise)
+        self._offset += gain * off
+        self._offset_variance *= 1.0 - gain
+        self._reads = [0.0] * 3
 
     def _is_none(
         self, tip: tuple[float, float], moves: float, force: float, doubt: float, now: float, time_step: float
@@ -336,7 +381,8 @@ class PlainLeafEstimator:
         over = dragged - self._friction
         self._wind.unexplained(along, float(over[0]), time_step)
         self._wind.unexplained(up, float(over[1]), time_step)
-        self._wind.unexplained(normal, min(pressed - self._least, 0.0), time_step)
+        if self._reads is None:
+            self._wind.unexplained(normal, min(pressed - self._least, 0.0), time_step)
         return force
 
     def _attitude(self, measured: Measurement) -> tuple[Array, Array]:

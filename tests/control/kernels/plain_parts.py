@@ -212,6 +212,12 @@ class PlainWind:
             noise = (self._hinge * _MOVED) ** 2 * max(_MOVED_TIME / time_step, 1.0)
             correct_wind(self.state, self.covariance, lever * x, lever * y, lever * up, 1.0, off, noise)
 
+    def pressed(self, normal: Array, force: float, noise: float, offset: float, time_step: float) -> None:
+        """Take in the wind along the normal, as a sensor of the tip's force tells it."""
+        if self._flown >= _SETTLES and time_step > 0.0:
+            density = (self._force * _FELT) ** 2 * _FELT_TIME + (offset / (self._force * _GUSTS)) ** 2
+            self._correct(normal, force - float(normal @ self.state[:3]), noise + density / time_step)
+
     def met(self, normal: Array, more: float) -> None:
         """Take in that the tip presses harder than the wind seemed to say."""
         self._correct(normal, more, (self._force * _SUDDEN) ** 2)

@@ -87,14 +87,16 @@ def test_the_estimate_is_the_plain_one(model: Model, old: float) -> None:
     assert met, "some of it was contact"
 
 
-@pytest.mark.parametrize("speed", [0.0, 0.4])
-def test_the_leafs_estimate_is_the_plain_one(model: Model, speed: float) -> None:
+@pytest.mark.parametrize(("speed", "sensed"), [(0.0, False), (0.4, False), (0.0, True)])
+def test_the_leafs_estimate_is_the_plain_one(model: Model, speed: float, sensed: bool) -> None:
     converter = StateConverter(model)
     fast, plain = LeafEstimator(model, converter), PlainLeafEstimator(model, converter)
     distances = [0.2, 0.1, -0.001, -0.002, -0.04, -0.08, -0.08, -0.03, 0.1, 0.02, -0.06, -0.06]
     touched = []
     for k, (seen, force) in enumerate(flown(model, distances, 5, 0.011)):
         seeks = 300 <= k < 2000 or k > 2200
+        if sensed and k % 700 > 5:  # it fails now and then
+            seen = replace(seen, tip_force=0.1 + (1.5 if 500 < k < 1600 or k > 2400 else 0.0) + float(force[0]) / 20.0)
         found, expected = (each.update(seen, force, TICK if k else 0.0, seeks, speed) for each in (fast, plain))
         assert_same(found, expected, k)
         touched.append(found.touching)

@@ -76,6 +76,11 @@ def test_without_cameras_it_is_that_of_the_autopilot():
     assert measurement.position.tolist() == [1.0, 2.0, 3.0]
 
 
+def test_the_force_of_the_tip_is_what_its_sensor_reads():
+    assert at().tip_force is None
+    assert compose(NOW, OPENED, VEHICLE, SERVOS, POSE, 4, 0.15, 0.8).tip_force == 0.8
+
+
 @pytest.mark.parametrize(("pose", "later"), [(POSE, 0.0), (None, 0.026)])
 def test_attitude_is_that_of_the_position_s_time(pose, later):
     """The autopilot tells both at times of their own."""

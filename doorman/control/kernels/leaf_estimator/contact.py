@@ -45,6 +45,7 @@ from doorman.control.kernels.leaf_estimator.memory import (
     TOUCHED_AT,
     LeafMemory,
 )
+from doorman.control.kernels.leaf_estimator.tip_sensor import feel_beside, is_read, learn_offset, presses, tell_wind
 from doorman.control.kernels.vehicle_step import OUTER_FORCE
 from doorman.control.kernels.wind_step import feel_wind, lose_contact, meet_contact, wind_doubt
 
@@ -95,11 +96,12 @@ def begin_leaf(e: LeafMemory) -> None:
 
 @kernel
 def find_contact(
-    e: LeafMemory, tip_angle: float, tip_rate: float, normal: tuple[float, float, float], push: float, now: float,
-    time_step: float, seeks: bool,
+    e: LeafMemory, tip_angle: float, tip_rate: float, normal: tuple[float, float, float], push: float, reading: float,
+    now: float, time_step: float, seeks: bool,
 ) -> bool:  # fmt: skip
-    """Whether the tip touches; the wind is what is felt where it does not."""
+    """Whether the tip touches, and what that tells of the wind."""
     memory, lever, felt = e.memory, e.numbers[LEVER], e.vehicle[OUTER_FORCE : OUTER_FORCE + 3]
+    read = is_read(e)
     reach = _NEAR + 2.0 * math.sqrt(memory[FACE_VARIANCE]) * memory[CLOSED]
     near = seeks and lever * (tip_angle - e.door.state[ANGLE]) < reach
     if not seeks:
@@ -107,19 +109,19 @@ def find_contact(
         memory[SOUGHT] = 0.0
     elif memory[SOUGHT] == 0.0:
         begin_leaf(e)
-    was = e.contact[TOUCHING] != 0.0
-    force = pull(normal, e.wind.state, felt)
-    if not was:
-        feel_wind(e.wind, felt, near, time_step)
-        if not near:
-            listen_to_noise(e.contact, force, time_step)
+    was, force = e.contact[TOUCHING] != 0.0, presses(e, normal)
+    follow_wind(e, normal, was, near, reading, time_step)
     touching = False
     if seeks:
-        heeded = force if near or was else 0.0
+        heeded = force if near or was or read else 0.0
         touching = watch_contact(e.contact_numbers, e.contact, heeded, time_step, math.inf)
     if touching and not was:
         memory[DEEPEST] = tip_angle
         note_touch(memory, now)
+    if read:
+        if touching:
+            memory[DEEPEST], memory[LAST] = min(memory[DEEPEST], tip_angle), now
+        return touching
     if near and not touching and tip_angle < memory[DEEPEST] - _PAST and math.isfinite(memory[DEEPEST]):
         touching = True
         note_touch(memory, now)
@@ -142,6 +144,25 @@ def note_touch(memory: Array, now: float) -> None:
     """Take in when the tip touched; one that bounces still touches since then."""
     if now - memory[LAST] > _SETTLED:
         memory[TOUCHED_AT] = now
+
+
+@kernel
+def follow_wind(
+    e: LeafMemory, normal: tuple[float, float, float], was: bool, near: bool, reading: float, time_step: float
+) -> None:
+    """Without contact the wind is what is felt; in contact, a sensor of the tip's force says how much of it is."""
+    felt, read = e.vehicle[OUTER_FORCE : OUTER_FORCE + 3], is_read(e)
+    pulled = pull(normal, e.wind.state, felt)
+    if read and was:
+        tell_wind(e, normal, time_step)
+    elif read:
+        feel_beside(e, normal, time_step)
+    elif not was:
+        feel_wind(e.wind, felt, near, time_step)
+    if not (was or near):
+        listen_to_noise(e.contact, pulled, time_step)
+        if read:
+            learn_offset(e, reading)
 
 
 @kernel

@@ -73,8 +73,9 @@ def friction_share(e: LeafMemory) -> float:
 
 @kernel
 def contact_force(
-    e: LeafMemory, normal: tuple[float, float, float], felt: Array, acting: float, resistance: float, time_step: float
-) -> float:
+    e: LeafMemory, normal: tuple[float, float, float], felt: Array, acting: float, resistance: float, read: bool,
+    time_step: float,
+) -> float:  # fmt: skip
     """λ of vehicle and leaf that move as one; the wind takes what no contact explains."""
     memory, z, lever, wind = e.memory, e.door.state, e.numbers[LEVER], e.wind.state
     leaf, vehicle = z[INERTIA], e.numbers[MASS] * lever
@@ -89,5 +90,6 @@ def contact_force(
     memory[SLID], memory[SLID + 1] = share * along_leaf, share * upwards
     take_unexplained(e.wind, aside[0], aside[1], aside[2], along_leaf - memory[SLID], time_step)
     take_unexplained(e.wind, up[0], up[1], up[2], upwards - memory[SLID + 1], time_step)
-    take_unexplained(e.wind, normal[0], normal[1], normal[2], min(pressed - least_force(e), 0.0), time_step)
+    if not read:
+        take_unexplained(e.wind, normal[0], normal[1], normal[2], min(pressed - least_force(e), 0.0), time_step)
     return float(force)

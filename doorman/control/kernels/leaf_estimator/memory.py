@@ -15,20 +15,22 @@ Array = NDArray[np.float64]
 
 (
     MASS, LEVER, VEHICLE_RATE, GOAL, REST, START, MOST_RESISTANCE, ANGLE_DEVIATION, LEVERS, CLOSER, AHEAD, UP,
-    FORCE_SCALE, TORQUE_SCALE, TIME_SCALE, HINGE_SCALE, SHUT, NUMBERS,
-) = 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 14, 15, 16, 17, 18, 19  # fmt: skip
+    FORCE_SCALE, TORQUE_SCALE, TIME_SCALE, HINGE_SCALE, SHUT, READING_NOISE, NUMBERS,
+) = 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 14, 15, 16, 17, 18, 19, 20  # fmt: skip
 """Places in the numbers: m_A, D_V, ω of the vehicle's observer, α of goal, spring at rest and start, torque of the largest push,
 deviation of the tip's way at the start, levers of the wind on vehicle and leaf together, the closer's torque, sense of α towards
 the goal, the door's axis,
-the scales of the vehicle's forces, torques and times, and of the hinge's torques; and α beyond which the frame stops the leaf."""
+the scales of the vehicle's forces, torques and times, and of the hinge's torques; α beyond which the frame stops the leaf; and
+the noise of the tip's force sensor."""
 (
     TOUCHED_AT, STOOD, SOUGHT, DEEPEST, GHOST, RESISTS, HAS_MOVED, MORE, FACE, FACE_VARIANCE, CLOSED, MET, MEASURED, YAW,
-    SLID, LAST, MEMORY,
-) = 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 16, 17  # fmt: skip
+    SLID, LAST, READS, OFFSET, OFFSET_VARIANCE, MEMORY,
+) = 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 16, 17, 20, 21, 22  # fmt: skip
 """Places in the memory: time of the touch, α where the leaf stood, whether it was sought, α that the tip came to, for how long
 the leaf seems to open by itself, what the hinge resists with, whether that was seen in motion, and more while it sticks; where
 the face stands, with its variance, whether the leaf is closed, where it was met, NaN before, and for how long it was measured;
-heading without jumps; the force of the tip on the face; and when it last touched."""
+heading without jumps; the force of the tip on the face; when it last touched; and of its sensor the reading, smoothed once, twice
+and three times, NaN without one, the offset, and its variance."""
 (
     AT, MOVES, ATTITUDE_NOW, ATTITUDE_RATES, WIND_NOW, FRICTION_FORCE, DOOR_ANGLE, DOOR_RATE, TOUCHES, NORMAL_FORCE, RESISTANCE,
     FRICTION_SHARE, DOOR_INERTIA, FACE_OFFSET, NORMAL_PULL, FOUND_SIZE,

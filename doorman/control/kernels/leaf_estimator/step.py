@@ -11,7 +11,7 @@ from doorman.control.kernels.door_filter.step import advance_door, pass_leaf, tu
 from doorman.control.kernels.hinge_step import RATE as HINGE_RATE
 from doorman.control.kernels.leaf import SLIDES, leaf_normal
 from doorman.control.kernels.leaf_estimator.contact import find_contact, first_touch
-from doorman.control.kernels.leaf_estimator.forces import along, contact_force, friction_share, pull
+from doorman.control.kernels.leaf_estimator.forces import along, contact_force, friction_share
 from doorman.control.kernels.leaf_estimator.memory import (
     AT,
     ATTITUDE_NOW,
@@ -41,6 +41,7 @@ from doorman.control.kernels.leaf_estimator.memory import (
     LeafMemory,
 )
 from doorman.control.kernels.leaf_estimator.resistance import resists_with, watch_hinge
+from doorman.control.kernels.leaf_estimator.tip_sensor import is_read, presses, take_reading
 from doorman.control.kernels.tip import ATTITUDE, BODY_RATES, tip_on_leaf
 from doorman.control.kernels.tip import VELOCITY as MEASURED_VELOCITY
 from doorman.control.kernels.vehicle_step import FORCE, OUTER_FORCE, POSITION, VELOCITY, advance_vehicle
@@ -49,13 +50,16 @@ from doorman.kinematics.rotations import SMALLEST_COSINE
 
 
 @kernel
-def advance_leaf(e: LeafMemory, seeks: bool, wanted: float, pose_time: float, now: float, time_step: float) -> int:
+def advance_leaf(
+    e: LeafMemory, seeks: bool, wanted: float, reading: float, pose_time: float, now: float, time_step: float
+) -> int:
     """One period of the estimator.
 
     Args:
         e: Its memory; `e.seen` and `e.acting` are filled.
         seeks: Whether the tip is to touch the leaf.
         wanted: Opening rate that is asked for [rad/s].
+        reading: Of the tip's force sensor; NaN without one [N].
         pose_time: When position, velocity and attitude were true [s].
         now: [s].
         time_step: Since the last call [s].
@@ -71,13 +75,14 @@ def advance_leaf(e: LeafMemory, seeks: bool, wanted: float, pose_time: float, no
     for k in range(3):
         e.seen[MEASURED_VELOCITY + k] = e.vehicle[VELOCITY + k]
     advance_wind(e.wind, time_step)
+    take_reading(e, reading, time_step)
     tip_angle, tip_rate = tip_on_leaf(e.arm, door.leaf, numbers[LEVER], e.seen, e.tip)
     if not abs(tip_angle + tip_rate) < math.inf:  # isfinite subtracts, and sums that are subtracted cancel
         return NOT_FINITE
     tip_angle -= angle_of_face(e)
     normal = leaf_normal(door.leaf, door.state[ANGLE])
     push = along(normal, e.acting[FORCE : FORCE + 3])
-    touching = find_contact(e, tip_angle, tip_rate, normal, push, now, time_step, seeks)
+    touching = find_contact(e, tip_angle, tip_rate, normal, push, reading, now, time_step, seeks)
     if touching and memory[CLOSED] != 0.0:
         touching, tip_angle, tip_rate = first_touch(e, tip_angle, tip_rate, time_step)
     wind = e.wind.state
@@ -95,7 +100,7 @@ def advance_leaf(e: LeafMemory, seeks: bool, wanted: float, pose_time: float, no
         if seeks:
             pass_leaf(door.numbers, door.state, tip_angle)
     resistance = resists_with(e, touching, wanted, time_step)
-    force = contact_force(e, normal, felt, acting, resistance, time_step) if touching else 0.0
+    force = contact_force(e, normal, felt, acting, resistance, is_read(e), time_step) if touching else 0.0
     for k in range(3):
         found[AT + k], found[MOVES + k], found[WIND_NOW + k] = e.vehicle[POSITION + k], e.vehicle[VELOCITY + k], wind[k]
     tell_attitude(e, now - pose_time)
@@ -107,7 +112,7 @@ def advance_leaf(e: LeafMemory, seeks: bool, wanted: float, pose_time: float, no
     )
     found[NORMAL_FORCE], found[RESISTANCE], found[FRICTION_SHARE] = force, resistance, friction_share(e)
     found[DOOR_INERTIA], found[FACE_OFFSET] = door.state[INERTIA], memory[FACE]
-    found[NORMAL_PULL] = pull(normal, wind, felt)
+    found[NORMAL_PULL] = presses(e, normal)
     return FOUND
 
 

@@ -1,0 +1,70 @@
+"""A force sensor in the tip, such as a load cell: a callable reads it, and what it says is checked here."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Callable
+from typing import NamedTuple
+
+_STALE = 0.05
+"""An older reading counts as none [s]."""
+_KEPT = 1000
+
+
+class TipReading(NamedTuple):
+    """One reading."""
+
+    force: float
+    """With which the tip presses along the face's normal [N]."""
+    time: float
+    """When that was true, by `time.monotonic` [s]."""
+
+
+TipForceSource = Callable[[], TipReading | None]
+"""Returns the newest reading at once, or None; called by the thread of the controller, at every tick."""
+
+
+class TipForce:
+    """Readings that can be used, and events that tell when there are none.
+
+    Args:
+        source: The sensor.
+    """
+
+    def __init__(self, source: TipForceSource) -> None:
+        self._source = source
+        self._events: deque[tuple[float, str]] = deque(maxlen=_KEPT)
+        self._fault = ""
+
+    def read(self, now: float) -> float | None:
+        """The force now.
+
+        Args:
+            now: By `time.monotonic` [s].
+
+        Returns:
+            [N]; None where the sensor fails, or says nothing that is new and finite.
+        """
+        force, fault = math.nan, ""
+        try:
+            reading = self._source()
+        except Exception as error:  # whatever it is: the vehicle flies without the sensor
+            fault = f"{type(error).__name__}: {error}"
+        else:
+            if reading is None:
+                fault = "no reading"
+            elif not math.isfinite(reading.force):
+                fault = f"the reading is {reading.force:g}"
+            elif not abs(now - reading.time) <= _STALE:
+                fault = "the reading is old"
+            else:
+                force = float(reading.force)
+        if fault != self._fault:
+            self._events.append((now, fault or "readings are usable"))
+            self._fault = fault
+        return None if fault else force
+
+    def events(self) -> list[tuple[float, str]]:
+        """Time by `time.monotonic` and words of every change since the last call."""
+        return [self._events.popleft() for _ in range(len(self._events))]
