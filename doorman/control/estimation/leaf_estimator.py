@@ -208,8 +208,9 @@ class LeafEstimator:
     def _hinge(self, touching: bool) -> HingeEstimate:
         r"""The door's filter takes the wind on the vehicle for known, and friction and closer for constant.
 
-        The doubt of the wind in contact is added, by the levers of tip and leaf: it blows on both. So is what a torque that changes by chance on the way
-        s is off from its mean: :math:`c^2 s / 3` for a variance of :math:`c^2` per radian, as the wind's filter expects it.
+        The doubt of the wind in contact is added, by the levers of tip and leaf: it blows on both. So is what a torque that
+        changes by chance on the way s is off from its mean: :math:`c^2 s / 3` for a variance of :math:`c^2` per radian, as the
+        wind's filter expects it.
 
         Args:
             touching: Whether the tip is on the leaf, so that its push teaches the hinge.
@@ -217,6 +218,8 @@ class LeafEstimator:
         hinge, door = self._door.hinge(), self._door.memory
         if touching:
             angle = float(door.state[ANGLE])
-            wind = float(self._kept.numbers[LEVERS]) * wind_doubt(self._wind.memory.covariance, leaf_normal(door.leaf, angle))
+            wind = float(self._kept.numbers[LEVERS]) * wind_doubt(
+                self._wind.memory.covariance, leaf_normal(door.leaf, angle)
+            )
             self._doubt = math.hypot(wind, self._changes * math.sqrt(abs(angle - self._model.start_angle) / 3.0))
         return replace(hinge, torque_deviation=math.hypot(hinge.torque_deviation, self._doubt))

@@ -26,8 +26,8 @@ _NEAR_NOISE = 3.0
 _BOUND, _BOUND_TIME = 0.3, 0.5
 """Noise of what contact can explain there, and the time after which it is another one [N], [s]."""
 _SUDDEN, _JUMP = 0.5, 0.6
-"""Noise of the wind where contact is found to be lost, or to be there, and what it is doubted more by where it is lost: it may have
-passed for the contact since it jumped. Of the shipped vehicle [N]."""
+"""Noise of the wind where contact is found to be lost, or to be there, and what it is doubted more by where it is lost: it may
+have passed for the contact since it jumped. Of the shipped vehicle [N]."""
 HINGE_CHANGES = 0.7
 """Change of τ of a room door with the square root of the way [N m/rad^0.5]."""
 _MOVED, _MOVED_TIME, _MOVES = 0.2, 0.8, 0.012

@@ -8,6 +8,7 @@ from collections import deque
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+import numpy as np
 
 from doorman.hardware.mocap.faults import MocapFault
 from doorman.position_noise import PositionNoise

@@ -90,6 +90,7 @@ class PlainLeafEstimator:
         self._monitor = PlainMonitor(settings.contact)
         self._monitor.declare(model.scenario.mission.start == "contact")
         self._model, self._leaf, self._touched_at, self._last = model, model.door, 0.0, -math.inf
+        self._opened = 0.0
         shut = abs(model.door.opening_of(model.start_angle)) < _STARTS_SHUT
         self._shut = model.start_angle if shut else math.inf
         self._stood = -math.inf
@@ -118,7 +119,7 @@ class PlainLeafEstimator:
         tip = self._tip(measured, velocity)
         normal = self._leaf.normal(self._door.angle)
         push = float(normal @ lifts)
-        touching = self._contact(tip, normal, push, measured.tip_force, measured.time, time_step, seeks)
+        touching = self._contact(tip, normal, measured.tip_force, measured.time, time_step, seeks)
         if touching and self._closed:
             touching, tip = self._first_touch(tip, time_step)
         wind = self._wind.force
@@ -223,7 +224,7 @@ class PlainLeafEstimator:
         self._resists, self._moved, self._more = _FIRST_RESISTANCE * self._hinge + driven, False, 0.0
 
     def _contact(
-        self, tip: tuple[float, float], normal: Array, push: float, reading: float | None, now: float, time_step: float,
+        self, tip: tuple[float, float], normal: Array, reading: float | None, now: float, time_step: float,
         seeks: bool,
     ) -> bool:  # fmt: skip
         """Whether the tip touches; the wind is what is felt where it does not."""
@@ -250,20 +251,20 @@ class PlainLeafEstimator:
         touching = seeks and monitor.update(force if near or was or reads else 0.0, time_step)
         if touching and not was:
             self._deepest = tip[0]
-            self._note_touch(now)
+            self._note_touch(now, tip[1])
         if reads is not None:
             if touching:
                 self._deepest, self._last = min(self._deepest, tip[0]), now
             return touching
         if near and not touching and tip[0] < self._deepest - _PAST and math.isfinite(self._deepest):
             touching = True
-            self._note_touch(now)
+            self._note_touch(now, tip[1])
             monitor.declare(True)
             expected = max((self._resists + self._more + self._weight()) / self._lever, self._least)
             self._wind.met(normal, expected - force)
             force = expected
         doubt = math.sqrt(max(float(normal @ self._wind.covariance[:3, :3] @ normal), 0.0))
-        if touching and self._is_none(tip, push + float(normal @ felt), force, doubt, now, time_step):
+        if touching and self._is_none(tip, force, doubt, now, time_step):
             touching = False
             monitor.declare(False)
             self._wind.lost(felt)
@@ -271,8 +272,9 @@ class PlainLeafEstimator:
             self._last = now
         return touching
 
-    def _note_touch(self, now: float) -> None:
+    def _note_touch(self, now: float, tip_rate: float) -> None:
         """A tip that bounces still touches since then."""
+        self._opened, self._ghost = -tip_rate, 0.0
         if now - self._last > _SETTLED:
             self._touched_at = now
 
@@ -306,21 +308,18 @@ class PlainLeafEstimator:
         self._offset_variance *= 1.0 - gain
         self._reads = [0.0] * 3
 
-    def _is_none(
-        self, tip: tuple[float, float], moves: float, force: float, doubt: float, now: float, time_step: float
-    ) -> bool:
+    def _is_none(self, tip: tuple[float, float], force: float, doubt: float, now: float, time_step: float) -> bool:
         """Whether what the tip does contradicts a contact."""
         self._deepest = min(self._deepest, tip[0])
-        gains = moves / self._mass / self._lever
+        gained, self._opened = -tip[1] - self._opened, -tip[1]
         bears = max(self._resists + max(self._more, 0.0) + self._weight(), 0.0)
-        inertia = max(self._door.inertia, _LIGHTEST * self._model.door.inertia)
-        hinge, excess = self._lever * force - inertia * gains, 0.0
+        hinge, excess = self._lever * force * time_step - _LIGHTEST * self._model.door.inertia * gained, 0.0
         settled = now - self._touched_at > _SETTLED
         if tip[1] < -_GHOST_RATE:
             excess = -hinge
         elif settled and tip[1] > _MOVES and force < _CERTAIN * doubt:
-            excess = hinge - bears
-        self._ghost = max(0.0, self._ghost + (excess - _GHOST * self._hinge) * time_step)
+            excess = hinge - bears * time_step
+        self._ghost = max(0.0, self._ghost + excess - _GHOST * self._hinge * time_step)
         friction = self._friction_share() * (self._resists + self._more)
         shuts = bears - 2.0 * friction
         faded = self._lever * force < _FADED * (shuts if shuts > 0.0 else bears)

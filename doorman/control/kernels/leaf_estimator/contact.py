@@ -16,7 +16,6 @@ from doorman.control.kernels.hinge_step import TORQUE as HINGE_TORQUE
 from doorman.control.kernels.leaf_estimator.forces import (
     FIRST_RESISTANCE,
     MOVING,
-    along,
     friction_share,
     least_force,
     pull,
@@ -33,10 +32,10 @@ from doorman.control.kernels.leaf_estimator.memory import (
     HINGE_SCALE,
     LAST,
     LEVER,
-    MASS,
     MEASURED,
     MET,
     MORE,
+    OPENED,
     RESISTS,
     SHUT,
     SOUGHT,
@@ -68,12 +67,12 @@ what shuts a leaf whose closer is stronger than its friction, does not touch; no
 _CERTAIN = 3.0
 """which is more than so many deviations of the wind: a closer drives the leaf after the tip;"""
 _GHOST, _GHOST_RATE, _GHOST_SUM = 1.5, 0.06, 0.3
-"""nor one that moves on, faster than the second [rad/s], as if a room door opened by itself, or moves back as if the hinge drove it
-harder than it resists, by more than the first [N m]: a cumulative sum, up to the last [N m s],"""
+"""nor one that moves on, faster than the second [rad/s], as if a room door opened by itself, or moves back as if the hinge drove
+it harder than it resists, by more than the first [N m]: a sum of its momentum, up to the last [N m s],"""
 _LIGHTEST = 0.6
-"""with a leaf of at least this share of the expected inertia: a filter that follows a free tip makes its leaf ever lighter;"""
+"""with a leaf of this share of the expected inertia: a filter that follows a free tip makes its leaf ever lighter;"""
 _BEHIND = 0.02
-"""nor one that is farther before the closed leaf's place, by more than twice the deviation of that: the frame stops the leaf [m]."""
+"""nor one that is farther before the closed leaf's place [m], by more than twice the deviation of that: the frame stops it."""
 _SETTLED = 0.5
 """A touch that is younger may bounce [s]."""
 _PAST = 0.007
@@ -96,8 +95,8 @@ def begin_leaf(e: LeafMemory) -> None:
 
 @kernel
 def find_contact(
-    e: LeafMemory, tip_angle: float, tip_rate: float, normal: tuple[float, float, float], push: float, reading: float,
-    now: float, time_step: float, seeks: bool,
+    e: LeafMemory, tip_angle: float, tip_rate: float, normal: tuple[float, float, float], reading: float, now: float,
+    time_step: float, seeks: bool,
 ) -> bool:  # fmt: skip
     """Whether the tip touches, and what that tells of the wind."""
     memory, lever, felt = e.memory, e.numbers[LEVER], e.vehicle[OUTER_FORCE : OUTER_FORCE + 3]
@@ -117,20 +116,20 @@ def find_contact(
         touching = watch_contact(e.contact_numbers, e.contact, heeded, time_step, math.inf)
     if touching and not was:
         memory[DEEPEST] = tip_angle
-        note_touch(memory, now)
+        note_touch(memory, now, tip_rate)
     if read:
         if touching:
             memory[DEEPEST], memory[LAST] = min(memory[DEEPEST], tip_angle), now
         return touching
     if near and not touching and tip_angle < memory[DEEPEST] - _PAST and math.isfinite(memory[DEEPEST]):
         touching = True
-        note_touch(memory, now)
+        note_touch(memory, now, tip_rate)
         declare_contact(e.contact, True)
         expected = max((memory[RESISTS] + memory[MORE] + weight_ahead(e)) / lever, least_force(e))
         meet_contact(e.wind, normal[0], normal[1], normal[2], expected - force)
         force = expected
-    moves, doubt = push + along(normal, felt), wind_doubt(e.wind.covariance, normal)
-    if touching and is_no_contact(e, tip_angle, tip_rate, moves, force, doubt, now, time_step):
+    doubt = wind_doubt(e.wind.covariance, normal)
+    if touching and is_no_contact(e, tip_angle, tip_rate, force, doubt, now, time_step):
         touching = False
         declare_contact(e.contact, False)
         lose_contact(e.wind, felt)
@@ -140,8 +139,9 @@ def find_contact(
 
 
 @kernel
-def note_touch(memory: Array, now: float) -> None:
-    """Take in when the tip touched; one that bounces still touches since then."""
+def note_touch(memory: Array, now: float, tip_rate: float) -> None:
+    """Take in when and how fast the tip touched; one that bounces still touches since then."""
+    memory[OPENED], memory[GHOST] = -tip_rate, 0.0
     if now - memory[LAST] > _SETTLED:
         memory[TOUCHED_AT] = now
 
@@ -170,7 +170,6 @@ def is_no_contact(
     e: LeafMemory,
     tip_angle: float,
     tip_rate: float,
-    moves: float,
     force: float,
     doubt: float,
     now: float,
@@ -179,16 +178,16 @@ def is_no_contact(
     """Whether what the tip does contradicts a contact."""
     memory, lever = e.memory, e.numbers[LEVER]
     memory[DEEPEST] = min(memory[DEEPEST], tip_angle)
-    gains, scale = moves / e.numbers[MASS] / lever, e.numbers[HINGE_SCALE]
+    scale, gained = e.numbers[HINGE_SCALE], -tip_rate - memory[OPENED]
+    memory[OPENED] = -tip_rate
     bears = max(memory[RESISTS] + max(memory[MORE], 0.0) + weight_ahead(e), 0.0)
-    inertia = max(e.door.state[INERTIA], _LIGHTEST * e.first.state[INERTIA])
-    hinge, excess = lever * force - inertia * gains, 0.0
+    hinge, excess = lever * force * time_step - _LIGHTEST * e.first.state[INERTIA] * gained, 0.0
     settled = now - memory[TOUCHED_AT] > _SETTLED
     if tip_rate < -_GHOST_RATE:
         excess = -hinge
     elif settled and tip_rate > MOVING and force < _CERTAIN * doubt:
-        excess = hinge - bears
-    memory[GHOST] = max(0.0, memory[GHOST] + (excess - _GHOST * scale) * time_step)
+        excess = hinge - bears * time_step
+    memory[GHOST] = max(0.0, memory[GHOST] + excess - _GHOST * scale * time_step)
     friction = friction_share(e) * (memory[RESISTS] + memory[MORE])
     shuts = bears - 2.0 * friction
     faded = lever * force < _FADED * (shuts if shuts > 0.0 else bears)

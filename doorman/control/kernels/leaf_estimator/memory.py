@@ -24,13 +24,13 @@ the scales of the vehicle's forces, torques and times, and of the hinge's torque
 the noise of the tip's force sensor."""
 (
     TOUCHED_AT, STOOD, SOUGHT, DEEPEST, GHOST, RESISTS, HAS_MOVED, MORE, FACE, FACE_VARIANCE, CLOSED, MET, MEASURED, YAW,
-    SLID, LAST, READS, OFFSET, OFFSET_VARIANCE, MEMORY,
-) = 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 16, 17, 20, 21, 22  # fmt: skip
-"""Places in the memory: time of the touch, α where the leaf stood, whether it was sought, α that the tip came to, for how long
-the leaf seems to open by itself, what the hinge resists with, whether that was seen in motion, and more while it sticks; where
-the face stands, with its variance, whether the leaf is closed, where it was met, NaN before, and for how long it was measured;
-heading without jumps; the force of the tip on the face; when it last touched; and of its sensor the reading, smoothed once, twice
-and three times, NaN without one, the offset, and its variance."""
+    SLID, LAST, READS, OFFSET, OFFSET_VARIANCE, OPENED, MEMORY,
+) = 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 16, 17, 20, 21, 22, 23  # fmt: skip
+"""Places in the memory: time of the touch, α where the leaf stood, whether it was sought, α that the tip came to, how much
+momentum the leaf seems to get from nothing, what the hinge resists with, whether that was seen in motion, and more while it
+sticks; where the face stands, with its variance, whether the leaf is closed, where it was met, NaN before, and for how long it
+was measured; heading without jumps; the force of the tip on the face; when it last touched; of its sensor the reading, smoothed
+once, twice and three times, NaN without one, the offset, and its variance; and with what opening rate the tip came last."""
 (
     AT, MOVES, ATTITUDE_NOW, ATTITUDE_RATES, WIND_NOW, FRICTION_FORCE, DOOR_ANGLE, DOOR_RATE, TOUCHES, NORMAL_FORCE, RESISTANCE,
     FRICTION_SHARE, DOOR_INERTIA, FACE_OFFSET, NORMAL_PULL, FOUND_SIZE,

@@ -82,7 +82,7 @@ def advance_leaf(
     tip_angle -= angle_of_face(e)
     normal = leaf_normal(door.leaf, door.state[ANGLE])
     push = along(normal, e.acting[FORCE : FORCE + 3])
-    touching = find_contact(e, tip_angle, tip_rate, normal, push, reading, now, time_step, seeks)
+    touching = find_contact(e, tip_angle, tip_rate, normal, reading, now, time_step, seeks)
     if touching and memory[CLOSED] != 0.0:
         touching, tip_angle, tip_rate = first_touch(e, tip_angle, tip_rate, time_step)
     wind = e.wind.state
