@@ -13,7 +13,6 @@ import numpy as np
 from doorman.hardware.mocap.faults import MocapFault
 from doorman.position_noise import PositionNoise
 
-
 _KEPT = 1000
 
 
