@@ -96,6 +96,8 @@ class PositionController:
         self.mass = mass
         self._actuation = actuation or TiltedThrust(max_thrust)
         self.settings = settings
+        self.reach = 1.0
+        """Share of the largest thrust that the rotors make."""
         self.observer = DisturbanceObserver(
             mass, settings.observer_rate, settings.observer_damping, settings.max_disturbance
         )
@@ -125,7 +127,7 @@ class PositionController:
         wanted_force(observer, self._numbers, self._memory, self._given, time_step, pushes, push, self._found)
         wanted, disturbance = self._found[:3], self._found[3:].copy()
         max_tilt = self.settings.max_tilt if setpoint.max_tilt is None else setpoint.max_tilt
-        force = self._actuation.within_limits(wanted, setpoint.yaw, max_tilt)
+        force = self.reach * self._actuation.within_limits(wanted / self.reach, setpoint.yaw, max_tilt)
         self._memory[ACTING : ACTING + 3] = force - self._weight - setpoint.force
         return Thrust(
             thrust=math.sqrt(force.dot(force)),

@@ -159,6 +159,7 @@ class Mission(Uncopied):
             if self._flew_plan:
                 self._controller.resume(estimate.position, estimate.velocity, estimate.wind)
             self._change_smoothly(setpoint, estimate)
+            self._controller.reach = self._lift.reach
             thrust = self._controller.update(estimate.position, estimate.velocity, setpoint, elapsed)
             attitude = self._engaged(thrust.attitude, now, float(estimate.attitude[1]))
             ahead, left, up = self.model.actuation.body_force(thrust.force, seen)
@@ -172,11 +173,11 @@ class Mission(Uncopied):
             command = limited(command, self.model.vehicle.mass * GRAVITY, self.model.scenario.control.max_push)
         elif tie is Tie.FREE:
             self._lift.learn(float(outer[2]), elapsed)
-        self._rotors = command.body_force
-        command = self._lift.scaled(command)
-        told = self._locator.told(command)
+        scaled = self._lift.scaled(command)
+        self._rotors = self._lift.made(command, scaled)
+        told = self._locator.told(scaled)
         backend.command(told)
-        self._estimator.tell(command.attitude)
+        self._estimator.tell(scaled.attitude)
         self._record(measured, estimate, setpoint, thrust, told)
         self._locator.update(measured, at_the_leaf and estimate.touching, tie is Tie.GRIPPED, elapsed)
         return estimate.door_angle

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -37,6 +39,22 @@ def test_saturation_keeps_thrust_and_tilt(x: float, y: float, z: float, max_tilt
     assert force[2] > 0.0
     assert np.hypot(force[0], force[1]) <= force[2] * np.tan(max_tilt) * (1 + 1e-9) + 1e-12
     assert force[0] * y == pytest.approx(force[1] * x, abs=1e-9)  # its direction is kept
+
+
+def test_a_vehicle_that_lacks_lift_holds_against_the_side_none_the_less() -> None:
+    force = saturate(np.array([6.0, 0.0, 90.0]), 48.0, 0.3)
+    assert force[0] == pytest.approx(6.0) and force[2] == pytest.approx(math.sqrt(48.0**2 - 6.0**2))
+    strong = saturate(np.array([30.0, 0.0, 90.0]), 48.0, 0.3)
+    assert strong[0] == pytest.approx(0.25 * 48.0) and strong[2] > 0.96 * 48.0
+
+
+def test_rotors_that_make_less_are_asked_for_no_more_and_the_rest_is_no_disturbance() -> None:
+    controller = PositionController(MASS, GRAVITY, 48.0, ControlSection())
+    controller.reach = 0.8
+    for k in range(200):  # sinks, as it would: what lifts is all that there is
+        controller.update(np.array([0.0, 0.0, -1.0 - 0.01 * k]), np.zeros(3), setpoint(), 0.004)
+    thrust = controller.update(np.array([0.0, 0.0, -3.0]), np.zeros(3), setpoint(), 0.004)
+    assert thrust.thrust == pytest.approx(0.8 * 48.0) and thrust.saturated
 
 
 def test_a_setpoint_may_allow_more_tilt() -> None:

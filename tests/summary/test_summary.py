@@ -363,3 +363,13 @@ def test_a_tip_that_is_to_touch_the_frame_is_no_collision(model: Model) -> None:
     assert counted(1, False)["collisions"] == 2
     assert counted(3, True)["collisions"] == 2
     assert counted(1, True)["attempts"] == 1
+
+
+@pytest.mark.parametrize(("then", "counted"), [("retreat", 0), ("approach", 2)])
+def test_a_tip_that_leaves_the_frame_as_the_mission_gives_up_is_no_collision(
+    model: Model, then: str, counted: int
+) -> None:
+    phases = [("touch_frame", "", 0.0), (then, "", 0.25), ("done", "", 0.55), ("end", "flown to its end", 0.56)]
+    touches = [2 * (k == 3) for k in range(6)]
+    run = made_up(model, [math.pi / 2] * 6, phases=phases, collisions=touches, only_tip=[True] * 6)
+    assert summarize(run, model)["collisions"] == counted

@@ -13,10 +13,17 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+from numpy.typing import NDArray
+
 from doorman.signals import Command
+
+Array = NDArray[np.float64]
 
 _RATE = 0.6
 """ω [rad/s]: slower than the disturbance observer, which holds the height meanwhile; 3 s of hover learn most of it."""
+_SHORT = 1e-6
+"""Share of the weight by which rotors make less than was wanted."""
 _LEAST, _MOST = 0.7, 1.3
 """Of s: beyond, it is another vehicle."""
 
@@ -55,6 +62,24 @@ class LiftScale:
             return command
         ahead, left = (side / self.scale for side in command.side_force)
         return Command(thrust, command.attitude, command.arm_rates, command.grip, (ahead, left))
+
+    def made(self, wanted: Command, told: Command) -> Array:
+        """What the rotors make of a command, which is less than was wanted where they can do no more.
+
+        Args:
+            wanted: With the force that was wanted.
+            told: The same, `scaled`.
+
+        Returns:
+            Shape (3,), body frame [N].
+        """
+        short = self.scale * told.thrust < wanted.thrust - _SHORT * self._weight
+        return self.scale * told.body_force if short else wanted.body_force
+
+    @property
+    def reach(self) -> float:
+        """Share of the largest thrust that the rotors make of the largest command."""
+        return min(self.scale, 1.0)
 
     def command(self, thrust: float) -> float:
         """What to command for a thrust [N].

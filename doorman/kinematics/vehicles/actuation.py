@@ -27,6 +27,8 @@ LEVEL = 0.05
 """Roll and pitch that a fully actuated vehicle may be commanded [rad]: what turns it beside its command is held against."""
 _KEPT = 0.08
 """Share of a rotor's largest thrust that is kept at either end for torques."""
+_BESIDE = 0.25
+"""Share of the largest thrust that a force to the side may take before the height."""
 _LIFTS = (0.8, 1.2)
 """Lift of a plan, as shares of the weight."""
 
@@ -236,6 +238,9 @@ def actuation_of(vehicle: Vehicle, torque_per_thrust: float) -> Actuation:
 def saturate(force: Array, max_thrust: float, max_tilt: float) -> Array:
     """Nearest sensible force within thrust and tilt: height is kept first, then the horizontal part is cut.
 
+    Of the horizontal part, `_BESIDE` of the largest thrust comes before the height, which costs a thirtieth of the lift: a
+    vehicle that lacks lift is not to be blown away besides.
+
     Args:
         force: Shape (3,), world frame [N].
         max_thrust: [N].
@@ -244,8 +249,9 @@ def saturate(force: Array, max_thrust: float, max_tilt: float) -> Array:
     Returns:
         Shape (3,), world frame [N]; its vertical part is positive.
     """
-    vertical = min(max(float(force[2]), 0.1 * max_thrust), max_thrust)
     horizontal = math.hypot(force[0], force[1])
+    beside = min(horizontal, _BESIDE * max_thrust)
+    vertical = min(max(float(force[2]), 0.1 * max_thrust), math.sqrt(max_thrust**2 - beside**2))
     largest = min(vertical * math.tan(max_tilt), math.sqrt(max(max_thrust**2 - vertical**2, 0.0)))
     scale = 1.0 if horizontal <= largest else largest / horizontal
     return np.array([scale * force[0], scale * force[1], vertical])

@@ -10,6 +10,7 @@ from doorman.control.observers.vehicle_observer import VehicleObserver
 from doorman.mission import simulate
 from doorman.model import GRAVITY
 from doorman.scenario import Scenario
+from doorman.signals import Command
 
 MASS, TICK = 3.0, 0.004
 WEIGHT = MASS * GRAVITY
@@ -29,6 +30,14 @@ def hovered(true: float, seconds: float = 4.0, noise: float = 0.0) -> LiftScale:
         speed += TICK * (true * lift.command(wanted) / MASS - GRAVITY)
         height += TICK * speed
     return lift
+
+
+def test_what_rotors_make_at_their_limit_is_less_than_was_wanted():
+    lift = hovered(0.8, 10.0)
+    near, far = (Command(thrust, np.zeros(3), np.zeros(0)) for thrust in (40.0, 60.0))
+    np.testing.assert_array_equal(lift.made(near, lift.scaled(near)), near.body_force)
+    assert lift.reach == pytest.approx(0.8, abs=0.01)
+    assert lift.made(far, lift.scaled(far))[2] == pytest.approx(60.0 * lift.scale)
 
 
 @pytest.mark.parametrize("true", [0.8, 0.93, 1.0, 1.2])

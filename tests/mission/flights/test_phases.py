@@ -26,6 +26,33 @@ def test_an_approach_that_takes_too_long_ends_in_a_hover_outside() -> None:
     assert not recording["truth"]["touching"].any()
 
 
+POOR = {
+    "simulation__noise__position": 0.003, "simulation__sensors__velocity": "differenced", "simulation__sensors__rate": 100.0,
+    "simulation__sensors__latency": 0.02,
+}  # fmt: skip
+
+
+def test_a_push_with_poses_that_are_too_noisy_ends_in_the_hover() -> None:
+    recording, mission = flown(scenario="push", **POOR)
+    assert phases(recording) == ["hover", "retreat", "done", "end"]
+    opened, reason = mission.outcome
+    assert not opened and reason.startswith("the poses are too noisy for contact: 2.9 mm make ")
+
+
+def test_a_mission_that_does_not_judge_poses_goes_on() -> None:
+    recording, _ = flown(scenario="push", mission__judge_poses=False, mission__time_out__approach=0.1, **POOR)
+    assert phases(recording)[:2] == ["hover", "approach"]
+
+
+def test_a_hover_that_wind_does_not_let_come_to_rest_says_so() -> None:
+    """A wind that turns round every three seconds."""
+    recording, mission = flown(pull=lambda time: 6.5 * math.copysign(1.0, math.sin(2.0 * time)))
+    assert phases(recording) == ["hover", "retreat", "done", "end"]
+    opened, reason = mission.outcome
+    assert not opened and reason.startswith("the vehicle did not come to hover still within 15 s: it moved by up to ")
+    assert "and felt wind of up to " in reason
+
+
 def test_an_abort_lets_go_of_the_door_and_leaves_the_doorway() -> None:
     def stop_midway(mission: Mission, time: float, angle: float) -> None:
         if angle < math.radians(60.0):

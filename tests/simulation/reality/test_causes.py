@@ -43,6 +43,7 @@ def test_a_gripper_that_slips_or_never_closes(model):
         ({"door_offset": (0.0, 0.0, 0.02)}, causes.ELSEWHERE), ({"door_yaw": -0.03}, causes.ELSEWHERE),
         ({"gust__vehicle": 4.0, "gust__variation": 0.0}, causes.WIND), ({"gust__draught_leaf": -3.0}, causes.DRAUGHT),
         ({"thrust_scale": 0.9}, causes.WEAK), ({"vehicle_mass": 3.4}, causes.WEAK),
+        ({"noise__position": 0.001}, causes.NOISY),
         ({"sensors__latency": 0.05}, causes.LATE), ({"sensors__drift": 0.05}, causes.FRAME),
     ],
 )  # fmt: skip

@@ -57,10 +57,13 @@ class Hover(MissionPhase):
         posed = np.abs(estimate.arm_angles - model.start_arm).max(initial=0.0) < 0.03
         self._still_since = since(self._still_since, bool(still and posed), estimate.time)
         ready = self._still_since is not None and estimate.time - self._still_since >= STEADY
-        if not ready or (self._unread and not self.attempt.poses.judged):
+        poses = self.attempt.poses
+        if self._unread and poses.judged:
+            self._unread = False
+            if unfit := poses.unfit():
+                return setpoint, GiveUp(unfit)
+        if not ready or self._unread:
             return setpoint, None
-        if self._unread and (unfit := self.attempt.poses.unfit()):
-            return setpoint, GiveUp(unfit)
         feels = bool(model.frame_places) and self.attempt.frame is None
         return setpoint, Next(Phase.TOUCH_FRAME if feels else Phase.APPROACH)
 
