@@ -154,6 +154,9 @@ class SimulationSection(Section):
     """Share of its thrust that a rotor loses per second, as the battery empties; up to 0.1 [1/s]."""
     vehicle_mass: Positive | None = None
     """True mass of the vehicle with its arm, all parts and their inertia in proportion [kg]. Default: the URDF's."""
+    arm_mass: NonNegative | None = None
+    """True mass of all that the arm's joints move; the base link has the rest of the vehicle's [kg]. Links without mass get the
+    same each. Default: the URDF's."""
     vehicle_com: tuple[Elsewhere, Elsewhere, Elsewhere] = (0.0, 0.0, 0.0)
     """True centre of mass less the URDF's, body frame; −1 to 1. Only the base link's mass moves [m]."""
     vehicle_inertia_scale: Ratio = 1.0

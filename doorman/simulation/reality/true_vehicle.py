@@ -9,6 +9,8 @@ import numpy as np
 from doorman.exceptions import BackendError
 from doorman.model import Model
 
+_MASSLESS, _BALL = 1e-3, 0.03
+"""An arm that is lighter has no mass in the URDF [kg]; radius of the balls that stand for its links [m]."""
 _LEAST_SHARE = 0.05
 """Of the vehicle's mass that the base link has at least, where the centre of mass is moved by it."""
 
@@ -16,8 +18,9 @@ _LEAST_SHARE = 0.05
 def make_true(vehicle: Any, base: Any, model: Model) -> None:
     r"""Give the vehicle its true mass, centre of mass and inertia.
 
-    All links are scaled to the true mass M. The base link of mass m then moves by :math:`\frac{M}{m}d`, for which the centre of
-    mass of the whole is d elsewhere. Its moments of inertia about its own centre of mass grow by the given scale.
+    All links are scaled to the true mass M. Then the arm gets its mass, which the base link loses. The base link of mass m then
+    moves by :math:`\frac{M}{m}d`, for which the centre of mass of the whole is d elsewhere. Its moments of inertia about its own
+    centre of mass grow by the given scale.
 
     Args:
         vehicle: MjSpec of the vehicle alone, before it is attached.
@@ -25,11 +28,13 @@ def make_true(vehicle: Any, base: Any, model: Model) -> None:
         model: The model.
 
     Raises:
-        BackendError: if the base link is too light to carry the centre of mass.
+        BackendError: if the base link is too light to carry the centre of mass, or to lose what the arm has more.
     """
     true = model.scenario.simulation
     if true.vehicle_mass is not None:
         scale_mass(vehicle.bodies, true.vehicle_mass / model.vehicle.mass)
+    if true.arm_mass is not None:
+        set_arm_mass(vehicle, base, model, true.arm_mass)
     if true.vehicle_inertia_scale != 1.0:
         base.fullinertia = [true.vehicle_inertia_scale * value for value in base.fullinertia]
     if any(true.vehicle_com):
@@ -40,6 +45,41 @@ def make_true(vehicle: Any, base: Any, model: Model) -> None:
                 field="simulation.vehicle_com", given=f"{base.mass:g} of {mass:g} kg", allowed="a heavier base link",
             )  # fmt: skip
         base.ipos = np.asarray(base.ipos) + mass / base.mass * np.asarray(true.vehicle_com)
+
+
+def set_arm_mass(vehicle: Any, base: Any, model: Model, mass: float) -> None:
+    """Give the arm its true mass, and take it from the base link.
+
+    Links that have mass are scaled. Where none has, all get the same, as balls at their frames.
+
+    Args:
+        vehicle: MjSpec of the vehicle alone.
+        base: Its base link.
+        model: The model.
+        mass: Of all that the arm's joints move [kg].
+
+    Raises:
+        BackendError: if there is no arm, or the base link is too light.
+    """
+    joints = (
+        [joint for joint in vehicle.joints if joint.name == model.vehicle.joint_names[:1][0]] if model.n_arm else []
+    )
+    moved = [part for joint in joints for part in (joint.parent, *joint.parent.find_all("body"))]
+    told = sum(part.mass for part in moved)
+    left = base.mass - (mass - told)
+    if not moved or left < _LEAST_SHARE * base.mass:
+        raise BackendError(
+            "the arm cannot have this mass", file=model.vehicle.urdf, field="simulation.arm_mass", given=mass,
+            allowed=f"an arm, and less than {told + (1.0 - _LEAST_SHARE) * base.mass:g} kg",
+        )  # fmt: skip
+    scale_mass((base,), left / base.mass)
+    if told > _MASSLESS:
+        scale_mass(moved, mass / told)
+        return
+    for part in moved:
+        part.mass, part.explicitinertial = mass / len(moved), True
+        part.ipos = [0.0, 0.0, 0.0]
+        part.fullinertia = [*[0.4 * part.mass * _BALL**2] * 3, 0.0, 0.0, 0.0]
 
 
 def scale_mass(bodies: Any, ratio: float) -> None:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from urdf_variants import VEHICLE
 
-from doorman.exceptions import ScenarioError
+from doorman.exceptions import BackendError, ScenarioError
 from doorman.scenario import SimulationSection
 from doorman.simulation import Disturbance
 
@@ -91,3 +91,17 @@ def test_weaker_servos_give_way(flight):
         return abs(float(vehicle.run(0.2, every=200)[-1].arm_angles[1] - before))
 
     assert sag(1.0) < math.radians(1.0) < math.radians(5.0) < sag(0.2)
+
+
+@pytest.mark.parametrize("massive", [False, True])
+def test_the_arm_has_its_mass_and_the_vehicle_keeps_its_own(flight, tmp_path, massive):
+    urdf = heavy_arm(tmp_path) if massive else str(VEHICLE)
+    told, true = (body(flight, vehicle__urdf=urdf, **more) for more in ({}, {"simulation__arm_mass": 0.8}))
+    masses = [np.array(one.plant.engine_model.body_mass) for one in (told, true)]
+    assert masses[1].sum() == pytest.approx(masses[0].sum(), abs=1e-3)
+    assert (masses[0] - masses[1]).max() == pytest.approx(0.8 - (0.5 if massive else 0.0), abs=1e-3)
+
+
+def test_an_arm_that_is_heavier_than_the_vehicle_is_refused(flight):
+    with pytest.raises(BackendError, match=r"simulation\.arm_mass"):
+        body(flight, simulation__arm_mass=3.5)
