@@ -55,7 +55,7 @@ class Feeler:
             time_step: Since the last tick [s].
         """
         self._watch(estimate.time, tip, time_step)
-        if not self._has_flown or estimate.time - self._farther_at < _FLIES:
+        if not self._has_flown or self.comes_on(estimate.time):
             self._wind = float(self._normal @ estimate.wind)
             self._beside = self._against_gusts(estimate.wind)
         push = self._gain * (self._speed - float(self._normal @ estimate.velocity))
@@ -77,6 +77,14 @@ class Feeler:
         """
         stopped = now - self._farther_at >= _STOPPED
         return self._sum / self._count if stopped and self._has_flown else None
+
+    def comes_on(self, now: float) -> bool:
+        """Whether the tip has come farther just now.
+
+        Args:
+            now: Time [s].
+        """
+        return now - self._farther_at < _FLIES
 
     @property
     def _has_flown(self) -> bool:

@@ -33,10 +33,13 @@ class Retreat(MissionPhase):
         self.glide: Glide = Glide(estimate.position, estimate.yaw)
         self._targets = way_out(attempt.model, estimate.position, estimate.door_angle)
         self._blocked_at: float | None = None
+        self._was_free = before is not None and before.tie is Tie.FREE
 
     @property
     def tie(self) -> Tie:
-        """A tip that has let go of an opened door may still rest on it."""
+        """A tip that has let go of an opened door may still rest on it; one that was not at the leaf is not there now."""
+        if self._was_free:
+            return Tie.FREE
         return Tie.LEAVING if self.attempt.failure else Tie.PUSHING
 
     def speed_back(self, estimate: Estimate) -> float:

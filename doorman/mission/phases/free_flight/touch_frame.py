@@ -97,7 +97,7 @@ class TouchFrame(MissionPhase):
         place = self._places[0]
         setpoint, there = feeler.step(estimate, tip, time_step), self._fit.placed(place)
         beyond = float(there.normal @ (tip - there.point))
-        if beyond > _DOUBTED * self._fit.deviation(place):
+        if beyond > _DOUBTED * self._fit.deviation(place) and feeler.comes_on(estimate.time):
             return setpoint, GiveUp(
                 f"the frame is not where the map has it: nothing up to {1e2 * beyond:.0f} cm behind"
             )
