@@ -8,6 +8,8 @@ from typing import Any
 import pytest
 from hands import flown, phases
 
+from doorman.mission import Mission, Phase
+
 FEELS: dict[str, Any] = {"mission__touch_frame": True}
 ELSEWHERE: dict[str, Any] = {
     "simulation__door_offset": [0.01, 0.02, 0.0],
@@ -40,3 +42,28 @@ def test_a_frame_that_is_not_there_ends_the_mission() -> None:
     assert phases(recording) == ["hover", "touch_frame", "retreat", "done", "end"]
     summary = recording.summary
     assert summary is not None and summary["collisions"] == 0 and not recording["truth"]["touching"].any()
+
+
+FAR: dict[str, Any] = {"simulation__door_offset": [0.03, 0.0, 0.0], "simulation__door_yaw": 0.0524}
+"""The wall beside the hinge is 8 cm farther away than in the map, of whose place 6 cm are 3 standard deviations."""
+
+
+def test_a_frame_that_is_met_beyond_its_doubt_counts() -> None:
+    recording, _ = flown(**FEELS, **FAR, mission__time_out__approach=0.1)
+    assert phases(recording)[:4] == ["hover", "touch_frame", "hover", "approach"]
+    summary = recording.summary
+    assert summary is not None and summary["collisions"] == 0
+
+
+def test_a_mission_that_ends_with_the_tip_on_the_frame_knows_that_it_is_not_on_the_leaf() -> None:
+    def stop(mission: Mission, time: float, angle: float) -> None:
+        if time > 21.0 and mission.phase is Phase.TOUCH_FRAME:
+            mission.abort("the operator said so")
+
+    recording, mission = flown(on_progress=stop, **FEELS, **FAR)
+    assert mission.outcome == (False, "the operator said so")
+    summary, ends = recording.summary, recording["mission"].time[-1]
+    assert recording["truth"]["collisions"][recording["truth"].time > 21.0].any(), "the tip was on the wall"
+    assert summary is not None and summary["collisions"] == 0 and ends > 22.0
+    angles = recording["estimate"]["state"][:, 3]
+    assert abs(angles - math.pi / 2).max() < 0.05
