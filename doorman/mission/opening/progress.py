@@ -93,6 +93,8 @@ class Progress:
         self._good_since = since(self._good_since, abs(off) < self._tolerance and abs(self.rate) < 2.0 * SLOW, now)
         self._slow_since = since(self._slow_since, abs(off) < self.at_goal and abs(self.rate) < SLOW, now)
         self._near_since = since(self._near_since, abs(off) < _NEAR, now)
+        if self._near_since is not None:
+            self._got_on_at = now  # one that leaves the goal has time to come back
         stays = held and -_BEYOND < off < STILL_OPEN and abs(self.rate) < STANDS
         self._held_since = since(self._held_since, stays, now)
 

@@ -9,6 +9,7 @@ from doorman.control.estimation.estimator import Estimate, Tie
 from doorman.control.position_controller import Setpoint
 from doorman.mission.motion import planned_speed_back
 from doorman.mission.phases.attempt import Attempt
+from doorman.mission.phases.hold import OPEN_ENOUGH
 from doorman.mission.phases.phase import GiveUp, MissionPhase, Next, Phase, Then
 
 Array = NDArray[np.float64]
@@ -71,11 +72,15 @@ class Open(MissionPhase):
         return setpoint, None
 
     def time_out(self, estimate: Estimate) -> Next | GiveUp:
-        """The end of the attempt, which says where the door stands.
+        """The end of the attempt, which says where the door stands; a gripped door that swings about the goal is held there.
 
         Args:
             estimate: What is known now.
         """
+        attempt = self.attempt
+        if attempt.grips and abs(estimate.door_angle - attempt.model.goal_angle) < OPEN_ENOUGH:
+            attempt.opened = True
+            return Next(Phase.HOLD, "the door did not come to rest")
         stands = self.attempt.model.door.in_words(estimate.door_angle)
         return GiveUp(f"the phase open took longer than {self.longest:g} s; the door stands at {stands}")
 
