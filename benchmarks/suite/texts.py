@@ -37,11 +37,11 @@ DISTURBED = (
     """The same with noise on the state after every step: standard deviation 0.01, 0.03 rad/s on the door's rate."""
 )
 
-PERTURBED = """States of the loop with random errors of posture, attitude and rates, each solved from hover inputs. *Another
-local minimum*: optimal, but IPOPT from hover inputs finds a better one. *Less optimal than it says*: it holds, and the
-solver calls it converged, but the cost is more than 1e-6 above the reference's. *On the way back*: outside the constraints
-at first, inside at the end, and labelled so. *Failed and said so*: the solver calls its answer unusable. Slow solvers get
-the first of doorman's states."""
+PERTURBED = """States of the loop with random errors of posture, attitude and rates, each solved from hover inputs. A plan in
+another local minimum is optimal, but IPOPT from hover inputs finds a better one. A plan that is less optimal than it says
+holds, and the solver calls it converged. Its cost is more than 1e-6 above the reference's. A plan on the way back is outside
+the constraints at first, inside at the end, and labelled so. Where a solver failed and said so, it calls its answer unusable.
+Slow solvers get the first of doorman's states."""
 
 SIZES = """Median times of solved states; where not all are solved, how many are. doorman solves all states, the others
 every tenth of them."""
