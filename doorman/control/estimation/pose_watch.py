@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import statistics
 from collections import deque
 
 import numpy as np
@@ -57,7 +58,7 @@ class PoseWatch:
 
     @property
     def _interval(self) -> float:
-        return float(np.median(self._intervals))
+        return statistics.median(self._intervals)
 
     @property
     def judged(self) -> bool:
@@ -77,7 +78,7 @@ class PoseWatch:
             return f"the poses are too old for contact: {1e3 * old:.0f} ms; allowed: {1e3 * limit:.0f} ms"
         if model.scenario.contact.kind != "push":
             return ""
-        noise, young = self._noise.deviation, max(float(np.median(self._young)), 0.0)
+        noise, young = self._noise.deviation, max(statistics.median(self._young), 0.0)
         force, most = force_noise(model, noise, young, self._interval), most_force_noise(model)
         if force <= most:
             return ""
