@@ -114,7 +114,7 @@ class Progress:
         Args:
             now: [s].
         """
-        return now - self._got_on_at if self._near_since is None else 0.0
+        return now - self._got_on_at
 
     def done(self, now: float) -> bool:
         """Whether the door has stood at the goal for long enough, and stands still right now.

@@ -61,10 +61,8 @@ def set_arm_mass(vehicle: Any, base: Any, model: Model, mass: float) -> None:
     Raises:
         BackendError: if there is no arm, or the base link is too light.
     """
-    joints = (
-        [joint for joint in vehicle.joints if joint.name == model.vehicle.joint_names[:1][0]] if model.n_arm else []
-    )
-    moved = [part for joint in joints for part in (joint.parent, *joint.parent.find_all("body"))]
+    carried = (joint.parent for joint in vehicle.joints if joint.name in model.vehicle.joint_names[:1])
+    moved = [part for link in carried for part in (link, *link.find_all("body"))]
     told = sum(part.mass for part in moved)
     left = base.mass - (mass - told)
     if not moved or left < _LEAST_SHARE * base.mass:
