@@ -120,7 +120,7 @@ def test_no_argument_takes_what_is_no_number(planner, model, value):
         "max_iterations": [lambda: planner.plan(state, max_iterations=value)],
         "elapsed": [lambda: planner.replan(state, value)],
         "margin": [lambda: planner.update_margin(value)],
-        "door_angle": [lambda: model.on_the_way(value)],
+        "door_angle": [lambda: model.on_the_way(value), lambda: planner.update_goal(value)],
         "disturbance": [lambda: planner.update_door(disturbance=value)],
         "damping": [lambda: planner.update_door(damping=value)],
     }

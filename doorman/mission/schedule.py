@@ -42,6 +42,8 @@ class Wanted(NamedTuple):
     """What is known of it."""
     numbers: Mapping[str, Any] | None = None
     """References and weights of a whole-body plan, by name: one iteration follows them."""
+    goal: float | None = None
+    """Where a gripped door is to go; the scenario's goal if not given [rad]."""
 
 
 @dataclass(frozen=True)
@@ -55,6 +57,7 @@ class _Order:
     cold: bool
     time_limit: float
     numbers: Mapping[str, Any] | None
+    goal: float | None
     epoch: int
     """Orders from before the schedule forgot are of no use any more."""
 
@@ -155,9 +158,9 @@ class PlanSchedule:
             self._take(answer, now)
         if now >= self._next - 1e-9 and (thread is None or not thread.busy):
             self._next = max(self._next + self.period, now)
-            state, hinge, numbers = wanted()
+            state, hinge, numbers, goal = wanted()
             margin, limit = self.planner.settings.margin, math.inf if thread is None else _LONGEST
-            order = _Order(now, state, hinge, margin, not self._started, limit, numbers, self._epoch)
+            order = _Order(now, state, hinge, margin, not self._started, limit, numbers, goal, self._epoch)
             self._started = True
             if thread is None:
                 self._take(self._carry_out(order), now + (0.0 if order.cold else self.latency_periods * self.period))
@@ -186,6 +189,7 @@ class PlanSchedule:
         planner = self.planner
         planner.update_door(**order.hinge._asdict())
         planner.update_margin(order.margin)
+        planner.update_goal(order.goal)
         elapsed, self._planned = order.time - self._planned, order.time
         if order.numbers is None:
             make = planner.plan if order.cold else planner.replan
@@ -221,6 +225,7 @@ class PlanSchedule:
                 "cold": order.cold,
                 **_made_of(answer),
                 "hinge": list(order.hinge),
+                "goal_angle": self.planner.model.goal_angle if order.goal is None else order.goal,
                 "margin": order.margin,
                 "state": states[0],
                 "states": states.astype(np.float32),

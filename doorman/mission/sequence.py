@@ -29,6 +29,7 @@ from doorman.mission.phases.open import Open
 from doorman.mission.phases.phase import GiveUp, MissionPhase, Phase, Then
 from doorman.mission.phases.recover import Recover
 from doorman.mission.phases.release import Release
+from doorman.mission.phases.take_back import THERE, TakeBack
 from doorman.mission.phases.touch import Touch
 from doorman.mission.schedule import PlanSchedule
 from doorman.mission.slam import SlamDetector
@@ -44,6 +45,7 @@ _KINDS: tuple[type[MissionPhase], ...] = (
     Open,
     Hold,
     Recover,
+    TakeBack,
     Release,
     Retreat,
     Through,
@@ -115,7 +117,7 @@ class Sequence:
             reason: Why, for the recording.
             at_once: Whether the vehicle leaves without letting go gently.
         """
-        self._follow(GiveUp(reason, at_once=at_once), estimate)
+        self._follow(GiveUp(reason, at_once=at_once, takes_back=False), estimate)
 
     def enter(self, phase: Phase, estimate: Estimate, reason: str = "") -> None:
         """Begin a phase.
@@ -180,7 +182,17 @@ class Sequence:
         attempt.failure = attempt.failure or what.reason
         attempt.opened = attempt.opened and now.phase is not Phase.HOLD  # it would not stay by itself
         touching = now.at_the_leaf and not what.at_once and (attempt.grips or estimate.touching)
-        self.enter(Phase.RELEASE if touching else Phase.RETREAT, estimate, what.reason)
+        if touching and what.takes_back and self._is_to_go_back(estimate):
+            self.enter(Phase.TAKE_BACK, estimate, what.reason)
+        else:
+            self.enter(Phase.RELEASE if touching else Phase.RETREAT, estimate, what.reason)
+
+    def _is_to_go_back(self, estimate: Estimate) -> bool:
+        """Whether a gripper holds a door that it has opened, and does not take it back already."""
+        now, model = self._current(estimate), self.attempt.model
+        opens = model.door.opening_of(model.goal_angle) > model.door.opening_of(model.start_angle)
+        has_moved = opens and model.travel.done(estimate.door_angle) > THERE
+        return has_moved and now.closes_gripper and now.phase is not Phase.TAKE_BACK
 
     def _yield_to_slam(self, estimate: Estimate, time_step: float) -> None:
         """Let go of a door that is slammed, if need be, and go out before the leaf."""

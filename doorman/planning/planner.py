@@ -73,6 +73,7 @@ class Planner(CopiedWhole):
         self.update_time(0.0)
         self._hinge = Hinge.of(self.model.door)
         self._margin = self.settings.margin
+        self._goal_angle: float | None = None
         self._given: dict[str, ArrayLike] = {}
 
     def update_door(
@@ -126,6 +127,20 @@ class Planner(CopiedWhole):
         if wanted < 0.0:
             raise DimensionError("not a margin", field="margin", given=margin, allowed="finite, >= 0 [m]")
         self._margin, self._fitted = wanted, False
+
+    def update_goal(self, door_angle: float | None) -> None:
+        """Change where the next plans bring a gripped door: to rest there, with the heading and arm that keep step with it.
+
+        Args:
+            door_angle: α, clipped to the way from start to goal [rad]; None: the scenario's goal.
+
+        Raises:
+            DimensionError: if it is not finite, or the tip only pushes.
+        """
+        if door_angle is not None:
+            door_angle = number(door_angle, "door_angle", "finite [rad]")
+            self.planning.goal(self.planning.start_state, self._hinge, door_angle)
+        self._goal_angle, self._fitted = door_angle, False
 
     def update_time(self, time: float) -> None:
         """Say what `task.time` is at the first node of the next plans, for constraints and costs that change with it.
@@ -188,7 +203,7 @@ class Planner(CopiedWhole):
             return
         self._numbers = self.planning.fitted(self._hinge, self._margin, state, self._given)
         self.solver.update_parameters(self._numbers.vector)
-        self.solver.update_goal(self.planning.goal(state, self._hinge))
+        self.solver.update_goal(self.planning.goal(state, self._hinge, self._goal_angle))
         self._fitted = True
 
     def plan(self, state: ArrayLike, *, max_iterations: int = COLD_ITERATIONS, time_limit: float = math.inf) -> Plan:
@@ -255,7 +270,7 @@ class Planner(CopiedWhole):
         states, inputs = self.solver.trajectory()
         violation, node, row = self.solver.worst()
         words = f"{row_name(self._problem, row)} by {violation:.3g} at node {node}" if violation > 1e-6 else ""
-        impossible = self.planning.impossible(self._hinge, states[0])
+        impossible = self.planning.impossible(self._hinge, states[0]) if self._goal_angle is None else None
         if impossible is not None:
             status, words = impossible
         cost = self.solver.cost if status.flyable else math.inf

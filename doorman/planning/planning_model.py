@@ -89,12 +89,16 @@ class PlanningModel(Protocol):
             given: Numbers by name that are taken instead of what would fit.
         """
 
-    def goal(self, start: Array, hinge: Hinge) -> Array:
+    def goal(self, start: Array, hinge: Hinge, door_angle: float | None = None) -> Array:
         """Where the cost of a plan draws to, shape (nx,): `goal_state`, leaning against the hinge, or a place on the way there.
 
         Args:
             start: x, shape (nx,).
             hinge: What is known of it.
+            door_angle: α of another goal for a gripped door [rad].
+
+        Raises:
+            DimensionError: if another goal is given, and the tip only pushes.
         """
 
     def impossible(self, hinge: Hinge, start: Array) -> tuple[PlanStatus, str] | None:

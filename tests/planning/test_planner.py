@@ -73,6 +73,27 @@ def test_replans_from_disturbed_states_hold_and_stay_near_the_optimum(fresh, rng
     assert np.median(losses) < 1e-4
 
 
+@pytest.mark.parametrize("kind", ["quasi_static", "lagrangian"])
+def test_a_gripped_door_is_brought_to_another_goal(kind: str) -> None:
+    planner = Planner(Scenario.load("paper", {"planner.model": kind}))
+    model, goal = planner.model, planner.planning.goal_state
+    planner.update_goal(model.start_angle)
+    back = planner.plan(goal)
+    assert back.flyable
+    reduced, _ = planner.planning.reduced(back.states, back.inputs)
+    assert reduced[-1, 3] - model.goal_angle > 0.5 * (model.start_angle - model.goal_angle)
+    assert reduced[-1, 2] > reduced[0, 2], "the heading keeps step"
+    planner.update_goal(None)
+    assert planner.plan(goal).cost < 0.01 * back.cost, "it is there already"
+
+
+def test_goals_that_are_none_are_refused(fresh) -> None:
+    with pytest.raises(DimensionError, match="door_angle"):
+        fresh("paper").update_goal(math.nan)
+    with pytest.raises(DimensionError, match="brings no door back"):
+        Planner("push").update_goal(1.0)
+
+
 def test_more_iterations_come_nearer() -> None:
     losses = []
     for iterations in (1, 4):

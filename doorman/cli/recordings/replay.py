@@ -21,7 +21,7 @@ from doorman.planning.planner import Planner
 from doorman.recording import Recording, Topic
 
 _NEEDED = (
-    "cold", "cut_short", "hinge", "margin",
+    "cold", "cut_short", "hinge", "goal_angle", "margin",
     "state", "states", "input", "cost", "iterations", "status",
 )  # fmt: skip
 _NUMBERS = ("states", "input", "cost", "iterations")
@@ -134,6 +134,8 @@ def _reduced_plans(recording: Recording, planner: Planner) -> Iterator[Plan]:
     for k, start in enumerate(_starts(recording, planner.model)):
         planner.update_door(**Hinge(*map(float, recorded["hinge"][k]))._asdict())
         planner.update_margin(float(recorded["margin"][k]))
+        goal = float(recorded["goal_angle"][k])
+        planner.update_goal(None if goal == planner.model.goal_angle else goal)
         x = planner.planning.state(*start)
         yield planner.plan(x) if recorded["cold"][k] else planner.replan(x)
 

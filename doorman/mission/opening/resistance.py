@@ -7,7 +7,6 @@ import math
 from doorman.control.estimation.estimator import Estimate
 from doorman.mission.opening.progress import NEARLY, SLOW, Progress
 from doorman.model import Model
-from doorman.planning.hinge import Hinge
 
 _SWINGS = 0.02
 """A door that opens faster teaches its resistance [rad/s],"""
@@ -44,7 +43,7 @@ class Resistance:
 
     def __init__(self, model: Model, progress: Progress) -> None:
         control = model.scenario.control
-        self._progress, self._door = progress, model.door
+        self._progress = progress
         self._goal, self._travel = model.goal_angle, model.travel
         self._tolerance = model.scenario.push.hold_tolerance
         self._observed = control.door_observer_rate > 0.0
@@ -79,26 +78,9 @@ class Resistance:
             time_step: Since the last tick [s].
         """
         off = estimate.door_angle - self._goal
-        passed = self._progress.passes > 0  # and stands there: the noise of its rate is no motion
-        self._nudge(off, self._progress.rate if passed else estimate.door_rate, time_step)
+        self._nudge(off, self._progress.rate, time_step)  # averaged: the noise of a rate is no motion
         resists = self._travel.ahead(self._gripped(off, estimate) - self._stiction)
         return self._travel.ahead(min(resists, self._most))
-
-    def hinge(self, estimate: Estimate, torque: float) -> Hinge:
-        """What plans are told: the estimated parameters, and a disturbance that makes their sum what it is now.
-
-        Without an observer that finds that sum, it is the scenario's hinge.
-
-        Args:
-            estimate: Of door and hinge.
-            torque: Of the hinge now beyond what the scenario names [N m].
-        """
-        hinge, door = estimate.hinge, self._door
-        if not self._observed:
-            return Hinge.of(door, torque)
-        torque += (door.damping - hinge.damping) * estimate.door_rate
-        torque += (door.stiffness - hinge.stiffness) * (estimate.door_angle - door.rest_angle)
-        return Hinge(0.0, torque, hinge.inertia, hinge.damping, hinge.stiffness)
 
     def keeps_the_door(self, estimate: Estimate) -> bool:
         """Whether the door may stay by itself: the closer seems stronger by no more than a deviation, nor by `_UNSURE`.

@@ -10,6 +10,7 @@ from doorman.control.state_converter import StateConverter
 from doorman.mission.opening.at_the_leaf import AtTheLeaf
 from doorman.mission.opening.door_opening import DoorOpening
 from doorman.mission.opening.gripped import Opening
+from doorman.mission.opening.held_leaf import HeldLeaf
 from doorman.mission.opening.swing import Swing
 from doorman.mission.schedule import PlanSchedule
 from doorman.model import Model
@@ -30,6 +31,8 @@ class Attempt:
         self.settings = model.scenario.mission
         self.grips = model.scenario.contact.kind == "grip"
         self.leaf = AtTheLeaf(model, converter)
+        self.held_leaf = HeldLeaf(model, converter, schedule)
+        """Motion with the leaf in the gripper."""
         self.opening = self._make_opening()
         through = self.settings.then == "through" and has_doorway(model)
         self.passage = Passage(model) if through else None
@@ -77,5 +80,5 @@ class Attempt:
 
     def _make_opening(self) -> DoorOpening:
         if self.grips:
-            return Opening(self.model, self.converter, self.schedule)
+            return Opening(self.model, self.held_leaf, self.schedule)
         return Swing(self.model, self.leaf, self.schedule)

@@ -28,6 +28,7 @@ class Phase(Enum):
     OPEN = "open"
     HOLD = "hold"
     RECOVER = "recover"
+    TAKE_BACK = "take_back"
     RELEASE = "release"
     RETREAT = "retreat"
     THROUGH = "through"
@@ -52,6 +53,8 @@ class GiveUp:
     """Whether no other attempt may follow."""
     at_once: bool = False
     """Whether the vehicle leaves without letting go gently."""
+    takes_back: bool = True
+    """Whether a gripped door is first taken back to where it was found."""
 
 
 Then = Next | GiveUp | None

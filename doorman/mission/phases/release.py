@@ -101,7 +101,7 @@ class Release(MissionPhase):
                 return self._rest_in_gripper(estimate)
             loaded = abs(estimate.normal_force) > _UNLOADED * scale.force and abs(estimate.door_rate) < _COMES_ALIVE
             if loaded and estimate.time - self.entered < _UNLOADING:
-                return leaf.push(estimate, 0.0), None
+                return leaf.push(estimate, self._load_left(estimate)), None
             self._let_go_at = estimate.time
         spent = estimate.time - self._let_go_at
         if self._gives_way:
@@ -129,10 +129,13 @@ class Release(MissionPhase):
         """
         return Next(Phase.RETREAT, f"the phase release took longer than {self.longest:g} s")
 
+    def _load_left(self, estimate: Estimate) -> float:
+        """Of what the gripper held as this began [N]."""
+        return max(1.0 - (estimate.time - self.entered) / _UNLOADING, 0.0) * self._load
+
     def _rest_in_gripper(self, estimate: Estimate) -> tuple[Setpoint, Then]:
         """Take the load off a closed gripper, and watch whether the door stays: it opens after that."""
-        spent = estimate.time - self.entered
-        left = max(1.0 - spent / _UNLOADING, 0.0) * self._load
+        spent, left = estimate.time - self.entered, self._load_left(estimate)
         setpoint = self.attempt.leaf.push(estimate, left)
         moved = abs(estimate.door_angle - self._angle) > _COMES_BACK
         if moved and abs(estimate.door_rate) < _COMES_ALIVE:  # faster, somebody has it

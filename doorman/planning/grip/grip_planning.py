@@ -6,7 +6,7 @@ from abc import ABC, abstractmethod
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from doorman.kinematics.numbers import Numbers
 from doorman.model import Model
@@ -39,17 +39,31 @@ class GripPlanning(ABC):
             [Φ, α, α̇, H] of the states and [f_t, Ω, Ḣ_d], and [f_x, f_y] of a fully actuated vehicle, of the inputs.
         """
 
-    def goal(self, start: Array, hinge: Hinge) -> Array:
-        """The scenario's goal, leaning against the hinge. See `PlanningModel`.
+    @abstractmethod
+    def state(self, reduced: ArrayLike, body_rates: ArrayLike) -> Array:
+        """State to plan from, see `PlanningModel`.
 
         Args:
-            start: x, shape (nx,).
-            hinge: What is known of it.
+            reduced: [Φ, α, α̇, H], shape (5 + n,).
+            body_rates: Ω, shape (3,), body frame [rad/s].
 
         Returns:
             x, shape (nx,).
         """
-        return leaning(self.model, self.goal_state, hinge)
+
+    def goal(self, start: Array, hinge: Hinge, door_angle: float | None = None) -> Array:
+        """The scenario's goal, or a place on the way there, leaning against the hinge. See `PlanningModel`.
+
+        Args:
+            start: x, shape (nx,).
+            hinge: What is known of it.
+            door_angle: α of another goal [rad].
+
+        Returns:
+            x, shape (nx,).
+        """
+        goal = self.goal_state if door_angle is None else self.state(self.model.on_the_way(door_angle), np.zeros(3))
+        return leaning(self.model, goal, hinge)
 
     def impossible(self, hinge: Hinge, start: Array) -> tuple[PlanStatus, str] | None:
         """Whether the door resists by more than the vehicle can push. See `PlanningModel`.

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from doorman.exceptions import DimensionError
 from doorman.kinematics.numbers import Numbers
 from doorman.kinematics.rotations import body_rates_of, euler_rate_matrix, regular_state, rotation_body_to_world
 from doorman.model import Model
@@ -134,7 +135,7 @@ class WholeBodyPlanning:
             **side,
         }  # fmt: skip
 
-    def goal(self, start: Array, hinge: Hinge) -> Array:
+    def goal(self, start: Array, hinge: Hinge, door_angle: float | None = None) -> Array:
         """The scenario's goal. See `PlanningModel`.
 
         Residuals draw to the goal; the quadratic cost only keeps the solver's equations regular.
@@ -142,10 +143,19 @@ class WholeBodyPlanning:
         Args:
             start: x, shape (nx,).
             hinge: What is known of it.
+            door_angle: None.
 
         Returns:
             x, shape (nx,).
+
+        Raises:
+            DimensionError: if another goal is given.
         """
+        if door_angle is not None:
+            raise DimensionError(
+                "a tip that only pushes brings no door back", field="door_angle", given=door_angle,
+                allowed="None; update_numbers changes the references of a push",
+            )  # fmt: skip
         return self.goal_state
 
     def impossible(self, hinge: Hinge, start: Array) -> tuple[PlanStatus, str] | None:

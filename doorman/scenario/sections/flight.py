@@ -140,6 +140,8 @@ class MissionTimeOutsSection(Section):
     """On a vehicle: time for a person to take a door that would not stay; then the vehicle leaves [s]."""
     recover: Positive = 6.0
     """Until contact is regained, or the tip has come nearer to the goal by 1°; three times that in all [s]."""
+    take_back: Positive = 20.0
+    """Until a gripped door that is given up is back where it was found [s]."""
     release: Positive = 8.0
     """Until the tip is away [s]."""
     retreat: Positive = 30.0

@@ -1,0 +1,115 @@
+"""Motion of a vehicle whose gripper holds the leaf: plans that bring the door to an angle, and are followed."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from doorman.control.estimation.estimator import Estimate
+from doorman.control.position_controller import Setpoint
+from doorman.control.state_converter import StateConverter
+from doorman.control.turning_aid import TurningAid
+from doorman.mission.schedule import PlanSchedule, Wanted
+from doorman.model import Model
+from doorman.planning.hinge import Hinge
+
+Array = NDArray[np.float64]
+
+_AHEAD = math.radians(16.0)
+"""No heading is asked for that is farther ahead of a gripped door; where the door gives way, it is 15° at most [rad]."""
+
+
+class HeldLeaf:
+    """Setpoints with the leaf in the gripper.
+
+    Args:
+        model: Model of the scenario.
+        converter: Its state converter.
+        schedule: Plans.
+    """
+
+    def __init__(self, model: Model, converter: StateConverter, schedule: PlanSchedule) -> None:
+        self._model, self._converter, self._schedule = model, converter, schedule
+        self._observed = model.scenario.control.door_observer_rate > 0.0
+        self._sense = math.copysign(1.0, float(model.goal_state[2] - model.start_state[2]))
+        self._turning_aid = TurningAid(model)
+        self._waiting: Setpoint | None = None
+        self._last = 0.0
+
+    def begin(self, now: float) -> None:
+        """Begin: plans that were made before are not followed any more.
+
+        Args:
+            now: [s].
+        """
+        self._schedule.forget()
+        self._waiting, self._last = None, now
+
+    def follow(self, estimate: Estimate, body_rates: Array, torque: float, goal: float | None = None) -> Setpoint:
+        """Setpoint for now; once per tick.
+
+        Args:
+            estimate: What is known now.
+            body_rates: Ω, shape (3,) [rad/s].
+            torque: Of the hinge beyond what the scenario names, in the sense of damping [N m].
+            goal: α that the door is to be brought to; the scenario's goal if not given [rad].
+        """
+        now, time_step = estimate.time, estimate.time - self._last
+        self._last = now
+        torque += self._torque_of_wind(estimate)
+
+        def wanted() -> Wanted:
+            state = self._converter.planner_state(estimate.state, body_rates)
+            return Wanted(state, self._hinge(estimate, torque), goal=goal)
+
+        current = self._schedule.update(now, wanted)
+        if current is None:
+            if self._waiting is None:
+                self._waiting = self._converter.hold(estimate.position, estimate.yaw)
+            return self._waiting
+        self._waiting = None
+        setpoint = self._converter.setpoint(current.plan, now - current.start, estimate.arm_angles)
+        turning = self._converter.turning(current.plan, now - current.start)
+        back = goal is not None
+        beyond = (-1.0 if back else 1.0) * self.ahead(setpoint.yaw, estimate.door_angle) - _AHEAD
+        if beyond > 0.0:  # plans turn with a door that should move, and one that is held does not
+            kept = setpoint.yaw + (beyond if back else -beyond) * self._sense
+            setpoint, turning = replace(setpoint, yaw=kept), 0.0
+        aid = self._turning_aid.force(estimate.state, body_rates, turning, time_step, estimate.attitude_lag)
+        return replace(setpoint, force=setpoint.force + aid)
+
+    def ahead(self, yaw: float, door_angle: float) -> float:
+        """By how much a heading is ahead of the one that keeps step with the door, on the way to the scenario's goal [rad].
+
+        Args:
+            yaw: ψ [rad].
+            door_angle: α [rad].
+        """
+        return self._sense * math.remainder(yaw - float(self._model.on_the_way(door_angle)[2]), 2.0 * math.pi)
+
+    def _hinge(self, estimate: Estimate, torque: float) -> Hinge:
+        """What plans are told: the estimated parameters, and a disturbance that makes their sum what it is now.
+
+        Without an observer that finds that sum, it is the scenario's hinge.
+
+        Args:
+            estimate: Of door and hinge.
+            torque: Of the hinge now beyond what the scenario names [N m].
+        """
+        hinge, door = estimate.hinge, self._model.door
+        if not self._observed:
+            return Hinge.of(door, torque)
+        torque += (door.damping - hinge.damping) * estimate.door_rate
+        torque += (door.stiffness - hinge.stiffness) * (estimate.door_angle - door.rest_angle)
+        return Hinge(0.0, torque, hinge.inertia, hinge.damping, hinge.stiffness)
+
+    def _torque_of_wind(self, estimate: Estimate) -> float:
+        """Of the wind on the vehicle in the hinge, in the sense of damping: rotors that push against it do not push the leaf.
+
+        Plans know nothing else of it, and the controller leaves what acts along the normal to them.
+        """
+        wind = float(self._model.door.normal(estimate.door_angle) @ estimate.wind)
+        return self._model.coupling.lever_length * wind

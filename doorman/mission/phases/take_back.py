@@ -1,0 +1,82 @@
+"""Taking a gripped door that is given up back to where it was found: let go of farther on, a closer would fling it shut."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from doorman.control.estimation.estimator import Estimate, Tie
+from doorman.control.position_controller import Setpoint
+from doorman.mission.motion import planned_speed_back
+from doorman.mission.opening.door_opening import SILENT
+from doorman.mission.phases.attempt import Attempt
+from doorman.mission.phases.phase import GiveUp, MissionPhase, Next, Phase, Then
+
+Array = NDArray[np.float64]
+
+THERE = math.radians(1.0)
+"""A door that is no farther from where it was found is back [rad]."""
+_STEP, _STUCK = math.radians(0.5), 3.0
+"""One that does not move by so much [rad] within so long [s] is let go where it is."""
+
+
+class TakeBack(MissionPhase):
+    """Follows plans back to the start with the gripper closed."""
+
+    phase, at_the_leaf = Phase.TAKE_BACK, True
+
+    def __init__(self, attempt: Attempt, estimate: Estimate, before: MissionPhase | None) -> None:
+        super().__init__(attempt, estimate, before)
+        self._start = attempt.model.start_angle
+        self._stood_at, self._moved_at = estimate.door_angle, self.entered
+        attempt.held_leaf.begin(estimate.time)
+
+    @property
+    def tie(self) -> Tie:
+        """The gripper holds."""
+        return Tie.GRIPPED
+
+    @property
+    def closes_gripper(self) -> bool:
+        """True: the gripper opens where the door has been taken to."""
+        return True
+
+    def speed_back(self, estimate: Estimate) -> float:
+        """Speed with which the plan draws the tip back [m/s].
+
+        Args:
+            estimate: What is known now.
+        """
+        return planned_speed_back(self.attempt.converter, self.attempt.schedule.current, estimate.time)
+
+    def step(self, estimate: Estimate, body_rates: Array, time_step: float) -> tuple[Setpoint, Then]:
+        """Follow the plan back.
+
+        Args:
+            estimate: What is known now.
+            body_rates: Ω, shape (3,), body frame [rad/s].
+            time_step: Since the last tick [s].
+
+        Returns:
+            Setpoint, and the release once the door is back, or where it does not go back.
+        """
+        attempt, now, angle = self.attempt, estimate.time, estimate.door_angle
+        setpoint = attempt.held_leaf.follow(estimate, body_rates, estimate.door_disturbance, self._start)
+        if abs(angle - self._stood_at) > _STEP:
+            self._stood_at, self._moved_at = angle, now
+        if abs(angle - self._start) < THERE:
+            return setpoint, Next(Phase.RELEASE)
+        if now - self._moved_at > _STUCK or attempt.schedule.overdue(now) > SILENT:
+            stands = attempt.model.door.in_words(angle, 0)
+            return setpoint, Next(Phase.RELEASE, f"the door does not go back from {stands}")
+        return setpoint, None
+
+    def time_out(self, estimate: Estimate) -> Next | GiveUp:
+        """The release: the door is let go where it is.
+
+        Args:
+            estimate: What is known now.
+        """
+        return Next(Phase.RELEASE, f"the phase take_back took longer than {self.longest:g} s")
