@@ -21,7 +21,7 @@ _QUICK, _SLOW = 0.18, 0.24
 PX4's 0.3 s the force came when it was not wanted any more, and swung the vehicle about the tip until it fell."""
 _FADING = 4.0
 """Time in which the integral fades: what the rotors can do they do themselves [s]."""
-_MOST = 0.05
+_MOST = 0.1
 """Largest force, as a share of the weight."""
 _LEAST_LEVER = 0.15
 """With less between tip and body, across the leaf, the force would do too little [m]."""

@@ -40,7 +40,7 @@ def estimates(recording: Recording, model: Model) -> dict[str, dict[str, float]]
     found["torque"] = {
         "value": found["friction"]["value"] + found["stiffness"]["value"] * turned,
         "deviation": float(estimate["torque_deviation"][-1]),
-        "true": true["friction"] + true["stiffness"] * (rest - angle) + _leaning(model, angle),
+        "true": true["friction"] + true["stiffness"] * (rest - angle) + _preload(model) + _leaning(model, angle),
     }
     found = {
         name: _in_joint(figures, 1 if name in ("friction", "torque") else 2, arm) for name, figures in found.items()
@@ -50,6 +50,17 @@ def estimates(recording: Recording, model: Model) -> dict[str, dict[str, float]]
     if "door_angle_deviation" in estimate and math.isfinite(deviation := float(estimate["door_angle_deviation"][-1])):
         found["door_angle"] = {"value": float(estimate["state"][-1, 3]), "deviation": deviation, "true": angle}
     return found
+
+
+def _preload(model: Model) -> float:
+    """Torque of the true closer's preload beyond the one that the scenario names, against falling α [N m].
+
+    Args:
+        model: Model of the scenario.
+    """
+    door, true = model.true_door, model.scenario.simulation.door_preload
+    beyond = 0.0 if true is None else true - model.door.section.preload
+    return -door.torque_of_closer(door.per_angle * beyond)
 
 
 def _leaning(model: Model, angle: float) -> float:

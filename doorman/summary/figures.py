@@ -16,7 +16,14 @@ from doorman.simulation.reality.causes import true_causes
 from doorman.summary.estimates import estimates, largest_angle_error
 from doorman.summary.outcome import COMPLETED, GOAL_MISSED, STANDS, missed, rate_at_the_end, time_to_open, told_outcome
 from doorman.summary.plans import planner_figures, realtime_factor
-from doorman.summary.safety import collisions, contact_fraction, largest_push, largest_violation, min_clearance
+from doorman.summary.safety import (
+    collisions,
+    contact_fraction,
+    free_door_rate,
+    largest_push,
+    largest_violation,
+    min_clearance,
+)
 
 
 def summarize(recording: Recording, model: Model) -> dict[str, Any]:
@@ -67,6 +74,7 @@ def summarize(recording: Recording, model: Model) -> dict[str, Any]:
         "contact_fraction_after_1s": contact_fraction(recording, 1.0),
         "max_pull_force_n": float(truth["max_pull"].max()),
         "max_push_force_n": largest_push(recording),
+        "free_door_rate_deg_s_max": free_door_rate(recording),
         "door_angle_estimate_error_deg_max": largest_angle_error(recording),
         "estimates": estimates(recording, model),
         "true_causes": true_causes(recording, model),

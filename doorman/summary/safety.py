@@ -57,6 +57,21 @@ def _feels_the_frame(recording: Recording) -> NDArray[np.bool_]:
     return np.asarray(feels[phases])
 
 
+def free_door_rate(recording: Recording) -> float | None:
+    """Largest rate of a door that the vehicle has let go of, while the tip is off it [deg/s].
+
+    Args:
+        recording: Of a simulated run.
+
+    Returns:
+        [deg/s]; None if the vehicle has let go of no door.
+    """
+    truth, mission = recording["truth"], recording["mission"]
+    phases = np.maximum(np.searchsorted(mission.time, truth.time, side="right") - 1, 0)
+    free = np.isin(mission["state"], ("release", "retreat"))[phases] & (truth["touching"] == 0)
+    return math.degrees(float(np.abs(truth["door_rate"][free]).max())) if free.any() else None
+
+
 def largest_push(recording: Recording) -> float | None:
     """Largest push of the tip in any physics step, or at any tick in recordings that do not have that [N].
 

@@ -19,7 +19,7 @@ KEYS = {
     "opened", "final_door_angle_deg", "target_door_angle_deg", "time_to_open_s", "max_constraint_violation_m",
     "min_clearance_m", "collisions", "contact_fraction", "max_pull_force_n", "door_angle_estimate_error_deg_max",
     "went_through", "planner_ms", "planner_rate_hz", "deadline_misses", "realtime_factor", "attempts", "max_push_force_n",
-    "final_error", "unit", "final_opening", "target_opening", "true_causes",
+    "final_error", "unit", "final_opening", "target_opening", "true_causes", "free_door_rate_deg_s_max",
 }  # fmt: skip
 
 
@@ -230,6 +230,14 @@ def test_the_true_resistance_counts_where_the_closer_is_relaxed(told: dict, true
     assert torque["true"] == pytest.approx(0.3 + 0.5 * (rest - OPENING[-1]))
 
 
+def test_an_unknown_preload_is_part_of_what_resists() -> None:
+    true = []
+    for overrides in ({}, {"simulation.door_preload": 2.0}, {"simulation.door_preload": 2.0, "door.preload": 0.5}):
+        model = Model(Scenario.load("paper", {"mission.start": "contact", **overrides}))
+        true.append(summarize(made_up(model, OPENING), model)["estimates"]["torque"]["true"])
+    assert true[1] - true[0] == pytest.approx(2.0) and true[2] - true[0] == pytest.approx(1.5)
+
+
 def test_the_weight_of_a_leaf_whose_hinge_leans_is_part_of_what_resists() -> None:
     lean = {"simulation.door_lean": [0.0, 0.01], "simulation.door_mass": 20.0}
     true = {}
@@ -281,6 +289,15 @@ def test_between_attempts_the_tip_is_not_at_the_door(model: Model) -> None:
     summary = summarize(run, model)
     assert summary["attempts"] == 2
     assert summary["contact_fraction"] == pytest.approx(3 / 4), "of 0.2 to 0.4 s and 0.8 to 1.0 s"
+
+
+def test_a_door_that_is_flung_shut_behind_the_vehicle_counts(model: Model) -> None:
+    """Neither the door that the tip still holds, nor one that nobody had in hand yet."""
+    phases = [("open", "", 0.0), ("release", "why", 0.2), ("retreat", "why", 0.3), ("end", "why", 0.5)]
+    rates, touching = [9.0, 0.2, 0.3, 0.5, -1.5, 0.1], [True, True, True, False, False, False]
+    run = made_up(model, OPENING, phases=phases, door_rate=rates, touching=touching)
+    assert summarize(run, model)["free_door_rate_deg_s_max"] == pytest.approx(math.degrees(1.5))
+    assert summarize(made_up(model, OPENING), model)["free_door_rate_deg_s_max"] is None
 
 
 def test_share_of_time_in_contact_of_a_door_that_stays_shut(model: Model) -> None:

@@ -11,6 +11,7 @@ from doorman.control.estimation.estimator import Estimate
 from doorman.control.position_controller import Setpoint
 from doorman.mission.opening.door_opening import HEADING_LOST, DoorOpening
 from doorman.mission.opening.held_leaf import HeldLeaf
+from doorman.mission.opening.progress import STILL_OPEN
 from doorman.mission.opening.resistance import Resistance
 from doorman.mission.schedule import PlanSchedule
 from doorman.mission.since import since
@@ -21,7 +22,7 @@ Array = NDArray[np.float64]
 _STUCK = 10.0
 """Time without progress after which an opening is given up [s]."""
 _TOO_FAR_AHEAD = math.radians(22.0)
-_GIVES_WAY, _LEANS = 0.05, 0.5
+_GIVES_WAY, _LEANS = 0.05, 0.3
 """A gripping vehicle that is turned farther ahead of a door that is slower for so long leans on it, and is turned on [rad],
 [rad/s], [s]."""
 
@@ -70,6 +71,17 @@ class Opening(DoorOpening):
         """
         return self.resistance.keeps_the_door(estimate)
 
+    def done(self, now: float) -> bool:
+        """Whether the door has stood at the goal for long enough. It is then left where it is, as long as that is near enough.
+
+        Args:
+            now: [s].
+        """
+        done = super().done(now)
+        if done:
+            self.resistance.tolerance = STILL_OPEN
+        return done
+
     def step(self, estimate: Estimate, body_rates: Array) -> Setpoint:
         """Setpoint for now.
 
@@ -102,5 +114,4 @@ class Opening(DoorOpening):
             return f"the heading is lost: {turned:.0f}° off at {angle}"
         if self._progress.stuck_for(estimate.time) < _STUCK:
             return ""
-        resists = max(0.0, self._model.travel.ahead(estimate.door_disturbance))
-        return self._does_not_move(estimate, resists)
+        return self._does_not_move(estimate, max(0.0, self._model.coupling.lever_length * estimate.normal_force))

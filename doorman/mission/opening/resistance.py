@@ -45,7 +45,8 @@ class Resistance:
         control = model.scenario.control
         self._progress = progress
         self._goal, self._travel = model.goal_angle, model.travel
-        self._tolerance = model.scenario.push.hold_tolerance
+        self.tolerance = model.scenario.push.hold_tolerance
+        """Distance from the goal from which on plans are made to push harder [rad]."""
         self._observed = control.door_observer_rate > 0.0
         self._most = control.max_door_disturbance
         self._hinge = model.hinge_scale
@@ -97,7 +98,7 @@ class Resistance:
     def _nudge(self, off: float, rate: float, time_step: float) -> None:
         """Tell plans of more and more friction while the door sticks beside the goal: they push, or pull, harder."""
         stays = self._rest is not None and self._progress.passes > 1
-        if self._observed and not stays and abs(rate) < _STICKS and abs(off) > self._tolerance:
+        if self._observed and not stays and abs(rate) < _STICKS and abs(off) > self.tolerance:
             stiction = self._stiction + math.copysign(self._growth * min(abs(off) / NEARLY, 1.0) * time_step, off)
             self._stiction = min(max(stiction, -self._most_stiction), self._most_stiction)
         else:

@@ -13,11 +13,12 @@ from doorman.mission.motion import planned_speed_back
 from doorman.mission.opening.door_opening import SILENT
 from doorman.mission.phases.attempt import Attempt
 from doorman.mission.phases.phase import GiveUp, MissionPhase, Next, Phase, Then
+from doorman.mission.since import since
 
 Array = NDArray[np.float64]
 
-THERE = math.radians(1.0)
-"""A door that is no farther from where it was found is back [rad]."""
+THERE, _STAYS = math.radians(1.0), 0.5
+"""A door that has been no farther from where it was found for so long is back [rad], [s]."""
 _STEP, _STUCK = math.radians(0.5), 3.0
 """One that does not move by so much [rad] within so long [s] is let go where it is."""
 
@@ -31,6 +32,7 @@ class TakeBack(MissionPhase):
         super().__init__(attempt, estimate, before)
         self._start = attempt.model.start_angle
         self._stood_at, self._moved_at = estimate.door_angle, self.entered
+        self._there_since: float | None = None
         attempt.held_leaf.begin(estimate.time)
 
     @property
@@ -66,7 +68,8 @@ class TakeBack(MissionPhase):
         setpoint = attempt.held_leaf.follow(estimate, body_rates, estimate.door_disturbance, self._start)
         if abs(angle - self._stood_at) > _STEP:
             self._stood_at, self._moved_at = angle, now
-        if abs(angle - self._start) < THERE:
+        self._there_since = since(self._there_since, abs(angle - self._start) < THERE, now)
+        if self._there_since is not None and now - self._there_since > _STAYS:
             return setpoint, Next(Phase.RELEASE)
         if now - self._moved_at > _STUCK or attempt.schedule.overdue(now) > SILENT:
             stands = attempt.model.door.in_words(angle, 0)
