@@ -11,7 +11,6 @@ from doorman.control.estimation.estimator import Estimate
 from doorman.control.position_controller import Setpoint
 from doorman.mission.opening.door_opening import HEADING_LOST, DoorOpening
 from doorman.mission.opening.held_leaf import HeldLeaf
-from doorman.mission.opening.progress import STILL_OPEN
 from doorman.mission.opening.resistance import Resistance
 from doorman.mission.schedule import PlanSchedule
 from doorman.mission.since import since
@@ -72,14 +71,13 @@ class Opening(DoorOpening):
         return self.resistance.keeps_the_door(estimate)
 
     def done(self, now: float) -> bool:
-        """Whether the door has stood at the goal for long enough. It is then left where it is, as long as that is near enough.
+        """Whether the door has stood at the goal for long enough. Friction may then hold it where it is near enough.
 
         Args:
             now: [s].
         """
         done = super().done(now)
-        if done:
-            self.resistance.tolerance = STILL_OPEN
+        self.resistance.is_open = self.resistance.is_open or done
         return done
 
     def step(self, estimate: Estimate, body_rates: Array) -> Setpoint:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from doorman.control.estimation.estimator import Estimate
-from doorman.mission.opening.progress import NEARLY, SLOW, Progress
+from doorman.mission.opening.progress import NEARLY, SLOW, STILL_OPEN, Progress
 from doorman.model import Model
 
 _SWINGS = 0.02
@@ -45,8 +45,9 @@ class Resistance:
         control = model.scenario.control
         self._progress = progress
         self._goal, self._travel = model.goal_angle, model.travel
-        self.tolerance = model.scenario.push.hold_tolerance
-        """Distance from the goal from which on plans are made to push harder [rad]."""
+        self._tolerance = model.scenario.push.hold_tolerance
+        self.is_open = False
+        """Whether the door has been brought to the goal: friction may then hold it where it is near enough."""
         self._observed = control.door_observer_rate > 0.0
         self._most = control.max_door_disturbance
         self._hinge = model.hinge_scale
@@ -79,7 +80,8 @@ class Resistance:
             time_step: Since the last tick [s].
         """
         off = estimate.door_angle - self._goal
-        self._nudge(off, self._progress.rate, time_step)  # averaged: the noise of a rate is no motion
+        held = self.is_open and estimate.hinge.friction >= _NO_FRICTION * self._hinge
+        self._nudge(off, STILL_OPEN if held else self._tolerance, time_step)
         resists = self._travel.ahead(self._gripped(off, estimate) - self._stiction)
         return self._travel.ahead(min(resists, self._most))
 
@@ -95,10 +97,11 @@ class Resistance:
         unsure = min(hinge.spare_deviation, _UNSURE * self._hinge)
         return self.in_swing >= _LEAST_RESISTANCE * self._hinge and hinge.spare + unsure > 0.0
 
-    def _nudge(self, off: float, rate: float, time_step: float) -> None:
+    def _nudge(self, off: float, tolerance: float, time_step: float) -> None:
         """Tell plans of more and more friction while the door sticks beside the goal: they push, or pull, harder."""
         stays = self._rest is not None and self._progress.passes > 1
-        if self._observed and not stays and abs(rate) < _STICKS and abs(off) > self.tolerance:
+        sticks = abs(self._progress.rate) < _STICKS  # averaged: the noise of a rate is no motion
+        if self._observed and not stays and sticks and abs(off) > tolerance:
             stiction = self._stiction + math.copysign(self._growth * min(abs(off) / NEARLY, 1.0) * time_step, off)
             self._stiction = min(max(stiction, -self._most_stiction), self._most_stiction)
         else:
