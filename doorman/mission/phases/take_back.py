@@ -17,8 +17,8 @@ from doorman.mission.since import since
 
 Array = NDArray[np.float64]
 
-THERE, _STAYS = math.radians(1.0), 0.5
-"""A door that has been no farther from where it was found for so long is back [rad], [s]."""
+THERE, _LEVELS = math.radians(1.0), 0.7
+"""A door that is no farther from where it was found is back [rad]. The vehicle stops pushing within this time [s]."""
 _STEP, _STUCK = math.radians(0.5), 3.0
 """One that does not move by so much [rad] within so long [s] is let go where it is."""
 
@@ -65,11 +65,13 @@ class TakeBack(MissionPhase):
             Setpoint, and the release once the door is back, or where it does not go back.
         """
         attempt, now, angle = self.attempt, estimate.time, estimate.door_angle
-        setpoint = attempt.held_leaf.follow(estimate, body_rates, estimate.door_disturbance, self._start)
+        self._there_since = since(self._there_since, abs(angle - self._start) < THERE, now)
+        there_for = 0.0 if self._there_since is None else now - self._there_since
+        left = max(1.0 - there_for / _LEVELS, 0.0)
+        setpoint = attempt.held_leaf.follow(estimate, body_rates, left * estimate.door_disturbance, self._start)
         if abs(angle - self._stood_at) > _STEP:
             self._stood_at, self._moved_at = angle, now
-        self._there_since = since(self._there_since, abs(angle - self._start) < THERE, now)
-        if self._there_since is not None and now - self._there_since > _STAYS:
+        if there_for > _LEVELS:
             return setpoint, Next(Phase.RELEASE)
         if now - self._moved_at > _STUCK or attempt.schedule.overdue(now) > SILENT:
             stands = attempt.model.door.in_words(angle, 0)
