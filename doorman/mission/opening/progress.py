@@ -16,7 +16,7 @@ STILL_OPEN = math.radians(1.5)
 """A held door that is farther from the goal is pushed again, if it is not open enough [rad]."""
 SLOW = 0.005
 """A gripped door that is slower at the goal, for a while, is taken to stay there [rad/s],"""
-_AT_GOAL = math.radians(0.9)
+AT_GOAL = math.radians(0.9)
 """if it is no farther off [rad];"""
 _LENIENCE = math.radians(0.35)
 """by which that is more with every time that it passed the goal but the first, up to `_NEAR`: it sticks and slips [rad]."""
@@ -101,7 +101,7 @@ class Progress:
     @property
     def at_goal(self) -> float:
         """Distance from the goal at which a gripped door may stay [rad]."""
-        return min(_AT_GOAL + _LENIENCE * max(0, self.passes - 1), _NEAR)
+        return min(AT_GOAL + _LENIENCE * max(0, self.passes - 1), _NEAR)
 
     @property
     def swung(self) -> bool:

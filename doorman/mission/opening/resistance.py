@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from doorman.control.estimation.estimator import Estimate
-from doorman.mission.opening.progress import NEARLY, SLOW, STILL_OPEN, Progress
+from doorman.mission.opening.progress import AT_GOAL, NEARLY, SLOW, Progress
 from doorman.model import Model
 
 _SWINGS = 0.02
@@ -81,7 +81,7 @@ class Resistance:
         """
         off = estimate.door_angle - self._goal
         held = self.is_open and estimate.hinge.friction >= _NO_FRICTION * self._hinge
-        self._nudge(off, STILL_OPEN if held else self._tolerance, time_step)
+        self._nudge(off, AT_GOAL if held else self._tolerance, time_step)
         resists = self._travel.ahead(self._gripped(off, estimate) - self._stiction)
         return self._travel.ahead(min(resists, self._most))
 

@@ -236,7 +236,8 @@ def test_a_gripper_that_pulls_is_unloaded_before_it_opens() -> None:
     held = hand(24.0, math.inf, lambda off, rate: 300.0 * (-math.radians(12.0) - off) - 150.0 * rate)
     recording, _ = flown(held, "paper", mission__attempts=1)
     truth, command, release = recording["truth"], recording["command"], phases(recording).index("release")
-    assert "does not move on" in recording["mission"]["message"][release]
+    assert "does not move on" in recording["mission"]["message"][release - 1]
+    assert "does not go back" in recording["mission"]["message"][release]
     given_up = recording["mission"].time[release]
     let_go = command.time[np.flatnonzero(command["grip"])[-1]]
     pull = np.abs(truth["tip_normal_force"])
