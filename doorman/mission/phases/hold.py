@@ -18,8 +18,8 @@ Array = NDArray[np.float64]
 
 _STANDS, _AVERAGED, _STOOD = 0.006, 0.5, 1.0
 """A held door is not left yet that has been faster within the last second, on average over half of one [rad/s], [s], [s]."""
-_PATIENCE = 5.0
-"""Hold times for which a held door that is not open enough is pushed again before the mission ends,"""
+_PATIENCE, _MOVING = 5.0, 10.0
+"""Hold times for which a held door that is not open enough is pushed again before the mission ends, and for which it may move,"""
 OPEN_ENOUGH = math.radians(2.0)
 """and is given up if it is farther off by then; nor is a door open that is farther off when the mission ends [rad]."""
 
@@ -72,7 +72,7 @@ class Hold(MissionPhase):
     def _judge(self, estimate: Estimate, time_step: float) -> Then:
         settings = self.attempt.settings
         held, off = estimate.time - self.entered, abs(estimate.door_angle - self._goal)
-        stands, is_open = self._stands(estimate, off, time_step), off < OPEN_ENOUGH
+        stands, is_open = self._stands(estimate, time_step), off < OPEN_ENOUGH
         self._open_at = estimate.time if is_open else self._open_at
         angle = self.attempt.model.door.in_words(estimate.door_angle, 0)
         if self._waits:
@@ -81,7 +81,8 @@ class Hold(MissionPhase):
             if is_open and held >= settings.time_out.hold:
                 return GiveUp(f"the door did not stay by itself, and the vehicle let go after {held:.0f} s")
             return None
-        if held < settings.hold_open * (1.0 if stands else _PATIENCE):
+        patience = (1.0 if off < STILL_OPEN else _PATIENCE) if stands else _MOVING
+        if held < settings.hold_open * patience:
             return None
         if not is_open:
             return GiveUp(f"the door could not be held at the goal, and is at {angle}", for_good=False)
@@ -93,9 +94,8 @@ class Hold(MissionPhase):
         self.attempt.keeps_hold = True
         return Next(Phase.DONE)
 
-    def _stands(self, estimate: Estimate, off: float, time_step: float) -> bool:
-        """Whether the door has stood at the goal for long enough."""
+    def _stands(self, estimate: Estimate, time_step: float) -> bool:
+        """Whether the door has stood for long enough."""
         self._rate += min(time_step / _AVERAGED, 1.0) * (estimate.door_rate - self._rate)
-        still = off < STILL_OPEN and abs(self._rate) < _STANDS
-        self._stands_since = since(self._stands_since, still, estimate.time)
+        self._stands_since = since(self._stands_since, abs(self._rate) < _STANDS, estimate.time)
         return self._stands_since is not None and estimate.time - self._stands_since >= _STOOD
