@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from doorman.recording import Recording
 from doorman.visualization.style import Axes
 
-TIED = ("touch", "open", "hold", "recover")
+TIED = ("touch", "open", "hold", "recover", "take_back")
 """Phases in which the tip is at the door."""
 
 _SHADES = ("0.93", "1.0")
