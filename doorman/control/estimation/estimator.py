@@ -64,6 +64,8 @@ class Tie(Enum):
     """It is tied to the leaf."""
 
 
+_NOISE = 2.0
+"""Bound of the hinge's observer, as a multiple of what plans are told of: noise that is cut off at one end would be a bias."""
 _AS_KERNELS_HAVE_IT = {Tie.FREE: FREE, Tie.PUSHING: PUSHING, Tie.LEAVING: LEAVING, Tie.GRIPPED: GRIPPED}
 
 
@@ -228,7 +230,8 @@ class Estimator:
         """Forget the leaf and its hinge: it may be anywhere, and what was learnt when something went wrong may be wrong."""
         control = self._model.scenario.control
         self.door = DoorFilter(self._model, self._model.scenario.estimation)
-        self._hinge_torque = DoorObserver(self._model, control.door_observer_rate, control.max_door_disturbance)
+        most = _NOISE * control.max_door_disturbance
+        self._hinge_torque = DoorObserver(self._model, control.door_observer_rate, most)
         self.contact.declare(False)
         self._kept = held(self._parts())
 

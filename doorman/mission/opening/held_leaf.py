@@ -14,10 +14,13 @@ from doorman.control.state_converter import StateConverter
 from doorman.control.turning_aid import TurningAid
 from doorman.mission.schedule import PlanSchedule, Wanted
 from doorman.model import Model
+from doorman.planning.grip.pushes import LargestPushes
 from doorman.planning.hinge import Hinge
 
 Array = NDArray[np.float64]
 
+_SHARE = 0.98
+"""Of the torque that the vehicle makes, the most that plans are told of; a door that takes more stands still."""
 _AHEAD = math.radians(16.0)
 """No heading is asked for that is farther ahead of a gripped door; where the door gives way, it is 15° at most [rad]."""
 
@@ -35,7 +38,7 @@ class HeldLeaf:
         self._model, self._converter, self._schedule = model, converter, schedule
         self._observed = model.scenario.control.door_observer_rate > 0.0
         self._sense = math.copysign(1.0, float(model.goal_state[2] - model.start_state[2]))
-        self._turning_aid = TurningAid(model)
+        self._turning_aid, self._pushes = TurningAid(model), LargestPushes(model)
         self._waiting: Setpoint | None = None
         self._last = 0.0
 
@@ -104,7 +107,24 @@ class HeldLeaf:
             return Hinge.of(door, torque)
         torque += (door.damping - hinge.damping) * estimate.door_rate
         torque += (door.stiffness - hinge.stiffness) * (estimate.door_angle - door.rest_angle)
-        return Hinge(0.0, torque, hinge.inertia, hinge.damping, hinge.stiffness)
+        return self._within_reach(
+            Hinge(0.0, torque, hinge.inertia, hinge.damping, hinge.stiffness), estimate.door_angle
+        )
+
+    def _within_reach(self, hinge: Hinge, angle: float) -> Hinge:
+        """A hinge that the vehicle can move, here and on the way to the scenario's goal: its estimate is as noisy as the poses.
+
+        Args:
+            hinge: As estimated.
+            angle: α [rad].
+        """
+        model, rest = self._model, self._model.door.rest_angle
+        lever, weight = _SHARE * model.coupling.lever_length, model.door.weight_torque(angle)
+        most, total = lever * self._pushes.at(angle), hinge.torque_at_rest(angle, rest) + weight
+        total, left = min(max(total, -most), most), abs(model.goal_angle - angle)
+        room = lever * self._pushes.at(model.goal_angle) - model.travel.ahead(total)
+        stiffness = min(hinge.stiffness, max(room, 0.0) / left) if left > 0.0 else hinge.stiffness
+        return hinge._replace(stiffness=stiffness, disturbance=total - weight - stiffness * (angle - rest))
 
     def _torque_of_wind(self, estimate: Estimate) -> float:
         """Of the wind on the vehicle in the hinge, in the sense of damping: rotors that push against it do not push the leaf.
