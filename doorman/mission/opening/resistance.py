@@ -18,11 +18,13 @@ _NUDGE = 0.8
 """Growth of the friction that plans are told of while a door sticks, of the shipped vehicle [N m/s]."""
 _FORGOTTEN = 0.3
 """Time in which it is forgotten once the door moves [s]."""
-_MOST_STICTION = 1.5
+_MOST_STICTION = 0.7
 """Of the shipped vehicle, as this is as much as plans are made to push harder [N m]."""
 _ARRIVED = math.radians(0.5)
 _ARRIVING = 0.05
 """A gripped door that comes this near to the goal, and is no faster, is left to its friction [rad], [rad/s]."""
+_AVERAGED, _STAYS = 0.5, 2.0
+"""Over which a torque that is to hold the door is averaged [s]; friction has held it that has done so for longer [s]."""
 _NO_FRICTION = 0.1
 """A gripped room door with less, by estimate, does not rest by itself [N m]."""
 _LEFT_TO_FRICTION = 0.7
@@ -58,8 +60,9 @@ class Resistance:
         self.in_swing = 0.0
         """Torque against the way to the goal while the door swung last [N m]."""
         self._stiction = 0.0
+        self._average: float | None = None
         self._rest: float | None = None
-        self._rested = False
+        self._rested, self._stood = False, 0.0
 
     def learn(self, estimate: Estimate, time_step: float) -> None:
         """Take in what the door resists with while it swings. Once per tick.
@@ -79,9 +82,16 @@ class Resistance:
             estimate: What is known now.
             time_step: Since the last tick [s].
         """
-        off = estimate.door_angle - self._goal
-        held = self.is_open and estimate.hinge.friction >= _NO_FRICTION * self._hinge
-        self._nudge(off, AT_GOAL if held else self._tolerance, time_step)
+        off, torque = estimate.door_angle - self._goal, estimate.door_disturbance
+        average = torque if self._average is None else self._average
+        self._average = average + min(time_step / _AVERAGED, 1.0) * (torque - average)
+        stands = self._rest is not None and abs(self._progress.rate) < SLOW
+        self._stood = self._stood + time_step if stands else 0.0
+        self._rested = self._rested and self._stood < _STAYS  # friction that has held it once may hold it again
+        rests = estimate.hinge.friction >= _NO_FRICTION * self._hinge and (
+            self.is_open or self._travel.ahead(off) > 0.0
+        )
+        self._nudge(off, AT_GOAL if rests else self._tolerance, time_step)
         resists = self._travel.ahead(self._gripped(off, estimate) - self._stiction)
         return self._travel.ahead(min(resists, self._most))
 
@@ -114,6 +124,7 @@ class Resistance:
         follows whatever it is pushed with: what is estimated brings it to the goal, and a torque of the moment away from it.
         """
         torque, rate = estimate.door_disturbance, self._progress.rate
+        average = torque if self._average is None else self._average
         if estimate.hinge.friction < _NO_FRICTION * self._hinge:
             self._rest = None
         elif abs(off) > self._progress.at_goal:
@@ -121,10 +132,10 @@ class Resistance:
             if off * rate > 0.0 and abs(rate) > _STICKS:  # it passes the goal, or leaves it
                 torque = _left_to_friction(torque, estimate.hinge.friction, rate)
         elif self._progress.passes > 1 and abs(rate) < SLOW:
-            self._rest = torque if self._rest is None else self._rest
+            self._rest = average if self._rest is None else self._rest
         elif not self._rested and abs(off) < _ARRIVED and abs(rate) < _ARRIVING:
             self._rested = True  # once: a door that does not stay so is held against its friction
-            self._rest = _left_to_friction(torque, estimate.hinge.friction, rate)
+            self._rest = _left_to_friction(average, estimate.hinge.friction, rate)
         return torque if self._rest is None else self._rest
 
 
