@@ -71,7 +71,7 @@ class Resistance:
             estimate: What is known now.
             time_step: Since the last call [s].
         """
-        if self._travel.ahead(estimate.door_rate) > _SWINGS:
+        if self._travel.ahead(self._progress.rate) > _SWINGS:
             resists = self._travel.ahead(estimate.door_disturbance)
             self.in_swing += min(time_step / _LEARNT, 1.0) * (resists - self.in_swing)
 
