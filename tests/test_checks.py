@@ -120,13 +120,13 @@ def test_no_argument_takes_what_is_no_number(planner, model, value):
         "max_iterations": [lambda: planner.plan(state, max_iterations=value)],
         "elapsed": [lambda: planner.replan(state, value)],
         "margin": [lambda: planner.update_margin(value)],
-        "door_angle": [lambda: model.on_the_way(value), lambda: planner.update_goal(value)],
+        "door_angle": [lambda: planner.update_goal(value), lambda: model.on_the_way(value)],
         "disturbance": [lambda: planner.update_door(disturbance=value)],
         "damping": [lambda: planner.update_door(damping=value)],
     }
     for field, calls in uses.items():
         for call in calls:
-            if value is None and field in ("elapsed", "disturbance", "damping") and call is calls[0]:
+            if value is None and field in ("elapsed", "door_angle", "disturbance", "damping") and call is calls[0]:
                 continue  # not given
             with pytest.raises(DoormanError) as caught:
                 call()

@@ -88,13 +88,16 @@ def arm_rates_to(target: Array, arm_angles: Array) -> Array:
     return np.asarray(rates * min(1.0, _ARM_RATE / max(float(np.abs(rates).max(initial=0.0)), 1e-9)))
 
 
-def planned_speed_back(converter: StateConverter, current: TimedPlan | None, now: float) -> float:
+def planned_speed_back(converter: StateConverter, current: TimedPlan | None, now: float, most: float) -> float:
     """Speed with which a plan draws the tip back along the leaf's normal [m/s].
+
+    A plan begins with the speed that was measured: of a tip that is thrown back, no more than a plan makes is its own.
 
     Args:
         converter: The state converter.
         current: The plan that is followed.
         now: [s].
+        most: What plans make [m/s].
     """
     rate = 0.0 if current is None else converter.door_rate(current.plan, now - current.start)
-    return max(0.0, converter.model.coupling.lever_length * rate)
+    return min(max(0.0, converter.model.coupling.lever_length * rate), most)

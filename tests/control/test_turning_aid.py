@@ -58,7 +58,7 @@ def test_it_grows_to_its_limit_while_the_vehicle_does_not_turn_and_fades_afterwa
     assert grown > 1.5 * first
     for _ in range(4000):
         most = np.linalg.norm(aid.force(state, STILL, -2.0, 0.005, QUICK))
-    assert most == pytest.approx(0.05 * model.vehicle.mass * GRAVITY)
+    assert most == pytest.approx(0.1 * model.vehicle.mass * GRAVITY)
     for _ in range(8000):
         faded = np.linalg.norm(aid.force(state, STILL, 0.0, 0.005, QUICK))
     assert faded < 0.01

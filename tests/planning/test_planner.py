@@ -81,7 +81,7 @@ def test_a_gripped_door_is_brought_to_another_goal(kind: str) -> None:
     back = planner.plan(goal)
     assert back.flyable
     reduced, _ = planner.planning.reduced(back.states, back.inputs)
-    assert reduced[-1, 3] - model.goal_angle > 0.5 * (model.start_angle - model.goal_angle)
+    assert reduced[-1, 3] > model.goal_angle + 0.1
     assert reduced[-1, 2] > reduced[0, 2], "the heading keeps step"
     planner.update_goal(None)
     assert planner.plan(goal).cost < 0.01 * back.cost, "it is there already"

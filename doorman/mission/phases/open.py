@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -14,6 +16,8 @@ from doorman.mission.phases.phase import GiveUp, MissionPhase, Next, Phase, Then
 
 Array = NDArray[np.float64]
 
+_CORRECTS = 0.15
+"""A plan that pushes a door open draws the tip back no faster, where the door has passed the goal [m/s]."""
 _SURE = 2.0
 """Contact with a leaf that had to be looked for, lost again within this time, may have been none [s]."""
 
@@ -47,7 +51,8 @@ class Open(MissionPhase):
         """
         if not self.attempt.grips:
             return 0.0
-        return planned_speed_back(self.attempt.converter, self.attempt.schedule.current, estimate.time)
+        most = math.inf if self.attempt.model.travel.sense > 0.0 else _CORRECTS
+        return planned_speed_back(self.attempt.converter, self.attempt.schedule.current, estimate.time, most)
 
     def step(self, estimate: Estimate, body_rates: Array, time_step: float) -> tuple[Setpoint, Then]:
         """Follow the plan, and judge where the door is.

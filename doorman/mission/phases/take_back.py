@@ -19,6 +19,8 @@ Array = NDArray[np.float64]
 
 THERE, _LEVELS = math.radians(1.0), 0.7
 """A door that is no farther from where it was found is back [rad]. The vehicle stops pushing within this time [s]."""
+_DRAWS_BACK = 0.35
+"""Plans draw the tip back no faster [m/s]."""
 _STEP, _STUCK = math.radians(0.5), 3.0
 """One that does not move by so much [rad] within so long [s] is let go where it is."""
 
@@ -51,7 +53,7 @@ class TakeBack(MissionPhase):
         Args:
             estimate: What is known now.
         """
-        return planned_speed_back(self.attempt.converter, self.attempt.schedule.current, estimate.time)
+        return planned_speed_back(self.attempt.converter, self.attempt.schedule.current, estimate.time, _DRAWS_BACK)
 
     def step(self, estimate: Estimate, body_rates: Array, time_step: float) -> tuple[Setpoint, Then]:
         """Follow the plan back.

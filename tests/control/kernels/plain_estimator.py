@@ -129,7 +129,7 @@ class PlainEstimator:
         """Forget the leaf and its hinge: it may be anywhere, and what was learnt when something went wrong may be wrong."""
         control = self._model.scenario.control
         self.door = DoorFilter(self._model, self._model.scenario.estimation)
-        self._hinge_torque = PlainHinge(self._model, control.door_observer_rate, control.max_door_disturbance)
+        self._hinge_torque = PlainHinge(self._model, control.door_observer_rate, 2.0 * control.max_door_disturbance)
         self.contact.declare(False)
 
     def _follow_wind(self, free: bool, time_step: float) -> None:
