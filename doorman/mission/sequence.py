@@ -81,7 +81,7 @@ class Sequence:
     ) -> None:
         self.attempt = Attempt(model, converter, schedule, estimator)
         """What the phases share, and what came of it."""
-        self._first = Phase.HOVER if model.scenario.mission.start == "hover" else Phase.OPEN
+        self._first = _first(model)
         self._now: MissionPhase | None = None
         self._on_change = on_change
         self._guard = Guard(self.attempt)
@@ -103,9 +103,7 @@ class Sequence:
         """What is known of tip and leaf in this phase."""
         if self._now is not None:
             return self._now.tie
-        if self._first is Phase.HOVER:
-            return Tie.FREE
-        return Tie.GRIPPED if self.attempt.grips else Tie.PUSHING
+        return Tie.FREE if self._first is Phase.HOVER else Tie.PUSHING
 
     def abort(self, estimate: Estimate, reason: str, at_once: bool = False) -> None:
         """Give up for good: let go of the door, gently unless `at_once`, retreat and hover.
@@ -201,3 +199,10 @@ class Sequence:
             self._slam.reset()
             return False
         return self._slam.update(estimate, now.closes_gripper, now.leaves, now.speed_back(estimate), time_step)
+
+
+def _first(model: Model) -> Phase:
+    """Phase with which a mission begins: a gripper that is on the leaf is tried before it moves the door."""
+    if model.scenario.mission.start == "hover":
+        return Phase.HOVER
+    return Phase.TOUCH if model.scenario.contact.kind == "grip" else Phase.OPEN
