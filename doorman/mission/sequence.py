@@ -145,8 +145,10 @@ class Sequence:
             self._follow(self._guard.judge(now, estimate), estimate)
         now = self._current(estimate)
         closes, holds = now.closes_gripper, now.holds(estimate.time)
-        if self.attempt.grips and self._grip_watch.is_loose(estimate, closes, holds, time_step):
-            self._follow(now.without_hold(estimate), estimate)
+        if self.attempt.grips:
+            place = self.attempt.converter.tip_offset(estimate.position, estimate.state)
+            if self._grip_watch.is_loose(estimate, place, closes, holds, time_step):
+                self._follow(now.without_hold(estimate), estimate)
         setpoint, then = self._current(estimate).step(estimate, body_rates, time_step)
         self._follow(then, estimate)
         return Action(setpoint, self._current(estimate).closes_gripper)
