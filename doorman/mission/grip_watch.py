@@ -24,6 +24,8 @@ _SURELY = 0.12
 _OFF, _OFF_FOR = 0.03, 0.05
 """A tip that is so far beside its place on the leaf for so long has come off [m], [s]. A vehicle whose tip comes free turns about
 its own centre, and the tip moves by 5 cm in 0.1 s. A held one seems to for 0.01 s, as a gap of 0.2 s in the poses ends."""
+_JUMP = 0.01
+"""A place that is so far off one tick later has not moved: the frame of the poses has jumped, or a gap has ended [m]."""
 _BEHIND = 0.015
 """Farther back than where the gripper closed, and than the closed leaf, no held tip comes [m]: it gives way by 1 mm at 5 N."""
 _CLOSED = math.radians(1.0)
@@ -86,6 +88,7 @@ class GripWatch:
         self._pushed, self._answered = _Sums(), _Sums()
         self._loose_for = self._off_for = 0.0
         self._held: tuple[float, float] | None = None
+        self._place: tuple[float, float] | None = None
 
     def is_loose(
         self, estimate: Estimate, place: tuple[float, float], closes: bool, holds: bool, time_step: float
@@ -121,7 +124,9 @@ class GripWatch:
 
     def _is_off(self, place: tuple[float, float], time_step: float) -> bool:
         """Whether the tip has left its place on the leaf [m]."""
-        held = self._held or place
+        held, before, self._place = self._held or place, self._place or place, place
+        if math.dist(before, place) > _JUMP:
+            held = held[0] + place[0] - before[0], held[1] + place[1] - before[1]
         off, share = (place[0] - held[0], place[1] - held[1]), _share(time_step / _WINDOW)
         self._held = held[0] + share * off[0], held[1] + share * off[1]
         return math.hypot(*off) > _OFF

@@ -133,6 +133,7 @@ def test_a_leaf_that_begins_open_may_come_back() -> None:
         (lambda time: 0.018 * time, None),  # creeps, about a hinge that is 3 cm from its place in the map
         (lambda time: 0.04 if time < 0.03 else 0.0, None),  # seems to jump, as a gap in the poses ends
         (lambda time: 0.012 * math.sin(30.0 * time), None),  # is noisy
+        (lambda time: 0.05, None),  # jumps with the frame of the poses
     ],
 )
 @pytest.mark.parametrize("axis", [0, 1])
