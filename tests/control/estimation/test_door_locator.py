@@ -127,6 +127,21 @@ def test_the_deviation_of_the_angle_is_that_of_what_it_is_measured_against(
     assert locator.angle_deviation(angle) == pytest.approx(float(np.std(angles)), rel=0.06)
 
 
+def test_the_frame_of_the_poses_walks_until_the_tip_leaves_the_leaf() -> None:
+    model = model_of("push", estimation__frame_walk=0.001)
+    locator, angle = DoorLocator(model), 0.6
+    here = measured(model, model.door.hinge_position, 0.0)
+    locator.update(here, False, False, TICK)
+    covariance = np.diag([0.002, 0.003, 0.004]) ** 2
+    locator.learn(FrameFit(model.door.hinge_position, np.zeros(2), 0.0, covariance, time=25.0, walk=0.001))
+    assert locator.deviations == pytest.approx([math.hypot(0.002, 0.005), math.hypot(0.003, 0.005), 0.004])
+    touched = locator.angle_deviation(angle)
+    for time, touches in ((61.0, True), (90.0, False)):
+        locator.update(replace(here, time=time), touches, False, TICK)
+        walked = 0.006 / model.coupling.lever_length
+        assert locator.angle_deviation(angle) == pytest.approx(math.hypot(touched, walked))
+
+
 @pytest.mark.slow
 def test_a_flight_ends_at_the_true_angle_of_a_door_that_stands_elsewhere() -> None:
     """3 cm and 3 degrees: without the pose of the door the flight ends 2 degrees off."""
