@@ -63,7 +63,8 @@ class DoorLocator:
         self._covariance = np.diag([self._doubt[0] ** 2, self._doubt[0] ** 2, 0.0])
         self._walk = settings.frame_walk**2 * np.diag([1.0, 1.0, 0.0])  # of that, in a second
         self._began: float | None = None
-        self._located_at = self._touched_at = 0.0  # h measured last, and the leaf
+        self._located_at = self._now = 0.0  # h measured last, and time
+        self._touches = False
         self._goes_round = False
         self.frame: FrameFit | None = None
         """What touches of the frame have found."""
@@ -101,19 +102,20 @@ class DoorLocator:
     def angle_deviation(self, door_angle: float) -> float:
         r"""Standard deviation of α from that of the door's place, :math:`\delta\alpha = n_D^T\delta h/D - \delta\psi`.
 
-        The frame of the poses has walked from the touches of the door's frame up to the last one of the leaf.
+        The frame of the poses has walked since the touches of the door's frame.
 
         Args:
             door_angle: α [rad].
 
         Returns:
-            [rad]; NaN as long as no frame has been touched: h and ψ are known together from there alone.
+            [rad]; NaN where the tip does not touch the leaf, and as long as no frame has been touched: h and ψ are known
+            together from there alone.
         """
-        if self.frame is None:
+        if self.frame is None or not self._touches:
             return math.nan
         normal = self._door.normal(door_angle)[:2] / self._model.coupling.lever_length
         slope = np.array([*normal, -self._door.hand])
-        covariance = self.frame.covariance_at(max(self._touched_at, self.frame.time))
+        covariance = self.frame.covariance_at(self._now)
         return math.sqrt(float(slope @ covariance @ slope))
 
     def update(self, measured: Measurement, touches: bool, grips: bool, time_step: float) -> None:
@@ -127,8 +129,7 @@ class DoorLocator:
         """
         self._follow(time_step)
         self._began = measured.time if self._began is None else self._began
-        if touches:
-            self._touched_at = measured.time
+        self._now, self._touches = measured.time, touches
         if not self._works:
             return
         if self._ended or not (touches or grips):

@@ -118,6 +118,7 @@ def test_the_deviation_of_the_angle_is_that_of_what_it_is_measured_against(
     door, angle, lever = model.door, 0.6, model.coupling.lever_length
     root = np.array([[0.003, 0.0, 0.0], [0.001, 0.002, 0.0], [0.002, -0.001, 0.003]])
     locator = DoorLocator(model)
+    locator.update(measured(model, door.hinge_position, 0.0), True, False, TICK)
     assert math.isnan(locator.angle_deviation(angle))
     locator.learn(FrameFit(door.hinge_position, np.zeros(2), 0.0, root @ root.T))
     away, angles = lever * door.leaf_direction(angle), []
@@ -127,7 +128,7 @@ def test_the_deviation_of_the_angle_is_that_of_what_it_is_measured_against(
     assert locator.angle_deviation(angle) == pytest.approx(float(np.std(angles)), rel=0.06)
 
 
-def test_the_frame_of_the_poses_walks_until_the_tip_leaves_the_leaf() -> None:
+def test_the_deviation_of_the_angle_grows_as_the_frame_of_the_poses_walks() -> None:
     model = model_of("push", estimation__frame_walk=0.001)
     locator, angle = DoorLocator(model), 0.6
     here = measured(model, model.door.hinge_position, 0.0)
@@ -135,11 +136,14 @@ def test_the_frame_of_the_poses_walks_until_the_tip_leaves_the_leaf() -> None:
     covariance = np.diag([0.002, 0.003, 0.004]) ** 2
     locator.learn(FrameFit(model.door.hinge_position, np.zeros(2), 0.0, covariance, time=25.0, walk=0.001))
     assert locator.deviations == pytest.approx([math.hypot(0.002, 0.005), math.hypot(0.003, 0.005), 0.004])
+    assert math.isnan(locator.angle_deviation(angle)), "nothing measures it"
+    locator.update(replace(here, time=25.0), True, False, TICK)
     touched = locator.angle_deviation(angle)
-    for time, touches in ((61.0, True), (90.0, False)):
-        locator.update(replace(here, time=time), touches, False, TICK)
-        walked = 0.006 / model.coupling.lever_length
-        assert locator.angle_deviation(angle) == pytest.approx(math.hypot(touched, walked))
+    locator.update(replace(here, time=61.0), True, False, TICK)
+    walked = 0.006 / model.coupling.lever_length
+    assert locator.angle_deviation(angle) == pytest.approx(math.hypot(touched, walked))
+    locator.update(replace(here, time=61.1), False, False, TICK)
+    assert math.isnan(locator.angle_deviation(angle)), "the tip has left the leaf, which may move"
 
 
 @pytest.mark.slow
