@@ -1,4 +1,4 @@
-"""Whether a closed gripper holds the leaf: a loose tip feels nothing of a change of its push.
+"""Whether a closed gripper holds the leaf: a loose tip leaves its place there, and feels nothing of a change of its push.
 
 A tip that is pulled back through the place of the closed leaf is loose as well: the leaf stops there.
 """
@@ -21,6 +21,11 @@ _FELT = 0.25
 """Share of the push that leaf and hinge take at least: a leaf of 3 kg that nothing holds takes half of it."""
 _SURELY = 0.12
 """For which it must have been less [s]."""
+_OFF, _OFF_FOR = 0.03, 0.05
+"""A tip that is so far beside its place on the leaf for so long has come off [m], [s]. A vehicle whose tip comes free turns about
+its own centre, and the tip moves by 5 cm in 0.1 s. A held one seems to for 0.01 s, as a gap of 0.2 s in the poses ends."""
+_JUMP = 0.01
+"""A place that is so far off one tick later has not moved: the frame of the poses has jumped, or a gap has ended [m]."""
 _BEHIND = 0.015
 """Farther back than where the gripper closed, and than the closed leaf, no held tip comes [m]: it gives way by 1 mm at 5 N."""
 _CLOSED = math.radians(1.0)
@@ -62,6 +67,8 @@ class GripWatch:
     force is, by the three poles of the vehicle's observer. Deviations over a short window are compared: of a push that was felt
     before the gripper slipped nothing is left in it.
 
+    A held tip stays where it is on the leaf. Its place follows slowly: about a hinge that is not where the map has it, it creeps.
+
     Args:
         model: Model of the scenario.
     """
@@ -79,19 +86,24 @@ class GripWatch:
     def _begin(self) -> None:
         self._recent.clear()
         self._pushed, self._answered = _Sums(), _Sums()
-        self._loose_for = 0.0
+        self._loose_for = self._off_for = 0.0
+        self._held: tuple[float, float] | None = None
+        self._place: tuple[float, float] | None = None
 
-    def is_loose(self, estimate: Estimate, closes: bool, holds: bool, time_step: float) -> bool:
+    def is_loose(
+        self, estimate: Estimate, place: tuple[float, float], closes: bool, holds: bool, time_step: float
+    ) -> bool:
         """Take in what is known now; once per tick.
 
         Args:
             estimate: It.
+            place: Of the tip on the leaf, along the directions of `Door.face` [m].
             closes: Whether the gripper has been told to hold,
             holds: and has had time to.
             time_step: Since the last call [s].
 
         Returns:
-            Whether the vehicle has pushed or pulled for long enough and felt no leaf.
+            Whether the vehicle has pushed or pulled for long enough and felt no leaf, or the tip has left its place.
         """
         push = estimate.push
         for pole in range(3):
@@ -107,7 +119,17 @@ class GripWatch:
             return False
         loose = self._feels_nothing(push, estimate.normal_force, time_step) or self._is_behind(behind)
         self._loose_for = self._loose_for + time_step if loose else 0.0
-        return self._loose_for > _SURELY
+        self._off_for = self._off_for + time_step if self._is_off(place, time_step) else 0.0
+        return self._loose_for > _SURELY or self._off_for > _OFF_FOR
+
+    def _is_off(self, place: tuple[float, float], time_step: float) -> bool:
+        """Whether the tip has left its place on the leaf [m]."""
+        held, before, self._place = self._held or place, self._place or place, place
+        if math.dist(before, place) > _JUMP:
+            held = held[0] + place[0] - before[0], held[1] + place[1] - before[1]
+        off, share = (place[0] - held[0], place[1] - held[1]), _share(time_step / _WINDOW)
+        self._held = held[0] + share * off[0], held[1] + share * off[1]
+        return math.hypot(*off) > _OFF
 
     def _feels_nothing(self, push: float, felt: float, time_step: float) -> bool:
         """Whether the push has changed in the window, and the tip's force has not [N]."""

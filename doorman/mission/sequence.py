@@ -83,7 +83,7 @@ class Sequence:
     ) -> None:
         self.attempt = Attempt(model, converter, schedule, estimator)
         """What the phases share, and what came of it."""
-        self._first = Phase.HOVER if model.scenario.mission.start == "hover" else Phase.OPEN
+        self._first = _first(model)
         self._now: MissionPhase | None = None
         self._on_change = on_change
         self._guard = Guard(self.attempt)
@@ -105,9 +105,7 @@ class Sequence:
         """What is known of tip and leaf in this phase."""
         if self._now is not None:
             return self._now.tie
-        if self._first is Phase.HOVER:
-            return Tie.FREE
-        return Tie.GRIPPED if self.attempt.grips else Tie.PUSHING
+        return Tie.FREE if self._first is Phase.HOVER else Tie.PUSHING
 
     def abort(self, estimate: Estimate, reason: str, at_once: bool = False) -> None:
         """Give up for good: let go of the door, gently unless `at_once`, retreat and hover.
@@ -149,8 +147,10 @@ class Sequence:
             self._follow(self._guard.judge(now, estimate), estimate)
         now = self._current(estimate)
         closes, holds = now.closes_gripper, now.holds(estimate.time)
-        if self.attempt.grips and self._grip_watch.is_loose(estimate, closes, holds, time_step):
-            self._follow(now.without_hold(estimate), estimate)
+        if self.attempt.grips:
+            place = self.attempt.converter.tip_offset(estimate.position, estimate.state)
+            if self._grip_watch.is_loose(estimate, place, closes, holds, time_step):
+                self._follow(now.without_hold(estimate), estimate)
         setpoint, then = self._current(estimate).step(estimate, body_rates, time_step)
         self._follow(then, estimate)
         return Action(setpoint, self._current(estimate).closes_gripper)
@@ -213,3 +213,10 @@ class Sequence:
             self._slam.reset()
             return False
         return self._slam.update(estimate, now.closes_gripper, now.leaves, now.speed_back(estimate), time_step)
+
+
+def _first(model: Model) -> Phase:
+    """Phase with which a mission begins: a gripper that is on the leaf is tried before it moves the door."""
+    if model.scenario.mission.start == "hover":
+        return Phase.HOVER
+    return Phase.TOUCH if model.scenario.contact.kind == "grip" else Phase.OPEN

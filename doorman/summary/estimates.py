@@ -11,7 +11,7 @@ from doorman.recording import Recording
 
 
 def estimates(recording: Recording, model: Model) -> dict[str, dict[str, float]]:
-    """Parameters of the hinge, the door's place, and its angle where the frame was touched, as estimated at the end.
+    """Parameters of the hinge and the door's place, as estimated at the end, and its angle where the frame was touched.
 
     Args:
         recording: Of a simulated run.
@@ -47,9 +47,20 @@ def estimates(recording: Recording, model: Model) -> dict[str, dict[str, float]]
     }
     if door.vertical and "door_place" in estimate:
         found |= _place(recording, model)
-    if "door_angle_deviation" in estimate and math.isfinite(deviation := float(estimate["door_angle_deviation"][-1])):
-        found["door_angle"] = {"value": float(estimate["state"][-1, 3]), "deviation": deviation, "true": angle}
-    return found
+    return found | _measured_angle(recording)
+
+
+def _measured_angle(recording: Recording) -> dict[str, dict[str, float]]:
+    """The door's angle as the tip measured it last; a door that is left may move on."""
+    estimate, truth = recording["estimate"], recording["truth"]
+    if "door_angle_deviation" not in estimate:
+        return {}
+    measured = np.flatnonzero(np.isfinite(estimate["door_angle_deviation"][: len(truth.time)]))
+    if not len(measured):
+        return {}
+    value, deviation = estimate["state"][measured[-1], 3], estimate["door_angle_deviation"][measured[-1]]
+    true = truth["door_angle"][measured[-1]]
+    return {"door_angle": {"value": float(value), "deviation": float(deviation), "true": float(true)}}
 
 
 def _preload(model: Model) -> float:

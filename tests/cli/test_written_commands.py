@@ -84,7 +84,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     shutil.copy(urdf_directory() / "hexarotor_arm.urdf", folder / "my_vehicle.urdf")
     made = run("vehicle", "new", str(folder / "my.toml"), "--urdf", str(folder / "my_vehicle.urdf"))
     assert made.exit_code == 0, made.output
-    at_the_door = ("--set", "mission.start=contact", "--duration", "0.3")
+    at_the_door = ("--set", "mission.start=contact", "--duration", "1.2")
     flown = run("open", "paper", *at_the_door, "--out", str(folder / "runs" / "paper"))
     assert flown.exit_code == 1, flown.output  # not opened in so short a time
     shutil.copytree(folder / "runs" / "paper", folder / "push-3")

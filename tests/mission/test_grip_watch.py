@@ -1,4 +1,4 @@
-"""A gripper that holds feels its pull, a loose one feels nothing: the watch by itself, on a mass that is pushed and pulled."""
+"""A gripper that holds feels its pull and stays where it is, a loose one does neither: the watch by itself."""
 
 from __future__ import annotations
 
@@ -15,6 +15,8 @@ from doorman.model import GRAVITY
 from doorman.scenario import Scenario
 
 TICK = 0.004
+THERE = (0.1, -0.05)
+"""Place of the tip on the leaf [m]."""
 
 
 def test_the_variance_of_a_window_that_moves_is_numpys() -> None:
@@ -44,7 +46,7 @@ def first_alarm(
             before = poles[pole]
         force = before + bias + noise * rng.standard_normal()
         known = SimpleNamespace(push=push(k * TICK), normal_force=force, tip_angle=math.pi / 2)
-        if watch.is_loose(known, True, True, TICK):  # type: ignore[arg-type]
+        if watch.is_loose(known, THERE, True, True, TICK):  # type: ignore[arg-type]
             return k * TICK
     return None
 
@@ -79,7 +81,7 @@ def test_who_neither_pushes_nor_pulls_learns_nothing(model: Model) -> None:
 def test_an_open_gripper_is_not_looked_at(model: Model) -> None:
     watch = GripWatch(model)
     known = SimpleNamespace(push=-3.0, normal_force=0.0, tip_angle=math.pi / 2)
-    assert not any(watch.is_loose(known, False, False, TICK) for _ in range(1000))  # type: ignore[arg-type]
+    assert not any(watch.is_loose(known, THERE, False, False, TICK) for _ in range(1000))  # type: ignore[arg-type]
 
 
 def test_what_was_felt_before_a_slip_is_forgotten(model: Model) -> None:
@@ -94,7 +96,7 @@ def test_what_was_felt_before_a_slip_is_forgotten(model: Model) -> None:
             poles[pole] += (1.0 - math.exp(-15.0 * TICK)) * (felt - poles[pole])
             felt = poles[pole]
         known = SimpleNamespace(push=push, normal_force=felt + 0.05 * rng.standard_normal(), tip_angle=1.2)
-        if watch.is_loose(known, True, True, TICK):  # type: ignore[arg-type]
+        if watch.is_loose(known, THERE, True, True, TICK):  # type: ignore[arg-type]
             assert slipped < time < slipped + 1.2
             return
     pytest.fail("it was not noticed")
@@ -112,7 +114,7 @@ def test_a_closed_leaf_does_not_come_back_through_its_stop(
     for k in range(100):
         behind = gripped if k < 20 else back
         known = SimpleNamespace(push=0.0, normal_force=0.0, tip_angle=math.pi / 2 + behind / lever)
-        found |= watch.is_loose(known, True, True, TICK)  # type: ignore[arg-type]
+        found |= watch.is_loose(known, THERE, True, True, TICK)  # type: ignore[arg-type]
     assert found is loose
 
 
@@ -120,4 +122,36 @@ def test_a_leaf_that_begins_open_may_come_back() -> None:
     ajar = Model(Scenario.load("paper", {"start.door_angle": math.pi / 2 - 0.3}))
     watch = GripWatch(ajar)
     known = SimpleNamespace(push=0.0, normal_force=0.0, tip_angle=math.pi / 2 + 0.1)
-    assert not any(watch.is_loose(known, True, True, TICK) for _ in range(200))  # type: ignore[arg-type]
+    assert not any(watch.is_loose(known, THERE, True, True, TICK) for _ in range(200))  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("moved", "within"),
+    [
+        (lambda time: 0.5 * time, 0.15),  # comes off, as a vehicle turns about its own centre
+        (lambda time: -0.3 * time, 0.2),
+        (lambda time: 0.018 * time, None),  # creeps, about a hinge that is 3 cm from its place in the map
+        (lambda time: 0.04 if time < 0.03 else 0.0, None),  # seems to jump, as a gap in the poses ends
+        (lambda time: 0.012 * math.sin(30.0 * time), None),  # is noisy
+        (lambda time: 0.05, None),  # jumps with the frame of the poses
+    ],
+)
+@pytest.mark.parametrize("axis", [0, 1])
+def test_a_tip_that_leaves_its_place_on_the_leaf_is_loose(
+    model: Model, moved: Callable[[float], float], within: float | None, axis: int
+) -> None:
+    watch, known, noticed = GripWatch(model), SimpleNamespace(push=0.0, normal_force=0.0, tip_angle=1.2), None
+    for k in range(600):
+        place = list(THERE)
+        place[axis] += moved(k * TICK - 1.0) if k * TICK >= 1.0 else 0.0
+        if noticed is None and watch.is_loose(known, (place[0], place[1]), True, True, TICK):  # type: ignore[arg-type]
+            noticed = k * TICK - 1.0
+    assert (noticed is None) is (within is None)
+    assert noticed is None or within is None or 0.05 < noticed < within
+
+
+def test_the_place_counts_from_when_the_gripper_holds(model: Model) -> None:
+    watch, known = GripWatch(model), SimpleNamespace(push=0.0, normal_force=0.0, tip_angle=1.2)
+    for k in range(300):
+        held = k >= 100
+        assert not watch.is_loose(known, THERE if held else (0.3, 0.2), True, held, TICK)  # type: ignore[arg-type]

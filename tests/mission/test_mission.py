@@ -19,9 +19,11 @@ from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.mission import Mission, PlanSchedule
 from doorman.mission.schedule import Wanted
 from doorman.planning.hinge import Hinge
-from doorman.recording import Recorder
+from doorman.recording import Recorder, Recording
 
 TICK = 0.004
+TUG = 0.9
+"""In contact a mission begins by trying its gripper; plans are asked for after that [s]."""
 
 
 @pytest.fixture(scope="module")
@@ -86,6 +88,14 @@ class NotedPlanner(Planner):
         if len(self.calls) in self.useless:
             plan = dataclasses.replace(plan, status=PlanStatus.INFEASIBLE)
         return plan
+
+
+def opening(recorder: Recorder) -> tuple[int, Recording]:
+    """Tick in which the opening begins, and what was recorded."""
+    recording = recorder.recording()
+    mission = recording["mission"]
+    began = mission.time[mission["state"].tolist().index("open")]
+    return int(np.searchsorted(recording["setpoint"].time, began)), recording
 
 
 def schedule_of(model: Model, latency: int, **options) -> PlanSchedule:
@@ -164,7 +174,7 @@ def test_a_flight_opens_ticks_records_and_stops(model: Model) -> None:
     assert len(backend.commands) == 51
     for topic in ("measurement", "estimate", "setpoint", "command", "controller"):
         np.testing.assert_allclose(recording[topic].time, TICK * np.arange(51))
-    assert recording["mission"]["state"].tolist() == ["open", "end"]
+    assert recording["mission"]["state"].tolist() == ["touch", "end"]
     assert recording["mission"]["message"].tolist() == ["", "flown to its end"]
     times, angles, collected = zip(*reports, strict=True)
     assert 15 <= len(times) <= 21
@@ -195,7 +205,7 @@ def test_a_plant_that_goes_on_is_planned_for_in_another_thread(model: Model, rea
     planner, backend = ThreadedPlanner(model), ScriptedBackend(model, slowly)
     backend.real_time = real_time
     before = threading.active_count()
-    Mission(model, planner).fly(backend, 0.3)
+    Mission(model, planner).fly(backend, TUG + 0.3)
     assert len(planner.calls) > 3
     assert (max(planner.limits) < 0.5) is real_time, (
         "one plan must not take for ever; in simulation it may, and is the same each time"
@@ -207,11 +217,12 @@ def test_a_plant_that_goes_on_is_planned_for_in_another_thread(model: Model, rea
 def test_pitch_is_let_go_gradually_roll_and_yaw_at_once(model: Model) -> None:
     """The plan leans forward at once; what is commanded stays within engage_pitch + engage_rate t of what is measured."""
     backend, recorder = ScriptedBackend(model), Recorder(None, {})
-    Mission(model, recorder=recorder).fly(backend, 1.0)
+    Mission(model, recorder=recorder).fly(backend, TUG + 1.0)
     control = model.scenario.control
-    forces = recorder.recording()["controller"]["force"]
+    begins, recording = opening(recorder)
+    forces = recording["controller"]["force"][begins:]
     held = 0
-    for k, (command, force) in enumerate(zip(backend.commands, forces, strict=True)):
+    for k, (command, force) in enumerate(zip(backend.commands[begins:], forces, strict=True)):
         reach = control.engage_pitch + control.engage_rate * TICK * k
         assert abs(command.attitude[1]) <= reach + 1e-12
         wanted = rotation_body_to_world(command.attitude)[:, 2]
@@ -239,15 +250,19 @@ def test_yaw_does_not_jump_at_half_a_turn(model: Model) -> None:
 
 def test_without_any_usable_plan_the_first_position_is_held(model: Model) -> None:
     def drifting(measurement: Measurement) -> Measurement:
-        return dataclasses.replace(measurement, position=measurement.position + [0.0, 0.0, 0.1 * measurement.time])
+        return dataclasses.replace(
+            measurement, position=measurement.position + [0.0, 0.0, 0.1 * max(measurement.time - TUG, 0.0)]
+        )
 
     backend, recorder = ScriptedBackend(model, drifting), Recorder(None, {})
     planner = NotedPlanner(model, useless=set(range(1000)))
-    Mission(model, planner, recorder).fly(backend, 0.4)
-    setpoint = recorder.recording()["setpoint"]
-    np.testing.assert_allclose(setpoint["position"], np.tile(setpoint["position"][0], (len(setpoint.time), 1)))
+    Mission(model, planner, recorder).fly(backend, TUG + 0.4)
+    begins, recording = opening(recorder)
+    setpoint = {name: recording["setpoint"][name][begins + 1 :] for name in ("position", "arm_rates", "force")}
+    np.testing.assert_allclose(setpoint["position"], np.tile(setpoint["position"][0], (len(setpoint["position"]), 1)))
+    assert len(setpoint["position"]) > 90
     assert not setpoint["arm_rates"].any() and not setpoint["force"].any()
-    assert backend.commands[-1].thrust < backend.commands[0].thrust
+    assert backend.commands[-1].thrust < backend.commands[begins].thrust
 
 
 @pytest.mark.parametrize(
@@ -299,7 +314,7 @@ def test_a_mission_flies_once(model: Model) -> None:
 def test_the_door_observer_can_be_switched_off() -> None:
     model = Model(Scenario.load("paper", {"control.door_observer_rate": 0.0, "mission.start": "contact"}))
     planner = NotedPlanner(model)
-    Mission(model, planner).fly(ScriptedBackend(model), 0.1)
+    Mission(model, planner).fly(ScriptedBackend(model), TUG + 0.1)
     assert {told["disturbance"] for told in planner.told} == {0.0}
 
 

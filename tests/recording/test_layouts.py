@@ -17,7 +17,7 @@ from doorman.recording.layouts import PANELS, STATE
 
 @pytest.fixture(scope="module")
 def flown():
-    return package.simulate(package.Scenario.load("paper", overrides={"mission.start": "contact"}), duration=0.1)
+    return package.simulate(package.Scenario.load("paper", overrides={"mission.start": "contact"}), duration=1.0)
 
 
 def paths() -> list[str]:

@@ -48,7 +48,7 @@ def planner() -> Planner:
 @pytest.fixture(scope="module")
 def flight(tmp_path_factory: pytest.TempPathFactory, planner: Planner) -> Path:
     folder = tmp_path_factory.mktemp("flight")
-    simulate(planner.model, 0.3, path=folder / "recording.mcap", planner=planner)
+    simulate(planner.model, 1.2, path=folder / "recording.mcap", planner=planner)
     return folder
 
 
@@ -284,7 +284,7 @@ def test_names_of_attachments_do_not_lead_out_of_their_folder(recording, tmp_pat
 
 
 def test_the_summary_of_a_loaded_recording_is_computed_when_asked_for(flight, recording, planner):
-    flown = simulate(planner.model, 0.1, planner=planner)
+    flown = simulate(planner.model, 1.0, planner=planner)
     assert flown.summary is not None and set(recording.summary) == set(flown.summary)
     assert Recording.load(flight).summary == recording.summary
     assert recording.summary["duration_s"] == recording["truth"].time[-1]
@@ -413,7 +413,7 @@ def test_the_last_bit_of_one_number_is_noticed(flight, recording, tmp_path):
     assert [(one["plan"], list(one["fields"])) for one in found["differences"]] == [(3, ["input"]), (5, ["status"])]
     assert 0.0 < found["differences"][0]["fields"]["input"] < 1e-14
     words = run("replay", tmp_path / "changed.mcap").stdout
-    assert "plan 3 at 0.032 s: input by" in words and "2 differ" in words
+    assert f"plan 3 at {recording['plan'].time[3]:g} s: input by" in words and "2 differ" in words
 
 
 def test_another_door_would_give_other_plans(recording, planner, tmp_path):
@@ -446,7 +446,7 @@ def test_a_recording_that_does_not_say_enough_is_refused(recording, planner, tmp
 
 def test_a_recording_that_was_cut_off_is_replayed_as_far_as_it_goes(flight, tmp_path):
     data = (flight / "recording.mcap").read_bytes()
-    (tmp_path / "recording.mcap").write_bytes(data[: int(0.6 * len(data))])
+    (tmp_path / "recording.mcap").write_bytes(data[: int(0.9 * len(data))])
     shutil.copy(flight / "recording.mcap", tmp_path / "whole.mcap")
     result = run("replay", tmp_path)
     assert result.exit_code == 0, result.output

@@ -149,7 +149,7 @@ def test_poses_of_ros_reach_the_receiver_of_cameras(domain):
 def test_a_flight_that_is_fed_is_published(model, domain):
     with FlightPublisher(model, 0, domain) as bridge, Feed(bridge.port) as feed:
         with stepping(bridge):
-            recording = simulate(model, duration=0.1, listener=feed.listen)
+            recording = simulate(model, duration=1.0, listener=feed.listen)
             deadline = time.monotonic() + 3.0
             while time.monotonic() < deadline and bridge.published < len(recording["measurement"].time):
                 time.sleep(0.01)

@@ -33,6 +33,7 @@ def made_up(model: Model, angles: Any, turn: float = 0.5, **changes: Any) -> Rec
         "touching": [True] * m, "max_pull": [0.0] * m, "max_push": [2.5] * m, "collisions": [0] * m, "estimated": angles,
         "solve_time": [0.001] * m, "deadline_missed": [False] * m, "wall_time": 0.5, "door_rate": [0.0] * m,
         "only_tip": [False] * m, "away": [np.zeros(3)] * m, "cold": [k == 0 for k in range(m)],
+        "deviation": [math.nan] * m,
         "phases": [("open", ""), ("done", ""), ("end", "flown to its end")], **changes,
     }  # fmt: skip
     recorder, arm = Recorder(None, {}), model.goal_arm
@@ -50,7 +51,7 @@ def made_up(model: Model, angles: Any, turn: float = 0.5, **changes: Any) -> Rec
         recorder.write("truth", 0.1 * k, truth | told)
         state = np.concatenate([attitude, [columns["estimated"][k], 0.0], arm])
         hinge = {"hinge": [0.5, 0.4, 0.1, 5.0], "hinge_deviation": [0.1, 0.2, 0.3, 0.4], "torque_deviation": 0.25}
-        recorder.write("estimate", 0.1 * k, {"state": state, **hinge})
+        recorder.write("estimate", 0.1 * k, {"state": state, **hinge, "door_angle_deviation": columns["deviation"][k]})
         names = ("solve_time", "deadline_missed", "cold")
         plan = {name: columns[name][k] for name in names}
         recorder.write("plan", 0.1 * k, {**plan, "least_normal_force": 0.3 + 0.1 * k})
@@ -347,6 +348,15 @@ def test_every_verdict_says_where_the_door_is(model: Model) -> None:
         assert found is good
         assert "the door ended at 20.5°, 0.5° from the target of 20.0°" in sentence
         assert sentence[0].isupper() and sentence.endswith(".")
+
+
+def test_the_angle_that_is_stated_is_the_one_that_the_tip_measured_last(model: Model) -> None:
+    """A door that is left may shut, and an estimate without a measurement goes anywhere."""
+    angles, estimated = [1.5, 1.0, 0.5, 1.2], [1.5, 1.0, 0.51, 0.1]
+    recording = made_up(model, angles, estimated=estimated, deviation=[math.nan, 0.02, 0.03, math.nan])
+    found = summarize(recording, model)["estimates"]["door_angle"]
+    assert found == {"value": pytest.approx(0.51), "deviation": pytest.approx(0.03), "true": pytest.approx(0.5)}
+    assert "door_angle" not in summarize(made_up(model, angles), model)["estimates"]
 
 
 def test_a_flight_gives_the_same_figures_from_memory_and_from_its_file(model: Model, tmp_path) -> None:

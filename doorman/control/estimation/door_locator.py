@@ -8,6 +8,8 @@ The leaf is turned about the hinge by as much as it stood off its angle where th
 are seen as if the door stood where the map has it, and commands are turned back: what plans and decides knows no other door.
 A tip that only pushes creeps on the leaf, and says nothing; it may touch the frame before (`frame_fit`). A leaf that starts open
 says nothing either: it gives way to the tip.
+
+Where the frame of the poses walks, h is known for the time of the last measurement, and walks on.
 """
 
 from __future__ import annotations
@@ -59,6 +61,10 @@ class DoorLocator:
         self._doubt = settings.door_place_deviation, settings.door_yaw_deviation
         self._known = np.zeros(3)  # h, world frame, and ρ
         self._covariance = np.diag([self._doubt[0] ** 2, self._doubt[0] ** 2, 0.0])
+        self._walk = settings.frame_walk**2 * np.diag([1.0, 1.0, 0.0])  # of that, in a second
+        self._began: float | None = None
+        self._located_at = self._now = 0.0  # h measured last, and time
+        self._touches = False
         self._goes_round = False
         self.frame: FrameFit | None = None
         """What touches of the frame have found."""
@@ -89,24 +95,28 @@ class DoorLocator:
 
     @property
     def deviations(self) -> list[float]:
-        """Their standard deviations."""
-        covariance = self._covariance
+        """Their standard deviations, against the place in the world in which the flight began."""
+        covariance = self._covariance + self._walk * max(self._located_at - (self._began or 0.0), 0.0)
         return [*(math.sqrt(max(covariance[k, k], 0.0)) for k in range(2)), self.yaw_deviation]
 
     def angle_deviation(self, door_angle: float) -> float:
         r"""Standard deviation of α from that of the door's place, :math:`\delta\alpha = n_D^T\delta h/D - \delta\psi`.
 
+        The frame of the poses has walked since the touches of the door's frame.
+
         Args:
             door_angle: α [rad].
 
         Returns:
-            [rad]; NaN as long as no frame has been touched: h and ψ are known together from there alone.
+            [rad]; NaN where the tip does not touch the leaf, and as long as no frame has been touched: h and ψ are known
+            together from there alone.
         """
-        if self.frame is None:
+        if self.frame is None or not self._touches:
             return math.nan
         normal = self._door.normal(door_angle)[:2] / self._model.coupling.lever_length
         slope = np.array([*normal, -self._door.hand])
-        return math.sqrt(float(slope @ self.frame.covariance @ slope))
+        covariance = self.frame.covariance_at(self._now)
+        return math.sqrt(float(slope @ covariance @ slope))
 
     def update(self, measured: Measurement, touches: bool, grips: bool, time_step: float) -> None:
         """Take in where the tip is.
@@ -118,6 +128,8 @@ class DoorLocator:
             time_step: Since the last call [s].
         """
         self._follow(time_step)
+        self._began = measured.time if self._began is None else self._began
+        self._now, self._touches = measured.time, touches
         if not self._works:
             return
         if self._ended or not (touches or grips):
@@ -129,6 +141,8 @@ class DoorLocator:
         self._count += 1
         self._since += time_step
         if self._since >= _EVERY:
+            self._covariance = self._covariance + self._walk * self._since
+            self._located_at = measured.time
             self._take(self._sum / self._count, grips)
             if self._goes_round:
                 self._learn_yaw()
@@ -143,6 +157,7 @@ class DoorLocator:
         self.frame, self.yaw = frame, frame.yaw
         self._known = np.array([*frame.offset, 0.0])
         self._covariance[:2, :2] = frame.covariance[:2, :2]
+        self._located_at = frame.time
         self.yaw_deviation = math.sqrt(float(frame.covariance[2, 2]))
 
     def seen(self, measured: Measurement) -> Measurement:

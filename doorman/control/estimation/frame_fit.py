@@ -7,6 +7,9 @@ A door that stands off the map by h and is turned by ψ about its hinge has the 
 
 Gauss and Newton's steps find h and ψ, with the map's doubt as a prior of mean 0. Two touches of the front, far apart, give the
 offset along its normal and ψ; one beside the hinge gives the offset along the wall.
+
+The frame of the poses may walk, by q in a second. Then h is that at the last touch. So long after the first touch, s and t, its
+covariance is :math:`E[h_s h_t^T] = P + q^2 \min(s, t)\, I`.
 """
 
 from __future__ import annotations
@@ -34,6 +37,8 @@ class FrameTouch:
     """Where the map has what was touched."""
     tip: Array
     """Where the tip was, shape (3,), world frame [m]."""
+    time: float = 0.0
+    """When [s]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,6 +53,18 @@ class FrameFit:
     """ψ [rad]."""
     covariance: Array
     """Of h and ψ, shape (3, 3)."""
+    time: float = 0.0
+    """Of the last touch, for which all this holds [s]."""
+    walk: float = 0.0
+    """q, by which the frame of the poses walks in a second, along either axis [m/s^½]."""
+
+    def covariance_at(self, time: float) -> Array:
+        """Covariance of h and ψ for a frame of the poses that has walked on, shape (3, 3).
+
+        Args:
+            time: Not before the last touch [s].
+        """
+        return self.covariance + np.diag([1.0, 1.0, 0.0]) * self.walk**2 * (time - self.time)
 
     def placed(self, place: FramePlace) -> FramePlace:
         """Where a place of the map is.
@@ -71,7 +88,12 @@ class FrameFit:
 
 
 def fit_frame(
-    hinge: Array, touches: Sequence[FrameTouch], place_deviation: float, yaw_deviation: float, noise: float
+    hinge: Array,
+    touches: Sequence[FrameTouch],
+    place_deviation: float,
+    yaw_deviation: float,
+    noise: float,
+    walk: float = 0.0,
 ) -> FrameFit:
     """Pose of a door from touches of its frame.
 
@@ -81,14 +103,17 @@ def fit_frame(
         place_deviation: Standard deviation of h along either axis before [m].
         yaw_deviation: Of ψ [rad].
         noise: Of a touch along the normal [m].
+        walk: q, by which the frame of the poses walks in a second, along either axis [m/s^½].
 
     Returns:
         The fit.
     """
-    doubt = np.array([place_deviation, place_deviation, yaw_deviation]) ** 2
-    fit = FrameFit(hinge, np.zeros(2), 0.0, np.diag(doubt))
+    doubt = np.diag([place_deviation, place_deviation, yaw_deviation]) ** 2
+    fit = FrameFit(hinge, np.zeros(2), 0.0, doubt)
     if not touches:
         return fit
+    walks, now = walk**2 * np.diag([1.0, 1.0, 0.0]), touches[-1].time
+    since = np.array([touch.time - touches[0].time for touch in touches])
     for _ in range(_STEPS):
         normals = [_turn(fit.yaw) @ touch.place.normal for touch in touches]
         slopes = np.array([_slope(touch.place.normal, touch.tip - hinge, fit) for touch in touches])
@@ -98,10 +123,11 @@ def fit_frame(
             for normal, touch in zip(normals, touches, strict=True)
         ])  # fmt: skip
         # the prior's mean is 0: the linear residual is taken from there
-        spread = np.diag(doubt) @ slopes.T
-        gain = spread @ np.linalg.inv(slopes @ spread + noise**2 * np.eye(len(touches)))
+        spread = doubt @ slopes.T + since * (walks @ slopes.T)
+        scatter = np.minimum.outer(since, since) * (slopes @ walks @ slopes.T) + noise**2 * np.eye(len(touches))
+        gain = spread @ np.linalg.inv(slopes @ doubt @ slopes.T + scatter)
         found = gain @ (slopes @ np.array([*fit.offset, fit.yaw]) - off)
-        fit = FrameFit(hinge, found[:2], float(found[2]), np.diag(doubt) - gain @ spread.T)
+        fit = FrameFit(hinge, found[:2], float(found[2]), doubt + since[-1] * walks - gain @ spread.T, now, walk)
     return fit
 
 

@@ -1,4 +1,7 @@
-"""Along the leaf's normal at a gentle speed until the tip is stopped; then press, and try a gripper."""
+"""Along the leaf's normal at a gentle speed until the tip is stopped; then press, and try a gripper.
+
+A mission that begins in contact begins with that trial of its gripper.
+"""
 
 from __future__ import annotations
 
@@ -29,16 +32,19 @@ _OPENED_ALREADY = math.radians(1.5)
 
 
 class Touch(MissionPhase):
-    """Begins `touch_distance` before the leaf; the opening follows once the tip has pressed for long enough."""
+    """Begins `touch_distance` before the leaf, or on it; the opening follows once the tip has pressed for long enough."""
 
     phase, at_the_leaf = Phase.TOUCH, True
 
     def __init__(self, attempt: Attempt, estimate: Estimate, before: MissionPhase | None) -> None:
         super().__init__(attempt, estimate, before)
-        self._touched_at: float | None = None
+        in_contact = before is None
+        self._touched_at = estimate.time - _PRESSING if in_contact else None
         self._tug = TUG * attempt.model.vehicle.mass * GRAVITY
         attempt.leaf.begin(attempt.model.start_yaw)
         attempt.estimator.contact.expect()
+        if in_contact:
+            attempt.estimator.contact.declare(True)
 
     @property
     def tie(self) -> Tie:

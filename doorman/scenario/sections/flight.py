@@ -88,6 +88,9 @@ class EstimationSection(Section):
     0 as well, the map is trusted [m]."""
     door_yaw_deviation: NonNegative = 0.026
     """Standard deviation of the doorway's heading [rad]."""
+    frame_walk: NonNegative = 0.0
+    """Standard deviation by which the frame of the poses walks in a second, along either horizontal axis; it grows with
+    the root of the time [m/s^½]."""
     angle_deviation: Positive = 0.01
     """Standard deviation of the door's angle at the start [rad]."""
     angle_noise: Positive = 0.005

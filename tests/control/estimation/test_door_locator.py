@@ -118,6 +118,7 @@ def test_the_deviation_of_the_angle_is_that_of_what_it_is_measured_against(
     door, angle, lever = model.door, 0.6, model.coupling.lever_length
     root = np.array([[0.003, 0.0, 0.0], [0.001, 0.002, 0.0], [0.002, -0.001, 0.003]])
     locator = DoorLocator(model)
+    locator.update(measured(model, door.hinge_position, 0.0), True, False, TICK)
     assert math.isnan(locator.angle_deviation(angle))
     locator.learn(FrameFit(door.hinge_position, np.zeros(2), 0.0, root @ root.T))
     away, angles = lever * door.leaf_direction(angle), []
@@ -125,6 +126,24 @@ def test_the_deviation_of_the_angle_is_that_of_what_it_is_measured_against(
         turn = np.array([[math.cos(yaw), math.sin(yaw), 0.0], [-math.sin(yaw), math.cos(yaw), 0.0], [0.0, 0.0, 1.0]])
         angles.append(door.angle_of(turn @ (away - np.array([x, y, 0.0]))))
     assert locator.angle_deviation(angle) == pytest.approx(float(np.std(angles)), rel=0.06)
+
+
+def test_the_deviation_of_the_angle_grows_as_the_frame_of_the_poses_walks() -> None:
+    model = model_of("push", estimation__frame_walk=0.001)
+    locator, angle = DoorLocator(model), 0.6
+    here = measured(model, model.door.hinge_position, 0.0)
+    locator.update(here, False, False, TICK)
+    covariance = np.diag([0.002, 0.003, 0.004]) ** 2
+    locator.learn(FrameFit(model.door.hinge_position, np.zeros(2), 0.0, covariance, time=25.0, walk=0.001))
+    assert locator.deviations == pytest.approx([math.hypot(0.002, 0.005), math.hypot(0.003, 0.005), 0.004])
+    assert math.isnan(locator.angle_deviation(angle)), "nothing measures it"
+    locator.update(replace(here, time=25.0), True, False, TICK)
+    touched = locator.angle_deviation(angle)
+    locator.update(replace(here, time=61.0), True, False, TICK)
+    walked = 0.006 / model.coupling.lever_length
+    assert locator.angle_deviation(angle) == pytest.approx(math.hypot(touched, walked))
+    locator.update(replace(here, time=61.1), False, False, TICK)
+    assert math.isnan(locator.angle_deviation(angle)), "the tip has left the leaf, which may move"
 
 
 @pytest.mark.slow

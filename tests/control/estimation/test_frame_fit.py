@@ -80,3 +80,26 @@ def test_the_covariance_is_that_of_many_noisy_touches(rng: np.random.Generator) 
     assert np.corrcoef(np.transpose(off))[0, 2] == pytest.approx(
         covariance[0, 2] / math.sqrt(covariance[0, 0] * covariance[2, 2]), abs=0.15
     )
+
+
+WALK = 0.002
+"""So much that it outweighs the noise of touches [m/s^½]."""
+
+
+def test_the_covariance_is_that_of_touches_in_a_frame_that_walks(rng: np.random.Generator) -> None:
+    """The offset is that at the last touch, and walks on: both deviations are those of many flights."""
+    times, later, off, then = [0.0, 10.0, 25.0], 60.0, [], []
+    for _ in range(600):
+        offset, yaw = rng.normal(0.0, PLACE, 2), float(rng.normal(0.0, YAW))
+        steps = np.sqrt(np.diff([*times, later]))[:, None] * WALK * rng.normal(size=(3, 2))
+        walked = np.cumsum([np.zeros(2), *steps], axis=0)
+        noisy = [
+            FrameTouch(one.place, one.tip + rng.normal(0.0, NOISE, 3) + np.array([*by, 0.0]), at)
+            for one, by, at in zip(touched((float(offset[0]), float(offset[1])), yaw), walked, times, strict=False)
+        ]
+        fit = fit_frame(HINGE, noisy, PLACE, YAW, NOISE, WALK)
+        off.append([*(fit.offset - offset - walked[2]), fit.yaw - yaw])
+        then.append(fit.offset - offset - walked[3])
+    np.testing.assert_allclose(np.std(off, axis=0), np.sqrt(np.diag(fit.covariance)), rtol=0.1)
+    assert np.std(off, axis=0)[0] > 1.5 * math.sqrt(fitted(touched((0.0, 0.0), 0.0)).covariance[0, 0])
+    np.testing.assert_allclose(np.std(then, axis=0), np.sqrt(np.diag(fit.covariance_at(later)))[:2], rtol=0.1)

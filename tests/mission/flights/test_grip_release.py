@@ -29,7 +29,7 @@ def test_a_door_that_moves_as_the_load_is_taken_off_it_is_held() -> None:
     """Its closer is a little stronger than its friction, which the estimates cannot tell."""
     recording, mission = flown(scenario="paper", simulation__door_friction=0.2, simulation__door_stiffness=0.4, **TOLD)
     assert mission.outcome == (True, "")
-    assert phases(recording)[:3] == ["open", "release", "hold"]
+    assert phases(recording)[:4] == ["touch", "open", "release", "hold"]
     ends_held(recording)
     began, held = (recording["mission"].time[phases(recording).index(name)] for name in ("release", "hold"))
     during = (recording["command"].time > began) & (recording["command"].time < held)
@@ -71,24 +71,18 @@ def test_a_door_that_is_shut_behind_the_vehicle_is_not_completed() -> None:
     assert recording["mission"]["message"][-1] == "flown to its end" or mission.outcome[1]
 
 
-def test_a_gripper_that_never_closes_is_noticed() -> None:
-    recording, mission = flown(scenario="paper", simulation__gripper_closes=False)
+@pytest.mark.parametrize("start", ["hover", "contact"])
+def test_a_gripper_that_never_closes_is_noticed(start: str) -> None:
+    recording, mission = flown(scenario="paper", simulation__gripper_closes=False, mission__start=start)
     assert mission.outcome == (False, "the gripper does not hold the leaf")
     summary, told = recording.summary, recording["command"]["grip"]
     assert summary is not None and summary["outcome"] == "given up" and summary["collisions"] == 0
+    assert summary["true_causes"] == ["the gripper never closed"] and not judge(summary).success
     assert "the gripper does not hold the leaf" in verdict(summary)[1]
     assert "open" not in phases(recording), "noticed before the door moves"
     closed = recording["command"].time[told]
-    assert closed[-1] - closed[0] < 1.5
+    assert closed[-1] - closed[0] < (1.5 if start == "hover" else 1.0)
     assert np.degrees(recording["truth"]["door_angle"]).min() > 85.0
-
-
-def test_a_mission_in_contact_whose_gripper_never_closes_is_no_success() -> None:
-    """It makes no tug, and may not notice: the leaf swings on, and the summary asks the truth."""
-    recording, _ = flown(scenario="paper", simulation__gripper_closes=False, mission__start="contact")
-    summary = recording.summary
-    assert summary is not None and summary["collisions"] == 0 and summary["outcome"] in ("given up", "goal missed")
-    assert summary["true_causes"] == ["the gripper never closed"] and not judge(summary).success
 
 
 @pytest.mark.slow
@@ -102,20 +96,24 @@ def test_a_leaf_that_wind_moves_is_no_fault_of_the_gripper(direction: float) -> 
     assert "the gripper does not hold" not in mission.outcome[1] and told_truly(summary) is not False
 
 
-def slipped_and_noticed(**keys: float) -> tuple[float, float, Recording]:
+def slipped_and_noticed(scenario: str = "paper", **keys: float) -> tuple[float, float, Recording]:
     """When the gripper slipped, and when the vehicle left [s]."""
-    recording, mission = flown(scenario="paper", **keys)
+    recording, mission = flown(scenario=scenario, **keys)
     assert mission.outcome == (False, "the gripper does not hold the leaf")
     truth = recording["truth"]
     slipped = float(truth.time[int(np.argmax(truth["grip_slips"] > 0))])
     return slipped, float(recording["mission"].time[phases(recording).index("retreat")]), recording
 
 
-def test_a_gripper_that_slips_off_a_closed_leaf_is_noticed_within_a_second() -> None:
-    slipped, noticed, recording = slipped_and_noticed(simulation__gripper_force=5.0)
-    assert slipped < noticed < slipped + 1.0
+@pytest.mark.parametrize(("scenario", "friction"), [("paper", 0.3), ("close", 2.0)])
+def test_a_gripper_that_slips_is_noticed_before_its_tip_strikes_the_leaf(scenario: str, friction: float) -> None:
+    """A leaf with much friction takes the push of a loose tip as it took that of a held one."""
+    slipped, noticed, recording = slipped_and_noticed(
+        scenario, simulation__gripper_force=5.0, simulation__door_friction=friction
+    )
+    assert slipped < noticed < slipped + 0.2
     summary = recording.summary
-    assert summary is not None and summary["collisions"] == 0
+    assert summary is not None and summary["collisions"] == 0 and summary["max_push_force_n"] < 25.0
     assert "the gripper slipped" in summary["true_causes"]
 
 
@@ -126,7 +124,7 @@ def test_a_gripper_that_slips_is_noticed_on_any_door(force: float, friction: flo
         simulation__gripper_force=force, simulation__door_friction=friction, simulation__gust__vehicle=wind,
         simulation__gust__direction=2.0,
     )  # fmt: skip
-    assert slipped < noticed < slipped + 3.0
+    assert slipped < noticed < slipped + 1.0
     assert recording.summary is not None and recording.summary["collisions"] == 0
 
 

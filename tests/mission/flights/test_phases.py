@@ -55,7 +55,7 @@ def test_a_hover_that_wind_does_not_let_come_to_rest_says_so() -> None:
 
 def test_a_gripped_door_that_has_not_come_to_rest_at_the_goal_in_time_is_held_there() -> None:
     recording, mission = flown(scenario="paper", mission__start="contact", mission__time_out__open=7.5)
-    assert phases(recording) == ["open", "hold", "done", "end"]
+    assert phases(recording) == ["touch", "open", "hold", "done", "end"]
     assert "the door did not come to rest" in list(recording["mission"]["message"])
     assert mission.outcome == (True, "")
     assert abs(recording["truth"]["door_angle"][-1] - mission.model.goal_angle) < math.radians(1.0)
@@ -67,7 +67,7 @@ def test_an_abort_lets_go_of_the_door_and_leaves_the_doorway() -> None:
             mission.abort("the operator said so")
 
     recording, mission = flown(scenario="paper", on_progress=stop_midway, mission__start="contact")
-    assert phases(recording) == ["open", "release", "retreat", "done", "end"]
+    assert phases(recording) == ["touch", "open", "release", "retreat", "done", "end"]
     assert mission.outcome == (False, "the operator said so")
     truth, summary = recording["truth"], recording.summary
     assert summary is not None and summary["collisions"] == 0 and summary["min_clearance_m"] > 0.0

@@ -104,7 +104,7 @@ class TouchFrame(MissionPhase):
         if (met := feeler.met(estimate.time)) is None:
             return setpoint, None
         back = self._before(place)
-        self._touches.append(FrameTouch(place, met))
+        self._touches.append(FrameTouch(place, met, estimate.time))
         self._fit = self._fitted()
         self._feeler, self._places = None, self._places[1:]
         self.glide = Glide(estimate.position, estimate.yaw)
@@ -132,4 +132,5 @@ class TouchFrame(MissionPhase):
 
     def _fitted(self) -> FrameFit:
         doubt, hinge = self._model.scenario.estimation, self._model.door.hinge_position
-        return fit_frame(hinge, self._touches, doubt.door_place_deviation, doubt.door_yaw_deviation, _NOISE)
+        deviations = doubt.door_place_deviation, doubt.door_yaw_deviation
+        return fit_frame(hinge, self._touches, *deviations, _NOISE, doubt.frame_walk)
