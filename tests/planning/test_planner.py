@@ -73,7 +73,7 @@ def test_replans_from_disturbed_states_hold_and_stay_near_the_optimum(fresh, rng
     assert np.median(losses) < 1e-4
 
 
-@pytest.mark.parametrize("kind", ["quasi_static", "lagrangian"])
+@pytest.mark.parametrize("kind", ["quasi_static", pytest.param("lagrangian", marks=pytest.mark.slow)])
 def test_a_gripped_door_is_brought_to_another_goal(kind: str) -> None:
     planner = Planner(Scenario.load("paper", {"planner.model": kind}))
     model, goal = planner.model, planner.planning.goal_state
