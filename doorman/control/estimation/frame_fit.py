@@ -8,8 +8,8 @@ A door that stands off the map by h and is turned by ψ about its hinge has the 
 Gauss and Newton's steps find h and ψ, with the map's doubt as a prior of mean 0. Two touches of the front, far apart, give the
 offset along its normal and ψ; one beside the hinge gives the offset along the wall.
 
-The frame of the poses may walk, by q in a second. Then h is that at the last touch. So long after the first touch, s and t, its
-covariance is :math:`E[h_s h_t^T] = P + q^2 \min(s, t)\, I`.
+The fit takes the frame of the poses for still. Where that walks, by q in a second, the stated covariance of h grows by
+:math:`q^2 t\, I` from the first touch on, which is a little more than it has after the last one.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ class FrameFit:
     covariance: Array
     """Of h and ψ, shape (3, 3)."""
     time: float = 0.0
-    """Of the last touch, for which all this holds [s]."""
+    """Of the first touch [s]."""
     walk: float = 0.0
     """q, by which the frame of the poses walks in a second, along either axis [m/s^½]."""
 
@@ -62,7 +62,7 @@ class FrameFit:
         """Covariance of h and ψ for a frame of the poses that has walked on, shape (3, 3).
 
         Args:
-            time: Not before the last touch [s].
+            time: Not before the first touch [s].
         """
         return self.covariance + np.diag([1.0, 1.0, 0.0]) * self.walk**2 * (time - self.time)
 
@@ -108,12 +108,10 @@ def fit_frame(
     Returns:
         The fit.
     """
-    doubt = np.diag([place_deviation, place_deviation, yaw_deviation]) ** 2
-    fit = FrameFit(hinge, np.zeros(2), 0.0, doubt)
+    doubt = np.array([place_deviation, place_deviation, yaw_deviation]) ** 2
+    fit = FrameFit(hinge, np.zeros(2), 0.0, np.diag(doubt))
     if not touches:
         return fit
-    walks, now = walk**2 * np.diag([1.0, 1.0, 0.0]), touches[-1].time
-    since = np.array([touch.time - touches[0].time for touch in touches])
     for _ in range(_STEPS):
         normals = [_turn(fit.yaw) @ touch.place.normal for touch in touches]
         slopes = np.array([_slope(touch.place.normal, touch.tip - hinge, fit) for touch in touches])
@@ -123,11 +121,11 @@ def fit_frame(
             for normal, touch in zip(normals, touches, strict=True)
         ])  # fmt: skip
         # the prior's mean is 0: the linear residual is taken from there
-        spread = doubt @ slopes.T + since * (walks @ slopes.T)
-        scatter = np.minimum.outer(since, since) * (slopes @ walks @ slopes.T) + noise**2 * np.eye(len(touches))
-        gain = spread @ np.linalg.inv(slopes @ doubt @ slopes.T + scatter)
+        spread = np.diag(doubt) @ slopes.T
+        gain = spread @ np.linalg.inv(slopes @ spread + noise**2 * np.eye(len(touches)))
         found = gain @ (slopes @ np.array([*fit.offset, fit.yaw]) - off)
-        fit = FrameFit(hinge, found[:2], float(found[2]), doubt + since[-1] * walks - gain @ spread.T, now, walk)
+        covariance = np.diag(doubt) - gain @ spread.T
+        fit = FrameFit(hinge, found[:2], float(found[2]), covariance, touches[0].time, walk)
     return fit
 
 

@@ -86,8 +86,8 @@ WALK = 0.002
 """So much that it outweighs the noise of touches [m/s^½]."""
 
 
-def test_the_covariance_is_that_of_touches_in_a_frame_that_walks(rng: np.random.Generator) -> None:
-    """The offset is that at the last touch, and walks on: both deviations are those of many flights."""
+def test_the_stated_covariance_covers_a_frame_that_walks(rng: np.random.Generator) -> None:
+    """At the last touch it is no less than that of many flights, and later it comes near it."""
     times, later, off, then = [0.0, 10.0, 25.0], 60.0, [], []
     for _ in range(600):
         offset, yaw = rng.normal(0.0, PLACE, 2), float(rng.normal(0.0, YAW))
@@ -100,6 +100,7 @@ def test_the_covariance_is_that_of_touches_in_a_frame_that_walks(rng: np.random.
         fit = fit_frame(HINGE, noisy, PLACE, YAW, NOISE, WALK)
         off.append([*(fit.offset - offset - walked[2]), fit.yaw - yaw])
         then.append(fit.offset - offset - walked[3])
-    np.testing.assert_allclose(np.std(off, axis=0), np.sqrt(np.diag(fit.covariance)), rtol=0.1)
-    assert np.std(off, axis=0)[0] > 1.5 * math.sqrt(fitted(touched((0.0, 0.0), 0.0)).covariance[0, 0])
-    np.testing.assert_allclose(np.std(then, axis=0), np.sqrt(np.diag(fit.covariance_at(later)))[:2], rtol=0.1)
+    assert np.std(off, axis=0)[0] > 1.5 * math.sqrt(fit.covariance[0, 0])
+    assert (np.std(off, axis=0)[:2] < 1.05 * np.sqrt(np.diag(fit.covariance_at(times[-1])))[:2]).all()
+    share = np.std(then, axis=0) / np.sqrt(np.diag(fit.covariance_at(later)))[:2]
+    assert 0.7 < share.min() and share.max() < 1.05
