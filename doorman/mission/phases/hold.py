@@ -18,8 +18,10 @@ Array = NDArray[np.float64]
 
 _STANDS, _AVERAGED, _STOOD = 0.006, 0.5, 1.0
 """A held door is not left yet that has been faster within the last second, on average over half of one [rad/s], [s], [s]."""
-_PATIENCE, _MOVING = 5.0, 10.0
-"""Hold times for which a held door that is not open enough is pushed again before the mission ends, and for which it may move,"""
+_MOVING = 10.0
+"""Hold times for which an open door may move before the mission ends."""
+_PATIENCE = 5.0
+"""Hold times for which a held door that is not open enough is pushed again before the mission ends,"""
 OPEN_ENOUGH = math.radians(2.0)
 """and is given up if it is farther off by then; nor is a door open that is farther off when the mission ends [rad]."""
 
@@ -77,11 +79,15 @@ class Hold(MissionPhase):
         angle = self.attempt.model.door.in_words(estimate.door_angle, 0)
         if self._waits:
             if estimate.time - self._open_at > settings.hold_open:
-                return GiveUp(f"the door was moved while it was held, to {angle}")
+                return GiveUp(
+                    f"the door was moved while it was held, to {angle}", takes_back=False
+                )  # who has it keeps it
             if is_open and held >= settings.time_out.hold:
                 return GiveUp(f"the door did not stay by itself, and the vehicle let go after {held:.0f} s")
             return None
-        patience = (1.0 if off < STILL_OPEN else _PATIENCE) if stands else _MOVING
+        patience = _MOVING if is_open and not stands else _PATIENCE
+        if stands and off < STILL_OPEN:
+            patience = 1.0
         if held < settings.hold_open * patience:
             return None
         if not is_open:
