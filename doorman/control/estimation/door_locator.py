@@ -115,7 +115,7 @@ class DoorLocator:
             return math.nan
         normal = self._door.normal(door_angle)[:2] / self._model.coupling.lever_length
         slope = np.array([*normal, -self._door.hand])
-        covariance = self.frame.covariance_at(self._now)
+        covariance = self.frame.covariance_at(self._now, self._model.scenario.estimation.frame_walk)
         return math.sqrt(float(slope @ covariance @ slope))
 
     def update(self, measured: Measurement, touches: bool, grips: bool, time_step: float) -> None:

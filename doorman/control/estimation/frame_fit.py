@@ -55,16 +55,15 @@ class FrameFit:
     """Of h and ψ, shape (3, 3)."""
     time: float = 0.0
     """Of the first touch [s]."""
-    walk: float = 0.0
-    """q, by which the frame of the poses walks in a second, along either axis [m/s^½]."""
 
-    def covariance_at(self, time: float) -> Array:
+    def covariance_at(self, time: float, walk: float) -> Array:
         """Covariance of h and ψ for a frame of the poses that has walked on, shape (3, 3).
 
         Args:
             time: Not before the first touch [s].
+            walk: q, by which it walks in a second, along either axis [m/s^½].
         """
-        return self.covariance + np.diag([1.0, 1.0, 0.0]) * self.walk**2 * (time - self.time)
+        return self.covariance + np.diag([1.0, 1.0, 0.0]) * walk**2 * (time - self.time)
 
     def placed(self, place: FramePlace) -> FramePlace:
         """Where a place of the map is.
@@ -88,12 +87,7 @@ class FrameFit:
 
 
 def fit_frame(
-    hinge: Array,
-    touches: Sequence[FrameTouch],
-    place_deviation: float,
-    yaw_deviation: float,
-    noise: float,
-    walk: float = 0.0,
+    hinge: Array, touches: Sequence[FrameTouch], place_deviation: float, yaw_deviation: float, noise: float
 ) -> FrameFit:
     """Pose of a door from touches of its frame.
 
@@ -103,7 +97,6 @@ def fit_frame(
         place_deviation: Standard deviation of h along either axis before [m].
         yaw_deviation: Of ψ [rad].
         noise: Of a touch along the normal [m].
-        walk: q, by which the frame of the poses walks in a second, along either axis [m/s^½].
 
     Returns:
         The fit.
@@ -125,7 +118,7 @@ def fit_frame(
         gain = spread @ np.linalg.inv(slopes @ spread + noise**2 * np.eye(len(touches)))
         found = gain @ (slopes @ np.array([*fit.offset, fit.yaw]) - off)
         covariance = np.diag(doubt) - gain @ spread.T
-        fit = FrameFit(hinge, found[:2], float(found[2]), covariance, touches[0].time, walk)
+        fit = FrameFit(hinge, found[:2], float(found[2]), covariance, touches[0].time)
     return fit
 
 

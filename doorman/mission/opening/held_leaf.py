@@ -76,11 +76,10 @@ class HeldLeaf:
         self._waiting = None
         setpoint = self._converter.setpoint(current.plan, now - current.start, estimate.arm_angles)
         turning = self._converter.turning(current.plan, now - current.start)
-        back = goal is not None
-        beyond = (-1.0 if back else 1.0) * self.ahead(setpoint.yaw, estimate.door_angle) - _AHEAD
+        way = 1.0 if goal is None else -1.0
+        beyond = way * self.ahead(setpoint.yaw, estimate.door_angle) - _AHEAD
         if beyond > 0.0:  # plans turn with a door that should move, and one that is held does not
-            kept = setpoint.yaw + (beyond if back else -beyond) * self._sense
-            setpoint, turning = replace(setpoint, yaw=kept), 0.0
+            setpoint, turning = replace(setpoint, yaw=setpoint.yaw - way * self._sense * beyond), 0.0
         aid = self._turning_aid.force(estimate.state, body_rates, turning, time_step, estimate.attitude_lag)
         return replace(setpoint, force=setpoint.force + aid)
 

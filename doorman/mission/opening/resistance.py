@@ -83,8 +83,8 @@ class Resistance:
             time_step: Since the last tick [s].
         """
         off, torque = estimate.door_angle - self._goal, estimate.door_disturbance
-        average = torque if self._average is None else self._average
-        self._average = average + min(time_step / _AVERAGED, 1.0) * (torque - average)
+        before = torque if self._average is None else self._average
+        self._average = average = before + min(time_step / _AVERAGED, 1.0) * (torque - before)
         stands = self._rest is not None and abs(self._progress.rate) < SLOW
         self._stood = self._stood + time_step if stands else 0.0
         self._rested = self._rested and self._stood < _STAYS  # friction that has held it once may hold it again
@@ -92,7 +92,7 @@ class Resistance:
             self.is_open or self._travel.ahead(off) > 0.0
         )
         self._nudge(off, AT_GOAL if rests else self._tolerance, time_step)
-        resists = self._travel.ahead(self._gripped(off, estimate) - self._stiction)
+        resists = self._travel.ahead(self._gripped(off, average, estimate) - self._stiction)
         return self._travel.ahead(min(resists, self._most))
 
     def keeps_the_door(self, estimate: Estimate) -> bool:
@@ -117,14 +117,13 @@ class Resistance:
         else:
             self._stiction *= math.exp(-time_step / _FORGOTTEN)
 
-    def _gripped(self, off: float, estimate: Estimate) -> float:
+    def _gripped(self, off: float, average: float, estimate: Estimate) -> float:
         """Torque of a gripped hinge, without its friction where the door should come to rest: it is what holds the door there.
 
         Else the push that overcomes the friction of a slow door carries it beyond the goal, by degrees. One without friction
         follows whatever it is pushed with: what is estimated brings it to the goal, and a torque of the moment away from it.
         """
         torque, rate = estimate.door_disturbance, self._progress.rate
-        average = torque if self._average is None else self._average
         if estimate.hinge.friction < _NO_FRICTION * self._hinge:
             self._rest = None
         elif abs(off) > self._progress.at_goal:

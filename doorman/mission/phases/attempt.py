@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cached_property
+
 from doorman.control.estimation.estimator import Estimator
 from doorman.control.estimation.frame_fit import FrameFit
 from doorman.control.estimation.pose_watch import PoseWatch
@@ -31,8 +33,6 @@ class Attempt:
         self.settings = model.scenario.mission
         self.grips = model.scenario.contact.kind == "grip"
         self.leaf = AtTheLeaf(model, converter)
-        self.held_leaf = HeldLeaf(model, converter, schedule)
-        """Motion with the leaf in the gripper."""
         self.opening = self._make_opening()
         through = self.settings.then == "through" and has_doorway(model)
         self.passage = Passage(model) if through else None
@@ -58,6 +58,11 @@ class Attempt:
         """How old and noisy they are; of all attempts."""
         self.frame: FrameFit | None = None
         """Where the door stands, once the tip has touched its frame; of all attempts."""
+
+    @cached_property
+    def held_leaf(self) -> HeldLeaf:
+        """Motion with the leaf in the gripper; a tip that only pushes needs none."""
+        return HeldLeaf(self.model, self.converter, self.schedule)
 
     def allow_another(self) -> None:
         """Let another attempt follow, unless this one has failed already, or the mission was aborted."""

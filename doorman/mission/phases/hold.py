@@ -79,15 +79,15 @@ class Hold(MissionPhase):
         angle = self.attempt.model.door.in_words(estimate.door_angle, 0)
         if self._waits:
             if estimate.time - self._open_at > settings.hold_open:
-                return GiveUp(
-                    f"the door was moved while it was held, to {angle}", takes_back=False
-                )  # who has it keeps it
+                moved = f"the door was moved while it was held, to {angle}"
+                return GiveUp(moved, takes_back=False)  # who has it keeps it
             if is_open and held >= settings.time_out.hold:
                 return GiveUp(f"the door did not stay by itself, and the vehicle let go after {held:.0f} s")
             return None
-        patience = _MOVING if is_open and not stands else _PATIENCE
-        if stands and off < STILL_OPEN:
-            patience = 1.0
+        if stands:
+            patience = 1.0 if off < STILL_OPEN else _PATIENCE
+        else:
+            patience = _MOVING if is_open else _PATIENCE
         if held < settings.hold_open * patience:
             return None
         if not is_open:

@@ -134,7 +134,7 @@ def test_the_deviation_of_the_angle_grows_as_the_frame_of_the_poses_walks() -> N
     here = measured(model, model.door.hinge_position, 0.0)
     locator.update(here, False, False, TICK)
     covariance = np.diag([0.002, 0.003, 0.004]) ** 2
-    locator.learn(FrameFit(model.door.hinge_position, np.zeros(2), 0.0, covariance, time=25.0, walk=0.001))
+    locator.learn(FrameFit(model.door.hinge_position, np.zeros(2), 0.0, covariance, time=25.0))
     assert locator.deviations == pytest.approx([math.hypot(0.002, 0.005), math.hypot(0.003, 0.005), 0.004])
     assert math.isnan(locator.angle_deviation(angle)), "nothing measures it"
     locator.update(replace(here, time=25.0), True, False, TICK)

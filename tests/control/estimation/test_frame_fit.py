@@ -97,10 +97,10 @@ def test_the_stated_covariance_covers_a_frame_that_walks(rng: np.random.Generato
             FrameTouch(one.place, one.tip + rng.normal(0.0, NOISE, 3) + np.array([*by, 0.0]), at)
             for one, by, at in zip(touched((float(offset[0]), float(offset[1])), yaw), walked, times, strict=False)
         ]
-        fit = fit_frame(HINGE, noisy, PLACE, YAW, NOISE, WALK)
+        fit = fit_frame(HINGE, noisy, PLACE, YAW, NOISE)
         off.append([*(fit.offset - offset - walked[2]), fit.yaw - yaw])
         then.append(fit.offset - offset - walked[3])
     assert np.std(off, axis=0)[0] > 1.5 * math.sqrt(fit.covariance[0, 0])
-    assert (np.std(off, axis=0)[:2] < 1.05 * np.sqrt(np.diag(fit.covariance_at(times[-1])))[:2]).all()
-    share = np.std(then, axis=0) / np.sqrt(np.diag(fit.covariance_at(later)))[:2]
+    assert (np.std(off, axis=0)[:2] < 1.05 * np.sqrt(np.diag(fit.covariance_at(times[-1], WALK)))[:2]).all()
+    share = np.std(then, axis=0) / np.sqrt(np.diag(fit.covariance_at(later, WALK)))[:2]
     assert 0.7 < share.min() and share.max() < 1.05

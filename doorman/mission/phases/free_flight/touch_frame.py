@@ -132,5 +132,4 @@ class TouchFrame(MissionPhase):
 
     def _fitted(self) -> FrameFit:
         doubt, hinge = self._model.scenario.estimation, self._model.door.hinge_position
-        deviations = doubt.door_place_deviation, doubt.door_yaw_deviation
-        return fit_frame(hinge, self._touches, *deviations, _NOISE, doubt.frame_walk)
+        return fit_frame(hinge, self._touches, doubt.door_place_deviation, doubt.door_yaw_deviation, _NOISE)
