@@ -11,7 +11,7 @@ unexport PYTHONDONTWRITEBYTECODE
 CHECK_PYTHON := import sys; sys.exit(sys.version_info < (3, 11) and "doorman needs Python 3.11 or newer: make PYTHON=python3.11")
 
 .DELETE_ON_ERROR:
-.PHONY: help demo rig-demo test test-all test-rig coverage lint docs bench clean
+.PHONY: help demo rig-demo test-quick test test-docs test-all test-rig coverage lint warm docs bench clean
 
 help:
 	@sed -n 's/^#: *//p' $(firstword $(MAKEFILE_LIST))
@@ -24,28 +24,37 @@ demo: $(VENV)/.installed-for-demo
 rig-demo: $(VENV)/.installed-for-rig
 	$(BIN)/doorman rig $(SCENARIO) --fly
 
-#: make test       lint, types, and every test but the slow ones; needs chromium: about 20 minutes
-# First what runs in real time or takes signals, with kernels compiled ahead; then everything else, which takes all of two cores.
-# What a busy machine held up in real time gets a second chance; what fails twice fails.
-REAL_TIME := tests/hardware tests/recording/test_recording_signals.py
-CHOSEN := -m "not slow"
+# One worker a core runs the tests; those that wait for sockets and processes run beside them, eight at a time.
+WORKERS := auto
+WAITING := tests/ros2 tests/recording/test_recording_signals.py tests/campaign/flights
+CHOSEN := -m "not slow and not docs"
+PYTEST = $(BIN)/python -m pytest --durations=10 $(PYTEST_OPTIONS)
 
-test: lint
-	$(BIN)/doorman warmup paper push
-	$(BIN)/python -m pytest -n 2 $(REAL_TIME) || $(BIN)/python -m pytest --last-failed $(REAL_TIME)
-	$(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder $(CHOSEN) $(REAL_TIME:%=--ignore=%) --ignore=tests/rig $(PYTEST_OPTIONS)
+#: make test-quick before each commit: style, types, and the tests of less than 90 s; kernels compile once
+QUICK := tests/test_quick.py
+test-quick: $(VENV)/.installed-for-test
+	$(MAKE) --jobs=2 lint warm
+	$(PYTEST) -n $(WORKERS) --dist worksteal $(CHOSEN) $(QUICK)
 
-#: make test-all   with the slow tests: rare faults, whole campaigns, further arms and problems: an hour more
+#: make test       before each push: style, types, and every test but the slow ones; needs chromium: 6 to 10 minutes
+test: $(VENV)/.installed-for-test
+	$(MAKE) --jobs=2 lint warm
+	$(PYTEST) -n $(WORKERS) --dist worksteal $(CHOSEN)
+
+#: make test-docs  before docs change: tutorials, how-to pages and examples are executed: some minutes
+test-docs: $(VENV)/.installed-for-test
+	$(PYTEST) -n $(WORKERS) -m docs
+
+#: make test-all   before a release: the above and the slow tests, such as rare faults and whole campaigns: an hour more
 test-all: CHOSEN :=
 test-all: test
 
-#: make coverage   the tests with a report of what they do not reach; slower by half
-coverage: PYTEST_OPTIONS := --cov --cov-report=term:skip-covered --cov-report=xml
+#: make coverage   the tests, and what they do not reach; slower by half
+coverage: PYTEST_OPTIONS += --cov --cov-report=term:skip-covered --cov-report=xml
 coverage: test
 
 #: make test-rig   whole flights over emulated links in real time, on an otherwise idle machine: about 20 minutes
-test-rig: $(VENV)/.installed-for-test
-	$(BIN)/doorman warmup paper
+test-rig: warm
 	$(BIN)/python -m pytest tests/rig
 
 #: make lint       style, types and imports
@@ -55,9 +64,12 @@ lint: $(VENV)/.installed-for-test
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 
-#: make docs       build the documentation, with its tutorials executed: build/docs/index.html
-docs: $(VENV)/.installed-for-test
+# Kernels are compiled once, by one process a core; what is compiled already is loaded.
+warm: $(VENV)/.installed-for-test
 	$(BIN)/doorman warmup paper push
+
+#: make docs       build the documentation, with its tutorials executed: build/docs/index.html
+docs: warm
 	$(BIN)/python -m sphinx -q -W --keep-going -b html -c docs . build/docs
 
 #: make bench      measure the solvers against others, and write docs/benchmarks.md: about 45 minutes

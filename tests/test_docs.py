@@ -127,6 +127,7 @@ def test_the_toml_of_the_readme_and_the_docs_is_a_scenario(tmp_path):
 RUN = [*sorted((ROOT / "docs" / "how-to").glob("*.md")), ROOT / "docs" / "viewing.md", ROOT / "docs" / "scenario.md"]
 
 
+@pytest.mark.docs
 @pytest.mark.parametrize("page", RUN, ids=lambda page: page.stem)
 def test_the_python_of_the_how_to_pages_runs(page, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
@@ -155,13 +156,8 @@ EXAMPLES = {
 """What they print, among other things; `fly_the_door` is flown by `tests/rig`, `ocp_pendulum` run by `tests/ocp/toys`."""
 
 
-MINUTES = {"many_problems"}
-"""Examples that compile a solver of their own, and other kernels than any other test."""
-
-
-@pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=pytest.mark.slow if name in MINUTES else []) for name in EXAMPLES]
-)
+@pytest.mark.docs
+@pytest.mark.parametrize("name", EXAMPLES)
 def test_an_example_runs(name, capsys, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     runpy.run_path(str(ROOT / "examples" / f"{name}.py"), run_name="__main__")

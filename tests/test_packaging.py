@@ -156,10 +156,10 @@ def test_every_import_of_the_tests_is_a_declared_dependency():
 
 
 def test_every_dependency_is_imported():
-    imported = set()
-    for path in [*(ROOT / "doorman").rglob("*.py"), *(ROOT / "tests").rglob("*.py")]:
-        own = {test.stem for test in (ROOT / "tests").rglob("*.py")} | {"suite"}  # of benchmarks/
-        imported |= {distribution_of(module) for module in third_party_imports(path) - own}
+    tests = [*(ROOT / "tests").rglob("*.py")]
+    own = {test.stem for test in tests} | {"suite"}  # of benchmarks/
+    modules = set().union(*map(third_party_imports, [*(ROOT / "doorman").rglob("*.py"), *tests]))
+    imported = {distribution_of(module) for module in modules - own}
     tools = {
         "pytest-cov",
         "pytest-xdist",

@@ -48,7 +48,7 @@ def build(folder: Path, *options: str) -> Path:
 
 @pytest.fixture(scope="module")
 def built(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """All pages, with the tutorials as they are written; `make docs` and the slow test execute them."""
+    """All pages, with the tutorials as they are written; `make docs` and `make test-docs` execute them."""
     options = ("nb_execution_mode=off", "suppress_warnings=myst-nb.lexer")  # the kernel would tell the language
     return build(tmp_path_factory.mktemp("docs"), *(word for option in options for word in ("-D", option)))
 
@@ -121,7 +121,7 @@ def test_formulas_are_mathml_that_says_the_same(built):
     assert "$" not in re.sub(r"<[^>]+>", "", text.split('role="main"')[1].split("<footer")[0])
 
 
-@pytest.mark.slow  # seven tutorials, with flights and a campaign: minutes
+@pytest.mark.docs
 def test_tutorials_are_executed(tmp_path: Path) -> None:
     built = build(tmp_path)
     tutorials = sorted((ROOT / "docs" / "tutorials").glob("*.md"))
