@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import select
 import threading
 import time
@@ -23,22 +24,26 @@ _File = TypeVar("_File", bound="int | HasFileno")
 
 
 class Clock:
-    """The computer's monotonic clock. Threads, events and conditions that it makes wait by it.
+    """The computer's monotonic clock. Threads, events, conditions and locks that it makes wait by it.
 
     Whatever waits for something in this package is given a clock, and waits by nothing else: under another clock, the same
-    threads, sockets and emulators run at another speed. No lock may be held while waiting, unless the condition's own.
+    threads, sockets and emulators run at another speed. No other lock may be held while waiting.
     """
 
     now = staticmethod(time.monotonic)
     """The time [s]."""
     nanoseconds = staticmethod(time.monotonic_ns)
     """The time [ns]."""
+    raw = staticmethod(functools.partial(time.clock_gettime, time.CLOCK_MONOTONIC_RAW))
+    """The time by an oscillator that no time server slews [s]."""
     sleep = staticmethod(time.sleep)
     """Wait [s]."""
     event = threading.Event
     """Makes an event."""
     condition = threading.Condition
     """Makes a condition."""
+    lock = threading.RLock
+    """Makes a lock that a thread may hold while it waits; its owner may take it again."""
 
     def reach(self, moment: float) -> None:
         """Wait until a moment, exactly.

@@ -16,8 +16,8 @@ from typing import Any
 
 from doorman.clocks import Clock
 
-GRACE = 0.001
-"""Real time in which a terminal hands on what was written, whatever else the machine does [s]."""
+REAL_PATIENCE = 0.01
+"""Between two looks at files where nobody waits for a moment: then only another process can go on [s]."""
 
 
 class _Wait:
@@ -49,6 +49,9 @@ class VirtualClock(Clock):
     def nanoseconds(self) -> int:  # type: ignore[override]
         return round(self._now * 1e9)
 
+    def raw(self) -> float:  # type: ignore[override]
+        return self._now
+
     def sleep(self, duration: float) -> None:  # type: ignore[override]
         if duration < 0.0:
             raise ValueError("sleep length must be non-negative")
@@ -70,6 +73,9 @@ class VirtualClock(Clock):
 
     def condition(self) -> threading.Condition:  # type: ignore[override]
         return VirtualCondition(self)
+
+    def lock(self) -> VirtualLock:  # type: ignore[override]
+        return VirtualLock(self)
 
     def thread(self, target: Callable[..., None], *args: Any, name: str | None = None) -> threading.Thread:
         return VirtualThread(self, target, args, name)
@@ -97,6 +103,8 @@ class VirtualClock(Clock):
 
     def wake(self, waits: list[_Wait], count: int | None = None) -> None:
         """Let those go on who wait, and forget them."""
+        if not waits:  # who comes now looks again before it waits
+            return
         with self._lock:
             chosen = waits[:count]
             del waits[:count]
@@ -159,18 +167,14 @@ class VirtualClock(Clock):
                     return
                 waits = [wait for wait in self._waits if not wait.woken]
                 moment = min(wait.until for wait in waits)
-                patience = 0.01 if moment == math.inf else GRACE if self._slow(waits) else 0.0
-                ready = _ready(waits, 0.0) or (_ready(waits, patience) if patience else [])
+                # Nothing is under way: `send` on loopback returns when it has arrived, and `poll` has a terminal hand it on.
+                ready = _ready(waits, 0.0 if moment < math.inf else REAL_PATIENCE)
                 if not ready and moment < math.inf:
                     self._now = max(self._now, moment)
                     ready = [wait for wait in waits if wait.until <= self._now]
                 if not ready and not any(wait.files for wait in waits):
                     raise RuntimeError("everybody waits for ever")
                 self._wake(ready)
-
-    def _slow(self, waits: Iterable[_Wait]) -> bool:
-        """Whether somebody waits for what does not come at once."""
-        return False
 
 
 def _ready(waits: Iterable[_Wait], timeout: float) -> list[_Wait]:
@@ -230,6 +234,39 @@ class VirtualCondition(threading.Condition):
 
     def notify_all(self) -> None:
         self._clock.wake(self._waits)
+
+
+class VirtualLock:
+    """A lock whose owner may wait: meanwhile whoever wants it waits too. Its owner may take it again."""
+
+    def __init__(self, clock: VirtualClock) -> None:
+        self._clock, self._waits = clock, list[_Wait]()
+        self._lock = threading.RLock()
+
+    def acquire(self, blocking: bool = True, timeout: float = -1.0) -> bool:
+        end = math.inf if timeout < 0.0 else self._clock.now() + timeout
+        taken = False
+
+        def take() -> bool:
+            nonlocal taken
+            taken = self._lock.acquire(blocking=False)
+            return taken
+
+        while not (taken or take()):
+            if not blocking or self._clock.now() >= end:
+                return False
+            self._clock.wait(self._waits, None if end == math.inf else end - self._clock.now(), take)
+        return True
+
+    def release(self) -> None:
+        self._lock.release()
+        self._clock.wake(self._waits, 1)
+
+    def __enter__(self) -> bool:
+        return self.acquire()
+
+    def __exit__(self, *_: object) -> None:
+        self.release()
 
 
 class VirtualThread(threading.Thread):

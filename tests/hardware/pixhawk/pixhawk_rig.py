@@ -91,7 +91,9 @@ class Rig:
         """Start both and wait for a fresh state."""
         self.emulator.start()
         self.pilot.open()
-        assert wait_until(lambda: self.pilot.state().status is SampleStatus.FRESH or self.emulator.build.vision, clock=self.clock)
+        assert wait_until(
+            lambda: self.pilot.state().status is SampleStatus.FRESH or self.emulator.build.vision, clock=self.clock
+        )
         return self
 
     def fly(self, height: float = 0.3) -> Rig:
@@ -122,7 +124,9 @@ class Rig:
             self.seen += self.pilot.events()
             return any(words in event.message for event in self.seen if event.kind is EventKind.STATUS_TEXT)
 
-        assert wait_until(look, timeout, self.clock), f"no text with '{words}'; seen: {[event.message for event in self.seen]}"
+        assert wait_until(look, timeout, self.clock), (
+            f"no text with '{words}'; seen: {[event.message for event in self.seen]}"
+        )
 
     def forget(self) -> None:
         """Forget the events so far."""

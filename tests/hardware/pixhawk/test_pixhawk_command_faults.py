@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 from pixhawk_rig import HOVER, QUICK, Rig, fresh, landed, wait_until
-from virtual_time import CLOCK, Aside
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
+from virtual_time import CLOCK, Aside
 
 from doorman.exceptions import BackendError
 from doorman.hardware.pixhawk import Authority, EventKind, OutcomeStatus

@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from pixhawk_rig import HOVER, QUICK, WEIGHT, fresh, landed, wait_until
-from virtual_time import CLOCK
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
+from virtual_time import CLOCK
 
 from doorman.exceptions import BackendError
 from doorman.hardware.pixhawk import AttitudeSetpoint, Authority, EventKind, PositionSetpoint

@@ -8,9 +8,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from pixhawk_rig import QUICK, WEIGHT, Rig, wait_until
+from virtual_time import CLOCK, Aside
 
 from doorman.exceptions import BackendError
-from virtual_time import CLOCK, Aside
 from doorman.hardware.pixhawk import (
     AttitudeSetpoint,
     Authority,

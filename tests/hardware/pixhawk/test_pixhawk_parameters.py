@@ -8,9 +8,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from pixhawk_rig import SAFE, WEIGHT, wait_until
+from virtual_time import CLOCK
 
 from doorman.exceptions import BackendError
-from virtual_time import CLOCK
 from doorman.hardware.pixhawk import Autopilot, PixhawkConfig, ThrustCurve
 from doorman.hardware.pixhawk.dialect import ARDUPILOT, PX4
 from doorman.hardware.pixhawk.parameters.protocol import read_parameters

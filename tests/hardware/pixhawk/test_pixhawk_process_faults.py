@@ -37,7 +37,9 @@ def test_process_killed(rigs):
     script = [sys.executable, "-c", textwrap.dedent(FLYER), str(rig.port)]
     with subprocess.Popen(script, stderr=subprocess.PIPE) as process:
         try:
-            flying = wait_until(lambda: rig.emulator.brain.demand.task is Task.ATTITUDE or process.poll(), 30.0, REAL_TIME)
+            flying = wait_until(
+                lambda: rig.emulator.brain.demand.task is Task.ATTITUDE or process.poll(), 30.0, REAL_TIME
+            )
             assert flying and process.poll() is None, process.stderr.read() if process.stderr else None
         finally:
             os.kill(process.pid, signal.SIGKILL)

@@ -67,7 +67,7 @@ class EmulatedAutopilot(Uncopied):
         if self.build.motors == "linear":
             self.parameters[dialect.linearisation] = 1.0
         self.parameters[dialect.hover_thrust] = normalised_thrust(share, self.parameters[dialect.linearisation])
-        self.lock = threading.RLock()
+        self.lock = clock.lock()
         """Held while it thinks: whoever calls into its parts from another thread takes it."""
         self._local, self._remote = local, remote
         self._stop = self._time.event()

@@ -35,7 +35,9 @@ class Receiver:
         system_id: Its own.
     """
 
-    def __init__(self, brain: Brain, estimator: Estimator, telemetry: Telemetry, clock: BootClock, system_id: int) -> None:
+    def __init__(
+        self, brain: Brain, estimator: Estimator, telemetry: Telemetry, clock: BootClock, system_id: int
+    ) -> None:
         self.received: Counter[str] = Counter()
         """Messages by type."""
         self.commands: Counter[int] = Counter()
