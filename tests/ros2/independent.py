@@ -72,13 +72,16 @@ def plain(value: Any) -> Any:
 
 
 def listen(domain: str, name: str, topic: str, count: str) -> None:
-    """Print every message as rosbags reads its bytes, and what arrived within the time."""
+    """Say when somebody publishes, and print every message as rosbags reads its bytes."""
     participant = DomainParticipant(int(domain))
     reader = DataReader(participant, Topic(participant, topic, dds_type(name)), qos=QOS)
+    end = time.monotonic() + 120.0
+    while not reader.get_matched_publications() and time.monotonic() < end:
+        time.sleep(0.01)
     print("ready", flush=True)
-    heard, end = 0, time.monotonic() + 60.0
+    heard = 0
     last = time.monotonic()
-    while heard < int(count) and time.monotonic() < end and time.monotonic() - last < 5.0:
+    while heard < int(count) and time.monotonic() < end and time.monotonic() - last < 20.0:
         for sample in reader.take(500):
             message = STORE.deserialize_cdr(sample.serialize(), name)
             print(json.dumps(plain(message)), flush=True)

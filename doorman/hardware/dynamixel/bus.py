@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import threading
-import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from types import TracebackType
@@ -12,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from doorman.checks import vector
+from doorman.clocks import REAL_TIME, Clock
 from doorman.copying import Uncopied
 from doorman.exceptions import BackendError, DimensionError
 from doorman.hardware.dynamixel.config import ServoConfig
@@ -39,14 +38,15 @@ class ServoBus(Uncopied):
 
     Args:
         config: Servos, joints and limits.
+        clock: By which it waits.
     """
 
-    def __init__(self, config: ServoConfig) -> None:
-        self.config = config
+    def __init__(self, config: ServoConfig, clock: Clock = REAL_TIME) -> None:
+        self.config, self._clock = config, clock
         self._log = EventLog()
         self._worker: BusWorker | None = None
         self._ready: tuple[ReadyServo, ...] = ()
-        self._recovering = threading.Lock()
+        self._recovering = clock.lock()
 
     def inspect(self) -> tuple[SettingFinding, ...]:
         """Open the port, compare every servo's settings with what is relied on, and close it; changes no setting.
@@ -80,7 +80,7 @@ class ServoBus(Uncopied):
                 relied on, has shut down or refuses.
         """
         self._require_closed()
-        connection = Connection.open(self.config)
+        connection = Connection.open(self.config, self._clock)
         try:
             self._ready = connection.commission(self.config, self._log)
             self._worker = self._hear_all(connection)
@@ -96,7 +96,7 @@ class ServoBus(Uncopied):
         Raises:
             BackendError: if the bus was never opened.
         """
-        return self._opened().latest.at(time.monotonic(), self.config.stale_after)
+        return self._opened().latest.at(self._clock.now(), self.config.stale_after)
 
     def wait(self, sample: ServoSample, timeout: float) -> ServoSample:
         """Wait for a sample that is newer than another.
@@ -108,7 +108,7 @@ class ServoBus(Uncopied):
         Raises:
             BackendError: if none comes in time, or the bus was never opened.
         """
-        return self._opened().wait(sample.cycle, timeout).at(time.monotonic(), self.config.stale_after)
+        return self._opened().wait(sample.cycle, timeout).at(self._clock.now(), self.config.stale_after)
 
     def command(self, rates: ArrayLike, grip: float | None = None) -> None:
         """Ask for joint rates, at once; they hold until the next call, but no longer than `command_timeout`.
@@ -124,7 +124,7 @@ class ServoBus(Uncopied):
                 `field` says which.
         """
         worker = self._opened()
-        now = time.monotonic()
+        now = self._clock.now()
         last = (0.0, now) if worker.command is None else (worker.command.current, worker.command.grip_time)
         try:
             wanted = _finite(rates, self.config.n_joints, "rates")
@@ -152,13 +152,13 @@ class ServoBus(Uncopied):
             BackendError: if the bus is not open.
         """
         worker = self._opened()
-        deadline = time.monotonic() + timeout
+        deadline = self._clock.now() + timeout
         if not self._recovering.acquire(timeout=timeout):
             return (f"another recovery has taken more than {timeout:g} s",)
         try:
-            request = RecoveryRequest(deadline)
+            request = RecoveryRequest(deadline, self._clock.event())
             worker.request = request
-            if not request.done.wait(deadline - time.monotonic() + self.config.boot_timeout):
+            if not request.done.wait(deadline - self._clock.now() + self.config.boot_timeout):
                 return (f"the servos did not recover within {timeout:g} s",)
             return tuple(request.failures)
         finally:
@@ -212,7 +212,7 @@ class ServoBus(Uncopied):
     def _for_a_moment(self) -> Iterator[Connection]:
         """The port, closed again afterwards."""
         self._require_closed()
-        connection = Connection.open(self.config)
+        connection = Connection.open(self.config, self._clock)
         try:
             yield connection
         finally:

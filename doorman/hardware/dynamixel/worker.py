@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import threading
-import time
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
@@ -30,7 +29,7 @@ class RecoveryRequest:
     """Somebody waits for a recovery."""
 
     deadline: float
-    done: threading.Event = field(default_factory=threading.Event)
+    done: threading.Event
     failures: list[str] = field(default_factory=lambda: ["the bus was stopped meanwhile"])
 
 
@@ -63,16 +62,17 @@ class BusWorker:
     def __init__(
         self, connection: Connection, cycle: ServoCycle, config: ServoConfig, log: EventLog, first: ServoSample
     ) -> None:
+        self._clock = connection.clock
         self._connection: Connection | None = connection
         self._cycle = cycle
         self._config = config
         self._log = log
-        self._stopping = threading.Event()
-        self._published = threading.Condition()
+        self._stopping = self._clock.event()
+        self._published = self._clock.condition()
         self._starts: deque[float] = deque(maxlen=STARTS_KEPT)
         self._next = 0.0
         self._overruns = 0
-        self._thread = threading.Thread(target=self._run, name="servo-bus", daemon=True)
+        self._thread = self._clock.thread(self._run, name="servo-bus")
         self.command: ServoCommand | None = None
         """Newest command; replaced as a whole, so no lock is needed."""
         self.request: RecoveryRequest | None = None
@@ -82,7 +82,7 @@ class BusWorker:
 
     def start(self) -> None:
         """Begin to cycle."""
-        self._next = time.monotonic()
+        self._next = self._clock.now()
         self._thread.start()
 
     def stop(self, timeout: float) -> bool:
@@ -134,9 +134,9 @@ class BusWorker:
     def _pace(self) -> None:
         """Wait for the next cycle; one that is late is not made up for."""
         self._next += self._config.period
-        now = time.monotonic()
+        now = self._clock.now()
         if now < self._next:
-            time.sleep(self._next - now)
+            self._clock.sleep(self._next - now)
         elif now > self._next + self._config.period:
             self._overruns += 1
             self._next = now
@@ -151,7 +151,7 @@ class BusWorker:
             except Exception as error:  # the last line of defence: without the thread, nobody commands zero velocity
                 self._cycle.bus_fault |= ServoFault.INTERNAL
                 text = f"internal failure: {type(error).__name__}: {error}"
-                self._log.write(ServoEvent(time.monotonic(), None, ServoFault.INTERNAL, True, text))
+                self._log.write(ServoEvent(self._clock.now(), None, ServoFault.INTERNAL, True, text))
                 self._publish(replace(self.latest, bus_fault=self._cycle.bus_fault, state=BusState.HOLDING))
                 if self._connection is not None:
                     self._cycle.halt()
@@ -168,7 +168,7 @@ class BusWorker:
             self._recover(request)
 
     def _cycle_once(self) -> None:
-        self._starts.append(time.monotonic())
+        self._starts.append(self._clock.now())
         self._publish(self._cycle.step(self.command))
 
     def _recover(self, request: RecoveryRequest) -> None:
@@ -186,8 +186,8 @@ class BusWorker:
         """Run a cycle if one is due, in the middle of something longer."""
         if self._stopping.is_set():
             raise BackendError("the bus is being stopped", field="servos")
-        if time.monotonic() >= self._next + self._config.period:
-            self._next = time.monotonic()
+        if self._clock.now() >= self._next + self._config.period:
+            self._next = self._clock.now()
             self._cycle_once()
 
     def _publish(self, sample: ServoSample) -> None:
@@ -200,20 +200,20 @@ class BusWorker:
             self._connection.port.close()
             self._connection = None
         self._cycle.bus_fault |= ServoFault.UNPLUGGED
-        self._log.write(ServoEvent(time.monotonic(), None, ServoFault.UNPLUGGED, True, why))
+        self._log.write(ServoEvent(self._clock.now(), None, ServoFault.UNPLUGGED, True, why))
         self._cycle.count += 1
         self._publish(self._cycle.sample(BusState.DISCONNECTED))
 
     def _reconnect(self) -> None:
         """Open the device again and check who answers; what the servos went through shows in the next cycle."""
         self._stopping.wait(RECONNECT_INTERVAL)
-        self._next = time.monotonic()
+        self._next = self._clock.now()
         if not self._config.reconnect or self._stopping.is_set():
             return
         connection = None
         try:
-            connection = Connection.open(self._config)
-            deadline = time.monotonic() + self._config.open_timeout
+            connection = Connection.open(self._config, self._clock)
+            deadline = self._clock.now() + self._config.open_timeout
             for servo_id, known in zip(self._config.ids, self._cycle.ready, strict=True):
                 Servo(connection.quick, servo_id, deadline).identify((known.model,))
         except BackendError:  # not there yet, or not whole: tried again
@@ -223,7 +223,7 @@ class BusWorker:
         self._connection = connection
         self._cycle.use(connection.quick)
         self._cycle.bus_fault &= ~ServoFault.UNPLUGGED
-        self._log.write(ServoEvent(time.monotonic(), None, ServoFault.UNPLUGGED, False, "serial device opened again"))
+        self._log.write(ServoEvent(self._clock.now(), None, ServoFault.UNPLUGGED, False, "serial device opened again"))
 
     def _finish(self) -> None:
         """Zero velocity, then rest; if that fails, the servos' own watchdogs stop them."""
@@ -234,6 +234,6 @@ class BusWorker:
             self._cycle.halt()
             for failure in connection.rest(self._config):
                 text = f"the servo did not take zero velocity, its watchdog stops it: {failure}"
-                self._log.write(ServoEvent(time.monotonic(), None, ServoFault.NONE, True, text))
+                self._log.write(ServoEvent(self._clock.now(), None, ServoFault.NONE, True, text))
         finally:
             connection.port.close()

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import time
 from importlib.util import find_spec
 from types import TracebackType
 
+from doorman.clocks import REAL_TIME, Clock
 from doorman.copying import Uncopied
 from doorman.exceptions import BackendError, how_to_install
 from doorman.hardware.mocap.config import MocapConfig
@@ -28,10 +28,11 @@ class MocapReceiver(Uncopied):
 
     Args:
         config: Stream, object, frames and limits.
+        clock: By which it waits.
     """
 
-    def __init__(self, config: MocapConfig) -> None:
-        self.config = config
+    def __init__(self, config: MocapConfig, clock: Clock = REAL_TIME) -> None:
+        self.config, self._clock = config, clock
         self._log = EventLog()
         self._worker: MocapWorker | None = None
 
@@ -51,7 +52,7 @@ class MocapReceiver(Uncopied):
             raise BackendError(f"these cameras need the package motioncapture; {how_to_install('mocap')}",
                                field="mocap.connection", given=self.config.connection)  # fmt: skip
         patience = self.config.open_timeout if timeout is None else timeout
-        self._worker = MocapWorker(listen(self.config.connection), self.config, self._log)
+        self._worker = MocapWorker(listen(self.config.connection), self.config, self._log, self._clock)
         self._worker.start()
         try:
             self._await_pose(self._worker, patience)
@@ -133,7 +134,7 @@ class MocapReceiver(Uncopied):
 
     def _as_of_now(self, worker: MocapWorker) -> PoseSample:
         sample = worker.latest
-        return sample.at(time.monotonic(), self.config.stale_after, self.config.prediction_limit)
+        return sample.at(self._clock.now(), self.config.stale_after, self.config.prediction_limit)
 
     def _opened(self) -> MocapWorker:
         if self._worker is None:

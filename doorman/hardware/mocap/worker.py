@@ -5,12 +5,10 @@ from __future__ import annotations
 import contextlib
 import math
 import os
-import select
 import socket
-import threading
-import time
 from collections.abc import Callable
 
+from doorman.clocks import REAL_TIME, Clock
 from doorman.exceptions import BackendError
 from doorman.hardware.mocap.config import MocapConfig
 from doorman.hardware.mocap.connection import CamerasLink, listen, parse_cameras
@@ -30,7 +28,6 @@ LONGEST_WAIT = 0.1
 """The thread looks at its deadlines at least this often [s]."""
 BATCH = 64
 """Datagrams that are read before deadlines are looked at: a flood must not hide them."""
-_BROKEN = select.POLLERR | select.POLLHUP | select.POLLNVAL
 
 
 class MocapWorker:
@@ -40,9 +37,11 @@ class MocapWorker:
         channel: Bound socket; the worker closes it.
         config: Settings.
         log: Gets what happens.
+        clock: By which it waits.
     """
 
-    def __init__(self, channel: socket.socket, config: MocapConfig, log: EventLog) -> None:
+    def __init__(self, channel: socket.socket, config: MocapConfig, log: EventLog, clock: Clock = REAL_TIME) -> None:
+        self._clock = clock
         self._channel: socket.socket | None = channel
         self._config = config
         self._cameras = parse_cameras(config.connection)
@@ -51,10 +50,10 @@ class MocapWorker:
         self.client_words = ""
         """Why the cameras' client ended last."""
         self._pipeline = Pipeline(config, log)
-        self._changed = threading.Condition()
+        self._changed = clock.condition()
         self._stopping = False
         self._wake_read, self._wake_write = os.pipe()
-        self._thread = threading.Thread(target=self._run, name="mocap", daemon=True)
+        self._thread = clock.thread(self._run, name="mocap")
 
     @property
     def latest(self) -> PoseSample:
@@ -107,7 +106,7 @@ class MocapWorker:
                 try:
                     self._turn()
                 except Exception as error:  # the last line of defence: without the thread, no fault would be told
-                    now = time.monotonic()
+                    now = self._clock.now()
                     self._pipeline.book.strike(MocapFault.INTERNAL, now, f"{type(error).__name__}: {error}")
                     self._pause(INTERNAL_PAUSE)
                 with self._changed:
@@ -124,20 +123,20 @@ class MocapWorker:
             if self._cameras is not None:
                 self._look_after_client(self._cameras, self._channel)
             self._receive(self._channel)
-        self._pipeline.tick(time.monotonic())
+        self._pipeline.tick(self._clock.now())
 
     def _look_after_client(self, cameras: CamerasLink, channel: socket.socket) -> None:
         """Start the cameras' client, and start it again where it has ended; it ends with this thread."""
         words = None if self._client is None else self._client.last_words
         if words is not None:
             self.client_words = words
-            self._pipeline.book.keep(MocapFault.CLIENT, True, time.monotonic(), f"{cameras.kind}: {words}")
-        if (self._client is None or words is not None) and time.monotonic() - self._started > RESTART_INTERVAL:
+            self._pipeline.book.keep(MocapFault.CLIENT, True, self._clock.now(), f"{cameras.kind}: {words}")
+        if (self._client is None or words is not None) and self._clock.now() - self._started > RESTART_INTERVAL:
             self._drop_client()
             self._client = ClientProcess(cameras, channel.getsockname()[1], self._config.rate)
-            self._started = time.monotonic()
-        elif words is None and time.monotonic() - self._started > RESTART_INTERVAL:
-            self._pipeline.book.keep(MocapFault.CLIENT, False, time.monotonic())
+            self._started = self._clock.now()
+        elif words is None and self._clock.now() - self._started > RESTART_INTERVAL:
+            self._pipeline.book.keep(MocapFault.CLIENT, False, self._clock.now())
 
     def _drop_client(self) -> None:
         """End the cameras' client, if there is one."""
@@ -148,38 +147,31 @@ class MocapWorker:
     def _receive(self, channel: socket.socket) -> None:
         """Wait for packets until the next deadline, and read what has come."""
         try:
-            flags = self._poll(channel.fileno())
-            if flags & select.POLLIN:
+            if self._await_packets(channel):
                 for _ in range(BATCH):
                     datagram, sender = channel.recvfrom(LARGEST)
-                    arrival = time.monotonic()  # before the other one: what comes between makes poses older, not newer
-                    self._pipeline.feed(datagram, sender, arrival, time.clock_gettime(time.CLOCK_MONOTONIC_RAW))
-            elif flags & _BROKEN:
-                raise OSError(channel.getsockopt(socket.SOL_SOCKET, socket.SO_ERROR), "the socket is broken")
+                    arrival = self._clock.now()  # before the other one: what comes between makes poses older, not newer
+                    self._pipeline.feed(datagram, sender, arrival, self._clock.raw())
         except BlockingIOError:
             return
-        except OSError as error:
+        except (OSError, ValueError) as error:  # ValueError: the socket is closed
             channel.close()
             self._channel = None
             self._drop_client()  # it sends to a port that is gone
-            self._pipeline.book.keep(MocapFault.SOCKET, True, time.monotonic(), str(error.strerror or error))
+            self._pipeline.book.keep(
+                MocapFault.SOCKET, True, self._clock.now(), str(getattr(error, "strerror", None) or error)
+            )
 
-    def _poll(self, descriptor: int) -> int:
-        if descriptor < 0:
-            return select.POLLNVAL
-        now = time.monotonic()
-        patience = min(self._pipeline.deadline(now) - now, LONGEST_WAIT)
-        poll = select.poll()
-        poll.register(descriptor, select.POLLIN)
-        poll.register(self._wake_read, select.POLLIN)
-        for ready, flags in poll.poll(1e3 * patience + 0.1):  # a little more: the deadline has passed then
-            if ready == descriptor:
-                return flags
-        return 0
+    def _await_packets(self, channel: socket.socket) -> bool:
+        now = self._clock.now()
+        patience = (
+            min(self._pipeline.deadline(now) - now, LONGEST_WAIT) + 1e-4
+        )  # a little more: the deadline has passed
+        return channel in self._clock.readable((channel, self._wake_read), max(patience, 0.0))
 
     def _pause(self, duration: float) -> None:
         """Wait, but not past `stop`."""
-        select.select([self._wake_read], [], [], duration)
+        self._clock.readable([self._wake_read], duration)
 
     def _reopen(self) -> None:
         self._pause(REOPEN_INTERVAL)
@@ -187,4 +179,4 @@ class MocapWorker:
             return
         with contextlib.suppress(BackendError):  # not yet: tried again
             self._channel = listen(self._config.connection)
-            self._pipeline.book.keep(MocapFault.SOCKET, False, time.monotonic(), "opened again")
+            self._pipeline.book.keep(MocapFault.SOCKET, False, self._clock.now(), "opened again")

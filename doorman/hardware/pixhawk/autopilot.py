@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import time
 from dataclasses import replace
 from types import TracebackType
 
 from numpy.typing import ArrayLike
 
+from doorman.clocks import REAL_TIME, Clock
 from doorman.copying import Uncopied
 from doorman.exceptions import BackendError
 from doorman.hardware.pixhawk import sequences
@@ -46,11 +46,12 @@ class Autopilot(Uncopied):
 
     Args:
         config: Settings.
+        clock: By which it waits.
     """
 
-    def __init__(self, config: PixhawkConfig) -> None:
-        self.config = config
-        self._link = Link(config)
+    def __init__(self, config: PixhawkConfig, clock: Clock = REAL_TIME) -> None:
+        self.config, self._clock = config, clock
+        self._link = Link(config, clock)
 
     # ------------------------------------------------------------ opening and closing
 
@@ -62,7 +63,7 @@ class Autopilot(Uncopied):
         """
         if self._link.open:
             raise BackendError("the link is open already", field="connection", given=self.config.connection)
-        self._link = Link(self.config)
+        self._link = Link(self.config, self._clock)
         self._link.start()
         try:
             sequences.await_autopilot(self._link)
@@ -92,7 +93,7 @@ class Autopilot(Uncopied):
 
     def state(self) -> VehicleSample:
         """Newest state, with its status as of now: only `FRESH` may be flown on."""
-        sample, now = self._link.tracker.sample, time.monotonic()
+        sample, now = self._link.tracker.sample, self._clock.now()
         age = sample.age(now)
         if age == float("inf"):
             status = SampleStatus.INCOMPLETE
@@ -121,7 +122,7 @@ class Autopilot(Uncopied):
                 field="thrust_curve",
                 allowed="a ThrustCurve, or hover_force",
             )
-        return self._link.stream.offer(setpoint, time.monotonic())
+        return self._link.stream.offer(setpoint, self._clock.now())
 
     def mocap(self, time_of_capture: float, position: ArrayLike, quaternion: ArrayLike) -> bool:
         """Hand over a pose for the autopilot's estimator.
@@ -137,7 +138,7 @@ class Autopilot(Uncopied):
         Raises:
             DimensionError: if it is not a pose.
         """
-        return self._link.mocap.offer(MocapPose.checked(time_of_capture, position, quaternion), time.monotonic())
+        return self._link.mocap.offer(MocapPose.checked(time_of_capture, position, quaternion), self._clock.now())
 
     def events(self) -> tuple[Event, ...]:
         """Events since the last call, oldest first."""
@@ -145,7 +146,7 @@ class Autopilot(Uncopied):
 
     def complaints(self) -> tuple[str, ...]:
         """Texts of severity warning or worse in the last 40 s, each once: the autopilot repeats those that hold."""
-        return tuple(self._link.exchange.texts(time.monotonic() - _REMEMBERED, mavlink.MAV_SEVERITY_WARNING))
+        return tuple(self._link.exchange.texts(self._clock.now() - _REMEMBERED, mavlink.MAV_SEVERITY_WARNING))
 
     def check_again(self) -> tuple[str, ...]:
         """Have the autopilot check now whether it would arm, on the ground; unasked, it says why not twice a minute.
@@ -153,15 +154,15 @@ class Autopilot(Uncopied):
         Returns:
             What it says to that; `complaints` if it says nothing.
         """
-        started = time.monotonic()
+        started = self._clock.now()
         command(self._link, mavlink.MAV_CMD_RUN_PREARM_CHECKS, tries=2)
         self._link.exchange.wait(lambda: True if self._link.exchange.texts(started) else None, _REASONS_WITHIN)
-        time.sleep(_REASONS_TOGETHER)
+        self._clock.sleep(_REASONS_TOGETHER)
         return tuple(self._link.exchange.texts(started, mavlink.MAV_SEVERITY_WARNING)) or self.complaints()
 
     def status(self) -> LinkStatus:
         """Figures of the link as of now."""
-        return link_status(self._link, time.monotonic())
+        return link_status(self._link, self._clock.now())
 
     # ------------------------------------------------------------ steps of a flight
 
@@ -189,7 +190,7 @@ class Autopilot(Uncopied):
         if not self.config.write_parameters:
             raise BackendError("parameters are written only on request", field="write_parameters", allowed="True")
         sample = self._link.tracker.sample
-        if sample.armed or time.monotonic() - sample.heartbeat_time > self.config.timeouts.heartbeat:
+        if sample.armed or self._clock.now() - sample.heartbeat_time > self.config.timeouts.heartbeat:
             raise BackendError(
                 "parameters are written on the ground only",
                 field="armed",
@@ -257,7 +258,7 @@ class Autopilot(Uncopied):
         """
         if at is None:
             sample = self.state()
-            at = here(sample) if sample.age(time.monotonic()) < LONGEST_BLIND_HOLD else None
+            at = here(sample) if sample.age(self._clock.now()) < LONGEST_BLIND_HOLD else None
         if at is None:
             return Outcome(OutcomeStatus.NOT_READY, "no position and attitude of the last second")
         if not self._link.authority.hold(at, latch=latch):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 
 import numpy as np
@@ -43,14 +42,14 @@ def await_autopilot(link: Link) -> None:
         BackendError: if one of them is missing after the time-out.
     """
     timeout = link.config.timeouts.open
-    deadline = time.monotonic() + timeout
+    deadline = link.time.now() + timeout
     needs: tuple[tuple[str, Callable[[], bool]], ...] = (
         ("heartbeat of a multirotor", lambda: link.inbox.identity is not None),
         ("attitude", lambda: link.tracker.sample.attitude_time > float("-inf")),
         ("answers to TIMESYNC", lambda: link.clock.synchronised),
     )
     for missing, found in needs[:1] if link.config.listen_only else needs:
-        if not _until(link, found, max(0.0, deadline - time.monotonic())):
+        if not _until(link, found, max(0.0, deadline - link.time.now())):
             raise BackendError(
                 f"no {missing} within {timeout:g} s{_hint(link)}", field="connection", given=link.config.connection
             )
@@ -72,16 +71,16 @@ def engage(link: Link, unarmed: bool = False) -> Outcome:
         unarmed: Whether that is not asked of a vehicle that somebody has armed meanwhile.
     """
     timeouts = link.config.timeouts
-    if not _until(link, lambda: link.tracker.sample.age(time.monotonic()) <= timeouts.state, _PATIENCE):
+    if not _until(link, lambda: link.tracker.sample.age(link.time.now()) <= timeouts.state, _PATIENCE):
         return Outcome(OutcomeStatus.NOT_READY, "no fresh position and attitude")
-    if link.config.mocap and time.monotonic() - link.mocap.newest_time > timeouts.mocap:
+    if link.config.mocap and link.time.now() - link.mocap.newest_time > timeouts.mocap:
         return Outcome(OutcomeStatus.NOT_READY, "no fresh pose from mocap")
     sample = link.tracker.sample
     place = here(sample)
     if place is None:
         return Outcome(OutcomeStatus.NOT_READY, "the autopilot rebooted")
     dialect = link.known_dialect
-    deadline = time.monotonic() + timeouts.mode + timeouts.stream_before_mode
+    deadline = link.time.now() + timeouts.mode + timeouts.stream_before_mode
     if dialect.needs_stream or sample.armed and sample.landed is LandedState.IN_AIR:
         link.stream.hold(place)
     if dialect.needs_stream:
@@ -95,11 +94,11 @@ def engage(link: Link, unarmed: bool = False) -> Outcome:
     def prepares() -> bool:
         return link.authority.state is Authority.PREPARING and not taken()
 
-    while time.monotonic() < deadline and link.open and prepares():
+    while link.time.now() < deadline and link.open and prepares():
         answer = command(
             link, mavlink.MAV_CMD_DO_SET_MODE, *dialect.mode_parameters(dialect.companion_mode), go_on=prepares
         )
-        wait = min(_HEARTBEAT_WAIT if answer.done else _RETRY, max(0.0, deadline - time.monotonic()))
+        wait = min(_HEARTBEAT_WAIT if answer.done else _RETRY, max(0.0, deadline - link.time.now()))
         _until(link, lambda: not prepares(), wait)
         if not answer.done:
             outcome = answer
@@ -107,7 +106,7 @@ def engage(link: Link, unarmed: bool = False) -> Outcome:
         return _DONE
     if link.authority.state is Authority.LOST:
         return Outcome(OutcomeStatus.CONTROL_LOST, "another mode was chosen, or the motors were stopped")
-    link.authority.withdraw(time.monotonic())
+    link.authority.withdraw(link.time.now())
     return Outcome(OutcomeStatus.CONTROL_LOST, "somebody has armed the vehicle") if taken() else outcome
 
 
@@ -120,7 +119,7 @@ def arm(link: Link, timeout: float) -> Outcome:
         link: To the autopilot.
         timeout: Longest time [s].
     """
-    deadline = time.monotonic() + timeout
+    deadline = link.time.now() + timeout
     while True:
         if not _may_arm(link):
             return Outcome(OutcomeStatus.NOT_READY, "the vehicle is to land, or another mode was chosen")
@@ -128,10 +127,10 @@ def arm(link: Link, timeout: float) -> Outcome:
             link, mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 1.0,
             go_on=lambda: _may_arm(link) and not link.tracker.sample.armed,
         )  # fmt: skip
-        wait = _HEARTBEAT_WAIT if outcome.done else min(_RETRY, max(0.1, deadline - time.monotonic()))
+        wait = _HEARTBEAT_WAIT if outcome.done else min(_RETRY, max(0.1, deadline - link.time.now()))
         if _until(link, lambda: link.tracker.sample.armed, wait):
             return _DONE
-        if time.monotonic() >= deadline or not link.open:
+        if link.time.now() >= deadline or not link.open:
             break
     if outcome.done:
         disarm(link)  # it may be armed all the same
@@ -176,7 +175,7 @@ def take_off(link: Link, height: float) -> Outcome:
         outcome = _take_off_by_command(link, height)
         if not outcome.done:
             return outcome
-    elif not link.authority.climb(place, height, time.monotonic()):
+    elif not link.authority.climb(place, height, link.time.now()):
         return Outcome(OutcomeStatus.CONTROL_LOST, "before take-off")
 
     def arrived() -> bool:
@@ -217,22 +216,22 @@ def land(link: Link) -> Outcome:
     Args:
         link: To the autopilot.
     """
-    authority, deadline = link.authority, time.monotonic() + link.config.timeouts.landing
+    authority, deadline = link.authority, link.time.now() + link.config.timeouts.landing
     if not link.tracker.sample.armed:
-        authority.withdraw(time.monotonic())
+        authority.withdraw(link.time.now())
         return _DONE
     if not link.request_landing():
         return Outcome(OutcomeStatus.CONTROL_LOST, "doorman does not control the vehicle")
     on_ground_since: float | None = None
-    while time.monotonic() < deadline and link.open:
+    while link.time.now() < deadline and link.open:
         if _until(link, lambda: not link.tracker.sample.armed, 0.2):
-            authority.withdraw(time.monotonic())
+            authority.withdraw(link.time.now())
             return _DONE
         if authority.state is Authority.LOST:
             return Outcome(OutcomeStatus.CONTROL_LOST, "while landing")
         on_ground = link.tracker.sample.landed is LandedState.ON_GROUND and authority.state is Authority.LANDING
-        on_ground_since = (on_ground_since or time.monotonic()) if on_ground else None
-        if on_ground_since is not None and time.monotonic() - on_ground_since > _GROUND_PATIENCE:
+        on_ground_since = (on_ground_since or link.time.now()) if on_ground else None
+        if on_ground_since is not None and link.time.now() - on_ground_since > _GROUND_PATIENCE:
             disarm(link)
             on_ground_since = None
     return Outcome(OutcomeStatus.TIMED_OUT, "the vehicle did not report that it has landed")
@@ -247,7 +246,7 @@ def leave(link: Link) -> None:
     flying = link.tracker.sample.armed and link.authority.state is Authority.ENGAGED
     if flying and link.config.on_stop == "land" and link.open and link.request_landing():
         _until(link, lambda: link.authority.state is not Authority.ENGAGED, link.config.timeouts.stop)
-    link.authority.withdraw(time.monotonic())
+    link.authority.withdraw(link.time.now())
 
 
 def wait_for_sample(link: Link, accept: Callable[[VehicleSample], bool], timeout: float) -> bool:

@@ -14,6 +14,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from doorman.clocks import REAL_TIME, Clock
 from doorman.hardware.mocap import MocapConfig, MocapReceiver, PoseQuality, PoseSample
 from doorman.hardware.pixhawk import Autopilot, SampleStatus
 from doorman.hardware.quaternions import angle_between
@@ -36,10 +37,11 @@ class DoubtedMocap(MocapReceiver):
     Args:
         config: Of the receiver.
         autopilot: Who contradicts; need not be open.
+        clock: By which it waits.
     """
 
-    def __init__(self, config: MocapConfig, autopilot: Autopilot) -> None:
-        super().__init__(config)
+    def __init__(self, config: MocapConfig, autopilot: Autopilot, clock: Clock = REAL_TIME) -> None:
+        super().__init__(config, clock)
         self._autopilot = autopilot
         self._doubted, self._agreed = False, 0
 

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from servo_client import Client
 from servo_rig import FASTEST, LOWER, UPPER, Rig
+from virtual_time import CLOCK
 
 from doorman.hardware.dynamixel import ServoConfig
 from doorman.rig.emulators.servos import ServoEmulator
@@ -18,12 +19,14 @@ from doorman.rig.emulators.servos.plant import LaggingJoints
 
 @pytest.fixture
 def make_emulator() -> Iterator[Callable[..., ServoEmulator]]:
-    """Start emulated servos; `angles` is where the joints are."""
+    """Start emulated servos; `angles` is where the joints are. Answers take their time: else none would pass in virtual time."""
     with ExitStack() as stack:
 
         def make(servos: Any = (1, 2, 3, 4), angles: Any = None, plant: Any = None, **options: Any) -> ServoEmulator:
             plant = plant or LaggingJoints(np.zeros(len(servos)) if angles is None else angles)
-            return stack.enter_context(ServoEmulator(servos, plant, **options))
+            return stack.enter_context(
+                ServoEmulator(servos, plant, **{"clock": CLOCK, "baud_rate": 1_000_000} | options)
+            )
 
         yield make
 

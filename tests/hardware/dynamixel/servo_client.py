@@ -3,18 +3,26 @@
 from __future__ import annotations
 
 import os
-import select
+from typing import Any
 
 import dynamixel_sdk as sdk
+from virtual_time import CLOCK
 
 from doorman.rig.emulators.servos import ServoEmulator
 
 
 class PatientPort(sdk.PortHandler):
-    """A port of the SDK that waits longer than 34 ms: a loaded machine is not a silent servo."""
+    """A port of the SDK that waits longer than 34 ms, and in virtual time: the SDK looks at the clock without end."""
 
     def setPacketTimeout(self, packet_length: int) -> None:
         self.setPacketTimeoutMillis(150.0)
+
+    def getCurrentTime(self) -> float:
+        return 1e3 * CLOCK.now()
+
+    def readPort(self, length: int) -> Any:
+        CLOCK.readable([self.ser], 0.001)
+        return super().readPort(length)
 
 
 class Client:
@@ -44,7 +52,7 @@ def exchange(emulator: ServoEmulator, packet: str, wait: float = 0.05) -> bytes:
     try:
         os.write(descriptor, bytes.fromhex(packet))
         answer = b""
-        while select.select([descriptor], [], [], wait)[0]:
+        while CLOCK.readable([descriptor], wait):
             answer += os.read(descriptor, 4096)
         return answer
     finally:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import pytest
+from virtual_time import CLOCK
 
 from doorman.hardware.dynamixel import BusState, ServoBus, ServoConfig, ServoEvent, ServoFault, ServoSample
 from doorman.hardware.dynamixel.wire.units import VELOCITY_UNIT
@@ -24,7 +24,7 @@ class Rig:
     def __init__(self, emulator: ServoEmulator, config: ServoConfig) -> None:
         self.emulator = emulator
         self.config = config
-        self.bus = ServoBus(config)
+        self.bus = ServoBus(config, CLOCK)
         self.seen: list[ServoEvent] = []
 
     def servo(self, servo_id: int) -> EmulatedServo:
@@ -40,11 +40,11 @@ class Rig:
 
     def true_angles(self) -> np.ndarray:
         with self.emulator.lock:
-            return self.emulator.plant.motion(time.monotonic()).angles
+            return self.emulator.plant.motion(CLOCK.now()).angles
 
     def true_rates(self) -> np.ndarray:
         with self.emulator.lock:
-            return self.emulator.plant.motion(time.monotonic()).rates
+            return self.emulator.plant.motion(CLOCK.now()).rates
 
     def events(self) -> list[ServoEvent]:
         """Everything that has happened so far."""
@@ -58,10 +58,10 @@ class Rig:
 
     def until(self, condition: Callable[[ServoSample], bool], timeout: float = 2.0, rates: Any = None) -> ServoSample:
         """Command rates, or rates and a gripper's current, until a sample meets a condition."""
-        end = time.monotonic() + timeout
+        end = CLOCK.now() + timeout
         sample = self.bus.read()
         while not condition(sample):
-            assert time.monotonic() < end, f"not within {timeout} s: {sample}"
+            assert CLOCK.now() < end, f"not within {timeout} s: {sample}"
             if rates is not None:
                 self.command(rates)
             sample = self.bus.wait(sample, 1.0)
@@ -73,8 +73,8 @@ class Rig:
 
     def fly(self, rates: Any, seconds: float) -> list[ServoSample]:
         """Command rates for some time."""
-        samples, end = [self.bus.read()], time.monotonic() + seconds
-        while time.monotonic() < end:
+        samples, end = [self.bus.read()], CLOCK.now() + seconds
+        while CLOCK.now() < end:
             self.command(rates)
             samples.append(self.bus.wait(samples[-1], 1.0))
         return samples

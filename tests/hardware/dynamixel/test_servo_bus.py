@@ -9,6 +9,7 @@ import time
 import numpy as np
 import pytest
 from servo_rig import LOWER, UPPER, follows
+from virtual_time import CLOCK
 
 from doorman.exceptions import BackendError
 from doorman.hardware.dynamixel import BusState, ServoFault
@@ -37,7 +38,7 @@ def test_a_sample_says_everything(rig):
     for servo_id in (1, 2, 3, 4):
         rig.set_row(servo_id, "present temperature", 40 + servo_id)
         rig.set_row(servo_id, "present input voltage", 110 + servo_id)
-    before = time.monotonic()
+    before = CLOCK.now()
     sample = rig.until(lambda sample: sample.time > before)
     assert sample.temperatures == pytest.approx([41, 42, 43, 44])
     assert sample.voltages == pytest.approx([11.1, 11.2, 11.3, 11.4])
@@ -59,7 +60,7 @@ def test_samples_follow_each_other_with_times_that_grow(rig):
     assert (np.diff([sample.cycle for sample in samples]) >= 1).all()
     assert (np.diff([sample.time for sample in samples]) >= 0.0).all()
     with pytest.raises(BackendError, match="no new sample"):
-        rig.bus.wait(samples[-1].at(time.monotonic(), 1.0), 0.0)
+        rig.bus.wait(samples[-1].at(CLOCK.now(), 1.0), 0.0)
 
 
 def test_slow_rates_keep_their_mean(rig):
@@ -67,7 +68,7 @@ def test_slow_rates_keep_their_mean(rig):
     began = rig.bus.read().cycle
     rate = 0.3 * VELOCITY_UNIT
     samples = rig.fly([rate, 0.0, 0.0, 0.0], 0.4)
-    time.sleep(0.05)
+    CLOCK.sleep(0.05)
     seconds = (samples[-1].cycle - began) * rig.config.period
     assert (rig.true_angles() - start)[0] == pytest.approx(rate * seconds, abs=0.003)
 
@@ -128,7 +129,7 @@ def test_reading_and_commanding_touch_no_device(rig):
             rig.bus.read()
             rig.bus.command([0.1] * 4)
             calls.append(time.thread_time() - before)
-            time.sleep(0.002)
+            CLOCK.sleep(0.002)
     assert len(calls) == 50
     rig.until(lambda sample: sample.fresh)
 
@@ -159,7 +160,7 @@ def test_stop_leaves_the_servos_at_rest(make_rig, torque_off):
         assert rig.row(servo_id, "goal velocity") == 0
         assert rig.row(servo_id, "bus watchdog") == 0
         assert rig.row(servo_id, "torque enable") == int(not torque_off)
-    time.sleep(0.2)
+    CLOCK.sleep(0.2)
     assert rig.true_rates() == pytest.approx(0.0, abs=1e-3)
     with pytest.raises(BackendError, match="not open"):
         rig.bus.read()

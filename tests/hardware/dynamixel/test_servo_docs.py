@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 from servo_rig import Rig
 
+from doorman.clocks import REAL_TIME
 from doorman.hardware.dynamixel import ServoConfig, ServoFault
 from doorman.hardware.dynamixel.setup.settings import SETTINGS, TOLERATED_RETURN_DELAY
 from doorman.hardware.dynamixel.wire.registers import OLDEST_FIRMWARE, STARTUP_FIRMWARE
@@ -93,7 +94,7 @@ def test_numbers_are_those_of_the_code():
 
 
 def test_the_program_of_the_page_runs(make_emulator):
-    emulator = make_emulator()
+    emulator = make_emulator(clock=REAL_TIME)
     (program,) = re.findall(r"^```python\n(.*?)^```", PAGE, re.MULTILINE | re.DOTALL)
     program = re.sub(r'port="[^"]*"', f"port={emulator.port!r}", program)
     names: dict[str, object] = {}

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import time
-
 import dynamixel_sdk as sdk
 import numpy as np
 import pytest
 from servo_client import exchange
+from virtual_time import CLOCK
 
 from doorman.rig.emulators.servos.packets import HEADER, checksum
 from doorman.rig.emulators.servos.unit import READY, ServoSetup
@@ -135,14 +134,14 @@ def test_clear_of_the_manual_drops_whole_turns(connect):
     clear = "FF FF FD 00 01 08 00 10 01 44 58 4C 22 B1 DC"
     client.write(TORQUE, 1, 1)
     client.write(GOAL_VELOCITY, 4, 1023)
-    time.sleep(0.35)
+    CLOCK.sleep(0.35)
     assert exchange(emulator, clear)[8] == 1, "it may not be cleared while it turns"
     client.write(GOAL_VELOCITY, 4, 0)
-    time.sleep(0.25)
+    CLOCK.sleep(0.25)
     turned = client.read(POSITION, 4)
     assert turned > 4096
     assert exchange(emulator, clear)[8] == 0
-    time.sleep(0.03)
+    CLOCK.sleep(0.03)
     assert client.read(POSITION, 4) == turned % 4096
 
 
@@ -239,7 +238,7 @@ def test_writes_may_cover_several_registers_but_all_or_nothing(client):
 def test_status_return_level(client, level, read, write):
     client.packets.write1ByteTxOnly(client.port, 1, 68, level)
     client.port.is_using = False
-    time.sleep(0.02)
+    CLOCK.sleep(0.02)
     assert client.packets.ping(client.port, 1)[1] == sdk.COMM_SUCCESS
     assert (client.packets.read1ByteTxRx(client.port, 1, 68)[1] == sdk.COMM_SUCCESS) == read
     assert (client.packets.write1ByteTxRx(client.port, 1, 65, 1)[0] == sdk.COMM_SUCCESS) == write

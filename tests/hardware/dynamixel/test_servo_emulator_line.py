@@ -6,6 +6,7 @@ import dynamixel_sdk as sdk
 import pytest
 from servo_client import Client, PatientPort, exchange
 
+from doorman.clocks import REAL_TIME
 from doorman.rig.emulators.servos.bus import ServoBusLogic
 from doorman.rig.emulators.servos.faults import BusFaults
 from doorman.rig.emulators.servos.packets import Instruction
@@ -77,7 +78,7 @@ def test_a_rate_that_is_written_holds_from_the_next_packet_on(connect, scan):
 
 def test_a_rate_that_the_port_does_not_show_is_answered(make_emulator):
     serial = pytest.importorskip("serial")
-    emulator = make_emulator([1])
+    emulator = make_emulator([1], clock=REAL_TIME)
     with serial.Serial(emulator.port, 4_500_000, timeout=0.5) as port:
         port.write(bytes.fromhex(PING))
         assert len(port.read(14)) == 14

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import os
-import time
 
 import dynamixel_sdk as sdk
 import numpy as np
 import pytest
 from servo_client import exchange
+from virtual_time import CLOCK
 
 from doorman.exceptions import BackendError
 from doorman.rig.emulators.servos import ServoEmulator
@@ -31,12 +31,12 @@ def test_goal_velocity_moves_the_joint(connect):
     emulator, client = connect()
     client.write(TORQUE, 1, 1)
     client.write(GOAL_VELOCITY, 4, 100)
-    time.sleep(0.3)
+    CLOCK.sleep(0.3)
     assert client.read(VELOCITY, 4) == 100
-    assert emulator.plant.motion(time.monotonic()).rates[0] == pytest.approx(100 * RATE_UNIT, rel=1e-4)
+    assert emulator.plant.motion(CLOCK.now()).rates[0] == pytest.approx(100 * RATE_UNIT, rel=1e-4)
     client.write(GOAL_VELOCITY, 4, 0)
-    time.sleep(0.3)
-    angle = emulator.plant.motion(time.monotonic()).angles[0]
+    CLOCK.sleep(0.3)
+    angle = emulator.plant.motion(CLOCK.now()).angles[0]
     assert angle > 0.5
     assert client.read(POSITION, 4) == 2048 + round(angle * 4096 / (2 * np.pi))
 
@@ -44,13 +44,13 @@ def test_goal_velocity_moves_the_joint(connect):
 def test_torque_and_mode_decide_whether_it_moves(connect):
     emulator, client = connect()
     client.write(GOAL_VELOCITY, 4, 100)
-    time.sleep(0.05)
-    assert emulator.plant.motion(time.monotonic()).rates[0] == 0.0
+    CLOCK.sleep(0.05)
+    assert emulator.plant.motion(CLOCK.now()).rates[0] == 0.0
     client.write(11, 1, 3)
     client.write(TORQUE, 1, 1)
     client.write(GOAL_VELOCITY, 4, 100)
-    time.sleep(0.05)
-    assert emulator.plant.motion(time.monotonic()).rates[0] == 0.0
+    CLOCK.sleep(0.05)
+    assert emulator.plant.motion(CLOCK.now()).rates[0] == 0.0
 
 
 def test_torque_on_begins_at_zero_velocity(client):
@@ -63,18 +63,18 @@ def test_mounting_homing_offset_and_reverse_mode(connect):
     setup = ServoSetup(1, READY | {"homing offset": 100}, zero=1000, direction=-1)
     emulator, client = connect([setup], angles=[0.5])
     ticks = round(0.5 * 4096 / (2 * np.pi))
-    time.sleep(0.03)
+    CLOCK.sleep(0.03)
     assert client.read(POSITION, 4) == 1000 - ticks + 100
     client.write(TORQUE, 1, 1)
     client.write(GOAL_VELOCITY, 4, -50)
-    time.sleep(0.2)
-    assert emulator.plant.motion(time.monotonic()).rates[0] > 1.0
+    CLOCK.sleep(0.2)
+    assert emulator.plant.motion(CLOCK.now()).rates[0] > 1.0
     client.write(TORQUE, 1, 0)
     client.write(10, 1, 1)
     client.write(TORQUE, 1, 1)
     client.write(GOAL_VELOCITY, 4, -50)
-    time.sleep(0.2)
-    assert emulator.plant.motion(time.monotonic()).rates[0] < -1.0
+    CLOCK.sleep(0.2)
+    assert emulator.plant.motion(CLOCK.now()).rates[0] < -1.0
     assert client.read(VELOCITY, 4) == pytest.approx(-50, abs=1)
 
 
@@ -88,11 +88,11 @@ def test_bus_watchdog_of_the_manual(connect):
     client.write(GOAL_VELOCITY, 4, 50)
     client.write(WATCHDOG, 1, 15)
     for _ in range(8):
-        time.sleep(0.05)
+        CLOCK.sleep(0.05)
         assert client.read(WATCHDOG, 1) == 15, "it fired though packets came"
-    time.sleep(0.45)
+    CLOCK.sleep(0.45)
     assert client.read(WATCHDOG, 1) == -1
-    assert abs(emulator.plant.motion(time.monotonic()).rates[0]) < 0.01
+    assert abs(emulator.plant.motion(CLOCK.now()).rates[0]) < 0.01
     assert client.write(GOAL_VELOCITY, 4, 100) == RANGE
     assert client.write(WATCHDOG, 1, 15) == RANGE
     assert client.write(WATCHDOG, 1, 0) == 0
@@ -116,7 +116,7 @@ def test_bus_watchdog_fires_after_its_time():
 
 def test_watchdog_sleeps_while_torque_is_off(client):
     client.write(WATCHDOG, 1, 2)
-    time.sleep(0.15)
+    CLOCK.sleep(0.15)
     assert client.read(WATCHDOG, 1) == 2
 
 
@@ -134,7 +134,7 @@ def test_overload_takes_the_torque_until_a_reboot(connect):
     client.write(168, 2, 65)
     assert client.packets.reboot(client.port, 1) == (sdk.COMM_SUCCESS, 0x80)
     assert client.packets.ping(client.port, 1)[1] == sdk.COMM_RX_TIMEOUT
-    time.sleep(0.15)
+    CLOCK.sleep(0.15)
     assert client.read(70, 1) == 0
     assert client.read(168, 2) == 224, "RAM is forgotten"
     assert client.write(TORQUE, 1, 1) == 0
@@ -146,8 +146,8 @@ def test_without_its_encoder_it_turns_and_does_not_see_it(connect):
     with emulator.lock:
         emulator.servo(1).trip(ENCODER)
     before = client.read(POSITION, 4)
-    time.sleep(0.3)
-    assert emulator.plant.motion(time.monotonic()).angles[0] > 0.01
+    CLOCK.sleep(0.3)
+    assert emulator.plant.motion(CLOCK.now()).angles[0] > 0.01
     assert (client.read(POSITION, 4), client.read(VELOCITY, 4)) == (before, 0)
 
 
@@ -166,17 +166,17 @@ def test_heat_comes_back_after_a_reboot(connect):
     emulator, client = connect()
     with emulator.lock:
         emulator.servo(1).memory.set("present temperature", 85)
-    time.sleep(0.03)
+    CLOCK.sleep(0.03)
     assert client.read(70, 1) == OVERHEATING
     client.packets.reboot(client.port, 1)
-    time.sleep(0.15)
+    CLOCK.sleep(0.15)
     assert client.read(70, 1) == OVERHEATING
 
 
 def test_reboot_brings_the_position_into_one_turn(connect):
     emulator, client = connect([1], angles=[2 * np.pi + 0.3])
     client.packets.reboot(client.port, 1)
-    time.sleep(0.15)
+    CLOCK.sleep(0.15)
     assert 0 <= client.read(POSITION, 4) < 4096
 
 
@@ -211,7 +211,7 @@ def test_a_silent_servo_silences_those_after_it(connect):
     emulator, client = connect()
 
     def answers() -> list[int]:
-        time.sleep(0.02)
+        CLOCK.sleep(0.02)
         reads = sdk.GroupSyncRead(client.port, client.packets, POSITION, 4)
         for servo_id in (1, 2, 3, 4):
             reads.addParam(servo_id)

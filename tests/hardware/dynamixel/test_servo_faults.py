@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import threading
-import time
-
 import numpy as np
 import pytest
 from servo_rig import SLOW, assert_moving, assert_stopped, follows, has, holds
+from virtual_time import CLOCK
 
 from doorman.hardware.dynamixel import STOPPING, ServoFault
 from doorman.rig.emulators.servos import ServoEmulator
@@ -104,7 +102,7 @@ def test_two_recoveries_at_a_time_are_one_after_the_other(rig):
         rig.servo(3).setup.boot_time = 0.5
     rig.until(has(ServoFault.OVERLOAD))
     said = []
-    callers = [threading.Thread(target=lambda: said.append(rig.bus.recover())) for _ in range(3)]
+    callers = [CLOCK.thread(lambda: said.append(rig.bus.recover())) for _ in range(3)]
     for caller in callers:
         caller.start()
     for caller in callers:
@@ -146,7 +144,7 @@ def test_strained_servo(make_rig):
             motion = super().motion(time)
             return ServoMotion(motion.angles, motion.rates, np.array([0.0, -1.5, 0.0, 0.0]))
 
-    with ServoEmulator((1, 2, 3, 4), Strained(np.zeros(4))) as emulator:
+    with ServoEmulator((1, 2, 3, 4), Strained(np.zeros(4)), clock=CLOCK) as emulator:
         rig = make_rig(emulator)
         rig.bus.open()
         sample = rig.until(has(ServoFault.STRAINED), rates=SLOW)
@@ -200,7 +198,7 @@ def test_restarted_servo(rig):
     angle = rig.true_angles()[1]
     with rig.emulator.lock:
         rig.servo(2).setup.boot_time = 0.02
-        rig.servo(2).reboot(time.monotonic())
+        rig.servo(2).reboot(CLOCK.now())
     sample = rig.until(has(ServoFault.RESTARTED), rates=SLOW)
     assert holds(sample)
     assert sample.angles[1] == pytest.approx(angle, abs=0.02)

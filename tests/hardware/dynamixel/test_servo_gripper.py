@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import time
-
 import numpy as np
 import pytest
 from servo_rig import SLOW, follows, has, holds
+from virtual_time import CLOCK
 
 from doorman.exceptions import BackendError
 from doorman.hardware.dynamixel import ServoFault
@@ -56,10 +55,10 @@ def fired(rig, servo_id):
 
 
 def wait_until_open(rig, timeout=1.0):
-    end = time.monotonic() + timeout
+    end = CLOCK.now() + timeout
     while fingers(rig) > 0.1:
-        assert time.monotonic() < end, f"still at {fingers(rig)}"
-        time.sleep(0.01)
+        assert CLOCK.now() < end, f"still at {fingers(rig)}"
+        CLOCK.sleep(0.01)
 
 
 def test_it_closes_holds_and_opens(hand):
@@ -110,7 +109,7 @@ def test_it_lets_go_when_a_servo_has_failed(hand, failed):
 def test_it_holds_on_when_the_user_falls_silent(hand):
     grip(hand)
     hand.until(has(ServoFault.COMMAND_STALE))
-    time.sleep(0.3)
+    CLOCK.sleep(0.3)
     assert fingers(hand) > CLOSED
     assert hand.true_rates()[:3] == pytest.approx(np.zeros(3), abs=2 * VELOCITY_UNIT)
 
@@ -142,7 +141,7 @@ def test_it_opens_when_the_bus_is_stopped(hand):
 def test_it_opens_while_its_servo_restarts(hand):
     grip(hand)
     with hand.emulator.lock:
-        hand.servo(4).reboot(time.monotonic())
+        hand.servo(4).reboot(CLOCK.now())
     wait_until_open(hand)
 
 
@@ -197,7 +196,7 @@ def test_recovered_it_stays_open_until_it_is_commanded_again(hand, monkeypatch, 
     grip(hand)
     if failure == "restarted":
         with hand.emulator.lock:
-            hand.servo(4).reboot(time.monotonic())
+            hand.servo(4).reboot(CLOCK.now())
         hand.until(has(ServoFault.RESTARTED), rates=(ARM, None))
     else:
         with monkeypatch.context() as patch:

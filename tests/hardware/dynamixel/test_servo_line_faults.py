@@ -6,13 +6,15 @@ import os
 import signal
 import subprocess
 import sys
-import time
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
 from servo_rig import FASTEST, LOWER, SLOW, UPPER, assert_moving, assert_stopped, follows, has, holds
+from virtual_time import CLOCK
 
+from doorman.clocks import REAL_TIME
 from doorman.hardware.dynamixel import LATCHED, STOPPING, BusState, ServoFault
 
 # ---------------------------------------------------------------- answers
@@ -143,7 +145,7 @@ def test_nothing_old_is_passed_on_as_fresh(rig):
         rig.bus.command([1.0 if cycle // 30 % 2 else -1.0] * 4)
         sample = rig.bus.wait(rig.bus.read(), 1.0)
         with rig.emulator.lock:
-            now = time.monotonic()
+            now = CLOCK.now()
             truth.append((now, rig.emulator.plant.motion(now).angles))
         for joint in range(4):
             said[joint][float(sample.times[joint])] = float(sample.angles[joint])
@@ -168,7 +170,7 @@ def test_unplugged_and_plugged_in_again(make_rig, make_emulator, tmp_path):
     rig.emulator.unplug()
     sample = rig.until(has(ServoFault.UNPLUGGED), rates=SLOW)
     assert sample.state is BusState.DISCONNECTED
-    time.sleep(0.35)
+    CLOCK.sleep(0.35)
     assert not rig.bus.read().fresh
     assert rig.true_rates() == pytest.approx(0.0, abs=1e-3), "the servos' own watchdogs"
     rig.emulator.plug_in()
@@ -183,7 +185,7 @@ def test_unplugged_for_good(make_rig, make_emulator, tmp_path):
     rig.emulator.unplug()
     rig.until(has(ServoFault.UNPLUGGED))
     rig.emulator.plug_in()
-    time.sleep(0.3)
+    CLOCK.sleep(0.3)
     assert rig.bus.read().state is BusState.DISCONNECTED
     assert rig.bus.recover(0.2) != ()
     rig.bus.stop()
@@ -196,7 +198,7 @@ def test_unplugged_and_another_arm_plugged_in(make_rig, make_emulator, tmp_path)
     rig.until(has(ServoFault.UNPLUGGED))
     rig.set_row(3, "model number", 1010)
     rig.emulator.plug_in()
-    time.sleep(0.25)
+    CLOCK.sleep(0.25)
     assert rig.bus.read().state is BusState.DISCONNECTED
 
 
@@ -208,8 +210,8 @@ def test_power_lost_while_unplugged(make_rig, make_emulator, tmp_path):
     rig.until(has(ServoFault.UNPLUGGED))
     with rig.emulator.lock:
         for servo_id in (1, 2, 3, 4):
-            rig.servo(servo_id).reboot(time.monotonic())
-    time.sleep(0.15)
+            rig.servo(servo_id).reboot(CLOCK.now())
+    CLOCK.sleep(0.15)
     rig.emulator.plug_in()
     sample = rig.until(has(ServoFault.RESTARTED), rates=SLOW)
     assert holds(sample)
@@ -225,7 +227,7 @@ def test_user_that_falls_silent(make_rig):
     sample = rig.until(has(ServoFault.COMMAND_STALE))
     assert holds(sample)
     assert not sample.goals.any()
-    time.sleep(0.15)
+    CLOCK.sleep(0.15)
     assert rig.true_rates() == pytest.approx(0.0, abs=1e-3)
     rig.until(follows, rates=SLOW)
 
@@ -234,7 +236,7 @@ def test_user_that_has_stopped_the_arm_may_fall_silent(make_rig):
     rig = make_rig(command_timeout=0.05)
     rig.bus.open()
     rig.bus.command([0.0] * 4)
-    time.sleep(0.2)
+    CLOCK.sleep(0.2)
     assert rig.bus.read().fault is ServoFault.NONE
 
 
@@ -253,12 +255,12 @@ def test_adapter_that_fails_in_itself(rig, monkeypatch, place):
         return result
 
     monkeypatch.setattr(cycle, place, failing)
-    end = time.monotonic() + 2.0
+    end = CLOCK.now() + 2.0
     while not rig.began(ServoFault.INTERNAL):
-        assert time.monotonic() < end
-        time.sleep(0.01)
+        assert CLOCK.now() < end
+        CLOCK.sleep(0.01)
     assert "RuntimeError: a mistake of ours" in rig.began(ServoFault.INTERNAL)[0].text
-    time.sleep(0.2)
+    CLOCK.sleep(0.2)
     assert rig.true_rates() == pytest.approx(0.0, abs=1e-3)
     assert rig.bus.read().state is BusState.HOLDING
     assert rig.row(1, "bus watchdog") == rig.config.watchdog_counts
@@ -278,10 +280,18 @@ with ServoBus(ServoConfig(sys.argv[1], {lower}, {upper}, {fastest}, stale_after=
 """
 
 
+def wait_for(condition: Callable[[], bool]) -> None:
+    """Wait in real time for what another process does; an error if it does not come."""
+    end = REAL_TIME.now() + 20.0
+    while not condition():
+        assert REAL_TIME.now() < end
+        REAL_TIME.sleep(0.005)
+
+
 @pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGSTOP])
 def test_program_killed_or_frozen(make_emulator, how):
     """Nobody is left to command zero velocity: the servos' bus watchdogs do it."""
-    emulator = make_emulator()
+    emulator = make_emulator(clock=REAL_TIME)
     code = FLIGHT.format(lower=LOWER, upper=UPPER, fastest=FASTEST)
     root = Path(__file__).parents[3]
     program = subprocess.Popen(
@@ -290,11 +300,9 @@ def test_program_killed_or_frozen(make_emulator, how):
     try:
         assert program.stdout is not None
         assert program.stdout.readline() == b"flying\n"
-        time.sleep(0.3)
-        assert (emulator.plant.motion(time.monotonic()).rates > 0.1).all()
+        wait_for(lambda: (emulator.plant.motion(REAL_TIME.now()).rates > 0.1).all())
         program.send_signal(how)
-        time.sleep(0.3)
-        assert emulator.plant.motion(time.monotonic()).rates == pytest.approx(0.0, abs=1e-3)
+        wait_for(lambda: np.abs(emulator.plant.motion(REAL_TIME.now()).rates).max() < 1e-3)
         for servo_id in (1, 2, 3, 4):
             assert emulator.servo(servo_id).memory.get("bus watchdog") == 0xFF
             assert emulator.servo(servo_id).memory.get("torque enable") == 1

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 import socket
-import time
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+from virtual_time import CLOCK
 
 from doorman.hardware.mocap import MocapConfig, MocapEvent, MocapFault, MocapReceiver, PoseQuality, PoseSample
 from doorman.rig.emulators.mocap.emulator import BodyPose, MocapEmulator, StreamFaults, TrackerSetup
@@ -45,7 +45,9 @@ def start_rig(
     # Loaded machines are slow: faults are told from delays of the test's own threads by wider times than in flight.
     given = {"stale_after": 0.06, "prediction_limit": 0.2, "max_delay": 0.05, "hold": 0.1} | fields
     config = MocapConfig(**{"object_name": NAME, "connection": f"udp:{port}"} | given)
-    tracker = MocapEmulator(source, TrackerSetup(NAME, **{"rate": config.rate} | (emulator or {})), ("127.0.0.1", port))
+    tracker = MocapEmulator(
+        source, TrackerSetup(NAME, **{"rate": config.rate} | (emulator or {})), ("127.0.0.1", port), CLOCK
+    )
     for name, value in (faults or {}).items():
         setattr(tracker.faults, name, value)
     tracker.start()
@@ -58,7 +60,7 @@ class Rig:
     def __init__(self, emulator: MocapEmulator, config: MocapConfig) -> None:
         self.emulator = emulator
         self.config = config
-        self.receiver = MocapReceiver(config)
+        self.receiver = MocapReceiver(config, CLOCK)
         self.seen: list[MocapEvent] = []
 
     def heal(self) -> None:
@@ -82,7 +84,7 @@ class Rig:
 
     def until(self, condition: Callable[[PoseSample], Any], timeout: float = 5.0) -> PoseSample:
         """Wait until a sample meets a condition; looks whenever the thread has done something."""
-        end = time.monotonic() + timeout
+        end = CLOCK.now() + timeout
         found: list[PoseSample] = []
 
         def look(pipeline: Any) -> bool:
@@ -92,7 +94,7 @@ class Rig:
             return bool(found)
 
         while not found:
-            assert time.monotonic() < end, f"not within {timeout} s: {self.receiver.read()} {self.events()}"
+            assert CLOCK.now() < end, f"not within {timeout} s: {self.receiver.read()} {self.events()}"
             self.receiver._worker.wait(look, 0.01)
         return found[0]
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 import os
 import re
 import socket
-import time
 
 import numpy as np
 import pytest
 from mocap_rig import is_predicted, true_position
+from virtual_time import CLOCK
 
 from doorman.exceptions import BackendError
 from doorman.hardware.mocap import MocapFault, PoseQuality
@@ -19,7 +19,7 @@ from doorman.rig.emulators.mocap.emulator import BodyPose, MocapEmulator, Tracke
 def test_packets_lost(rig):
     rig.emulator.faults.loss = 0.3
     rig.until_event(MocapFault.DROPPED)
-    rig.until_fresh(after=time.monotonic())
+    rig.until_fresh(after=CLOCK.now())
     rig.emulator.faults.loss = 0.0
     rig.until_event(MocapFault.DROPPED, began=False)
     assert rig.receiver.statistics.dropped > 0
@@ -40,7 +40,7 @@ def test_short_gap(rig):
 
 def test_silence(rig):
     rig.emulator.faults.silent = True
-    silenced = time.monotonic()
+    silenced = CLOCK.now()
     rig.until_lost()
     rig.until_event(MocapFault.SILENT)
     stale, lost = rig.has(MocapFault.STALE), rig.has(MocapFault.LOST)
@@ -52,7 +52,7 @@ def test_silence(rig):
 
 def test_occlusion(rig):
     rig.emulator.faults.frozen = True
-    frozen = time.monotonic()
+    frozen = CLOCK.now()
     rig.until_event(MocapFault.OCCLUDED)
     lost = rig.until_lost()
     assert lost.time < frozen + 2 * rig.config.period
@@ -98,7 +98,7 @@ def test_single_outliers(rig):
 
 def test_jump_that_lasts(rig):
     rig.emulator.faults.jump = (0.0, 3.0, 0.0)
-    jumped = time.monotonic()
+    jumped = CLOCK.now()
     rig.until_event(MocapFault.OUTLIER)
     lost = rig.until_lost()
     assert lost.time < jumped + 2 * rig.config.period, "nothing is believed until the old track is given up"
@@ -111,7 +111,7 @@ def test_jump_that_lasts(rig):
 def test_found_again_where_it_may_be(rig):
     rig.emulator.faults.absent = True
     lost = rig.until_lost()
-    time.sleep(0.05)  # counted from pose to pose, and not to when it is looked at, the track is over later
+    CLOCK.sleep(0.05)  # counted from pose to pose, and not to when it is looked at, the track is over later
     rig.emulator.faults.absent = False
     rig.until_fresh(after=lost.time)
     assert any("acquired again" in event.text for event in rig.events())
@@ -121,9 +121,9 @@ def test_found_again_where_it_may_be(rig):
 def test_delay_that_lasts(own_rig):
     own_rig.emulator.faults.delay = 0.25
     own_rig.until_event(MocapFault.DELAYED)
-    end = time.monotonic() + 0.6
+    end = CLOCK.now() + 0.6
     delayed = own_rig.until(lambda sample: sample.quality is PoseQuality.LOST and MocapFault.DELAYED in sample.fault)
-    while time.monotonic() < end:
+    while CLOCK.now() < end:
         delayed = own_rig.receiver.wait(delayed, 1.0)
         assert not delayed.fresh
         assert delayed.age > 0.23, "a delay that lasts is not taken for the new normal"
@@ -165,7 +165,7 @@ def test_damaged_packets(rig):
     rig.emulator.faults.truncate = 0.3
     rig.emulator.faults.garbage = 0.3
     rig.until_event(MocapFault.CORRUPT)
-    rig.until_fresh(after=time.monotonic())
+    rig.until_fresh(after=CLOCK.now())
     rig.emulator.faults.truncate = rig.emulator.faults.garbage = 0.0
     rig.until_event(MocapFault.CORRUPT, began=False)
 
@@ -176,7 +176,7 @@ def test_flipped_bits(rig):
         sample = rig.until(lambda sample, after=rig.receiver.read().time: sample.fresh and sample.time > after)
         rig.assert_true(sample, 0.1)  # flips in the last bits of a number are not to be told from noise
     rig.emulator.faults.corrupt = 0.0
-    rig.until_fresh(after=time.monotonic())
+    rig.until_fresh(after=CLOCK.now())
 
 
 def test_numbers_that_are_not_finite(rig):
@@ -192,7 +192,7 @@ def test_stray_frame_number(rig):
     rig.emulator.faults.number_offset = 100_000
     rig.until_event(MocapFault.NUMBERING)
     rig.emulator.faults.number_offset = 0
-    rig.until_fresh(after=time.monotonic())
+    rig.until_fresh(after=CLOCK.now())
 
 
 def test_frame_numbers_begin_anew(own_rig):
@@ -223,7 +223,7 @@ def test_frames_left_out_by_tracker(own_rig):
     own_rig.emulator.faults.stride = 3
     own_rig.until_event(MocapFault.DROPPED)
     own_rig.until_event(MocapFault.DROPPED, began=False)
-    own_rig.until_fresh(after=time.monotonic())
+    own_rig.until_fresh(after=CLOCK.now())
 
 
 @pytest.mark.parametrize("rate", [60.0, 180.0])
@@ -241,7 +241,7 @@ def test_rate_that_changes(own_rig, rate):
 
 
 def test_foreign_sender(rig):
-    liar = MocapEmulator(lambda at: BodyPose([9.0, 9.0, 9.0]), rig.config.object_name, rig.emulator.target)
+    liar = MocapEmulator(lambda at: BodyPose([9.0, 9.0, 9.0]), rig.config.object_name, rig.emulator.target, CLOCK)
     with liar:
         rig.until_event(MocapFault.FOREIGN)
         for _ in range(10):
@@ -253,7 +253,7 @@ def test_another_tracker_takes_over(own_rig):
     own_rig.emulator.stop()
     own_rig.until_event(MocapFault.SILENT)
     setup = TrackerSetup(own_rig.config.object_name, first_frame=5_000_000)
-    successor = MocapEmulator(own_rig.emulator.stream.source, setup, own_rig.emulator.target)
+    successor = MocapEmulator(own_rig.emulator.stream.source, setup, own_rig.emulator.target, CLOCK)
     with successor:
         event = own_rig.until_event(MocapFault.RESTARTED)
         own_rig.until_fresh(after=event.time)
@@ -266,10 +266,10 @@ def test_flood(rig):
             for _ in range(20):
                 channel.sendto(os.urandom(64), rig.emulator.target)
             fresh += rig.receiver.read().fresh
-            time.sleep(0.001)
+            CLOCK.sleep(0.001)
     rig.until_event(MocapFault.FOREIGN)
     assert fresh > 0
-    rig.until_fresh(after=time.monotonic())
+    rig.until_fresh(after=CLOCK.now())
 
 
 def test_socket_that_fails(own_rig):
@@ -279,7 +279,7 @@ def test_socket_that_fails(own_rig):
     os.close(writing)
     own_rig.until_event(MocapFault.SOCKET)
     own_rig.until_event(MocapFault.SOCKET, began=False)
-    own_rig.until_fresh(after=time.monotonic())
+    own_rig.until_fresh(after=CLOCK.now())
 
 
 def test_adapter_that_fails_in_itself(own_rig, monkeypatch):
@@ -294,7 +294,7 @@ def test_adapter_that_fails_in_itself(own_rig, monkeypatch):
 
     monkeypatch.setattr(pipeline, "feed", failing)
     assert "on purpose" in own_rig.until_event(MocapFault.INTERNAL).text
-    own_rig.until_fresh(after=time.monotonic())
+    own_rig.until_fresh(after=CLOCK.now())
     own_rig.until_event(MocapFault.INTERNAL, began=False)
 
 
@@ -306,7 +306,7 @@ def test_thread_that_is_held_up(own_rig, monkeypatch):
     def holding(now):
         if not held:
             held.append(now)
-            time.sleep(0.3)
+            CLOCK.sleep(0.3)
         tick(now)
 
     own_rig.until_fresh()

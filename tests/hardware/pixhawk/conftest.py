@@ -10,6 +10,7 @@ from autopilot_client import Client
 from autopilot_sandbox import Sandbox
 from pixhawk_parts import CONFIG
 from pixhawk_rig import Rig, free_port
+from virtual_time import CLOCK
 
 from doorman.hardware.pixhawk import Authority
 from doorman.hardware.pixhawk.events import EventLog
@@ -77,7 +78,7 @@ def clients() -> Iterator[Callable[..., Client]]:
 
     def make(flavour: str, **settings: Any) -> Client:
         port = free_port()
-        emulator = EmulatedAutopilot(flavour, remote=("127.0.0.1", port), heartbeat_rate=10.0, **settings)  # type: ignore[arg-type]
+        emulator = EmulatedAutopilot(flavour, remote=("127.0.0.1", port), heartbeat_rate=10.0, clock=CLOCK, **settings)  # type: ignore[arg-type]
         emulator.start()
         made.append(Client(emulator, port))
         return made[-1]

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import socket
-import time
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from virtual_time import CLOCK
 
+from doorman.clocks import Clock
 from doorman.hardware.pixhawk import (
     AttitudeSetpoint,
     Autopilot,
@@ -52,13 +53,13 @@ def free_port() -> int:
         return int(probe.getsockname()[1])
 
 
-def wait_until(condition: Callable[[], Any], timeout: float = PATIENCE) -> bool:
+def wait_until(condition: Callable[[], Any], timeout: float = PATIENCE, clock: Clock = CLOCK) -> bool:
     """Whether a condition comes true in time."""
-    deadline = time.monotonic() + timeout
+    deadline = clock.now() + timeout
     while not condition():
-        if time.monotonic() > deadline:
+        if clock.now() > deadline:
             return False
-        time.sleep(0.002)
+        clock.sleep(0.002)
     return True
 
 
@@ -72,7 +73,9 @@ class Rig:
             "start_up": 0.0,
             "heartbeat_rate": 10.0,
             "pace": PACE,
+            "clock": CLOCK,
         }
+        self.clock: Clock = emulator.get("clock", CLOCK)
         self.emulator = EmulatedAutopilot(flavour, **{**defaults, **emulator})  # type: ignore[arg-type]
         for name, value in SAFE[flavour].items():
             self.emulator.parameters[name] = value
@@ -81,14 +84,16 @@ class Rig:
                 self.emulator.parameters[name] = value
         settings: dict[str, Any] = {"timeouts": QUICK, "thrust_curve": ThrustCurve(0.4, WEIGHT), "climb_rate": 2.0}
         self.config = PixhawkConfig(**{"connection": f"udp:{self.port}", **settings, **config})
-        self.pilot = Autopilot(self.config)
+        self.pilot = Autopilot(self.config, self.clock)
         self.seen: list[Event] = []
 
     def open(self) -> Rig:
         """Start both and wait for a fresh state."""
         self.emulator.start()
         self.pilot.open()
-        assert wait_until(lambda: self.pilot.state().status is SampleStatus.FRESH or self.emulator.build.vision)
+        assert wait_until(
+            lambda: self.pilot.state().status is SampleStatus.FRESH or self.emulator.build.vision, clock=self.clock
+        )
         return self
 
     def fly(self, height: float = 0.3) -> Rig:
@@ -107,7 +112,7 @@ class Rig:
             found.extend(event for event in self.seen if event.kind is kind and event.begins is begins)
             return bool(found)
 
-        assert wait_until(look, timeout), (
+        assert wait_until(look, timeout, self.clock), (
             f"no {kind}; seen: {[(event.kind.name, event.message) for event in self.seen]}"
         )
         return found[0]
@@ -119,7 +124,9 @@ class Rig:
             self.seen += self.pilot.events()
             return any(words in event.message for event in self.seen if event.kind is EventKind.STATUS_TEXT)
 
-        assert wait_until(look, timeout), f"no text with '{words}'; seen: {[event.message for event in self.seen]}"
+        assert wait_until(look, timeout, self.clock), (
+            f"no text with '{words}'; seen: {[event.message for event in self.seen]}"
+        )
 
     def forget(self) -> None:
         """Forget the events so far."""
@@ -134,9 +141,9 @@ class Rig:
 
 def landed(rig: Rig) -> bool:
     """Whether the vehicle stands on the ground in time, disarmed."""
-    return wait_until(lambda: not rig.emulator.brain.armed and rig.emulator.truth.on_ground)
+    return wait_until(lambda: not rig.emulator.brain.armed and rig.emulator.truth.on_ground, clock=rig.clock)
 
 
 def fresh(rig: Rig) -> bool:
     """Whether the state gets fresh in time."""
-    return wait_until(lambda: rig.pilot.state().status is SampleStatus.FRESH)
+    return wait_until(lambda: rig.pilot.state().status is SampleStatus.FRESH, clock=rig.clock)

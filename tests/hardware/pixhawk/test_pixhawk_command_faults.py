@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import socket
-import time
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from typing import Any
 
@@ -12,6 +10,7 @@ import numpy as np
 import pytest
 from pixhawk_rig import HOVER, QUICK, Rig, fresh, landed, wait_until
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
+from virtual_time import CLOCK, Aside
 
 from doorman.exceptions import BackendError
 from doorman.hardware.pixhawk import Authority, EventKind, OutcomeStatus
@@ -62,7 +61,7 @@ def test_a_pilot_who_disarms_is_not_overruled_where_acknowledgements_get_lost(ri
     rig.emulator.pilot_disarms()
     assert rig.pilot.arm(1.0).status in (OutcomeStatus.NOT_READY, OutcomeStatus.DONE)
     rig.happens(EventKind.CONTROL_LOST)
-    time.sleep(1.5)
+    CLOCK.sleep(1.5)
     assert not rig.emulator.brain.armed
     assert rig.emulator.receiver.commands[mavlink.MAV_CMD_COMPONENT_ARM_DISARM] <= received + 1
 
@@ -70,12 +69,11 @@ def test_a_pilot_who_disarms_is_not_overruled_where_acknowledgements_get_lost(ri
 def test_a_pilot_who_takes_over_is_not_overruled_where_acknowledgements_get_lost(rigs):
     rig = rigs("px4").open()
     rig.emulator.receiver.mute_commands = 1000
-    with ThreadPoolExecutor(1) as pool:
-        outcome = pool.submit(rig.pilot.engage)
-        assert wait_until(lambda: rig.pilot.status().authority is Authority.ENGAGED)
-        rig.emulator.pilot_mode("position")
-        assert outcome.result(20.0).status in (OutcomeStatus.DONE, OutcomeStatus.CONTROL_LOST)
-    time.sleep(1.5)
+    outcome = Aside(rig.pilot.engage)
+    assert wait_until(lambda: rig.pilot.status().authority is Authority.ENGAGED)
+    rig.emulator.pilot_mode("position")
+    assert outcome.result(20.0).status in (OutcomeStatus.DONE, OutcomeStatus.CONTROL_LOST)
+    CLOCK.sleep(1.5)
     assert rig.emulator.brain.is_in("position")
 
 
@@ -84,12 +82,11 @@ def test_a_vehicle_that_somebody_arms_while_we_make_ready_is_left_to_him(rigs, b
     """Well before the mode is asked for; or so late that a heartbeat shows it only with the mode."""
     rig = rigs("px4", {"timeouts": replace(QUICK, stream_before_mode=1.5)}).open()
     mode = rig.emulator.brain.mode
-    with ThreadPoolExecutor(1) as pool:
-        outcome = pool.submit(rig.pilot.engage, unarmed=True)
-        time.sleep(1.5 - before)
-        with rig.emulator.lock:
-            rig.emulator.brain.request_arming(arm=True, forced=True)
-        told = outcome.result(20.0)
+    outcome = Aside(lambda: rig.pilot.engage(unarmed=True))
+    CLOCK.sleep(1.5 - before)
+    with rig.emulator.lock:
+        rig.emulator.brain.request_arming(arm=True, forced=True)
+    told = outcome.result(20.0)
     assert told.status is OutcomeStatus.CONTROL_LOST and "somebody has armed" in told.message
     assert rig.pilot.status().authority is Authority.NONE
     assert before < 1.0 or rig.emulator.brain.mode == mode
@@ -160,7 +157,7 @@ def test_clock_jumps(hovering, flavour):
     rig.happens(EventKind.CLOCK_JUMPED)
     assert fresh(rig)
     status = rig.pilot.status()
-    assert status.clock_offset == pytest.approx(time.monotonic() - rig.emulator.clock.now, abs=0.5)
+    assert status.clock_offset == pytest.approx(CLOCK.now() - rig.emulator.clock.now, abs=0.5)
     assert status.authority is Authority.ENGAGED
     assert EventKind.REBOOTED not in {event.kind for event in rig.seen}
 
@@ -245,7 +242,7 @@ def test_another_address_is_refused_while_armed(rigs, monkeypatch):
         rig.happens(EventKind.LINK_LOST)
         for _ in range(30):
             other.heartbeat()
-            time.sleep(0.01)
+            CLOCK.sleep(0.01)
         assert rig.pilot.state().armed and EventKind.LINK_LOST in rig.pilot.status().conditions
         assert not other.answered()
         rig.emulator.outgoing.cut = False

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import threading
-import time
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from pixhawk_rig import HOVER, QUICK, WEIGHT, fresh, landed, wait_until
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
+from virtual_time import CLOCK
 
 from doorman.exceptions import BackendError
 from doorman.hardware.pixhawk import AttitudeSetpoint, Authority, EventKind, PositionSetpoint
@@ -32,10 +31,10 @@ def test_controller_silent_where_nobody_knows_the_place(hovering):
     """ArduPilot would level and drift as long as our heartbeats come."""
     rig = hovering("ardupilot")
     rig.emulator.outgoing.cut = True
-    begin = time.monotonic()
-    while time.monotonic() < begin + LONGEST_BLIND_HOLD + 0.1:
+    begin = CLOCK.now()
+    while CLOCK.now() < begin + LONGEST_BLIND_HOLD + 0.1:
         assert rig.pilot.setpoint(HOVER)
-        time.sleep(0.02)
+        CLOCK.sleep(0.02)
     assert not rig.emulator.brain.is_in("land")
     assert wait_until(lambda: rig.emulator.brain.is_in("land"))
 
@@ -61,14 +60,14 @@ def test_state_not_a_number(rigs):
 
 def test_mocap_lost(rigs):
     rig = rigs("px4", {"mocap": True, "timeouts": replace(QUICK, mocap=0.3)}, vision=True, pace=1.0).open()
-    stop = threading.Event()
+    stop = CLOCK.event()
 
     def feed() -> None:
         while not stop.wait(0.01):
             truth = rig.emulator.truth
-            rig.pilot.mocap(time.monotonic(), truth.position, truth.quaternion)
+            rig.pilot.mocap(CLOCK.now(), truth.position, truth.quaternion)
 
-    thread = threading.Thread(target=feed)
+    thread = CLOCK.thread(feed)
     thread.start()
     try:
         assert fresh(rig) and wait_until(lambda: rig.emulator.estimator.estimate.position_valid)

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-import threading
 from dataclasses import replace
 
 import pytest
 from pixhawk_parts import CONFIG, sample
+from virtual_time import CLOCK, Aside
 
 from doorman.hardware.pixhawk import Battery, EventKind
 from doorman.hardware.pixhawk.events import CONDITIONS, EventLog
@@ -37,15 +37,14 @@ def test_a_flood_of_events_is_cut_and_the_memory_is_bounded():
 
 
 def test_answers_that_are_older_than_the_question_do_not_count():
-    exchange = Exchange()
+    exchange = Exchange(CLOCK)
     exchange.post_acknowledgement(400, 0)
     asked = exchange.count
     assert exchange.acknowledgement(400, asked) is None
     assert exchange.wait(lambda: exchange.acknowledgement(400, asked), 0.01) is None
-    timer = threading.Timer(0.02, lambda: exchange.post_acknowledgement(400, 4))
-    timer.start()
+    timer = Aside(lambda: exchange.post_acknowledgement(400, 4), after=0.02)
     answer = exchange.wait(lambda: exchange.acknowledgement(400, asked), 5.0)
-    timer.join()
+    timer.result()
     assert answer is not None and answer.result == 4
 
 

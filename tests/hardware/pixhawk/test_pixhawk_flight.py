@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-import threading
-import time
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from pixhawk_rig import QUICK, WEIGHT, Rig, wait_until
+from virtual_time import CLOCK, Aside
 
 from doorman.exceptions import BackendError
 from doorman.hardware.pixhawk import (
@@ -91,8 +90,8 @@ def test_a_flight_by_mocap_alone(rigs, flavour):
     delay, sent = 0.02, []
 
     def feed() -> None:
-        sent.append((time.monotonic(), rig.emulator.truth))
-        while sent and time.monotonic() - sent[0][0] >= delay:
+        sent.append((CLOCK.now(), rig.emulator.truth))
+        while sent and CLOCK.now() - sent[0][0] >= delay:
             captured, truth = sent.pop(0)
             rig.pilot.mocap(captured, truth.position, truth.quaternion)
 
@@ -113,7 +112,7 @@ def test_a_flight_by_mocap_alone(rigs, flavour):
     if flavour == "ardupilot":
         assert rig.emulator.receiver.received["SET_GPS_GLOBAL_ORIGIN"] >= 1
     else:
-        true_offset = rig.emulator.clock.now - time.monotonic()
+        true_offset = rig.emulator.clock.now - CLOCK.now()
         assert rig.emulator.receiver.companion_clock.offset == pytest.approx(true_offset, abs=0.01)
 
 
@@ -123,16 +122,16 @@ def test_the_height_of_ardupilot_is_that_of_mocap(rigs):
 
     def look() -> float:
         truth = rig.emulator.truth
-        rig.pilot.mocap(time.monotonic(), truth.position, truth.quaternion)
+        rig.pilot.mocap(CLOCK.now(), truth.position, truth.quaternion)
         state = rig.pilot.state()
         return float(state.position[2]) if state.status is SampleStatus.FRESH else math.nan
 
     assert wait_until(lambda: look() > 0.0)
     assert look() == pytest.approx(0.4, abs=0.05)
-    heights, begin = [], time.monotonic()
-    while time.monotonic() < begin + 1.5:
+    heights, begin = [], CLOCK.now()
+    while CLOCK.now() < begin + 1.5:
         heights.append(look())
-        time.sleep(0.02)
+        CLOCK.sleep(0.02)
     assert np.nanmax(np.abs(np.array(heights) - 0.4)) < 0.05, "and it stays"
 
 
@@ -142,7 +141,7 @@ def test_an_origin_that_ardupilot_forgets_while_it_boots_is_given_again(rigs):
     def fed(condition) -> bool:
         def look() -> bool:
             truth = rig.emulator.truth
-            rig.pilot.mocap(time.monotonic(), truth.position, truth.quaternion)
+            rig.pilot.mocap(CLOCK.now(), truth.position, truth.quaternion)
             return bool(condition())
 
         return wait_until(look, 20.0)
@@ -168,23 +167,23 @@ def test_an_autopilot_with_a_slow_loop_is_heard_more_rarely(rigs):
 
 def test_mocap_poses_that_cannot_be_used_are_refused(rigs):
     pilot = rigs("px4", {"mocap": True}, vision=True, pace=1.0).open().pilot
-    now, q = time.monotonic(), [1.0, 0.0, 0.0, 0.0]
+    now, q = CLOCK.now(), [1.0, 0.0, 0.0, 0.0]
     assert pilot.mocap(now, [0, 0, 0], q)
     assert not pilot.mocap(now, [0, 0, 0], q), "not newer"
     assert not pilot.mocap(now + 5.0, [0, 0, 0], q), "from the future"
     for bad in ([math.nan, 0, 0], [0, 0], [1e9, 0, 0]):
         with pytest.raises(BackendError.__base__, match="mocap"):
-            pilot.mocap(time.monotonic(), bad, q)
+            pilot.mocap(CLOCK.now(), bad, q)
     with pytest.raises(BackendError.__base__, match="quaternion"):
-        pilot.mocap(time.monotonic(), [0, 0, 0], [2.0, 0, 0, 0])
+        pilot.mocap(CLOCK.now(), [0, 0, 0], [2.0, 0, 0, 0])
 
 
 def test_stamps_of_the_state_are_on_our_clock(rigs):
     rig = rigs("px4", pace=1.0).open()
     assert wait_until(lambda: rig.pilot.status().rates["ATTITUDE_QUATERNION"] > 60.0), "more than PX4 sends unasked"
     status, sample = rig.pilot.status(), rig.pilot.state()
-    assert status.clock_offset == pytest.approx(time.monotonic() - rig.emulator.clock.now, abs=0.02)
-    assert sample.attitude_time < time.monotonic()
+    assert status.clock_offset == pytest.approx(CLOCK.now() - rig.emulator.clock.now, abs=0.02)
+    assert sample.attitude_time < CLOCK.now()
     assert status.wanted_rates["ATTITUDE_QUATERNION"] == 200.0
 
 
@@ -271,15 +270,15 @@ def test_we_are_the_ground_station_whose_loss_the_autopilot_notices(rigs):
 def test_px4_gets_a_place_on_earth_before_its_poses(rigs):
     """Without one it has no home; with one that comes later its position would jump."""
     rig = rigs("px4", {"mocap": True}, vision=True)
-    stop = threading.Event()
+    stop = CLOCK.event()
 
     def poses() -> None:
         while not stop.is_set():
-            rig.pilot.mocap(time.monotonic(), rig.emulator.truth.position, [1.0, 0.0, 0.0, 0.0])
-            time.sleep(0.01)
+            rig.pilot.mocap(CLOCK.now(), rig.emulator.truth.position, [1.0, 0.0, 0.0, 0.0])
+            CLOCK.sleep(0.01)
 
     rig.open()
-    sender = threading.Thread(target=poses)
+    sender = CLOCK.thread(poses)
     sender.start()
     try:
         assert wait_until(lambda: rig.emulator.estimator.estimate.on_earth)
@@ -298,7 +297,7 @@ def test_px4_that_navigates_already_gets_no_place_on_earth(rigs):
     rig.emulator.estimator.accepted_poses = 100
     rig.pilot.open()
     assert wait_until(lambda: rig.emulator.receiver.received["COMMAND_LONG"] > 10)
-    time.sleep(3.0)
+    CLOCK.sleep(3.0)
     assert rig.emulator.receiver.received["SET_GPS_GLOBAL_ORIGIN"] == 0
 
 
@@ -313,7 +312,7 @@ def test_what_keeps_an_older_px4_from_offboard_is_told(rigs, monkeypatch):
 def test_why_it_would_not_arm_is_told_when_asked(rigs, flavour):
     rig = rigs(flavour).open()
     rig.emulator.brain.refusal = "PreArm: made up"
-    time.sleep(0.5)
+    CLOCK.sleep(0.5)
     assert rig.pilot.complaints() == ()
     assert rig.pilot.check_again() == ("PreArm: made up",)
 
@@ -329,13 +328,12 @@ def test_a_vehicle_that_is_to_land_is_not_armed(rigs):
     rig = rigs("px4").open()
     assert rig.pilot.engage().done
     rig.emulator.brain.refusal = "PreArm: gyros"
-    landing = threading.Timer(0.5, rig.pilot.request_landing)
-    landing.start()
-    began = time.monotonic()
+    landing = Aside(rig.pilot.request_landing, after=0.5)
+    began = CLOCK.now()
     outcome = rig.pilot.arm(60.0)
-    landing.join()
+    landing.result()
     assert outcome.status is OutcomeStatus.NOT_READY and "land" in outcome.message
-    assert time.monotonic() - began < 5.0
+    assert CLOCK.now() - began < 5.0
 
 
 def test_arming_is_seen_by_a_heartbeat_that_comes_late(rigs):

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import socket
-import threading
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from pixhawk_rig import HOVER, QUICK, Rig, fresh, landed, wait_until
+from virtual_time import CLOCK
 
 from doorman.exceptions import BackendError
 from doorman.hardware.pixhawk import Authority, Autopilot, EventKind, SampleStatus
@@ -104,7 +104,7 @@ def test_device_lost(rigs):
     rig = rigs("px4")
     rig.emulator.start()
     with socket.create_server(("127.0.0.1", 0)) as server, Bridge(server, rig) as bridge:
-        pilot = Autopilot(replace(rig.config, connection=f"tcp:127.0.0.1:{server.getsockname()[1]}"))
+        pilot = Autopilot(replace(rig.config, connection=f"tcp:127.0.0.1:{server.getsockname()[1]}"), CLOCK)
         rig.pilot.stop()
         rig.pilot = pilot
         pilot.open()
@@ -123,12 +123,11 @@ class Bridge:
         self._server, self._rig = server, rig
         self._udp = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self._udp.bind(("127.0.0.1", rig.port))
-        self._udp.settimeout(0.05)
-        self._stop, self._break = threading.Event(), threading.Event()
-        self._thread = threading.Thread(target=self._run)
+        self._udp.setblocking(False)
+        self._stop, self._break = CLOCK.event(), CLOCK.event()
+        self._thread = CLOCK.thread(self._run)
 
     def __enter__(self) -> Bridge:
-        self._server.settimeout(5.0)
         self._thread.start()
         return self
 
@@ -142,10 +141,9 @@ class Bridge:
 
     def _run(self) -> None:
         while not self._stop.is_set():
-            try:
-                connection, _ = self._server.accept()
-            except TimeoutError:
+            if not CLOCK.readable([self._server], 5.0):
                 return
+            connection, _ = self._server.accept()
             with connection:
                 connection.setblocking(False)
                 while not self._stop.is_set() and not self._break.is_set():
@@ -153,9 +151,10 @@ class Bridge:
             self._break.clear()
 
     def _carry(self, connection: socket.socket) -> None:
+        CLOCK.readable([self._udp, connection], 0.05)
         try:
             connection.sendall(self._udp.recv(65536))
-        except (TimeoutError, BlockingIOError, ConnectionError):
+        except (BlockingIOError, ConnectionError):
             pass
         try:
             data = connection.recv(65536)

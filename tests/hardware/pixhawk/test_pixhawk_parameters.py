@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from pixhawk_rig import SAFE, WEIGHT, wait_until
+from virtual_time import CLOCK
 
 from doorman.exceptions import BackendError
 from doorman.hardware.pixhawk import Autopilot, PixhawkConfig, ThrustCurve
@@ -70,7 +70,7 @@ def test_parameters_are_written_only_on_request_and_then_read_back(rigs, flavour
         rig.pilot.fix_parameters()
     assert rig.emulator.parameters.writes == 0
     rig.pilot.stop()
-    rig.pilot = Autopilot(replace(rig.config, write_parameters=True))
+    rig.pilot = Autopilot(replace(rig.config, write_parameters=True), CLOCK)
     rig.pilot.open()
     written = rig.pilot.fix_parameters()
     assert set(MOCAP[flavour]) <= set(written)
@@ -113,7 +113,7 @@ def test_a_quality_that_poses_do_not_have_must_not_be_asked_for(rigs):
     received, estimator = rig.emulator.receiver.received, rig.emulator.estimator
 
     def poses(enough: Callable[[], bool]) -> bool:
-        return wait_until(lambda: rig.pilot.mocap(time.monotonic(), np.zeros(3), [1.0, 0.0, 0.0, 0.0]) and enough())
+        return wait_until(lambda: rig.pilot.mocap(CLOCK.now(), np.zeros(3), [1.0, 0.0, 0.0, 0.0]) and enough())
 
     assert poses(lambda: received["VISION_POSITION_ESTIMATE"] > 5) and estimator.accepted_poses == 0
     rig.emulator.parameters["VISO_QUAL_MIN"] = 0

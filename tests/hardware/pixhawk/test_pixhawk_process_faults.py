@@ -11,6 +11,7 @@ import textwrap
 import numpy as np
 from pixhawk_rig import landed, wait_until
 
+from doorman.clocks import REAL_TIME
 from doorman.rig.emulators.autopilot.vehicle.control import Task
 
 FLYER = """
@@ -31,12 +32,14 @@ FLYER = """
 
 def test_process_killed(rigs):
     """SIGKILL: nothing of ours can act, so the autopilot must."""
-    rig = rigs("px4")
+    rig = rigs("px4", clock=REAL_TIME)
     rig.emulator.start()
     script = [sys.executable, "-c", textwrap.dedent(FLYER), str(rig.port)]
     with subprocess.Popen(script, stderr=subprocess.PIPE) as process:
         try:
-            flying = wait_until(lambda: rig.emulator.brain.demand.task is Task.ATTITUDE or process.poll(), 30.0)
+            flying = wait_until(
+                lambda: rig.emulator.brain.demand.task is Task.ATTITUDE or process.poll(), 30.0, REAL_TIME
+            )
             assert flying and process.poll() is None, process.stderr.read() if process.stderr else None
         finally:
             os.kill(process.pid, signal.SIGKILL)

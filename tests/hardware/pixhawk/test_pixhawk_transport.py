@@ -12,6 +12,7 @@ import tty
 import pytest
 from pixhawk_rig import free_port, wait_until
 
+from doorman.clocks import REAL_TIME
 from doorman.exceptions import BackendError
 from doorman.hardware.pixhawk.wire.connection import parse_connection
 from doorman.hardware.pixhawk.wire.transport import DeviceLost, open_line
@@ -39,7 +40,7 @@ def read(line, size: int) -> bytes:
         data += b"".join(piece for piece, _ in line.receive())
         return len(data) >= size
 
-    assert wait_until(look)
+    assert wait_until(look, clock=REAL_TIME)
     return data
 
 
@@ -172,7 +173,7 @@ def test_a_stream_is_busy_while_the_device_takes_no_more(opened):
                 line.receive()
                 return not line.busy
 
-            assert wait_until(drained)
+            assert wait_until(drained, clock=REAL_TIME)
 
 
 def test_a_device_that_goes_again_while_it_is_opened(monkeypatch):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 
 from doorman.exceptions import BackendError
@@ -46,12 +45,12 @@ def recover(
             ready = commission(servo, joint, config, log, reboot=True, write_eeprom=False)
             arm_watchdog(servo, config)
             cycle.replace(joint, ready)
-            log.write(ServoEvent(time.monotonic(), servo_id, ServoFault.NONE, True, "set up again"))
+            log.write(ServoEvent(link.now(), servo_id, ServoFault.NONE, True, "set up again"))
         except PortLost:
             raise
         except BackendError as error:
             failures.append(str(error))
-            log.write(ServoEvent(time.monotonic(), servo_id, ServoFault.NONE, True, f"not recovered: {error}"))
+            log.write(ServoEvent(link.now(), servo_id, ServoFault.NONE, True, f"not recovered: {error}"))
         finally:
             cycle.reader.excluded = None
     if not failures:

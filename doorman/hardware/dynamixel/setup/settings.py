@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -109,7 +108,7 @@ def write_settings(servo: Servo, findings: list[SettingFinding], log: EventLog) 
         register = SETTINGS[finding.register]
         servo.write(register, finding.wanted)
         text = f"{register.name} changed from {finding.given} to {finding.wanted}"
-        log.write(ServoEvent(time.monotonic(), servo.id, ServoFault.NONE, True, text))
+        log.write(ServoEvent(servo.now(), servo.id, ServoFault.NONE, True, text))
         if (now := servo.read(register)) != finding.wanted:
             raise BackendError("the servo did not keep a setting", field=f"servo {servo.id}: {register.name}",
                                given=now, allowed=str(finding.wanted))  # fmt: skip

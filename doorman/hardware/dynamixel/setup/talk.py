@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 
 from doorman.exceptions import BackendError
@@ -58,6 +57,10 @@ class Servo:
         if self.firmware < OLDEST_FIRMWARE:
             raise BackendError("the firmware is too old for the bus watchdog", field=f"servo {self.id}",
                                given=self.firmware, allowed=f">= {OLDEST_FIRMWARE}; DYNAMIXEL Wizard updates it")  # fmt: skip
+
+    def now(self) -> float:
+        """Time by the clock of the link [s]."""
+        return self._link.now()
 
     def read(self, register: Register) -> int:
         """Read a register.
@@ -138,7 +141,7 @@ class Servo:
             BackendError: if it does not come back.
         """
         heard, silent = self._link.reboot(self.id).ok, False
-        end = min(time.monotonic() + boot_timeout, self.deadline)
+        end = min(self._link.now() + boot_timeout, self.deadline)
         while True:
             self._between()
             answer = self._link.ping(self.id)
@@ -147,7 +150,7 @@ class Servo:
             silent = silent or answer.outcome is Outcome.TIMEOUT
             if answer.ok and not heard:
                 heard = self._link.reboot(self.id).ok
-            if time.monotonic() > end:
+            if self._link.now() > end:
                 raise BackendError("the servo did not come back after a reboot", field=f"servo {self.id}",
                                    given=f"{boot_timeout:g} s", allowed="an answer to ping")  # fmt: skip
 
@@ -156,7 +159,7 @@ class Servo:
         reply = attempt()
         for _ in range(ATTEMPTS - 1):
             refused = reply.outcome is Outcome.REFUSED and reply.error_number != _DAMAGED_ON_THE_WAY
-            if reply.ok or refused or time.monotonic() > self.deadline:
+            if reply.ok or refused or self._link.now() > self.deadline:
                 break
             self._between()
             reply = attempt()

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import time
 from dataclasses import dataclass
 
+from doorman.clocks import REAL_TIME, Clock
 from doorman.exceptions import BackendError
 from doorman.hardware.dynamixel.config import ServoConfig
 from doorman.hardware.dynamixel.faults import EventLog
@@ -28,18 +28,20 @@ class Connection:
     port: SerialPort
     patient: Link
     quick: Link
+    clock: Clock = REAL_TIME
 
     @classmethod
-    def open(cls, config: ServoConfig) -> Connection:
+    def open(cls, config: ServoConfig, clock: Clock = REAL_TIME) -> Connection:
         """Open the port; no servo is asked anything.
 
         Args:
             config: Port, baud rate and latencies.
+            clock: By which it waits.
 
         Raises:
             BackendError: if the device cannot be opened or keeps bytes back.
         """
-        port = SerialPort(config.port, config.baud_rate)
+        port = SerialPort(config.port, config.baud_rate, clock)
         port.open()
         timer = port.latency_timer
         if timer is not None and timer > LONGEST_LATENCY_TIMER:
@@ -49,8 +51,9 @@ class Connection:
         delay = TOLERATED_RETURN_DELAY * RETURN_DELAY_UNIT
         return cls(
             port,
-            Link(port, config.baud_rate, config.setup_latency),
-            Link(port, config.baud_rate, config.latency, delay),
+            Link(port, config.baud_rate, config.setup_latency, clock=clock.now),
+            Link(port, config.baud_rate, config.latency, delay, clock.now),
+            clock,
         )
 
     def inspect(self, config: ServoConfig) -> list[SettingFinding]:
@@ -62,7 +65,7 @@ class Connection:
         Raises:
             BackendError: if a servo does not answer, or is another model.
         """
-        deadline = time.monotonic() + config.open_timeout
+        deadline = self.clock.now() + config.open_timeout
         findings = []
         for joint, servo_id in enumerate(config.ids):
             findings += inspect(Servo(self.patient, servo_id, deadline), joint, config)
@@ -77,7 +80,7 @@ class Connection:
         Raises:
             BackendError: if a servo does not answer, or is another model.
         """
-        deadline = time.monotonic() + config.open_timeout
+        deadline = self.clock.now() + config.open_timeout
         servos = [Servo(self.patient, servo_id, deadline) for servo_id in config.ids]
         return [position(servo, config) for servo in servos]
 
@@ -91,7 +94,7 @@ class Connection:
         Raises:
             BackendError: if one cannot be made ready.
         """
-        deadline = time.monotonic() + config.open_timeout
+        deadline = self.clock.now() + config.open_timeout
         servos = [Servo(self.patient, servo_id, deadline) for servo_id in config.ids]
         for servo in servos:  # all there and of a known model, before anything is written anywhere
             servo.identify(config.models)
@@ -116,7 +119,7 @@ class Connection:
         Returns:
             What failed, in words.
         """
-        deadline = time.monotonic() + REST_TIMEOUT
+        deadline = self.clock.now() + REST_TIMEOUT
         failures = []
         for index, servo_id in enumerate(config.ids):
             try:

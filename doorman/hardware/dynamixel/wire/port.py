@@ -8,13 +8,12 @@ from __future__ import annotations
 
 import contextlib
 import importlib
-import math
 import os
 import select
-import time
 from pathlib import Path
 from typing import Any, Protocol
 
+from doorman.clocks import REAL_TIME, Clock
 from doorman.exceptions import BackendError, how_to_install
 
 CHUNK = 4096
@@ -66,14 +65,15 @@ class SerialPort:
     Args:
         path: Of the device.
         baud_rate: [bit/s].
+        clock: By which it waits.
     """
 
-    def __init__(self, path: str, baud_rate: int) -> None:
+    def __init__(self, path: str, baud_rate: int, clock: Clock = REAL_TIME) -> None:
         self._path = path
         self._baud_rate = baud_rate
         self._handler: Any = None
         self._descriptor = -1
-        self._events = select.poll()
+        self._clock = clock
 
     def open(self) -> None:
         """Open the device for this process alone.
@@ -107,8 +107,6 @@ class SerialPort:
             handler.ser.set_low_latency_mode(True)
         self._handler = handler
         self._descriptor = handler.ser.fileno()
-        self._events = select.poll()
-        self._events.register(self._descriptor, select.POLLIN)
 
     @property
     def latency_timer(self) -> float | None:
@@ -136,11 +134,10 @@ class SerialPort:
             try:
                 data = data[os.write(self._descriptor, data) :]
             except BlockingIOError:
-                if time.monotonic() >= deadline:
+                left = deadline - self._clock.now()
+                if left <= 0.0:
                     return False
-                writable = select.poll()
-                writable.register(self._descriptor, select.POLLOUT)
-                writable.poll(_milliseconds(deadline))
+                select.select([], [self._descriptor], [], left)  # in real time: it is the device that is awaited
             except OSError as error:
                 raise self._lost(error) from error
         return True
@@ -158,7 +155,7 @@ class SerialPort:
             PortLost: if the device is gone.
         """
         try:
-            if not self._events.poll(_milliseconds(deadline)):
+            if not self._clock.readable([self._descriptor], max(deadline - self._clock.now(), 0.0)):
                 return b""
             data = os.read(self._descriptor, CHUNK)
         except BlockingIOError:
@@ -179,8 +176,3 @@ class SerialPort:
 
     def _lost(self, why: object) -> PortLost:
         return PortLost(f"the serial device is gone: {why}", field="servos.port", given=self._path)
-
-
-def _milliseconds(deadline: float) -> int:
-    """What is left until a deadline, as `poll` wants it: rounded up, and never negative, which would mean for ever."""
-    return max(math.ceil((deadline - time.monotonic()) * 1e3), 0)

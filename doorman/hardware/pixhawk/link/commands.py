@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 
 from doorman.hardware.pixhawk.events import EventKind
@@ -39,7 +38,7 @@ def command(
     Returns:
         DONE if accepted, REFUSED with the autopilot's words, or TIMED_OUT.
     """
-    started = time.monotonic()
+    started = link.time.now()
     start = link.exchange.count
     for confirmation in range(tries):
         link.send(command_message(link.target, number, *parameters, confirmation=confirmation))
@@ -49,17 +48,17 @@ def command(
         if not (link.open and go_on()):
             break
     text = f"command {number} was not acknowledged, sent {confirmation + 1} times"
-    link.events.happen(EventKind.COMMAND_UNANSWERED, time.monotonic(), text, command=number)
+    link.events.happen(EventKind.COMMAND_UNANSWERED, link.time.now(), text, command=number)
     return Outcome(OutcomeStatus.TIMED_OUT, text)
 
 
 def _wait(link: Link, number: int, start: int, timeout: float) -> Acknowledgement | None:
     """Final acknowledgement of a command; those that say "in progress" prolong the wait."""
-    deadline = time.monotonic() + _LONGEST_PROGRESS
+    deadline = link.time.now() + _LONGEST_PROGRESS
     while True:
         after = start
         answer = link.exchange.wait(lambda after=after: link.exchange.acknowledgement(number, after), timeout)  # type: ignore[misc]
-        if answer is None or answer.result != mavlink.MAV_RESULT_IN_PROGRESS or time.monotonic() > deadline:
+        if answer is None or answer.result != mavlink.MAV_RESULT_IN_PROGRESS or link.time.now() > deadline:
             return answer
         start = answer.number
         timeout = max(timeout, 2.0)
@@ -72,5 +71,5 @@ def _outcome(link: Link, number: int, answer: Acknowledgement, started: float) -
     texts = "; ".join(link.exchange.texts(started))
     words = _RESULTS.get(answer.result, f"result {answer.result}")
     text = f"command {number} {words}" + (f": {texts}" if texts else "")
-    link.events.happen(EventKind.COMMAND_REFUSED, time.monotonic(), text, command=number, result=answer.result)
+    link.events.happen(EventKind.COMMAND_REFUSED, link.time.now(), text, command=number, result=answer.result)
     return Outcome(OutcomeStatus.REFUSED, text)

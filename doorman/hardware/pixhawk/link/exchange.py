@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import time
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
-from threading import Condition
 from typing import TypeVar
+
+from doorman.clocks import REAL_TIME, Clock
 
 T = TypeVar("T")
 
@@ -44,10 +44,15 @@ class StatusText:
 
 
 class Exchange:
-    """Newest answers; every post wakes the waiting callers."""
+    """Newest answers; every post wakes the waiting callers.
 
-    def __init__(self) -> None:
-        self._condition = Condition()
+    Args:
+        time: By which they wait.
+    """
+
+    def __init__(self, time: Clock = REAL_TIME) -> None:
+        self._time = time
+        self._condition = time.condition()
         self._count = 0
         self._acknowledgements: deque[Acknowledgement] = deque(maxlen=64)
         self._parameters: dict[str, ParameterValue] = {}
@@ -147,11 +152,11 @@ class Exchange:
         Returns:
             What was found, or None after the time-out.
         """
-        deadline = time.monotonic() + timeout
+        deadline = self._time.now() + timeout
         while True:
             with self._condition:
                 found = find()
-                remaining = deadline - time.monotonic()
+                remaining = deadline - self._time.now()
                 if found is not None or remaining <= 0.0:
                     return found
                 self._condition.wait(min(remaining, 0.1))

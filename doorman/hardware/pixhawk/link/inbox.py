@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import struct
-import time
 from typing import Protocol
 
 from doorman.hardware.pixhawk.authority import AuthorityKeeper
@@ -117,7 +116,7 @@ class Inbox:
         """
         owner = self._owner
         assert owner.codec is not None
-        now = time.monotonic()
+        now = owner.time.now()
         for message in owner.codec.decode(data, address):
             self._sort(message, address, line, now)
         if owner.codec.outdated and line.peer is None:
@@ -221,8 +220,8 @@ class Inbox:
             owner.tracker.take(message, now)
 
     def _timesync(self, message: Message, now: float) -> None:
-        received = time.monotonic_ns()
         owner = self._owner
+        received = owner.time.nanoseconds()
         if message.tc1 == 0:  # its own request: our time, so that it can map the stamps of our poses
             owner.send(mavlink.MAVLink_timesync_message(received, message.ts1))
             return

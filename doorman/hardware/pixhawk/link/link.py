@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import contextlib
-import select
 import threading
-import time
 from collections import deque
 
+from doorman.clocks import REAL_TIME, Clock
 from doorman.exceptions import BackendError
 from doorman.hardware.pixhawk.authority import Authority, AuthorityKeeper
 from doorman.hardware.pixhawk.config import PixhawkConfig
@@ -56,12 +55,13 @@ class Link:
 
     Args:
         config: Settings.
+        time: By which it waits.
     """
 
-    def __init__(self, config: PixhawkConfig) -> None:
-        self.config = config
+    def __init__(self, config: PixhawkConfig, time: Clock = REAL_TIME) -> None:
+        self.config, self.time = config, time
         self.events = EventLog()
-        self.exchange = Exchange()
+        self.exchange = Exchange(time)
         self.clock = ClockMap()
         self.tracker = Tracker(self.clock, config.local_frame)
         self.stream = SetpointStream(config, self.events)
@@ -78,7 +78,7 @@ class Link:
         self._queue: deque[Message] = deque()
         self._line: Line | None = None
         self._thread: threading.Thread | None = None
-        self._stop = threading.Event()
+        self._stop = time.event()
         self._reopen_at = 0.0
         rates = config.rates
         self._heartbeat, self._sync = _Timer(1.0 / rates.heartbeat), _Timer(1.0 / rates.timesync)
@@ -117,7 +117,7 @@ class Link:
     def request_landing(self) -> bool:
         """Hold here, without the controller, and ask to land until the heartbeat shows it; False if the vehicle is not ours."""
         sample = self.tracker.sample
-        fresh = sample.age(time.monotonic()) <= self.config.timeouts.state
+        fresh = sample.age(self.time.now()) <= self.config.timeouts.state
         return self.authority.request_landing(here(sample) if fresh else None)
 
     def start(self) -> None:
@@ -132,7 +132,7 @@ class Link:
         self._line = open_line(self._endpoint, config.timeouts.open)
         self._endpoint = self._line.endpoint
         self._stop.clear()
-        self._thread = threading.Thread(target=self._run, name="pixhawk", daemon=True)
+        self._thread = self.time.thread(self._run, name="pixhawk")
         self._thread.start()
 
     def stop(self) -> None:
@@ -153,9 +153,9 @@ class Link:
             while not self._stop.is_set():
                 self._once()
         except Exception as error:  # noqa: BLE001  # nothing may be raised out of the thread unseen
-            self.events.happen(EventKind.IO_FAILED, time.monotonic(), f"{type(error).__name__}: {error}")
-            self.authority.rebooted(time.monotonic())
-            self.events.condition(EventKind.LINK_LOST, True, time.monotonic(), "the thread of the link failed")
+            self.events.happen(EventKind.IO_FAILED, self.time.now(), f"{type(error).__name__}: {error}")
+            self.authority.rebooted(self.time.now())
+            self.events.condition(EventKind.LINK_LOST, True, self.time.now(), "the thread of the link failed")
         finally:
             self.exchange.wake()
 
@@ -165,15 +165,15 @@ class Link:
             self._reopen()
             return
         try:
-            select.select([line], [], [], self._sleep_time(time.monotonic()))
+            self.time.readable([line], self._sleep_time(self.time.now()))
             received = line.receive()
             for data, address in received:
                 self.inbox.receive(data, address, line)
-            self._send_due(line, time.monotonic())
-        except (DeviceLost, OSError, ValueError) as error:  # ValueError: select on a descriptor that is gone
+            self._send_due(line, self.time.now())
+        except (DeviceLost, OSError, ValueError) as error:  # ValueError: waiting for a descriptor that is gone
             self._lose_device(error)
             return
-        now = time.monotonic()
+        now = self.time.now()
         self._watch(now)
         if received:
             self.exchange.wake()
@@ -216,7 +216,7 @@ class Link:
         if self._sync.due(now):
             if not self.clock.synchronised:
                 self._sync.next = now + _FAST_SYNC_PERIOD
-            self._transmit(line, mavlink.MAVLink_timesync_message(0, self.clock.ask(time.monotonic_ns())))
+            self._transmit(line, mavlink.MAVLink_timesync_message(0, self.clock.ask(self.time.nanoseconds())))
         for request in self.authority.requests(now, dialect, identity):
             self._transmit(line, request)
         for request in self.rates.requests(now, *identity):
@@ -245,7 +245,7 @@ class Link:
                 self.request_landing()
 
     def _lose_device(self, error: Exception) -> None:
-        now = time.monotonic()
+        now = self.time.now()
         self.events.condition(EventKind.DEVICE_LOST, True, now, f"the line is gone: {error}")
         if self._line is not None:
             with contextlib.suppress(OSError):
@@ -255,7 +255,7 @@ class Link:
         self._reopen_at = now + _REOPEN_PERIOD
 
     def _reopen(self) -> None:
-        now = time.monotonic()
+        now = self.time.now()
         self._watch(now)
         if now < self._reopen_at:
             self._stop.wait(min(self._reopen_at - now, 0.02))

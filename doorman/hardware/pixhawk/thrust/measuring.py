@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from dataclasses import replace
 
 from doorman.hardware.pixhawk.link.link import Link
@@ -30,8 +29,8 @@ def measure_hover(link: Link, hover_force: float, duration: float, *, compensate
     Raises:
         BackendError: if the vehicle does not hover calmly.
     """
-    calibration, deadline = HoverCalibration(), time.monotonic() + duration
-    while (remaining := deadline - time.monotonic()) > 0.0:
+    calibration, deadline = HoverCalibration(), link.time.now() + duration
+    while (remaining := deadline - link.time.now()) > 0.0:
         wait_for_sample(link, calibration.add, remaining)
     old = link.stream.curve
     curve = calibration.curve(hover_force, 0.0 if old is None else old.shape, compensate_battery)
@@ -54,9 +53,9 @@ def measure_slope(link: Link, at: PositionSetpoint) -> Slope | None:
         The slope, by the thrust curve in use; None if the vehicle is not ours, or too little was heard.
     """
     curve, measurement = link.stream.curve, SlopeMeasurement()
-    begin = time.monotonic()
-    while (passed := time.monotonic() - begin) < BOB_TIME:
-        if not link.stream.offer(bob(at, passed), time.monotonic()):
+    begin = link.time.now()
+    while (passed := link.time.now() - begin) < BOB_TIME:
+        if not link.stream.offer(bob(at, passed), link.time.now()):
             return None
         wait_for_sample(link, measurement.add, _BOB_PERIOD)
     if not link.authority.hold(at, latch=False):

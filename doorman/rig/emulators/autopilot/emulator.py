@@ -6,17 +6,17 @@ Written from the protocols' documents, not from the adapter. What only the autop
 from __future__ import annotations
 
 import threading
-import time
 from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
+from doorman.clocks import REAL_TIME, Clock
 from doorman.copying import Uncopied
 from doorman.exceptions import BackendError
 from doorman.rig.emulators.autopilot.build import Build
-from doorman.rig.emulators.autopilot.line.clock import Clock
+from doorman.rig.emulators.autopilot.line.clock import BootClock
 from doorman.rig.emulators.autopilot.line.receiver import Receiver
 from doorman.rig.emulators.autopilot.line.telemetry import EmulatedBattery, Telemetry
 from doorman.rig.emulators.autopilot.line.udp import FaultyUdp, LinkFaults
@@ -43,6 +43,7 @@ class EmulatedAutopilot(Uncopied):
         plant: What it flies; a simple vehicle by default.
         local: Address to bind; port 0 takes a free one.
         remote: Whom it sends to from the start, as PX4 does; None waits for the first sender.
+        clock: By which it waits.
         build: Further fields of `Build`.
     """
 
@@ -53,8 +54,10 @@ class EmulatedAutopilot(Uncopied):
         *,
         local: tuple[str, int] = ("127.0.0.1", 0),
         remote: tuple[str, int] | None = None,
+        clock: Clock = REAL_TIME,
         **build: Any,
     ) -> None:
+        self._time = clock
         self.build = Build(flavour, **build)
         dialect, share = self.build.dialect, self.build.hover_thrust
         self.plant: AutopilotPlant = SimplePlant() if plant is None else plant
@@ -64,10 +67,10 @@ class EmulatedAutopilot(Uncopied):
         if self.build.motors == "linear":
             self.parameters[dialect.linearisation] = 1.0
         self.parameters[dialect.hover_thrust] = normalised_thrust(share, self.parameters[dialect.linearisation])
-        self.lock = threading.RLock()
+        self.lock = clock.lock()
         """Held while it thinks: whoever calls into its parts from another thread takes it."""
         self._local, self._remote = local, remote
-        self._stop = threading.Event()
+        self._stop = self._time.event()
         self._thread: threading.Thread | None = None
         self._udp: FaultyUdp | None = None
         self._boot()
@@ -80,10 +83,10 @@ class EmulatedAutopilot(Uncopied):
         """
         if self._thread is not None:
             raise BackendError("the emulated autopilot runs already", allowed="stop() first")
-        self._udp = FaultyUdp(self._local, self._remote, (self.outgoing, self.incoming), self.build.seed)
+        self._udp = FaultyUdp(self._local, self._remote, (self.outgoing, self.incoming), self.build.seed, self._time)
         self._stop.clear()
         self._boot()
-        self._thread = threading.Thread(target=self._run, name=f"emulated {self.build.flavour}", daemon=True)
+        self._thread = self._time.thread(self._run, name=f"emulated {self.build.flavour}")
         self._thread.start()
 
     def stop(self) -> None:
@@ -156,7 +159,7 @@ class EmulatedAutopilot(Uncopied):
         """
         with self.lock:
             self._boot()
-            self._silent_until = time.monotonic() + silence
+            self._silent_until = self._time.now() + silence
             self.plant.stop_motors()
 
     def send(self, message: Any, station: tuple[int, int] | None = None) -> None:
@@ -181,7 +184,7 @@ class EmulatedAutopilot(Uncopied):
         return self._udp
 
     def _boot(self) -> None:
-        build, self.clock, self._silent_until = self.build, Clock(self.build.pace), 0.0
+        build, self.clock, self._silent_until = self.build, BootClock(self.build.pace, self._time), 0.0
         dialect, now = build.dialect, self.clock.uptime
         truth, timeout, needs_origin = self.plant.truth(), dialect.position_timeout, not dialect.heeds_stream
         self.estimator = Estimator(now, truth, timeout, needs_origin, vision=build.vision, seed=build.seed)
@@ -196,20 +199,20 @@ class EmulatedAutopilot(Uncopied):
             self._udp.send(data)
 
     def _run(self) -> None:
-        stepped = time.monotonic()
+        stepped = self._time.now()
         while not self._stop.is_set():
-            self._line.wait(max(0.0, stepped + _STEP - time.monotonic()))
+            self._line.wait(max(0.0, stepped + _STEP - self._time.now()))
             with self.lock:
-                silent = time.monotonic() < self._silent_until
+                silent = self._time.now() < self._silent_until
                 for datagram in self._line.receive():
                     if not silent:
                         self._receive(datagram)
                 steps = 0
-                while stepped + _STEP <= time.monotonic():
+                while stepped + _STEP <= self._time.now():
                     stepped, steps = stepped + _STEP, steps + 1
                     self._step(_STEP * self.build.pace)
                     if steps >= _MOST_STEPS:
-                        stepped = time.monotonic()
+                        stepped = self._time.now()
                 if steps and not silent:
                     self.telemetry.speak()
                 self._line.flush()

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import socket
 import threading
-import time
 from types import TracebackType
 
+from doorman.clocks import REAL_TIME, Clock
 from doorman.copying import Uncopied
 from doorman.exceptions import BackendError
 from doorman.rig.emulators.mocap.faults import StreamFaults
@@ -24,19 +24,25 @@ class MocapEmulator(Uncopied):
     """Tracker that exists only in software. The constructor opens nothing.
 
     Args:
-        source: Moves the body; called from the emulator's thread with times of `time.monotonic`.
+        source: Moves the body; called from the emulator's thread with times of the clock.
         setup: Cameras and object, or the object's name.
         target: Host and port to which packets are sent.
+        clock: By which it waits.
     """
 
     def __init__(
-        self, source: PoseSource, setup: TrackerSetup | str, target: tuple[str, int] = ("127.0.0.1", 51001)
+        self,
+        source: PoseSource,
+        setup: TrackerSetup | str,
+        target: tuple[str, int] = ("127.0.0.1", 51001),
+        clock: Clock = REAL_TIME,
     ) -> None:
+        self._clock = clock
         self.stream = TrackerStream(source, TrackerSetup(setup) if isinstance(setup, str) else setup)
         self.target = target
         self.sent = 0
         """Datagrams sent."""
-        self._stopping = threading.Event()
+        self._stopping = clock.event()
         self._thread: threading.Thread | None = None
 
     @property
@@ -53,7 +59,7 @@ class MocapEmulator(Uncopied):
         if self._thread is not None:
             raise BackendError("the emulator runs already", allowed="stop() before another start()")
         self._stopping.clear()
-        self._thread = threading.Thread(target=self._run, name="mocap-emulator", daemon=True)
+        self._thread = self._clock.thread(self._run, name="mocap-emulator")
         self._thread.start()
 
     def stop(self) -> None:
@@ -73,20 +79,20 @@ class MocapEmulator(Uncopied):
         self.stop()
 
     def _run(self) -> None:
-        exposure = time.monotonic()
+        exposure = self._clock.now()
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as channel:
             channel.setsockopt(socket.SOL_SOCKET, socket.SO_BROADCAST, 1)
             while not self._stopping.is_set():
-                now = time.monotonic()
+                now = self._clock.now()
                 while exposure <= now:
                     if now - exposure <= BEHIND:
                         self.stream.expose(exposure)
                     else:
                         self.stream.skip()
                     exposure += 1.0 / self.stream.rate
-                for datagram in self.stream.take(time.monotonic()):
+                for datagram in self.stream.take(self._clock.now()):
                     self._send(channel, datagram)
-                self._stopping.wait(max(min(exposure, self.stream.next_due) - time.monotonic(), 0.0))
+                self._stopping.wait(max(min(exposure, self.stream.next_due) - self._clock.now(), 0.0))
 
     def _send(self, channel: socket.socket, datagram: bytes) -> None:
         try:

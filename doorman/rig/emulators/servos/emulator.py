@@ -5,10 +5,8 @@ from __future__ import annotations
 import contextlib
 import heapq
 import os
-import select
 import termios
 import threading
-import time
 import tty
 from collections.abc import Sequence
 from pathlib import Path
@@ -16,6 +14,7 @@ from types import TracebackType
 
 import numpy as np
 
+from doorman.clocks import REAL_TIME, Clock
 from doorman.copying import Uncopied
 from doorman.exceptions import BackendError
 from doorman.rig.emulators.servos.bus import QUESTIONS, ServoBusLogic
@@ -44,6 +43,7 @@ class ServoEmulator(Uncopied):
         plant: What they move; by default joints that follow with a lag, at zero.
         link: Path of a symbolic link to the pseudo-terminal, kept up to date when the port is plugged in again.
         baud_rate: Paces the answers like a wire of this speed [bit/s]; None answers at once.
+        clock: By which it waits.
 
     Raises:
         BackendError: if two servos have one id.
@@ -56,7 +56,9 @@ class ServoEmulator(Uncopied):
         *,
         link: Path | None = None,
         baud_rate: int | None = None,
+        clock: Clock = REAL_TIME,
     ) -> None:
+        self._clock = clock
         setups = [ServoSetup(servo) if isinstance(servo, int) else servo for servo in servos]
         if len({setup.servo_id for setup in setups}) != len(setups):
             raise BackendError(
@@ -64,7 +66,7 @@ class ServoEmulator(Uncopied):
             )
         self.plant: ServoPlant = plant or LaggingJoints(np.zeros(len(setups)))
         self.faults = BusFaults()
-        self.lock = threading.RLock()
+        self.lock = clock.lock()
         """Held while the servos act; take it to look at several of their rows at once."""
         self._servos = [EmulatedServo(setup) for setup in setups]
         self._logic = ServoBusLogic(self._servos, self.plant, self.faults, baud_rate)
@@ -74,7 +76,7 @@ class ServoEmulator(Uncopied):
         self._wake: tuple[int, int] | None = None
         self._thread: threading.Thread | None = None
         self._stopping = False
-        self._awake = threading.Event()
+        self._awake = clock.event()
         self._replies: list[tuple[float, int, bytes]] = []
         self._sent = 0
         self._last_byte = 0.0
@@ -119,7 +121,7 @@ class ServoEmulator(Uncopied):
         self._stopping = False
         self._wake = os.pipe()
         self.plug_in()
-        self._thread = threading.Thread(target=self._run, name="servo-emulator", daemon=True)
+        self._thread = self._clock.thread(self._run, name="servo-emulator")
         self._thread.start()
 
     def stop(self) -> None:
@@ -188,20 +190,20 @@ class ServoEmulator(Uncopied):
     def _run(self) -> None:
         while not self._stopping:
             self._wait()
-            now = time.monotonic()
+            now = self._clock.now()
             with self.lock:
                 self._awake.set()
                 if self._listen(now) or now - self._ticked > SOON:
-                    self._ticked = time.monotonic()
+                    self._ticked = self._clock.now()
                     self._logic.tick(self._ticked)
                 self._speak()
 
     def _wait(self) -> None:
         assert self._wake is not None
-        due = self._replies[0][0] - time.monotonic() if self._replies else TICK
+        due = self._replies[0][0] - self._clock.now() if self._replies else TICK
         ports = [self._wake[0]] if self._master < 0 else [self._wake[0], self._master]
         with contextlib.suppress(OSError, ValueError):  # unplugged while waiting
-            ready, _, _ = select.select(ports, [], [], min(max(due, 0.0), TICK))
+            ready = self._clock.readable(ports, min(max(due, 0.0), TICK))
             if self._wake[0] in ready:
                 os.read(self._wake[0], 4096)
 
@@ -232,7 +234,7 @@ class ServoEmulator(Uncopied):
     def _speak(self) -> None:
         if self.faults.babble:
             self._write(self.faults.random_bytes(200))
-        while self._replies and self._replies[0][0] <= time.monotonic():
+        while self._replies and self._replies[0][0] <= self._clock.now():
             self._write(heapq.heappop(self._replies)[2])
 
     def _write(self, data: bytes) -> None:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Iterator
 from typing import cast
 
 import numpy as np
 import pytest
 from mocap_rig import Rig, start_rig, swaying, true_position
+from virtual_time import CLOCK
 
 from doorman.hardware.mocap import PoseQuality
 from doorman.hardware.pixhawk import Autopilot, SampleStatus, VehicleSample
@@ -22,7 +22,7 @@ class Inertial:
     armed, status, error, turn = True, SampleStatus.FRESH, 0.0, 0.0
 
     def state(self) -> VehicleSample:
-        now = time.monotonic()
+        now = CLOCK.now()
         where = np.array(true_position(now)) + (self.error, 0.0, 0.0)
         turn = multiply(tuple(swaying(now).quaternion), from_rotation_vector((0.0, 0.0, self.turn)))
         return VehicleSample(self.status, position=where, quaternion=np.array(turn), armed=self.armed)
@@ -36,7 +36,7 @@ def autopilot() -> Inertial:
 @pytest.fixture
 def seen(autopilot: Inertial) -> Iterator[Rig]:
     tracked = start_rig()
-    tracked.receiver = DoubtedMocap(tracked.config, cast(Autopilot, autopilot))
+    tracked.receiver = DoubtedMocap(tracked.config, cast(Autopilot, autopilot), CLOCK)
     try:
         with tracked.receiver:
             yield tracked
@@ -75,7 +75,7 @@ def test_the_error_of_dead_reckoning_is_no_reason_to_doubt(seen: Rig, autopilot:
     autopilot.error = 1.3 * DOUBTED
     seen.until_lost()
     autopilot.error = 0.5 * (DOUBTED + BELIEVED)  # between the two: as before
-    time.sleep(0.05)
+    CLOCK.sleep(0.05)
     assert not seen.receiver.read().usable
     autopilot.error = 0.5 * BELIEVED
     seen.until_fresh()
@@ -117,7 +117,7 @@ def test_a_vehicle_whose_markers_are_taken_for_each_other_is_lost(seen: Rig, aut
     autopilot.turn = np.pi / 3.0
     seen.until_lost()
     autopilot.turn = 0.5 * (DOUBTED_TURN + BELIEVED_TURN)  # between the two: as before
-    time.sleep(0.05)
+    CLOCK.sleep(0.05)
     assert not seen.receiver.read().usable
     autopilot.turn = 0.5 * BELIEVED_TURN
     seen.until_fresh()

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-import time
+
+from doorman.clocks import REAL_TIME, Clock
 
 _BOOT = 3.0
 """Reading when the link comes up [s]."""
@@ -11,22 +12,23 @@ _ANSWERS_NEEDED = 20
 """Before PX4 trusts its mapping."""
 
 
-class Clock:
+class BootClock:
     """The autopilot's.
 
     Args:
-        pace: Over real time.
+        pace: Over the rig's time.
+        time: Of the rig.
     """
 
-    def __init__(self, pace: float = 1.0) -> None:
+    def __init__(self, pace: float = 1.0, time: Clock = REAL_TIME) -> None:
         self.jumped = 0.0
         """By which it has jumped since boot; may be set at any time [s]."""
-        self._pace, self._started = pace, time.monotonic()
+        self._pace, self._time, self._started = pace, time, time.now()
 
     @property
     def uptime(self) -> float:
         """Since boot, by which it counts its own time-outs: that never jumps [s]."""
-        return _BOOT + (time.monotonic() - self._started) * self._pace
+        return _BOOT + (self._time.now() - self._started) * self._pace
 
     @property
     def now(self) -> float:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from doorman.rig.emulators.autopilot.line.clock import Clock, CompanionClock
+from doorman.rig.emulators.autopilot.line.clock import BootClock, CompanionClock
 from doorman.rig.emulators.autopilot.line.setpoints import attitude_demand, position_demand
 from doorman.rig.emulators.autopilot.line.telemetry import Telemetry
 from doorman.rig.emulators.autopilot.rules.brain import Brain
@@ -35,7 +35,9 @@ class Receiver:
         system_id: Its own.
     """
 
-    def __init__(self, brain: Brain, estimator: Estimator, telemetry: Telemetry, clock: Clock, system_id: int) -> None:
+    def __init__(
+        self, brain: Brain, estimator: Estimator, telemetry: Telemetry, clock: BootClock, system_id: int
+    ) -> None:
         self.received: Counter[str] = Counter()
         """Messages by type."""
         self.commands: Counter[int] = Counter()

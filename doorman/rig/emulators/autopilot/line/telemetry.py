@@ -11,7 +11,7 @@ from typing import Any
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from doorman.rig.emulators.autopilot.build import Build
-from doorman.rig.emulators.autopilot.line.clock import Clock
+from doorman.rig.emulators.autopilot.line.clock import BootClock
 from doorman.rig.emulators.autopilot.line.setpoints import FLIP_QUATERNION
 from doorman.rig.emulators.autopilot.rules.brain import Brain
 from doorman.rig.emulators.autopilot.rules.dialects import Dialect
@@ -103,7 +103,7 @@ class Telemetry:
         brain: Brain,
         estimator: Estimator,
         battery: EmulatedBattery,
-        clock: Clock,
+        clock: BootClock,
         build: Build,
         transmit: Callable[[bytes], None],
     ) -> None:

@@ -6,11 +6,10 @@ import contextlib
 import heapq
 import itertools
 import random
-import select
 import socket
-import time
 from dataclasses import dataclass
 
+from doorman.clocks import REAL_TIME, Clock
 from doorman.exceptions import BackendError
 
 
@@ -37,17 +36,20 @@ class FaultyUdp:
         remote: Whom to send to; None waits for the first sender.
         faults: Of what is sent, and of what is received.
         seed: Of the faults.
+        time: By which it delays and waits.
 
     Raises:
         BackendError: if an address is not on loopback, or cannot be bound.
     """
 
     def __init__(
-        self, local: tuple[str, int], remote: tuple[str, int] | None, faults: tuple[LinkFaults, LinkFaults], seed: int
-    ) -> None:
+        self, local: tuple[str, int], remote: tuple[str, int] | None, faults: tuple[LinkFaults, LinkFaults], seed: int,
+        time: Clock = REAL_TIME,
+    ) -> None:  # fmt: skip
         if not local[0].startswith("127.") or (remote is not None and not remote[0].startswith("127.")):
             raise BackendError("emulators stay on loopback", field="address", given=local[0], allowed="127.0.0.0/8")
         self._outgoing, self._incoming = faults
+        self._time = time
         self._remote = remote
         self._random = random.Random(seed)
         self._held: dict[int, bytes] = {}
@@ -74,7 +76,7 @@ class FaultyUdp:
         Args:
             timeout: Longest time [s].
         """
-        select.select([self._socket], [], [], max(0.0, timeout))
+        self._time.readable([self._socket], max(0.0, timeout))
 
     def receive(self) -> list[bytes]:
         """What has come in."""
@@ -95,12 +97,12 @@ class FaultyUdp:
             data: Bytes of the message.
         """
         for piece in self._suffer(data, self._outgoing):
-            heapq.heappush(self._waiting, (time.monotonic() + self._outgoing.delay, next(self._ticket), piece))
+            heapq.heappush(self._waiting, (self._time.now() + self._outgoing.delay, next(self._ticket), piece))
         self.flush()
 
     def flush(self) -> None:
         """Send what has waited long enough."""
-        while self._waiting and self._waiting[0][0] <= time.monotonic():
+        while self._waiting and self._waiting[0][0] <= self._time.now():
             piece = heapq.heappop(self._waiting)[2]
             if self._remote is not None:
                 with contextlib.suppress(BlockingIOError, ConnectionError):

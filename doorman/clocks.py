@@ -1,0 +1,85 @@
+"""Time, and everything that waits by it: the computer's own here, one that tests step in `tests/virtual_time.py`."""
+
+from __future__ import annotations
+
+import functools
+import select
+import threading
+import time
+from collections.abc import Callable, Sequence
+from typing import Any, Protocol, TypeVar
+
+_SPIN = 0.0003
+"""The last stretch before an exact time is waited for by looking at the clock: sleeping is not that exact [s]."""
+
+
+class HasFileno(Protocol):
+    """A socket, a line, a device."""
+
+    def fileno(self) -> int:
+        """Its descriptor."""
+
+
+_File = TypeVar("_File", bound="int | HasFileno")
+
+
+class Clock:
+    """The computer's monotonic clock. Threads, events, conditions and locks that it makes wait by it.
+
+    Whatever waits for something in this package is given a clock, and waits by nothing else: under another clock, the same
+    threads, sockets and emulators run at another speed. No other lock may be held while waiting.
+    """
+
+    now = staticmethod(time.monotonic)
+    """The time [s]."""
+    nanoseconds = staticmethod(time.monotonic_ns)
+    """The time [ns]."""
+    raw = staticmethod(functools.partial(time.clock_gettime, time.CLOCK_MONOTONIC_RAW))
+    """The time by an oscillator that no time server slews [s]."""
+    sleep = staticmethod(time.sleep)
+    """Wait [s]."""
+    event = threading.Event
+    """Makes an event."""
+    condition = threading.Condition
+    """Makes a condition."""
+    lock = threading.RLock
+    """Makes a lock that a thread may hold while it waits; its owner may take it again."""
+
+    def reach(self, moment: float) -> None:
+        """Wait until a moment, exactly.
+
+        Args:
+            moment: By this clock [s].
+        """
+        while (left := moment - time.monotonic()) > 0.0:
+            if left > _SPIN:
+                time.sleep(left - _SPIN)
+
+    def readable(self, files: Sequence[_File], timeout: float) -> list[_File]:
+        """Wait until something can be read.
+
+        Args:
+            files: What to look at.
+            timeout: Longest time [s].
+
+        Returns:
+            Those that can be read, or have failed.
+
+        Raises:
+            OSError: if one is closed; ValueError if its descriptor is gone.
+        """
+        return select.select(files, [], [], timeout)[0]
+
+    def thread(self, target: Callable[..., None], *args: Any, name: str | None = None) -> threading.Thread:
+        """Make a thread that waits by this clock alone; it ends with the process.
+
+        Args:
+            target: What it runs.
+            args: For the target.
+            name: Of the thread.
+        """
+        return threading.Thread(target=target, args=args, name=name, daemon=True)
+
+
+REAL_TIME = Clock()
+"""What everybody waits by who is not told otherwise."""
