@@ -27,7 +27,7 @@ rig-demo: $(VENV)/.installed-for-rig
 # One worker a core runs the tests; those that wait for sockets and processes run beside them, eight at a time.
 WORKERS := auto
 WAITING := tests/ros2 tests/recording/test_recording_signals.py tests/campaign/flights
-CHOSEN := -m "not slow and not docs"
+CHOSEN := -m "not slow and not docs" --ignore=tests/rig
 PYTEST = $(BIN)/python -m pytest --durations=10 $(PYTEST_OPTIONS)
 
 #: make test-quick before each commit: style, types, and the tests of less than 90 s; kernels compile once
@@ -43,10 +43,10 @@ test: $(VENV)/.installed-for-test
 
 #: make test-docs  before docs change: tutorials, how-to pages and examples are executed: some minutes
 test-docs: $(VENV)/.installed-for-test
-	$(PYTEST) -n $(WORKERS) -m docs
+	$(PYTEST) -n $(WORKERS) --dist loadfile -m docs
 
 #: make test-all   before a release: the above and the slow tests, such as rare faults and whole campaigns: an hour more
-test-all: CHOSEN :=
+test-all: CHOSEN := --ignore=tests/rig
 test-all: test
 
 #: make coverage   the tests, and what they do not reach; slower by half

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import gc
+
 import numpy as np
 import pytest
 from at_the_door import AT_THE_DOOR
@@ -13,15 +15,11 @@ from doorman.scenario import Scenario
 settings.register_profile("doorman", derandomize=True, deadline=None, database=None)
 settings.load_profile("doorman")
 
-LONG = ("test_sphinx", "test_docs", "test_startup", "test_cli_open", "test_lagrangian_planning", "test_moved_leaf",
-        "test_uncompiled", "test_slams", "test_phases", "test_browser", "test_feasibility", "test_state_figure",
-        "test_flights")  # fmt: skip
 
-
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Files that take long come first, longest first: two processes then end together."""
-    places = {name: place for place, name in enumerate(LONG)}
-    items.sort(key=lambda item: places.get(item.path.stem, len(LONG)))
+def pytest_collection_finish() -> None:
+    """Keep the garbage collector from looking at thousands of tests and modules again and again."""
+    gc.collect()
+    gc.freeze()
 
 
 @pytest.fixture(scope="session")

@@ -23,6 +23,8 @@ from sphinx.util.inventory import InventoryFile
 
 import doorman
 
+pytestmark = pytest.mark.docs
+
 ROOT = Path(__file__).parent.parent
 PUBLIC = ["doorman", *(f"doorman.{name}" for name in (
     "campaign", "feasibility", "flight", "hardware.dynamixel", "hardware.mocap", "hardware.pixhawk", "hardware.safety",
@@ -48,9 +50,8 @@ def build(folder: Path, *options: str) -> Path:
 
 @pytest.fixture(scope="module")
 def built(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """All pages, with the tutorials as they are written; `make docs` and `make test-docs` execute them."""
-    options = ("nb_execution_mode=off", "suppress_warnings=myst-nb.lexer")  # the kernel would tell the language
-    return build(tmp_path_factory.mktemp("docs"), *(word for option in options for word in ("-D", option)))
+    """All pages, with the tutorials executed."""
+    return build(tmp_path_factory.mktemp("docs"))
 
 
 def exported(package: str) -> list[str]:
@@ -121,9 +122,7 @@ def test_formulas_are_mathml_that_says_the_same(built):
     assert "$" not in re.sub(r"<[^>]+>", "", text.split('role="main"')[1].split("<footer")[0])
 
 
-@pytest.mark.docs
-def test_tutorials_are_executed(tmp_path: Path) -> None:
-    built = build(tmp_path)
+def test_tutorials_are_executed(built: Path) -> None:
     tutorials = sorted((ROOT / "docs" / "tutorials").glob("*.md"))
     assert len(tutorials) == 7
     for tutorial in tutorials:

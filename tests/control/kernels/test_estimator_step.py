@@ -66,7 +66,7 @@ def assert_same(fast: object, plain: object, tick: int) -> None:
 TIES = (Tie.FREE, Tie.PUSHING, Tie.PUSHING, Tie.GRIPPED, Tie.GRIPPED, Tie.LEAVING, Tie.PUSHING, Tie.PUSHING, Tie.FREE)
 
 
-@pytest.mark.parametrize("old", [0.0, 0.011])
+@pytest.mark.parametrize("old", [pytest.param(0.0, marks=pytest.mark.slow), 0.011])
 def test_the_estimate_is_the_plain_one(model: Model, old: float) -> None:
     converter = StateConverter(model)
     fast, plain = Estimator(model, converter), PlainEstimator(model, converter)
@@ -87,7 +87,9 @@ def test_the_estimate_is_the_plain_one(model: Model, old: float) -> None:
     assert met, "some of it was contact"
 
 
-@pytest.mark.parametrize(("speed", "sensed"), [(0.0, False), (0.4, False), (0.0, True)])
+@pytest.mark.parametrize(
+    ("speed", "sensed"), [pytest.param(0.0, False, marks=pytest.mark.slow), (0.4, False), (0.0, True)]
+)
 def test_the_leafs_estimate_is_the_plain_one(model: Model, speed: float, sensed: bool) -> None:
     converter = StateConverter(model)
     fast, plain = LeafEstimator(model, converter), PlainLeafEstimator(model, converter)

@@ -201,7 +201,10 @@ def test_delay_that_grows_slowly(growth, within):
     assert simulated.run(10.0, lambda: simulated.sample().fresh, step=0.005) == math.inf
 
 
-@pytest.mark.parametrize(("slew", "seconds"), [(500e-6, 20.0), (500e-6, 100.0), (-500e-6, 100.0), (0.08, 20.0)])
+@pytest.mark.parametrize(
+    ("slew", "seconds"),
+    [(500e-6, 20.0), (-500e-6, 100.0), (0.08, 20.0), pytest.param(500e-6, 100.0, marks=pytest.mark.slow)],
+)
 def test_a_time_server_that_slews_the_clock_is_no_delay(slew, seconds):
     simulated = Simulated()
     simulated.run(25.0, step=0.005)

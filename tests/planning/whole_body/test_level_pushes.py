@@ -9,6 +9,7 @@ from doorman import Model, Planner
 from doorman.kinematics.vehicles.rotor_layout import rotor_layout
 
 
+@pytest.mark.slow  # compiles for more than a minute
 @pytest.mark.parametrize(("wind", "least"), [(2.5, 2.3), (4.0, 3.0)])
 def test_a_plan_pushes_against_wind_with_all_that_the_rotors_have(wind: float, least: float) -> None:
     """Wind and push need more than a box inside the polytope holds, and with the second wind more than all of it."""
