@@ -4,6 +4,8 @@
 PYTHON ?= python3
 VENV ?= .venv
 SCENARIO ?= paper
+CONSTRAINTS ?= constraints.txt
+TAG ?=
 
 BIN := $(VENV)/bin
 # A process that finds no bytecode takes twice as long to start, and tests start hundreds.
@@ -11,7 +13,7 @@ unexport PYTHONDONTWRITEBYTECODE
 CHECK_PYTHON := import sys; sys.exit(sys.version_info < (3, 11) and "doorman needs Python 3.11 or newer: make PYTHON=python3.11")
 
 .DELETE_ON_ERROR:
-.PHONY: help demo rig-demo test-quick test test-docs test-all test-rig coverage lint warm docs bench clean
+.PHONY: help demo rig-demo test-quick test test-docs test-all test-rig coverage lint warm docs bench test-lowest dist release-check clean
 
 help:
 	@sed -n 's/^#: *//p' $(firstword $(MAKEFILE_LIST))
@@ -77,24 +79,43 @@ docs: warm
 bench: $(VENV)/.installed-for-test
 	$(BIN)/python benchmarks/run.py --write-docs
 
+#: make test-lowest    the quick tests with the lowest versions that pyproject.toml declares, in build/lowest
+test-lowest: build/lowest.txt
+	$(MAKE) test-quick VENV=build/lowest CONSTRAINTS=build/lowest.txt
+
+build/lowest.txt: .ci/lowest.py pyproject.toml constraints.txt
+	mkdir -p build
+	$(PYTHON) .ci/lowest.py > $@
+
+#: make dist       the sdist, and the wheel that is built from it: dist/
+dist: $(VENV)/.installed-for-test
+	rm -rf dist
+	$(BIN)/hatchling build --target sdist
+	$(BIN)/python -m pip wheel --quiet --disable-pip-version-check --no-deps --no-build-isolation --wheel-dir dist dist/*.tar.gz
+
+#: make release-check  what a release must pass, with TAG=vX.Y.Z if there is one: versions, changelog, and the wheel in use
+release-check: dist
+	$(BIN)/python .ci/release.py dist $(TAG)
+	$(BIN)/python .ci/smoke.py dist/*.whl $(CONSTRAINTS)
+
 $(BIN)/python:
 	$(PYTHON) -c '$(CHECK_PYTHON)'
 	$(PYTHON) -m venv $(VENV) || { echo "no virtual environment: on Debian and Ubuntu, apt install python3-venv"; exit 1; }
 
-$(VENV)/.installed-for-demo: pyproject.toml constraints.txt | $(BIN)/python
+$(VENV)/.installed-for-demo: pyproject.toml $(CONSTRAINTS) | $(BIN)/python
 	@echo 'Installing into $(VENV): a minute or two the first time'
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[sim,viz]'
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c $(CONSTRAINTS) -e '.[sim,viz]'
 	touch $@
 
-$(VENV)/.installed-for-rig: pyproject.toml constraints.txt | $(BIN)/python
+$(VENV)/.installed-for-rig: pyproject.toml $(CONSTRAINTS) | $(BIN)/python
 	@echo 'Installing into $(VENV): a minute or two the first time'
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[sim,viz,hardware]'
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c $(CONSTRAINTS) -e '.[sim,viz,hardware]'
 	touch $(VENV)/.installed-for-demo $@
 
 # Includes what the demos need: their stamps are set too, so that they do not install again. Python compiles what is imported.
-$(VENV)/.installed-for-test: pyproject.toml constraints.txt | $(BIN)/python
+$(VENV)/.installed-for-test: pyproject.toml $(CONSTRAINTS) | $(BIN)/python
 	@echo 'Installing into $(VENV): a few minutes the first time'
-	$(BIN)/python -m pip install --quiet --no-compile --disable-pip-version-check -c constraints.txt -e '.[sim,viz,hardware,campaign,test]'
+	$(BIN)/python -m pip install --quiet --no-compile --disable-pip-version-check -c $(CONSTRAINTS) -e '.[sim,viz,hardware,campaign,test]'
 	touch $(VENV)/.installed-for-demo $(VENV)/.installed-for-rig $@
 
 #: make clean      remove the virtual environment and everything that tools left behind

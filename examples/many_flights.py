@@ -5,9 +5,11 @@ import numpy as np
 from doorman import Scenario, simulate_batch
 
 scenario = Scenario.load("paper", overrides={"simulation.noise.position": 0.001, "mission.start": "contact"})
-flights = simulate_batch(scenario, range(3), duration=5.0)
-angles = [flight.summary["final_door_angle_deg"] for flight in flights]
-for flight, angle in zip(flights, angles, strict=True):
+angles = []
+for flight in simulate_batch(scenario, range(3), duration=5.0):
+    if flight.summary is None:
+        raise SystemExit(f"seed {flight.seed}: {flight.error}")
+    angles.append(flight.summary["final_door_angle_deg"])
     violation = flight.summary["max_constraint_violation_m"]
-    print(f"seed {flight.seed}: {angle:.2f}°, largest violation {violation:.4f} m, in {flight.wall_time:.1f} s")
+    print(f"seed {flight.seed}: {angles[-1]:.2f}°, largest violation {violation:.4f} m, in {flight.wall_time:.1f} s")
 print(f"mean {np.mean(angles):.2f}°, standard deviation {np.std(angles):.2f}°")

@@ -4,7 +4,7 @@ import math
 from collections import deque
 
 from doorman import Model, Scenario
-from doorman.hardware.interface import Backend
+from doorman.hardware.interface import Backend, Command, Measurement
 from doorman.mission import Mission
 from doorman.simulation import SimulatedBackend
 
@@ -12,27 +12,27 @@ from doorman.simulation import SimulatedBackend
 class LateCommands(Backend):
     """A vehicle that obeys every command some ticks after it was sent."""
 
-    def __init__(self, model, ticks):
+    def __init__(self, model: Model, ticks: int) -> None:
         self._vehicle = SimulatedBackend(model)
         self._ticks = ticks
-        self._waiting = deque()
+        self._waiting: deque[Command] = deque()
 
-    def open(self):
+    def open(self) -> None:
         """Begin."""
         self._waiting.clear()
         self._vehicle.open()
 
-    def read(self):
+    def read(self) -> Measurement:
         """What the sensors say."""
         return self._vehicle.read()
 
-    def command(self, command):
+    def command(self, command: Command) -> None:
         """Send a command, later."""
         self._waiting.append(command)
         if len(self._waiting) > self._ticks:
             self._vehicle.command(self._waiting.popleft())
 
-    def stop(self):
+    def stop(self) -> None:
         """Let go of everything."""
         self._vehicle.stop()
 

@@ -23,7 +23,7 @@ WITHIN = 2.0
 
 def table(recording: Recording, model: Model) -> str:
     """What the paper says of its figure, point by point, beside the same of a flight."""
-    estimate, truth, summary = recording["estimate"], recording["truth"], recording.summary or {}
+    estimate, truth, summary = recording["estimate"], recording["truth"], recording.summary
     roll, pitch, yaw, angle = np.degrees(estimate["state"][:, :4]).T
     goal = np.degrees(model.goal_state)
     away = np.abs(angle - goal[3]) > WITHIN

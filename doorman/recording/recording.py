@@ -117,20 +117,27 @@ class Recording(Mapping[str, Topic]):
         )
 
     @property
-    def summary(self) -> dict[str, Any] | None:
-        """Figures of a simulated run, as in `summary.json`, computed when first asked for; None if there is nothing to judge.
+    def summary(self) -> dict[str, Any]:
+        """Figures of a simulated run, as in `summary.json`, computed when first asked for.
 
         Raises:
+            RecordingError: if a topic is missing that a run is judged by: nothing was simulated, or not even one tick.
             DoormanError: if the recorded scenario cannot be made a model any more.
         """
-        if self._summary is None and all(topic in self for topic in _JUDGED):
+        if self._summary is None:
+            missing = [topic for topic in _JUDGED if topic not in self]
+            if missing:
+                raise RecordingError(
+                    f"the recording has no summary, as it lacks the topic '{missing[0]}'", field="topic",
+                    given=", ".join(self) or "none", allowed=f"a simulated run, with {', '.join(_JUDGED)}",
+                )  # fmt: skip
             from doorman.flown import summary_of  # an upper layer: pyproject.toml allows this one import
 
             self._summary = summary_of(self)
         return self._summary
 
     @summary.setter
-    def summary(self, figures: dict[str, Any] | None) -> None:
+    def summary(self, figures: dict[str, Any]) -> None:
         self._summary = figures
 
     @property

@@ -55,7 +55,8 @@ def test_every_type_survives_in_memory_and_in_the_file(tmp_path):
     assert topic["flag"].tolist() == [k % 2 == 0 for k in range(20)]
     assert topic["text"][7] == "α 7" and topic["names"].shape == (20, 2) and topic["empty"].shape == (20, 0)
     assert loaded.header == json.loads(json.dumps(HEADER))
-    assert loaded.summary is None
+    with pytest.raises(RecordingError, match="lacks the topic 'truth'"):
+        _ = loaded.summary
     with pytest.raises(ValueError):
         topic["number"][0] = 1.0
 

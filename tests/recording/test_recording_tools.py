@@ -285,10 +285,11 @@ def test_names_of_attachments_do_not_lead_out_of_their_folder(recording, tmp_pat
 
 def test_the_summary_of_a_loaded_recording_is_computed_when_asked_for(flight, recording, planner):
     flown = simulate(planner.model, 1.0, planner=planner)
-    assert flown.summary is not None and set(recording.summary) == set(flown.summary)
+    assert set(recording.summary) == set(flown.summary)
     assert Recording.load(flight).summary == recording.summary
     assert recording.summary["duration_s"] == recording["truth"].time[-1]
-    assert Recording({"plan": recording["plan"]}, recording.header).summary is None
+    with pytest.raises(RecordingError, match="lacks the topic 'truth'"):
+        _ = Recording({"plan": recording["plan"]}, recording.header).summary
 
 
 # ---------------------------------------------------------------- the newest run

@@ -114,7 +114,7 @@ def open_door(
 
 def _report_run(recording: Recording, model: Model, folder: Path, helper: PictureProcess | None, as_json: bool) -> int:
     """Write summary and pictures, and say what happened; returns the exit status."""
-    summary = recording.summary or {}
+    summary = recording.summary
     text = json.dumps(summary, indent=2)
     (folder / "summary.json").write_text(text + "\n", encoding="utf-8")
     try:
@@ -149,7 +149,7 @@ def _refused(report: Report, as_json: bool) -> int:
 
 
 def _outcome(recording: Recording) -> tuple[bool, str]:
-    good, sentence = verdict(recording.summary or {})
+    good, sentence = verdict(recording.summary)
     end = recording["mission"]
     if end["message"][-1] != "interrupted":
         return good, sentence

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, fields
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from doorman.exceptions import DimensionError
 from doorman.one_line import OneLine
@@ -13,7 +13,7 @@ from doorman.one_line import OneLine
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True, eq=False, repr=False)
+@dataclass(frozen=True, eq=False, repr=False, init=False)
 class QuadraticCost(OneLine):
     r"""Quadratic cost, the paper's where its weights are diagonal.
 
@@ -38,17 +38,13 @@ class QuadraticCost(OneLine):
     cross_weights: Array | None = None
     """S, shape (nu, nx), where there is one; [Q Sᵀ; S R] is positive semidefinite."""
 
-    def __post_init__(self) -> None:
-        for field in fields(self):
-            given = getattr(self, field.name)
-            if given is None and field.name == "cross_weights":
-                continue
-            array = np.array(given, dtype=np.float64)
-            if not np.isfinite(array).all():
-                raise DimensionError("not finite numbers", field=field.name, given=array.tolist())
-            if array.ndim != 1 and not (array.ndim == 2 and field.name.endswith("weights")):
-                raise DimensionError("not a vector of numbers", field=field.name, given=array.tolist())
-            array.flags.writeable = False
+    def __init__(
+        self, state_weights: ArrayLike, terminal_weights: ArrayLike, input_weights: ArrayLike, state_goal: ArrayLike,
+        input_goal: ArrayLike, cross_weights: ArrayLike | None = None,
+    ) -> None:  # fmt: skip
+        everything = (state_weights, terminal_weights, input_weights, state_goal, input_goal, cross_weights)
+        for field, given in zip(fields(self), everything, strict=True):
+            array = None if given is None and field.name == "cross_weights" else _numbers(field.name, given)
             object.__setattr__(self, field.name, array)
         nx, nu = len(self.state_goal), len(self.input_goal)
         for name, size in (("state_weights", nx), ("terminal_weights", nx), ("input_weights", nu)):
@@ -106,6 +102,17 @@ def diagonal(weights: Array) -> Array:
         Shape (n,).
     """
     return np.diag(weights) if weights.ndim == 2 else weights
+
+
+def _numbers(name: str, given: object) -> Array:
+    """A read-only copy of a vector, or of a matrix of weights."""
+    array = np.array(given, dtype=np.float64)
+    if not np.isfinite(array).all():
+        raise DimensionError("not finite numbers", field=name, given=array.tolist())
+    if array.ndim != 1 and not (array.ndim == 2 and name.endswith("weights")):
+        raise DimensionError("not a vector of numbers", field=name, given=array.tolist())
+    array.flags.writeable = False
+    return array
 
 
 def _check_weights(name: str, weights: Array, size: int) -> None:
