@@ -97,7 +97,9 @@ def number(value: Any, field: str, allowed: str = "a finite number") -> float:
     if type(value) is float and math.isfinite(value):
         return value
     try:
-        found = float(numbers(value, field, allowed)) if np.ndim(value) == 0 else math.nan
+        found = (
+            math.nan if isinstance(value, (list, tuple)) or np.ndim(value) else float(numbers(value, field, allowed))
+        )
     except ValueError as error:  # of an array whose rows differ in length
         raise DimensionError("not a number", field=field, given=shown(value), allowed=allowed) from error
     if not math.isfinite(found):

@@ -16,6 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from doorman.bounds import LONGEST
 from doorman.exceptions import RecordingError
 
 Array = NDArray[np.float64]
@@ -103,6 +104,9 @@ def _on_grid(time: Array, rates: Array, name: str) -> tuple[float, Array]:
     if len(time) < 2 or time[-1] - time[0] < LEAST_LENGTH:
         raise RecordingError(f"the body rates of {name} are too short", given=f"{np.ptp(time) if len(time) else 0.0:.1f} s",
                              allowed=f"at least {LEAST_LENGTH:g} s, or --offset")  # fmt: skip
+    if time[-1] - time[0] > 2.0 * LONGEST:
+        raise RecordingError(f"the body rates of {name} are too long", given=f"{time[-1] - time[0]:g} s",
+                             allowed=f"up to {2.0 * LONGEST:g} s, or --offset")  # fmt: skip
     grid = np.arange(time[0], time[-1], GRID)
     placed = np.stack([np.interp(grid, time, rates[:, axis]) for axis in range(3)], axis=1)
     placed = np.stack([np.convolve(column, _kernel(len(grid)), "same") for column in placed.T], axis=1)
