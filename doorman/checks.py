@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from doorman.exceptions import DimensionError
+from doorman.exceptions import DimensionError, shown
 
 _FLOAT = np.dtype(np.float64)
 
@@ -80,7 +80,7 @@ def numbers(values: ArrayLike, field: str, allowed: str = "an array of numbers")
             return np.array(values, dtype=np.float64, order="C")
     except (TypeError, ValueError, OverflowError, RecursionError):  # ragged, beyond floats, or a list that holds itself
         pass
-    raise DimensionError("not an array of numbers", field=field, given=repr(values)[:80], allowed=allowed)
+    raise DimensionError("not an array of numbers", field=field, given=shown(values), allowed=allowed)
 
 
 def number(value: Any, field: str, allowed: str = "a finite number") -> float:
@@ -97,9 +97,11 @@ def number(value: Any, field: str, allowed: str = "a finite number") -> float:
     if type(value) is float and math.isfinite(value):
         return value
     try:
-        found = float(numbers(value, field, allowed)) if np.ndim(value) == 0 else math.nan
+        found = (
+            math.nan if isinstance(value, (list, tuple)) or np.ndim(value) else float(numbers(value, field, allowed))
+        )
     except ValueError as error:  # of an array whose rows differ in length
-        raise DimensionError("not a number", field=field, given=repr(value)[:80], allowed=allowed) from error
+        raise DimensionError("not a number", field=field, given=shown(value), allowed=allowed) from error
     if not math.isfinite(found):
         raise DimensionError("not a finite number", field=field, given=value, allowed=allowed)
     return found

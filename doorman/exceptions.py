@@ -14,6 +14,21 @@ def how_to_install(extra: str) -> str:
     return f"in a checkout of doorman: pip install -e '.[{extra}]'"
 
 
+def shown(value: object, longest: int = 80) -> str:
+    """What was given, for an error: its repr as far as it has one that can be printed. Never raises.
+
+    Args:
+        value: Anything: a text keeps its marks, an integer may be too long for digits.
+        longest: Of the words; they are cut.
+    """
+    try:
+        words = f"'{value}'" if isinstance(value, str) else repr(value)
+    except Exception:  # digits of a long integer, a list too deep, a repr of somebody's
+        words = f"an integer of {value.bit_length()} bits" if isinstance(value, int) else f"a {type(value).__name__}"
+    words = words if len(words) <= longest else words[: longest - 3] + "..."
+    return words.encode("utf-8", "backslashreplace").decode()
+
+
 class DoormanError(Exception):
     """Base of every error that doorman raises on purpose.
 
@@ -46,8 +61,7 @@ class DoormanError(Exception):
         where = ": ".join(part for part in (self.file, self.field) if part)
         details = []
         if self.given is not None:
-            given = f"'{self.given}'" if isinstance(self.given, str) else repr(self.given)
-            details.append(f"given {given if len(given) <= 120 else given[:117] + '...'}")
+            details.append(f"given {shown(self.given, 120)}")
         if self.allowed is not None:
             details.append(f"allowed: {self.allowed}")
         tail = f" ({'; '.join(details)})" if details else ""

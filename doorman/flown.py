@@ -12,6 +12,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
+from doorman.bounds import check_tables
 from doorman.exceptions import RecordingError
 from doorman.kinematics.urdf.meshes import portable_files
 from doorman.model import Model
@@ -117,6 +118,7 @@ def _table(tables: Mapping[str, Any], name: str) -> dict[str, Any]:
 def _validated(tables: dict[str, Any], folder: Path | None) -> tuple[Scenario, list[str]]:
     """The scenario, and the keys that had to be left out."""
     unknown: list[str] = []
+    check_tables(tables, RecordingError, folder)
     while True:
         try:
             return Scenario.model_validate(tables), unknown

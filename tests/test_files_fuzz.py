@@ -15,6 +15,10 @@ def test_damaged_files_are_read_or_refused(tmp_path: Path) -> None:
     for name, _, _ in READERS:
         assert counts[f"{name} read"] >= 1
         assert counts[f"{name} refused"] >= 50
+    for name in ("recording", "ulog", "dataflash"):  # damage costs what it hits
+        assert counts[f"{name} read"] >= 100
+    assert counts["row refused"] >= 140  # the others have injuries that change nothing
+    assert min(counts["mesh read"], counts["mesh refused"]) >= 20
 
 
 def test_a_reader_without_its_checks_would_be_noticed(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:

@@ -8,6 +8,7 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any
 
+from doorman.bounds import read_json
 from doorman.campaign.flights.orders import digests
 from doorman.campaign.flights.software import software
 from doorman.campaign.specification import Campaign, portable
@@ -92,9 +93,8 @@ def read_not_flown(folder: Path) -> dict[int, str]:
         Reasons by run.
     """
     path = folder / NOT_FLOWN
-    return (
-        {int(run): why for run, why in json.loads(path.read_text(encoding="utf-8")).items()} if path.is_file() else {}
-    )
+    reasons = read_json(path) if path.is_file() else {}
+    return {int(run): str(why) for run, why in reasons.items() if run.isascii() and run.isdigit()}
 
 
 def _check_identity(path: Path, mine: dict[str, Any]) -> None:
@@ -103,14 +103,7 @@ def _check_identity(path: Path, mine: dict[str, Any]) -> None:
         write_atomically(path, f"{text}\n".encode())
         sync_folder(path.parent)
         return
-    try:
-        theirs = json.loads(path.read_text(encoding="utf-8"))
-    except ValueError as error:
-        raise DoormanError(
-            "the campaign's identity is damaged",
-            file=path,
-            allowed="a new folder; or remove this file if it is yours",
-        ) from error
+    theirs = read_json(path)
     differing = sorted(_differences(theirs, json.loads(text), ""))
     if differing:
         raise DoormanError(

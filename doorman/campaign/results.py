@@ -1,7 +1,11 @@
-"""Results: one row a run, each durable in a Parquet file of its own as soon as it is known, merged at the end."""
+"""Results: one row a run, each durable in a Parquet file of its own as soon as it is known, merged at the end.
+
+A file holds the SHA-256 of itself, taken with zeros in its place: one flipped bit makes it no row.
+"""
 
 from __future__ import annotations
 
+import hashlib
 import json
 import logging
 from collections.abc import Iterable, Mapping
@@ -11,10 +15,12 @@ from typing import Any
 import pyarrow as arrow
 import pyarrow.parquet as parquet
 
+from doorman.bounds import LARGEST_TEXT, read_bytes
 from doorman.campaign.judgement import final_error, judge
 from doorman.campaign.specification import Flight
 from doorman.campaign.told_reason import told_truly
 from doorman.compilation.cache_files import write_atomically
+from doorman.exceptions import DoormanError
 
 DRAWN, SUMMARY = "drawn.", "summary."
 """What the names of columns begin with."""
@@ -23,6 +29,9 @@ OF_THE_CLOCK = (
     "summary.planner_ms.p99", "summary.planner_ms.max", "summary.planner_ms.cold",
 )  # fmt: skip
 """Columns that depend on the machine; all others are the same whenever and wherever a run is flown."""
+
+_SEAL, _DIGITS = b"doorman-sha256:", 64
+"""Before the digest in a file's metadata, and the digest's length."""
 
 Row = dict[str, Any]
 
@@ -71,7 +80,7 @@ def write_part(row: Row, folder: Path) -> None:
         row: The row.
         folder: Of the parts.
     """
-    write_table([row], folder / f"run-{row['run']:07d}.parquet")
+    write_table([row], folder / f"{_stem(row['run'])}.parquet")
 
 
 def read_parts(folder: Path) -> dict[int, Row]:
@@ -82,10 +91,11 @@ def read_parts(folder: Path) -> dict[int, Row]:
     """
     rows: dict[int, Row] = {}
     for path in sorted(folder.glob("run-*.parquet")):
-        try:
-            rows |= {row["run"]: row for row in parquet.read_table(path).to_pylist()}
-        except (OSError, arrow.ArrowException):
+        row = _read_part(path)
+        if row is None:
             _log.warning("%s is damaged: that run counts as not flown", path)
+        else:
+            rows[row["run"]] = row
     return rows
 
 
@@ -97,20 +107,41 @@ def known_runs(folder: Path) -> set[int]:
     """
     known = set()
     for path in folder.glob("run-*.parquet"):
-        if _is_whole(path):
-            known.add(int(path.stem.removeprefix("run-")))
+        row = _read_part(path)
+        if row is not None:
+            known.add(row["run"])
         else:
             _log.warning("%s is damaged: that run is flown again", path)
             path.unlink()
     return known
 
 
-def _is_whole(path: Path) -> bool:
-    """Whether a part can be read."""
+def _read_part(path: Path) -> Row | None:
+    """The row of a part; None if the part is not what was written."""
     try:
-        return bool(parquet.read_table(path).num_rows == 1)
-    except (OSError, arrow.ArrowException):
-        return False
+        content = read_bytes(path, LARGEST_TEXT)
+        if content != _sealed(content):
+            return None
+        (row,) = parquet.read_table(arrow.BufferReader(content)).to_pylist()
+    except (DoormanError, OSError, ValueError, arrow.ArrowException):
+        return None
+    return row if path.stem == _stem(row["run"]) else None
+
+
+def _stem(run: int) -> str:
+    return f"run-{run:07d}"
+
+
+def _sealed(content: bytes) -> bytes:
+    """A Parquet file with its digest, whatever stood in the digest's place.
+
+    Raises:
+        ValueError: if it has no such place.
+    """
+    start = content.rindex(_SEAL) + len(_SEAL)
+    before, behind = content[:start], content[start + _DIGITS :]
+    digest = hashlib.sha256(before + bytes(_DIGITS) + behind).hexdigest()
+    return before + digest.encode() + behind
 
 
 def write_table(rows: Iterable[Row], path: Path) -> None:
@@ -123,9 +154,10 @@ def write_table(rows: Iterable[Row], path: Path) -> None:
     rows = list(rows)
     names = dict.fromkeys(name for row in rows for name in row)
     table = arrow.table({name: _column([row.get(name) for row in rows]) for name in names})
+    table = table.replace_schema_metadata({"seal": _SEAL + b"0" * _DIGITS})
     content = arrow.BufferOutputStream()
     parquet.write_table(table, content)
-    write_atomically(path, content.getvalue().to_pybytes())
+    write_atomically(path, _sealed(content.getvalue().to_pybytes()))
 
 
 def _torque_error(summary: Mapping[str, Any]) -> float | None:

@@ -83,7 +83,7 @@ def run_campaign(
         finally:
             write_not_flown(not_flown, out)
         rows = read_parts(parts)
-        ordered = [rows[run] for run in sorted(known)]
+        ordered = [rows[run] for run in sorted(known & rows.keys())]
         write_table(ordered, out / RESULTS)
     return ordered
 

@@ -36,7 +36,7 @@ _COLLECTIONS = 50_000, 20, 100
 _EXTRAS = {
     "mujoco": "sim", "matplotlib": "viz", "meshcat": "viz", "pymavlink": "hardware", "serial": "hardware",
     "dynamixel_sdk": "hardware", "distributed": "campaign", "dask": "campaign", "pyarrow": "campaign",
-    "pyulog": "logs", "tomlkit": "hardware", "motioncapture": "mocap", "packaging": "hardware",
+    "tomlkit": "hardware", "motioncapture": "mocap", "packaging": "hardware",
     "cyclonedds": "ros2", "gymnasium": "gym",
 }  # fmt: skip
 """Extra of the package that brings a module in."""

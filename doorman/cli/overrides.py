@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import re
-import tomllib
 from collections.abc import Iterable
 from typing import Any
 
+from doorman.bounds import parse_toml
 from doorman.exceptions import ScenarioError
 
 _KEY = re.compile(r"[A-Za-z0-9_-]+(\.[A-Za-z0-9_-]+)*")
@@ -36,10 +36,10 @@ def _parse(text: str, option: str) -> tuple[str, Any]:
     if not equals or not _KEY.fullmatch(key):
         raise ScenarioError("not an override", field=option, given=text, allowed="KEY=VALUE with a dotted key")
     try:
-        table = tomllib.loads(f"value = {value}")
+        table = parse_toml(f"value = {value}", ScenarioError)
         if table.keys() == {"value"}:  # and no further line smuggled in
             return key, table["value"]
-    except (ValueError, RecursionError):
+    except ScenarioError:
         if _WORD.fullmatch(value):
             return key, value
     raise ScenarioError(

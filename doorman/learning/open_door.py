@@ -7,10 +7,11 @@ from typing import Any
 
 import gymnasium
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
+from doorman.checks import numbers
 from doorman.copying import Uncopied
-from doorman.exceptions import BackendError, DoormanError
+from doorman.exceptions import BackendError, DimensionError, DoormanError
 from doorman.learning.reward import RewardWeights, Step, reward_terms
 from doorman.model import GRAVITY, Model
 from doorman.scenario import Scenario
@@ -83,7 +84,8 @@ class OpenDoorEnv(Uncopied, gymnasium.Env[Array, Array]):
         self._count = 0
         self._away = self._whole = 0.0
         self._observation: Array = np.zeros(14 + 2 * self._model.n_arm)
-        self.action_space = gymnasium.spaces.Box(-1.0, 1.0, (4 + self._model.n_arm,), np.float64)
+        self._action_shape = (4 + self._model.n_arm,)
+        self.action_space = gymnasium.spaces.Box(-1.0, 1.0, self._action_shape, np.float64)
         self.observation_space = gymnasium.spaces.Box(-np.inf, np.inf, self._observation.shape, np.float64)
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Array, dict[str, Any]]:
@@ -117,11 +119,12 @@ class OpenDoorEnv(Uncopied, gymnasium.Env[Array, Array]):
 
         Raises:
             BackendError: if `reset` was not called, or the action is not finite.
+            DimensionError: if the action is of another shape.
         """
         backend = self._backend
         if backend is None:
             raise BackendError("the episode has not begun", allowed="reset() before step()")
-        action = np.clip(np.asarray(action, dtype=np.float64), -1.0, 1.0)
+        action = np.clip(self._action(action), -1.0, 1.0)
         backend.command(self._command(action))  # refuses what is not finite
         fallen, touched = False, 0
         try:
@@ -140,6 +143,12 @@ class OpenDoorEnv(Uncopied, gymnasium.Env[Array, Array]):
         if self._backend is not None:
             self._backend.stop()
             self._backend = None
+
+    def _action(self, given: ArrayLike) -> Array:
+        action, shape = numbers(given, "action"), self._action_shape
+        if action.shape != shape:
+            raise DimensionError("wrong shape", field="action", given=action.shape, allowed=str(shape))
+        return action
 
     def _judge(
         self, action: Array, truth: Truth, fallen: bool, touched: int

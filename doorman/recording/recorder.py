@@ -16,6 +16,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import IO, Any, TypeAlias
 
+from doorman.bounds import LARGEST_CHUNK, LAST_TIME
 from doorman.copying import Uncopied
 from doorman.exceptions import RecordingError
 from doorman.recording.files.cdr import type_name
@@ -34,8 +35,6 @@ Listener: TypeAlias = Callable[[str, float, Mapping[str, Value]], None]
 
 _BATCH_TIME = 0.1
 """Longest stretch of message time that waits in memory [s]."""
-_LAST_TIME = 1e10
-"""MCAP counts nanoseconds in 64 bits [s]."""
 _PROFILE = "x-doorman"
 _MEDIA_TYPES = {".urdf": "application/xml", ".stl": "model/stl", ".obj": "model/obj", ".dae": "model/vnd.collada+xml"}
 
@@ -121,8 +120,8 @@ class Recorder(Uncopied):
         if self._closed:
             raise RecordingError("the recorder is closed", file=self.path, field=topic)
         time = float(time)
-        if not 0.0 <= time <= _LAST_TIME:
-            raise RecordingError("not a time", field=f"{topic}.time", given=time, allowed=f"0 to {_LAST_TIME:g} s")
+        if not 0.0 <= time <= LAST_TIME:
+            raise RecordingError("not a time", field=f"{topic}.time", given=time, allowed=f"0 to {LAST_TIME:g} s")
         channel = self._channels.get(topic) or self._new_channel(topic, fields)
         if not self._waiting:
             self._batch_start = time
@@ -226,7 +225,10 @@ class Recorder(Uncopied):
     def _new_channel(self, topic: str, fields: Mapping[str, Value]) -> _Channel:
         if topic == HEADER:
             raise RecordingError("the topic is taken by the recording's header", field="topic", given=topic)
-        return _Channel(MessageType.of(topic, fields))
+        type_ = MessageType.of(topic, fields)
+        if type_.layout.dtype().itemsize > LARGEST_CHUNK // 2:
+            raise RecordingError("too large a message", field=topic, allowed=f"up to {LARGEST_CHUNK // 2} bytes")
+        return _Channel(type_)
 
     def _hand_over(self) -> None:
         """Hand what was gathered to the operating system, and have the disk take it soon."""

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from doorman.bounds import LARGEST_LOG
 from doorman.exceptions import RecordingError
 from doorman.recording.files.reading import read_contents
 from doorman.recording.runs import recording_file
@@ -64,6 +65,7 @@ class Recording(Mapping[str, Topic]):
         complete: False if the file was cut off or damaged, or could not be written to its end.
         attachments: Files that the recording carries, by name: the URDFs that were flown, and their meshes.
         damaged_chunks: How many chunks of the file could not be read.
+        damaged_messages: How many messages were left out, by topic: of another type than their topic, or without a time.
     """
 
     def __init__(
@@ -74,12 +76,14 @@ class Recording(Mapping[str, Topic]):
         *,
         attachments: Mapping[str, bytes] | None = None,
         damaged_chunks: int = 0,
+        damaged_messages: Mapping[str, int] | None = None,
     ) -> None:
         self._topics = dict(topics)
         self.header = dict(header)
         self.complete = complete
         self.attachments = dict(attachments or {})
         self.damaged_chunks = damaged_chunks
+        self.damaged_messages = dict(damaged_messages or {})
         self._summary: dict[str, Any] | None = None
 
     @classmethod
@@ -87,7 +91,8 @@ class Recording(Mapping[str, Topic]):
         """Read an MCAP file that `Recorder` wrote.
 
         A file that was cut off, as by a crash, is read up to its last whole chunk; a chunk that is damaged costs its own
-        messages. `complete` is False then, and `damaged_chunks` says how many were lost.
+        messages, and a damaged message itself. `complete` is False then, and `damaged_chunks` and `damaged_messages` say how
+        many were lost.
 
         Args:
             path: The file, or the folder of the run.
@@ -96,13 +101,15 @@ class Recording(Mapping[str, Topic]):
             The recording.
 
         Raises:
-            RecordingError: if the file cannot be read, is no MCAP, or holds no header of doorman's; or if a folder holds no
-                recording, or several.
+            RecordingError: if the file cannot be read, is too large, is no MCAP, or holds no header of doorman's; or if a
+                folder holds no recording, or several.
         """
         path = Path(path)
         file = recording_file(path) if path.is_dir() else path
         try:
             with file.open("rb") as stream:
+                if (size := stream.seek(0, 2)) > LARGEST_LOG:
+                    raise RecordingError("too large a file", given=size, allowed=f"up to {LARGEST_LOG} bytes")
                 found = read_contents(stream)
         except OSError as error:
             raise RecordingError(f"cannot be read: {error.strerror}", file=file) from error
@@ -113,8 +120,9 @@ class Recording(Mapping[str, Topic]):
             raise RecordingError("not an MCAP file, or holds no header of a doorman recording", file=file)
         topics = {name: Topic(name, *columns) for name, columns in found.topics.items()}
         return cls(
-            topics, found.header, found.complete, attachments=found.attachments, damaged_chunks=found.damaged_chunks
-        )
+            topics, found.header, found.complete, attachments=found.attachments, damaged_chunks=found.damaged_chunks,
+            damaged_messages=found.damaged_messages,
+        )  # fmt: skip
 
     @property
     def summary(self) -> dict[str, Any]:

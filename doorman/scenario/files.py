@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import difflib
 import os
-import tomllib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from doorman.bounds import LARGEST_TABLES, parse_toml, read_bytes
 from doorman.exceptions import ScenarioError
 from doorman.resources import scenario_directory, shipped, urdf_directory, vehicle_directory
 
@@ -42,14 +42,14 @@ def read_tables(path: Path) -> dict[str, Any]:
         path: The file.
 
     Raises:
-        ScenarioError: if it cannot be read or is not TOML.
+        ScenarioError: if it cannot be read, is too large, is not TOML, or is out of bounds.
     """
+    content = read_bytes(path, LARGEST_TABLES, ScenarioError)
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8-sig"))
-    except (ValueError, RecursionError) as error:  # syntax, encoding, integers or nesting beyond Python's limits
+        text = content.decode("utf-8-sig")
+    except ValueError as error:
         raise ScenarioError(f"not valid TOML: {error}", file=path, allowed="TOML 1.0 in UTF-8") from error
-    except OSError as error:
-        raise ScenarioError(f"cannot be read: {error.strerror}", file=path) from error
+    return parse_toml(text, ScenarioError, path)
 
 
 def is_path(text: str) -> bool:

@@ -9,6 +9,7 @@ from typing import Any
 
 from pydantic import PrivateAttr, ValidationError, model_validator
 
+from doorman.bounds import check_tables
 from doorman.exceptions import ScenarioError
 from doorman.scenario.errors import explain
 from doorman.scenario.files import SCENARIO, SHIPPED, URDF, absolute, locate, read_tables
@@ -106,7 +107,7 @@ class Scenario(Section):
             ScenarioError: if a key is unknown, or a value of wrong type or out of range.
         """
         keywords = {key.replace("__", "."): value for key, value in more.items()}
-        changes = {**_mapping(overrides), **keywords}
+        changes = _mapping({**_mapping(overrides), **keywords})
         return self._of(self.tables(exclude_unset=self._takes_preset(changes)), changes, self._source)
 
     def save(self, path: str | os.PathLike[str]) -> Path:
@@ -197,6 +198,7 @@ class Scenario(Section):
         """Tables of a file with other values."""
         for key, value in _flat(cls, _mapping(overrides), ""):
             _set(tables, key, absolute(value, Path.cwd()) if key in _URDFS and isinstance(value, str) else value, path)
+        check_tables(tables, ScenarioError, path)
         try:
             scenario = cls.model_validate(tables)
         except ValidationError as error:
@@ -251,6 +253,7 @@ def _mapping(overrides: Mapping[str, Any] | None) -> Mapping[str, Any]:
     given: Any = overrides or {}
     if not isinstance(given, Mapping) or not all(isinstance(key, str) for key in given):
         raise ScenarioError("not overrides", field="overrides", given=given, allowed="values by dotted key")
+    check_tables(given, ScenarioError)
     return given
 
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Self
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
+from doorman.bounds import check_tables
 from doorman.exceptions import ScenarioError
 from doorman.scenario.errors import explain
 from doorman.scenario.plain import plain
@@ -37,6 +38,7 @@ class _Checked(ModelMetaclass):
                 f"a {cls.__name__} is made of keywords", given=arguments[0],
                 allowed=f"{', '.join(section.model_fields)}; Scenario.load reads names and files",
             )  # fmt: skip
+        check_tables(values, ScenarioError)
         try:
             return super().__call__(**values)
         except ValidationError as error:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from io import BytesIO
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -23,12 +24,13 @@ class Drawn(Protocol):
             layout: Matplotlib's engine or its name; None for none.
         """
 
-    def savefig(self, fname: Any, *, dpi: Any) -> None:
+    def savefig(self, fname: Any, *, dpi: Any, format: str) -> None:
         """Write the figure to a file.
 
         Args:
-            fname: Path of the file.
+            fname: The file.
             dpi: Pixels per inch.
+            format: Such as `png`.
         """
 
 
@@ -55,4 +57,9 @@ def save_as(figure: Drawn, file: Path) -> None:
         OSError: if the file cannot be written.
     """
     file.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(file, dpi=_DPI if file.suffix == ".png" else "figure")
+    drawn, form = BytesIO(), file.suffix[1:]  # matplotlib hides what a full disk says
+    figure.savefig(drawn, dpi=_DPI if form == "png" else "figure", format=form)
+    try:
+        file.write_bytes(drawn.getvalue())
+    except OSError as error:
+        raise OSError(error.errno, error.strerror, str(file)) from error

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
 
-from doorman.exceptions import BackendError, DoormanError
+from doorman.exceptions import BackendError, DimensionError, DoormanError
 from doorman.learning import OpenDoorEnv, RewardWeights
 from doorman.learning.reward import Step, reward_terms
 from doorman.scenario import Scenario
@@ -137,4 +137,8 @@ def test_what_cannot_be_used_is_refused(env):
     fresh.reset(seed=0)
     with pytest.raises(BackendError, match="finite"):
         fresh.step(np.full(8, np.nan))
+    for action in (np.zeros(2), np.zeros((1, 8)), np.zeros(9), 0.0, [], ["a"] * 8, None):
+        with pytest.raises(DimensionError, match="action") as caught:
+            fresh.step(action)
+        assert caught.value.field == "action" and ("(8,)" in str(caught.value) or "numbers" in str(caught.value))
     fresh.close()

@@ -33,12 +33,13 @@ def write_report(rows: Sequence[Row], scenario: Scenario, out: Path, planned: in
         OSError: if a file cannot be written.
     """
     from doorman.campaign.report.histograms import histograms  # needs the extra `viz`
+    from doorman.visualization.files import save_as
 
     found = figures(rows, scenario.campaign.low_friction)
     found["not_flown"] = {str(run): why for run, why in read_not_flown(out).items()}
     (out / "report.json").write_text(json.dumps(found, indent=2) + "\n", encoding="utf-8")
     (out / "report.md").write_text(page(rows, found, scenario, planned), encoding="utf-8")
-    histograms(rows, scenario.name).savefig(out / "histograms.png", dpi=140)
+    save_as(histograms(rows, scenario.name), out / "histograms.png")
     return found
 
 

@@ -44,12 +44,17 @@ def merge_log(run: Path, log: Path, offset: float | None, out: Path | None, as_j
         )
     recording, flown = Recording.load(file), read_log(log)
     say_what_is_missing(recording, err=as_json)
+    if flown.damaged:
+        lost = ", ".join(f"{count} in {name}" for name, count in flown.damaged.items())
+        typer.echo(f"{log} is damaged; messages left out: {lost}.", err=True)
     found = align(recording, flown) if offset is None else Alignment(offset, math.nan, "given")
     counts = write_merged(recording, flown, found, target)
     deviation = found.deviation if math.isfinite(found.deviation) else None
     if as_json:
         told = {"offset": found.offset, "deviation": deviation, "by": found.by}
-        typer.echo(json.dumps({"file": str(target), **told, "topics": counts}, indent=2))
+        typer.echo(
+            json.dumps({"file": str(target), **told, "topics": counts, "damaged": dict(flown.damaged)}, indent=2)
+        )
         return 0
     around = "" if deviation is None else f" ± {1e3 * deviation:.1f} ms"
     typer.echo(f"Clock: run = log {found.offset:+.4f} s{around}, by {found.by}.")

@@ -57,5 +57,7 @@ def say_what_is_missing(recording: Recording, err: bool) -> None:
     if recording.damaged_chunks:
         chunks = "1 chunk" if recording.damaged_chunks == 1 else f"{recording.damaged_chunks} chunks"
         typer.echo(f"The recording is damaged: {chunks} could not be read; the result lacks its data.", err=err)
-    elif not recording.complete:
+    for topic, count in recording.damaged_messages.items():
+        typer.echo(f"The recording is damaged: {count} of the messages of {topic} are left out.", err=err)
+    if not (recording.complete or recording.damaged_chunks or recording.damaged_messages):
         typer.echo("The recording was cut off; the result ends early.", err=err)

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from doorman.bounds import parse_numbers
 from doorman.feasibility.report import Finding, graded
 from doorman.kinematics.urdf.shapes import read_collisions
 from doorman.kinematics.urdf.structure import check_structure
@@ -18,6 +19,7 @@ from doorman.model import Model
 
 Array = NDArray[np.float64]
 
+_INERTIAL = {"value", "ixx", "iyy", "izz", "ixy", "ixz", "iyz"}
 _ROUNDING = 1e-3
 """Share of a principal moment by which a URDF's rounded inertia may fail to be a rigid body's; the simulator lifts that."""
 _DENSEST = 2.3e4
@@ -110,8 +112,9 @@ def _bodies(urdf: Path, least: float) -> Iterator[_Body]:
         inertial = link.find("inertial")
         if inertial is None:
             continue
+        parts = (inertial.find(tag) for tag in ("mass", "inertia"))
         values = {
-            key: float(text) for element in inertial for key, text in element.items() if key not in ("xyz", "rpy")
+            key: float(part.get(key, "0")) for part in parts if part is not None for key in part.keys() & _INERTIAL
         }
         xx, yy, zz, xy, xz, yz = (values[key] for key in ("ixx", "iyy", "izz", "ixy", "ixz", "iyz"))
         moments = np.asarray(np.linalg.eigvalsh([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]), dtype=np.float64)
@@ -127,6 +130,4 @@ def _reach(urdf: Path) -> float:
 
 def _offset(element: ElementTree.Element) -> float:
     origin = element.find("origin")
-    return (
-        0.0 if origin is None else float(np.linalg.norm([float(word) for word in origin.get("xyz", "0 0 0").split()]))
-    )
+    return 0.0 if origin is None else float(np.linalg.norm(parse_numbers(origin.get("xyz", "0 0 0"))))

@@ -5,14 +5,18 @@ from __future__ import annotations
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
+from doorman.bounds import LARGEST_TEXT, read_bytes
 from doorman.exceptions import UrdfError
 
-LARGEST_FILE = 10_000_000
-"""Of a URDF [bytes]."""
+LARGEST_FILE = LARGEST_TEXT
 MOST_LINKS = 1000
 MOST_ELEMENTS = 100_000
 DEEPEST = 100
 """Elements inside each other, the root included."""
+MOST_ATTRIBUTES = 64
+"""Of an element: libraries need the square of them."""
+LONGEST_ATTRIBUTE = 4096
+"""Characters of a name, a text or a list of numbers."""
 
 
 def parse_document(path: Path, content: bytes) -> ElementTree.Element:
@@ -52,19 +56,7 @@ def read_content(path: Path) -> bytes:
     """
     if not path.is_file():
         raise UrdfError("no such URDF file", file=path, field="file", given=str(path), allowed="an existing file")
-    try:
-        with path.open("rb") as file:
-            content = file.read(LARGEST_FILE + 1)
-    except OSError as error:
-        raise UrdfError(
-            "cannot be read", file=path, field="file", given=error.strerror, allowed="a readable file"
-        ) from error
-    if len(content) > LARGEST_FILE:
-        raise UrdfError(
-            "too large a file", file=path, field="file", given=f"more than {LARGEST_FILE} bytes",
-            allowed=f"up to {LARGEST_FILE} bytes",
-        )  # fmt: skip
-    return content
+    return read_bytes(path, LARGEST_FILE, UrdfError)
 
 
 class _Builder(ElementTree.TreeBuilder):
@@ -97,9 +89,11 @@ class _Builder(ElementTree.TreeBuilder):
             ("elements nested too deep", len(self._open), DEEPEST),
             ("too many links", self._links, MOST_LINKS),
             ("too many elements", self._elements, MOST_ELEMENTS),
+            ("too many attributes", len(attrs), MOST_ATTRIBUTES),
+            ("too long an attribute", max(map(len, (tag, *attrs, *attrs.values()))), LONGEST_ATTRIBUTE),
         ):
             if count > most:
-                field = "/" + "/".join(self._open[:2])
+                field = "/" + "/".join(name[:80] for name in self._open[:2])
                 raise UrdfError(what, file=self._path, field=field, given=f"at least {count}", allowed=f"up to {most}")
         return super().start(tag, attrs)
 

@@ -13,6 +13,7 @@ import numpy as np
 import pinocchio
 from numpy.typing import NDArray
 
+from doorman.bounds import parse_numbers
 from doorman.kinematics.urdf.structure import check_structure
 
 Array = NDArray[np.float64]
@@ -105,12 +106,12 @@ def _box(collision: ElementTree.Element) -> UrdfBox | None:
         return None
     rotation = pinocchio.rpy.rpyToMatrix(np.array(_numbers(collision, "origin", "rpy", "0 0 0")))
     placement = pinocchio.SE3(rotation, np.array(_numbers(collision, "origin", "xyz", "0 0 0")))
-    return UrdfBox(np.array([float(word) for word in box.get("size", "").split()]), np.array(placement.homogeneous))
+    return UrdfBox(np.array(parse_numbers(box.get("size", ""))), np.array(placement.homogeneous))
 
 
 def _numbers(element: ElementTree.Element, tag: str, attribute: str, default: str) -> list[float]:
     """Numbers of a child's attribute; the structure's check has seen that they are there and finite."""
-    return [float(word) for word in _text(element, tag, attribute, default).split()]
+    return parse_numbers(_text(element, tag, attribute, default))
 
 
 def _text(element: ElementTree.Element, tag: str, attribute: str, default: str) -> str:

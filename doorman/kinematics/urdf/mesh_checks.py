@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from doorman.bounds import parse_numbers, read_bytes
 from doorman.exceptions import UrdfError
 from doorman.kinematics.urdf.mesh_paths import mesh_file
 
@@ -37,7 +38,7 @@ def check_meshes(urdf: Path, root: ElementTree.Element) -> None:
             name = mesh.get("filename", "")
             file = mesh_file(urdf, name)
             if file is not None:
-                scale = np.array([float(word) for word in mesh.get("scale", "1 1 1").split()])
+                scale = np.array(parse_numbers(mesh.get("scale", "1 1 1")))
                 _check(file, scale, _Fault(urdf, f"link {link.get('name')}/collision/mesh", name))
 
 
@@ -75,9 +76,9 @@ def _check(file: Path, scale: Array, fault: _Fault) -> None:
 def _vertices(file: Path, fault: _Fault) -> Array | None:
     """Vertices of an STL or OBJ file, shape (m, 3), before its scale; None for other formats."""
     if file.suffix.lower() == ".stl":
-        return _stl_vertices(file.read_bytes(), fault)
+        return _stl_vertices(read_bytes(file, LARGEST_FILE, UrdfError), fault)
     if file.suffix.lower() == ".obj":
-        return _numbers_after(file.read_bytes(), b"v", fault)
+        return _numbers_after(read_bytes(file, LARGEST_FILE, UrdfError), b"v", fault)
     return None
 
 
@@ -97,6 +98,8 @@ def _numbers_after(content: bytes, keyword: bytes, fault: _Fault) -> Array:
     """Three numbers of every line that begins with a word."""
     rows = [words[1:4] for words in map(bytes.split, content.splitlines()) if words[:1] == [keyword]]
     try:
+        if any(b"_" in word for row in rows for word in row):  # all that float() reads of bytes and C++ does not
+            raise ValueError("an underscore")
         return np.array([[float(word) for word in row] for row in rows], dtype=np.float64).reshape(len(rows), 3)
     except ValueError as error:
         raise fault("a vertex is not three numbers", error, "three numbers") from error

@@ -52,7 +52,7 @@ def mesh_vertices(urdf: Path, shape: UrdfShape) -> Array:
         raise UrdfError("no such mesh", file=urdf, field=shape.field, given=shape.file, allowed="an existing file")
     try:
         vertices = _load(str(file), file.stat().st_mtime_ns, shape.size)
-    except (ValueError, RuntimeError, OSError) as error:
+    except (ValueError, RuntimeError, OSError, MemoryError) as error:
         raise _unreadable(urdf, shape, " ".join(str(error).split()).rpartition("message: ")[2]) from error
     if not 0 < len(vertices) <= MOST_VERTICES:
         raise _unreadable(urdf, shape, f"{len(vertices)} vertices, of up to {MOST_VERTICES}")

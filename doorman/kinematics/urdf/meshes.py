@@ -6,6 +6,10 @@ import re
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
+from doorman.bounds import read_bytes
+from doorman.exceptions import UrdfError
+from doorman.kinematics.urdf.document import read_content
+from doorman.kinematics.urdf.mesh_checks import LARGEST_FILE
 from doorman.kinematics.urdf.mesh_paths import mesh_file
 from doorman.kinematics.urdf.structure import check_structure
 
@@ -26,8 +30,7 @@ def portable_files(urdf: Path, name: str) -> dict[str, bytes]:
         Contents by file name; the URDF first.
 
     Raises:
-        UrdfError: if the URDF cannot be read.
-        OSError: if a mesh cannot be read.
+        UrdfError: if the URDF or a mesh cannot be read, or is too large.
     """
     root = check_structure(urdf)
     copies: dict[Path, str] = {}
@@ -36,5 +39,5 @@ def portable_files(urdf: Path, name: str) -> dict[str, bytes]:
         if file is not None:
             copies.setdefault(file, f"{name}-{len(copies)}-{_UNSAFE.sub('_', file.name)}")
             mesh.set("filename", copies[file])
-    text = ElementTree.tostring(root, encoding="utf-8") if copies else urdf.read_bytes()
-    return {f"{name}.urdf": text, **{copy: file.read_bytes() for file, copy in copies.items()}}
+    text = ElementTree.tostring(root, encoding="utf-8") if copies else read_content(urdf)
+    return {f"{name}.urdf": text, **{copy: read_bytes(file, LARGEST_FILE, UrdfError) for file, copy in copies.items()}}

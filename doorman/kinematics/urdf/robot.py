@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
@@ -10,8 +11,12 @@ import pinocchio
 from numpy.typing import NDArray
 
 from doorman.exceptions import UrdfError
+from doorman.kinematics.urdf.document import read_content
 from doorman.kinematics.urdf.mesh_checks import check_meshes
 from doorman.kinematics.urdf.structure import check_structure
+
+_BROKEN_NAME = re.compile(rb"""\sname\s*=\s*(?:"([^"]*[\t\r\n][^"]*)"|'([^']*[\t\r\n][^']*)')""")
+"""XML makes spaces of its blanks, and readers disagree on them."""
 
 
 def load_pinocchio(path: Path, endless: bool = True) -> pinocchio.Model:
@@ -31,19 +36,18 @@ def load_pinocchio(path: Path, endless: bool = True) -> pinocchio.Model:
     root = check_structure(path)
     check_meshes(path, root)
     try:
-        turning = () if endless else _make_revolute(root)
-        model = pinocchio.buildModelFromXML(_text(root)) if turning else pinocchio.buildModelFromUrdf(str(path))
+        if not endless:
+            _make_revolute(root)
+        model = pinocchio.buildModelFromXML(_text(root))  # what was checked: urdfdom knows no blanks but spaces
     except (ValueError, RuntimeError) as error:
         raise UrdfError(
             "not a valid URDF", file=path, field="/robot", given=_one_line(error), allowed="a URDF that Pinocchio reads"
         ) from error
-    written = {element.get("name") for element in root}
-    for frame in model.frames[1:]:  # a line break in an attribute is a space by XML's rules, and not by urdfdom's
-        if frame.name not in written:
-            raise UrdfError(
-                "a name contains a line break or a tab", file=path, field="/robot", given=repr(frame.name),
-                allowed="names without",
-            )  # fmt: skip
+    if broken := _BROKEN_NAME.search(read_content(path)):
+        raise UrdfError(
+            "a name contains a line break or a tab", file=path, field="/robot",
+            given=repr((broken[1] or broken[2]).decode(errors="replace")), allowed="names without",
+        )  # fmt: skip
     return model
 
 
@@ -99,17 +103,15 @@ def frozen(values: object) -> NDArray[np.float64]:
     return array
 
 
-def _make_revolute(root: ElementTree.Element) -> list[ElementTree.Element]:
-    """Give the continuous joints of a URDF, which are returned, one coordinate; one without `<limit>` cannot move."""
-    joints = [joint for joint in root.findall("joint") if joint.get("type") == "continuous"]
-    for joint in joints:
+def _make_revolute(root: ElementTree.Element) -> None:
+    """Give the continuous joints of a URDF one coordinate; one without `<limit>` cannot move."""
+    for joint in (joint for joint in root.findall("joint") if joint.get("type") == "continuous"):
         joint.set("type", "revolute")
         limit = joint.find("limit")
         if limit is None:
             limit = ElementTree.SubElement(joint, "limit", effort="0", velocity="0")
         limit.set("lower", "-1e6")
         limit.set("upper", "1e6")
-    return joints
 
 
 def _text(root: ElementTree.Element) -> str:

@@ -13,6 +13,7 @@ import numpy as np
 import pinocchio
 from numpy.typing import NDArray
 
+from doorman.bounds import parse_numbers
 from doorman.exceptions import UrdfError
 from doorman.kinematics.urdf.robot import frozen
 from doorman.kinematics.urdf.structure import check_structure
@@ -121,9 +122,9 @@ def _shape(path: Path, link: str, name: str, element: ElementTree.Element) -> Ur
     shape = element.find("geometry")[0]  # type: ignore[index]  # the structure's check has seen that there is one
     file = ""
     if shape.tag == "mesh":
-        file, size = shape.get("filename", ""), _numbers(shape.get("scale", "1 1 1"))
+        file, size = shape.get("filename", ""), parse_numbers(shape.get("scale", "1 1 1"))
     elif shape.tag in _SIZES:
-        size = [number for attribute in _SIZES[shape.tag] for number in _numbers(shape.get(attribute, ""))]
+        size = [number for attribute in _SIZES[shape.tag] for number in parse_numbers(shape.get(attribute, ""))]
     else:
         raise UrdfError(
             "not a valid URDF: no such shape", file=path, field=f"link {link}/collision {name}", given=shape.tag,
@@ -136,15 +137,11 @@ def _placement(element: ElementTree.Element) -> Array:
     origin = element.find("origin")
     if origin is None:
         return frozen(np.eye(4))
-    rotation = pinocchio.rpy.rpyToMatrix(np.array(_numbers(origin.get("rpy", "0 0 0"))))
-    position = np.array(_numbers(origin.get("xyz", "0 0 0")))
+    rotation = pinocchio.rpy.rpyToMatrix(np.array(parse_numbers(origin.get("rpy", "0 0 0"))))
+    position = np.array(parse_numbers(origin.get("xyz", "0 0 0")))
     return frozen(pinocchio.SE3(rotation, position).homogeneous)
 
 
 def _link(joint: ElementTree.Element, tag: str) -> str:
     end = joint.find(tag)
     return "" if end is None else end.get("link", "")
-
-
-def _numbers(text: str) -> list[float]:
-    return [float(word) for word in text.split()]

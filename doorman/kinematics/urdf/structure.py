@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from functools import lru_cache
 from pathlib import Path
 
+from doorman.bounds import parse_numbers
 from doorman.exceptions import UrdfError
 from doorman.kinematics.urdf.document import parse_document, read_content
 
@@ -111,14 +112,15 @@ def _check_numbers(path: Path, top: ElementTree.Element, where: str) -> None:
             text = element.get(attribute)
             if text is not None:
                 _check_text(path, element.tag, attribute, text, count, f"{here}@{attribute}")
+                element.set(attribute, " ".join(text.split()))  # urdfdom knows no blanks but single spaces
 
 
 def _check_text(path: Path, tag: str, attribute: str, text: str, count: int, field: str) -> None:
     try:
-        numbers = [float(word) for word in text.split()]
+        numbers = parse_numbers(text)
     except ValueError:
         numbers = []
-    if len(numbers) != count or not all(math.isfinite(number) for number in numbers):
+    if len(numbers) != count:
         allowed = "a finite number" if count == 1 else f"{count} finite numbers"
         raise UrdfError(f"not {allowed}", file=path, field=field, given=text, allowed=allowed)
     if max(map(abs, numbers)) > _LARGEST[tag]:
@@ -168,9 +170,7 @@ def _check_joint(path: Path, joint: ElementTree.Element, where: str) -> None:
     axis, limit = joint.find("axis"), joint.find("limit")
     if kind in ("revolute", "continuous", "prismatic", "planar") and axis is not None:
         text = axis.get("xyz", "1 0 0")
-        if (
-            math.hypot(*(float(word) for word in text.split())) < _SMALLEST_AXIS
-        ):  # fixed joints may have one: some exporters write it
+        if math.hypot(*parse_numbers(text)) < _SMALLEST_AXIS:  # fixed joints may have one: some exporters write it
             raise UrdfError(
                 "an axis without direction", file=path, field=f"{where}/axis@xyz", given=text, allowed="not all zero"
             )

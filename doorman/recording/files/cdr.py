@@ -16,6 +16,8 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from doorman.bounds import LARGEST_CHUNK
+
 Kind = Literal["number", "single", "integer", "boolean", "string"]
 
 HEADER = b"\x00\x01\x00\x00"
@@ -164,9 +166,11 @@ def read_fields(schema: str) -> list[Field]:
         raise ValueError("not a schema of doorman's")
     fields = []
     for name, kind, shape in json.loads(first.removeprefix(_TYPES)):
-        if kind not in _ROS or not isinstance(name, str):
+        if kind not in _ROS or not isinstance(name, str) or not all(type(size) is int and size >= 0 for size in shape):
             raise ValueError(kind)
-        fields.append(Field(name, kind, tuple(int(size) for size in shape)))
+        fields.append(Field(name, kind, tuple(shape)))
+    if sum(field.entries for field in fields) > LARGEST_CHUNK:
+        raise ValueError("no chunk holds such a message")
     return fields
 
 

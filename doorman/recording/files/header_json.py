@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from doorman.exceptions import RecordingError
+from doorman.exceptions import RecordingError, shown
 from doorman.recording.files.messages import HEADER
 
 
@@ -24,8 +24,8 @@ def header_json(header: Mapping[str, Any]) -> str:
     """
     try:
         return json.dumps(dict(header), allow_nan=False, default=_plain)
-    except (TypeError, ValueError) as error:
-        raise RecordingError(f"cannot be written as JSON: {error}", field=HEADER, given=repr(header)[:80]) from error
+    except (TypeError, ValueError, RecursionError) as error:
+        raise RecordingError(f"cannot be written as JSON: {error}", field=HEADER, given=shown(header)) from error
 
 
 def _plain(value: Any) -> Any:
@@ -46,7 +46,7 @@ def header_value(text: str) -> Any:
     """
     try:
         return json.loads(text)
-    except ValueError:
+    except (ValueError, RecursionError):
         return text
 
 

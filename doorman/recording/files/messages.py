@@ -12,7 +12,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from doorman.exceptions import RecordingError
+from doorman.exceptions import RecordingError, shown
 from doorman.recording.files.cdr import TIME, Field, Kind, Layout, native, read_fields
 
 Value: TypeAlias = float | int | bool | str | NDArray[Any] | Sequence[Any]
@@ -72,9 +72,11 @@ class MessageType:
             RecordingError: if the schema was not written by doorman.
         """
         try:
-            return cls(topic, read_fields(schema))
-        except (ValueError, TypeError) as error:
+            found = cls(topic, read_fields(schema))
+            found.layout.dtype()  # two fields of one name have none
+        except (ValueError, TypeError, RecursionError) as error:
             raise RecordingError("not a schema of doorman's", field=topic, given=schema[:80]) from error
+        return found
 
     def schema(self) -> str:
         """The schema of a message (ros2msg)."""
@@ -121,7 +123,7 @@ class MessageType:
         field = next(field for field in self.fields if field.name == name)
         return RecordingError(
             "another type or shape than in the topic's first message",
-            field=f"{self.topic}.{name}", given=repr(value)[:80], allowed=_describe(field),
+            field=f"{self.topic}.{name}", given=shown(value), allowed=_describe(field),
         )  # fmt: skip
 
     def other_fields(self, message: Mapping[str, Value]) -> RecordingError:
@@ -205,7 +207,7 @@ def _field(topic: str, name: str, value: Value) -> Field:
     kind = _KINDS.get(array.dtype.kind)
     if kind is None or not np.can_cast(array.dtype, _DTYPES[kind]) or (kind == "string" and not _all_texts(value)):
         raise RecordingError(
-            "cannot be recorded", field=where, given=repr(value)[:80], allowed="numbers, texts, and arrays of them"
+            "cannot be recorded", field=where, given=shown(value), allowed="numbers, texts, and arrays of them"
         )
     if array.dtype == np.float32 and array.shape:
         kind = "single"

@@ -1,6 +1,7 @@
 """Reading an MCAP file that doorman wrote, also where it was cut off or damaged: what is whole is read.
 
-A chunk counts as whole if its checksum fits. Behind a record that makes no sense, reading goes on at the next whole chunk.
+A chunk counts as whole if its checksum fits. Behind a record that makes no sense, reading goes on at the next whole chunk. A
+message that is not of its topic's type, or has no time, is left out and counted.
 Every topic's schema stands in the chunk of its first message, in a metadata record, and in the file's summary: the loss of one
 costs no other chunk.
 """
@@ -19,7 +20,9 @@ from mcap.opcode import Opcode
 from mcap.records import Channel, Metadata, Schema, Statistics
 from mcap.writer import MCAP0_MAGIC as MAGIC
 
-from doorman.exceptions import RecordingError
+from doorman.bounds import LARGEST_LOG, LAST_TIME
+from doorman.exceptions import RecordingError, shown
+from doorman.recording.files.cdr import HEADER as CDR
 from doorman.recording.files.header_json import header_value
 from doorman.recording.files.mcap_file import COMPRESSION
 from doorman.recording.files.messages import HEADER, Columns, MessageType
@@ -33,6 +36,7 @@ _MESSAGE = struct.Struct("<HIQQ")
 _COMPRESSION = struct.pack("<I", len(COMPRESSION)) + COMPRESSION.encode()
 _BEFORE_COMPRESSION = PREFIX.size + 28
 """Bytes of a chunk's record before the name of its compression."""
+_TIME = struct.Struct("<d")
 _FOOTER = struct.Struct("<BQQQI")
 _BLOCK = 1 << 20
 """Read at once in the search for a chunk [bytes]."""
@@ -47,6 +51,8 @@ class Contents:
     attachments: dict[str, bytes] = field(default_factory=dict)
     damaged_chunks: int = 0
     """Chunks that could not be read, behind which others could, or that the summary counts."""
+    damaged_messages: dict[str, int] = field(default_factory=dict)
+    """Messages that were left out, by topic."""
     complete: bool = False
     """Whether the file ends as it should, and nothing of it is damaged."""
 
@@ -60,35 +66,45 @@ class _Known:
     """None for the header; the error for what doorman has not written."""
     size: int = 0
     """Of the fixed part of a message [bytes]."""
-    messages: list[bytes] = field(default_factory=list)
+    rows: list[bytes] = field(default_factory=list)
+    """Fixed parts of the messages, chunk by chunk."""
+    tails: list[bytes] = field(default_factory=list)
+    """What follows each; nothing where the type has no texts."""
+    bad: int = 0
+    """Messages that are none of this type."""
 
     def __post_init__(self) -> None:
         if isinstance(self.type, MessageType):
             self.size = self.type.layout.dtype().itemsize
+        self._known_tails: dict[bytes, bytes | None] = {}
 
     def take(self, messages: list[bytes]) -> None:
-        """Take in messages of one chunk.
+        """Take in those messages of one chunk that are of this type."""
+        good = [one for one in messages if self._fits(one)]
+        self.bad += len(messages) - len(good)
+        self.rows.append(b"".join([one[: self.size] for one in good]))
+        if isinstance(self.type, MessageType) and self.type.layout.texts:
+            self.tails += [self._known_tails[one[self.size :]] or b"" for one in good]
 
-        Raises:
-            ValueError: if they are none of this type.
-        """
-        if isinstance(self.type, MessageType):
-            texts = bool(self.type.layout.texts)
-            if any(len(one) < self.size or (len(one) > self.size and not texts) for one in messages):
-                raise ValueError("a message of another length")
-            if texts:
-                for tail in {one[self.size :] for one in messages}:
-                    self.type.layout.read_tail(tail)
-            self.messages += messages
+    def _fits(self, message: bytes) -> bool:
+        assert isinstance(self.type, MessageType)
+        if len(message) < self.size or not 0.0 <= _TIME.unpack_from(message, len(CDR))[0] <= LAST_TIME:
+            return False
+        if not self.type.layout.texts:
+            return len(message) == self.size
+        tail = message[self.size :]
+        if tail not in self._known_tails:  # most are like the one before
+            try:
+                self.type.layout.read_tail(tail)
+                self._known_tails[tail] = tail
+            except ValueError:
+                self._known_tails[tail] = None
+        return self._known_tails[tail] is not None
 
     def columns(self) -> Columns:
         """What was read, taken apart; at least one message."""
         assert isinstance(self.type, MessageType)
-        size, messages = self.size, self.messages
-        if not self.type.layout.texts:
-            return self.type.columns(np.frombuffer(b"".join(messages), self.type.layout.dtype()))
-        rows = np.frombuffer(b"".join([one[:size] for one in messages]), self.type.layout.dtype())
-        return self.type.columns(rows, [one[size:] for one in messages])
+        return self.type.columns(np.frombuffer(b"".join(self.rows), self.type.layout.dtype()), self.tails)
 
 
 def read_contents(stream: IO[bytes], size: int | None = None) -> Contents:
@@ -116,7 +132,7 @@ class _Reader:
         self._topics: dict[str, _Known] = {}
         """Those with messages, in the order of the first ones."""
         self._found = Contents()
-        self._whole = self._messages = self._bad = 0
+        self._whole = self._messages = self._bad = self._content = 0
         self._foreign: RecordingError | None = None
 
     def read(self) -> Contents:
@@ -130,11 +146,12 @@ class _Reader:
             self._take(opcode, parsed)
         if found.header is not None and self._foreign is not None:
             raise self._foreign
-        found.topics = {topic: known.columns() for topic, known in self._topics.items()}
+        found.topics = {topic: known.columns() for topic, known in self._topics.items() if any(known.rows)}
+        found.damaged_messages = {topic: known.bad for topic, known in self._topics.items() if known.bad}
         found.damaged_chunks = self._bad
         if summary is not None:
             found.damaged_chunks = max(self._bad, summary.chunk_count - self._whole)
-            all_there = self._messages == summary.message_count
+            all_there = self._messages == summary.message_count and not found.damaged_messages
             all_there &= len(found.attachments) == summary.attachment_count
             found.complete = ended and self._bad == 0 and found.damaged_chunks <= 0 and all_there
         found.damaged_chunks = max(found.damaged_chunks, 0)
@@ -195,7 +212,10 @@ class _Reader:
 
     def _take(self, opcode: int, parsed: Any) -> None:
         if opcode == Opcode.CHUNK:
+            self._content += len(parsed)
             try:
+                if self._content > LARGEST_LOG:
+                    raise ValueError("more than a recording holds")
                 self._take_chunk(parsed)
             except (RecordingError, OSError):
                 raise
@@ -223,16 +243,17 @@ class _Reader:
         for opcode, start, end in records_of(content):
             if opcode == Opcode.MESSAGE:
                 (number, *_) = _MESSAGE.unpack_from(content, start)
-                messages.setdefault(number, []).append(content[start + _MESSAGE.size : end])
+                if number in self._channels:
+                    messages.setdefault(number, []).append(content[start + _MESSAGE.size : end])
             elif opcode == Opcode.SCHEMA:
                 schema = Schema.read(stream_of(content[start:end]))
                 self._schemas[schema.id] = schema
             elif opcode == Opcode.CHANNEL:
                 self._learn_channel(Channel.read(stream_of(content[start:end])))
-        found = [(self._channels[number], block) for number, block in messages.items() if number in self._channels]
-        for known, block in found:
-            known.take(block)
+        for number, block in messages.items():
+            known = self._channels[number]
             if isinstance(known.type, MessageType):
+                known.take(block)
                 self._topics.setdefault(known.topic, known)
             elif known.type is None:
                 self._found.header = dict(json.loads(block[-1]))
@@ -262,13 +283,16 @@ class _Reader:
             return None
         statistics = None
         while place < start and (record := self._record(place)) is not None:
-            if record.opcode == Opcode.SCHEMA:
-                schema = Schema.read(stream_of(record.content))
-                self._schemas[schema.id] = schema
-            elif record.opcode == Opcode.CHANNEL:
-                self._learn_channel(Channel.read(stream_of(record.content)))
-            elif record.opcode == Opcode.STATISTICS:
-                statistics = Statistics.read(stream_of(record.content))
+            try:
+                if record.opcode == Opcode.SCHEMA:
+                    schema = Schema.read(stream_of(record.content))
+                    self._schemas[schema.id] = schema
+                elif record.opcode == Opcode.CHANNEL:
+                    self._learn_channel(Channel.read(stream_of(record.content)))
+                elif record.opcode == Opcode.STATISTICS:
+                    statistics = Statistics.read(stream_of(record.content))
+            except Exception:  # a checksum of 0 is none: parsers raise whatever they meet
+                return None
             place = record.end
         return statistics
 
@@ -279,4 +303,4 @@ def _type(topic: str, schema: bytes) -> MessageType | RecordingError:
     except RecordingError as error:
         return error
     except ValueError:
-        return RecordingError("not a schema of doorman's", field=topic, given=repr(schema[:80]))
+        return RecordingError("not a schema of doorman's", field=topic, given=shown(schema))

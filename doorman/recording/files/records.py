@@ -8,13 +8,17 @@ from collections.abc import Iterator
 from io import BytesIO
 from typing import Any, NamedTuple
 
+import zstandard
 from mcap.data_stream import ReadDataStream
 from mcap.opcode import Opcode
 from mcap.records import Attachment, Chunk, Metadata
-from mcap.stream_reader import get_chunk_data_stream
+
+from doorman.bounds import LARGEST_CHUNK
+from doorman.recording.files.mcap_file import COMPRESSION
 
 PREFIX = struct.Struct("<BQ")
 """Opcode and length of a record."""
+_IN_CHUNKS = (Opcode.MESSAGE, Opcode.SCHEMA, Opcode.CHANNEL)
 _IGNORED = (Opcode.SCHEMA, Opcode.CHANNEL, Opcode.HEADER)
 """Records outside chunks that hold nothing that is needed from there."""
 
@@ -38,11 +42,7 @@ class Record(NamedTuple):
 def _parsed(opcode: int, content: bytes) -> Any:
     """What a record outside chunks holds; None or any exception if it makes no sense."""
     if opcode == Opcode.CHUNK:
-        chunk = Chunk.read(stream_of(content))
-        if not chunk.uncompressed_crc:
-            return None
-        stream, length = get_chunk_data_stream(chunk, validate_crc=True)
-        return stream.read(length)
+        return _decompressed(Chunk.read(stream_of(content)))
     if opcode == Opcode.ATTACHMENT:
         whole = zlib.crc32(content[:-4]) == int.from_bytes(content[-4:], "little")
         return Attachment.read(stream_of(content)) if whole else None
@@ -57,6 +57,15 @@ def _parsed(opcode: int, content: bytes) -> Any:
     return opcode in _IGNORED or None
 
 
+def _decompressed(chunk: Chunk) -> bytes | None:
+    """What a chunk holds; None if that is not what it says, or too much: a frame of some kilobytes may say terabytes."""
+    size = chunk.uncompressed_size
+    if chunk.compression != COMPRESSION or size > LARGEST_CHUNK:
+        return None
+    content = zstandard.ZstdDecompressor().stream_reader(chunk.data).read(size + 1)
+    return content if len(content) == size and zlib.crc32(content) == chunk.uncompressed_crc else None
+
+
 def records_of(content: bytes) -> Iterator[tuple[int, int, int]]:
     """Records of a chunk.
 
@@ -67,7 +76,7 @@ def records_of(content: bytes) -> Iterator[tuple[int, int, int]]:
         Opcode, beginning and end of each.
 
     Raises:
-        ValueError: if one does not fit.
+        ValueError: if one does not fit, or belongs into no chunk.
     """
     place = 0
     while place < len(content):
@@ -76,6 +85,8 @@ def records_of(content: bytes) -> Iterator[tuple[int, int, int]]:
         opcode, length = PREFIX.unpack_from(content, place)
         start = place + PREFIX.size
         place = start + length
+        if opcode not in _IN_CHUNKS:
+            raise ValueError("no record of a chunk")
         if place > len(content):
             raise ValueError("a record is cut off")
         yield opcode, start, place

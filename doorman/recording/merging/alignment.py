@@ -16,6 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from doorman.bounds import LONGEST
 from doorman.exceptions import RecordingError
 
 Array = NDArray[np.float64]
@@ -35,6 +36,8 @@ _APART = 0.5
 _PARTS = 6
 _NEAR = 0.1
 """How far a part looks around the offset of the whole [s]."""
+_GAP = 1.0
+"""Between two rates, which then say nothing of what lies between them [s]."""
 _STILL = 0.25
 """Share of the whole's mean motion below which a part says nothing."""
 
@@ -95,16 +98,20 @@ def align_by_rates(run_time: Array, run_rates: Array, log_time: Array, log_rates
 
 
 def _on_grid(time: Array, rates: Array, name: str) -> tuple[float, Array]:
-    """Rates on the grid from their first time on, without their mean; what is not finite is left out."""
+    """Rates on the grid from their first time on, without their mean, 0 in gaps; what is not finite is left out."""
     good = np.isfinite(time) & np.isfinite(rates).all(axis=1)
     time, rates = time[good], rates[good]
     if len(time) < 2 or time[-1] - time[0] < LEAST_LENGTH:
         raise RecordingError(f"the body rates of {name} are too short", given=f"{np.ptp(time) if len(time) else 0.0:.1f} s",
                              allowed=f"at least {LEAST_LENGTH:g} s, or --offset")  # fmt: skip
+    if time[-1] - time[0] > 2.0 * LONGEST:
+        raise RecordingError(f"the body rates of {name} are too long", given=f"{time[-1] - time[0]:g} s",
+                             allowed=f"up to {2.0 * LONGEST:g} s, or --offset")  # fmt: skip
     grid = np.arange(time[0], time[-1], GRID)
     placed = np.stack([np.interp(grid, time, rates[:, axis]) for axis in range(3)], axis=1)
     placed = np.stack([np.convolve(column, _kernel(len(grid)), "same") for column in placed.T], axis=1)
-    placed -= placed.mean(axis=0)
+    seen = np.diff(time)[np.minimum(np.searchsorted(time, grid, side="right"), len(time) - 1) - 1] <= _GAP
+    placed = np.where(seen[:, None], placed - placed[seen].mean(axis=0) if seen.any() else 0.0, 0.0)
     if not np.abs(placed).max() > 1e-6:
         raise RecordingError(f"the body of {name} does not turn", allowed="a flight, or --offset")
     return float(time[0]), placed

@@ -1,24 +1,60 @@
-"""ArduPilot's binary DataFlash log, read by `pymavlink`: messages with their instances, and the gyroscope's rates."""
+"""ArduPilot's binary DataFlash log: messages with their instances, and the gyroscope's rates.
+
+Every message begins with two bytes and its kind; FMT messages say how long a kind is and what it holds. Behind damage, reading
+goes on at the next message that another one follows.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from contextlib import closing
+import re
+from array import array
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pymavlink.DFReader import DFReader_binary
 
+from doorman.bounds import LARGEST_LOG, read_bytes
 from doorman.exceptions import RecordingError
 from doorman.recording.merging.flight_log import Array, FlightLog, LogTopic
 from doorman.recording.merging.frames import from_forward_right_down
+from doorman.recording.merging.log_rows import LogRows, texts, timed_topics
 
-_MICRO = 1e-6
+_HEAD = b"\xa3\x95"
+_FORMAT_KIND = 0x80
 _TIME = "TimeUS"
 _GYRO = ("GyrX", "GyrY", "GyrZ")
 _RATES = ("R", "P", "Y")
+_TYPES = {
+    "a": "(32,)<i2", "b": "i1", "B": "u1", "g": "<f2", "h": "<i2", "H": "<u2", "i": "<i4", "I": "<u4", "f": "<f4", "d": "<f8",
+    "n": "S4", "N": "S16", "Z": "S64", "c": "<i2", "C": "<u2", "e": "<i4", "E": "<u4", "L": "<i4", "M": "i1", "q": "<i8",
+    "Q": "<u8",
+}  # fmt: skip
+"""By the letter of a format."""
+_DIVISORS = dict.fromkeys("cCeE", 1e2) | {"L": 1e7}
+_NAME = re.compile(rb"[A-Za-z0-9_]+")
+
+
+@dataclass
+class _Kind:
+    """A kind of message."""
+
+    name: str
+    length: int
+    """Of a message, its head included [bytes]."""
+    columns: dict[str, str]
+    """Letter by name."""
+    places: array[int] = field(default_factory=lambda: array("Q"))
+    """Where its messages begin."""
+    instance: str | None = None
+    """Column that tells sensors of one kind apart."""
+
+    def rows(self, content: bytes) -> NDArray[Any]:
+        """All its messages."""
+        dtype = np.dtype([("", "V3"), *((name, _TYPES[letter]) for name, letter in self.columns.items())])
+        return np.frombuffer(b"".join([content[at : at + self.length] for at in self.places]), dtype)
 
 
 def read_ardupilot_log(file: Path) -> FlightLog:
@@ -28,50 +64,110 @@ def read_ardupilot_log(file: Path) -> FlightLog:
         file: The log.
 
     Raises:
-        RecordingError: if it is damaged beyond reading, or nothing in it has a time.
+        RecordingError: if it cannot be read, is too large, or nothing in it has a time.
     """
-    rows: dict[str, list[dict[str, Any]]] = {}
-    try:
-        with closing(DFReader_binary(str(file))) as log:
-            while (message := log.recv_msg()) is not None:
-                if _TIME in message.fmt.columns:
-                    rows.setdefault(_name(message), []).append(_row(message))
-    except Exception as error:  # the parser raises whatever it stumbles over
-        raise RecordingError(f"not a readable DataFlash log: {type(error).__name__}: {error}", file=file) from error
-    if not rows:
+    content = read_bytes(file, LARGEST_LOG, RecordingError)
+    kinds, bad = _kinds(content)
+    logged = {name: rows for kind in kinds for name, rows in _logged(kind, content)}
+    if not logged:
         raise RecordingError("no message in the log has a time", file=file, allowed=f"messages with {_TIME}")
-    topics = {name: _topic(messages) for name, messages in rows.items()}
-    return FlightLog("ardupilot", topics, *_rates(topics), np.empty(0))
+    topics, damaged = timed_topics(logged)
+    return FlightLog("ardupilot", topics, *_rates(topics), np.empty(0), damaged | ({"the file": bad} if bad else {}))
 
 
-def _name(message: Any) -> str:
-    """Topic of a message; sensors of one kind are told apart by their instance."""
-    field = message.fmt.instance_field
-    return f"ardupilot/{message.get_type()}" + ("" if field is None else f"_{getattr(message, field)}")
+def _kinds(content: bytes) -> tuple[list[_Kind], int]:
+    """Kinds with the places of their messages, and how often what came was none."""
+    kinds = {
+        _FORMAT_KIND: _Kind("FMT", 89, dict(zip(("Type", "Length", "Name", "Format", "Columns"), "BBnNZ", strict=True)))
+    }
+    place = bad = 0
+    while place < len(content):
+        kind = _kind_at(content, place, kinds)
+        follower = place + kind.length if kind is not None else place
+        if kind is None or not _ends_well(content, follower):
+            found = _next(content, place + 1, kinds)
+            if kind is None or (found is not None and found < follower):  # it has swallowed a whole one
+                if found is None:
+                    break
+                bad, place = bad + 1, found
+                continue
+        if kind.name == "FMT":
+            bad += not _learn(content[place + 3 : follower], kinds)
+        kind.places.append(place)
+        place = follower
+    _name_instances(kinds, content)
+    return [kind for kind in kinds.values() if kind.places], bad
 
 
-def _row(message: Any) -> dict[str, Any]:
-    return {column: getattr(message, column) for column in message.fmt.columns}
+def _kind_at(content: bytes, place: int, kinds: Mapping[int, _Kind]) -> _Kind | None:
+    """Kind of the message that begins at a place, if one does."""
+    kind = kinds.get(content[place + 2]) if content.startswith(_HEAD, place) and place + 2 < len(content) else None
+    return kind if kind is not None and place + kind.length <= len(content) else None
 
 
-def _topic(messages: list[dict[str, Any]]) -> LogTopic:
-    time = np.array([message[_TIME] for message in messages], dtype=np.float64) * _MICRO
-    order = np.argsort(time, kind="stable")
-    names = [name for name in messages[0] if name != _TIME]
-    columns = {name: _column([message[name] for message in messages]) for name in names}
-    return LogTopic(time[order], {name: values[order] for name, values in columns.items()})
+def _ends_well(content: bytes, place: int) -> bool:
+    return place == len(content) or content.startswith(_HEAD, place)
 
 
-def _column(values: list[Any]) -> NDArray[Any]:
-    """Numbers as they are; bytes and whatever else has no type of its own as text."""
-    if isinstance(values[0], bytes):
-        return np.array([value.split(b"\0")[0].decode(errors="replace") for value in values])
-    column = np.array([0.0 if value is None else value for value in values] if values[0] is None else values)
-    if column.dtype.kind in "fib" or column.dtype.kind == "U":
-        return column
-    if column.dtype.kind == "u":
-        return column.astype(np.int64)
-    return np.array([str(value) for value in values])
+def _next(content: bytes, place: int, kinds: Mapping[int, _Kind]) -> int | None:
+    """Where the next message begins that another one follows."""
+    while (place := content.find(_HEAD, place)) >= 0:
+        kind = _kind_at(content, place, kinds)
+        if kind is not None and _ends_well(content, place + kind.length):
+            return place
+        place += 1
+    return None
+
+
+def _learn(body: bytes, kinds: dict[int, _Kind]) -> bool:
+    """Take in what a FMT message says; False if that makes no sense, or is something else than before."""
+    number, length = body[:2]
+    name, letters, columns = (part.split(b"\0")[0] for part in (body[2:6], body[6:22], body[22:]))
+    names = columns.split(b",") if columns else []
+    if not all(map(_NAME.fullmatch, (name, *names))) or len(set(names)) < len(names) or len(names) != len(letters):
+        return False
+    made = dict(zip((one.decode() for one in names), letters.decode("latin-1"), strict=True))
+    if not set(made.values()) <= set(_TYPES) or length != 3 + sum(
+        np.dtype(_TYPES[one]).itemsize for one in made.values()
+    ):
+        return False
+    before = kinds.setdefault(number, _Kind(name.decode(), length, made))
+    return (before.name, before.length, before.columns) == (name.decode(), length, made)
+
+
+def _name_instances(kinds: Mapping[int, _Kind], content: bytes) -> None:
+    """FMTU messages mark the column of the instance with `#`."""
+    units = next((kind for kind in kinds.values() if kind.name == "FMTU"), None)
+    if units is None or not {"FmtType", "UnitIds"} <= set(units.columns):
+        return
+    for row in units.rows(content):
+        kind, marks = kinds.get(int(row["FmtType"])), bytes(row["UnitIds"])
+        if kind is not None and 0 <= marks.find(b"#") < len(kind.columns):
+            kind.instance = list(kind.columns)[marks.find(b"#")]
+
+
+def _logged(kind: _Kind, content: bytes) -> Iterator[tuple[str, LogRows]]:
+    """Topics of a kind; sensors of one kind are told apart by their instance."""
+    if kind.columns.get(_TIME) != "Q":
+        return
+    rows = kind.rows(content)
+    columns = {name: _column(rows[name], letter) for name, letter in kind.columns.items() if name != _TIME}
+    if kind.instance is None or kind.instance == _TIME:
+        yield f"ardupilot/{kind.name}", LogRows(rows[_TIME], columns)
+        return
+    for value in np.unique(columns[kind.instance]):
+        own = columns[kind.instance] == value
+        yield (
+            f"ardupilot/{kind.name}_{value}",
+            LogRows(rows[_TIME][own], {name: one[own] for name, one in columns.items()}),
+        )
+
+
+def _column(values: NDArray[Any], letter: str) -> NDArray[Any]:
+    """Numbers in their units, and texts."""
+    if values.dtype.kind == "S":
+        return texts(values.tolist())
+    return np.asarray(values / _DIVISORS[letter]) if letter in _DIVISORS else values
 
 
 def _rates(topics: Mapping[str, LogTopic]) -> tuple[Array, Array]:
@@ -86,4 +182,4 @@ def _rates(topics: Mapping[str, LogTopic]) -> tuple[Array, Array]:
 
 
 def _stacked(topic: LogTopic, names: tuple[str, ...]) -> Array:
-    return from_forward_right_down(np.stack([topic.fields[name].astype(np.float64) for name in names], axis=1))
+    return from_forward_right_down(np.stack([topic.fields[name] for name in names], axis=1))

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from doorman.exceptions import DoormanError, RecordingError, how_to_install
+from doorman.exceptions import RecordingError
 
 Array = NDArray[np.float64]
 SUFFIXES = {".ulg": "px4", ".bin": "ardupilot", ".log": "ardupilot"}
@@ -43,6 +43,8 @@ class FlightLog:
     """In the body frame, x forward, z up, shape (m, 3) [rad/s]; no rows where the log has none."""
     companion_offsets: Array
     """Autopilot's clock minus a companion's monotonic one, as the autopilot has estimated it, shape (k,) [s]."""
+    damaged: Mapping[str, int]
+    """How many messages were left out for their times, by topic; `the file`: how often what came was no message."""
 
 
 def read_log(file: Path) -> FlightLog:
@@ -56,24 +58,18 @@ def read_log(file: Path) -> FlightLog:
 
     Raises:
         RecordingError: if it cannot be read, or is neither.
-        DoormanError: if the package that reads it is not installed.
     """
+    from doorman.recording.merging.ardupilot_log import read_ardupilot_log  # both make a `FlightLog`
+    from doorman.recording.merging.px4_log import read_px4_log
+
     try:
         with file.open("rb") as stream:
             head = stream.read(len(_ULOG))
     except OSError as error:
         raise RecordingError(f"cannot be read: {error.strerror}", file=file) from error
-    try:
-        if head == _ULOG:
-            from doorman.recording.merging.px4_log import read_px4_log
-
-            return read_px4_log(file)
-        if head.startswith(_DATAFLASH):
-            from doorman.recording.merging.ardupilot_log import read_ardupilot_log
-
-            return read_ardupilot_log(file)
-    except ModuleNotFoundError as error:
-        raise DoormanError(f"this log needs {error.name}, which is not installed; {how_to_install('logs')}",
-                           file=file) from error  # fmt: skip
+    if head == _ULOG:
+        return read_px4_log(file)
+    if head.startswith(_DATAFLASH):
+        return read_ardupilot_log(file)
     allowed = "a PX4 ULog (.ulg) or a binary ArduPilot DataFlash log (.bin)"
     raise RecordingError("unknown kind of log", file=file, given=repr(head), allowed=allowed)

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
 
-def from_forward_right_down(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
+def from_forward_right_down(vectors: NDArray[Any]) -> NDArray[np.float64]:
     r"""Vectors in this project's body frame, :math:`(x, -y, -z)`.
 
     Args:
@@ -15,4 +17,5 @@ def from_forward_right_down(vectors: NDArray[np.float64]) -> NDArray[np.float64]
     Returns:
         x forward, y left, z up, shape (m, 3).
     """
-    return np.asarray(vectors * np.array([1.0, -1.0, -1.0]))
+    with np.errstate(invalid="ignore"):  # NaN of single precision stays NaN
+        return np.asarray(vectors * np.array([1.0, -1.0, -1.0]))

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from doorman.bounds import LAST_TIME
 from doorman.exceptions import RecordingError
 from doorman.recording.merging.alignment import Alignment, align_by_rates
 from doorman.recording.merging.flight_log import FlightLog
@@ -69,12 +70,12 @@ def write_merged(recording: Recording, log: FlightLog, alignment: Alignment, fil
     counts = {}
     for name, topic in log.topics.items():
         time = alignment.to_run(topic.time)
-        kept = time >= 0.0
+        kept = (time >= 0.0) & (time <= LAST_TIME)
         if kept.any() and name not in recording:
             columns.append((name, time[kept], {field: values[kept] for field, values in topic.fields.items()}))
             counts[name] = int(kept.sum())
     if not counts:
-        raise RecordingError("the whole log lies before the run", field="offset", given=alignment.offset)
+        raise RecordingError("nothing of the log lies within the run", field="offset", given=alignment.offset)
     told = {"autopilot": log.autopilot, "offset": alignment.offset, "by": alignment.by}
     deviation = alignment.deviation if math.isfinite(alignment.deviation) else None
     header = recording.header | {"merged": told | {"deviation": deviation}}

@@ -1,28 +1,66 @@
-"""PX4's ULog, read by `pyulog`: topics with their instances, messages in words, and what tells its clock."""
+"""PX4's ULog: topics with their instances, messages in words, and what tells its clock.
+
+A message is its length, its kind and its content; formats say what a topic's data hold. Behind damage, reading goes on at the
+next message that its content tells from noise.
+"""
 
 from __future__ import annotations
 
 import re
+import struct
 from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pyulog import ULog
 
+from doorman.bounds import DEEPEST, LARGEST_LOG, read_bytes
 from doorman.exceptions import RecordingError
 from doorman.recording.merging.flight_log import Array, FlightLog, LogTopic
 from doorman.recording.merging.frames import from_forward_right_down
+from doorman.recording.merging.log_rows import LogRows, texts, timed_topics
 
 _MICRO = 1e-6
-_ENTRY = re.compile(r"(.+)\[(\d+)\]")
+_FILE_HEAD = 16
+_HEAD = struct.Struct("<HB")
+"""Of a message: length of its content, kind."""
+_KINDS = frozenset(b"BFIMPQADLCSOR")
+_SURE = (b"D", b"S", b"F", b"A")
+"""Kinds whose content tells them from noise."""
+_LONGEST_TEXT = 2000
+"""Of a format or a name that is looked for behind damage [bytes]."""
+_STAMP = "timestamp"
+_FORMAT = re.compile(r"([\w/]+):(.*)", re.DOTALL)
+_FIELD = re.compile(r"(\w+)(?:\[([0-9]{1,5})\])? (\w+)")
+_TYPES = {
+    "int8_t": "i1", "uint8_t": "u1", "int16_t": "<i2", "uint16_t": "<u2", "int32_t": "<i4", "uint32_t": "<u4",
+    "int64_t": "<i8", "uint64_t": "<u8", "float": "<f4", "double": "<f8", "bool": "i1", "char": "i1",
+}  # fmt: skip
+_MOST_FIELDS = _LONGEST_MESSAGE = 65_535
+"""Of a message, as its length has 16 bits."""
+_SEARCHED = 1 << 20
+"""Behind damage, byte by byte [bytes]; farther on, reading resumes at PX4's own marks."""
+_MARK = _HEAD.pack(8, ord("S")) + b"\x2f\x73\x13\x20\x25\x0c\xbb\x12"
+_LEVELS = ("EMERGENCY", "ALERT", "CRITICAL", "ERROR", "WARNING", "NOTICE", "INFO", "DEBUG")
 _RATES = (
     ("vehicle_angular_velocity", "xyz"),
     ("sensor_combined", "gyro_rad"),
     ("vehicle_angular_velocity_groundtruth", "xyz"),
 )
 """Topics with body rates and their field, the best first."""
+
+
+@dataclass
+class _Logged:
+    """What is logged under one number."""
+
+    name: str
+    dtype: np.dtype[Any]
+    largest: int
+    """Length of a message with the padding at its end [bytes]."""
+    messages: list[bytes] = field(default_factory=list)
 
 
 def read_px4_log(file: Path) -> FlightLog:
@@ -32,59 +70,173 @@ def read_px4_log(file: Path) -> FlightLog:
         file: The log.
 
     Raises:
-        RecordingError: if it is damaged beyond reading.
+        RecordingError: if it cannot be read, is too large, or holds nothing with a time.
     """
-    try:
-        with file.open("rb") as stream:
-            log = ULog(stream)
-    except Exception as error:  # the parser raises whatever it stumbles over
-        raise RecordingError(f"not a readable ULog: {type(error).__name__}: {error}", file=file) from error
-    topics = {
-        f"px4/{data.name}_{data.multi_id}": _topic(data.data) for data in log.data_list if len(data.data["timestamp"])
-    }
-    if log.logged_messages:
-        times = np.array([one.timestamp for one in log.logged_messages]) * _MICRO
-        words = np.array([f"{one.log_level_str()}: {one.message}" for one in log.logged_messages])
-        topics["px4/logged_messages"] = LogTopic(times, {"message": words})
-    rate_time, rates = _rates(topics)
-    return FlightLog("px4", topics, rate_time, rates, _companion_offsets(topics))
+    found = _Reader(read_bytes(file, LARGEST_LOG, RecordingError))
+    logged: dict[str, LogRows] = {}
+    for one in found.logged.values():
+        rows = np.frombuffer(b"".join(one.messages), one.dtype)
+        if len(rows):
+            logged.setdefault(
+                one.name, LogRows(rows[_STAMP], {n: rows[n] for n in one.dtype.names or () if n != _STAMP})
+            )
+    if found.words:
+        stamps, words = zip(*found.words, strict=True)
+        logged["px4/logged_messages"] = LogRows(np.array(stamps, dtype=np.uint64), {"message": texts(words)})
+    if not logged:
+        raise RecordingError("not a readable ULog: no message in it has a time", file=file)
+    topics, damaged = timed_topics(logged)
+    damaged |= {"the file": found.bad} if found.bad else {}
+    return FlightLog("px4", topics, *_rates(topics), _companion_offsets(topics), damaged)
 
 
-def _topic(data: Mapping[str, NDArray[Any]]) -> LogTopic:
-    """Fields with entries `name[0]`, `name[1]`, … become one array."""
-    fields: dict[str, list[NDArray[Any]]] = {}
-    for name, values in data.items():
-        if name == "timestamp":
-            continue
-        found = _ENTRY.fullmatch(name)
-        fields.setdefault(found[1] if found else name, []).append(_recordable(values))
-    time = data["timestamp"] * _MICRO
-    columns = {name: np.stack(parts, axis=1) if len(parts) > 1 else parts[0] for name, parts in fields.items()}
-    order = np.argsort(time, kind="stable")
-    return LogTopic(time[order], {_free(name): values[order] for name, values in columns.items()})
+class _Reader:
+    """Walks through the messages of a log."""
+
+    def __init__(self, content: bytes) -> None:
+        self._content = content
+        self._formats: dict[str, list[tuple[str, int | None, str]]] = {}
+        self._appended: list[int] = []
+        """Where data begin that were appended after a crash."""
+        self.logged: dict[int, _Logged] = {}
+        self.words: list[tuple[int, bytes]] = []
+        self.bad = 0
+        """How often what came made no sense."""
+        place: int | None = _FILE_HEAD
+        while place is not None and place < len(content):
+            place = self._step(place)
+
+    def _step(self, place: int) -> int | None:
+        """Take in the message at a place; where the next one begins."""
+        end = self._end(place)
+        for start in self._appended:
+            if place < start < (len(self._content) if end is None else end):
+                return start
+        found = None
+        if end is not None and self._fits(place, end):
+            found = None if self._makes_sense(end) else self._search(place + 1)
+            if found is None or found >= end:  # else it has swallowed a whole one
+                self.bad += not self._take(self._content[place + 2], self._content[place + _HEAD.size : end])
+                return end
+        elif end is not None and self._content[place + 2] not in _KINDS and self._is_one(end):
+            return end  # of a kind that newer ones write
+        found = self._search(place + 1) if found is None else found
+        self.bad += found is not None or end is not None  # else it was cut off here
+        return found
+
+    def _end(self, place: int) -> int | None:
+        """Of the message at a place; None where the file ends before."""
+        if place + _HEAD.size > len(self._content):
+            return None
+        end = place + _HEAD.size + int(_HEAD.unpack_from(self._content, place)[0])
+        return end if end <= len(self._content) else None
+
+    def _fits(self, place: int, end: int) -> bool:
+        """Whether a message may stand there."""
+        kind, body = self._content[place + 2], place + _HEAD.size
+        if kind == ord("D"):
+            logged = self.logged.get(int.from_bytes(self._content[body : body + 2], "little"))
+            return logged is not None and logged.dtype.itemsize <= end - body - 2 <= logged.largest
+        return kind in _KINDS and end > body and (kind != ord("S") or self._content[place:end] == _MARK)
+
+    def _makes_sense(self, place: int) -> bool:
+        end = self._end(place)
+        return place == len(self._content) or (end is not None and self._fits(place, end))
+
+    def _is_one(self, place: int) -> bool:
+        """Whether a message stands there beyond doubt: its content says so too."""
+        end = self._end(place)
+        if end is None or not self._fits(place, end):
+            return False
+        kind, body = (
+            self._content[place + 2],
+            self._content[place + _HEAD.size : min(end, place + _HEAD.size + _LONGEST_TEXT)],
+        )
+        if kind in b"DS":
+            return True
+        if kind == ord("F"):
+            return _fields_of(body.decode(errors="replace")) is not None
+        return kind == ord("A") and body[3:].decode(errors="replace") in self._formats
+
+    def _search(self, place: int) -> int | None:
+        """Where the next message stands beyond doubt."""
+        for start in range(place, min(place + _SEARCHED, len(self._content))):
+            if self._content[start + 2 : start + 3] in _SURE and self._is_one(start):
+                return start
+        found = self._content.find(_MARK, place + _SEARCHED)
+        return found if found >= 0 else None
+
+    def _take(self, kind: int, body: bytes) -> bool:
+        """Take in a message; False if it makes no sense."""
+        if kind == ord("D"):
+            logged = self.logged[int.from_bytes(body[:2], "little")]
+            logged.messages.append(body[2 : 2 + logged.dtype.itemsize])
+        elif kind == ord("F"):
+            return self._learn(body.decode(errors="replace"))
+        elif kind == ord("A"):
+            return self._subscribe(body)
+        elif kind == ord("L") and len(body) > 9:
+            level = _LEVELS[body[0] - ord("0")] if ord("0") <= body[0] <= ord("7") else "UNKNOWN"
+            self.words.append((int.from_bytes(body[1:9], "little"), f"{level}: ".encode() + body[9:]))
+        elif kind == ord("B") and len(body) >= 40 and body[8] & 1:
+            self._appended = [start for start in struct.unpack_from("<3Q", body, 16) if start > _FILE_HEAD]
+        return True
+
+    def _learn(self, text: str) -> bool:
+        """Take in a format."""
+        fields = _fields_of(text)
+        if fields is not None:
+            self._formats[text.partition(":")[0]] = fields
+        return fields is not None
+
+    def _subscribe(self, body: bytes) -> bool:
+        """Take in under which number a topic is logged."""
+        name = body[3:].decode(errors="replace")
+        try:
+            flat = self._flat(name, "", [_MOST_FIELDS], DEEPEST)
+            largest = sum(np.dtype(type_).itemsize for _, type_ in flat)
+            while flat and flat[-1][0].startswith("_padding"):
+                flat.pop()
+            dtype = np.dtype(flat)
+            if largest > _LONGEST_MESSAGE or dict(flat)[_STAMP] != _TYPES["uint64_t"]:
+                return False
+        except (KeyError, ValueError):  # no such format, or one without an end, a time, or a name for each field
+            return False
+        self.logged.setdefault(int.from_bytes(body[1:3], "little"), _Logged(f"px4/{name}_{body[0]}", dtype, largest))
+        return True
+
+    def _flat(self, name: str, prefix: str, left: list[int], depth: int) -> list[tuple[str, Any]]:
+        """Fields of a format with those of the formats in it, by dotted name; it may have so many, so deep."""
+        flat: list[tuple[str, Any]] = []
+        for type_, count, own in self._formats[name]:
+            left[0] -= count or 1
+            if left[0] < 0 or depth == 0:
+                raise ValueError("a format too large")
+            if type_ in _TYPES:
+                flat.append((prefix + own, (_TYPES[type_], (count,)) if (count or 1) != 1 else _TYPES[type_]))
+                continue
+            for index in range(count or 1):
+                place = "" if count is None else f"[{index}]"
+                flat += self._flat(type_, f"{prefix}{own}{place}.", left, depth - 1)
+        return flat
 
 
-def _free(name: str) -> str:
-    """A name that a recording's own fields leave free."""
-    return "time_" if name == "time" else name
-
-
-def _recordable(values: NDArray[Any]) -> NDArray[Any]:
-    """Without unsigned 64-bit numbers, which recordings do not hold."""
-    if values.dtype == np.uint64:
-        return np.asarray(np.minimum(values, np.uint64(np.iinfo(np.int64).max)).astype(np.int64))
-    return values
+def _fields_of(text: str) -> list[tuple[str, int | None, str]] | None:
+    """Type, count and name of a format's fields; None if it is none."""
+    found = _FORMAT.fullmatch(text)
+    fields = [_FIELD.fullmatch(part) for part in found[2].split(";") if part] if found else [None]
+    return None if None in fields else [(one[1], int(one[2]) if one[2] else None, one[3]) for one in fields if one]
 
 
 def _rates(topics: Mapping[str, LogTopic]) -> tuple[Array, Array]:
-    for name, field in _RATES:
+    for name, one in _RATES:
         topic = topics.get(f"px4/{name}_0")
-        if topic is not None and field in topic.fields:
-            return topic.time, from_forward_right_down(topic.fields[field].astype(np.float64))
+        if topic is not None and one in topic.fields and topic.fields[one].shape[1:] == (3,):
+            return topic.time, from_forward_right_down(topic.fields[one])
     return np.empty(0), np.empty((0, 3))
 
 
-def _companion_offsets(topics: Mapping[str, LogTopic]) -> Array:
+def _companion_offsets(topics: Mapping[str, LogTopic]) -> NDArray[np.float64]:
     topic = topics.get("px4/timesync_status_0")
     if topic is None or "estimated_offset" not in topic.fields:
         return np.empty(0)

@@ -11,6 +11,7 @@ from typing import Literal, TypeAlias, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from doorman.bounds import parse_numbers
 from doorman.exceptions import UrdfError
 from doorman.kinematics.urdf.robot import frozen
 from doorman.kinematics.urdf.shapes import UrdfShape, read_visuals
@@ -80,7 +81,7 @@ def _color(path: Path, material: ElementTree.Element) -> Color | None:
         return None
     text = color.get("rgba", "")
     try:
-        red, green, blue, opacity = (float(word) for word in text.split())
+        red, green, blue, opacity = parse_numbers(text)
     except ValueError as error:
         raise UrdfError(
             "not a colour", file=path, field=f"material {material.get('name')}/color@rgba", given=text,
@@ -92,7 +93,7 @@ def _color(path: Path, material: ElementTree.Element) -> Color | None:
 def _joints_carried(root: ElementTree.Element, link: str) -> list[Array]:
     """Where the joints are that hang on a link, each of shape (3,), in the link [m]."""
     origins = [joint.find("origin") for joint in root.findall("joint") if joint.find("parent").get("link") == link]  # type: ignore[union-attr]
-    return [np.array([float(x) for x in one.get("xyz", "0 0 0").split()]) for one in origins if one is not None]
+    return [np.array(parse_numbers(one.get("xyz", "0 0 0"))) for one in origins if one is not None]
 
 
 def _rods(link: str, ends: Sequence[Array]) -> list[VisualShape]:

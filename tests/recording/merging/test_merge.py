@@ -93,6 +93,17 @@ def test_rates_that_are_not_finite_are_left_out():
     assert align_by_rates(time, RATES(time), time, seen).offset == pytest.approx(0.3, abs=0.005)
 
 
+@pytest.mark.parametrize("shift", [0.01, 0.02, 0.04])
+def test_the_deviation_is_that_of_the_mean_of_the_parts(shift):
+    """Six parts that are off by ±δ in turn: their mean has the deviation δ √(6/5) / √6 = δ / √5."""
+    time = np.arange(0.0, 60.0, 0.01)
+    seen = RATES(time + shift * np.where((time // 10.0) % 2, 1.0, -1.0))
+    found = align_by_rates(np.arange(-5.0, 65.0, 0.01), RATES(np.arange(-5.0, 65.0, 0.01)), time, seen)
+    assert found.offset == pytest.approx(0.0, abs=1.5 * shift)
+    spread = math.hypot(shift, found.offset)  # each part's distance from the whole, squared and averaged
+    assert found.deviation == pytest.approx(spread / math.sqrt(5.0), rel=0.1)
+
+
 def test_timesync_of_the_run_goes_before_everything_else(tmp_path):
     told = {"epoch": {"epoch": 5000.0}, "clock": {"autopilot_offset": 4300.25, "round_trip": 0.004}}
     write_run(tmp_path / "recording.mcap", RATES, 1.0, told)

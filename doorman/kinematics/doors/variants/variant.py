@@ -16,6 +16,7 @@ import numpy as np
 import pinocchio
 from numpy.typing import NDArray
 
+from doorman.bounds import parse_numbers
 from doorman.compilation import cache_directory
 from doorman.compilation.cache_files import write_atomically
 from doorman.compilation.cache_place import fresh_directory
@@ -180,7 +181,7 @@ def _origin(element: ElementTree.Element) -> ElementTree.Element:
 
 
 def _numbers(text: str) -> Array:
-    return np.array([float(word) for word in text.split()])
+    return np.array(parse_numbers(text))
 
 
 def _text(numbers: Array | list[float]) -> str:
