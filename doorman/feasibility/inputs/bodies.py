@@ -114,7 +114,7 @@ def _bodies(urdf: Path, least: float) -> Iterator[_Body]:
             continue
         parts = (inertial.find(tag) for tag in ("mass", "inertia"))
         values = {
-            key: float(part.get(key, "0")) for part in parts if part is not None for key in part.keys() & _INERTIAL
+            key: float(part.get(key, "0")) for part in parts if part is not None for key in _INERTIAL & {*part.keys()}
         }
         xx, yy, zz, xy, xz, yz = (values[key] for key in ("ixx", "iyy", "izz", "ixy", "ixz", "iyz"))
         moments = np.asarray(np.linalg.eigvalsh([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]), dtype=np.float64)
