@@ -26,9 +26,8 @@ demo: $(VENV)/.installed-for-demo
 rig-demo: $(VENV)/.installed-for-rig
 	$(BIN)/doorman rig $(SCENARIO) --fly
 
-# One worker a core runs the tests; those that wait for sockets and processes run beside them, eight at a time.
-WORKERS := auto
-WAITING := tests/ros2 tests/recording/test_recording_signals.py tests/campaign/flights
+# One worker a core. Time is virtual in most tests: they wait for the processor alone (tests/virtual_time.py).
+WORKERS ?= auto
 CHOSEN := -m "not slow and not docs" --ignore=tests/rig
 PYTEST = $(BIN)/python -m pytest --durations=10 $(PYTEST_OPTIONS)
 
