@@ -8,14 +8,15 @@ from doorman.ocp import Bounds, Hybrid, PythonModel, QuadraticCost, runge_kutta
 TIME_STEP, HORIZON, WALL, TORQUE = 0.05, 60, 0.1, 8.0  # s, steps, m, N m
 
 
-def swing(x, u, friction=0.1):
+def swing(x: np.ndarray, u: np.ndarray, friction: float = 0.1) -> list[float]:
     """Rate of [angle from hanging, angular rate] of 1 kg on a rod of 1 m."""
     return [x[1], u[0] - 9.81 * np.sin(x[0]) - friction * x[1]]
 
 
-def beside_the_wall(x):
+def beside_the_wall(x: np.ndarray) -> float:
     """How far the bob is inside the wall, which is to be negative [m]."""
-    return -np.sin(x[0]) - WALL
+    inside: float = -np.sin(x[0]) - WALL
+    return inside
 
 
 cost = QuadraticCost(

@@ -8,7 +8,7 @@ planner = doorman.Planner("paper")
 noise = np.random.default_rng(0)
 state = planner.model.start_state
 planner.plan(state)
-times = []
+times, command = [], planner.model.hover_input
 for _ in range(100):
     estimate = state + 1e-3 * noise.standard_normal(
         state.shape
@@ -16,9 +16,9 @@ for _ in range(100):
     plan = planner.replan(estimate)
     if not plan.usable:
         raise SystemExit(f"no plan: {plan.status}, {plan.violated}")
-    thrust, body_rates, joint_rates = plan.inputs[0, 0], plan.inputs[0, 1:4], plan.inputs[0, 4:]
+    command = plan.inputs[0]  # thrust, body rates, joint rates
     times.append(plan.solve_time)
     state = plan.states[1]  # your vehicle flies instead
 print(f"door at {np.degrees(state[3]):.1f}° after 2 s")
-print(f"last command: {thrust:.1f} N, body {body_rates.round(2)} rad/s, joints {joint_rates.round(2)} rad/s")
+print(f"last command: {command[0]:.1f} N, body {command[1:4].round(2)} rad/s, joints {command[4:].round(2)} rad/s")
 print(f"replan: median {1e3 * np.median(times):.2f} ms")

@@ -4,6 +4,8 @@ State: position of the cart [m], angle of the pole from upright [rad], their rat
 Dynamics, weights and limit are those of acados' example "pendulum_on_cart" (https://docs.acados.org).
 """
 
+from typing import Any
+
 import casadi as ca
 import numpy as np
 from example import Example
@@ -34,7 +36,7 @@ def upright(states: np.ndarray) -> bool:
     return bool((np.abs(states[-1] - [0.0, upward, 0.0, 0.0]) < [0.1, 0.1, 0.5, 0.5]).all())
 
 
-def draw(axes, states: np.ndarray) -> None:
+def draw(axes: Any, states: np.ndarray) -> None:
     """The bob's path."""
     axes.plot(states[:, 0] - LENGTH * np.sin(states[:, 1]), LENGTH * np.cos(states[:, 1]), "o-", markersize=3)
     axes.set(xlabel="across [m]", ylabel="up [m]", aspect="equal")

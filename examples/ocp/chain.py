@@ -5,6 +5,8 @@ Input: velocity of the last mass [m/s]. Problem and numbers are those of Wirschi
 masses connected by springs", CCA 2006, as in acados' example "chain_mass", with a hard wall.
 """
 
+from typing import Any
+
 import casadi as ca
 import numpy as np
 from example import Example
@@ -46,7 +48,7 @@ def calm(states: np.ndarray) -> bool:
     return bool(np.abs(states[-1] - rest).max() < 0.05)
 
 
-def draw(axes, states: np.ndarray) -> None:
+def draw(axes: Any, states: np.ndarray) -> None:
     """The chain from above at some times, and the wall."""
     for state in states[::4]:
         chain = np.vstack([np.zeros(3), state[: 3 * (FREE + 1)].reshape(-1, 3)])

@@ -5,6 +5,8 @@ State: position [m], velocity [m/s] in the world; roll, pitch, yaw [rad]; rates 
 ("quadrotor_obstacles", https://github.com/Simple-Robotics/aligator); the pillars stand elsewhere.
 """
 
+from typing import Any
+
 import casadi as ca
 import numpy as np
 from example import Example
@@ -47,7 +49,7 @@ def arrived(states: np.ndarray) -> bool:
     return bool(np.abs(states[-1, :6] - goal[:6]).max() < 0.1)
 
 
-def draw(axes, states: np.ndarray) -> None:
+def draw(axes: Any, states: np.ndarray) -> None:
     """Path from above, and pillars with their clearance."""
     turn = np.linspace(0.0, 2 * np.pi, 100)
     for across, along in PILLARS:

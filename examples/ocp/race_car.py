@@ -6,6 +6,8 @@ Car, limits and weights are those of Kloeser, Schöls, Sartor, Zanelli, Frison a
 path-parametric model with obstacle avoidance", IFAC 2020, as in acados' example "race_cars"; the track is ours.
 """
 
+from typing import Any
+
 import casadi as ca
 import numpy as np
 from example import Example
@@ -21,7 +23,7 @@ x, u, wanted = ca.SX.sym("x", 6), ca.SX.sym("u", 2), ca.SX.sym("wanted")
 progress, across, heading, speed, throttle, steering = ca.vertsplit(x)
 
 
-def curvature(s, cos):
+def curvature(s: Any, cos: Any) -> Any:
     """Of the middle line [1/m]: one turn in two equal halves, so that it closes."""
     turn = 2 * np.pi / LENGTH
     return turn * (1.0 + 1.5 * cos(2 * turn * s) - 1.6 * cos(4 * turn * s))
@@ -44,7 +46,7 @@ cost = ocp.QuadraticCost(
 
 def ahead(state: np.ndarray) -> np.ndarray:
     """Progress that is wanted at every node: farther than the car can drive."""
-    return (state[0] + EVERY_NODE)[:, None]
+    return np.reshape(state[0] + EVERY_NODE, (-1, 1))
 
 
 def drive(state: np.ndarray) -> np.ndarray:
@@ -57,7 +59,7 @@ def one_lap(states: np.ndarray) -> bool:
     return bool(states[-1, 0] - states[0, 0] > LENGTH and np.abs(states[1:, 1]).max() < 0.125)
 
 
-def draw(axes, states: np.ndarray) -> None:
+def draw(axes: Any, states: np.ndarray) -> None:
     """Track and path."""
     s = np.linspace(0.0, LENGTH, 2001)
     direction = np.concatenate([[0.0], np.cumsum(curvature(s, np.cos)[:-1] * np.diff(s))])

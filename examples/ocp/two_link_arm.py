@@ -5,6 +5,8 @@ Dynamics and the numbers of a human arm are those of Li and Todorov, "Iterative 
 biological movement systems", ICINCO 2004; wall and limits are ours.
 """
 
+from typing import Any
+
 import casadi as ca
 import numpy as np
 from example import Example
@@ -26,7 +28,7 @@ whirl = M2 * UPPER * S2 * ca.sin(angles[1]) * ca.vertcat(-rates[1] * (2 * rates[
 rate = ca.vertcat(rates, ca.inv(inertia) @ (u - whirl - FRICTION @ rates))
 
 
-def tip(shoulder, elbow, cos=np.cos, sin=np.sin):
+def tip(shoulder: Any, elbow: Any, cos: Any = np.cos, sin: Any = np.sin) -> tuple[Any, Any]:
     """Place of the tip [m]."""
     both = shoulder + elbow
     return UPPER * cos(shoulder) + LOWER * cos(both), UPPER * sin(shoulder) + LOWER * sin(both)
@@ -46,7 +48,7 @@ def at_target(states: np.ndarray) -> bool:
     return bool(apart < 0.02 and np.abs(states[-1, 2:]).max() < 0.1)
 
 
-def draw(axes, states: np.ndarray) -> None:
+def draw(axes: Any, states: np.ndarray) -> None:
     """Path of the tip, and the wall."""
     axes.plot(*tip(*states[:, :2].T), "o-", markersize=3)
     axes.axhline(WALL, color="#D55E00")

@@ -4,6 +4,8 @@ State: place [m] and heading [rad]. Inputs: speed [m/s] and yaw rate [rad/s].
 The unicycle is that of crocoddyl's introductory notebook (https://github.com/loco-3d/crocoddyl); obstacles and limits are ours.
 """
 
+from typing import Any
+
 import casadi as ca
 import numpy as np
 from example import Example
@@ -30,7 +32,7 @@ def arrived(states: np.ndarray) -> bool:
     return bool((np.abs(states[-1] - [3.0, 0.0, 0.0]) < [0.1, 0.1, 0.3]).all())
 
 
-def draw(axes, states: np.ndarray) -> None:
+def draw(axes: Any, states: np.ndarray) -> None:
     """Path and obstacles."""
     turn = np.linspace(0.0, 2 * np.pi, 100)
     for across, up, radius in OBSTACLES:
