@@ -148,15 +148,9 @@ class _Reader:
         end = self._end(place)
         if end is None or not self._fits(place, end):
             return False
-        kind, body = (
-            self._content[place + 2],
-            self._content[place + _HEAD.size : min(end, place + _HEAD.size + _LONGEST_TEXT)],
-        )
-        if kind in b"DS":
-            return True
-        if kind == ord("F"):
-            return _fields_of(body.decode(errors="replace")) is not None
-        return kind == ord("A") and body[3:].decode(errors="replace") in self._formats
+        kind, body = self._content[place + 2], self._content[place + _HEAD.size : min(end, place + _LONGEST_TEXT)]
+        named = kind == ord("A") and body[3:].decode(errors="replace") in self._formats
+        return kind in b"DS" or named or (kind == ord("F") and _fields_of(body.decode(errors="replace")) is not None)
 
     def _search(self, place: int) -> int | None:
         """Where the next message stands beyond doubt."""
