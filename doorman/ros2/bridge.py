@@ -5,9 +5,10 @@ from __future__ import annotations
 import select
 import socket
 import time
+from collections import Counter
 from typing import Any
 
-from cyclonedds.core import InstanceState, Policy, Qos, ReadCondition, SampleState, ViewState, WaitSet
+from cyclonedds.core import DDSException, InstanceState, Policy, Qos, ReadCondition, SampleState, ViewState, WaitSet
 from cyclonedds.domain import DomainParticipant
 from cyclonedds.pub import DataWriter
 from cyclonedds.sub import DataReader
@@ -16,11 +17,12 @@ from cyclonedds.util import duration
 
 from doorman.copying import Uncopied
 from doorman.exceptions import BackendError
-from doorman.hardware.mocap.sources.sender import PoseSender
+from doorman.hardware.mocap import MocapEvent, MocapFault
 from doorman.model import Model
 from doorman.ros2 import types as ros
 from doorman.ros2.feed import BUFFER, LARGEST, PORT, parse
 from doorman.ros2.messages import TYPES, Translator
+from doorman.ros2.relay import PoseRelay
 
 _DEPTH = 100
 """Messages that a slow subscriber may be behind."""
@@ -70,8 +72,15 @@ class FlightPublisher(Uncopied):
             ) from error
         self.port = int(self._socket.getsockname()[1])
         """Of the feed."""
-        self.published = self.refused = 0
-        """Messages of the flight, and datagrams that were none."""
+        self.published = 0
+        """Messages of the flight."""
+        self.refusals: Counter[str] = Counter()
+        """What was left out, by its reason."""
+
+    @property
+    def refused(self) -> int:
+        """Datagrams and messages that were left out."""
+        return self.refusals.total()
 
     def step(self, timeout: float = _LONGEST_WAIT) -> None:
         """Publish what has come.
@@ -83,11 +92,19 @@ class FlightPublisher(Uncopied):
             return
         told = parse(self._socket.recv(LARGEST))
         if told is None:
-            self.refused += 1
+            self.refusals["no message of a flight"] += 1
             return
-        for topic, message in self._translator.translate(told):
-            self._writers[topic].write(message)
-        self.published += 1
+        try:
+            for topic, message in self._translator.translate(told):
+                self._writers[topic].write(message)
+        except BackendError as error:
+            self.refusals[f"{error.field}: {error.message}"] += 1
+        except DDSException as error:
+            if error.code != DDSException.DDS_RETCODE_TIMEOUT:
+                raise
+            self.refusals["a reliable subscriber does not keep up"] += 1
+        else:
+            self.published += 1
 
     def close(self) -> None:
         """Leave the graph."""
@@ -107,7 +124,7 @@ class FlightPublisher(Uncopied):
 
 
 class PoseSubscriber(Uncopied):
-    """Takes `geometry_msgs/PoseStamped` and sends them on as a stream of cameras.
+    """Takes `geometry_msgs/PoseStamped` of one publisher and sends them on as a stream of cameras, see `PoseRelay`.
 
     Args:
         topic: Of the poses.
@@ -118,7 +135,7 @@ class PoseSubscriber(Uncopied):
     """
 
     def __init__(self, topic: str, name: str, target: tuple[str, int], rate: float, domain: int = 0) -> None:
-        self._name, self._sender = name, PoseSender(target, rate)
+        self._relay = PoseRelay(name, target, rate)
         self._participant = DomainParticipant(domain)
         self._reader = DataReader(
             self._participant, Topic(self._participant, dds_name(topic), ros.PoseStamped), qos=_IN
@@ -126,8 +143,20 @@ class PoseSubscriber(Uncopied):
         self._waiting = WaitSet(self._participant)
         condition = ReadCondition(self._reader, SampleState.NotRead | ViewState.Any | InstanceState.Any)
         self._waiting.attach(condition)
-        self.received = self.refused = 0
-        """Poses, and those that were none."""
+
+    @property
+    def received(self) -> int:
+        """Poses that were sent on."""
+        return self._relay.received
+
+    @property
+    def refused(self) -> int:
+        """Poses that were left out: of a second publisher, or no poses."""
+        return self._relay.refused
+
+    def events(self) -> list[MocapEvent]:
+        """What has begun or ended since the last call, oldest first."""
+        return self._relay.events()
 
     def step(self, timeout: float = _LONGEST_WAIT) -> None:
         """Send on what has come.
@@ -136,23 +165,31 @@ class PoseSubscriber(Uncopied):
             timeout: To wait for it [s].
         """
         self._waiting.wait(duration(seconds=timeout))
-        for sample in self._reader.take(_DEPTH):
-            if isinstance(sample, ros.PoseStamped):
-                self._send(sample)
+        for _ in range(_DEPTH):
+            try:
+                samples = self._reader.take()
+            except DDSException:
+                raise
+            except Exception as error:  # whatever a stranger's bytes make of the parser; the sample is taken
+                self._relay.refuse(MocapFault.CORRUPT, time.monotonic(), f"no PoseStamped: {error}")
+                continue
+            if not samples:
+                break
+            if isinstance(samples[0], ros.PoseStamped):
+                self._take(samples[0])
+        self._relay.tick(time.monotonic())
 
-    def _send(self, sample: ros.PoseStamped) -> None:
+    def _take(self, sample: Any) -> None:
         stamp, place, turn = sample.header.stamp, sample.pose.position, sample.pose.orientation
-        at = stamp.sec + 1e-9 * stamp.nanosec
-        pose = (place.x, place.y, place.z), (turn.w, turn.x, turn.y, turn.z)
-        try:
-            self._sender.send({self._name: pose}, at if at > 0.0 else time.monotonic())
-            self.received += 1
-        except BackendError:
-            self.refused += 1
+        taken, now = stamp.sec + 1e-9 * stamp.nanosec, time.monotonic()
+        self._relay.take(
+            sample.sample_info.publication_handle, (place.x, place.y, place.z), (turn.w, turn.x, turn.y, turn.z),
+            taken if taken > 0.0 else None, now,
+        )  # fmt: skip
 
     def close(self) -> None:
         """Leave the graph."""
-        self._sender.close()
+        self._relay.close()
         self._reader = self._waiting = self._participant = None
 
     def __enter__(self) -> PoseSubscriber:

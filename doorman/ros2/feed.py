@@ -5,7 +5,7 @@ The flight's thread copies a message into one datagram and goes on; a bridge tha
 
 from __future__ import annotations
 
-import json
+import math
 import socket
 import time as clock
 from collections.abc import Mapping
@@ -23,13 +23,16 @@ LARGEST = 65_000
 """Of a datagram [byte]."""
 BUFFER = 1 << 22
 """Of the bridge's socket: some seconds of a flight [byte]."""
+TEXT = 0
 FED = {
-    "measurement": ("position", "velocity", "attitude", "body_rates", "arm_angles", "arm_rates"),
-    "estimate": ("state", "tip_force"),
-    "plan": ("states",),
-    "mission": ("state", "message"),
+    "measurement": {"position": 1, "velocity": 1, "attitude": 1, "body_rates": 1, "arm_angles": 1, "arm_rates": 1},
+    "estimate": {"state": 1, "tip_force": 1},
+    "plan": {"states": 2},
+    "mission": {"state": TEXT, "message": TEXT},
 }
-"""Fields that the bridge reads, by topic."""
+"""Fields that the bridge reads, by topic: texts, and dimensions of arrays."""
+_END_OF_TIME = 2**31 * 1_000_000_000
+"""First time that ROS cannot hold [ns]."""
 
 
 class FedMessage(NamedTuple):
@@ -91,17 +94,32 @@ def parse(datagram: bytes) -> FedMessage | None:
         datagram: As received.
     """
     try:
-        topic, wall_time, fields = json.loads(datagram)
-        read = {name: _array(fields[name]) for name in FED[topic]}
-        return FedMessage(topic, int(wall_time), read)
+        topic, wall_time, fields = orjson.loads(datagram)
+        read = {name: _value(fields[name], dimensions) for name, dimensions in FED[topic].items()}
     except (ValueError, KeyError, TypeError):
         return None
+    return FedMessage(topic, wall_time, read) if type(wall_time) is int and 0 <= wall_time < _END_OF_TIME else None
 
 
 def _plain(value: Any) -> Any:
     return value.tolist() if isinstance(value, np.ndarray) else value
 
 
-def _array(value: Any) -> Any:
-    """Lists as arrays of floats; JSON's null, which stands for NaN, as NaN."""
-    return np.array(value, dtype=np.float64) if isinstance(value, list) else value
+def _value(value: Any, dimensions: int) -> Any:
+    """A text, or lists of numbers as an array of floats; JSON's null, which stands for NaN, as NaN."""
+    if dimensions == TEXT:
+        if not isinstance(value, str):
+            raise TypeError
+        return value
+    array = np.array(_floats(value, dimensions))
+    if array.ndim != dimensions:
+        raise ValueError
+    return array
+
+
+def _floats(value: Any, depth: int) -> Any:
+    if depth:
+        return [_floats(one, depth - 1) for one in value]
+    if value is not None and type(value) not in (int, float):
+        raise TypeError
+    return math.nan if value is None else float(value)

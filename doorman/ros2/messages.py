@@ -9,6 +9,7 @@ import numpy as np
 from cyclonedds.idl import IdlStruct
 from numpy.typing import NDArray
 
+from doorman.exceptions import BackendError
 from doorman.hardware.quaternions import from_attitude
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import Model
@@ -20,6 +21,7 @@ WORLD, BODY = "map", "base_link"
 _ARROW, _CUBE = 0, 1
 """Types of markers."""
 _ADD = 0
+_AXES = 3
 _METRES_PER_NEWTON = 0.06
 """Of the arrow of the tip's force."""
 _LINE_WIDTH = 0.02
@@ -54,13 +56,22 @@ class Translator:
     def __init__(self, model: Model) -> None:
         self._model = model
         self._sent: dict[str, int] = {}
+        self._sizes = {"arm_angles": model.n_arm, "arm_rates": model.n_arm, "state": model.nx, "states": model.nx}
 
     def translate(self, told: FedMessage) -> Iterator[Outgoing]:
         """Messages for one of the flight's.
 
         Args:
             told: Of the flight.
+
+        Raises:
+            BackendError: if it is of another scenario.
         """
+        for name, value in told.fields.items():
+            size = self._sizes.get(name, _AXES)
+            if isinstance(value, np.ndarray) and value.shape[-1] != size:
+                raise BackendError("the flight is of another scenario", field=f"{told.topic}.{name}",
+                                   given=value.shape[-1], allowed=f"{size} numbers, as in the bridge's scenario")  # fmt: skip
         stamp = time_of(told.wall_time)
         if told.topic == "measurement":
             yield from self._measurement(told, stamp)

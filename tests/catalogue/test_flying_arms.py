@@ -11,14 +11,14 @@ from doorman.feasibility.swing.rehearsal import DURATION
 from doorman.model import Model
 from doorman.scenario import Scenario
 
-STEEPER = {"control.max_tilt": 0.35}
-"""The door's force is a larger share of the weight than the shipped vehicle's."""
+STEEPER = {"control.max_tilt": 0.35, "vehicle.rotors.assume": True}
+"""The door's force is a larger share of the weight than the shipped vehicle's. The URDFs have no rotors."""
 
 
 def task_of(name: str) -> Model:
     """The paper's task for a vehicle of example-robot-data."""
     _, names = robot_data_vehicle(name)
-    given = {f"vehicle.{key}": value for key, value in names.model_dump(exclude_none=True).items()}
+    given = {f"vehicle.{key}": value for key, value in names.model_dump(exclude_unset=True).items()}
     return Model(Scenario.load("shipped:paper", {**given, **STEEPER}))
 
 

@@ -6,6 +6,7 @@ import json
 import math
 import os
 import random
+import socket
 import subprocess
 import sys
 import threading
@@ -199,8 +200,6 @@ def test_what_no_feed_has_sent_is_refused(data):
 
 
 def test_nan_stays_nan():
-    import socket
-
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as listener:
         listener.bind(("127.0.0.1", 0))
         with Feed(listener.getsockname()[1]) as feed:
@@ -227,10 +226,13 @@ def test_the_command_says_how_to_feed_it(domain, tmp_path):
     port = free_port()
     process = subprocess.Popen(
         [sys.executable, "-m", "doorman", "ros2", "paper", "--feed", str(port), "--domain", str(domain)],
-        stdout=subprocess.PIPE, text=True,
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
     )  # fmt: skip
     try:
         assert f"--feed {port}" in process.stdout.readline()
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as stranger:
+            stranger.sendto(b'["mission",1e400,{"state":"","message":""}]', ("127.0.0.1", port))
+        assert "left out" in process.stderr.readline()
         process.terminate()
         assert "Published 0 messages" in process.communicate(timeout=60.0)[0]
         assert process.returncode == 0
@@ -240,8 +242,6 @@ def test_the_command_says_how_to_feed_it(domain, tmp_path):
 
 
 def free_port() -> int:
-    import socket
-
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         probe.bind(("127.0.0.1", 0))
         return probe.getsockname()[1]

@@ -14,6 +14,9 @@ from doorman.cli.task import load_task
 from doorman.model import Model
 from doorman.ros2.bridge import FlightPublisher, PoseSubscriber
 
+_TELLS_EVERY = 0.2
+"""[s]."""
+
 
 class PoseLink(NamedTuple):
     """Poses that are taken from ROS 2."""
@@ -52,6 +55,7 @@ def run_bridge(
 
     Raises:
         DoormanError: if the input cannot be used or the port is taken.
+        Exception: that ended a part of the bridge; the other part ends with it.
     """
     model = Model(load_task(source, settings, vehicle))
     over = threading.Event()
@@ -59,26 +63,52 @@ def run_bridge(
         signal.signal(number, lambda *_: over.set())
     with ExitStack() as stack:
         publisher = stack.enter_context(FlightPublisher(model, feed, domain, prefix))
-        steps: list[Callable[[], None]] = [publisher.step]
+        parts = [_Part(publisher.step, over)]
         subscriber = None
         if poses is not None:
             target = ("127.0.0.1", poses.port)
             subscriber = PoseSubscriber(poses.topic, poses.object_name, target, poses.rate, domain)
-            steps.append(stack.enter_context(subscriber).step)
+            parts.append(_Part(stack.enter_context(subscriber).step, over))
         typer.echo(f"The bridge runs until Ctrl-C; start the flight with --feed {publisher.port}.")
-        threads = [threading.Thread(target=_repeat, args=(step, over), daemon=True) for step in steps]
-        for thread in threads:
-            thread.start()
-        while not over.wait(0.2) and all(thread.is_alive() for thread in threads):
-            pass
-        over.set()
-        for thread in threads:
-            thread.join(1.0)
-        taken = "" if subscriber is None else f", took {subscriber.received} poses"
+        for part in parts:
+            part.start()
+        told: set[str] = set()
+        while not over.wait(_TELLS_EVERY):
+            _tell(publisher, subscriber, told)
+        for part in parts:
+            part.join(1.0)
+        _tell(publisher, subscriber, told)
+        taken = "" if subscriber is None else f", took {subscriber.received} poses, left out {subscriber.refused}"
         typer.echo(f"Published {publisher.published} messages of the flight{taken}.")
+        for part in parts:
+            if part.error is not None:
+                raise part.error
     return 0
 
 
-def _repeat(step: Callable[[], None], over: threading.Event) -> None:
-    while not over.is_set():
-        step()
+def _tell(publisher: FlightPublisher, subscriber: PoseSubscriber | None, told: set[str]) -> None:
+    """Say on stderr what was left out, a reason of the flight's once."""
+    for reason in set(publisher.refusals) - told:
+        told.add(reason)
+        typer.echo(f"doorman: feed: left out: {reason}", err=True)
+    for event in [] if subscriber is None else subscriber.events():
+        typer.echo(f"doorman: poses: {event.text}", err=True)
+
+
+class _Part(threading.Thread):
+    """Repeats a step until the bridge is over; an error ends the bridge."""
+
+    def __init__(self, step: Callable[[], None], over: threading.Event) -> None:
+        super().__init__(daemon=True)
+        self._step, self._over = step, over
+        self.error: BaseException | None = None
+
+    def run(self) -> None:
+        """Work."""
+        try:
+            while not self._over.is_set():
+                self._step()
+        except BaseException as error:
+            self.error = error
+        finally:
+            self._over.set()

@@ -14,6 +14,7 @@ from doorman.control.state_converter import look_aheads
 from doorman.dynamics.attitude_loop import LARGE_LAG
 from doorman.feasibility.inputs.bodies import body_findings
 from doorman.feasibility.inputs.door import door_findings
+from doorman.feasibility.inputs.hollow import hollow_findings
 from doorman.feasibility.inputs.vehicle import vehicle_findings
 from doorman.feasibility.lift import lift_findings
 from doorman.feasibility.report import Finding, Severity, graded
@@ -56,6 +57,7 @@ def setup_findings(model: Model) -> list[Finding]:
         *lift_findings(model),
         *vehicle_findings(model),
         *door_findings(model),
+        *hollow_findings(model),
     ]
 
 

@@ -8,6 +8,8 @@ from doorman.simulation.plant.onboard.rotors import RING_RADIUS, RING_SIZE
 
 _ROUNDING = 1e-3
 """Of lengths in URDFs [m]."""
+_MOST_NAMES = 12
+"""Of links in a message."""
 
 
 def vehicle_findings(model: Model) -> list[Finding]:
@@ -23,21 +25,27 @@ def vehicle_findings(model: Model) -> list[Finding]:
 
 
 def _rotor_frames(model: Model) -> Finding:
-    """Without rotors in the URDF the simulator flies a ring of them."""
+    """Without rotors in the URDF the simulator flies a ring of them, which the vehicle has to allow."""
     vehicle = model.vehicle
     count = len(vehicle.rotors)
     if count:
-        message, advice = f"the URDF has {count} rotors, {vehicle.max_thrust:.1f} N together", ""
-    else:
-        message = (
-            f"the URDF has no rotors with a thrust: {RING_SIZE} upright ones are assumed, {RING_RADIUS * vehicle.radius:.2f} m "
-            f"from the base link's origin, every {360 // RING_SIZE}° from 30°, {vehicle.max_thrust:.1f} N together"
-        )
-        advice = (
-            f"fixed joints 'rotor_1', 'rotor_2', … from link '{vehicle.names.base_link}' to each rotor's frame, z up, with "
-            '<axis xyz="0 0 ±1"/> for the sense and <limit effort> for the largest thrust [N]'
-        )
-    return Finding("rotor frames", graded(count > 0, Severity.WARNING), message, float(count), 1.0, "rotors", advice)
+        message = f"the URDF has {count} rotors, {vehicle.max_thrust:.1f} N together"
+        return Finding("rotor frames", Severity.OK, message, float(count), 1.0, "rotors")
+    base, assumed = vehicle.names.base_link, vehicle.names.rotors.assume
+    links = [link for link, at in vehicle.links.items() if at.joint == 0 and link != base]
+    found = ", ".join(links[:_MOST_NAMES]) + (", …" if len(links) > _MOST_NAMES else "")
+    message = (
+        f"the URDF has no rotors with a thrust: {RING_SIZE} upright ones are assumed, {RING_RADIUS * vehicle.radius:.2f} m "
+        f"from the base link's origin, every {360 // RING_SIZE}° from 30°, {vehicle.max_thrust:.1f} N together; "
+        f"fixed to '{base}' it has the links {found or 'none'}"
+    )
+    advice = (
+        f"joints 'rotor_1', 'rotor_2', … (or with a prefix, 'uav1/rotor_1') from link '{base}' to each rotor's frame, z up, with "
+        '<axis xyz="0 0 ±1"/> for the sense and <limit effort> for the largest thrust [N]; vehicle.rotors.assume = true takes '
+        "the assumed ones"
+    )
+    severity = Severity.WARNING if assumed else Severity.ERROR
+    return Finding("rotor frames", severity, message, float(count), 1.0, "rotors", advice)
 
 
 def _rotor_disc(model: Model) -> list[Finding]:

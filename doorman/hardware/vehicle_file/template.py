@@ -116,7 +116,8 @@ def _tables(every_key: bool, set_keys: Mapping[str, Any]) -> Iterator[tuple[str,
     config = vehicle_config(Model(Scenario()), "udp:14540", "/dev/servos", "udp:51001", on_mocap_loss="report")
     if every_key:
         yield "", _of(config, "", exclude=tuple(LINKS))
-    yield VEHICLE, _of(VehicleSection(), f"{VEHICLE}.")
+    tables = list(_section_tables(VehicleSection(), VEHICLE))
+    yield from tables if every_key else tables[:1]
     for name in LINKS:
         part = getattr(config, name)
         yield name, _of(part, f"{name}.", exclude=tuple(_NESTED))

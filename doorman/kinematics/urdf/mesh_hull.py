@@ -61,6 +61,21 @@ def mesh_vertices(urdf: Path, shape: UrdfShape) -> Array:
     return vertices
 
 
+def mesh_triangles(urdf: Path, shape: UrdfShape) -> NDArray[np.int64]:
+    """Triangles of a mesh that `mesh_vertices` reads.
+
+    Args:
+        urdf: URDF that names it.
+        shape: Its shape of kind `mesh`.
+
+    Returns:
+        Indices of the vertices, shape (k, 3).
+    """
+    model = coal.MeshLoader().load(str(mesh_path(urdf, shape.file, shape.field)), np.array(shape.size))
+    corners = (model.tri_indices(k) for k in range(model.num_tris))
+    return np.array([[each[0], each[1], each[2]] for each in corners], dtype=np.int64).reshape(-1, 3)
+
+
 def convex_hull(urdf: Path, shape: UrdfShape) -> Hull:
     """Convex hull of a mesh.
 

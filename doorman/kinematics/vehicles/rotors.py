@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,8 +16,10 @@ from doorman.kinematics.urdf.robot import frame_index, frozen
 
 Array = NDArray[np.float64]
 
-PREFIX = "rotor"
-"""How the name of a rotor's joint begins."""
+_WORD = "rotor"
+"""How the last part of the name of a rotor's joint begins."""
+_BETWEEN_PARTS = re.compile(r"(?:[/:.]|__)(?!\d)")
+"""What ROS, Gazebo and others put between a namespace and a name; not what parts a name from its number."""
 _LYING = 0.1
 """Share of the thrust along the body's z axis below which the frame says which way a rotor blows, and above which it lifts."""
 
@@ -35,13 +38,23 @@ class Rotor:
     """Unit vector of its thrust, in the body, shape (3,)."""
 
 
-def read_rotors(urdf: Path, model: pinocchio.Model, base: pinocchio.SE3) -> tuple[Rotor, ...]:
+def is_rotor(name: str) -> bool:
+    """Whether a joint is a rotor's, by the last part of its name: `rotor_1`, `uav1/rotor_1`, `iris__rotor_0_joint`.
+
+    Args:
+        name: Of the joint.
+    """
+    return _BETWEEN_PARTS.split(name)[-1].lower().startswith(_WORD)
+
+
+def read_rotors(urdf: Path, model: pinocchio.Model, base: pinocchio.SE3, assume: bool = False) -> tuple[Rotor, ...]:
     """Joints named `rotor_…`: their limit's effort is the rotor's largest thrust, their axis its sense.
 
     Args:
         urdf: Path of the URDF.
         model: Pinocchio's model of it, in which the rotors stand still.
         base: Placement of the base link in the model's root frame.
+        assume: Whether others are assumed where none of them has a thrust.
 
     Returns:
         The rotors, in the order of the URDF; none where none of them has a limit.
@@ -49,9 +62,9 @@ def read_rotors(urdf: Path, model: pinocchio.Model, base: pinocchio.SE3) -> tupl
     Raises:
         UrdfError: if the file is not a URDF, or a rotor moves with the arm or has no thrust.
     """
-    joints = [joint for joint in read_joints(urdf).values() if joint.name.startswith(PREFIX)]
+    joints = _joints(urdf)
     rotors = [_rotor(urdf, model, base, joint) for joint in joints]
-    if not any(joint.limited for joint in joints):
+    if not any(joint.effort > 0.0 if assume else joint.limited for joint in joints):
         return ()
     for joint in joints:
         if not joint.effort > 0.0:
@@ -71,7 +84,11 @@ def rotor_links(urdf: Path) -> list[str]:
     Raises:
         UrdfError: if the file is not a URDF.
     """
-    return [joint.child for joint in read_joints(urdf).values() if joint.name.startswith(PREFIX)]
+    return [joint.child for joint in _joints(urdf)]
+
+
+def _joints(urdf: Path) -> list[UrdfJoint]:
+    return [joint for joint in read_joints(urdf).values() if is_rotor(joint.name)]
 
 
 def _rotor(urdf: Path, model: pinocchio.Model, base: pinocchio.SE3, joint: UrdfJoint) -> Rotor:

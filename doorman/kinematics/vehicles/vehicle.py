@@ -67,7 +67,7 @@ class Vehicle:
         self.lower_limits, self.upper_limits = position_limits(urdf, self.model, self.joint_names)
         self.rate_limits = positive_rates(urdf, self.model, self.joint_names)
         self.torque_limits = positive_torques(urdf, self.model, self.joint_names, self.lower_limits, self.upper_limits)
-        self.rotors = read_rotors(urdf, self.model, self._base_placement())
+        self.rotors = read_rotors(urdf, self.model, self._base_placement(), self.names.rotors.assume)
         self.radius = float(self.names.radius or disc_radius(urdf, self.model, self._base_placement()))
         self.max_thrust = self._thrust_limit()
         self.arm = self._arm_geometry()

@@ -10,6 +10,13 @@ from pydantic import Field, model_validator
 from doorman.scenario.values import Angle, DoorAngle, Name, NonNegative, Number, Pitch, Positive, Section, Switch
 
 
+class RotorsSection(Section):
+    """Rotors of a vehicle whose URDF does not name them."""
+
+    assume: Switch = False
+    """Whether six upright rotors on a ring are assumed where no rotor of the URDF has a thrust; else the check refuses that."""
+
+
 class VehicleSection(Section):
     """Vehicle: its URDF and the names in it."""
 
@@ -25,6 +32,7 @@ class VehicleSection(Section):
     """R_A, radius of the disc that holds the rotors [m]. Default: from the URDF's shapes or rotors."""
     max_thrust: Positive | None = None
     """Largest thrust of all rotors together [N]. Default: from the URDF."""
+    rotors: RotorsSection = RotorsSection()
     attitude_lag: Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, le=1)] = 0.1
     """Lag of the autopilot's attitude loop behind its setpoints of roll and pitch. Plans, look-aheads, the simulated loop
     and the check use it; the flight's own estimate starts from it [s]."""

@@ -26,16 +26,30 @@ def test_the_shipped_vehicle_and_door_leave_nothing_open():
     assert {finding.name for finding in found} <= {finding.name for finding in setup_findings(model)}
 
 
-def test_what_is_left_open_is_a_warning_with_the_fix(tmp_path: Path):
-    text = (
-        VEHICLE.read_text(encoding="utf-8")
-        .replace('name="rotor_', 'name="motor_')
-        .replace('link="rotor_', 'link="motor_')
-    )
+MOTORS = (
+    VEHICLE.read_text(encoding="utf-8").replace('name="rotor_', 'name="motor_').replace('link="rotor_', 'link="motor_')
+)
+"""A vehicle whose rotors have another name."""
+
+
+def test_rotors_that_nobody_named_are_an_error_with_what_is_there(tmp_path: Path):
     vehicle = tmp_path / "vehicle.urdf"
-    vehicle.write_text(text.replace("</robot>", JOINT.format("servo_2")), encoding="utf-8")
+    vehicle.write_text(MOTORS, encoding="utf-8")
+    findings = {}
+    for assume in (False, True):
+        scenario = Scenario.load("paper", {"vehicle.urdf": str(vehicle), "vehicle.rotors.assume": assume})
+        findings[assume] = {one.name: one for one in vehicle_findings(Model(scenario))}["rotor frames"]
+    assert (findings[False].severity, findings[True].severity) == (Severity.ERROR, Severity.WARNING)
+    assert all(f"motor_{k}" in findings[False].message for k in range(1, 7)) and "servo" not in findings[False].message
+    assert "vehicle.rotors.assume" in findings[False].advice
+
+
+def test_what_is_left_open_is_a_warning_with_the_fix(tmp_path: Path):
+    vehicle = tmp_path / "vehicle.urdf"
+    vehicle.write_text(MOTORS.replace("</robot>", JOINT.format("servo_2")), encoding="utf-8")
     door = write_edited(tmp_path / "door.urdf", DOOR, ("</robot>", JOINT.format("frame")))
-    model = Model(Scenario.load("paper", {"vehicle.urdf": str(vehicle), "door.urdf": str(door)}))
+    values = {"vehicle.urdf": str(vehicle), "vehicle.rotors.assume": True, "door.urdf": str(door)}
+    model = Model(Scenario.load("paper", values))
     found = {finding.name: finding for finding in [*vehicle_findings(model), *door_findings(model)]}
     assert found.pop("door as read").severity is Severity.OK
     assert {finding.severity for finding in found.values()} == {Severity.WARNING}

@@ -2,6 +2,8 @@
 
 An item is id (uint8), size of what follows (uint16), name (24 bytes), translation (3 float64) [mm] and rotation (3 float64)
 [rad]. Tracker pads packets to 256, 512 or 1024 bytes; what follows the last item means nothing.
+
+`PoseSender` has items of its own: each says of one frame that it was refused before it came here, and why.
 """
 
 from __future__ import annotations
@@ -10,12 +12,20 @@ import struct
 from collections.abc import Sequence
 from typing import NamedTuple
 
+from doorman.hardware.mocap.faults import MocapFault
+
 Vector = tuple[float, float, float]
 
 LARGEST = 65536
 """Longer than any datagram [byte]."""
 OBJECT_ITEM = 0
 """Id of items that are tracked objects."""
+REFUSED_ITEM = 255
+"""Id of items that say what was refused: one byte, an index of `REFUSALS`."""
+REFUSALS = (MocapFault.FOREIGN, MocapFault.CORRUPT)
+"""Why a sender refuses frames."""
+MOST_ITEMS = 255
+"""Of a packet."""
 NAME_SIZE = 24
 _HEADER = struct.Struct("<IB")
 _ITEM = struct.Struct("<BH")
@@ -38,6 +48,8 @@ class ObjectPacket(NamedTuple):
     frame_number: int
     """Modulo 2³²."""
     objects: tuple[TrackedObject, ...]
+    refused: tuple[MocapFault, ...] = ()
+    """Why the sender has refused frames since its last packet, once for each."""
 
 
 class Malformed(NamedTuple):
@@ -58,7 +70,7 @@ def parse(datagram: bytes) -> ObjectPacket | Malformed:
     if len(datagram) < _HEADER.size:
         return Malformed(f"{len(datagram)} bytes are no packet")
     frame_number, items = _HEADER.unpack_from(datagram)
-    objects = []
+    objects, refused = [], []
     offset = _HEADER.size
     for index in range(items):
         if offset + _ITEM.size > len(datagram):
@@ -71,21 +83,25 @@ def parse(datagram: bytes) -> ObjectPacket | Malformed:
             if size != _OBJECT.size:
                 return Malformed(f"item {index + 1} of {items} is no object: {size} bytes")
             objects.append(_object(datagram, offset))
+        elif kind == REFUSED_ITEM and size == 1 and datagram[offset] < len(REFUSALS):
+            refused.append(REFUSALS[datagram[offset]])
         offset += size
-    return ObjectPacket(frame_number, tuple(objects))
+    return ObjectPacket(frame_number, tuple(objects), tuple(refused))
 
 
-def pack(frame_number: int, objects: Sequence[TrackedObject]) -> bytes:
+def pack(frame_number: int, objects: Sequence[TrackedObject], refused: Sequence[MocapFault] = ()) -> bytes:
     """A datagram with objects, as Tracker would send it without padding.
 
     Args:
         frame_number: Taken modulo 2³².
-        objects: At most 255, with names of at most 24 bytes.
+        objects: With names of at most 24 bytes; at most 255 of them and of `refused`.
+        refused: Of `REFUSALS`, once for each frame.
     """
     items = [
         _ITEM.pack(OBJECT_ITEM, _OBJECT.size) + _OBJECT.pack(one.name.encode(), *one.translation, *one.rotation)
         for one in objects
     ]
+    items += [_ITEM.pack(REFUSED_ITEM, 1) + bytes([REFUSALS.index(fault)]) for fault in refused]
     return _HEADER.pack(frame_number % (1 << 32), len(items)) + b"".join(items)
 
 

@@ -103,6 +103,8 @@ class StreamReader:
         if len(found) > 1:
             self._book.strike(MocapFault.CORRUPT, arrival, f"{len(found)} objects of the same name in a packet")
             return None
+        for fault in packet.refused:
+            self._book.strike(fault, arrival, "refused by the sender of this stream")
         self._hear(sender, bool(found), arrival)
         self._remember([one.name for one in packet.objects])
         new = bool(found) and self._unseen(found[0])

@@ -6,11 +6,12 @@ import math
 import secrets
 import socket
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from doorman.copying import Uncopied
 from doorman.exceptions import BackendError
-from doorman.hardware.mocap.datagrams.packets import NAME_SIZE, TrackedObject, pack
+from doorman.hardware.mocap.datagrams.packets import MOST_ITEMS, NAME_SIZE, TrackedObject, pack
+from doorman.hardware.mocap.faults import MocapFault
 from doorman.hardware.mocap.poses.frames import METRES_PER_MILLIMETRE, object_angles
 from doorman.hardware.mocap.sources.numbering import ArrivalNumbers
 from doorman.hardware.quaternions import Quaternion, Vector
@@ -34,14 +35,21 @@ class PoseSender(Uncopied):
         self._numbers, self._first = ArrivalNumbers(rate), secrets.randbits(32)
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
 
-    def send(self, poses: Mapping[str, tuple[Vector, Quaternion]], taken: float | None = None) -> bool:
+    def send(
+        self,
+        poses: Mapping[str, tuple[Vector, Quaternion]],
+        taken: float | None = None,
+        refused: Sequence[MocapFault] = (),
+    ) -> bool:
         """Send one frame.
 
         Args:
             poses: Position [m] and quaternion (w, x, y, z) by name, in the cameras' axes; an object that is not seen is left
                 out. Names are cut to 24 bytes.
-            taken: When the frame was taken, by a clock that nobody sets; now if the cameras do not tell [s]. Frames in the wrong
-                order are not sent.
+            taken: When the frame was taken; now if the cameras do not tell [s]. A stamp that does not fit the others is sent all
+                the same, and judged by the receiver.
+            refused: Why frames were refused since the last one, `FOREIGN` or `CORRUPT` once for each: the receiver counts them as
+                its own. As many are sent as a datagram holds.
 
         Returns:
             Whether it was sent: two that come within a period count as one.
@@ -53,12 +61,13 @@ class PoseSender(Uncopied):
             raise BackendError(
                 "too many poses for a datagram", field="poses", given=len(poses), allowed=f"up to {MOST}"
             )
-        number = self._numbers.number(time.monotonic() if taken is None else taken)
+        number = self._numbers.number(time.monotonic() if taken is None else taken, taken is not None)
         if number is None:
             return False
         objects = [_tracked(name, *pose) for name, pose in poses.items()]
+        told = refused[: MOST_ITEMS - len(objects)]
         try:
-            self._socket.sendto(pack(self._first + number, objects), self._target)
+            self._socket.sendto(pack(self._first + number, objects, told), self._target)
         except ConnectionRefusedError:  # nobody listens yet
             return False
         return True

@@ -9,7 +9,7 @@ import pinocchio
 from doorman.exceptions import UrdfError
 from doorman.kinematics.urdf.elements import read_joints
 from doorman.kinematics.urdf.robot import frame_index, link_index
-from doorman.kinematics.vehicles.rotors import PREFIX, rotor_links
+from doorman.kinematics.vehicles.rotors import is_rotor, rotor_links
 
 _KINDS = ("revolute", "continuous", "prismatic")
 MOST_JOINTS = 7
@@ -39,7 +39,7 @@ def arm_chain(full: pinocchio.Model, base_link: str, tip: str, urdf: Path) -> li
         joint = full.parents[joint]
     written = read_joints(urdf)
     carried = all(written[full.names[index]].kind == "floating" for index in carriers(full, base))
-    rotor = tip.startswith(PREFIX) or tip in rotor_links(urdf)
+    rotor = is_rotor(tip) or tip in rotor_links(urdf)
     if joint != base or tip == base_link or rotor or not carried:
         raise UrdfError(
             "no chain of joints leads from the base link to the tip", file=urdf, field="vehicle.tip", given=tip,
@@ -90,7 +90,7 @@ def standing_joints(full: pinocchio.Model, base_link: str, arm: tuple[str, ...])
     """
     above = carriers(full, full.frames[full.getFrameId(base_link, pinocchio.FrameType.BODY)].parentJoint)
     others = (str(full.names[i]) for i in range(1, full.njoints) if i not in above)
-    return tuple(name for name in others if name not in arm and not name.startswith(PREFIX))
+    return tuple(name for name in others if name not in arm and not is_rotor(name))
 
 
 def check_followers(urdf: Path, chain: set[str]) -> None:

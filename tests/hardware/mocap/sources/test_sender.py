@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from doorman.exceptions import BackendError
-from doorman.hardware.mocap import PoseSender
+from doorman.hardware.mocap import MocapFault, PoseSender
 from doorman.hardware.mocap.datagrams.packets import ObjectPacket, TrackedObject, pack, parse
 from doorman.hardware.mocap.poses.frames import object_angles, object_quaternion
 from doorman.hardware.quaternions import angle_between
@@ -39,6 +39,20 @@ def test_angles_where_two_axes_are_one(pitch, roll):
 def test_what_is_packed_is_parsed(frame_number, places):
     objects = tuple(TrackedObject(f"body {i}", place, (0.1, 0.2, 0.3)) for i, place in enumerate(places))
     assert parse(pack(frame_number, objects)) == ObjectPacket(frame_number, objects)
+    refused = (MocapFault.CORRUPT, MocapFault.FOREIGN, MocapFault.FOREIGN)
+    assert parse(pack(frame_number, objects, refused)) == ObjectPacket(frame_number, objects, refused)
+
+
+@pytest.mark.parametrize("item", [b"\xff\x01\x00\x07", b"\xff\x00\x00", b"\xff\x02\x00\x00\x00"])
+def test_refusals_that_mean_nothing_are_skipped(item):
+    assert parse(b"\x07\0\0\0\x01" + item) == ObjectPacket(7, ())
+
+
+def test_refusals_beyond_a_datagram_are_left_out(listener):
+    with PoseSender(listener.getsockname(), 100.0) as sender:
+        assert sender.send({"v": ((1.0, 2.0, 3.0), (1.0, 0.0, 0.0, 0.0))}, 5.0, [MocapFault.FOREIGN] * 400)
+    packet = parse(listener.recv(65536))
+    assert len(packet.objects) == 1 and len(packet.refused) == 254
 
 
 @pytest.fixture
