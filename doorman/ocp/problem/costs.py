@@ -30,7 +30,7 @@ class QuadraticCost(OneLine):
     terminal_weights: Array
     """L, its diagonal (nx,) or (nx, nx), positive semidefinite."""
     input_weights: Array
-    """R, its diagonal (nu,) or (nu, nu), positive definite."""
+    """R, its diagonal (nu,) or (nu, nu), positive semidefinite; where it is zero, other terms have to curve the cost."""
     state_goal: Array
     """x^g, shape (nx,)."""
     input_goal: Array
@@ -55,7 +55,7 @@ class QuadraticCost(OneLine):
                     "wrong shape", field="cross_weights", given=self.cross_weights.shape, allowed=str((nu, nx))
                 )
             state, _, inputs, cross = self.matrices()
-            _check_definite("cross_weights", np.block([[state, cross.T], [cross, inputs]]), 0.0)
+            _check_definite("cross_weights", np.block([[state, cross.T], [cross, inputs]]))
 
     @property
     def is_full(self) -> bool:
@@ -117,27 +117,23 @@ def _numbers(name: str, given: object) -> Array:
 
 def _check_weights(name: str, weights: Array, size: int) -> None:
     """Check a diagonal or a matrix."""
-    least = "> 0" if name == "input_weights" else ">= 0"
     if weights.ndim == 2:
         if weights.shape != (size, size):
             raise DimensionError("wrong shape", field=name, given=weights.shape, allowed=str((size, size)))
         if np.abs(weights - weights.T).max(initial=0.0) > 1e-12 * np.abs(weights).max(initial=0.0):
             raise DimensionError("not symmetric", field=name, given=weights.tolist())
-        _check_definite(name, weights, 1e-12 if name == "input_weights" else 0.0)
+        _check_definite(name, weights)
         return
     if len(weights) != size:
         goal = "input_goal" if name == "input_weights" else "state_goal"
         raise DimensionError("wrong length", field=name, given=len(weights), allowed=f"{size}, as many as {goal} has")
-    if (weights < 0.0).any() or (name == "input_weights" and (weights <= 0.0).any()):
-        what = "negative weight" if (weights < 0.0).any() else "weight of zero"
-        raise DimensionError(what, field=name, given=weights.tolist(), allowed=f"{least} for {name}")
+    if (weights < 0.0).any():
+        raise DimensionError("negative weight", field=name, given=weights.tolist(), allowed=f">= 0 for {name}")
 
 
-def _check_definite(name: str, matrix: Array, least: float) -> None:
-    """Check that a symmetric matrix has no eigenvalue below a share of the largest."""
+def _check_definite(name: str, matrix: Array) -> None:
+    """Check that a symmetric matrix has no negative eigenvalue."""
     values = np.linalg.eigvalsh(matrix)
     scale = np.abs(values).max(initial=0.0)
-    if values.min(initial=0.0) < -1e-10 * scale or (least > 0.0 and values.min(initial=scale) <= least * scale):
-        raise DimensionError(
-            "negative curvature", field=name, given=values.tolist(), allowed="eigenvalues > 0" if least else ">= 0"
-        )
+    if values.min(initial=0.0) < -1e-10 * scale:
+        raise DimensionError("negative curvature", field=name, given=values.tolist(), allowed=">= 0")

@@ -20,6 +20,9 @@ class Forgetful(Protocol):
     def forget(self) -> None:
         """Forget what earlier solves have left."""
 
+    def stop(self) -> None:
+        """End the solve that runs, from another thread."""
+
 
 Worker = TypeVar("Worker", bound=Forgetful)
 
@@ -43,8 +46,9 @@ def solve_all(
     """
     count = min(whole(threads or os.cpu_count() or 1, "threads", 1), max(len(starts), 1))
     free: SimpleQueue[Worker] = SimpleQueue()
-    for _ in range(count):
-        free.put(copy.deepcopy(solver))
+    workers = [copy.deepcopy(solver) for _ in range(count)]
+    for each in workers:
+        free.put(each)
 
     def one(start: Any) -> Result | Exception:
         worker = free.get()
@@ -57,4 +61,9 @@ def solve_all(
             free.put(worker)
 
     with ThreadPoolExecutor(count) as pool:
-        return list(pool.map(one, starts))
+        try:
+            return list(pool.map(one, starts))
+        except BaseException:  # an interrupt: the pool waits for what runs
+            for each in workers:
+                each.stop()
+            raise

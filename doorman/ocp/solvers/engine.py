@@ -20,6 +20,7 @@ from doorman.ocp.solvers.arguments import copy_checked
 from doorman.ocp.solvers.iterations import cold_start, guess, nominal, rollout
 from doorman.ocp.solvers.iterations.augmented_lagrangian import PAUSED
 from doorman.ocp.solvers.iterations.careful import iterate_carefully
+from doorman.ocp.solvers.kept import Kept
 from doorman.ocp.solvers.options import SolverOptions
 from doorman.ocp.solvers.parts import Multipliers
 from doorman.ocp.solvers.progress import compilation_told
@@ -54,6 +55,8 @@ class Engine(CopiedWhole, ABC):
         self._memory = held(self._work)
         self._qp = StageQpSolver(problem.nu, len(self._work.program.constraints))
         self._rollout_time, self._deadline, self._gave_up = 0.0, math.inf, False
+        self._seen: Kept | None = None
+        """The best feasible trajectory of the present solve that it has left behind."""
         self._given = False, False, False
         """Whether inputs, states and multipliers of the first guess are given."""
         self.quadratic_programs = 0
@@ -120,6 +123,11 @@ class Engine(CopiedWhole, ABC):
             array[:] = 0
         self._qp = StageQpSolver(self._problem.nu, len(self._work.program.constraints))
 
+    def stop(self) -> None:
+        """End the solve that runs in another thread with what there is; no later one gets far."""
+        self._teller.stop()
+        self._deadline = 0.0
+
     def _begin(self, state: Array) -> bool:
         """Start anew from the guess in the workspace; whether dynamics and constraints are finite there."""
         return bool(cold_start.begin(self._model, self._memory, state, *self._given))
@@ -159,7 +167,7 @@ class Engine(CopiedWhole, ABC):
     def _resume(self, node: int, scale: float = 0.0) -> bool:
         """Go on with a rollout that stopped at a node whose correction is left to ProxQP; False if it is not finite."""
         code = node
-        while code >= 0:
+        while code >= 0:  # a node has a few corrections, and none is left by the horizon's end
             corrections = int(self._work.result[RESULT.CORRECTIONS]) + 1 if self._solve_program() else -1
             code = rollout.roll_out(self._model, self._memory, code, scale, self.options.guess_active_sets, corrections)
         return bool(code == rollout.DONE)
@@ -175,6 +183,24 @@ class Engine(CopiedWhole, ABC):
     def _accept(self) -> None:
         """The trial trajectory becomes the nominal one."""
         guess.accept_trial(self._memory)
+
+    def _put_back_whole(self, kept: Kept) -> None:
+        """Make what was kept the nominal trajectory with its feedback, measured."""
+        kept.put_back(self._work)
+        nominal.linearize(self._model, self._memory)
+        nominal.measure_nominal(self._memory)
+        self._work.result[RESULT.COST] = kept.cost
+
+    def _feasible(self) -> bool:
+        """Whether the trajectory that was measured last holds its rows and bounds."""
+        return bool(self._work.result[RESULT.VIOLATION] <= self.options.feasibility)
+
+    def _remember(self) -> None:
+        """Keep the nominal trajectory, measured, if it is the best feasible one so far."""
+        result, cost = self._work.result, float(self._work.result[RESULT.COST])
+        holds = self._feasible() and result[RESULT.DEFECT] <= self.options.feasibility
+        if holds and (self._seen is None or cost < self._seen.cost):
+            self._seen = Kept.of(self._work, cost)
 
     def _last_violated(self) -> int:
         return int(guess.last_violation(self._memory, self.options.feasibility))

@@ -10,10 +10,11 @@ from numpy.typing import NDArray
 
 from doorman.ocp.kernels import functions
 from doorman.ocp.solvers.engine import FAST_ITERATIONS, StateGuess
-from doorman.ocp.solvers.interior.searcher import Kept, Searcher
+from doorman.ocp.solvers.interior.searcher import Searcher
 from doorman.ocp.solvers.iterations import augmented_lagrangian as kernels
 from doorman.ocp.solvers.iterations import cold_start, guess, nominal, rollout
 from doorman.ocp.solvers.iterations.careful import FIRST_PENALTY
+from doorman.ocp.solvers.kept import Kept
 from doorman.ocp.solvers.order import is_last_first
 from doorman.ocp.solvers.replanning import Replanner
 from doorman.ocp.solvers.result import RESULT
@@ -85,6 +86,8 @@ class Hybrid(Replanner):
             if code == kernels.CONVERGED:
                 on_top = self._settled(state, deadline)
                 iterations += int(result[RESULT.ITERATIONS])
+            elif self._rolled_search() is not None:
+                self._remember()
             if on_top is not None:
                 alone, agree = best is None, best is not None and on_top.costs_as(best)
                 best = on_top if best is None or on_top.cost < best.cost else best
@@ -125,13 +128,6 @@ class Hybrid(Replanner):
         self._put_back_whole(itself)
         return itself if self._feasible() and result[RESULT.DEFECT] <= self.options.feasibility else None
 
-    def _put_back_whole(self, kept: Kept) -> None:
-        """Make what was kept the nominal trajectory with its feedback, measured."""
-        kept.put_back(self._work)
-        nominal.linearize(self._model, self._memory)
-        nominal.measure_nominal(self._memory)
-        self._work.result[RESULT.COST] = kept.cost
-
     def _go_on_from(self, kept: Kept, state: Array) -> PlanStatus:
         """Fast iterations from where they ended, rolled out: what there is, where nothing has converged."""
         kept.put_back(self._work)
@@ -144,12 +140,12 @@ class Hybrid(Replanner):
 
     def _found(self, code: int) -> Kept | None:
         """What `_attempt` has found, if it has converged, and its rollout agrees and is inside without ProxQP's help."""
-        if code != rollout.DONE or not (self._rolled(code) and self._agrees() and self._feasible()):
+        if code != rollout.DONE or not self._rolled(code):
+            return None
+        if not (self._agrees() and self._feasible()):
+            self._remember()
             return None
         return Kept.of(self._work, float(self._work.result[RESULT.COST]))
-
-    def _feasible(self) -> bool:
-        return bool(self._work.result[RESULT.VIOLATION] <= self.options.feasibility)
 
     def _rolled(self, code: int) -> bool:
         """Finish a rollout of `_attempt`; False if it is not finite."""
@@ -189,6 +185,7 @@ class Hybrid(Replanner):
         priced_out = result[RESULT.PRICED_OUT] > 0.0  # another optimum, which lies outside the constraints
         stalled = status is PlanStatus.STALLED and not priced_out
         if stalled and iterations < max_iterations and time.monotonic() < deadline:
+            self._remember()
             status, more = self._refine(max_iterations - iterations, deadline)
             iterations += more
         return status, iterations

@@ -46,6 +46,8 @@ class Weights(NamedTuple):
     state: Array
     terminal: Array
     input: Array
+    metric: Array
+    """The same, and Δt where an input has no weight: what regularisation and changes of inputs are measured with."""
     state_goal: Array
     input_goal: Array
     off_state: Array

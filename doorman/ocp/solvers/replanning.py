@@ -13,6 +13,7 @@ from doorman.checks import number, vector
 from doorman.exceptions import DimensionError
 from doorman.ocp.solvers.arguments import checked_budget, read_only
 from doorman.ocp.solvers.cddp import Cddp
+from doorman.ocp.solvers.engine import StateGuess
 from doorman.ocp.solvers.iterations import cold_start, guess, nominal, real_time, rollout
 from doorman.ocp.solvers.iterations.real_time import EXTRA_ITERATIONS, follow
 from doorman.ocp.solvers.parts import Multipliers
@@ -34,6 +35,9 @@ makes a start dearer by as much; the iteration then expects it."""
 
 _LATEST_SHIFT = 2
 """Steps of the previous trajectory in which the present state is looked for."""
+
+_FEW = 5
+"""Iterations of a replan that are over before anybody waits for an interrupt; more come back in between."""
 
 _RECOVERY_ITERATIONS = 40
 """Largest number of iterations of a replan that has to aim anew, where the caller gives no budget."""
@@ -112,10 +116,18 @@ class Replanner(Cddp):
         self._started = status.flyable
         self._last_cost = self.cost if status.flyable else math.inf
 
-    def _judged(self, status: PlanStatus) -> PlanStatus:
-        judged = super()._judged(status)
-        self._note(judged)
-        return judged
+    def _best(self, status: PlanStatus) -> PlanStatus:
+        best = super()._best(status)
+        self._note(best)
+        self._is_fallback = best is not status
+        return best
+
+    def _set_guess(
+        self, state: Array, inputs: ArrayLike | None, states: ArrayLike | StateGuess | None,
+        multipliers: Multipliers | None,
+    ) -> None:  # fmt: skip
+        self._started = False  # an interrupt leaves no trajectory to follow
+        super()._set_guess(state, inputs, states, multipliers)
 
     def aim_anew(
         self, state: Array, followed: PlanStatus, max_iterations: int, time_limit: float
@@ -146,10 +158,13 @@ class Replanner(Cddp):
         share = max(max_iterations // 2, 1)
         first, iterations = self.run(state, self._last_inputs, max_iterations=share, time_limit=time_limit)
         left = deadline - time.monotonic()
-        if first.usable or iterations >= max_iterations or left <= 0.0:
+        if (first.usable and not self._is_fallback) or iterations >= max_iterations or left <= 0.0:
             return first, iterations
-        kept = self._work.nominal.inputs.copy()
+        states, kept, cost = self._work.nominal.states.copy(), self._work.nominal.inputs.copy(), self.cost
         second, more = self.run(state, max_iterations=max_iterations - iterations, time_limit=left)
+        if first.usable and not (second.usable and self.cost <= cost):
+            self._put_back(states, kept)
+            return first, more
         if second.usable or not first.flyable or second is first:
             return second, more
         return self.run(state, kept, max_iterations=1, time_limit=max(deadline - time.monotonic(), _NO_TIME))
@@ -199,9 +214,11 @@ class Replanner(Cddp):
         np.copyto(self._last_inputs, work.nominal.inputs)
         np.copyto(self._last_state, work.nominal.states[0])
         steps = float(min(shift, self._problem.horizon))
-        code = follow(
-            self._model, self._memory, first, steps, limit, max_iterations, extra_iterations, deadline, guessing
-        )
+        arguments = first, steps, limit, max_iterations, extra_iterations, deadline, guessing
+        if max_iterations <= _FEW:
+            code = follow(self._model, self._memory, *arguments)
+        else:
+            code = self._teller.run("fast", lambda: follow(self._model, self._memory, *arguments), real_time.PAUSED)
         if code < rollout.DONE or (code >= 0 and not self._resume(code)):
             self._go_back()
             return PlanStatus.DIVERGED
@@ -304,7 +321,7 @@ class Replanner(Cddp):
 
     def _forget_last(self) -> None:
         """There is no trajectory to follow."""
-        self._started, self._last_cost = False, math.inf
+        self._started, self._is_fallback, self._last_cost = False, False, math.inf
         self._last_inputs, self._last_state = self._work.nominal.inputs.copy(), self._work.nominal.states[0].copy()
 
     def _compile_follow(self) -> None:

@@ -52,15 +52,16 @@ class Result(NamedTuple):
     ROLLOUT_TIME: int = 21
     """Duration of the last rollout [s]."""
     PAUSE: int = 22
-    """0: iterate to the end; PAUSING: come back after every iteration; RESUMING: go on where that was."""
+    """Time after which iterations come back to be called again: 0 after each of them, ∞ never [s]."""
     REGULARIZATION: int = 23
     """What iterations that pause go on with."""
     SWEEP_LIMIT: int = 24
     SETTLE: int = 25
     LAST_VIOLATION: int = 26
+    RESUMES: int = 27
+    """1 where iterations go on from their pause."""
+    GUESS: int = 28
+    """J of the first guess in `Workspace.guess`; NaN where there is none yet."""
 
 
 RESULT = Result()
-
-PAUSING, RESUMING = 1.0, 2.0
-"""Values of `Result.PAUSE`."""

@@ -18,6 +18,7 @@ from doorman.ocp.problem.problem import Problem
 from doorman.ocp.solvers.arguments import checked_budget, read_only
 from doorman.ocp.solvers.batch import solve_all
 from doorman.ocp.solvers.engine import Engine, StateGuess
+from doorman.ocp.solvers.kept import Kept
 from doorman.ocp.solvers.parts import Multipliers
 from doorman.ocp.solvers.result import RESULT
 from doorman.ocp.solvers.solution import PlanStatus, Solution, Timings
@@ -26,6 +27,9 @@ from doorman.ocp.solvers.telling import Callback, Stopped
 Array = NDArray[np.float64]
 
 DEFAULT_ITERATIONS = 200
+
+_CHEAPER = 1e-7
+"""A trajectory is better that costs less by more than this, relative to 1 + |cost|: solutions are as accurate."""
 
 
 class Solver(Engine):
@@ -164,6 +168,7 @@ class Solver(Engine):
         max_iterations = checked_budget(max_iterations, time_limit)
         self._deadline = deadline = time.monotonic() + time_limit
         self._rollout_time, self._gave_up = 0.0, False
+        self._work.result[RESULT.GUESS], self._seen = math.nan, None
         self._forget_failures()
         self._set_guess(state, inputs, states, multipliers)
         try:
@@ -171,7 +176,7 @@ class Solver(Engine):
         except Stopped:
             status, iterations = self._stop(), int(self._work.result[RESULT.ITERATIONS])
         self._raise_failure()
-        return self._judged(status), iterations
+        return self._best(self._judged(status)), iterations
 
     def _stop(self) -> PlanStatus:
         """Roll out what there is."""
@@ -263,6 +268,27 @@ class Solver(Engine):
         if result[RESULT.VIOLATION] > feasibility:
             returns = not self._gave_up and self._last_violated() < self._problem.horizon
             return PlanStatus.RECOVERING if returns and self._inputs_within() else PlanStatus.INFEASIBLE
+        return status
+
+    def _best(self, status: PlanStatus) -> PlanStatus:
+        """Status of the best feasible trajectory that was seen, the guess included, which is the nominal one from then on."""
+        result, work = self._work.result, self._work
+        found = float(result[RESULT.COST]) if status.usable else math.inf
+        others, self._seen = [self._seen] if self._seen is not None else [], None
+        if result[RESULT.GUESS] < found:
+            others.append(Kept.guess_of(work))
+        least = min((other.cost + _CHEAPER * (1.0 + abs(other.cost)) for other in others), default=math.inf)
+        if not least < found or status is PlanStatus.INVALID_STATE:
+            return status
+        own, price = Kept.of(work, float(result[RESULT.COST])), float(result[RESULT.COSTATE])
+        price = max(price, own.dearest) if status.usable else 0.0
+        for other in sorted(others, key=lambda kept: kept.cost):
+            self._put_back_whole(other)
+            within = self._feasible() and result[RESULT.DEFECT] <= self.options.feasibility
+            worth = other.cost + _CHEAPER * (1.0 + abs(other.cost)) + price * float(result[RESULT.INFEASIBILITY])
+            if within and worth < found:
+                return PlanStatus.ITERATION_LIMIT
+        self._put_back_whole(own)
         return status
 
     def _inputs_within(self) -> bool:

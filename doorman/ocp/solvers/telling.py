@@ -1,16 +1,21 @@
-"""Telling the caller of every iteration: kernels that come back after each one, and a way to end a solve early."""
+"""Kernels that come back between iterations: to tell the caller of each one, to let signals through, to end a solve early."""
 
 from __future__ import annotations
 
+import math
+import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal
 
 from numpy.typing import NDArray
 
-from doorman.ocp.solvers.result import PAUSING, RESULT, RESUMING
+from doorman.ocp.solvers.result import RESULT
 
 Phase = Literal["fast", "interior", "careful", "descent"]
+
+_SLICE = 0.02
+"""Kernels come back after so long: Python sees no signal, such as Ctrl-C, while one runs [s]."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +41,7 @@ Callback = Callable[[Iterate], object]
 
 
 class Stopped(Exception):
-    """The callback has ended the solve."""
+    """The callback, or `Teller.stop`, has ended the solve."""
 
 
 class Teller:
@@ -49,6 +54,11 @@ class Teller:
     def __init__(self, result: NDArray) -> None:  # type: ignore[type-arg]
         self._result = result
         self.callback: Callback | None = None
+        self._stopping = False
+
+    def stop(self) -> None:
+        """End the solve that runs in another thread, and all later ones."""
+        self._stopping = True
 
     def run(
         self, phase: Phase, kernel: Callable[[], int], paused: int, goes_on: Callable[[], bool] | None = None
@@ -67,19 +77,17 @@ class Teller:
         Raises:
             Stopped: if the callback ends the solve.
         """
-        if self.callback is None and goes_on is None:
-            return kernel()
+        result, each = self._result, self.callback is not None or goes_on is not None
         try:
-            self._result[RESULT.PAUSE] = PAUSING
+            result[RESULT.PAUSE] = 0.0 if each else time.monotonic() + _SLICE
             code = kernel()
-            while code == paused:
-                if goes_on is not None and not goes_on():
-                    break
+            while code == paused and (goes_on is None or goes_on()):
                 self.tell(phase)
-                self._result[RESULT.PAUSE] = RESUMING
+                result[RESULT.RESUMES] = 1.0
+                result[RESULT.PAUSE] = 0.0 if each else time.monotonic() + _SLICE
                 code = kernel()
         finally:
-            self._result[RESULT.PAUSE] = 0.0
+            result[RESULT.PAUSE], result[RESULT.RESUMES] = math.inf, 0.0
         self.tell(phase)
         return code
 
@@ -94,6 +102,8 @@ class Teller:
             Stopped: if the callback ends the solve.
         """
         result = self._result
+        if self._stopping:
+            raise Stopped
         if self.callback is None:
             return
         count = int(result[RESULT.ITERATIONS]) if iteration is None else iteration

@@ -26,7 +26,7 @@ from doorman.ocp.solvers.parts import (
     Trajectory,
     Weights,
 )
-from doorman.ocp.solvers.result import Result
+from doorman.ocp.solvers.result import RESULT, Result
 from doorman.ocp.solvers.sweeps.linear_algebra import copy_rows
 from doorman.ocp.solvers.sweeps.node_elimination import factors_width
 
@@ -59,6 +59,8 @@ class Workspace(NamedTuple):
     saved: Trajectory
     first: Trajectory
     """First guess, for another try."""
+    guess: Trajectory
+    """First guess of the whole solve, which its result is compared with."""
     multipliers: Multipliers
     proposal: Multipliers
     active: ActiveSet
@@ -84,7 +86,8 @@ class Workspace(NamedTuple):
         n, nx, nu = problem.horizon, problem.nx, problem.nu
         nh, ng, nt = problem.n_constraints, problem.n_input_constraints, problem.n_end_constraints
         narrow, wide = padded(nx + 1), padded(nx + 1 + nu)
-        chosen = options or SolverOptions()
+        chosen, result = options or SolverOptions(), np.zeros(len(Result._fields))
+        result[RESULT.PAUSE] = np.inf
 
         def trajectory() -> Trajectory:
             return Trajectory(
@@ -104,6 +107,7 @@ class Workspace(NamedTuple):
             trial=trajectory(),
             saved=trajectory(),
             first=trajectory(),
+            guess=trajectory(),
             multipliers=Multipliers(*multipliers(np.float64)),
             proposal=Multipliers(*multipliers(np.float64)),
             active=ActiveSet(*multipliers(np.int8), *(np.zeros(n, dtype=np.int64) for _ in range(2))),
@@ -122,7 +126,7 @@ class Workspace(NamedTuple):
             program=program_of(problem, wide),
             stiffness=1.0 + _EARLY / np.arange(1.0, n + 1.0),
             filter=np.zeros((FILTER_SIZE, 2)),
-            result=np.zeros(len(Result._fields)),
+            result=result,
         )  # fmt: skip
 
 
@@ -175,12 +179,14 @@ def weights_of(problem: Problem) -> Weights:
     cost, dt = problem.cost, problem.time_step
     full = [np.zeros((0, 0))] * 4
     if cost.is_full:
-        state, terminal, inputs, cross = cost.matrices()
-        off = [matrix - np.diag(np.diag(matrix)) for matrix in (dt * state, terminal, dt * inputs)]
+        state, terminal, ahead, cross = cost.matrices()
+        off = [matrix - np.diag(np.diag(matrix)) for matrix in (dt * state, terminal, dt * ahead)]
         full = [np.ascontiguousarray(matrix) for matrix in (*off, dt * cross)]
+    inputs = diagonal(cost.input_weights)
     return Weights(
         dt, dt * diagonal(cost.state_weights), diagonal(cost.terminal_weights).copy(),
-        dt * diagonal(cost.input_weights), cost.state_goal.copy(), cost.input_goal.copy(), *(each.copy() for each in full),
+        dt * inputs, dt * np.where(inputs > 0.0, inputs, 1.0),
+        cost.state_goal.copy(), cost.input_goal.copy(), *(each.copy() for each in full),
     )  # fmt: skip
 
 

@@ -48,7 +48,6 @@ def test_cost_is_a_frozen_copy() -> None:
         ("state_weights", [[1.0, 1.0]]),
         ("terminal_weights", [1.0, 1.0, 1.0]),
         ("terminal_weights", [1.0, math.nan]),
-        ("input_weights", [0.0]),
         ("input_weights", [-1.0]),
         ("input_weights", [1.0, 1.0]),
         ("state_goal", [math.inf, 0.0]),

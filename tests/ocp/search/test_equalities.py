@@ -99,7 +99,7 @@ def test_cddp_takes_no_equalities(system: System) -> None:
     [
         {"state_weights": np.diag([1.0, -1.0])},
         {"state_weights": [[1.0, 0.5], [0.4, 1.0]]},
-        {"input_weights": np.zeros((1, 1))},
+        {"input_weights": [[-1.0]]},
         {"terminal_weights": np.eye(3)},
         {"cross_weights": [[2.0, 0.0]]},
         {"cross_weights": [[0.1]]},

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import sys
+import threading
 from functools import cache
 from pathlib import Path
 from types import ModuleType
@@ -12,6 +13,9 @@ from typing import Any
 from doorman.compilation import PRINTED, cache_directory
 from doorman.compilation.cache_files import write_atomically
 from doorman.compilation.cache_place import fresh_directory
+
+_LOADING = threading.RLock()
+"""Held by the thread that runs a text: others wait for the whole module."""
 
 
 def load(text: str) -> ModuleType:
@@ -24,18 +28,14 @@ def load(text: str) -> ModuleType:
         The module, the same for the same text.
     """
     name = _name_of(text)
-    if name in sys.modules:
+    with _LOADING:
+        if name not in sys.modules:
+            path = _written(f"{name}.py", text)
+            module = ModuleType(name)
+            module.__file__, module.TEXT = str(path), text  # type: ignore[attr-defined]
+            exec(compile(text, str(path), "exec"), module.__dict__)
+            sys.modules[name] = module  # last: nobody sees half of it
         return sys.modules[name]
-    path = _written(f"{name}.py", text)
-    module = ModuleType(name)
-    module.__file__, module.TEXT = str(path), text  # type: ignore[attr-defined]
-    sys.modules[name] = module
-    try:
-        exec(compile(text, str(path), "exec"), module.__dict__)
-    except BaseException:
-        del sys.modules[name]
-        raise
-    return module
 
 
 @cache

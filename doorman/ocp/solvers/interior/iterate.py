@@ -21,7 +21,7 @@ from doorman.ocp.solvers.interior.memory import FILTER_SIZE, NUMBER, Interior
 from doorman.ocp.solvers.iterations.augmented_lagrangian import CONVERGED, FAILED, OUT_OF_ITERATIONS, PAUSED, STALLED
 from doorman.ocp.solvers.iterations.guess import settle_integrators
 from doorman.ocp.solvers.iterations.nominal import linearize, measure_nominal, save
-from doorman.ocp.solvers.result import RESULT, RESUMING
+from doorman.ocp.solvers.result import RESULT
 from doorman.ocp.solvers.sweeps.linear_algebra import copy_rows
 from doorman.ocp.solvers.workspace import Workspace
 
@@ -32,8 +32,13 @@ _CENTRED = 10.0
 _MARGIN = 1e-5
 _MARGIN_COST = 1e-8
 _HALVINGS = 20
+_LOWERINGS = 16
+"""Barrier problems until the barrier is as low as it gets."""
 _FIRST_REGULARIZATION = 1e-4
 _LARGEST_REGULARIZATION = 1e12
+_SWEEPS = 32
+"""Sweeps until the regularisation is beyond that."""
+_NO_STEP, _UNFINISHED = -1.0, -2.0
 
 
 @kernel
@@ -52,13 +57,13 @@ def search(model: object, work: Workspace, interior: Interior, max_iterations: i
     """
     numbers, result = interior.numbers, work.result
     regularization, begun, slowest, first = 0.0, clock(), 0.0, 0
-    if result[RESULT.PAUSE] == RESUMING:
+    if result[RESULT.RESUMES] > 0.0:
         regularization, first = result[RESULT.REGULARIZATION], int(result[RESULT.ITERATIONS])
     else:
         begin(model, work, interior)
         result[RESULT.ITERATIONS] = 0.0
     for iteration in range(first, max_iterations):
-        if iteration > first and result[RESULT.PAUSE] > 0.0:
+        if iteration > first and clock() > result[RESULT.PAUSE]:
             result[RESULT.REGULARIZATION] = regularization
             measure_nominal(work)
             return PAUSED
@@ -79,9 +84,14 @@ def search(model: object, work: Workspace, interior: Interior, max_iterations: i
         else:
             lower_barrier(model, work, interior)
         result[RESULT.ITERATIONS] = iteration + 1.0
-        regularization = descend(model, work, interior, regularization, iteration == 0)
-        if regularization < 0.0:
+        step = descend(model, work, interior, regularization, iteration == 0, deadline)
+        if step == _UNFINISHED:
+            result[RESULT.ITERATIONS], result[RESULT.REGULARIZATION] = iteration, regularization
+            measure_nominal(work)
+            return PAUSED
+        if step == _NO_STEP:
             return STALLED
+        regularization = step
     return OUT_OF_ITERATIONS
 
 
@@ -112,18 +122,19 @@ def lower_barrier(model: object, work: Workspace, interior: Interior) -> None:
         work: Workspace of the solver.
         interior: Memory of the search.
     """
-    numbers, least = interior.numbers, 0.1 * _TOLERANCE
-    while True:
-        barrier = numbers[NUMBER.BARRIER] / numbers[NUMBER.SCALE]
-        if barrier <= least or rows.error(work, interior, numbers[NUMBER.BARRIER]) > _CENTRED * barrier:
+    numbers, scale = interior.numbers, interior.numbers[NUMBER.SCALE]
+    least = 0.1 * _TOLERANCE * scale
+    for _ in range(_LOWERINGS):
+        barrier = numbers[NUMBER.BARRIER]
+        if barrier <= least or rows.error(work, interior, barrier) > _CENTRED * barrier / scale:
             return
-        numbers[NUMBER.BARRIER] = numbers[NUMBER.SCALE] * max(least, min(0.2 * barrier, barrier**1.5))
+        numbers[NUMBER.BARRIER] = max(least, min(0.2 * barrier, scale * (barrier / scale) ** 1.5))
         numbers[NUMBER.ENTRIES] = 0.0
         rows.measure(model, work, interior)
 
 
 @kernel
-def descend(model: object, work: Workspace, interior: Interior, last: float, first: bool) -> float:
+def descend(model: object, work: Workspace, interior: Interior, last: float, first: bool, deadline: float) -> float:
     """One step, with as much regularisation as it takes.
 
     Args:
@@ -132,27 +143,35 @@ def descend(model: object, work: Workspace, interior: Interior, last: float, fir
         interior: Memory.
         last: Regularisation that was needed last.
         first: This is the first step: its costates are taken as a whole.
+        deadline: No further step is tried after it [s].
 
     Returns:
-        Regularisation that it took, or the one of the last step where it took none; −1 if no step helps.
+        Regularisation that it took, or the one of the last step where it took none; _NO_STEP if none helps, or _UNFINISHED
+        where `result` asks for a pause.
     """
-    scale = interior.numbers[NUMBER.SCALE]
-    regularization, kept = 0.0, last
-    while True:
+    numbers, scale = interior.numbers, interior.numbers[NUMBER.SCALE]
+    regularization = numbers[NUMBER.TRIED]
+    numbers[NUMBER.TRIED] = 0.0
+    for _ in range(_SWEEPS):
         if newton.sweep(work, interior, regularization):
             newton.step_along(work, interior)
-            if search_line(model, work, interior, first):
-                return kept if regularization == 0.0 else regularization
+            if search_line(model, work, interior, first, deadline):
+                return last if regularization == 0.0 else regularization
         if regularization == 0.0:
             regularization = _FIRST_REGULARIZATION * scale if last == 0.0 else max(last / 3.0, 1e-12 * scale)
         else:
             regularization *= 8.0 if last > 0.0 else 100.0
-        if regularization > _LARGEST_REGULARIZATION * scale:
-            return -1.0
+        now = clock()
+        if not regularization <= _LARGEST_REGULARIZATION * scale or now > deadline:
+            break
+        if now > work.result[RESULT.PAUSE] > 0.0:
+            numbers[NUMBER.TRIED] = regularization
+            return _UNFINISHED
+    return _NO_STEP
 
 
 @kernel
-def search_line(model: object, work: Workspace, interior: Interior, first: bool) -> bool:
+def search_line(model: object, work: Workspace, interior: Interior, first: bool, deadline: float) -> bool:
     """Shorten the Newton step until the filter accepts it.
 
     Args:
@@ -160,6 +179,7 @@ def search_line(model: object, work: Workspace, interior: Interior, first: bool)
         work: Workspace of the solver.
         interior: Memory of the search.
         first: Whether this is the first step, of which the costates are taken as a whole.
+        deadline: No shorter step is tried after it [s].
 
     Returns:
         Whether a step was accepted; if not, everything is as it was.
@@ -179,6 +199,8 @@ def search_line(model: object, work: Workspace, interior: Interior, first: bool)
             take_multipliers(interior, 1.0 if first else part)
             return True
         move_slacks(interior, -part)
+        if clock() > deadline:
+            break
         part *= 0.5
     copy_rows(work.saved.states, work.nominal.states)
     copy_rows(work.saved.inputs, work.nominal.inputs)

@@ -95,6 +95,8 @@ class Number(NamedTuple):
     """Pairs in the filter."""
     FIRST: int = 8
     """θ at the start."""
+    TRIED: int = 9
+    """Regularisation with which an iteration goes on that has paused; 0 at its beginning."""
 
 
 NUMBER = Number()

@@ -206,7 +206,7 @@ def step_along(work: Workspace, interior: Interior) -> None:
         multiply_rows(work.policy.gains, k, work.sizes.inputs, work.sizes.narrow, step, step, nx + 1)
         for i in range(nu):
             interior.input_steps[k, i] = step[nx + 1 + i]
-            largest = max(largest, work.weights.input[i] * abs(step[nx + 1 + i]))
+            largest = max(largest, work.weights.metric[i] * abs(step[nx + 1 + i]))
             slope += interior.gradients[k, nx + i] * step[nx + 1 + i]
         for i in range(nx):
             slope += interior.gradients[k, i] * step[i]

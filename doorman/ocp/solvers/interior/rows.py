@@ -65,6 +65,9 @@ def push_inside(work: Workspace) -> None:
 def first_slacks(work: Workspace, interior: Interior) -> None:
     """Set the first slacks and multipliers, and the scale of the cost.
 
+    Rows that are far off begin at their centre, z = τ/s. With more they would weigh on the first steps as active ones do, all of
+    them together more than the cost.
+
     Args:
         work: Workspace of the solver.
         interior: Memory of the search.
@@ -79,7 +82,9 @@ def first_slacks(work: Workspace, interior: Interior) -> None:
     for k in range(interior.values.shape[0]):
         for i in range(interior.values.shape[1]):
             interior.slacks[k, i] = max(-interior.values[k, i], _PUSH)
-            interior.duals[k, i] = scale if interior.applies[k, i] and not interior.equal[i] else 0.0
+            interior.duals[k, i] = 0.0
+            if interior.applies[k, i] and not interior.equal[i]:
+                interior.duals[k, i] = min(scale, numbers[NUMBER.BARRIER] / interior.slacks[k, i])
 
 
 @kernel

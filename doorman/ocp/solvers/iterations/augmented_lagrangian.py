@@ -22,7 +22,7 @@ from doorman.ocp.solvers.iterations.nominal import (
     take_multipliers,
     total_cost,
 )
-from doorman.ocp.solvers.result import RESULT, RESUMING
+from doorman.ocp.solvers.result import RESULT
 from doorman.ocp.solvers.sweeps.active_set import classify
 from doorman.ocp.solvers.sweeps.inner_search import best_part, shorten
 from doorman.ocp.solvers.sweeps.linear_algebra import copy_rows
@@ -37,7 +37,7 @@ PAUSED = 4
 
 _MARGIN = 1e-5
 """A step counts as progress if it lowers infeasibility by this share, or the cost by this share of the infeasibility."""
-_SMALLEST_SCALE = 1.0 / 128.0
+_HALVINGS = 8
 _GAP = 1e-7
 """Converged only if rows with a multiplier that are not reached are worth less, relative to 1 + |J|."""
 _PATIENCE = 3
@@ -47,6 +47,8 @@ _FLIPS = 8
 """Sweeps after which the active set does not flip as a whole any more."""
 _FIRST_REGULARIZATION = 1e-2
 _LARGEST_REGULARIZATION = 1e8
+_RETRIES = 12
+"""Sweeps until the regularisation is beyond that."""
 
 
 @kernel
@@ -90,7 +92,9 @@ def remember(work: Workspace, infeasibility: float, cost: float) -> None:
 
 
 @kernel
-def direction(model: object, work: Workspace, penalty: float, sweeps: int, regularization: float) -> int:
+def direction(
+    model: object, work: Workspace, penalty: float, sweeps: int, regularization: float, deadline: float
+) -> int:
     """Step into `trial` for the active set that fits it.
 
     The set flips as a whole at first, which settles it in a few sweeps or in none; then the step is cut at its best point.
@@ -101,6 +105,7 @@ def direction(model: object, work: Workspace, penalty: float, sweeps: int, regul
         penalty: 1/μ.
         sweeps: Largest number of sweeps.
         regularization: Relative addition to the input weights.
+        deadline: After it no sweep begins but the first [s].
 
     Returns:
         1 if the set settled, 0 if not, −1 if no sweep went through.
@@ -109,7 +114,9 @@ def direction(model: object, work: Workspace, penalty: float, sweeps: int, regul
     last = end
     for turn in range(sweeps):
         work.result[RESULT.SWEEPS] += 1.0
-        while not sweep(model, work, penalty, regularization, last):
+        for _ in range(_RETRIES):
+            if sweep(model, work, penalty, regularization, last):
+                break
             last, regularization = end, max(10.0 * regularization, _FIRST_REGULARIZATION)
             if regularization > _LARGEST_REGULARIZATION:
                 return -1
@@ -117,6 +124,8 @@ def direction(model: object, work: Workspace, penalty: float, sweeps: int, regul
         last = classify(work, work.trial, penalty)
         if last < 0:
             return 1
+        if clock() > deadline:
+            break
         if turn > _FLIPS:  # both ends satisfy the linearised dynamics, as the nominal trajectory need not
             part = best_part(model, work, work.saved, penalty)
             if part < 1.0:
@@ -128,19 +137,20 @@ def direction(model: object, work: Workspace, penalty: float, sweeps: int, regul
 
 
 @kernel
-def search(model: object, work: Workspace) -> float:
+def search(model: object, work: Workspace, deadline: float) -> float:
     """Shorten the step in `trial` until the filter accepts it.
 
     Args:
         model: The model.
         work: Workspace of the solver.
+        deadline: No shorter step is tried after it [s].
 
     Returns:
         Length of the step in (0, 1], or 0 with everything as it was.
     """
     save(work)
     scale = 1.0
-    while scale >= _SMALLEST_SCALE:
+    for _ in range(_HALVINGS):
         move(work, scale)
         linearize(model, work)
         measure_nominal(work)
@@ -149,6 +159,8 @@ def search(model: object, work: Workspace) -> float:
             work.result[RESULT.COST] = cost
             take_multipliers(work, scale)
             return scale
+        if clock() > deadline:
+            break
         scale *= 0.5
     copy_rows(work.saved.states, work.nominal.states)
     copy_rows(work.saved.inputs, work.nominal.inputs)
@@ -179,7 +191,7 @@ def iterate(model: object, work: Workspace, max_iterations: int, deadline: float
     result, regularization, penalty = work.result, 0.0, work.settings.penalty
     tolerance, sweeps = work.settings.tolerance, work.settings.sweeps
     before, slowest, first = clock(), 0.0, 0
-    if result[RESULT.PAUSE] == RESUMING:
+    if result[RESULT.RESUMES] > 0.0:
         first, sweeps = int(result[RESULT.ITERATIONS]), int(result[RESULT.SWEEP_LIMIT])
         regularization, penalty = result[RESULT.REGULARIZATION], result[RESULT.PENALTY]
     else:
@@ -195,11 +207,11 @@ def iterate(model: object, work: Workspace, max_iterations: int, deadline: float
             if not abs(result[RESULT.INFEASIBILITY] + result[RESULT.COST]) < np.inf:
                 return FAILED
     for iteration in range(first, max_iterations):
-        if iteration > first and result[RESULT.PAUSE] > 0.0:
+        if iteration > first and clock() > result[RESULT.PAUSE]:
             result[RESULT.REGULARIZATION], result[RESULT.SWEEP_LIMIT] = regularization, sweeps
             return PAUSED
         result[RESULT.ITERATIONS] = iteration + 1.0
-        settled = direction(model, work, penalty, sweeps, regularization)
+        settled = direction(model, work, penalty, sweeps, regularization, deadline if iteration > 0 else np.inf)
         result[RESULT.SETTLED] = settled
         if settled < 0 or not result[RESULT.CHANGE] < 1e12:
             return FAILED
@@ -213,7 +225,7 @@ def iterate(model: object, work: Workspace, max_iterations: int, deadline: float
             return CONVERGED if converged else OUT_OF_ITERATIONS
         violation = result[RESULT.VIOLATION]
         remember(work, result[RESULT.INFEASIBILITY], result[RESULT.COST])
-        scale = search(model, work)
+        scale = search(model, work, deadline)
         if scale == 0.0:
             regularization = max(10.0 * regularization, _FIRST_REGULARIZATION)
             result[RESULT.ENTRIES] -= 1.0

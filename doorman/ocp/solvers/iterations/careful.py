@@ -34,7 +34,7 @@ from doorman.ocp.solvers.iterations.nominal import (
     take_multipliers,
     total_cost,
 )
-from doorman.ocp.solvers.result import RESULT, RESUMING
+from doorman.ocp.solvers.result import RESULT
 from doorman.ocp.solvers.sweeps.active_set import classify
 from doorman.ocp.solvers.sweeps.linear_algebra import copy_rows
 from doorman.ocp.solvers.workspace import LARGEST_STATE, Workspace
@@ -52,7 +52,7 @@ _GAP = 1e-7
 """Converged only if the rows' share of the merit is below this, relative to 1 + |J|: what violations may be worth."""
 _SLOW = 0.25
 """Where violations do not fall to this share from one update of the multipliers to the next, they have to cost more."""
-_SMALLEST_SCALE = 1.0 / 256.0
+_HALVINGS = 9
 _FIRST_REGULARIZATION = 1e-2
 _LARGEST_REGULARIZATION = 1e8
 
@@ -175,7 +175,7 @@ def rolled_merit(model: object, work: Workspace, penalty: float, scale: float) -
 
 
 @kernel
-def descend(model: object, work: Workspace, penalty: float, weight: float, before: float) -> float:
+def descend(model: object, work: Workspace, penalty: float, weight: float, before: float, deadline: float) -> float:
     """Shorten the step in `trial` until the merit has fallen enough.
 
     Args:
@@ -184,6 +184,7 @@ def descend(model: object, work: Workspace, penalty: float, weight: float, befor
         penalty: 1/μ.
         weight: ρ, of the defects.
         before: m before the step.
+        deadline: No shorter step is tried after it [s].
 
     Returns:
         Length of the step in (0, 1], or 0 with everything as it was.
@@ -191,7 +192,7 @@ def descend(model: object, work: Workspace, penalty: float, weight: float, befor
     expected = work.result[RESULT.DECREASE]
     save(work)
     scale = 1.0
-    while scale >= _SMALLEST_SCALE:
+    for _ in range(_HALVINGS):
         enough = before - 1e-4 * scale * expected + 1e-12 * (1.0 + abs(before))
         if rolled_merit(model, work, penalty, scale) <= enough:
             linearize(model, work)
@@ -200,6 +201,8 @@ def descend(model: object, work: Workspace, penalty: float, weight: float, befor
         linearize(model, work)
         if merit(model, work, penalty, weight) <= enough:
             return scale
+        if clock() > deadline:
+            break
         scale *= 0.5
     copy_rows(work.saved.states, work.nominal.states)
     copy_rows(work.saved.inputs, work.nominal.inputs)
@@ -249,7 +252,7 @@ def iterate_carefully(
     result, tolerance = work.result, work.settings.tolerance
     settle, regularization, last_violation, first = _FIRST_SETTLED, 0.0, np.inf, 0
     begun, slowest = clock(), 0.0
-    if result[RESULT.PAUSE] == RESUMING:
+    if result[RESULT.RESUMES] > 0.0:
         first, penalty, regularization = (
             int(result[RESULT.ITERATIONS]),
             result[RESULT.PENALTY],
@@ -261,7 +264,7 @@ def iterate_carefully(
         result[RESULT.PRICED_OUT] = 0.0
         linearize(model, work)
     for iteration in range(first, max_iterations):
-        if iteration > first and result[RESULT.PAUSE] > 0.0:
+        if iteration > first and clock() > result[RESULT.PAUSE]:
             result[RESULT.PENALTY], result[RESULT.REGULARIZATION] = penalty, regularization
             result[RESULT.SETTLE], result[RESULT.LAST_VIOLATION] = settle, last_violation
             return PAUSED
@@ -272,7 +275,7 @@ def iterate_carefully(
         result[RESULT.ITERATIONS] = iteration + 1.0
         measure_nominal(work)
         classify(work, work.nominal, penalty)
-        settled = direction(model, work, penalty, _SWEEPS, regularization)
+        settled = direction(model, work, penalty, _SWEEPS, regularization, deadline if iteration > 0 else np.inf)
         if settled < 0 or not abs(result[RESULT.INFEASIBILITY] + result[RESULT.CHANGE]) < np.inf:
             return FAILED
         weight = 1.5 * result[RESULT.COSTATE]
@@ -281,7 +284,7 @@ def iterate_carefully(
         if settled == 1 and regularization == 0.0 and is_solved(work, before, feasibility):
             take_multipliers(work, 1.0)
             return CONVERGED
-        scale = descend(model, work, penalty, weight, before)
+        scale = descend(model, work, penalty, weight, before, deadline)
         if scale == 0.0:
             regularization = max(10.0 * regularization, _FIRST_REGULARIZATION)
             if regularization > _LARGEST_REGULARIZATION:

@@ -14,9 +14,9 @@ from doorman.ocp.solvers.iterations.augmented_lagrangian import CONVERGED, PAUSE
 from doorman.ocp.solvers.iterations.guess import aim_straight, roll_blindly, settle_integrators, start_trial
 from doorman.ocp.solvers.iterations.nominal import total_cost
 from doorman.ocp.solvers.iterations.rollout import take_rollout
-from doorman.ocp.solvers.result import RESULT, RESUMING
+from doorman.ocp.solvers.result import RESULT
 from doorman.ocp.solvers.sweeps.linear_algebra import copy_rows
-from doorman.ocp.solvers.workspace import Workspace
+from doorman.ocp.solvers.workspace import Workspace, copy_trajectory
 
 Array = NDArray[np.float64]
 
@@ -58,7 +58,7 @@ def solve(
         pauses. `result` tells iterations, and the cost that the rollout is
         expected to have.
     """
-    if work.result[RESULT.PAUSE] != RESUMING:
+    if work.result[RESULT.RESUMES] == 0.0:
         if not begin(model, work, state, inputs, states, multipliers):
             return INVALID_START
         straight = False
@@ -78,7 +78,7 @@ def begin(model: object, work: Workspace, state: Array, inputs: bool, states: bo
 
     Args:
         model: The problem's model.
-        work: Workspace; the guess is kept in `first` for another try.
+        work: Workspace; the guess is kept in `first` for another try, and in `guess` if it is the first of a solve.
         state: First state, shape (nx,).
         inputs: The nominal inputs are given; else they are the input goal. Either is cut off at its bounds.
         states: The nominal states are given; else they are those to which the inputs lead.
@@ -106,6 +106,9 @@ def begin(model: object, work: Workspace, state: Array, inputs: bool, states: bo
     finite = starts_finite(model, work)
     forget_trial(work)
     keep_guess(work)
+    if np.isnan(work.result[RESULT.GUESS]):
+        copy_trajectory(nominal, work.guess)
+        work.result[RESULT.GUESS] = total_cost(model, work, nominal)
     return finite
 
 
@@ -154,7 +157,7 @@ def forget_policy(work: Workspace) -> None:
     policy.factors[:, :, :] = 0.0
     for k in range(policy.factors.shape[0]):
         for i in range(len(work.sizes.inputs)):
-            policy.factors[k, i, i] = work.weights.input[i]
+            policy.factors[k, i, i] = work.weights.metric[i]
 
 
 @kernel

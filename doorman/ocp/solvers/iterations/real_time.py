@@ -29,6 +29,9 @@ Array = NDArray[np.float64]
 NO_SWEEP = -9
 """No Riccati sweep went through."""
 
+PAUSED = -10
+"""To be called again, see `Result.PAUSE`."""
+
 EXTRA_ITERATIONS = 2
 """Largest number of iterations beyond the planned ones."""
 
@@ -67,21 +70,28 @@ def follow(
         guessing: See `rollout.roll_out`.
 
     Returns:
-        The code of `roll_out`, or NO_SWEEP.
+        The code of `roll_out`, NO_SWEEP, or PAUSED where `result` asks for pauses.
     """
-    guess.shift_guess(model, work, state, shift, limit)
-    work.result[RESULT.SWEEPS] = 0.0
-    done, most = 0, max_iterations + extra_iterations
+    first = 0
+    if work.result[RESULT.RESUMES] > 0.0:
+        first = int(work.result[RESULT.ITERATIONS])
+    else:
+        guess.shift_guess(model, work, state, shift, limit)
+        work.result[RESULT.SWEEPS] = 0.0
+        work.result[RESULT.ITERATIONS] = 0.0
     before, slowest = clock(), 0.0
-    while done < most and (done < max_iterations or is_rough(model, work, done - max_iterations)):
+    for done in range(first, max_iterations + extra_iterations):
+        if done >= max_iterations and not is_rough(model, work, done - max_iterations):
+            break
         if done > 0 and before + slowest + work.result[RESULT.ROLLOUT_TIME] > deadline:
             break
-        if not iterate_once(model, work):
+        if done > first and before > work.result[RESULT.PAUSE]:
+            return PAUSED
+        if not iterate_once(model, work, deadline if done > 0 else np.inf):
             return NO_SWEEP
-        done += 1
+        work.result[RESULT.ITERATIONS] = done + 1.0
         now = clock()
         before, slowest = now, max(slowest, now - before)
-    work.result[RESULT.ITERATIONS] = done
     work.result[RESULT.EXPECTED] = total_cost(model, work, work.nominal)
     work.result[RESULT.NEAR] = 1.0
     code = int(take_rollout(model, work, guessing))
@@ -90,12 +100,13 @@ def follow(
 
 
 @kernel
-def iterate_once(model: object, work: Workspace) -> bool:
+def iterate_once(model: object, work: Workspace, deadline: float) -> bool:
     """One iteration with the full step.
 
     Args:
         model: The model.
         work: Workspace of the solver.
+        deadline: After it no sweep begins but the first [s].
 
     Returns:
         Whether a sweep went through and the step is finite.
@@ -103,7 +114,7 @@ def iterate_once(model: object, work: Workspace) -> bool:
     penalty = work.settings.penalty
     linearize(model, work)
     mark_active(work, penalty)
-    settled = direction(model, work, penalty, work.settings.sweeps, 0.0)
+    settled = direction(model, work, penalty, work.settings.sweeps, 0.0, deadline)
     work.result[RESULT.SETTLED] = settled
     if settled < 0 or not work.result[RESULT.CHANGE] < 1e12:
         return False

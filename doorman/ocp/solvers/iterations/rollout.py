@@ -193,7 +193,9 @@ def roll_out(model: object, work: Workspace, start: int, scale: float, guess: bo
         if not advance(model, work, k):
             return NOT_FINITE
         worst = worst_row(model, work, k, True)
-        while worst > FEASIBILITY and done >= 0:
+        for _ in range(_CORRECTIONS + 1):
+            if not (worst > FEASIBILITY and done >= 0):
+                break
             if done < _CORRECTIONS:
                 if set_up(model, work, k, done > 0 or work.result[RESULT.NEAR] == 0.0):
                     apply_policy(work, k, scale)

@@ -241,6 +241,6 @@ def backward(model: object, work: Workspace, start: int, regularization: float, 
             return NOT_CONVEX
         export_multipliers(work, k)
         for a in range(nu):
-            change = work.weights.input[a] * abs(work.policy.gains[k, a, nx])
+            change = work.weights.metric[a] * abs(work.policy.gains[k, a, nx])
             result[RESULT.CHANGE] = max(result[RESULT.CHANGE], change)
     return DONE if abs(result[RESULT.DECREASE]) < np.inf else NOT_CONVEX

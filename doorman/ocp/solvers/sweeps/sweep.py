@@ -132,7 +132,7 @@ def set_base(model: object, work: Workspace, k: int, penalty: float, regularizat
         for i in range(nx):
             base_x[i, i] = weights.state[i]
         for i in range(nu):
-            base_u[i, nx + 1 + i] = weights.input[i] * (1.0 + regularization)
+            base_u[i, nx + 1 + i] = weights.input[i] + regularization * weights.metric[i]
     for i in range(nx):
         base_x[i, nx] = weights.state[i] * (x[i] - weights.state_goal[i])
     for i in range(nu):
@@ -280,7 +280,7 @@ def step_along(work: Workspace) -> None:
             step[nx + 1 + i] = 0.0
         multiply_rows(work.policy.gains, k, work.sizes.inputs, work.sizes.narrow, step, step, nx + 1)
         for i in range(nu):
-            largest = max(largest, weights.input[i] * abs(step[nx + 1 + i]))
+            largest = max(largest, weights.metric[i] * abs(step[nx + 1 + i]))
             trial.inputs[k, i] = nominal.inputs[k, i] + step[nx + 1 + i]
         if ng > 0:
             step[nx] = 0.0

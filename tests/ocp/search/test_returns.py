@@ -1,0 +1,163 @@
+"""Every solve comes back: from any start, with its costs on any scale, by its deadline, and when it is interrupted."""
+
+from __future__ import annotations
+
+import signal
+import threading
+import time
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from double_integrator import Variant
+from system import System
+from systems import cart_pole
+
+from doorman import ocp
+from doorman.ocp.solvers import telling
+from doorman.ocp.solvers.batch import solve_all
+from doorman.ocp.solvers.interior.iterate import lower_barrier
+from doorman.ocp.solvers.interior.memory import NUMBER
+from doorman.ocp.solvers.result import RESULT
+
+SCALES = (1e-4, 1e-2, 1e3, 1e6)
+
+
+def scaled(system: System, scale: float) -> System:
+    """The same system at other prices; its solver needs no compilation."""
+    cost = system.cost
+    weights = {
+        name: scale * getattr(cost, name) for name in ("state_weights", "terminal_weights", "input_weights")
+    }  # fmt: skip
+    return replace(system, cost=replace(cost, **weights))
+
+
+def finished(call: Any, seconds: float = 120.0) -> Any:
+    """What a call returns that would block the tests for ever if it did not come back."""
+    out: list[Any] = []
+    thread = threading.Thread(target=lambda: out.append(call()), daemon=True)
+    thread.start()
+    thread.join(seconds)
+    assert out, "it does not come back"
+    return out[0]
+
+
+@pytest.fixture(scope="module")
+def solver() -> ocp.Hybrid:
+    return ocp.Hybrid(cart_pole().problem())
+
+
+def test_the_barrier_ends_at_its_least_value_on_every_scale(solver: ocp.Hybrid) -> None:
+    """Rounding makes the quotient of the two a bit larger than the least value, on some scales of the cost.
+
+    The memory holds a point without residuals: every barrier problem is solved there.
+    """
+    searcher = solver._searcher
+    assert searcher is not None
+    memory = searcher.memory
+    for array in (memory.duals, memory.costates, memory.gradients, solver._work.linear.jacobians[:, :, 4]):
+        array[:] = 0.0
+    memory.values[:], memory.slacks[:] = -1.0, 1.0
+
+    def lower() -> list[float]:
+        found = []
+        for scale in 10.0 ** np.random.default_rng(0).uniform(0.0, 6.0, 500):
+            memory.numbers[NUMBER.SCALE], memory.numbers[NUMBER.BARRIER] = scale, 0.1 * scale
+            lower_barrier(solver._model, solver._memory, searcher._held)
+            found.append(memory.numbers[NUMBER.BARRIER] / scale)
+        return found
+
+    np.testing.assert_allclose(finished(lower), 1e-8, rtol=1e-9)
+
+
+@pytest.mark.parametrize("scale", SCALES)
+def test_solves_come_back_at_any_price(scale: float) -> None:
+    system = scaled(cart_pole(), scale)
+    solver = ocp.Hybrid(system.problem())
+    found = finished(lambda: [solver.solve(start, max_iterations=60) for start in system.starts(10, seed=5)])
+    assert all(solution.usable for solution in found)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("scale", SCALES)
+def test_a_thousand_starts_come_back_at_any_price(scale: float) -> None:
+    system = scaled(cart_pole(), scale)
+    solver = ocp.Hybrid(system.problem())
+    found = finished(lambda: solver.solve_batch(list(system.starts(1000, seed=6))), 3600.0)
+    assert sum(solution.usable for solution in found) >= 990
+
+
+def test_pauses_change_no_bit(solver: ocp.Hybrid, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Kernels that come back as often as they may, also within an iteration, go on as if they had not."""
+    for start in cart_pole().starts(5, seed=9):
+        solver.forget()
+        whole = solver.solve(start)
+        monkeypatch.setattr(telling, "_SLICE", 1e-9)
+        solver.forget()
+        sliced = solver.solve(start)
+        monkeypatch.undo()
+        assert (sliced.status, sliced.iterations, sliced.cost) == (whole.status, whole.iterations, whole.cost)
+        np.testing.assert_array_equal(sliced.inputs, whole.inputs)
+
+
+class _Interrupted(Exception):
+    pass
+
+
+def test_an_interrupt_ends_a_solve_between_two_iterations() -> None:
+    """The signal comes during the first linearisation; the solve does not go on to its end before Python sees it."""
+    variant = Variant(speed=0.5)
+    solver = ocp.Hybrid(variant.problem())
+    probe = solver._model.content.probe
+    probe[:] = [0.0, 10.0, 0.0, time.monotonic() + 60.0]
+
+    def interrupt(number: int, frame: object) -> None:
+        raise _Interrupted
+
+    def answer() -> None:
+        while probe[0] != probe[1]:
+            time.sleep(1e-3)
+        signal.pthread_kill(threading.main_thread().ident or 0, signal.SIGUSR1)
+        time.sleep(3.0 * telling._SLICE)
+        probe[2] = 1.0
+
+    before = signal.signal(signal.SIGUSR1, interrupt)
+    thread = threading.Thread(target=answer)
+    try:
+        thread.start()
+        with pytest.raises(_Interrupted):
+            solver.solve(variant.start)
+    finally:
+        thread.join()
+        signal.signal(signal.SIGUSR1, before)
+    assert solver._work.result[RESULT.ITERATIONS] == 1.0
+    probe[1] = -1.0
+    status, _ = solver.replan(np.array(variant.start))  # there is nothing to follow: a solve from nothing
+    assert status is ocp.PlanStatus.CONVERGED
+
+
+def test_an_interrupt_ends_what_other_threads_solve() -> None:
+    """A batch whose caller is interrupted neither begins what waits, nor goes on with what runs."""
+    variant = Variant(speed=0.5)
+    solver, begun = ocp.Hybrid(variant.problem()), []
+
+    class Impatient(Exception):
+        pass
+
+    class Starts(list[np.ndarray]):
+        def __iter__(self) -> Any:
+            yield np.array(variant.start)
+            while not begun:
+                time.sleep(1e-3)
+            raise Impatient
+
+    def solve(worker: ocp.Hybrid, start: np.ndarray) -> ocp.Solution:
+        begun.append(worker)
+        while not worker._teller._stopping:
+            time.sleep(1e-3)
+        return worker.solve(start)
+
+    with pytest.raises(Impatient):
+        solve_all(solver, Starts([np.array(variant.start)] * 2), solve, 1)
+    assert len(begun) == 1 and not solver._teller._stopping
