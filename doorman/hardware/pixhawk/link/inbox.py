@@ -5,6 +5,7 @@ from __future__ import annotations
 import struct
 from typing import Protocol
 
+from doorman.clocks import Clock
 from doorman.hardware.pixhawk.authority import AuthorityKeeper
 from doorman.hardware.pixhawk.config import PixhawkConfig
 from doorman.hardware.pixhawk.dialect import ARDUPILOT, MULTIROTORS, Dialect, dialect_of
@@ -56,6 +57,7 @@ class Owner(Protocol):
     """What the inbox needs of the link."""
 
     config: PixhawkConfig
+    time: Clock
     events: EventLog
     exchange: Exchange
     clock: ClockMap
