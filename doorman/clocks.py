@@ -42,7 +42,7 @@ class Clock:
     """Makes an event."""
     condition = threading.Condition
     """Makes a condition."""
-    lock = threading.RLock
+    lock = staticmethod(threading.RLock)
     """Makes a lock that a thread may hold while it waits; its owner may take it again."""
 
     def reach(self, moment: float) -> None:
