@@ -26,8 +26,8 @@ demo: $(VENV)/.installed-for-demo
 rig-demo: $(VENV)/.installed-for-rig
 	$(BIN)/doorman rig $(SCENARIO) --fly
 
-# One worker a core. Time is virtual in most tests: they wait for the processor alone (tests/virtual_time.py).
-WORKERS ?= auto
+# One worker more than cores: time is virtual in most tests (tests/virtual_time.py), but some wait for pages, processes and sockets.
+WORKERS ?= $(shell $(PYTHON) -c 'import os; print((os.cpu_count() or 1) + 1)')
 CHOSEN := -m "not slow and not docs" --ignore=tests/rig
 PYTEST = $(BIN)/python -m pytest --durations=10 $(PYTEST_OPTIONS)
 

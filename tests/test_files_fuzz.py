@@ -21,6 +21,7 @@ def test_damaged_files_are_read_or_refused(tmp_path: Path) -> None:
     assert min(counts["mesh read"], counts["mesh refused"]) >= 20
 
 
+@pytest.mark.slow  # a test of the test above
 def test_a_reader_without_its_checks_would_be_noticed(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr(urdf_structure, "_check_text", lambda *arguments: None)
     with pytest.raises(AssertionError, match=r"door|vehicle"):

@@ -19,7 +19,7 @@ def room_of(model: Model, **options: bool) -> Room:
     return Room(model.vehicle, model.door, model.reduced, model.scenario.planner.margin, **options)
 
 
-@pytest.mark.parametrize("joints", [1, 3, 6])
+@pytest.mark.parametrize("joints", [1, pytest.param(3, marks=pytest.mark.slow), 6])
 @pytest.mark.parametrize("kind", ["paper", "push"])
 def test_distances_and_slopes(tmp_path: Path, joints: int, kind: str) -> None:
     path = write_arm_of(tmp_path / "arm.urdf", joints, odd_axes_seed=joints)

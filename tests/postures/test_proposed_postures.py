@@ -98,7 +98,7 @@ def test_random_tasks_get_the_widest_posture(tmp_path: Path, seed: int) -> None:
         assert widest_of_samples(model, state, 20_000, ours + 0.002, seed) <= ours + 0.003
 
 
-@pytest.mark.parametrize("joints", [2, 3, 5, 7])
+@pytest.mark.parametrize("joints", [1, 6, *(pytest.param(n, marks=pytest.mark.slow) for n in (2, 3, 5, 7))])
 @pytest.mark.parametrize("degrees", [45.0, 75.0])
 def test_any_arm_gets_postures_inside_all_limits(tmp_path: Path, joints: int, degrees: float) -> None:
     path = str(write_arm_of(tmp_path / "arm.urdf", joints))

@@ -10,15 +10,18 @@ import pytest
 
 from doorman import ocp
 
-START = (1.0, 0.0)
+START = (1.0, 0.0, 0.0, 0.0)
 
 
 @cache
 def sharp() -> ocp.Hybrid:
-    """From rest at 1 to rest at 0, where the cost 10 |x_N| has no derivative: no method of Newton's kind converges there."""
-    x, u = ca.SX.sym("x", 2), ca.SX.sym("u")
-    problem = ocp.SymbolicModel(x, u, ca.vertcat(x[1], u)).problem(
-        30, 0.1, ocp.QuadraticCost([0, 0], [0, 0], [1e-2], [0, 0], [0.0]),
+    """From rest at 1 to rest at 0, where the cost 10 |x_N| has no derivative: no method of Newton's kind converges there.
+
+    Two states stand still: with them it has the size of the cart with a pole, and its kernels.
+    """
+    x, u = ca.SX.sym("x", 4), ca.SX.sym("u")
+    problem = ocp.SymbolicModel(x, u, ca.vertcat(x[1], u, 0, 0)).problem(
+        30, 0.1, ocp.QuadraticCost([0] * 4, [0] * 4, [1e-2], [0] * 4, [0.0]),
         bounds=ocp.Bounds(input_lower=[-1], input_upper=[1]), costs=[ocp.Cost("end", 10 * ca.norm_2(x), at="end")],
     )  # fmt: skip
     return ocp.Hybrid(problem)

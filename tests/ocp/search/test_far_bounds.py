@@ -39,6 +39,7 @@ def free() -> ocp.Solution:
     return rope(False).solve(START, SLOPES)
 
 
+@pytest.mark.slow  # has kernels of its own
 @pytest.mark.parametrize("guess", ["slopes", "inputs", "states and inputs", "warm start"])
 def test_a_rope_hangs_as_without_its_far_bounds(guess: str) -> None:
     """From the start's guess, and from the solution itself in every way to give it."""
