@@ -37,8 +37,9 @@ QUICK := tests/scenario tests/kinematics/urdf tests/hardware/safety tests/hardwa
   tests/recording/test_recording*.py tests/campaign/test_j* tests/campaign/test_draws.py tests/control/estimation tests/summary \
   tests/planning/test_planner.py tests/planning/whole_body tests/planning/grip tests/mission/test_mission.py tests/test_checks.py \
   tests/test_names.py tests/test_prose.py tests/mission/flights/test_flights.py::test_the_papers_door_is_opened
+LINT := lint
 test-quick: $(VENV)/.installed-for-test
-	$(MAKE) --jobs=2 lint warm
+	$(MAKE) --jobs=2 $(LINT) warm
 	$(PYTEST) -n $(WORKERS) --dist worksteal $(CHOSEN) $(QUICK)
 
 #: make test       before each push: style, types, and every test but the slow ones; needs chromium: 6 to 10 minutes
@@ -84,7 +85,7 @@ bench: $(VENV)/.installed-for-test
 
 #: make test-lowest    the quick tests with the lowest versions that pyproject.toml declares, in build/lowest
 test-lowest: build/lowest.txt
-	$(MAKE) test-quick VENV=build/lowest CONSTRAINTS=build/lowest.txt
+	$(MAKE) test-quick LINT= VENV=build/lowest CONSTRAINTS=build/lowest.txt
 
 build/lowest.txt: .ci/lowest.py pyproject.toml constraints.txt
 	mkdir -p build
