@@ -295,5 +295,5 @@ def test_commands_to_a_vehicle_that_does_not_obey_are_errors(rig):
     backend = VehicleBackend(rig.model, rig.links)
     with backend:
         backend.read()
-        with pytest.raises(BackendError, match="does not obey"):
+        with pytest.raises(BackendError, match="does not control the autopilot"):
             backend.command(Command(10.0, np.zeros(3), np.zeros(rig.model.n_arm)))
