@@ -126,7 +126,7 @@ class FlyingBackend(Backend):
 
     def read(self) -> Measurement:
         """As `VehicleBackend.read`."""
-        measurement, now = self.flight.backend.read(), time.monotonic()
+        measurement, now = self.flight.backend.read(), self.flight.links.clock.now()
         if now - self._taken > _TAKEN_EVERY:
             self._taken = now
             self.flight.journal.take(self.flight.backend.epoch)

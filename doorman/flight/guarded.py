@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import math
 import signal
-import time
 from collections.abc import Callable, Mapping
 from enum import Enum
 
@@ -154,13 +153,13 @@ class GuardedFlight(Uncopied):
 
     def _engage(self) -> Outcome:
         """Engage; links that were starved while the program made ready have a moment to become fresh again."""
-        begin = time.monotonic()
+        begin = self.links.clock.now()
         while True:
             outcome = self.links.autopilot.engage(unarmed=True)
-            starved = outcome.status is OutcomeStatus.NOT_READY and time.monotonic() - begin < _STARVED
+            starved = outcome.status is OutcomeStatus.NOT_READY and self.links.clock.now() - begin < _STARVED
             if not starved or self.supervisor.action is not None:
                 return outcome
-            time.sleep(0.05)
+            self.links.clock.sleep(0.05)
 
     def _try_gripper(self) -> str:
         """Close it, and let its spring open it: in flight it must open whatever has failed. Returns what went wrong."""
@@ -172,19 +171,19 @@ class GuardedFlight(Uncopied):
         def angle() -> float:
             return float(servos.read().angles[-1])
 
-        deadline = time.monotonic() + CLOSES_WITHIN
+        deadline = self.links.clock.now() + CLOSES_WITHIN
         while angle() < CLOSED:
-            if time.monotonic() > deadline:
+            if self.links.clock.now() > deadline:
                 return f"it does not close within {CLOSES_WITHIN:g} s; it has reached {angle():.2f} of {CLOSED:g} rad"
             self.links.move_arm(rest, closed=True)
-            time.sleep(0.01)
-        deadline = time.monotonic() + OPENS_WITHIN
+            self.links.clock.sleep(0.01)
+        deadline = self.links.clock.now() + OPENS_WITHIN
         while angle() > HALF_OPEN:
-            if time.monotonic() > deadline:
+            if self.links.clock.now() > deadline:
                 self.links.let_go()
                 return f"its spring opens it only to {angle():.2f} rad, not to {HALF_OPEN:g} rad; fit a stronger spring"
             servos.command(rest, 0.0)
-            time.sleep(0.01)
+            self.links.clock.sleep(0.01)
         self.links.let_go()
         return ""
 
@@ -283,14 +282,14 @@ class GuardedFlight(Uncopied):
     def _await_motors(self) -> End:
         """Wait until they stop, or as long as makes sense."""
         self.say("wait for the motors to stop")
-        begin = ended = time.monotonic()
+        begin = ended = self.links.clock.now()
         stands_since: float | None = None
         while (end := self._end()) is not End.NOT_FLOWN:
             self._note()
             self.links.let_go()  # for the pilot, too: a vehicle that holds on to the door cannot be flown away
             waits = end in (End.STILL_ARMED, End.TAKEN_OVER)
             waits = waits or (end is End.UNHEARD and self.supervisor.action is not Action.RELEASE)
-            now = time.monotonic()
+            now = self.links.clock.now()
             ended = now if waits else ended
             stands_since = (stands_since or now) if end is End.STILL_ARMED and self._stands() else None
             if stands_since is not None and now - stands_since > _ON_GROUND:
@@ -298,7 +297,7 @@ class GuardedFlight(Uncopied):
                 stands_since = None
             if now - begin > _LANDING_PATIENCE or now - ended > _LAST_LOOK:
                 break
-            time.sleep(0.02)
+            self.links.clock.sleep(0.02)
         if end is not End.LANDED:
             return end
         if self._fall.fell:

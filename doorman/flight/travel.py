@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 
 import numpy as np
@@ -48,9 +47,9 @@ def fly_to(
     """
     autopilot, where = links.autopilot, links.whereabouts()
     here = where.position if where.known or begin is None else begin
-    way = StraightWay(time.monotonic(), here, place, where.yaw, yaw, speed)
+    way = StraightWay(links.clock.now(), here, place, where.yaw, yaw, speed)
     end = known = way.since + way.duration
-    while (now := time.monotonic()) < end + timeout:
+    while (now := links.clock.now()) < end + timeout:
         if not go_on() or not autopilot.setpoint(way.setpoint(now)):
             return False
         if autopilot.status().authority is not Authority.ENGAGED:
@@ -60,5 +59,5 @@ def fly_to(
         known = max(known, now) if where.known else known
         if now >= end and (near if where.known else now - known > _UNKNOWN):
             return True
-        time.sleep(_PERIOD)
+        links.clock.sleep(_PERIOD)
     return False

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import time
 from collections.abc import Callable
 
 import numpy as np
@@ -117,12 +116,12 @@ class WayBack:
             f"hover: press Ctrl-C again to land, or take over by radio; the vehicle lands after {OPERATOR_PATIENCE:g} s"
         )
         self._links.hold()
-        begin = time.monotonic()
+        begin = self._links.clock.now()
         while self.may_go_on() and self._only_given_up:
-            if time.monotonic() - begin > OPERATOR_PATIENCE:
+            if self._links.clock.now() - begin > OPERATOR_PATIENCE:
                 break
             self._note()
-            time.sleep(0.02)
+            self._links.clock.sleep(0.02)
 
     @property
     def _only_given_up(self) -> bool:
@@ -131,9 +130,9 @@ class WayBack:
 
     def _let_go(self) -> bool:
         """Hover until the gripper is open; returns whether it is, and the vehicle still ours."""
-        begin = held = time.monotonic()
+        begin = held = self._links.clock.now()
         tried = False
-        while (now := time.monotonic()) - begin < _HOLDING_PATIENCE and self.may_go_on():
+        while (now := self._links.clock.now()) - begin < _HOLDING_PATIENCE and self.may_go_on():
             self._links.let_go()
             if self._jumps():
                 self._links.hold()
@@ -150,7 +149,7 @@ class WayBack:
                     with contextlib.suppress(BackendError):  # a servo that has shut down lets go when it restarts
                         self._links.servos.recover(_RECOVERY)
             self._note()
-            time.sleep(0.02)
+            self._links.clock.sleep(0.02)
         return False
 
     def _fly_out(self, yaw: float) -> bool:
@@ -196,12 +195,12 @@ class WayBack:
 
     def _heard(self) -> bool:
         """Hover until it is known where the vehicle is, or has not been for long; whether the vehicle is still ours."""
-        begin = time.monotonic()
+        begin = self._links.clock.now()
         while self.may_go_on() and not self._seen:
-            if time.monotonic() - begin > _UNHEARD:
+            if self._links.clock.now() - begin > _UNHEARD:
                 self._say("the autopilot's state is too old: fly back by the autopilot's position control")
                 break
-            time.sleep(0.02)
+            self._links.clock.sleep(0.02)
         return self.may_go_on()
 
     @property

@@ -11,6 +11,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, Literal, cast
 
+from doorman.clocks import REAL_TIME, Clock
 from doorman.copying import Uncopied
 from doorman.exceptions import BackendError
 from doorman.hardware.dynamixel import ServoConfig
@@ -151,15 +152,22 @@ class Rig(Uncopied):
         model: The model, for the rig alone.
         setup: Ports and kinds.
         recorder: Gets the truth.
+        clock: By which everything in it waits.
     """
 
-    def __init__(self, model: Model, setup: RigSetup | None = None, recorder: Recorder | None = None) -> None:
+    def __init__(
+        self,
+        model: Model,
+        setup: RigSetup | None = None,
+        recorder: Recorder | None = None,
+        clock: Clock = REAL_TIME,
+    ) -> None:
         self.model = model
         self.setup = setup or RigSetup()
         self.pilot = self._own_code()
         """The autopilot's own code; None where it is emulated."""
         motor_lag = MOTOR_LAG if self.setup.motors == "quadratic" else 0.0
-        self.plant = RigPlant(model, recorder, self.pilot, motor_lag)
+        self.plant = RigPlant(model, recorder, self.pilot, motor_lag, clock)
         self.gripper = model.scenario.contact.kind == "grip"
         self._folder = self.setup.folder or self._temporary_folder()
         self._servos = self.setup.servos or self._folder / SERVOS
@@ -182,6 +190,7 @@ class Rig(Uncopied):
                 hover_thrust=model.vehicle.mass * GRAVITY / model.vehicle.max_thrust,
                 motors=self.setup.motors,
                 seed=self.setup.seed,
+                clock=clock,
                 **_autopilot_settings(self.setup.vehicle),
             )
             for name, value in self._parameters(flavour).items():
@@ -192,11 +201,11 @@ class Rig(Uncopied):
                 add_rotors(self.autopilot.parameters, rotors.positions, rotors.thrust_axes, moments)
         self.servos = ServoEmulator(
             servo_setups(model.n_arm, self.gripper, None if mounted is None else mounted.servos),
-            RigArm(self.plant, self.gripper), link=self._servos,
+            RigArm(self.plant, self.gripper), link=self._servos, clock=clock,
         )  # fmt: skip
         cameras = None if mounted is None else mounted.mocap
         tracker = TrackerSetup(OBJECT_NAME, rate=self.setup.mocap_rate) if cameras is None else tracker_setup(cameras)
-        self.mocap = MocapEmulator(RigBody(self.plant), tracker, (LOOPBACK, self.setup.mocap_port or 51001))
+        self.mocap = MocapEmulator(RigBody(self.plant), tracker, (LOOPBACK, self.setup.mocap_port or 51001), clock)
         self._with_mocap = with_mocap
         self._running: ExitStack | None = None
 

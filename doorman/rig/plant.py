@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 import threading
-import time
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from doorman.clocks import REAL_TIME, Clock
 from doorman.copying import Uncopied
 from doorman.exceptions import BackendError
 from doorman.hardware.vehicle.places import Places
@@ -53,6 +53,7 @@ class RigPlant(Uncopied):
             thread only.
         pilot: Flies the rotors, and is started and stopped with the plant; None lets whoever calls `fly`.
         motor_lag: Least time constant of the motors, where the scenario gives them one [s].
+        clock: By which it waits.
     """
 
     def __init__(
@@ -61,7 +62,9 @@ class RigPlant(Uncopied):
         recorder: Recorder | None = None,
         pilot: RotorPilot | None = None,
         motor_lag: float = 0.0,
+        clock: Clock = REAL_TIME,
     ) -> None:
+        self._clock = clock
         self.model = model
         self.places = Places.of(model)
         self.gear = LandingGear(float(self.places.pad[2]))
@@ -69,7 +72,7 @@ class RigPlant(Uncopied):
         rate = rates.controller_rate if pilot is None else pilot.rate
         self.period = 1.0 / rate
         self._steps = max(1, math.ceil(rates.physics_rate / rate - 1e-9))
-        self.lock = threading.RLock()
+        self.lock = clock.lock()
         """Held while the physics advances."""
         self.slipped = 0.0
         """By how much the plant's time has fallen behind the clock's [s]."""
@@ -91,10 +94,10 @@ class RigPlant(Uncopied):
         if pilot is not None:
             self._simulator.set_rotors(None, pilot.directions)
         self._wind = _NOTHING
-        self._stopping = threading.Event()
+        self._stopping = clock.event()
         self._thread: threading.Thread | None = None
         self._stand()
-        self.epoch = time.monotonic()
+        self.epoch = self._clock.now()
         """When the plant's time was zero [s]."""
         self._snapshot = self._look()
 
@@ -111,8 +114,8 @@ class RigPlant(Uncopied):
         if self._pilot is not None:
             self._pilot.start()
         self._stopping.clear()
-        self.epoch = time.monotonic() - self._simulator.time
-        self._thread = threading.Thread(target=self._run, name="rig plant", daemon=True)
+        self.epoch = self._clock.now() - self._simulator.time
+        self._thread = self._clock.thread(self._run, name="rig plant")
         self._thread.start()
 
     def stop(self) -> None:
@@ -216,7 +219,7 @@ class RigPlant(Uncopied):
     def _run(self) -> None:
         try:
             while not self._stopping.is_set():
-                behind = time.monotonic() - self.epoch - self._simulator.time
+                behind = self._clock.now() - self.epoch - self._simulator.time
                 if behind < self.period:
                     self._stopping.wait(self.period - behind)
                     continue

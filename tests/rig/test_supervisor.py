@@ -1,25 +1,95 @@
-"""The supervisor on real links: whom it asks, what it takes away, and what it does when nobody follows."""
+"""The supervisor on links to an emulated vehicle: whom it asks, what it takes away, and what it does when nobody follows.
+
+All of it is in this process and in virtual time: unlike the flights of this folder, it needs no idle machine.
+"""
 
 from __future__ import annotations
 
-import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
-from flight_rig import FlightRig, until
+from flight_rig import free_port
+from virtual_time import CLOCK
 
 from doorman.exceptions import BackendError
 from doorman.hardware.interface import Command
 from doorman.hardware.pixhawk import Authority
 from doorman.hardware.safety import Action, Fault, Observation, Supervisor
 from doorman.hardware.safety import supervisor as supervisor_module
-from doorman.hardware.vehicle import VehicleBackend
+from doorman.hardware.vehicle import VehicleBackend, VehicleLinks, vehicle_config
+from doorman.hardware.vehicle.waiting import apart, await_links
+from doorman.model import Model
+from doorman.rig import Rig, RigSetup
+from doorman.rig.plant import Snapshot
+from doorman.scenario import Scenario
+
+
+def until(condition: Callable[[], object], what: str) -> None:
+    deadline = CLOCK.now() + 60.0
+    while not condition():
+        assert CLOCK.now() < deadline, f"not in time: {what}"
+        CLOCK.sleep(0.01)
+
+
+class LinkedRig:
+    """A rig and the links to it."""
+
+    def __init__(self, folder: Path) -> None:
+        self.model = Model(Scenario.load("paper"))
+        self._rig = Rig(self.model, RigSetup("px4", free_port(), free_port(), folder, heartbeat_rate=10.0), clock=CLOCK)
+        assert self._rig.autopilot is not None
+        self._rig.autopilot.parameters["COM_DISARM_LAND"] = 0.3
+        pixhawk, servos, mocap = self._rig.arguments[1::2]
+        self.links = VehicleLinks(
+            vehicle_config(self.model, pixhawk, servos, mocap, on_mocap_loss="report"), clock=CLOCK
+        )
+
+    def start(self) -> None:
+        self._rig.start()
+        self.links.open()
+        await_links(self.links)
+
+    def stop(self) -> None:
+        self.links.stop()
+        self._rig.stop()
+
+    @property
+    def snapshot(self) -> Snapshot:
+        """The plant as it is now."""
+        return self._rig.plant.snapshot
+
+    def heal(self) -> None:
+        """Bring the vehicle back to its pad, and let a mission command it."""
+        self.links.release()
+        until(lambda: not self.links.autopilot.state().armed, "disarmed")
+        self._rig.plant.reset()
+        CLOCK.sleep(0.5)
+        until(lambda: apart(self.links) < 0.05, "cameras and autopilot agree")
+        until(lambda: self.links.servos.read().fresh, "fresh servos")
+
+
+@pytest.fixture(scope="module")
+def linked(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LinkedRig]:
+    made = LinkedRig(tmp_path_factory.mktemp("rig"))
+    try:
+        made.start()
+        yield made
+    finally:
+        made.stop()
 
 
 @pytest.fixture
-def hovering(rig: FlightRig) -> Iterator[FlightRig]:
+def rig(linked: LinkedRig) -> LinkedRig:
+    """The rig, well and on its pad, before every test."""
+    linked.heal()
+    return linked
+
+
+@pytest.fixture
+def hovering(rig: LinkedRig) -> Iterator[LinkedRig]:
     """In the air, under our command."""
     autopilot = rig.links.autopilot
     for outcome in (autopilot.engage(), autopilot.arm(), autopilot.take_off(0.4)):
@@ -29,9 +99,9 @@ def hovering(rig: FlightRig) -> Iterator[FlightRig]:
     autopilot.land()
 
 
-def watching(rig: FlightRig) -> Supervisor:
+def watching(rig: LinkedRig) -> Supervisor:
     """A supervisor to whom all looks well, whatever is: only what it is told counts."""
-    return Supervisor(rig.links, lambda: Observation(now=time.monotonic(), commanding=False))
+    return Supervisor(rig.links, lambda: Observation(now=CLOCK.now(), commanding=False))
 
 
 def test_abort_asks_the_mission_and_leaves_it_the_vehicle(hovering):
@@ -65,10 +135,10 @@ def test_a_supervisor_goes_on_watching_after_a_mistake_of_its_own(rig, capsys):
     looks: list[float] = []
 
     def mistaken() -> Observation:
-        looks.append(time.monotonic())
+        looks.append(CLOCK.now())
         if len(looks) < 5:
             raise ValueError("made up")
-        return Observation(now=time.monotonic(), commanding=False)
+        return Observation(now=CLOCK.now(), commanding=False)
 
     with Supervisor(rig.links, mistaken) as supervisor:
         until(lambda: len(looks) > 10, "further looks")
@@ -105,7 +175,7 @@ def test_a_retreat_that_nobody_flies_is_flown_by_the_supervisor(hovering, monkey
     away = np.array([-0.5, 0.1, 0.0])
     watch = Supervisor(
         hovering.links,
-        lambda: Observation(now=time.monotonic(), commanding=False, authority=Authority.ENGAGED),
+        lambda: Observation(now=CLOCK.now(), commanding=False, authority=Authority.ENGAGED),
         refuge=lambda position: position + away,
     )
     with watch as supervisor:
@@ -122,7 +192,7 @@ def test_a_retreat_that_somebody_flies_does_not(hovering, monkeypatch):
     supervisor = watching(hovering)
     supervisor.report(Fault.OPERATOR_ABORT)
     supervisor.acknowledge()
-    time.sleep(0.2)
+    CLOCK.sleep(0.2)
     supervisor.look_once()
     assert supervisor.action is Action.RETREAT
 
@@ -131,18 +201,18 @@ def test_a_vehicle_that_nobody_flies_on_from_its_hover_point_is_flown_back(hover
     monkeypatch.setattr(supervisor_module, "SILENT_WITHIN", 1.0)
 
     def look() -> Observation:
-        return Observation(now=time.monotonic(), armed=True, commanding=False, authority=Authority.ENGAGED)
+        return Observation(now=CLOCK.now(), armed=True, commanding=False, authority=Authority.ENGAGED)
 
     supervisor = Supervisor(hovering.links, look)
     supervisor.rising = True
     supervisor.look_once()
-    time.sleep(1.1)
+    CLOCK.sleep(1.1)
     supervisor.look_once()
     assert supervisor.action is None, "on its way up it is in somebody's hands"
     supervisor.hand_over()
     supervisor.look_once()
     assert supervisor.action is None
-    time.sleep(1.1)
+    CLOCK.sleep(1.1)
     supervisor.look_once()
     assert [one.fault for one in supervisor.findings] == [Fault.SESSION_SILENT]
     assert supervisor.action is Action.RETREAT
@@ -153,10 +223,10 @@ def test_whoever_flies_it_back_must_go_on_saying_so(hovering, monkeypatch):
     supervisor = watching(hovering)
     for _ in range(4):
         supervisor.acknowledge()
-        time.sleep(0.1)
+        CLOCK.sleep(0.1)
         supervisor.look_once()
     assert supervisor.action is None
-    time.sleep(0.3)
+    CLOCK.sleep(0.3)
     supervisor.look_once()
     assert supervisor.action is Action.RETREAT
     assert [one.fault for one in supervisor.findings] == [Fault.SESSION_SILENT]
@@ -173,12 +243,12 @@ def test_a_signals_wish_is_heeded_at_the_next_look(hovering):
 
 def test_a_mission_that_does_not_end_loses_the_vehicle(hovering, monkeypatch):
     monkeypatch.setattr(supervisor_module, "ABORT_WITHIN", 0.1)
-    supervisor = Supervisor(hovering.links, lambda: Observation(now=time.monotonic(), commanding=True))
+    supervisor = Supervisor(hovering.links, lambda: Observation(now=CLOCK.now(), commanding=True))
     supervisor.watch_mission(lambda reason: None)
     supervisor.report(Fault.OPERATOR_ABORT)
     supervisor.look_once()
     assert supervisor.action is Action.ABORT
-    time.sleep(0.2)
+    CLOCK.sleep(0.2)
     supervisor.look_once()
     assert supervisor.action is Action.RETREAT
     assert Fault.MISSION_STUCK in {finding.fault for finding in supervisor.findings}
@@ -225,5 +295,5 @@ def test_commands_to_a_vehicle_that_does_not_obey_are_errors(rig):
     backend = VehicleBackend(rig.model, rig.links)
     with backend:
         backend.read()
-        with pytest.raises(BackendError, match="does not obey"):
+        with pytest.raises(BackendError, match="does not control the autopilot"):
             backend.command(Command(10.0, np.zeros(3), np.zeros(rig.model.n_arm)))

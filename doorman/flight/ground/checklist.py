@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Callable, Iterator, Mapping
 from typing import TypeVar
 
@@ -68,17 +67,17 @@ def preflight(model: Model, links: VehicleLinks, findings: Report) -> list[Check
     return [row for group in groups for row in group]
 
 
-def _settled(read: Callable[[], Sample], good: Callable[[Sample], bool]) -> Sample:
+def _settled(links: VehicleLinks, read: Callable[[], Sample], good: Callable[[Sample], bool]) -> Sample:
     """The first good sample within `_SETTLED`, or the last bad one: a single late answer grounds nobody."""
-    deadline = time.monotonic() + _SETTLED
-    while not good(sample := read()) and time.monotonic() < deadline:
-        time.sleep(0.01)
+    deadline = links.clock.now() + _SETTLED
+    while not good(sample := read()) and links.clock.now() < deadline:
+        links.clock.sleep(0.01)
     return sample
 
 
 def _autopilot(model: Model, links: VehicleLinks) -> Iterator[Check]:
     autopilot = links.autopilot
-    state, status = _settled(autopilot.state, lambda one: one.status is SampleStatus.FRESH), autopilot.status()
+    state, status = _settled(links, autopilot.state, lambda one: one.status is SampleStatus.FRESH), autopilot.status()
     yield row("autopilot", state.status is SampleStatus.FRESH, f"{status.dialect}, state {state.status.value}",
                "wait until the autopilot's estimator has a position")  # fmt: skip
     yield row("disarmed", not state.armed, f"{state.mode}, {'armed' if state.armed else 'disarmed'}",
@@ -136,7 +135,7 @@ def _mocap(model: Model, links: VehicleLinks) -> Iterator[Check]:
     if links.mocap is None:
         yield Check("mocap", Verdict.WARNING, "none: the flight uses the autopilot's own estimate")
         return
-    pose, figures = _settled(links.mocap.read, lambda sample: sample.fresh), links.mocap.statistics
+    pose, figures = _settled(links, links.mocap.read, lambda sample: sample.fresh), links.mocap.statistics
     yield row("mocap", pose.fresh, f"pose {pose.quality.value}, {figures.frame_rate:.1f} frames/s",
                "make sure that the cameras see the object")  # fmt: skip
     yield judge_age(figures.latency, figures.frame_rate, oldest_pose(model.scenario.control))
@@ -154,7 +153,7 @@ def _mocap(model: Model, links: VehicleLinks) -> Iterator[Check]:
 
 
 def _servos(model: Model, links: VehicleLinks) -> Iterator[Check]:
-    sample = _settled(links.servos.read, lambda sample: sample.fresh and not sample.fault)
+    sample = _settled(links, links.servos.read, lambda sample: sample.fresh and not sample.fault)
     names = ", ".join(str(servo.servo_id) for servo in links.servos.servos)
     yield row("servos", sample.fresh and not sample.fault, f"{names}: {sample.state.value}, age {sample.age * 1e3:.0f} ms"
                + (f", {sample.fault}" if sample.fault else ""), "see docs/hardware/servos.md",

@@ -9,7 +9,6 @@ behind a first-order low-pass, with v of the autopilot and the commanded thrust.
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Set
 
 import numpy as np
@@ -92,7 +91,7 @@ class Observer:
 
     def look(self) -> Observation:
         """What is to be seen now."""
-        backend, links, now = self._backend, self._backend.links, time.monotonic()
+        backend, links, now = self._backend, self._backend.links, self._backend.links.clock.now()
         autopilot, servos = links.autopilot, links.servos.read()
         sample, status = autopilot.state(), autopilot.status()
         commanding = backend.commanding

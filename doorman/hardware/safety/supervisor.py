@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import threading
-import time
 import traceback
 from collections import deque
 from collections.abc import Callable
@@ -66,11 +65,12 @@ class Supervisor(Uncopied):
         refuge: Callable[[Array], Array] | None = None,
     ) -> None:
         self._links, self._look, self._period = links, look, period
+        self._clock = links.clock
         self._refuge = refuge
         self._leaving: StraightWay | None = None
         self._assessor = Assessor(limits or SafetySection())
-        self._lock = threading.RLock()
-        self._stopping = threading.Event()
+        self._lock = self._clock.lock()
+        self._stopping = self._clock.event()
         self._thread: threading.Thread | None = None
         self._on_abort: OnAbort | None = None
         self._aborted_at: float | None = None
@@ -99,8 +99,8 @@ class Supervisor(Uncopied):
             raise BackendError("the supervisor runs already", allowed="stop() before another start()")
         self._stopping.clear()
         self._acknowledged, self._alive_at = False, None
-        self._links.guard(time.monotonic())
-        self._thread = threading.Thread(target=self._run, name="safety supervisor", daemon=True)
+        self._links.guard(self._clock.now())
+        self._thread = self._clock.thread(self._run, name="safety supervisor")
         self._thread.start()
 
     def stop(self) -> None:
@@ -135,7 +135,7 @@ class Supervisor(Uncopied):
         Args:
             fault: What.
         """
-        now = time.monotonic()
+        now = self._clock.now()
         self._take(Finding(fault, ACTIONS[fault], now, 0.0))
 
     def wish(self, fault: Fault) -> None:
@@ -150,12 +150,12 @@ class Supervisor(Uncopied):
         """Say that the vehicle is being flown back, again and again: a retreat that nobody flies ends in a landing."""
         self._heed()
         with self._lock:  # after this, no hold is latched any more that was decided before
-            self._acknowledged, self._alive_at = True, time.monotonic()
+            self._acknowledged, self._alive_at = True, self._clock.now()
 
     def hand_over(self) -> None:
         """Say that the vehicle is at its hover point, for whoever flies it next: that nobody does is noticed from now on."""
         with self._lock:
-            self.rising, self._alive_at = False, time.monotonic()
+            self.rising, self._alive_at = False, self._clock.now()
 
     @property
     def reason(self) -> str:
@@ -174,7 +174,7 @@ class Supervisor(Uncopied):
             except Exception as error:  # it goes on watching, as far as it can
                 self._tell(error)
             else:
-                self._links.guard(time.monotonic())
+                self._links.guard(self._clock.now())
             self._stopping.wait(self._period)
 
     def _tell(self, error: Exception) -> None:

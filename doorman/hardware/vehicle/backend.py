@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import math
-import time
 from dataclasses import replace
 
 import numpy as np
@@ -52,7 +51,7 @@ class VehicleBackend(Backend):
         self._opened: float | None = None
         self.epoch = math.nan
         """When the backend's time was zero, by `time.monotonic`; kept after `stop` [s]."""
-        self._ticker = Ticker(1.0 / links.config.rate)
+        self._ticker = Ticker(1.0 / links.config.rate, links.clock)
         self._measured: Measurement | None = None
         self.measured_at = -math.inf
         """When `read` returned last, by `time.monotonic` [s]."""
@@ -100,10 +99,10 @@ class VehicleBackend(Backend):
         self._own_links = not self.links.is_open
         if self._own_links:
             self.links.open()
-        self._ticker = Ticker(1.0 / self.links.config.rate)
+        self._ticker = Ticker(1.0 / self.links.config.rate, self.links.clock)
         self._measured, self.thrust = None, math.nan
         self.attitude = np.full(3, math.nan)
-        self._opened = self.epoch = time.monotonic()
+        self._opened = self.epoch = self.links.clock.now()
 
     def read(self) -> Measurement:
         """Wait for the next tick and say what the links know then.
@@ -115,7 +114,7 @@ class VehicleBackend(Backend):
             BackendError: if it is not open, the mission may not command any more, or a link has nothing usable.
         """
         self.opened_at  # noqa: B018  # an error if it is not open
-        deadline = time.monotonic() + (_FIRST_PATIENCE if self._measured is None else 0.0)
+        deadline = self.links.clock.now() + (_FIRST_PATIENCE if self._measured is None else 0.0)
         while True:
             now = self._ticker.wait()
             self._require_permission()
@@ -162,7 +161,7 @@ class VehicleBackend(Backend):
             authority = self.links.autopilot.status().authority
             raise BackendError("doorman does not control the autopilot", field="pixhawk", given=authority.value,
                                allowed="engaged, and not held")  # fmt: skip
-        self.thrust, self.commanded_at = thrust, time.monotonic()
+        self.thrust, self.commanded_at = thrust, self.links.clock.now()
         self.attitude = attitude
 
     def stop(self) -> None:
@@ -208,7 +207,7 @@ class VehicleBackend(Backend):
             raise BackendError(f"the pose is {pose.quality.value}", field="mocap", given=f"age {pose.age:.3f} s",
                                allowed="measured, or predicted for a short while")  # fmt: skip
         pose = pose.origin or pose
-        return replace(pose, time=min(pose.time - self.pose_delay, time.monotonic()))
+        return replace(pose, time=min(pose.time - self.pose_delay, self.links.clock.now()))
 
     def _require_permission(self) -> None:
         reason = self.links.inhibited

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import threading
-import time
 from contextlib import ExitStack
 from dataclasses import dataclass
 from types import TracebackType
@@ -12,6 +10,7 @@ from types import TracebackType
 import numpy as np
 from numpy.typing import NDArray
 
+from doorman.clocks import REAL_TIME, Clock
 from doorman.copying import Uncopied
 from doorman.exceptions import BackendError, DoormanError
 from doorman.hardware.dynamixel import LATCHED, ServoBus
@@ -53,6 +52,7 @@ class VehicleLinks(Uncopied):
     Args:
         config: Of all of them.
         tip_force: Reads a force sensor in a tip that pushes, if there is one.
+        clock: By which they wait.
 
     Raises:
         BackendError: if a vehicle with a gripper is given such a sensor.
@@ -60,16 +60,20 @@ class VehicleLinks(Uncopied):
 
     tip_force: TipForce | None = None
     """The force sensor in the tip."""
+    clock: Clock = REAL_TIME
+    """By which the links, and whoever flies by them, wait."""
 
-    def __init__(self, config: VehicleConfig, tip_force: TipForceSource | None = None) -> None:
+    def __init__(
+        self, config: VehicleConfig, tip_force: TipForceSource | None = None, clock: Clock = REAL_TIME
+    ) -> None:
         if tip_force is not None and config.gripper:
             raise BackendError("only a tip that pushes has a force sensor", field="tip_force", given="a sensor",
                                allowed="none with a gripper")  # fmt: skip
-        self.config = config
+        self.config, self.clock = config, clock
         self.tip_force = None if tip_force is None else TipForce(tip_force)
-        self.autopilot = Autopilot(config.pixhawk)
-        self.servos = ServoBus(config.servos)
-        self.mocap = None if config.mocap is None else DoubtedMocap(config.mocap, self.autopilot)
+        self.autopilot = Autopilot(config.pixhawk, clock)
+        self.servos = ServoBus(config.servos, clock)
+        self.mocap = None if config.mocap is None else DoubtedMocap(config.mocap, self.autopilot, clock)
         self._inhibited: str | None = None
         self._guarded_at: float | None = None
         self._relay: _Relay | None = None
@@ -98,7 +102,7 @@ class VehicleLinks(Uncopied):
             stack.enter_context(self.servos)
             stack.enter_context(self.autopilot)
             if self.mocap is not None:
-                self._relay = _Relay(self.mocap, self.autopilot)
+                self._relay = _Relay(self.mocap, self.autopilot, self.clock)
                 stack.enter_context(self._relay)
             self._open = stack.pop_all()
 
@@ -137,7 +141,7 @@ class VehicleLinks(Uncopied):
     def inhibited(self) -> str | None:
         """Why the mission may not command any more; None while it may. A guard that has fallen silent is a reason."""
         guarded = self._guarded_at
-        if self._inhibited is None and guarded is not None and time.monotonic() - guarded > GUARD_TIMEOUT:
+        if self._inhibited is None and guarded is not None and self.clock.now() - guarded > GUARD_TIMEOUT:
             return "the safety supervisor is silent"
         return self._inhibited
 
@@ -176,7 +180,7 @@ class VehicleLinks(Uncopied):
             latch: Refuse the controller's setpoints until `autopilot.resume`.
         """
         where = self.whereabouts()
-        recent = where.known or time.monotonic() - where.time < LONGEST_BLIND_HOLD
+        recent = where.known or self.clock.now() - where.time < LONGEST_BLIND_HOLD
         return self.autopilot.hold(at=PositionSetpoint(where.position, where.yaw) if recent else None, latch=latch)
 
     def move_arm(self, rates: Array, closed: bool) -> None:
@@ -193,7 +197,7 @@ class VehicleLinks(Uncopied):
         if self.config.gripper:
             grip = gripper_current(float(self.servos.read().angles[-1]), closed)
             if self._grip_told is None or self._grip_told[0] != closed:
-                self._grip_told = (closed, time.monotonic())
+                self._grip_told = (closed, self.clock.now())
         self.servos.command(rates, grip)
 
     @property
@@ -206,7 +210,7 @@ class VehicleLinks(Uncopied):
             return False
         with contextlib.suppress(BackendError):  # closed
             sample = self.servos.read()
-            seen = time.monotonic() - sample.times[-1] < OPENS_WITHIN
+            seen = self.clock.now() - sample.times[-1] < OPENS_WITHIN
             opens = self._grip_told is not None and not self._grip_told[0]
             return bool(seen and sample.angles[-1] > (HALF_OPEN if opens else CLOSED))
         return False
@@ -218,9 +222,9 @@ class VehicleLinks(Uncopied):
             return False
         closed, since = self._grip_told
         if not closed:
-            return self.holding and time.monotonic() - since > _SLOW_TO_OPEN
+            return self.holding and self.clock.now() - since > _SLOW_TO_OPEN
         if not self.holding:
-            return time.monotonic() - since > CLOSES_WITHIN
+            return self.clock.now() - since > CLOSES_WITHIN
         with contextlib.suppress(BackendError):  # closed
             return bool(self.servos.read().faults[-1] & LATCHED)
         return False
@@ -239,10 +243,10 @@ class VehicleLinks(Uncopied):
 class _Relay:
     """Thread that hands every fresh pose on to the autopilot's estimator, at the pace of the cameras."""
 
-    def __init__(self, mocap: MocapReceiver, autopilot: Autopilot) -> None:
+    def __init__(self, mocap: MocapReceiver, autopilot: Autopilot, clock: Clock) -> None:
         self._mocap, self._autopilot = mocap, autopilot
-        self._stopping = threading.Event()
-        self._thread = threading.Thread(target=self._run, name="pose relay", daemon=True)
+        self._stopping = clock.event()
+        self._thread = clock.thread(self._run, name="pose relay")
 
     def __enter__(self) -> _Relay:
         self._thread.start()

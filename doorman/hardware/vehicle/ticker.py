@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import time
 from dataclasses import dataclass
 
 import numpy as np
 
-_SPIN = 0.0003
-"""The last stretch before a tick is waited for by looking at the clock: sleeping is not that exact [s]."""
+from doorman.clocks import REAL_TIME, Clock
+
 _KEPT = 200_000
 
 
@@ -32,10 +31,11 @@ class Ticker:
 
     Args:
         period: Between ticks [s].
+        clock: By which it waits.
     """
 
-    def __init__(self, period: float) -> None:
-        self.period = period
+    def __init__(self, period: float, clock: Clock = REAL_TIME) -> None:
+        self.period, self._clock = period, clock
         self._next: float | None = None
         self._last = 0.0
         self.missed = 0
@@ -49,7 +49,7 @@ class Ticker:
         Returns:
             The time, by `time.monotonic` [s].
         """
-        now = time.monotonic()
+        now = self._clock.now()
         if self._next is None:
             self._next = self._last = now
             return now
@@ -58,10 +58,8 @@ class Ticker:
             late = int((now - self._next) / self.period)
             self.missed += late
             self._next += late * self.period
-        while (left := self._next - time.monotonic()) > 0.0:
-            if left > _SPIN:
-                time.sleep(left - _SPIN)
-        now = time.monotonic()
+        self._clock.reach(self._next)
+        now = self._clock.now()
         if now > self._last and len(self.periods) < _KEPT:
             self.periods.append(now - self._last)
         self._last = now

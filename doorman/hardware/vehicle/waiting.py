@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Callable
 
 import numpy as np
@@ -33,15 +32,16 @@ def await_links(links: VehicleLinks, say: Callable[[str], None] | None = None) -
         links: Open.
         say: Gets a line for everything that takes longer than a moment.
     """
-    begin, told = time.monotonic(), ""
+    clock = links.clock
+    begin, told = clock.now(), ""
     while True:
-        while (missing := _missing(links)) and time.monotonic() < begin + PATIENCE:
-            if say is not None and missing != told and time.monotonic() > begin + _WORTH_A_WORD:
+        while (missing := _missing(links)) and clock.now() < begin + PATIENCE:
+            if say is not None and missing != told and clock.now() > begin + _WORTH_A_WORD:
                 say(f"Waiting for {missing}")
                 told = missing
-            time.sleep(0.05)
-        time.sleep(SETTLING)
-        if not _missing(links) or time.monotonic() > begin + PATIENCE:
+            clock.sleep(0.05)
+        clock.sleep(SETTLING)
+        if not _missing(links) or clock.now() > begin + PATIENCE:
             return  # what an autopilot has not told at first, it may find wrong now: once more then
 
 
