@@ -65,14 +65,15 @@ def push_inside(work: Workspace) -> None:
 def first_slacks(work: Workspace, interior: Interior) -> None:
     """Set the first slacks and multipliers, and the scale of the cost.
 
-    Rows that are far off begin at their centre, z = τ/s. With more they would weigh on the first steps as active ones do, all of
-    them together more than the cost.
+    Rows and bounds of states that are far off begin at their centre, z = τ/s. With more they would weigh on the first steps as
+    active ones do, all of them together more than the cost. Bounds of inputs begin above it: they damp the first steps.
 
     Args:
         work: Workspace of the solver.
         interior: Memory of the search.
     """
-    numbers, steepest = interior.numbers, 0.0
+    numbers, steepest, nx = interior.numbers, 0.0, len(work.sizes.states)
+    first = work.sizes.rows + work.sizes.end_rows + work.sizes.input_rows
     for k in range(interior.gradients.shape[0]):
         for i in range(interior.gradients.shape[1]):
             steepest = max(steepest, abs(interior.gradients[k, i]))
@@ -84,7 +85,9 @@ def first_slacks(work: Workspace, interior: Interior) -> None:
             interior.slacks[k, i] = max(-interior.values[k, i], _PUSH)
             interior.duals[k, i] = 0.0
             if interior.applies[k, i] and not interior.equal[i]:
-                interior.duals[k, i] = min(scale, numbers[NUMBER.BARRIER] / interior.slacks[k, i])
+                of_input = i >= first and work.program.bounded[i - first] >= nx
+                centre = numbers[NUMBER.BARRIER] / interior.slacks[k, i]
+                interior.duals[k, i] = scale if of_input else min(scale, centre)
 
 
 @kernel
