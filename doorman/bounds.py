@@ -39,14 +39,7 @@ _MOST_DOTS = 100
 
 
 def parse_number(text: str) -> float:
-    """A decimal number of ASCII digits, as XML, C and C++ read it; Python's float() reads `1_0` and other scripts' digits.
-
-    Args:
-        text: The number, without blanks.
-
-    Raises:
-        ValueError: if it is none, is too long, or no float holds it.
-    """
+    """A decimal number of ASCII digits, as XML, C and C++ read it; Python's float() reads `1_0` and other scripts' digits."""
     value = float(text) if len(text) <= _LONGEST_NUMBER and _NUMBER.fullmatch(text) else float("inf")
     if value in (float("inf"), -float("inf")):
         raise ValueError(f"not a number: {text[:40]!r}")
@@ -54,28 +47,12 @@ def parse_number(text: str) -> float:
 
 
 def parse_numbers(text: str) -> list[float]:
-    """Numbers with blanks between them.
-
-    Args:
-        text: The numbers.
-
-    Raises:
-        ValueError: if one of them is none.
-    """
+    """Numbers with blanks between them."""
     return [parse_number(word) for word in _BLANKS.split(text) if word]
 
 
 def read_bytes(path: Path, largest: int, error: type[DoormanError] = DoormanError) -> bytes:
-    """Content of a file of bounded size.
-
-    Args:
-        path: The file.
-        largest: Size that is allowed [bytes].
-        error: What is raised.
-
-    Raises:
-        DoormanError: of the given type, if the file cannot be read or is larger.
-    """
+    """Content of a file of bounded size."""
     try:
         with path.open("rb") as file:
             content = file.read(largest + 1)
@@ -88,14 +65,7 @@ def read_bytes(path: Path, largest: int, error: type[DoormanError] = DoormanErro
 
 
 def read_json(path: Path) -> dict[str, Any]:
-    """The object that a JSON file holds.
-
-    Args:
-        path: The file.
-
-    Raises:
-        DoormanError: if it cannot be read, is too large, or is no object of JSON.
-    """
+    """The object that a JSON file holds."""
     try:
         found = json.loads(read_bytes(path, LARGEST_TEXT))
     except (ValueError, RecursionError):
@@ -106,16 +76,7 @@ def read_json(path: Path) -> dict[str, Any]:
 
 
 def parse_toml(text: str, error: type[DoormanError], file: Path | None = None) -> dict[str, Any]:
-    """Tables of TOML 1.0.
-
-    Args:
-        text: The TOML.
-        error: What is raised.
-        file: That it comes from, for errors.
-
-    Raises:
-        DoormanError: of the given type, if it is no TOML, is nested too deep, or holds too large an integer.
-    """
+    """Tables of TOML 1.0."""
     dots = max(part.count(".") for part in _PARTS.split(_ELLIPSIS.sub("", text)))
     if dots > _MOST_DOTS:
         raise error("nested too deep", file=file, given=f"a key of {dots + 1} parts", allowed=f"up to {DEEPEST} tables")
@@ -128,16 +89,7 @@ def parse_toml(text: str, error: type[DoormanError], file: Path | None = None) -
 
 
 def check_tables(tables: Mapping[str, Any], error: type[DoormanError], file: Path | None = None) -> None:
-    """Check that tables are not too deep, and that their integers can be printed.
-
-    Args:
-        tables: By name, of tables, lists and values.
-        error: What is raised; it names the key.
-        file: That they come from, for errors.
-
-    Raises:
-        DoormanError: of the given type.
-    """
+    """Check that tables are not too deep, and that their integers can be printed."""
     waiting: list[tuple[str, int, Any]] = [("", 0, tables)]
     while waiting:  # the last one first: a list that holds itself is soon too deep
         key, depth, value = waiting.pop()

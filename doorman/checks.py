@@ -15,19 +15,7 @@ _FLOAT = np.dtype(np.float64)
 
 
 def vector(values: ArrayLike, size: int, field: str) -> NDArray[np.float64]:
-    """A fresh float vector of the right length with finite entries.
-
-    Args:
-        values: What was given.
-        size: Length that is needed.
-        field: Name of the argument, for the error.
-
-    Returns:
-        Shape (size,).
-
-    Raises:
-        DimensionError: if the values are not numbers, have another shape, or are not all finite.
-    """
+    """A fresh float vector of the right length with finite entries."""
     if type(values) is np.ndarray and values.dtype is _FLOAT and values.shape == (size,):
         if math.isfinite(
             sum(values.tolist())
@@ -46,16 +34,7 @@ def vector(values: ArrayLike, size: int, field: str) -> NDArray[np.float64]:
 
 
 def components(values: ArrayLike, size: int, field: str) -> list[float]:
-    """Numbers of a checked `vector`, as a list of floats.
-
-    Args:
-        values: Numbers from outside.
-        size: Number of entries.
-        field: Name of the argument, for the error.
-
-    Raises:
-        DimensionError: if it is no vector of that length, or an entry is not finite.
-    """
+    """Numbers of a checked `vector`, as a list of floats."""
     if type(values) is np.ndarray and values.dtype is _FLOAT and values.shape == (size,):
         found: list[float] = values.tolist()
         if math.isfinite(sum(found)):
@@ -65,16 +44,7 @@ def components(values: ArrayLike, size: int, field: str) -> list[float]:
 
 
 def numbers(values: ArrayLike, field: str, allowed: str = "an array of numbers") -> NDArray[np.float64]:
-    """A fresh, contiguous float array of any shape, finite or not.
-
-    Args:
-        values: What was given.
-        field: Name of the argument, for the error.
-        allowed: What would have been accepted, for the error.
-
-    Raises:
-        DimensionError: if the values are not numbers.
-    """
+    """A fresh, contiguous float array of any shape, finite or not."""
     try:
         if _are_numbers(values):
             return np.array(values, dtype=np.float64, order="C")
@@ -84,16 +54,7 @@ def numbers(values: ArrayLike, field: str, allowed: str = "an array of numbers")
 
 
 def number(value: Any, field: str, allowed: str = "a finite number") -> float:
-    """A finite number.
-
-    Args:
-        value: What was given.
-        field: Name of the argument, for the error.
-        allowed: What would have been accepted, for the error.
-
-    Raises:
-        DimensionError: if it is no number, or not finite.
-    """
+    """A finite number."""
     if type(value) is float and math.isfinite(value):
         return value
     try:
@@ -112,16 +73,7 @@ _MOST = 2**63 - 1
 
 
 def whole(value: Any, field: str, least: int) -> int:
-    """A whole number of 64 bits, not below a least one; 3.0 is none.
-
-    Args:
-        value: What was given.
-        field: Name of the argument, for the error.
-        least: Smallest that is accepted.
-
-    Raises:
-        DimensionError: if it is no whole number, smaller, or larger than 64 bits hold.
-    """
+    """A whole number of 64 bits, not below a least one; 3.0 is none."""
     if isinstance(value, (int, np.integer)) and not isinstance(value, bool) and least <= value <= _MOST:
         return int(value)
     raise DimensionError("not a whole number", field=field, given=value, allowed=f"an integer >= {least}, of 64 bits")
@@ -139,18 +91,7 @@ def _are_numbers(values: Any) -> bool:
 
 
 def per_node(values: ArrayLike, shape: tuple[int, ...]) -> NDArray[np.float64]:
-    """Numbers for every node, checked.
-
-    Args:
-        values: Shape (N + 1, nq), or (nq,) for the same at all nodes.
-        shape: (N + 1, nq).
-
-    Returns:
-        Shape (N + 1, nq), not to be written to.
-
-    Raises:
-        DimensionError: if the shape is another, or a number is not finite.
-    """
+    """Numbers for every node, checked."""
     given = np.asarray(values, dtype=np.float64)
     if given.shape not in (shape, shape[1:]) or not np.isfinite(given).all():
         raise DimensionError(

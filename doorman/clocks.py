@@ -46,38 +46,17 @@ class Clock:
     """Makes a lock that a thread may hold while it waits; its owner may take it again."""
 
     def reach(self, moment: float) -> None:
-        """Wait until a moment, exactly.
-
-        Args:
-            moment: By this clock [s].
-        """
+        """Wait until a moment, exactly."""
         while (left := moment - time.monotonic()) > 0.0:
             if left > _SPIN:
                 time.sleep(left - _SPIN)
 
     def readable(self, files: Sequence[_File], timeout: float) -> list[_File]:
-        """Wait until something can be read.
-
-        Args:
-            files: What to look at.
-            timeout: Longest time [s].
-
-        Returns:
-            Those that can be read, or have failed.
-
-        Raises:
-            OSError: if one is closed; ValueError if its descriptor is gone.
-        """
+        """Wait until something can be read."""
         return select.select(files, [], [], timeout)[0]
 
     def thread(self, target: Callable[..., None], *args: Any, name: str | None = None) -> threading.Thread:
-        """Make a thread that waits by this clock alone; it ends with the process.
-
-        Args:
-            target: What it runs.
-            args: For the target.
-            name: Of the thread.
-        """
+        """Make a thread that waits by this clock alone; it ends with the process."""
         return threading.Thread(target=target, args=args, name=name, daemon=True)
 
 

@@ -40,11 +40,7 @@ class PerThread(threading.local, Generic[T]):
     """A value of which every thread has its own; a copy begins without any."""
 
     def get(self, make: Callable[[], T]) -> T:
-        """This thread's value.
-
-        Args:
-            make: Makes it, the first time.
-        """
+        """This thread's value."""
         try:
             return cast(T, self.__dict__["value"])
         except KeyError:

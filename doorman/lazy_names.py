@@ -13,16 +13,7 @@ if TYPE_CHECKING:
 def lazy_names(
     package: str, modules: Mapping[str, str], packages: Sequence[str] = ()
 ) -> tuple[Callable[[str], object], Callable[[], list[str]]]:
-    """`__getattr__` and `__dir__` of a package.
-
-    Args:
-        package: The package's `__name__`.
-        modules: Each name, and the module below `package` that has it.
-        packages: Modules below `package` that are attributes of it, too.
-
-    Returns:
-        What the package assigns to `__getattr__` and `__dir__`. A name that is in neither raises AttributeError.
-    """
+    """`__getattr__` and `__dir__` of a package."""
 
     def get(name: str) -> object:
         if name in packages:

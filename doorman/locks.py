@@ -19,14 +19,6 @@ def locked(path: Path, *, wait: bool = False) -> Iterator[None]:
     """Hold a lock; its file is made, holds nothing, and goes again with the lock.
 
     A lock that a process has left behind when it was killed is free. Links are not followed.
-
-    Args:
-        path: File of the lock, in a folder that exists.
-        wait: Whether to wait for another process that holds it.
-
-    Raises:
-        BlockingIOError: if another process holds it, and `wait` is false.
-        OSError: if the file cannot be made, or is something else than a plain file, such as a link.
     """
     descriptor = _held(path, wait)
     try:
@@ -38,15 +30,7 @@ def locked(path: Path, *, wait: bool = False) -> Iterator[None]:
 
 
 def lock_stream(descriptor: int, *, wait: bool = False) -> None:
-    """Lock a file that is open, until it is closed.
-
-    Args:
-        descriptor: Of the file.
-        wait: Whether to wait for another process that holds it.
-
-    Raises:
-        BlockingIOError: if another process holds it, and `wait` is false.
-    """
+    """Lock a file that is open, until it is closed."""
     try:
         fcntl.flock(descriptor, fcntl.LOCK_EX | (0 if wait else fcntl.LOCK_NB))
     except BlockingIOError:

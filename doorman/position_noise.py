@@ -29,12 +29,7 @@ class PositionNoise:
         self._bent: deque[float] = deque(maxlen=_KEPT)
 
     def note(self, number: int, position: Sequence[float] | Array) -> None:
-        """Take in one position; three with a gap between them tell nothing.
-
-        Args:
-            number: Of its frame.
-            position: Shape (3,) [m].
-        """
+        """Take in one position; three with a gap between them tell nothing."""
         self._last = [*self._last[-2:], (number, np.array(position, dtype=np.float64))]
         if len(self._last) < 3 or self._last[2][0] - self._last[0][0] != 2:
             return

@@ -24,10 +24,5 @@ def vehicle_directory() -> Path:
 
 
 def shipped(directory: Path, suffix: str) -> dict[str, Path]:
-    """Paths of the shipped files of one kind, by name without suffix.
-
-    Args:
-        directory: Of the files.
-        suffix: Of the files, with its dot.
-    """
+    """Paths of the shipped files of one kind, by name without suffix."""
     return {path.stem: path for path in sorted(directory.glob(f"*{suffix}"))}

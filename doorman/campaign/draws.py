@@ -32,13 +32,6 @@ def draw(campaign: CampaignSection, run: int) -> Draw:
 
     Every value has random numbers of its own, made from the campaign's seed, the run and the key (or the one that it is the
     same as): neither the number of runs, nor their order, nor what else is varied changes it.
-
-    Args:
-        campaign: Seed and distributions.
-        run: Number of the run, from 0.
-
-    Returns:
-        The draws.
     """
     seed = int(np.random.default_rng([campaign.seed, run]).integers(_SEEDS))
     values = {}

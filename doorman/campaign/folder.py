@@ -29,18 +29,7 @@ _LOCK = ".lock"
 
 @contextmanager
 def claimed(folder: Path, campaign: Campaign) -> Iterator[Path]:
-    """The folder, made if need be, for one campaign alone.
-
-    Args:
-        folder: The campaign's folder; what an earlier run of the same campaign has left there is kept.
-        campaign: The campaign.
-
-    Yields:
-        Folder of the parts.
-
-    Raises:
-        DoormanError: if it belongs to another campaign, or another process writes to it now.
-    """
+    """The folder, made if need be, for one campaign alone."""
     parts = folder / _PARTS
     parts.mkdir(parents=True, exist_ok=True)
     with ExitStack() as stack:
@@ -55,11 +44,7 @@ def claimed(folder: Path, campaign: Campaign) -> Iterator[Path]:
 
 
 def identity(campaign: Campaign) -> dict[str, Any]:
-    """What two runs of a campaign must have in common to be rows of one table, for JSON.
-
-    Args:
-        campaign: The campaign.
-    """
+    """What two runs of a campaign must have in common to be rows of one table, for JSON."""
     scenario = campaign.scenario
     tables = portable(scenario)
     for key in ("runs", "time_out", "low_friction"):
@@ -70,12 +55,7 @@ def identity(campaign: Campaign) -> dict[str, Any]:
 
 
 def write_not_flown(reasons: Mapping[int, str], folder: Path) -> None:
-    """Note the runs that did not come about, and why; no file if there are none.
-
-    Args:
-        reasons: By run.
-        folder: The campaign's folder.
-    """
+    """Note the runs that did not come about, and why; no file if there are none."""
     path = folder / NOT_FLOWN
     if reasons:
         write_atomically(path, (json.dumps(reasons, indent=2) + "\n").encode())
@@ -84,14 +64,7 @@ def write_not_flown(reasons: Mapping[int, str], folder: Path) -> None:
 
 
 def read_not_flown(folder: Path) -> dict[int, str]:
-    """Runs that did not come about when the campaign was last run, and why.
-
-    Args:
-        folder: Of the campaign.
-
-    Returns:
-        Reasons by run.
-    """
+    """Runs that did not come about when the campaign was last run, and why."""
     path = folder / NOT_FLOWN
     reasons = read_json(path) if path.is_file() else {}
     return {int(run): str(why) for run, why in reasons.items() if run.isascii() and run.isdigit()}

@@ -73,10 +73,6 @@ def _contact(summary: Mapping[str, Any], campaign: CampaignSection) -> list[str]
 
 
 def final_error(summary: Mapping[str, Any]) -> float:
-    """Door's final angle minus target [deg], or a slide's opening [m], as its `unit` says; NaN if the summary has none.
-
-    Args:
-        summary: Of the run.
-    """
+    """Door's final angle minus target [deg], or a slide's opening [m], as its `unit` says; NaN if the summary has none."""
     error = summary["final_error"]
     return math.nan if error is None else float(error)

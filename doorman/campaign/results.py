@@ -39,15 +39,7 @@ _log = logging.getLogger("doorman.campaign")
 
 
 def row_of(flight: Flight, answer: Mapping[str, Any]) -> Row:
-    """Row of one run.
-
-    Args:
-        flight: The run.
-        answer: Summary or error, as a flight process gives it.
-
-    Returns:
-        Values by column.
-    """
+    """Row of one run."""
     summary = answer["summary"]
     row: Row = {"run": flight.draw.run, "seed": flight.draw.seed}
     if summary is None:
@@ -74,21 +66,12 @@ def row_of(flight: Flight, answer: Mapping[str, Any]) -> Row:
 
 
 def write_part(row: Row, folder: Path) -> None:
-    """Make a row durable: after this it survives whatever kills the campaign; half of it is never seen.
-
-    Args:
-        row: The row.
-        folder: Of the parts.
-    """
+    """Make a row durable: after this it survives whatever kills the campaign; half of it is never seen."""
     write_table([row], folder / f"{_stem(row['run'])}.parquet")
 
 
 def read_parts(folder: Path) -> dict[int, Row]:
-    """Rows that are durable, by run; a part that cannot be read is left out.
-
-    Args:
-        folder: Of the parts.
-    """
+    """Rows that are durable, by run; a part that cannot be read is left out."""
     rows: dict[int, Row] = {}
     for path in sorted(folder.glob("run-*.parquet")):
         row = _read_part(path)
@@ -100,11 +83,7 @@ def read_parts(folder: Path) -> dict[int, Row]:
 
 
 def known_runs(folder: Path) -> set[int]:
-    """Numbers of the runs that are durable. A damaged part is removed, so that its run is flown again.
-
-    Args:
-        folder: Of the parts.
-    """
+    """Numbers of the runs that are durable. A damaged part is removed, so that its run is flown again."""
     known = set()
     for path in folder.glob("run-*.parquet"):
         row = _read_part(path)
@@ -133,11 +112,7 @@ def _stem(run: int) -> str:
 
 
 def _sealed(content: bytes) -> bytes:
-    """A Parquet file with its digest, whatever stood in the digest's place.
-
-    Raises:
-        ValueError: if it has no such place.
-    """
+    """A Parquet file with its digest, whatever stood in the digest's place."""
     start = content.rindex(_SEAL) + len(_SEAL)
     before, behind = content[:start], content[start + _DIGITS :]
     digest = hashlib.sha256(before + bytes(_DIGITS) + behind).hexdigest()
@@ -145,12 +120,7 @@ def _sealed(content: bytes) -> bytes:
 
 
 def write_table(rows: Iterable[Row], path: Path) -> None:
-    """Write rows as one Parquet file, all of it or nothing.
-
-    Args:
-        rows: Not every row needs every column.
-        path: File to write.
-    """
+    """Write rows as one Parquet file, all of it or nothing."""
     rows = list(rows)
     names = dict.fromkeys(name for row in rows for name in row)
     table = arrow.table({name: _column([row.get(name) for row in rows]) for name in names})

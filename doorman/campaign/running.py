@@ -46,21 +46,6 @@ def run_campaign(
     Every run is flown in a process of its own: one that hangs costs its row and nothing else. What machine or software does to a
     flight is no result: the run is tried again, and if nothing comes of that, it has no row, and `not_flown.json` says why.
     Results are written by this process alone, one file a run, as they come in.
-
-    Args:
-        campaign: The campaign.
-        out: Its folder.
-        runs: Number of runs; by default the scenario's. More runs than before continue a finished campaign.
-        workers: Flights at a time, on this machine; by default one for every core.
-        scheduler: Address of an existing Dask cluster, whose workers have the same doorman installed.
-        on_row: Called after every run.
-
-    Returns:
-        One row for every run that was flown, in their order; the same are in `results.parquet`.
-
-    Raises:
-        DoormanError: if the scenario cannot be used, the folder holds another campaign, the cluster is not found, or flies
-            nothing.
     """
     flights = campaign.flights(runs)
     with claimed(out, campaign) as parts:
@@ -89,11 +74,7 @@ def run_campaign(
 
 
 def durable_rows(out: Path) -> list[Row]:
-    """Rows that a campaign has written so far, in the order of their runs.
-
-    Args:
-        out: Folder of the campaign.
-    """
+    """Rows that a campaign has written so far, in the order of their runs."""
     rows = read_parts(out / "runs")
     return [rows[run] for run in sorted(rows)]
 

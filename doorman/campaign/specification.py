@@ -161,11 +161,7 @@ def _ends(distribution: Distribution) -> tuple[Any, ...]:
 
 
 def portable(scenario: Scenario) -> dict[str, Any]:
-    """A scenario as JSON that is the same task in any directory; URDFs that do not ship are absolute paths.
-
-    Args:
-        scenario: The scenario.
-    """
+    """A scenario as JSON that is the same task in any directory; URDFs that do not ship are absolute paths."""
     tables = scenario.tables(mode="json")
     known = shipped(urdf_directory(), ".urdf").values()
     for section, path in (("vehicle", scenario.vehicle_urdf), ("door", scenario.door_urdf)):

@@ -27,15 +27,7 @@ _MUST_TELL = {
 
 
 def told_truly(summary: Mapping[str, Any]) -> bool | None:
-    """Compare the mission's reason with the truth.
-
-    Args:
-        summary: As `doorman.simulate` gives it.
-
-    Returns:
-        False if the reason names what was not true, or leaves out what alone kept the door from being opened; True if it names a
-        true one; None if nothing can be compared.
-    """
+    """Compare the mission's reason with the truth."""
     causes, said = set(summary.get("true_causes") or ()), str(summary.get("reason") or "")
     named = [true for words, true in _TRUE_OF.items() if words in said]
     missing = [cause for cause in causes & set(_MUST_TELL) if not any(words in said for words in _MUST_TELL[cause])]

@@ -9,14 +9,7 @@ import typer
 
 
 def complete_scenario(incomplete: str) -> list[str]:
-    """Shipped scenarios and TOML files that begin so.
-
-    Args:
-        incomplete: What was typed so far.
-
-    Returns:
-        Names and paths.
-    """
+    """Shipped scenarios and TOML files that begin so."""
     from doorman.resources import scenario_directory
 
     return _names_and_files(incomplete, scenario_directory())
@@ -37,28 +30,14 @@ def _names_and_files(incomplete: str, directory: Path) -> list[str]:
 
 
 def complete_vehicle(incomplete: str) -> list[str]:
-    """Shipped vehicle files and TOML files that begin so.
-
-    Args:
-        incomplete: What was typed so far.
-
-    Returns:
-        Names and paths.
-    """
+    """Shipped vehicle files and TOML files that begin so."""
     from doorman.resources import vehicle_directory
 
     return _names_and_files(incomplete, vehicle_directory())
 
 
 def complete_setting(incomplete: str) -> list[str]:
-    """Keys of a scenario that begin so, ready for a value.
-
-    Args:
-        incomplete: What was typed so far.
-
-    Returns:
-        `key=` for every key.
-    """
+    """Keys of a scenario that begin so, ready for a value."""
     from doorman.scenario import Scenario
 
     return [f"{key}=" for key in _keys(Scenario, "") if key.startswith(incomplete)]

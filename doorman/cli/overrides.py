@@ -15,19 +15,7 @@ _WORD = re.compile(r"[A-Za-z_./~][^\"'\[\]{}=#,\x00-\x1f\x7f]*|\d{1,3}(\.\d{1,3}
 
 
 def parse_overrides(settings: Iterable[str], option: str = "--set") -> dict[str, Any]:
-    """Values by dotted key from `key=value` texts; the last of a key wins.
-
-    Args:
-        settings: Texts such as `planner.margin=0.01`, `start.arm=[0, 1, -0.6, -0.4]` or `contact.kind=push`. The value is
-            TOML; a bare word is a string.
-        option: That they were given with, for the error.
-
-    Returns:
-        What `Scenario.load` takes as overrides.
-
-    Raises:
-        ScenarioError: if a text has no `=`, its key is not a dotted name, or its value is not TOML.
-    """
+    """Values by dotted key from `key=value` texts; the last of a key wins."""
     return dict(_parse(text, option) for text in settings)
 
 

@@ -16,20 +16,7 @@ _LOCK = ".lock"
 
 @contextmanager
 def run_folder(out: Path | None, name: str, files: Iterable[str]) -> Iterator[Path]:
-    """A folder for one run, without what an earlier one has left of the same files; other files in it stay.
-
-    Args:
-        out: The folder; made if it does not exist. None: a new one under `runs`.
-        name: How a new one begins.
-        files: What a run writes.
-
-    Yields:
-        The folder; nobody else gets it until the end.
-
-    Raises:
-        DoormanError: if another run writes to it now.
-        OSError: if it cannot be made.
-    """
+    """A folder for one run, without what an earlier one has left of the same files; other files in it stay."""
     folder = new_folder(name) if out is None else out
     folder.mkdir(parents=True, exist_ok=True)
     with ExitStack() as stack:
@@ -45,17 +32,7 @@ def run_folder(out: Path | None, name: str, files: Iterable[str]) -> Iterator[Pa
 
 
 def new_folder(name: str) -> Path:
-    """Make a new folder under `runs`, named after what is run and the time; no two callers get the same.
-
-    Args:
-        name: How its name begins.
-
-    Returns:
-        The folder.
-
-    Raises:
-        OSError: if it cannot be made.
-    """
+    """Make a new folder under `runs`, named after what is run and the time; no two callers get the same."""
     RUNS.mkdir(parents=True, exist_ok=True)
     first = folder = RUNS / f"{name}-{datetime.now():%Y%m%d-%H%M%S}"
     number = 1

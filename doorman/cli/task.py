@@ -11,19 +11,7 @@ from doorman.scenario import Scenario
 
 
 def load_task(source: str, settings: Sequence[str], vehicle: str | None) -> Scenario:
-    """The scenario as its vehicle flies it.
-
-    Args:
-        source: Name or path of the scenario.
-        settings: Overrides, `key=value`.
-        vehicle: Name or path of the vehicle file; None: the scenario's own vehicle.
-
-    Returns:
-        The scenario.
-
-    Raises:
-        DoormanError: if the input cannot be used.
-    """
+    """The scenario as its vehicle flies it."""
     overrides = parse_overrides(settings)
     if vehicle is None:
         return Scenario.load(source, overrides)
@@ -33,17 +21,7 @@ def load_task(source: str, settings: Sequence[str], vehicle: str | None) -> Scen
 
 
 def vehicle_values(vehicle: str | None) -> dict[str, Any]:
-    """What a vehicle file says that is a scenario's, by dotted key.
-
-    Args:
-        vehicle: Name or path of the vehicle file; None: nothing.
-
-    Returns:
-        Overrides of a scenario.
-
-    Raises:
-        DoormanError: if the file cannot be used.
-    """
+    """What a vehicle file says that is a scenario's, by dotted key."""
     if vehicle is None:
         return {}
     from doorman.hardware.vehicle_file import VehicleFile  # needs the extra hardware
@@ -52,15 +30,7 @@ def vehicle_values(vehicle: str | None) -> dict[str, Any]:
 
 
 def check_links(model: Model, vehicle: str | None) -> None:
-    """Check what a vehicle file says of its links, for a command that opens none of them.
-
-    Args:
-        model: Of the task.
-        vehicle: Name or path of the vehicle file, if any.
-
-    Raises:
-        DoormanError: if a value cannot be used.
-    """
+    """Check what a vehicle file says of its links, for a command that opens none of them."""
     if vehicle is not None:
         from doorman.hardware.vehicle_file import VehicleFile
 

@@ -40,14 +40,7 @@ _OUTSIDE = 4
 
 
 def analytic_constraints(coupling: Coupling) -> Constraints:
-    """The planner's constraints as a function of many states.
-
-    Args:
-        coupling: Vehicle and door, tied at the contact point.
-
-    Returns:
-        Function from states (m, 5 + n) to h (m, n_points + 3) [m].
-    """
+    """The planner's constraints as a function of many states."""
     numbers = task_numbers(coupling.vehicle, coupling.door, coupling.distance_from_hinge, coupling.height)
     reduced = ReducedModel(coupling.vehicle, numbers, time_step=1.0)  # constraints know no time
 
@@ -74,22 +67,6 @@ def audit(
     the constraints allow go through FCL; so do as many at the boundary (found by bisection towards forbidden states), and the
     allowed neighbours of the closest states of every pair of shapes, round by round nearer: an adversary that looks for
     collisions in corners which uniform samples miss. The guarantee is that of a search, for the sampled tilt range.
-
-    Args:
-        coupling: Vehicle and door, tied at the contact point.
-        constraints: h of many states, allowed where all rows are ≤ 0; by default the planner's.
-        names: Names of the rows.
-        door_angles: First and last α of the swing [rad].
-        max_tilt: Largest angle between the body's z axis and the vertical [rad].
-        draws: Configurations to draw at most; fewer where enough are allowed.
-        checks: Allowed configurations of each kind (inside, boundary) that go through FCL.
-        seed: Of the random numbers.
-
-    Returns:
-        The report.
-
-    Raises:
-        UrdfError: if a collision shape cannot be used.
     """
     rows = constraints or analytic_constraints(coupling)
     region = Region(coupling, door_angles, max_tilt)
@@ -180,17 +157,7 @@ def _closest(
 
 
 def clearances_at(scene: CollisionScene, coupling: Coupling, states: Array, stop_below: float = -np.inf) -> Clearances:
-    """Exact clearances of states on the kinematic constraint.
-
-    Args:
-        scene: FCL scene.
-        coupling: Vehicle and door, tied at the contact point.
-        states: x = [Φ, α, α̇, H], shape (m, 5 + n) with m ≥ 1.
-        stop_below: Do not look for a closer pair once one is closer than this [m].
-
-    Returns:
-        Distance and pair at each state.
-    """
+    """Exact clearances of states on the kinematic constraint."""
     positions = np.array([coupling.vehicle_position(x[:3], float(x[3]), x[5:]) for x in states])
     rotations = np.array([rotation_body_to_world(x[:3]) for x in states])
     return scene.min_clearance_along(positions, rotations, states[:, 5:], states[:, 3], stop_below)

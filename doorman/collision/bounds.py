@@ -27,12 +27,6 @@ class PairBounds(NamedTuple):
         """Bounds at m configurations.
 
         Two bounds hold: one's bounding sphere to the other's box, and the gap of the two boxes along an axis of either.
-
-        Args:
-            placements: Of all shapes in the world, homogeneous matrices, shape (m, n_shapes, 4, 4).
-
-        Returns:
-            Shape (m, n_pairs) [m]; negative where the shapes may overlap.
         """
         centers, rotations = placements[:, :, :3, 3], placements[:, :, :3, :3]
         apart = centers[:, self.first] - centers[:, self.second]

@@ -6,10 +6,5 @@ from collections.abc import Iterable
 
 
 def arm_constraint_names(points: Iterable[str], above: bool) -> tuple[str, ...]:
-    """Names of the arm's constraints.
-
-    Args:
-        points: Names of the arm's points.
-        above: Whether the arm belongs above the body.
-    """
+    """Names of the arm's constraints."""
     return tuple(f"{point} {'above' if above else 'below'} body" for point in points)

@@ -39,13 +39,7 @@ _NEVER = -1.0
 
 
 def collision_constraints(task: Task, margin: Any = 0.0, surroundings: Surroundings = "doorway") -> list[Constraint]:
-    """All collision constraints of a task with these surroundings.
-
-    Args:
-        task: The door task.
-        margin: Distance to keep besides [m].
-        surroundings: What stands beside the door.
-    """
+    """All collision constraints of a task with these surroundings."""
     beside = {
         "doorway": disc_clear_of_jambs, "corners": disc_clear_of_corners, "wall": disc_clear_of_wall,
         "panel": disc_clear_of_panel,
@@ -57,10 +51,6 @@ def arm_off_the_rotors(task: Any, margin: Any) -> list[Constraint]:
     r"""Rows :math:`m - s z_i \le 0` with the arm's side s = ±1: every point is on that side of the rotors' plane.
 
     A point that is fixed to the body is not in its way.
-
-    Args:
-        task: The task in symbols.
-        margin: Distance that is kept [m].
     """
     return [
         Constraint(name, ca.SX(_NEVER) if point in task.fixed_points else margin - task.arm_side * place[2])
@@ -71,24 +61,14 @@ def arm_off_the_rotors(task: Any, margin: Any) -> list[Constraint]:
 
 
 def disc_clear_of_leaf(task: Task, margin: Any) -> Constraint:
-    """Row (2): the rotor disc, wherever it tilts, stays on its side of the leaf's plane.
-
-    Args:
-        task: The task in symbols.
-        margin: Distance that is kept [m].
-    """
+    """Row (2): the rotor disc, wherever it tilts, stays on its side of the leaf's plane."""
     normal = task.tilt_rotation.T @ task.normal_in_heading
     extent = (normal[0] ** 2 + normal[1] ** 2 + _LEAST_EXTENT) ** 0.5
     return Constraint(LEAF, task.vehicle.radius * extent - normal.T @ task.tip_in_body + margin)
 
 
 def disc_clear_of_jambs(task: Task, margin: Any) -> list[Constraint]:
-    """Rows (3): the rotor disc stays inside the doorway's width.
-
-    Args:
-        task: The task in symbols.
-        margin: Distance that is kept [m].
-    """
+    """Rows (3): the rotor disc stays inside the doorway's width."""
     across, radius = task.across_doorway, task.vehicle.radius
     return [
         Constraint(JAMBS[0], across - task.door.width + radius + margin),
@@ -97,12 +77,7 @@ def disc_clear_of_jambs(task: Task, margin: Any) -> list[Constraint]:
 
 
 def disc_clear_of_corners(task: Task, margin: Any) -> list[Constraint]:
-    """Rows `corners`: the rotor disc stays clear of the jambs' edges before, in and behind the doorway.
-
-    Args:
-        task: The task in symbols.
-        margin: Distance that is kept [m].
-    """
+    """Rows `corners`: the rotor disc stays clear of the jambs' edges before, in and behind the doorway."""
     distances = distances_to_corners(task.across_doorway, task.into_doorway, task.door)
     return [
         Constraint(name, task.vehicle.radius + margin - distance)
@@ -111,13 +86,7 @@ def disc_clear_of_corners(task: Task, margin: Any) -> list[Constraint]:
 
 
 def distances_to_corners(across: Any, into: Any, door: Any) -> tuple[Any, Any]:
-    """Distances of a place from the jambs at latch and hinge, as they reach along the wall [m].
-
-    Args:
-        across: Distance of the place from the hinge along the closed leaf [m].
-        into: Its distance behind the hinge through the doorway, negative before it [m].
-        door: Numbers with `width`, `frame_depth` and `frame_back` [m].
-    """
+    """Distances of a place from the jambs at latch and hinge, as they reach along the wall [m]."""
     half, middle = 0.5 * (door.frame_depth + door.frame_back), 0.5 * (door.frame_back - door.frame_depth)
     before = _positive(((into - middle) ** 2 + _ROUNDING**2) ** 0.5 - _ROUNDING - half)
     latch, hinge = ((before**2 + _positive(each) ** 2 + _LEAST_EXTENT) ** 0.5 for each in (door.width - across, across))
@@ -125,12 +94,7 @@ def distances_to_corners(across: Any, into: Any, door: Any) -> tuple[Any, Any]:
 
 
 def disc_clear_of_wall(task: Task, margin: Any) -> list[Constraint]:
-    """Row `wall`: the rotor disc, wherever it tilts, stays before the wall.
-
-    Args:
-        task: The task in symbols.
-        margin: Distance that is kept [m].
-    """
+    """Row `wall`: the rotor disc, wherever it tilts, stays before the wall."""
     facing = task.into_in_heading.T @ task.tilt_rotation[:, 2]
     extent = (1 - facing**2 + _LEAST_EXTENT) ** 0.5
     nearest = task.into_doorway + task.door.frame_depth
@@ -138,12 +102,7 @@ def disc_clear_of_wall(task: Task, margin: Any) -> list[Constraint]:
 
 
 def disc_clear_of_panel(task: Task, margin: Any) -> list[Constraint]:
-    """Row `panel`: the rotor disc, wherever it tilts, stays on its side of a panel that slides.
-
-    Args:
-        task: The task in symbols.
-        margin: Distance that is kept [m].
-    """
+    """Row `panel`: the rotor disc, wherever it tilts, stays on its side of a panel that slides."""
     facing = task.panel_in_heading.T @ task.tilt_rotation[:, 2]
     extent = (1 - facing**2 + _LEAST_EXTENT) ** 0.5
     return [Constraint(PANEL, task.vehicle.radius * extent - task.before_panel + margin)]

@@ -52,11 +52,7 @@ class ReducedModel:
         self._own: PerThread[Any] = PerThread()
 
     def with_numbers(self, changes: Mapping[str, ArrayLike]) -> ReducedModel:
-        """Model of the same task with other numbers.
-
-        Args:
-            changes: Numbers or vectors by name.
-        """
+        """Model of the same task with other numbers."""
         changed = object.__new__(ReducedModel)
         vars(changed).update(vars(self))
         changed.numbers, changed._own = self.numbers.replaced(changes), PerThread()
@@ -71,83 +67,38 @@ class ReducedModel:
         return load(self._text).Model.of(self.time_step, self.numbers.vector.copy(), np.zeros((1, 0)))
 
     def constraints(self, state: Array) -> Array:
-        """Values h(x) of the collision constraints; h ≤ 0 is allowed.
-
-        Args:
-            state: x, contiguous, shape (5 + n,).
-
-        Returns:
-            One for each of `row_names`, shape (n_rows,) [m].
-        """
+        """Values h(x) of the collision constraints; h ≤ 0 is allowed."""
         h = np.empty(self.n_rows)
         functions.constrain(self._kernels, state, h)
         return h
 
     def constraint_jacobian(self, state: Array) -> Array:
-        """Jacobian ∂h/∂x of `constraints`.
-
-        Args:
-            state: x, contiguous, shape (5 + n,).
-
-        Returns:
-            Shape (n_rows, 5 + n).
-        """
+        """Jacobian ∂h/∂x of `constraints`."""
         h, jacobian = np.empty(self.n_rows), np.empty((self.n_rows, self.nx))
         functions.linearize_constraints(self._kernels, state, h, jacobian)
         return jacobian
 
     def constraints_along(self, states: Array) -> Array:
-        """Values of `constraints` at many states.
-
-        Args:
-            states: x of m states, shape (m, 5 + n).
-
-        Returns:
-            Shape (m, n_rows) [m].
-        """
+        """Values of `constraints` at many states."""
         behind = np.concatenate([np.zeros((1, self.nx)), states])  # kernels of a horizon leave its first state out
         h = np.empty((len(states), self.n_rows))
         functions.constrain_horizon(self._kernels, behind, h)
         return h
 
     def derivative(self, state: Array, inputs: Array) -> Array:
-        """Time derivative ẋ.
-
-        Args:
-            state: x, shape (5 + n,).
-            inputs: u, shape (4 + n,), with two more of a fully actuated vehicle.
-
-        Returns:
-            Shape (5 + n,).
-        """
+        """Time derivative ẋ."""
         out = np.empty(self.nx)
         load(self._text).rate(self._kernels, state, inputs, out)
         return out
 
     def step(self, state: Array, inputs: Array) -> Array:
-        """State x⁺ after one time step; NaN where the pitch leaves ±90°.
-
-        Args:
-            state: x, shape (5 + n,).
-            inputs: u, shape (4 + n,), with two more of a fully actuated vehicle.
-
-        Returns:
-            Shape (5 + n,).
-        """
+        """State x⁺ after one time step; NaN where the pitch leaves ±90°."""
         out = np.empty(self.nx)
         functions.step(self._kernels, state, inputs, out)
         return out
 
     def step_jacobian(self, state: Array, inputs: Array) -> Array:
-        """Exact sensitivities [A | B] of `step`.
-
-        Args:
-            state: x, shape (5 + n,).
-            inputs: u, shape (4 + n,), with two more of a fully actuated vehicle.
-
-        Returns:
-            Shape (5 + n, 9 + 2 n), with two columns more of a fully actuated vehicle.
-        """
+        """Exact sensitivities [A | B] of `step`."""
         jacobian = np.empty((self.nx, self.nx + len(inputs)))
         functions.linearize_step(self._kernels, state, inputs, jacobian)
         return jacobian

@@ -30,15 +30,7 @@ class Region:
     """Largest angle between the body's z axis and the vertical [rad]."""
 
     def draw(self, count: int, generator: np.random.Generator) -> Array:
-        """Uniform random states.
-
-        Args:
-            count: How many to draw.
-            generator: Source of randomness.
-
-        Returns:
-            States of those draws that keep the tilt, shape (m, 5 + n) with m ≤ count.
-        """
+        """Uniform random states."""
         vehicle = self.coupling.vehicle
         states = np.zeros((count, 5 + vehicle.n_arm))
         states[:, :2] = generator.uniform(-self.max_tilt, self.max_tilt, (count, 2))
@@ -54,14 +46,7 @@ class Region:
         return np.clip(vehicle.lower_limits, -math.pi, None), np.clip(vehicle.upper_limits, None, math.pi)
 
     def contains(self, states: Array) -> NDArray[np.bool_]:
-        """Whether states are in the region.
-
-        Args:
-            states: x of m states, shape (m, 5 + n).
-
-        Returns:
-            Shape (m,).
-        """
+        """Whether states are in the region."""
         lower, upper = self.joint_range()
         upright = np.cos(states[:, 0]) * np.cos(states[:, 1]) >= math.cos(self.max_tilt)
         swing = (states[:, 3] >= min(self.door_angles)) & (states[:, 3] <= max(self.door_angles))
@@ -69,28 +54,11 @@ class Region:
         return np.asarray(upright & swing & joints)
 
     def allowed(self, states: Array, constraints: Constraints) -> NDArray[np.bool_]:
-        """Whether states are in the region and allowed by constraints.
-
-        Args:
-            states: x of m states, shape (m, 5 + n).
-            constraints: h of many states.
-
-        Returns:
-            Shape (m,).
-        """
+        """Whether states are in the region and allowed by constraints."""
         return np.asarray(self.contains(states) & (constraints(states).max(axis=1) <= 0.0))
 
     def to_boundary(self, inside: Array, outside: Array, constraints: Constraints) -> Array:
-        """Last allowed states on the straight lines from allowed states to others, by bisection.
-
-        Args:
-            inside: Allowed states, shape (m, 5 + n).
-            outside: States that are not allowed, shape (m, 5 + n).
-            constraints: h of states.
-
-        Returns:
-            Allowed states at the edge, shape (m, 5 + n).
-        """
+        """Last allowed states on the straight lines from allowed states to others, by bisection."""
         low, high = np.zeros((len(inside), 1)), np.ones((len(inside), 1))
         for _ in range(_BISECTIONS):
             middle = (low + high) / 2
@@ -99,17 +67,7 @@ class Region:
         return inside + (outside - inside) * low
 
     def near(self, states: Array, spread: float, copies: int, generator: np.random.Generator) -> Array:
-        """Random neighbours of states, clipped to the swing and the joint limits.
-
-        Args:
-            states: Shape (m, 5 + n).
-            spread: Standard deviation of every angle [rad].
-            copies: Neighbours of each state.
-            generator: Source of randomness.
-
-        Returns:
-            Shape (copies · m, 5 + n).
-        """
+        """Random neighbours of states, clipped to the swing and the joint limits."""
         around = np.tile(states, (copies, 1))
         around += generator.normal(0.0, spread, around.shape)
         around[:, 3] = np.clip(around[:, 3], min(self.door_angles), max(self.door_angles))

@@ -104,39 +104,13 @@ class CollisionScene:
     def min_clearance(
         self, position: ArrayLike, rotation_body_to_world: ArrayLike, arm_angles: ArrayLike, door_angle: float
     ) -> Clearance:
-        """Distance of the closest pair.
-
-        Args:
-            position: P of O_B, shape (3,), world frame [m].
-            rotation_body_to_world: R, shape (3, 3).
-            arm_angles: H, shape (n,) [rad].
-            door_angle: α [rad].
-
-        Returns:
-            The closest pair and its distance.
-
-        Raises:
-            DimensionError: if an array has another shape, is not finite, or R is no rotation.
-        """
+        """Distance of the closest pair."""
         return self.min_clearance_along(*self._single(position, rotation_body_to_world, arm_angles, door_angle)).worst
 
     def collides(
         self, position: ArrayLike, rotation_body_to_world: ArrayLike, arm_angles: ArrayLike, door_angle: float
     ) -> list[Clearance]:
-        """All pairs that overlap, the deepest first.
-
-        Args:
-            position: P of O_B, shape (3,), world frame [m].
-            rotation_body_to_world: R, shape (3, 3).
-            arm_angles: H, shape (n,) [rad].
-            door_angle: α [rad].
-
-        Returns:
-            Pairs with their negative distances; empty if nothing overlaps.
-
-        Raises:
-            DimensionError: if an array has another shape, is not finite, or R is no rotation.
-        """
+        """All pairs that overlap, the deepest first."""
         placements = self._placements(*self._single(position, rotation_body_to_world, arm_angles, door_angle))
         near = np.flatnonzero(self._bounds.at(placements)[0] <= 0.0)
         names = self.pairs
@@ -151,21 +125,7 @@ class CollisionScene:
         door_angles: ArrayLike,
         stop_below: float = -np.inf,
     ) -> Clearances:
-        """Distance of the closest pair at each of m configurations; about 0.1 ms each.
-
-        Args:
-            positions: P, shape (m, 3), world frame [m].
-            rotations: R, body to world, shape (m, 3, 3).
-            arm_angles: H, shape (m, n) [rad].
-            door_angles: α, shape (m,) [rad].
-            stop_below: Do not look for a closer pair once one is closer than this [m].
-
-        Returns:
-            Distances and pairs.
-
-        Raises:
-            DimensionError: if an array has another shape, is not finite, or an R is no rotation.
-        """
+        """Distance of the closest pair at each of m configurations; about 0.1 ms each."""
         placements = self._placements(*self._checked(positions, rotations, arm_angles, door_angles))
         bounds = self._bounds.at(placements)
         distances, closest = np.empty(len(placements)), np.empty(len(placements), dtype=np.int64)
@@ -188,18 +148,6 @@ class CollisionScene:
         """Distance of the closest pair at the closest of m configurations.
 
         That is the worst of `min_clearance_along`, found faster: what cannot be the closest is not measured.
-
-        Args:
-            positions: P, shape (m, 3), world frame [m].
-            rotations: R, body to world, shape (m, 3, 3).
-            arm_angles: H, shape (m, n) [rad].
-            door_angles: α, shape (m,) [rad].
-
-        Returns:
-            The closest pair and its distance.
-
-        Raises:
-            DimensionError: if an array has another shape, is not finite, or an R is no rotation.
         """
         given = self._checked(positions, rotations, arm_angles, door_angles)
         best, pair = np.inf, 0

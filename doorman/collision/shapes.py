@@ -40,17 +40,7 @@ class Shape:
 
 
 def read_shapes(path: Path) -> list[Shape]:
-    """All collision shapes of a URDF.
-
-    Args:
-        path: URDF file.
-
-    Returns:
-        The shapes, in the order of the file.
-
-    Raises:
-        UrdfError: if a mesh is missing or cannot be read.
-    """
+    """All collision shapes of a URDF."""
     return [_shape(path, written) for written in read_collisions(path)]
 
 

@@ -20,20 +20,10 @@ _ROWS: dict[Surroundings, tuple[str, ...]] = {"doorway": JAMBS, "corners": JAMBS
 
 
 def rows_beside(surroundings: Surroundings) -> tuple[str, ...]:
-    """Names of the constraints with what stands beside the door.
-
-    Args:
-        surroundings: What that is.
-    """
+    """Names of the constraints with what stands beside the door."""
     return _ROWS[surroundings]
 
 
 def row_names(point_names: tuple[str, ...], above: bool, surroundings: Surroundings) -> tuple[str, ...]:
-    """Names of the collision constraints, in their order.
-
-    Args:
-        point_names: Of the arm's points.
-        above: Whether the arm belongs above the body.
-        surroundings: What stands beside the door.
-    """
+    """Names of the collision constraints, in their order."""
     return (*arm_constraint_names(point_names, above), LEAF, *_ROWS[surroundings])

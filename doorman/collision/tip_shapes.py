@@ -21,23 +21,12 @@ _POINT = 1e-6
 
 
 def tip_link(vehicle: Vehicle) -> str:
-    """Name of the tip's link; a scenario may also name the tip by the joint that carries it.
-
-    Args:
-        vehicle: The vehicle.
-    """
+    """Name of the tip's link; a scenario may also name the tip by the joint that carries it."""
     return link_name(vehicle.urdf, vehicle.names.tip)
 
 
 def arm_joint_of_links(vehicle: Vehicle) -> dict[str, int]:
-    """For every link how many of the arm's joints move it: 0 is fixed to the base link.
-
-    Args:
-        vehicle: The vehicle.
-
-    Returns:
-        Number of joints by link name.
-    """
+    """For every link how many of the arm's joints move it: 0 is fixed to the base link."""
     parents = read_parents(vehicle.urdf)
     counts = {}
     for link in vehicle.link_placements(np.zeros(vehicle.n_arm)):
@@ -53,15 +42,6 @@ def tip_shapes(vehicle: Vehicle) -> dict[int, Array]:
     """Shapes that may touch the leaf: those of the tip's link, and those fixed to it at whose hull the tip is.
 
     The tip is at a hull that holds it, or that is no farther from it than half the hull's own thickness.
-
-    Args:
-        vehicle: The vehicle.
-
-    Returns:
-        Placement of the shape's link in the tip's link, homogeneous, shape (4, 4), by the shape's index in the URDF.
-
-    Raises:
-        UrdfError: if a mesh is missing or cannot be read.
     """
     placements, tip = vehicle.link_placements(np.zeros(vehicle.n_arm)), tip_link(vehicle)
     moved, found = arm_joint_of_links(vehicle), {}
@@ -77,12 +57,7 @@ def tip_shapes(vehicle: Vehicle) -> dict[int, Array]:
 
 
 def tip_and_frame(vehicle: Vehicle, door: Door) -> list[tuple[str, str]]:
-    """Pairs of links, the tip's first, that touch where the tip is to touch what stands beside the leaf.
-
-    Args:
-        vehicle: The vehicle.
-        door: The door.
-    """
+    """Pairs of links, the tip's first, that touch where the tip is to touch what stands beside the leaf."""
     shapes, others = read_shapes(vehicle.urdf), {shape.link for shape in read_shapes(door.urdf)}
     tips = {shapes[index].link for index in tip_shapes(vehicle)}
     return sorted((tip, other) for tip in tips for other in others - {door.section.leaf})

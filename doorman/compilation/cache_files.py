@@ -47,14 +47,7 @@ class CheckedFiles(IndexDataCacheFile):
         self._index = cache_path / f"{filename_base}.nbi"
 
     def load(self, key: Any) -> Any:
-        """Load the version that was saved with a key.
-
-        Args:
-            key: Of the version, as numba makes it.
-
-        Returns:
-            None if nothing was saved, or if it is damaged.
-        """
+        """Load the version that was saved with a key."""
         name = self._load_index().get(key)
         content = None if name is None else _read(self._directory / name)
         if content is None:
@@ -66,15 +59,7 @@ class CheckedFiles(IndexDataCacheFile):
         return _unpickled(content, self._directory / str(name))
 
     def save(self, key: Any, data: Any) -> None:
-        """Save a compiled version.
-
-        Args:
-            key: Its argument types and machine.
-            data: What numba's serialisation takes.
-
-        Raises:
-            OSError: if it cannot be written.
-        """
+        """Save a compiled version."""
         content = self._dump(data)  # type: ignore[no-untyped-call]
         name = self._data_name(content)
         self._directory.mkdir(mode=0o700, parents=True, exist_ok=True)
@@ -109,15 +94,7 @@ class CheckedFiles(IndexDataCacheFile):
 
 
 def write_atomically(path: Path, content: bytes) -> None:
-    """Write a file as a whole or not at all, whoever else writes it, and whenever power fails.
-
-    Args:
-        path: The file; its folder is made if it does not exist.
-        content: All of it.
-
-    Raises:
-        OSError: if it cannot be written.
-    """
+    """Write a file as a whole or not at all, whoever else writes it, and whenever power fails."""
     path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
     descriptor, unfinished = tempfile.mkstemp(prefix=f"{path.stem}.", suffix=".tmp", dir=path.parent)
     try:

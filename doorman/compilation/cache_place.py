@@ -30,29 +30,14 @@ _said: set[str] = set()
 
 
 def say_once(kind: str, message: str) -> None:
-    """Log a warning, the first time that one of its kind comes up in this process.
-
-    Args:
-        kind: What is said once.
-        message: One line.
-    """
+    """Log a warning, the first time that one of its kind comes up in this process."""
     if kind not in _said:
         _said.add(kind)
         logging.getLogger("doorman").warning("doorman: %s", message)
 
 
 def find_directory(name: str) -> Path:
-    """Directory of this version: under the user's cache, else under the temporary one, else a fresh one for this process.
-
-    Args:
-        name: Of the version.
-
-    Returns:
-        An existing directory that this user alone may write.
-
-    Raises:
-        OSError: if there is no place to write at all.
-    """
+    """Directory of this version: under the user's cache, else under the temporary one, else a fresh one for this process."""
     refusals: list[str] = []
     for base, foreign_bits in ((_users_base(), 0o022), (Path(tempfile.gettempdir()), 0o077)):
         reason = "no home directory" if base is None else _refusal(base / name, foreign_bits)
@@ -68,22 +53,14 @@ def find_directory(name: str) -> Path:
 
 
 def fresh_directory() -> Path:
-    """A private directory that is removed when this process ends.
-
-    Raises:
-        OSError: if nothing can be written.
-    """
+    """A private directory that is removed when this process ends."""
     fresh = Path(tempfile.mkdtemp(prefix="doorman-"))
     atexit.register(_remove_own, fresh, os.getpid())
     return fresh
 
 
 def touch(directory: Path) -> None:
-    """Note that a version is in use, by the time of its directory.
-
-    Args:
-        directory: Of the version.
-    """
+    """Note that a version is in use, by the time of its directory."""
     try:
         os.utime(directory)
     except OSError:
@@ -102,15 +79,7 @@ def _users_base() -> Path | None:
 
 
 def _refusal(directory: Path, foreign_bits: int) -> str | None:
-    """Why a directory cannot be used; made if it does not exist.
-
-    Args:
-        directory: The directory.
-        foreign_bits: Permissions that others must not have.
-
-    Returns:
-        A reason, None if it can be used.
-    """
+    """Why a directory cannot be used; made if it does not exist."""
     try:
         directory.mkdir(mode=0o700, parents=True, exist_ok=True)
         found = directory.lstat()

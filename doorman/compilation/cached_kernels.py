@@ -79,11 +79,7 @@ class CacheContent:
 
 
 def check_compiler() -> None:
-    """Check that numba compiles.
-
-    Raises:
-        DoormanError: if it is told not to.
-    """
+    """Check that numba compiles."""
     if numba.config.DISABLE_JIT:  # type: ignore[attr-defined]
         raise DoormanError(
             "doorman's kernels exist as compiled code only", field="NUMBA_DISABLE_JIT", given=1, allowed="0, or not set"
@@ -95,14 +91,7 @@ check_compiler()  # before anything teaches numba, which then fails in other wor
 
 @cache
 def cache_directory() -> Path:
-    """Directory of compiled kernels: under NUMBA_CACHE_DIR if set, else under the user's cache directory.
-
-    Returns:
-        An existing directory that this user alone may write; a temporary one where the user's cache directory is not such.
-
-    Raises:
-        OSError: if nothing can be written anywhere.
-    """
+    """Directory of compiled kernels: under NUMBA_CACHE_DIR if set, else under the user's cache directory."""
     settings = [f"{name}={getattr(numba.config, name, None)}" for name in _SHAPE_CODE]
     digest = hashlib.sha256(f"{numba.__version__} {sys.version} {platform.machine()} {settings}".encode())
     texts = {source: source.read_bytes() for source in sorted(_PACKAGE.rglob("*.py"))}
@@ -116,17 +105,7 @@ def cache_directory() -> Path:
 
 
 def kernel(function: Callable[Parameters, Result]) -> Callable[Parameters, Result]:
-    """Compile a function of arrays and scalars with numba: cached on disk, without the GIL, IEEE errors as NaN and inf.
-
-    Args:
-        function: Plain Python function that imports every kernel it calls (a kernel passed as an argument is never cached).
-
-    Returns:
-        The dispatcher; its `py_func` is the plain function.
-
-    Raises:
-        DoormanError: if numba is told not to compile.
-    """
+    """Compile a function of arrays and scalars with numba: cached on disk, without the GIL, IEEE errors as NaN and inf."""
     check_compiler()
     dispatcher: Any = Kernel(function)
     directory = _directory_if_any()
@@ -167,12 +146,7 @@ def cache_content() -> CacheContent:
 
 
 def belongs_to(model: type, kernel: Callable[..., None]) -> None:
-    """Note that kernels compiled for a type of model contain this one.
-
-    Args:
-        model: NamedTuple type.
-        kernel: What `kernel` returned.
-    """
+    """Note that kernels compiled for a type of model contain this one."""
     if model.__module__.partition(".")[0] != _PACKAGE.name:
         code: CodeType = getattr(kernel, "py_func", kernel).__code__
         _sources.setdefault(model, set()).add(Path(code.co_filename))

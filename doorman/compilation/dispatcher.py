@@ -64,14 +64,7 @@ class Kernel(CPUDispatcher):
         self.entry_cache: Any = NullCache()
 
     def compile(self, sig: Any) -> Any:
-        """Entry for Python: of this process, from the cache, or made.
-
-        Args:
-            sig: Argument types, or numba's signature.
-
-        Returns:
-            What Python can call.
-        """
+        """Entry for Python: of this process, from the cache, or made."""
         with global_compiler_lock:
             args = tuple(normalize_signature(sig)[0])
             if args not in self.entries:
@@ -80,12 +73,7 @@ class Kernel(CPUDispatcher):
             return self.entries[args].entry_point
 
     def address(self, sig: Any, wrap: Callable[..., None]) -> int:
-        """Address of a C function: of this process, from the cache, or made. A kernel has this or an entry for Python.
-
-        Args:
-            sig: Argument types.
-            wrap: Writes the C function around the kernel.
-        """
+        """Address of a C function: of this process, from the cache, or made. A kernel has this or an entry for Python."""
         with global_compiler_lock:
             args = tuple(normalize_signature(sig)[0])
             if args not in self.addresses:

@@ -42,12 +42,7 @@ class SelfContained(JITCodeLibrary):
 
     @classmethod
     def entry(cls, codegen: Any, name: str) -> SelfContained:
-        """An empty library for a function that only Python calls.
-
-        Args:
-            codegen: numba's code generator.
-            name: Of the library.
-        """
+        """An empty library for a function that only Python calls."""
         library = cls(codegen, name)
         library.enable_object_caching()
         library._is_last = True
@@ -88,11 +83,7 @@ class SelfContained(JITCodeLibrary):
         return super().serialize_using_object_code()
 
     def get_pointer_to_function(self, name: str) -> int:
-        """Address of a function, or 0 where this is no function of the library, as numba has it.
-
-        Args:
-            name: Of the function in the machine code.
-        """
+        """Address of a function, or 0 where this is no function of the library, as numba has it."""
         self._ensure_finalized()
         if not self._made and name in _defined(self._final_module):
             self._make()

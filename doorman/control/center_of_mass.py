@@ -14,15 +14,7 @@ Array = NDArray[np.float64]
 
 
 def center_of_mass(vehicle: Vehicle, measured: Measurement) -> tuple[Array, Array]:
-    r"""Place :math:`R\,c` and velocity :math:`R(\Omega\times c + J_c\dot H)` of the centre of mass from O_B.
-
-    Args:
-        vehicle: The vehicle.
-        measured: What the sensors say.
-
-    Returns:
-        Both of shape (3,), world axes [m], [m/s].
-    """
+    r"""Place :math:`R\,c` and velocity :math:`R(\Omega\times c + J_c\dot H)` of the centre of mass from O_B."""
     if vehicle.bodies.balanced:
         return AT_THE_ORIGIN
     rotation, center = rotation_body_to_world(measured.attitude), vehicle.center_of_mass(measured.arm_angles)

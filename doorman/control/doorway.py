@@ -50,15 +50,6 @@ class Doorway:
         """A place no nearer to a jamb than the plan is, or may be.
 
         A vehicle that is nearer, or will be soon, is sent back beyond.
-
-        Args:
-            place: Where the vehicle is to be sent, shape (3,), world frame [m].
-            planned: Where the plan has it, shape (3,), world frame [m].
-            position: Where it is, shape (3,), world frame [m].
-            velocity: Its velocity, shape (3,), world frame [m/s].
-
-        Returns:
-            Shape (3,), world frame [m].
         """
         if not self._bounded(position):
             return place
@@ -69,35 +60,18 @@ class Doorway:
         return place + (allowed - at) * self._door.along
 
     def along(self, position: Array) -> float:
-        """Distance of a place from the hinge along the closed leaf [m].
-
-        Args:
-            position: Of the place, shape (3,), world frame [m].
-        """
+        """Distance of a place from the hinge along the closed leaf [m]."""
         return float((position - self._door.hinge_position) @ self._door.along)
 
     def beyond(self, position: Array) -> float:
-        """How much nearer to a jamb than the margin a place is, along the closed leaf: positive at the latch jamb [m].
-
-        Args:
-            position: That place, shape (3,), world frame [m].
-        """
+        """How much nearer to a jamb than the margin a place is, along the closed leaf: positive at the latch jamb [m]."""
         if not self._bounded(position):
             return 0.0
         y = self.along(position)
         return max(y - max(self.highest, self.middle), 0.0) - max(min(self.lowest, self.middle) - y, 0.0)
 
     def room(self, force: float, position: Array, velocity: Array) -> float:
-        """How much of a force there is room for: all of it inside, none of it where it would take the vehicle to a jamb.
-
-        Args:
-            force: Along the closed leaf, away from the hinge [N].
-            position: Where the vehicle is, shape (3,), world frame [m].
-            velocity: Its velocity, shape (3,), world frame [m/s].
-
-        Returns:
-            Between 0 and 1.
-        """
+        """How much of a force there is room for: all of it inside, none of it where it would take the vehicle to a jamb."""
         if not self._bounded(position):
             return 1.0
         soon = self._soon(position, velocity)
@@ -105,22 +79,12 @@ class Doorway:
         return min(max((_FARTHEST - beyond) / _FADING, 0.0), 1.0)
 
     def room_beside(self, position: Array, speed: float) -> float:
-        """Between rotor disc and the jamb that a vehicle moves to, along the closed leaf [m].
-
-        Args:
-            position: P, shape (3,), world frame [m].
-            speed: Along the closed leaf, away from the hinge [m/s].
-        """
+        """Between rotor disc and the jamb that a vehicle moves to, along the closed leaf [m]."""
         at = self.along(position)
         return (self._door.width - at if speed > 0.0 else at) - self._radius
 
     def gap_to_jambs(self, position: Array, velocity: Array) -> float:
-        """Between rotor disc and the nearer jamb, for a vehicle that drifts on a little [m].
-
-        Args:
-            position: P, shape (3,), world frame [m].
-            velocity: Ṗ, shape (3,), world frame [m/s].
-        """
+        """Between rotor disc and the nearer jamb, for a vehicle that drifts on a little [m]."""
         return min(self._gap_to_jambs(position), self._gap_to_jambs(position + _BRAKING * velocity))
 
     def _bounded(self, position: Array) -> bool:
@@ -139,13 +103,7 @@ class Doorway:
         return math.hypot(before, beside) - self._radius
 
     def gap(self, position: Array, attitude: Array, door_angle: float) -> float:
-        """Between rotor disc and leaf, wherever the tip is [m].
-
-        Args:
-            position: P, shape (3,), world frame [m].
-            attitude: Φ, shape (3,) [rad].
-            door_angle: α [rad].
-        """
+        """Between rotor disc and leaf, wherever the tip is [m]."""
         normal = self._door.normal(door_angle)
         contact = self._coupling.contact_point(door_angle)
         slope = float(rotation_body_to_world(attitude)[:, 2] @ normal)

@@ -28,14 +28,7 @@ class Engagement:
         self._pitch, self._rate = share * settings.engage_pitch, share * settings.engage_rate
 
     def lead(self, time: float) -> float:
-        """Largest difference of commanded and measured pitch.
-
-        Args:
-            time: Since the door is opened [s].
-
-        Returns:
-            [rad].
-        """
+        """Largest difference of commanded and measured pitch."""
         return self._pitch + self._rate * time
 
 

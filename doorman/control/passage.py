@@ -71,19 +71,11 @@ class Passage:
         return self.clearance.distance >= NEEDED
 
     def into(self, position: Array) -> float:
-        """How far a place is behind the closed leaf, negative before it [m].
-
-        Args:
-            position: Of O_B, shape (3,), world frame [m].
-        """
+        """How far a place is behind the closed leaf, negative before it [m]."""
         return float((position - self._origin) @ self._forward)
 
     def outside(self, position: Array) -> bool:
-        """Whether the whole rotor disc is before the doorway.
-
-        Args:
-            position: P of O_B, shape (3,), world frame [m].
-        """
+        """Whether the whole rotor disc is before the doorway."""
         return self.into(position) < -self._model.door.frame_depth - self._model.vehicle.radius
 
     def _places(self, beside: float) -> list[Array]:
@@ -112,22 +104,13 @@ class Passage:
 
 
 def has_doorway(model: Model) -> bool:
-    """Whether there is a doorway to fly through: behind a hinge that stands, or a slide that moves its panel to the side.
-
-    Args:
-        model: Model of the scenario.
-    """
+    """Whether there is a doorway to fly through: behind a hinge that stands, or a slide that moves its panel to the side."""
     door = model.door
     return not door.lies if not door.slides else door.panel is not None and abs(_panel_normal(model)[2]) < 0.5
 
 
 def behind_the_door(model: Model, position: Array) -> bool:
-    """Whether a vehicle that flies through has got behind the doorway, with all of its disc.
-
-    Args:
-        model: Model of the scenario.
-        position: Of O_B, shape (3,), world frame [m].
-    """
+    """Whether a vehicle that flies through has got behind the doorway, with all of its disc."""
     if model.scenario.mission.then != "through" or not has_doorway(model):
         return False
     forward, _, origin, _, depth = _doorway(model)

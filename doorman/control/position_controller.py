@@ -109,17 +109,7 @@ class PositionController:
         wanted_force(*kept, 0.0, False, 0.0, self._found)  # compiles: nothing is in flight
 
     def update(self, position: Array, velocity: Array, setpoint: Setpoint, time_step: float) -> Thrust:
-        """One period of control.
-
-        Args:
-            position: P, shape (3,), world frame [m].
-            velocity: Ṗ, shape (3,), world frame [m/s].
-            setpoint: Where to be.
-            time_step: Since the last call [s].
-
-        Returns:
-            Thrust and attitude.
-        """
+        """One period of control."""
         pushes = setpoint.push is not None
         seen = position, velocity, setpoint.position, setpoint.velocity, setpoint.acceleration
         np.concatenate((*seen, setpoint.force, setpoint.normal), out=self._given)
@@ -138,13 +128,7 @@ class PositionController:
         )
 
     def resume(self, position: Array, velocity: Array, wind: Array) -> None:
-        """Begin anew, bumpless, where something else flew the vehicle.
-
-        Args:
-            position: P, shape (3,), world frame [m].
-            velocity: Ṗ, shape (3,), world frame [m/s].
-            wind: δ̂ from now on, shape (3,), world frame [N].
-        """
+        """Begin anew, bumpless, where something else flew the vehicle."""
         self.observer.resume(position, velocity, wind)
         self._memory[ACTING : ACTING + 3] = 0.0
         self._memory[FREE : FREE + 3] = self.observer.estimate

@@ -19,13 +19,7 @@ from doorman.signals import Command
 
 
 def limited(command: Command, weight: float, most: float) -> Command:
-    """The command, or the one with the same heading that pushes the same way, and no harder than allowed.
-
-    Args:
-        command: What the vehicle is to do.
-        weight: m g [N].
-        most: Largest force of the rotors beyond the weight, `control.max_push` [N].
-    """
+    """The command, or the one with the same heading that pushes the same way, and no harder than allowed."""
     up = np.array([0.0, 0.0, weight])
     rotation = rotation_body_to_world(command.attitude)
     beyond = rotation @ command.body_force - up

@@ -26,12 +26,6 @@ def look_aheads(model: Model) -> tuple[float, float]:
     """How much ahead of the state acceleration and attitude are taken from the plan [s].
 
     The settings say it, or the attitude loop's lag.
-
-    Args:
-        model: Model of the scenario.
-
-    Returns:
-        Of the acceleration, and of the attitude.
     """
     settings, loop = model.scenario.control, model.attitude_loop
     acceleration, attitude = settings.acceleration_look_ahead, settings.attitude_look_ahead
@@ -72,47 +66,18 @@ class StateConverter:
         arm_angles: ArrayLike,
         arm_rates: ArrayLike,
     ) -> Array:
-        """The reduced state; the door's part comes from the tip.
-
-        Args:
-            position: P, shape (3,), world frame [m].
-            velocity: Ṗ, shape (3,), world frame [m/s].
-            attitude: Φ, shape (3,) [rad].
-            body_rates: Ω, shape (3,), body frame [rad/s].
-            arm_angles: H, shape (n,) [rad].
-            arm_rates: Ḣ, shape (n,) [rad/s].
-
-        Returns:
-            x = [Φ, α, α̇, H], shape (5 + n,).
-        """
+        """The reduced state; the door's part comes from the tip."""
         angle, rate = self._coupling.door_state(position, velocity, attitude, body_rates, arm_angles, arm_rates)
         return np.concatenate([np.asarray(attitude), [angle, rate], np.asarray(arm_angles)])
 
     def on_leaf(self, state: Array, body_rates: Array, arm_rates: Array) -> VehicleMotion:
-        """Position and velocity of O_B with the tip at the contact point, see `Coupling.motion_of`.
-
-        Args:
-            state: Reduced, x = [Φ, α, α̇, H], shape (5 + n,), contiguous, and not looked at.
-            body_rates: Ω, shape (3,), body frame [rad/s].
-            arm_rates: Ḣ, shape (n,) [rad/s].
-        """
+        """Position and velocity of O_B with the tip at the contact point, see `Coupling.motion_of`."""
         motion = np.empty(6)
         vehicle_on_leaf(self._arm, self._leaf, self._contact, state, body_rates, arm_rates, motion)
         return VehicleMotion(motion[:3], motion[3:])
 
     def tip(self, measurement: Measurement, velocity: Array) -> tuple[float, float]:
-        """Angle and angular rate of the tip about the hinge: the door's, where they touch.
-
-        Args:
-            measurement: Position, attitude, body rates and arm.
-            velocity: Ṗ, shape (3,), world frame [m/s].
-
-        Returns:
-            α [rad] and α̇ [rad/s].
-
-        Raises:
-            DimensionError: if something is not finite.
-        """
+        """Angle and angular rate of the tip about the hinge: the door's, where they touch."""
         seen = measurement.attitude, measurement.body_rates, measurement.arm_angles, measurement.arm_rates
         np.concatenate((measurement.position, velocity, *seen), out=self._given)
         angle, rate = tip_on_leaf(self._arm, self._leaf, self._coupling.lever_length, self._given, self._tip)
@@ -121,15 +86,7 @@ class StateConverter:
         return angle, rate
 
     def tip_offset(self, position: Array, state: Array) -> tuple[float, float]:
-        """Where the tip is on the leaf, relative to the contact point.
-
-        Args:
-            position: P, shape (3,), world frame [m].
-            state: Reduced, x = [Φ, α, α̇, H], shape (5 + n,).
-
-        Returns:
-            Along the two directions of `Door.face`: a door's are along the leaf, away from the hinge, and up [m].
-        """
+        """Where the tip is on the leaf, relative to the contact point."""
         coupling = self._coupling
         tip = position + rotation_body_to_world(state[:3]) @ self.model.vehicle.tip_position(state[5:])
         off = tip - coupling.contact_point(state[3])
@@ -137,15 +94,7 @@ class StateConverter:
         return float(aside @ off), float(upwards @ off)
 
     def planner_state(self, state: Array, body_rates: ArrayLike) -> Array:
-        """State that the planner starts from.
-
-        Args:
-            state: Reduced, x = [Φ, α, α̇, H], shape (5 + n,).
-            body_rates: Ω, shape (3,), body frame [rad/s].
-
-        Returns:
-            Of the planner's model, shape (nx,).
-        """
+        """State that the planner starts from."""
         return self._planning.state(state, body_rates)
 
     def setpoint(self, plan: Plan, time: float, arm_angles: Array) -> Setpoint:
@@ -154,14 +103,6 @@ class StateConverter:
         Each part is taken from the plan as much later as the loop that follows it lags behind (`control.*_look_ahead`).
         Joint rates lead from the measured posture to the plan's, so that a correction which the plan makes in its first
         step is not lost between two plans.
-
-        Args:
-            plan: A usable plan.
-            time: Since the plan's first state [s].
-            arm_angles: H now, shape (n,) [rad].
-
-        Returns:
-            The setpoint, by linear interpolation between nodes.
         """
         settings = self.model.scenario.control
         motion = self._motion(plan, time + settings.position_look_ahead)
@@ -178,30 +119,15 @@ class StateConverter:
         )
 
     def door_rate(self, plan: Plan, time: float) -> float:
-        """Rate α̇ of the door at a time of the plan, 0 after its end [rad/s].
-
-        Args:
-            plan: The plan.
-            time: Since its start [s].
-        """
+        """Rate α̇ of the door at a time of the plan, 0 after its end [rad/s]."""
         return float(self._at(plan, time)[0][4])
 
     def heading(self, plan: Plan, time: float) -> float:
-        """Heading ψ of the vehicle at a time of the plan [rad].
-
-        Args:
-            plan: The plan.
-            time: Since its start [s].
-        """
+        """Heading ψ of the vehicle at a time of the plan [rad]."""
         return float(self._at(plan, time)[0][2])
 
     def turning(self, plan: Plan, time: float) -> float:
-        """Rate ψ̇ that reaches the plan's heading after `control.attitude_look_ahead` [rad/s]; 0 without a look-ahead.
-
-        Args:
-            plan: The plan.
-            time: Since its start [s].
-        """
+        """Rate ψ̇ that reaches the plan's heading after `control.attitude_look_ahead` [rad/s]; 0 without a look-ahead."""
         ahead = self._attitude_ahead
         return (self.heading(plan, time + ahead) - self.heading(plan, time)) / ahead if ahead > 0.0 else 0.0
 
@@ -253,29 +179,14 @@ class StateConverter:
         return state, inputs
 
     def hold(self, position: Array, yaw: float) -> Setpoint:
-        """Setpoint that keeps a position at rest.
-
-        Args:
-            position: P, shape (3,), world frame [m].
-            yaw: ψ [rad].
-        """
+        """Setpoint that keeps a position at rest."""
         rest = np.zeros(3)
         return Setpoint(position.copy(), rest, rest, yaw, rest, rest, np.zeros(self.model.n_arm))
 
     def planned_force(
         self, state: Array, thrust: float, acceleration: Array | None = None, side: Array | None = None
     ) -> Array:
-        """Part along the door's normal, horizontal, of the planned force on the door (`PlanningModel.force_on_door`).
-
-        Args:
-            state: Reduced, x = [Φ, α, α̇, H], shape (5 + n,).
-            thrust: f_t [N].
-            acceleration: P̈ of O_B, shape (3,), world frame [m/s²]; zero if not given.
-            side: Body force along x and y, shape (2,) [N]; none if not given or empty.
-
-        Returns:
-            Force on the door, shape (3,), world frame [N].
-        """
+        """Part along the door's normal, horizontal, of the planned force on the door (`PlanningModel.force_on_door`)."""
         normal = self.model.door.normal(state[3])
         rotors = np.array([0.0, 0.0, thrust])
         if side is not None and len(side):

@@ -43,18 +43,7 @@ class TurningAid:
     def force(
         self, state: Array, body_rates: Array, planned_rate: float, time_step: float, attitude_lag: float
     ) -> Array:
-        """Force of the tip on the leaf now, beside the planned one.
-
-        Args:
-            state: Reduced, x = [Φ, α, α̇, H], shape (5 + n,).
-            body_rates: Ω, shape (3,), body frame [rad/s].
-            planned_rate: ψ̇ of the plan [rad/s].
-            time_step: Since the last call [s].
-            attitude_lag: Of roll and pitch behind what they are told [s].
-
-        Returns:
-            Along the leaf, shape (3,), world frame [N].
-        """
+        """Force of the tip on the leaf now, beside the planned one."""
         missing = planned_rate - euler_rates(state[:3], body_rates)[2]
         along = self._door.face(state[3])[0]
         tip = self._coupling.tips(state[None, :3], state[None, 5:])[0]

@@ -21,12 +21,7 @@ _LEAST_SLANT = 0.2
 
 
 def in_the_doorway(model: Model, position: Array) -> bool:
-    """Whether some of the rotor disc is between the jambs, where a leaf that shuts reaches it.
-
-    Args:
-        model: Model of the scenario.
-        position: P, shape (3,), world frame [m].
-    """
+    """Whether some of the rotor disc is between the jambs, where a leaf that shuts reaches it."""
     before = model.door.in_doorway(position - model.door.hinge_position)[0]
     return bool(
         model.door.upright and model.door.side == "push" and before > -model.door.frame_depth - model.vehicle.radius
@@ -38,14 +33,6 @@ def way_out(model: Model, position: Array, door_angle: float) -> list[Array]:
 
     A vehicle that pulls goes back along the leaf's normal to where the leaf, however it swings, does not reach it. One that has
     moved a slide or a hatch goes back along the normal of its face.
-
-    Args:
-        model: Model of the scenario.
-        position: P, shape (3,), world frame [m].
-        door_angle: α [rad].
-
-    Returns:
-        Targets of O_B, each of shape (3,), world frame [m].
     """
     if not model.door.upright:
         return [position - model.scenario.mission.hover_distance * model.door.normal(door_angle)]

@@ -69,10 +69,6 @@ class WholeBodyController:
         """Let the opening rate that is asked for grow in contact, and fall to the door's where the tip has lost it.
 
         What turns the vehicle beside its commands is watched meanwhile.
-
-        Args:
-            known: What is known now.
-            time_step: Since the last call [s].
         """
         opening, most = -known.door_rate, self._numbers.one("reference.opening_speed")
         if known.touching:
@@ -83,14 +79,7 @@ class WholeBodyController:
         self._tilt.update(known.attitude[:2], self._turned[1], time_step)
 
     def start(self, known: LeafEstimate) -> tuple[Array, dict[str, Any]]:
-        """What a plan begins with, and aims for.
-
-        Args:
-            known: What is known now.
-
-        Returns:
-            x with the tip as deep in the leaf as the estimated force says, shape (14 + n,), and numbers of the problem by name.
-        """
+        """What a plan begins with, and aims for."""
         numbers, angle = self._numbers, known.door_angle
         turned = self._turned[1] if self._turned[0] is known else self._turned_by(known)
         depth, place = tip_on_face(self._model, known.position, known.attitude, angle, known.arm_angles)
@@ -125,14 +114,7 @@ class WholeBodyController:
         return turned_by(self._model, known.attitude, known.arm_angles, force)
 
     def follow(self, plan: Plan, time: float, measured_yaw: float, time_step: float) -> Command:
-        """What the vehicle is to do at a time of a plan; after its end, what it does last.
-
-        Args:
-            plan: Of the whole body.
-            time: Since its first state [s].
-            measured_yaw: ψ as the vehicle knows it [rad].
-            time_step: Since the last call [s].
-        """
+        """What the vehicle is to do at a time of a plan; after its end, what it does last."""
         last = len(plan.inputs) - 1
         planned = plan.inputs[min(int(time / plan.time_step + 1e-6), last)]
         later = min(int((time + _AHEAD) / plan.time_step), last)
@@ -152,16 +134,7 @@ class WholeBodyController:
 
 
 def tilted(roll: float, pitch: float, yaw: float) -> Array:
-    """Attitude with the thrust's direction of [roll, pitch, 0], and another heading.
-
-    Args:
-        roll: φ at ψ = 0 [rad].
-        pitch: θ at ψ = 0 [rad].
-        yaw: ψ [rad].
-
-    Returns:
-        Φ, shape (3,) [rad].
-    """
+    """Attitude with the thrust's direction of [roll, pitch, 0], and another heading."""
     up = np.array([math.sin(pitch) * math.cos(roll), -math.sin(roll), math.cos(pitch) * math.cos(roll)])
     c, s = math.cos(yaw), math.sin(yaw)
     ahead, aside = c * up[0] + s * up[1], -s * up[0] + c * up[1]

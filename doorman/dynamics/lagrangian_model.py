@@ -38,11 +38,7 @@ def _functions(pattern: ArmPattern, point_names: tuple[str, ...], sizes: tuple[t
 
 
 def inertia_numbers(vehicle: Vehicle) -> dict[str, Array]:
-    """Numbers of the rotational inertia: I_A, the same in all postures, or the masses that it follows from.
-
-    Args:
-        vehicle: The vehicle.
-    """
+    """Numbers of the rotational inertia: I_A, the same in all postures, or the masses that it follows from."""
     if not vehicle.bodies.balanced:
         return vehicle.bodies.numbers()
     return {"vehicle.inertia": np.asarray(vehicle.inertia(np.zeros(vehicle.n_arm))[np.triu_indices(3)])}
@@ -91,34 +87,11 @@ class LagrangianModel:
         return np.asarray(functions[name](x, u, self.numbers.vector, *time_step))
 
     def check_state(self, state: ArrayLike, field: str = "state") -> Array:
-        """A state as a contiguous float array.
-
-        Args:
-            state: x, shape (8 + n,).
-            field: Name of the argument, for the error.
-
-        Returns:
-            Shape (8 + n,).
-
-        Raises:
-            DimensionError: if it has another shape than (8 + n,) or is not finite.
-            SingularityError: if the pitch is not inside ±90°.
-        """
+        """A state as a contiguous float array."""
         return regular_state(state, self.nx, field)
 
     def mass_matrix(self, configuration: ArrayLike, arm_angles: ArrayLike) -> Array:
-        r"""Mass matrix :math:`M_q = J_t^T m_A J_t + J_r^T I_A J_r + J_\alpha^T I_D J_\alpha`, of the centre of mass.
-
-        Args:
-            configuration: q = [Φ, α], shape (4,) [rad].
-            arm_angles: H, shape (n,) [rad].
-
-        Returns:
-            Shape (4, 4), symmetric.
-
-        Raises:
-            DimensionError: if an array has another shape or is not finite.
-        """
+        r"""Mass matrix :math:`M_q = J_t^T m_A J_t + J_r^T I_A J_r + J_\alpha^T I_D J_\alpha`, of the centre of mass."""
         q = vector(configuration, 4, "configuration")
         vehicle = self.coupling.vehicle
         rotation, center = self.coupling.rotation_jacobian(q[:3]), vehicle.center_of_mass(arm_angles)
@@ -133,12 +106,6 @@ class LagrangianModel:
         r"""Kinetic and potential energy, :math:`\frac12\dot q^T M_q\dot q + m_A g z + \frac12 k(\alpha-\alpha_0)^2`.
 
         The height z is that of the centre of mass.
-
-        Args:
-            state: x, shape (8 + n,).
-
-        Returns:
-            [J], zero height being the world's origin.
         """
         x = self.check_state(state)
         vehicle, door = self.coupling.vehicle, self.coupling.door
@@ -148,67 +115,23 @@ class LagrangianModel:
         return float(kinetic + vehicle.mass * GRAVITY * height + 0.5 * door.stiffness * (x[3] - door.rest_angle) ** 2)
 
     def contact_force(self, state: ArrayLike, inputs: ArrayLike) -> Array:
-        r"""Force of the tip on the door, :math:`f_t R e_3 - m_A g e_3 - m_A a` with the centre of mass' acceleration a.
-
-        Args:
-            state: x, shape (8 + n,).
-            inputs: u, shape (4 + n,).
-
-        Returns:
-            Shape (3,), world frame [N].
-        """
+        r"""Force of the tip on the door, :math:`f_t R e_3 - m_A g e_3 - m_A a` with the centre of mass' acceleration a."""
         x, u = self.check_state(state), vector(inputs, self.nu, "inputs")
         return self._value("contact_force", x, u)[:, 0]
 
     def derivative(self, state: ArrayLike, inputs: ArrayLike) -> Array:
-        """Time derivative of the state.
-
-        Args:
-            state: x, shape (8 + n,).
-            inputs: u, shape (4 + n,).
-
-        Returns:
-            ẋ, shape (8 + n,).
-
-        Raises:
-            DimensionError: if an array has another shape or is not finite.
-            SingularityError: if the pitch is not inside ±90°.
-        """
+        """Time derivative of the state."""
         x, u = self.check_state(state), vector(inputs, self.nu, "inputs")
         return self._value("derivative", x, u)[:, 0]
 
     def step(self, state: ArrayLike, inputs: ArrayLike) -> Array:
-        """One RK4 step over the time step.
-
-        Args:
-            state: x, shape (8 + n,).
-            inputs: u, shape (4 + n,).
-
-        Returns:
-            The next state, shape (8 + n,).
-
-        Raises:
-            DimensionError: if an array has another shape or is not finite.
-            SingularityError: if the pitch is not inside ±90°, now or after the step.
-        """
+        """One RK4 step over the time step."""
         x, u = self.check_state(state), vector(inputs, self.nu, "inputs")
         out = self._value("step", x, u, self.time_step)[:, 0]
         return self.check_state(regular_step(out), "next state")
 
     def step_jacobian(self, state: ArrayLike, inputs: ArrayLike) -> tuple[Array, Array]:
-        """Exact sensitivities A, B of `step`.
-
-        Args:
-            state: x, shape (8 + n,).
-            inputs: u, shape (4 + n,).
-
-        Returns:
-            A of shape (8 + n, 8 + n) and B of shape (8 + n, 4 + n).
-
-        Raises:
-            DimensionError: if an array has another shape or is not finite.
-            SingularityError: if the pitch is not inside ±90°.
-        """
+        """Exact sensitivities A, B of `step`."""
         x, u = self.check_state(state), vector(inputs, self.nu, "inputs")
         jacobian = self._value("step_jacobian", x, u, self.time_step)
         return jacobian[:, : self.nx], jacobian[:, self.nx :]

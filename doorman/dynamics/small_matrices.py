@@ -8,11 +8,7 @@ import casadi as ca
 
 
 def inverse_of_symmetric(matrix: Any) -> Any:
-    """Inverse of a symmetric matrix by its cofactors.
-
-    Args:
-        matrix: (3, 3); its upper half counts.
-    """
+    """Inverse of a symmetric matrix by its cofactors."""
     xx, xy, xz, yy, yz, zz = (matrix[i, j] for i in range(3) for j in range(i, 3))
     a, b, c = yy * zz - yz * yz, xz * yz - xy * zz, xy * yz - xz * yy
     d, e, f = xx * zz - xz * xz, xy * xz - xx * yz, xx * yy - xy * xy

@@ -24,17 +24,6 @@ def check(scenario: Scenario | Model, *, with_audit: bool = False) -> Report:
     Geometry is looked at for level postures at every door angle of the swing (any yaw, the arm within its joint limits).
     What the planner makes of the task is rehearsed in closed loop with a model of the swing, without noise or tracking error.
     What would make the mission give up is looked for before the leaf and along that rehearsal.
-
-    Args:
-        scenario: The scenario, or a model of it that exists already.
-        with_audit: Whether the analytic constraints are audited against FCL, too, up to the controller's largest tilt.
-
-    Returns:
-        The findings.
-
-    Raises:
-        UrdfError: if a URDF is unusable.
-        ScenarioError: if the scenario does not fit its URDFs.
     """
     model = scenario if isinstance(scenario, Model) else Model(scenario)
     rehearsal = rehearse(model)
@@ -66,14 +55,7 @@ def _audited(model: Model) -> AuditReport:
 
 
 def audit_finding(report: AuditReport) -> Finding:
-    """Verdict of the audit; a warning where it fails, as it covers all postures and not only those of the swing.
-
-    Args:
-        report: Of the audit.
-
-    Returns:
-        The finding.
-    """
+    """Verdict of the audit; a warning where it fails, as it covers all postures and not only those of the swing."""
     advice = ""
     if report.colliding:
         advice = "the constraints do not keep these shapes apart: watch 'clearance along the swing'"

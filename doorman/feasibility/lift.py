@@ -46,14 +46,7 @@ _OFFSET = 0.01
 
 
 def lift_findings(model: Model) -> list[Finding]:
-    """Whether the rotors carry the vehicle while they steer it.
-
-    Args:
-        model: Model of the scenario.
-
-    Returns:
-        The findings.
-    """
+    """Whether the rotors carry the vehicle while they steer it."""
     try:
         layout = rotor_layout(model.vehicle, model.scenario.simulation.torque_per_thrust)
     except BackendError as error:
@@ -63,15 +56,7 @@ def lift_findings(model: Model) -> list[Finding]:
 
 
 def lift_left(layout: RotorLayout, torque: Array) -> float:
-    """Largest thrust with which the rotors make a torque.
-
-    Args:
-        layout: The rotors.
-        torque: About the body's x and y axis, shape (2,) [N m].
-
-    Returns:
-        [N]; negative where no thrust carries that torque.
-    """
+    """Largest thrust with which the rotors make a torque."""
     inverse = layout.inverse
     return float(((layout.max_thrusts - inverse[:, 1:3] @ torque) / inverse[:, 0]).min())
 
@@ -148,14 +133,6 @@ def _center_of_mass(model: Model, layout: RotorLayout) -> Finding:
 
 
 def weight_on_joints(model: Model, state: Array) -> Array:
-    r"""Torques of the arm's own weight on its joints, :math:`m g\,J_c^T R^T e_3`.
-
-    Args:
-        model: Model of the scenario.
-        state: x = [Φ, α, α̇, H], shape (5 + n,).
-
-    Returns:
-        Shape (n,) [N m], [N] where a joint slides.
-    """
+    r"""Torques of the arm's own weight on its joints, :math:`m g\,J_c^T R^T e_3`."""
     up = rotation_body_to_world(state[:3])[2]
     return np.asarray(model.vehicle.mass * GRAVITY * up @ model.vehicle.center_of_mass_jacobian(state[5:]))

@@ -38,15 +38,7 @@ _BETWEEN = 0.02
 
 
 def mission_findings(model: Model, rehearsal: Rehearsal) -> list[Finding]:
-    """Whether the mission comes to the leaf, stays at it and lets go of it.
-
-    Args:
-        model: Model of the scenario.
-        rehearsal: Motion of planner and model.
-
-    Returns:
-        The findings.
-    """
+    """Whether the mission comes to the leaf, stays at it and lets go of it."""
     return [
         _direction(model),
         _approach(model),

@@ -122,10 +122,5 @@ class Report(OneLine):
 
 
 def graded(ok: bool, worse: Severity = Severity.ERROR) -> Severity:
-    """Severity OK where something holds, else `worse`.
-
-    Args:
-        ok: Whether it holds.
-        worse: Severity where it does not.
-    """
+    """Severity OK where something holds, else `worse`."""
     return Severity.OK if ok else worse

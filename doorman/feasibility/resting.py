@@ -6,15 +6,7 @@ from doorman.model import Model
 
 
 def torques_at_rest(model: Model, door_angle: float) -> tuple[float, float]:
-    """Torque of weight, closer and spring on a leaf at rest, and the friction against it.
-
-    Args:
-        model: Model of the scenario.
-        door_angle: α [rad].
-
-    Returns:
-        The torque in the sense of damping, positive where it makes α fall, and the friction [N m].
-    """
+    """Torque of weight, closer and spring on a leaf at rest, and the friction against it."""
     door, true = model.true_door, model.scenario.simulation
     arm, section = door.per_angle, model.door.section
     friction = door.friction if true.door_friction is None else arm * true.door_friction

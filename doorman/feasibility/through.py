@@ -12,14 +12,7 @@ _NEAR = 0.02
 
 
 def through_findings(model: Model) -> list[Finding]:
-    """Whether the door stays open by itself, and leaves room to fly through; nothing for a mission that does not.
-
-    Args:
-        model: Model of the scenario.
-
-    Returns:
-        The findings.
-    """
+    """Whether the door stays open by itself, and leaves room to fly through; nothing for a mission that does not."""
     if model.scenario.mission.then != "through":
         return []
     if not has_doorway(model):

@@ -25,11 +25,7 @@ class Journal:
         """Everything so far, in words."""
 
     def take(self, epoch: float) -> None:
-        """Write what has happened since the last call.
-
-        Args:
-            epoch: When the recording's time was zero, by `time.monotonic`; NaN while that is open [s].
-        """
+        """Write what has happened since the last call."""
         events = [(event.time, "pixhawk", event.message) for event in self._links.autopilot.events()]
         events += [(event.time, "servos", str(event)) for event in self._links.servos.events()]
         if self._links.mocap is not None:

@@ -31,20 +31,7 @@ def fly_to(
     begin: Array | None = None,
     speed: float = SPEED,
 ) -> bool:
-    """Stream position setpoints along a `StraightWay` until the vehicle has arrived.
-
-    Args:
-        links: Of a vehicle that is engaged, in the air.
-        place: Of O_B, shape (3,), world frame [m].
-        yaw: Heading [rad].
-        timeout: For arriving after the setpoint has [s].
-        go_on: Asked at every step whether to.
-        begin: Where the vehicle should be if nobody says where it is, shape (3,), world frame [m].
-        speed: Of the setpoint [m/s].
-
-    Returns:
-        Whether it arrived, as far as that is known; False too if the vehicle is not ours any more, lands, or is not to go on.
-    """
+    """Stream position setpoints along a `StraightWay` until the vehicle has arrived."""
     autopilot, where = links.autopilot, links.whereabouts()
     here = where.position if where.known or begin is None else begin
     way = StraightWay(links.clock.now(), here, place, where.yaw, yaw, speed)

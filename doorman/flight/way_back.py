@@ -44,12 +44,7 @@ _HOLDING_PATIENCE = 30.0
 
 
 def out_of_the_doorway(model: Model, position: Array) -> list[Array]:
-    """Places of O_B, one after the other, square to the frame, shape (3,) each, world frame [m].
-
-    Args:
-        model: Model of the scenario.
-        position: Of O_B now, shape (3,), world frame [m].
-    """
+    """Places of O_B, one after the other, square to the frame, shape (3,) each, world frame [m]."""
     return way_out(model, position, model.start_angle)
 
 

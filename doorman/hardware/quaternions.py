@@ -21,24 +21,12 @@ _SINGULAR = 1.0 - 1e-12
 
 
 def wrap(angle: float) -> float:
-    """Angle of the same direction in (−π, π].
-
-    Args:
-        angle: [rad].
-
-    Returns:
-        [rad].
-    """
+    """Angle of the same direction in (−π, π]."""
     return -(((-angle + math.pi) % (2.0 * math.pi)) - math.pi)
 
 
 def multiply(a: Iterable[float], b: Iterable[float]) -> Quaternion:
-    """Product a b: first b, then a.
-
-    Args:
-        a: Left factor.
-        b: Right factor.
-    """
+    """Product a b: first b, then a."""
     aw, ax, ay, az = a
     bw, bx, by, bz = b
     return (
@@ -50,22 +38,13 @@ def multiply(a: Iterable[float], b: Iterable[float]) -> Quaternion:
 
 
 def conjugate(q: Iterable[float]) -> Quaternion:
-    """Inverse rotation (w, −x, −y, −z).
-
-    Args:
-        q: Unit quaternion (w, x, y, z).
-    """
+    """Inverse rotation (w, −x, −y, −z)."""
     w, x, y, z = q
     return (w, -x, -y, -z)
 
 
 def rotate(q: Iterable[float], v: Iterable[float]) -> Vector:
-    r"""Rotated vector :math:`v + 2 w (u \times v) + 2\, u \times (u \times v)` with u = (x, y, z).
-
-    Args:
-        q: Rotation.
-        v: Vector.
-    """
+    r"""Rotated vector :math:`v + 2 w (u \times v) + 2\, u \times (u \times v)` with u = (x, y, z)."""
     w, x, y, z = q
     vx, vy, vz = v
     tx = 2.0 * (y * vz - z * vy)
@@ -75,11 +54,7 @@ def rotate(q: Iterable[float], v: Iterable[float]) -> Vector:
 
 
 def rotation_vector(q: Quaternion) -> Vector:
-    """Axis times angle, with an angle of at most π [rad].
-
-    Args:
-        q: Unit quaternion (w, x, y, z).
-    """
+    """Axis times angle, with an angle of at most π [rad]."""
     w, x, y, z = q if q[0] >= 0.0 else (-q[0], -q[1], -q[2], -q[3])
     sine = math.sqrt(x * x + y * y + z * z)
     scale = 2.0 * math.atan2(sine, w) / sine if sine > 1e-9 else 2.0
@@ -87,36 +62,20 @@ def rotation_vector(q: Quaternion) -> Vector:
 
 
 def from_rotation_vector(v: Vector) -> Quaternion:
-    """Rotation by an axis times an angle [rad].
-
-    Args:
-        v: Axis times angle [rad].
-
-    Returns:
-        Unit quaternion (w, x, y, z).
-    """
+    """Rotation by an axis times an angle [rad]."""
     angle = math.sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2])
     scale = math.sin(0.5 * angle) / angle if angle > 1e-9 else 0.5
     return (math.cos(0.5 * angle), scale * v[0], scale * v[1], scale * v[2])
 
 
 def angle_between(a: Quaternion, b: Quaternion) -> float:
-    """Angle that turns one into the other, 0 … π [rad].
-
-    Args:
-        a: Unit quaternion (w, x, y, z).
-        b: Another one.
-    """
+    """Angle that turns one into the other, 0 … π [rad]."""
     x, y, z = rotation_vector(multiply(conjugate(a), b))
     return math.sqrt(x * x + y * y + z * z)
 
 
 def from_attitude(attitude: Iterable[float]) -> Quaternion:
-    r"""Quaternion of ZYX Euler angles, :math:`q_z(\psi)\, q_y(\theta)\, q_x(\phi)`, with w ≥ 0.
-
-    Args:
-        attitude: Φ = (φ, θ, ψ) [rad].
-    """
+    r"""Quaternion of ZYX Euler angles, :math:`q_z(\psi)\, q_y(\theta)\, q_x(\phi)`, with w ≥ 0."""
     cr, sr, cp, sp, cy, sy = (f(0.5 * angle) for angle in attitude for f in (math.cos, math.sin))
     w, x, y, z = (
         cr * cp * cy + sr * sp * sy,
@@ -128,14 +87,7 @@ def from_attitude(attitude: Iterable[float]) -> Quaternion:
 
 
 def to_attitude(q: Iterable[float]) -> Vector:
-    """ZYX Euler angles of a quaternion; at a pitch of ±π/2, where roll and yaw are not defined apart, the roll is 0.
-
-    Args:
-        q: Rotation of the body into the world.
-
-    Returns:
-        Φ = (φ, θ, ψ) [rad].
-    """
+    """ZYX Euler angles of a quaternion; at a pitch of ±π/2, where roll and yaw are not defined apart, the roll is 0."""
     w, x, y, z = q
     sine = 2.0 * (w * y - x * z)
     if abs(sine) > _SINGULAR:
@@ -148,33 +100,14 @@ def to_attitude(q: Iterable[float]) -> Vector:
 
 
 def to_rotation(values: ArrayLike) -> NDArray[np.float64]:
-    """Rotation matrix of a quaternion, after normalisation.
-
-    Args:
-        values: [w, x, y, z], shape (4,), not zero.
-
-    Returns:
-        R, body to world, shape (3, 3).
-
-    Raises:
-        DimensionError: if it is not four finite numbers.
-    """
+    """Rotation matrix of a quaternion, after normalisation."""
     q = vector(values, 4, "quaternion")
     q = (q / np.linalg.norm(q)).tolist()
     return np.column_stack([rotate(q, axis) for axis in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))])
 
 
 def unit_quaternion(values: ArrayLike, field_name: str, tolerance: float = 1e-2) -> Quaternion:
-    """A checked quaternion, normalised: autopilots drop others silently.
-
-    Args:
-        values: Shape (4,).
-        field_name: Name of the argument, for the error.
-        tolerance: By which the norm may differ from 1.
-
-    Raises:
-        DimensionError: if it is not four finite numbers of norm 1.
-    """
+    """A checked quaternion, normalised: autopilots drop others silently."""
     w, x, y, z = vector(values, 4, field_name).tolist()
     norm = math.sqrt(w * w + x * x + y * y + z * z)
     if abs(norm - 1.0) > tolerance:

@@ -22,9 +22,6 @@ def real_time() -> Iterator[bool]:
 
     What exists by now is taken out of the garbage collector's sight: a collection of it would stop every thread for 0.2 s.
     Enter when everything is compiled, before links are opened.
-
-    Yields:
-        Whether the system permits real time: on Linux, root or a limit `rtprio` of at least `PRIORITY`.
     """
     interval = sys.getswitchinterval()
     sys.setswitchinterval(SWITCH_INTERVAL)

@@ -37,13 +37,6 @@ def distance_in_doorway(reach: float, room: float) -> float:
     Behind a tip at D_V, turned by β from the leaf's normal, the vehicle comes as far from the hinge's side of the doorway as
     :math:`\sqrt{(D_V - r\sin\beta)^2 + (r\cos\beta)^2}`. Nearer to the jamb it would have to push from the side, and the
     tip's force would turn it away.
-
-    Args:
-        reach: r from the vehicle's centre to the tip [m].
-        room: Largest distance of the centre from the hinge's side of the doorway [m].
-
-    Returns:
-        D_V [m].
     """
     beside, behind = reach * math.sin(BESIDE), reach * math.cos(BESIDE)
     return beside + math.sqrt(max(room**2 - behind**2, 0.0))
@@ -83,51 +76,22 @@ class Coupling:
         return self._own.get(lambda: ArmParameters.of(self.vehicle.arm))
 
     def contact_point(self, door_angle: float) -> Array:
-        """Point where the tip touches the leaf.
-
-        Args:
-            door_angle: α [rad].
-
-        Returns:
-            Shape (3,), world frame [m].
-        """
+        """Point where the tip touches the leaf."""
         return self.door.contact_point(door_angle, self.distance_from_hinge, self.height)
 
     def angle_of_face(self, before: float) -> float:
-        """By how much α of a tip on the face is less if the face stands before its place [rad].
-
-        Args:
-            before: Towards the vehicle [m].
-        """
+        """By how much α of a tip on the face is less if the face stands before its place [rad]."""
         return self.door.angle_of_face(before, self.distance_from_hinge)
 
     def vehicle_position(self, attitude: ArrayLike, door_angle: float, arm_angles: ArrayLike) -> Array:
-        r"""Position of O_B with the tip at the contact point, :math:`P = P_h + D_V c(\alpha) + D_H e_3 - R\,d`.
-
-        Args:
-            attitude: Φ, shape (3,) [rad].
-            door_angle: α [rad].
-            arm_angles: H, shape (n,) [rad].
-
-        Returns:
-            P, shape (3,), world frame [m].
-        """
+        r"""Position of O_B with the tip at the contact point, :math:`P = P_h + D_V c(\alpha) + D_H e_3 - R\,d`."""
         n = self.vehicle.n_arm
         angles = vector(arm_angles, n, "arm_angles")
         tip = self._tip_in_world(vector(attitude, 3, "attitude"), np.zeros(3), angles, np.zeros(n))
         return self.contact_point(float(door_angle)) - tip[:3]
 
     def translation_jacobian(self, attitude: ArrayLike, door_angle: float, arm_angles: ArrayLike) -> Array:
-        r"""J_t of :math:`\dot P = J_t\dot q - R\dot d`: :math:`J_t = [R\,\hat d\,W^{-1},\ J]`.
-
-        Args:
-            attitude: Φ, shape (3,) [rad].
-            door_angle: α [rad].
-            arm_angles: H, shape (n,) [rad].
-
-        Returns:
-            Shape (3, 4).
-        """
+        r"""J_t of :math:`\dot P = J_t\dot q - R\dot d`: :math:`J_t = [R\,\hat d\,W^{-1},\ J]`."""
         rotation = rotation_body_to_world(attitude)
         jacobian = np.empty((3, 4))
         jacobian[:, :3] = rotation @ skew(self.vehicle.tip_position(arm_angles)) @ body_rate_matrix(attitude)
@@ -136,47 +100,20 @@ class Coupling:
 
     @staticmethod
     def rotation_jacobian(attitude: ArrayLike) -> Array:
-        r"""J_r of :math:`\Omega = J_r\dot q`: :math:`J_r = [W^{-1}(\Phi),\ 0]`.
-
-        Args:
-            attitude: Φ, shape (3,) [rad].
-
-        Returns:
-            Shape (3, 4).
-        """
+        r"""J_r of :math:`\Omega = J_r\dot q`: :math:`J_r = [W^{-1}(\Phi),\ 0]`."""
         return np.hstack([body_rate_matrix(attitude), np.zeros((3, 1))])
 
     def vehicle_motion(self, state: ArrayLike, body_rates: ArrayLike, arm_rates: ArrayLike) -> VehicleMotion:
         r"""Motion of the vehicle that belongs to a state of the planner.
 
         :math:`\dot P = \dot\alpha J - R(\Omega\times d) - R\dot d`.
-
-        Args:
-            state: x = [Φ, α, α̇, H], shape (5 + n,).
-            body_rates: Ω, shape (3,), body frame [rad/s].
-            arm_rates: Ḣ, shape (n,) [rad/s].
-
-        Returns:
-            Position and velocity of O_B.
-
-        Raises:
-            DimensionError: if an array has another shape or is not finite.
         """
         n = self.vehicle.n_arm
         x = vector(state, 5 + n, "state")
         return self.motion_of(x, vector(body_rates, 3, "body_rates"), vector(arm_rates, n, "arm_rates"))
 
     def motion_of(self, state: Array, body_rates: Array, arm_rates: Array) -> VehicleMotion:
-        """Motion of the vehicle that belongs to a state, as `vehicle_motion` returns it, without a check of the arrays.
-
-        Args:
-            state: [Φ, α, α̇, H], shape (5 + n,).
-            body_rates: Ω, shape (3,), body frame [rad/s].
-            arm_rates: Ḣ, shape (n,) [rad/s or m/s].
-
-        Returns:
-            Position and velocity of O_B, world frame.
-        """
+        """Motion of the vehicle that belongs to a state, as `vehicle_motion` returns it, without a check of the arrays."""
         angle = float(state[3])
         tip = self._tip_in_world(state[:3], body_rates, state[5:], arm_rates)
         lever = self.door.lever(angle, self.distance_from_hinge)
@@ -195,20 +132,6 @@ class Coupling:
 
         :math:`\dot\alpha = -n_D^T\dot P_e/D_V` with the tip's velocity
         :math:`\dot P + R(\Omega\times d) + R\,\dot d` (the paper's state conversion, without its singularity).
-
-        Args:
-            position: P, shape (3,), world frame [m].
-            velocity: Ṗ, shape (3,), world frame [m/s].
-            attitude: Φ, shape (3,) [rad].
-            body_rates: Ω, shape (3,), body frame [rad/s].
-            arm_angles: H, shape (n,) [rad].
-            arm_rates: Ḣ, shape (n,) [rad/s].
-
-        Returns:
-            α [rad] and α̇ [rad/s]; right only while the tip touches the leaf.
-
-        Raises:
-            DimensionError: if an array has another shape or is not finite.
         """
         n = self.vehicle.n_arm
         relative = self._tip_in_world(
@@ -223,15 +146,7 @@ class Coupling:
         return angle, -float(self.door.normal(angle) @ velocity_of_tip) / self.lever_length
 
     def tips(self, attitudes: Array, arm_angles: Array) -> Array:
-        r"""Tips of many postures relative to O_B, :math:`R\,d`.
-
-        Args:
-            attitudes: Φ, shape (m, 3) [rad].
-            arm_angles: H, shape (m, n) [rad].
-
-        Returns:
-            Shape (m, 3), world axes [m].
-        """
+        r"""Tips of many postures relative to O_B, :math:`R\,d`."""
         out = np.empty((len(attitudes), 3))
         tips_in_world(self._arm, np.ascontiguousarray(attitudes), np.ascontiguousarray(arm_angles), out)
         return out

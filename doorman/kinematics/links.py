@@ -23,11 +23,7 @@ class Link(NamedTuple):
 
 
 def links_of(model: pinocchio.Model) -> dict[str, Link]:
-    """Links by name.
-
-    Args:
-        model: Pinocchio's model.
-    """
+    """Links by name."""
     return {
         frame.name: Link(int(frame.parentJoint), frozen(frame.placement.homogeneous))
         for frame in model.frames
@@ -36,16 +32,7 @@ def links_of(model: pinocchio.Model) -> dict[str, Link]:
 
 
 def joint_placements_along(model: pinocchio.Model, data: pinocchio.Data, values: Array) -> Array:
-    """Placements of all joints at each of m configurations, by forward kinematics.
-
-    Args:
-        model: Pinocchio's model.
-        data: Memory of that model, which is written to.
-        values: Joint values, shape (m, nq) [rad, m].
-
-    Returns:
-        Homogeneous matrices in the root frame, shape (m, njoints, 4, 4).
-    """
+    """Placements of all joints at each of m configurations, by forward kinematics."""
     placements = np.empty((len(values), model.njoints, 4, 4))
     for at, configuration in zip(placements, values, strict=True):
         pinocchio.forwardKinematics(model, data, configuration)

@@ -33,34 +33,16 @@ class Numbers:
         return self.vector[self._place(name)]
 
     def named(self, vector: ArrayLike) -> dict[str, Array]:
-        """Other numbers in the same order, by name.
-
-        Args:
-            vector: Shape (np,).
-
-        Returns:
-            Views of the vector, each of the name's size.
-        """
+        """Other numbers in the same order, by name."""
         other = np.asarray(vector, dtype=np.float64)
         return {name: other[place] for name, place in self._places.items()}
 
     def one(self, name: str) -> float:
-        """The number of a name that stands for one.
-
-        Args:
-            name: Of the number.
-        """
+        """The number of a name that stands for one."""
         return float(self.vector.item(self._place(name).start))
 
     def replaced(self, changes: Mapping[str, ArrayLike]) -> Numbers:
-        """Numbers with others for some of the names.
-
-        Args:
-            changes: By name; as many as there were.
-
-        Raises:
-            DimensionError: if a name is unknown, or stands for another count of numbers.
-        """
+        """Numbers with others for some of the names."""
         changed = object.__new__(Numbers)
         changed.sizes, changed._places, changed.vector = self.sizes, self._places, self.vector.copy()
         for name, value in changes.items():
@@ -78,11 +60,7 @@ class Numbers:
         return changed
 
     def and_also(self, entries: Mapping[str, ArrayLike]) -> Numbers:
-        """These numbers, with further names behind them.
-
-        Args:
-            entries: Numbers or vectors by name; a name that is here already gets the new value.
-        """
+        """These numbers, with further names behind them."""
         return Numbers({**{name: self[name] for name in self.sizes}, **entries})
 
     def _place(self, name: str) -> slice:

@@ -17,17 +17,7 @@ SMALLEST_COSINE = 1e-6
 
 
 def rotation_body_to_world(attitude: ArrayLike) -> Array:
-    r"""Rotation matrix :math:`R = R_z(\psi) R_y(\theta) R_x(\phi)`.
-
-    Args:
-        attitude: Φ = [φ, θ, ψ], shape (3,) [rad].
-
-    Returns:
-        R, shape (3, 3).
-
-    Raises:
-        DimensionError: if the attitude is not three finite numbers.
-    """
+    r"""Rotation matrix :math:`R = R_z(\psi) R_y(\theta) R_x(\phi)`."""
     roll, pitch, yaw = components(attitude, 3, "attitude")
     cr, sr, cp, sp = math.cos(roll), math.sin(roll), math.cos(pitch), math.sin(pitch)
     cy, sy = math.cos(yaw), math.sin(yaw)
@@ -41,14 +31,7 @@ def rotation_body_to_world(attitude: ArrayLike) -> Array:
 
 
 def quaternion_of(attitude: ArrayLike) -> tuple[float, float, float, float]:
-    """Unit quaternion [w, x, y, z] of Euler angles, body to world.
-
-    Args:
-        attitude: Φ = [φ, θ, ψ], shape (3,) [rad].
-
-    Raises:
-        DimensionError: if the attitude is not three finite numbers.
-    """
+    """Unit quaternion [w, x, y, z] of Euler angles, body to world."""
     roll, pitch, yaw = components(attitude, 3, "attitude")
     cr, sr, cp, sp = math.cos(0.5 * roll), math.sin(0.5 * roll), math.cos(0.5 * pitch), math.sin(0.5 * pitch)
     cy, sy = math.cos(0.5 * yaw), math.sin(0.5 * yaw)
@@ -61,17 +44,7 @@ def quaternion_of(attitude: ArrayLike) -> tuple[float, float, float, float]:
 
 
 def attitude_from_rotation(rotation: ArrayLike) -> Array:
-    """Euler angles Φ of a rotation matrix, with θ in (−π/2, π/2).
-
-    Args:
-        rotation: R, body to world, shape (3, 3).
-
-    Returns:
-        Φ = [φ, θ, ψ], shape (3,) [rad].
-
-    Raises:
-        SingularityError: if θ = ±π/2, where φ and ψ are not defined.
-    """
+    """Euler angles Φ of a rotation matrix, with θ in (−π/2, π/2)."""
     matrix = np.asarray(rotation, dtype=np.float64)
     if math.hypot(matrix[0, 0], matrix[1, 0]) < SMALLEST_COSINE:
         raise SingularityError("Euler angles are singular", field="pitch", given=90.0, allowed="|pitch| < 90°")
@@ -80,21 +53,7 @@ def attitude_from_rotation(rotation: ArrayLike) -> Array:
 
 
 def regular_state(state: ArrayLike, size: int, field: str, pitch: int = 1) -> Array:
-    """A state with an attitude as a contiguous float array.
-
-    Args:
-        state: Shape (size,).
-        size: How long it must be.
-        field: Name of the argument, for the error.
-        pitch: Place of the pitch in it.
-
-    Returns:
-        Shape (size,).
-
-    Raises:
-        DimensionError: if it has another shape or is not finite.
-        SingularityError: if the pitch is not inside ±90°.
-    """
+    """A state with an attitude as a contiguous float array."""
     x = vector(state, size, field)
     if abs(x[pitch]) >= math.pi / 2 - 1e-6:
         raise SingularityError(
@@ -105,17 +64,7 @@ def regular_state(state: ArrayLike, size: int, field: str, pitch: int = 1) -> Ar
 
 
 def regular_step(after: Array) -> Array:
-    """State after a step, which begins with Φ, if the pitch stayed inside ±90°.
-
-    Args:
-        after: Shape (nx,); its pitch is NaN where the step left ±90°.
-
-    Returns:
-        `after` itself.
-
-    Raises:
-        SingularityError: if it did.
-    """
+    """State after a step, which begins with Φ, if the pitch stayed inside ±90°."""
     if np.isnan(after[1]):
         raise SingularityError(
             "the step leads through the singularity of the Euler rates", field="next state[1] (pitch)",
@@ -125,48 +74,20 @@ def regular_step(after: Array) -> Array:
 
 
 def body_rates_of(attitudes: Array, rates: Array) -> Array:
-    r"""Body rates :math:`\Omega = W^{-1}(\Phi)\,\dot\Phi` of many attitudes; one of them is `body_rate_matrix`.
-
-    Args:
-        attitudes: Φ, shape (m, 3) [rad].
-        rates: Φ̇, shape (m, 3) [rad/s].
-
-    Returns:
-        Ω, shape (m, 3), body frame [rad/s].
-    """
+    r"""Body rates :math:`\Omega = W^{-1}(\Phi)\,\dot\Phi` of many attitudes; one of them is `body_rate_matrix`."""
     sr, cr, sp, cp = (f(angle) for angle in (attitudes[:, 0], attitudes[:, 1]) for f in (np.sin, np.cos))
     x, y, z = rates.T
     return np.column_stack([x - sp * z, cr * y + sr * cp * z, -sr * y + cr * cp * z])
 
 
 def euler_rate_matrix(attitude: ArrayLike) -> Array:
-    r"""Matrix W of :math:`\dot\Phi = W(\Phi)\,\Omega`.
-
-    Args:
-        attitude: Φ, shape (3,) [rad].
-
-    Returns:
-        W, shape (3, 3).
-
-    Raises:
-        SingularityError: if θ = ±π/2.
-        DimensionError: if the attitude is not three finite numbers.
-    """
+    r"""Matrix W of :math:`\dot\Phi = W(\Phi)\,\Omega`."""
     cr, sr, cp, tp = _regular(attitude)
     return np.array((1.0, sr * tp, cr * tp, 0.0, cr, -sr, 0.0, sr / cp, cr / cp)).reshape(3, 3)
 
 
 def euler_rates(attitude: ArrayLike, body_rates: Array) -> tuple[float, float, float]:
-    r"""Rates :math:`\dot\Phi = W(\Phi)\,\Omega` of one attitude: three numbers [rad/s].
-
-    Args:
-        attitude: Φ, shape (3,) [rad].
-        body_rates: Ω, shape (3,), body frame [rad/s].
-
-    Raises:
-        SingularityError: if θ = ±π/2.
-        DimensionError: if the attitude is not three finite numbers.
-    """
+    r"""Rates :math:`\dot\Phi = W(\Phi)\,\Omega` of one attitude: three numbers [rad/s]."""
     cr, sr, cp, tp = _regular(attitude)
     x, y, z = body_rates.tolist()
     turning = sr * y + cr * z
@@ -183,30 +104,13 @@ def _regular(attitude: ArrayLike) -> tuple[float, float, float, float]:
 
 
 def body_rate_matrix(attitude: ArrayLike) -> Array:
-    r"""Inverse of W: :math:`\Omega = W^{-1}(\Phi)\,\dot\Phi`, regular everywhere.
-
-    Args:
-        attitude: Φ, shape (3,) [rad].
-
-    Returns:
-        W⁻¹, shape (3, 3).
-
-    Raises:
-        DimensionError: if the attitude is not three finite numbers.
-    """
+    r"""Inverse of W: :math:`\Omega = W^{-1}(\Phi)\,\dot\Phi`, regular everywhere."""
     roll, pitch, _ = vector(attitude, 3, "attitude")
     cr, sr, cp, sp = math.cos(roll), math.sin(roll), math.cos(pitch), math.sin(pitch)
     return np.array([[1.0, 0.0, -sp], [0.0, cr, sr * cp], [0.0, -sr, cr * cp]])
 
 
 def skew(v: ArrayLike) -> Array:
-    """Matrix â of the cross product: â b = a × b.
-
-    Args:
-        v: Shape (3,).
-
-    Returns:
-        Shape (3, 3).
-    """
+    """Matrix â of the cross product: â b = a × b."""
     x, y, z = np.asarray(v, dtype=np.float64)
     return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])

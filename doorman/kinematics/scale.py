@@ -26,12 +26,7 @@ class Scale:
 
     @classmethod
     def of(cls, radius: float, mass: float) -> Scale:
-        """Scale of a vehicle.
-
-        Args:
-            radius: R_A [m].
-            mass: m_A, arm included [kg].
-        """
+        """Scale of a vehicle."""
         return cls(radius / _SHIPPED_RADIUS, mass / _SHIPPED_MASS)
 
     @property
@@ -70,10 +65,6 @@ class Scale:
         return self.force / self.speed
 
     def hinge(self, door: Door) -> float:
-        """Of torques that a hinge is expected to resist with: a room door's, unless leaf and vehicle are both smaller or larger.
-
-        Args:
-            door: The door.
-        """
+        """Of a hinge's expected resistance: a room door's, unless leaf and vehicle are both smaller or larger."""
         lever = door.per_angle if door.slides else door.height if door.lies else door.width
         return sorted((self.torque, door.mass * lever / _SHIPPED_LEAF, 1.0))[1]

@@ -15,14 +15,7 @@ from doorman.kinematics.vehicles.arms.arm_pattern import ArmPattern, Rows
 
 
 def rotation_body_to_world(attitude: Any) -> Any:
-    """R(Φ).
-
-    Args:
-        attitude: Φ = [φ, θ, ψ], (3, 1) [rad].
-
-    Returns:
-        (3, 3).
-    """
+    """R(Φ)."""
     (sr, sp, sy), (cr, cp, cy) = ca.vertsplit(ca.sin(attitude)), ca.vertsplit(ca.cos(attitude))
     return ca.vertcat(
         ca.horzcat(cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr),
@@ -32,53 +25,26 @@ def rotation_body_to_world(attitude: Any) -> Any:
 
 
 def euler_rates(attitude: Any, body_rates: Any) -> Any:
-    """Φ̇ = W(Φ) Ω, (3, 1) [rad/s]; without a number at θ = ±π/2.
-
-    Args:
-        attitude: Φ, (3, 1) [rad].
-        body_rates: Ω, (3, 1), body frame [rad/s].
-    """
+    """Φ̇ = W(Φ) Ω, (3, 1) [rad/s]; without a number at θ = ±π/2."""
     sr, cr, sp, cp = ca.sin(attitude[0]), ca.cos(attitude[0]), ca.sin(attitude[1]), ca.cos(attitude[1])
     yaw = (sr * body_rates[1] + cr * body_rates[2]) / cp
     return ca.vertcat(body_rates[0] + sp * yaw, cr * body_rates[1] - sr * body_rates[2], yaw)
 
 
 def body_rates(attitude: Any, rates: Any) -> Any:
-    """Ω = W⁻¹(Φ) Φ̇, (3, 1), body frame [rad/s].
-
-    Args:
-        attitude: Φ, (3, 1) [rad].
-        rates: Φ̇, (3, 1) [rad/s].
-    """
+    """Ω = W⁻¹(Φ) Φ̇, (3, 1), body frame [rad/s]."""
     sr, cr, sp, cp = ca.sin(attitude[0]), ca.cos(attitude[0]), ca.sin(attitude[1]), ca.cos(attitude[1])
     return ca.vertcat(rates[0] - sp * rates[2], cr * rates[1] + sr * cp * rates[2], -sr * rates[1] + cr * cp * rates[2])
 
 
 def rotation_about(axis: Any, angle: Any) -> Any:
-    r"""Rotation about a unit vector, :math:`c\,1 + s\,\hat a + (1 - c)\,a a^T` (Rodrigues).
-
-    Args:
-        axis: a, unit vector, (3, 1).
-        angle: Of the turn [rad].
-
-    Returns:
-        Shape (3, 3).
-    """
+    r"""Rotation about a unit vector, :math:`c\,1 + s\,\hat a + (1 - c)\,a a^T` (Rodrigues)."""
     cross, s, c = ca.skew(axis), ca.sin(angle), ca.cos(angle)
     return c * ca.SX.eye(3) + s * cross + (1 - c) * (axis @ axis.T)
 
 
 def arm_frames(pattern: ArmPattern, numbers: Any, angles: Any) -> tuple[list[Any], list[Any]]:
-    """Rotations and places of the body (first) and of the arm's joints, in the body.
-
-    Args:
-        pattern: Which of the arm's constants are symbols.
-        numbers: These symbols, (k, 1).
-        angles: H, (n, 1) [rad], [m] where a joint slides.
-
-    Returns:
-        R_i, each (3, 3), and p_i, each (3, 1) [m].
-    """
+    """Rotations and places of the body (first) and of the arm's joints, in the body."""
     axes, links = (_vectors(rows, numbers) for rows in (pattern.axes, pattern.links))
     rotations, places = [ca.SX.eye(3)], [ca.SX.zeros(3)]
     for i, (axis, link, slides) in enumerate(zip(axes, links, pattern.slides, strict=True)):
@@ -89,16 +55,7 @@ def arm_frames(pattern: ArmPattern, numbers: Any, angles: Any) -> tuple[list[Any
 
 
 def arm_points(pattern: ArmPattern, numbers: Any, angles: Any) -> list[Any]:
-    """Positions of the arm's constrained points in the body, the tip last.
-
-    Args:
-        pattern: Which of the arm's constants are symbols.
-        numbers: These symbols, (k, 1).
-        angles: H, (n, 1) [rad], [m] where a joint slides.
-
-    Returns:
-        Each (3, 1) [m].
-    """
+    """Positions of the arm's constrained points in the body, the tip last."""
     rotations, places = arm_frames(pattern, numbers, angles)
     return [
         places[parent + 1] + rotations[parent + 1] @ offset

@@ -96,11 +96,7 @@ class Task(ABC):
         """ẋ, (nx, 1)."""
 
     def symbolic_model(self, timed: bool = False) -> SymbolicModel:
-        """RK4 of ẋ; no step leads through the poles of the Euler angles.
-
-        Args:
-            timed: Whether `time` is a parameter of every node.
-        """
+        """RK4 of ẋ; no step leads through the poles of the Euler angles."""
         return SymbolicModel(
             self.state, self.inputs, self.derivative, parameters=self.parameters,
             node_parameters=self.time if timed else None, domain=ca.cos(self.attitude[1]),

@@ -11,18 +11,7 @@ from doorman.kinematics.vehicles.vehicle import Vehicle
 
 
 def task_numbers(vehicle: Vehicle, door: Door, distance_from_hinge: float, height: float) -> Numbers:
-    """What URDFs and contact say, SI units; a symbolic `Task` knows them by these names.
-
-    Args:
-        vehicle: The vehicle.
-        door: The door.
-        distance_from_hinge: D_V of the contact point [m].
-        height: D_H of the contact point above the lower end of the hinge line [m].
-
-    Returns:
-        The numbers; `door.moving_inertia` is that of the leaf, and `door.disturbance` the closer's preload. A door that does
-        not turn about a vertical has more of them.
-    """
+    """What URDFs and contact say, SI units; a symbolic `Task` knows them by these names."""
     return Numbers(
         {
             "arm": ArmPattern.of(vehicle.arm)[1],

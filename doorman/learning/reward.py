@@ -48,12 +48,7 @@ class Step:
 
 
 def reward_terms(weights: RewardWeights, step: Step) -> dict[str, float]:
-    """Terms of the reward by name; it is their sum.
-
-    Args:
-        weights: Of the terms.
-        step: What happened.
-    """
+    """Terms of the reward by name; it is their sum."""
     return {
         "progress": weights.progress * (step.before - step.after) / step.whole,
         "action": -weights.action * step.action_squared * step.duration,

@@ -47,13 +47,7 @@ class Feeler:
         self._beside = np.zeros(3)
 
     def step(self, estimate: Estimate, tip: Array, time_step: float) -> Setpoint:
-        """Move on.
-
-        Args:
-            estimate: What is known now.
-            tip: Where the tip is, shape (3,), world frame [m].
-            time_step: Since the last tick [s].
-        """
+        """Move on."""
         self._watch(estimate.time, tip, time_step)
         if not self._has_flown or self.comes_on(estimate.time):
             self._wind = float(self._normal @ estimate.wind)
@@ -70,20 +64,12 @@ class Feeler:
         return np.array([*(-gust[:2] / self._model.vehicle.mass), 0.0])
 
     def met(self, now: float) -> Array | None:
-        """Where the tip was stopped, shape (3,), world frame [m]; None as long as it comes on.
-
-        Args:
-            now: Time [s].
-        """
+        """Where the tip was stopped, shape (3,), world frame [m]; None as long as it comes on."""
         stopped = now - self._farther_at >= _STOPPED
         return self._sum / self._count if stopped and self._has_flown else None
 
     def comes_on(self, now: float) -> bool:
-        """Whether the tip has come farther just now.
-
-        Args:
-            now: Time [s].
-        """
+        """Whether the tip has come farther just now."""
         return now - self._farther_at < _FLIES
 
     @property

@@ -93,18 +93,7 @@ class GripWatch:
     def is_loose(
         self, estimate: Estimate, place: tuple[float, float], closes: bool, holds: bool, time_step: float
     ) -> bool:
-        """Take in what is known now; once per tick.
-
-        Args:
-            estimate: It.
-            place: Of the tip on the leaf, along the directions of `Door.face` [m].
-            closes: Whether the gripper has been told to hold,
-            holds: and has had time to.
-            time_step: Since the last call [s].
-
-        Returns:
-            Whether the vehicle has pushed or pulled for long enough and felt no leaf, or the tip has left its place.
-        """
+        """Take in what is known now; once per tick."""
         push = estimate.push
         for pole in range(3):
             self._poles[pole] += _share(self._rate * time_step) * (push - self._poles[pole])

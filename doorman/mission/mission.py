@@ -276,11 +276,7 @@ _COMMAND_FIELDS = ("thrust", "attitude", "arm_rates", "grip", "side_force")
 
 @contextmanager
 def _no_garbage_collection(first: bool) -> Iterator[None]:
-    """No collection in flight: it would stop the controller for milliseconds; reference counts free what a tick makes.
-
-    Args:
-        first: Whether to collect before: not where time waits, as that takes as long as seconds of a simulated flight.
-    """
+    """No collection in flight: it would stop the controller for milliseconds; reference counts free what a tick makes."""
     enabled = gc.isenabled()
     if first:
         gc.collect()

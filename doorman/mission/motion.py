@@ -36,18 +36,7 @@ class Glide:
         self.yaw = yaw
 
     def to(self, target: Array, yaw: float, speed: float, arm_rates: Array, time_step: float) -> Setpoint:
-        """Advance by one period towards a target.
-
-        Args:
-            target: Shape (3,), world frame [m].
-            yaw: ψ there [rad].
-            speed: Largest [m/s].
-            arm_rates: Ḣ_d, shape (n,) [rad/s].
-            time_step: [s].
-
-        Returns:
-            The setpoint.
-        """
+        """Advance by one period towards a target."""
         away = target - self.position
         distance = math.sqrt(away.dot(away))
         wanted = np.zeros(3)
@@ -65,25 +54,12 @@ class Glide:
         return Setpoint(self.position.copy(), self.velocity.copy(), acceleration, self.yaw, none, none, arm_rates)
 
     def near(self, target: Array, tolerance: float) -> bool:
-        """Whether the reference is nearer to a target than a tolerance.
-
-        Args:
-            target: Shape (3,), world frame [m].
-            tolerance: Largest distance [m].
-        """
+        """Whether the reference is nearer to a target than a tolerance."""
         return bool(np.linalg.norm(target - self.position) < tolerance)
 
 
 def arm_rates_to(target: Array, arm_angles: Array) -> Array:
-    """Joint rates towards a posture on the straight line, which a saturated joint would leave.
-
-    Args:
-        target: Posture, shape (n,) [rad], [m] where a joint slides.
-        arm_angles: Present posture, shape (n,), in the same units.
-
-    Returns:
-        Shape (n,) [rad/s or m/s].
-    """
+    """Joint rates towards a posture on the straight line, which a saturated joint would leave."""
     rates = _ARM_GAIN * (target - arm_angles)
     return np.asarray(rates * min(1.0, _ARM_RATE / max(float(np.abs(rates).max(initial=0.0)), 1e-9)))
 
@@ -92,12 +68,6 @@ def planned_speed_back(converter: StateConverter, current: TimedPlan | None, now
     """Speed with which a plan draws the tip back along the leaf's normal [m/s].
 
     A plan begins with the speed that was measured: of a tip that is thrown back, no more than a plan makes is its own.
-
-    Args:
-        converter: The state converter.
-        current: The plan that is followed.
-        now: [s].
-        most: What plans make [m/s].
     """
     rate = 0.0 if current is None else converter.door_rate(current.plan, now - current.start)
     return min(max(0.0, converter.model.coupling.lever_length * rate), most)

@@ -51,20 +51,11 @@ class PlanningThread(Generic[Order, Answer]):
         return self._order is not None or self._answer is not None or self._error is not None
 
     def at_work(self, now: float) -> float:
-        """Time for which the present order has been carried out; 0 if there is none [s].
-
-        Args:
-            now: By the clock of `begin` [s].
-        """
+        """Time for which the present order has been carried out; 0 if there is none [s]."""
         return 0.0 if self._order is None else now - self._asked_at
 
     def begin(self, order: Order, now: float) -> None:
-        """Have an order carried out; only while not busy.
-
-        Args:
-            order: What to do.
-            now: [s].
-        """
+        """Have an order carried out; only while not busy."""
         with self._changed:
             assert not self.busy, "one order at a time"
             self._order, self._asked_at = order, now
@@ -73,11 +64,7 @@ class PlanningThread(Generic[Order, Answer]):
             self._thread.start()
 
     def take(self) -> Answer | None:
-        """What came of the last order, once; None while it is being carried out.
-
-        Raises:
-            Exception: what carrying it out raised.
-        """
+        """What came of the last order, once; None while it is being carried out."""
         with self._changed:
             answer, error = self._answer, self._error
             self._answer = self._error = None

@@ -108,36 +108,18 @@ class Sequence:
         return Tie.FREE if self._first is Phase.HOVER else Tie.PUSHING
 
     def abort(self, estimate: Estimate, reason: str, at_once: bool = False) -> None:
-        """Give up for good: let go of the door, gently unless `at_once`, retreat and hover.
-
-        Args:
-            estimate: What is known now.
-            reason: Why, for the recording.
-            at_once: Whether the vehicle leaves without letting go gently.
-        """
+        """Give up for good: let go of the door, gently unless `at_once`, retreat and hover."""
         self._follow(GiveUp(reason, at_once=at_once, takes_back=False), estimate)
 
     def enter(self, phase: Phase, estimate: Estimate, reason: str = "") -> None:
-        """Begin a phase.
-
-        Args:
-            phase: Which.
-            estimate: What is known now.
-            reason: Why, where it is not what the phase before was for.
-        """
+        """Begin a phase."""
         self._now = _PHASES[phase](self.attempt, estimate, self._now)
         if phase in (Phase.TOUCH, Phase.OPEN, Phase.HOLD):
             self._guard.begin(estimate.time)
         self._on_change(estimate.time, phase, reason)
 
     def step(self, estimate: Estimate, body_rates: Array, time_step: float) -> Action:
-        """What to do now.
-
-        Args:
-            estimate: What is known now.
-            body_rates: Ω, shape (3,) [rad/s].
-            time_step: Since the last call [s].
-        """
+        """What to do now."""
         now = self._current(estimate)
         if now.expired(estimate.time):
             self._follow(now.time_out(estimate), estimate)

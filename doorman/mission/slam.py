@@ -37,18 +37,7 @@ class SlamDetector:
         self._thrown_for = 0.0
 
     def update(self, estimate: Estimate, gripping: bool, leaving: bool, retreating: float, time_step: float) -> bool:
-        """Take in what is known now.
-
-        Args:
-            estimate: It.
-            gripping: Whether the gripper is closed.
-            leaving: Whether the vehicle lets go, or goes out.
-            retreating: Speed with which it goes back from the leaf by itself [m/s].
-            time_step: Since the last call [s].
-
-        Returns:
-            Whether the tip has been thrown back for long enough to be sure.
-        """
+        """Take in what is known now."""
         speed, struck = estimate.tip_speed, gripping or estimate.touching
         if leaving:
             force = max(estimate.normal_force, 0.0)

@@ -37,18 +37,7 @@ class WholeBodyFlight:
     def listen(
         self, measurement: Measurement, force: Array, estimate: Estimate, seeks: bool, time_step: float
     ) -> Estimate:
-        """Take in one measurement, in every phase.
-
-        Args:
-            measurement: What the sensors say.
-            force: Of the rotors since the last call, shape (3,), world frame [N].
-            estimate: What is known otherwise.
-            seeks: Whether the tip is to touch the leaf, or lets go of it.
-            time_step: Since the last call [s].
-
-        Returns:
-            What the phases decide by: of the leaf, its force and the wind, what is known here.
-        """
+        """Take in one measurement, in every phase."""
         wanted = self._controller.opening_rate
         self._known = known = self._estimator.update(measurement, force, time_step, seeks, wanted)
         if not seeks:
@@ -67,16 +56,7 @@ class WholeBodyFlight:
         self._estimator.know_the_face()
 
     def command(self, measurement: Measurement, at_the_leaf: bool, time_step: float) -> Command | None:
-        """What the vehicle is to do now.
-
-        Args:
-            measurement: What the sensors say.
-            at_the_leaf: Whether the tip is to touch the leaf.
-            time_step: Since the last call [s].
-
-        Returns:
-            The command; None where the tip is not at the leaf, or no plan is known yet.
-        """
+        """What the vehicle is to do now."""
         known = self._known
         if not at_the_leaf or known is None:
             self._at_the_leaf = False

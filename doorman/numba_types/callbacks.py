@@ -20,17 +20,7 @@ C_FUNCTION = ctypes.CFUNCTYPE(None, ctypes.c_int64, *[ctypes.c_void_p] * 4)
 
 @builtin
 def call(typingctx: Any, address: Any, task: Any, x: Any, u: Any, out: Any, slopes: Any) -> Any:
-    """Call a `C_FUNCTION`.
-
-    Args:
-        typingctx: numba's.
-        address: Where it is.
-        task: Number that tells it what to do.
-        x: C-contiguous array of doubles, as the others.
-        u: What the task needs besides; any array where it needs nothing.
-        out: Written.
-        slopes: Written, too.
-    """
+    """Call a `C_FUNCTION`."""
     arrays = (x, u, out, slopes)
     if not all(isinstance(array, types.Array) and array.layout == "C" for array in arrays):
         return None

@@ -13,11 +13,7 @@ from doorman.numba_types.lanes import builtin
 
 @builtin
 def clock(typingctx: Any) -> Any:
-    """Time of the monotonic clock, the one of `time.monotonic` [s].
-
-    Args:
-        typingctx: numba's typing context.
-    """
+    """Time of the monotonic clock, the one of `time.monotonic` [s]."""
 
     def build(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         long = ir.IntType(64)

@@ -165,38 +165,22 @@ def sincos(x: Any) -> tuple[Any, Any]:
     """Sine and cosine of a float or of lanes [rad], good to 1 ulp of 1 for x between ±1e5.
 
     Range reduction by multiples of π/2 in three parts, minimax polynomials of Moshier's Cephes library.
-
-    Args:
-        x: Float or lanes [rad].
     """
     return np.sin(x), np.cos(x)
 
 
 def square_root(x: Any) -> Any:
-    """Square root √x.
-
-    Args:
-        x: Float or lanes.
-    """
+    """Square root √x."""
     return np.sqrt(x)
 
 
 def larger(x: Any, y: Any) -> Any:
-    """The larger of two numbers, lane by lane; NaN in `x` stays.
-
-    Args:
-        x: Float or lanes.
-        y: Float or lanes.
-    """
+    """The larger of two numbers, lane by lane; NaN in `x` stays."""
     return max(x, y)
 
 
 def tanh(x: Any) -> Any:
-    """Hyperbolic tangent of a float or of lanes, good to 2 ulp.
-
-    Args:
-        x: Float or lanes.
-    """
+    """Hyperbolic tangent of a float or of lanes, good to 2 ulp."""
     return np.tanh(x)
 
 

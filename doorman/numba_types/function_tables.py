@@ -64,13 +64,7 @@ def _unbox_table(typ: FunctionTableType, obj: Any, c: Any) -> NativeValue:
 
 @builtin
 def with_number(typingctx: Any, table: Any, number: Any) -> Any:
-    """A table with another number beside it.
-
-    Args:
-        typingctx: numba's typing context.
-        table: The table.
-        number: Integer, which each of its functions takes second.
-    """
+    """A table with another number beside it."""
     if table is not TABLE:
         return None
 
@@ -83,15 +77,7 @@ def with_number(typingctx: Any, table: Any, number: Any) -> Any:
 
 
 def call(context: Any, builder: Any, place: int, sig: Any, args: Any) -> Any:
-    """Write the call of a table's function, which takes its handle, its number and the arguments after the table.
-
-    Args:
-        context: numba's.
-        builder: llvmlite's.
-        place: Of the function in the table.
-        sig: Signature with the table as first argument.
-        args: Values.
-    """
+    """Write the call of a table's function, which takes its handle, its number and the arguments after the table."""
     table = cgutils.create_struct_proxy(TABLE)(context, builder, value=args[0])
     memory = builder.bitcast(table.memory, _LONG.as_pointer())
     held, address = (builder.load(builder.gep(memory, [ir.Constant(_LONG, i)])) for i in (0, 1 + place))
@@ -107,13 +93,7 @@ def call(context: Any, builder: Any, place: int, sig: Any, args: Any) -> Any:
 
 
 def wrap(context: Any, library: Any, code: Any) -> None:
-    """Write the function that `call` calls, around a kernel's code: of a C-contiguous array it takes data and lengths.
-
-    Args:
-        context: numba's.
-        library: Where it goes.
-        code: numba's result of compiling the kernel, whose first arguments are a handle and a number.
-    """
+    """Write the function that `call` calls, around a kernel's code: of a C-contiguous array it takes data and lengths."""
     described, module = code.fndesc, context.create_module("function_of_table")
     inner_kind = context.call_conv.get_function_type(described.restype, described.argtypes)
     inner = ir.Function(module, inner_kind, described.llvm_func_name)

@@ -59,11 +59,7 @@ class Handle(Generic[T]):
         _fill(self, content)
 
     def replace(self, content: T) -> None:
-        """Hold another NamedTuple of the same type.
-
-        Args:
-            content: The new NamedTuple.
-        """
+        """Hold another NamedTuple of the same type."""
         self.content = content
         _fill(self, content)
 
@@ -72,11 +68,7 @@ class Handle(Generic[T]):
 
 
 def separate(content: T) -> T:
-    """A NamedTuple's copy that shares no array with it.
-
-    Args:
-        content: NamedTuple of numbers, tuples and arrays; one that keeps other things too has a method `_separate`.
-    """
+    """A NamedTuple's copy that shares no array with it."""
     if isinstance(content, np.ndarray):
         return cast(T, content.copy(order="K"))
     if hasattr(content, "_separate"):
@@ -88,11 +80,7 @@ def separate(content: T) -> T:
 
 
 def held(content: T) -> T:
-    """A handle of a NamedTuple, typed as what it holds: to a kernel they are the same.
-
-    Args:
-        content: The NamedTuple.
-    """
+    """A handle of a NamedTuple, typed as what it holds: to a kernel they are the same."""
     return cast(T, Handle(content))
 
 

@@ -21,11 +21,7 @@ from numba.core.typing.templates import AbstractTemplate, infer_global, signatur
 
 
 def builtin(generate: Callable[..., Any]) -> Any:
-    """A function of compiled code whose instructions `generate` writes; typed as Any, as the types are numba's.
-
-    Args:
-        generate: As `numba.extending.intrinsic` takes it.
-    """
+    """A function of compiled code whose instructions `generate` writes; typed as Any, as the types are numba's."""
     return intrinsic(generate)
 
 
@@ -107,16 +103,7 @@ def _negate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
 
 
 def row_pointer(context: Any, builder: Any, array_type: Any, array: Any, indices: Any, width: int) -> Any:
-    """Pointer to consecutive doubles, as one to a vector.
-
-    Args:
-        context: numba's.
-        builder: Of the code that is generated.
-        array_type: numba's type of the array.
-        array: The array.
-        indices: Of the first double.
-        width: How many.
-    """
+    """Pointer to consecutive doubles, as one to a vector."""
     view = context.make_array(array_type)(context, builder, array)
     pointer = cgutils.get_item_pointer(context, builder, array_type, view, indices, wraparound=False)
     return builder.bitcast(pointer, ir.VectorType(ir.DoubleType(), width).as_pointer())
@@ -131,14 +118,7 @@ def _indices(context: Any, builder: Any, kind: Any, value: Any) -> list[Any]:
 
 @builtin
 def load(typingctx: Any, array: Any, index: Any, width: Any) -> Any:
-    """Consecutive doubles of an array as lanes.
-
-    Args:
-        typingctx: numba's typing context.
-        array: C-contiguous array of doubles.
-        index: Of the first one, an integer for each dimension.
-        width: Tuple as long as there are lanes.
-    """
+    """Consecutive doubles of an array as lanes."""
     lanes = Lanes(len(width))
 
     def build(context: Any, builder: Any, sig: Any, args: Any) -> Any:
@@ -151,14 +131,7 @@ def load(typingctx: Any, array: Any, index: Any, width: Any) -> Any:
 
 @builtin
 def store(typingctx: Any, array: Any, index: Any, value: Any) -> Any:
-    """Write lanes to consecutive doubles of an array.
-
-    Args:
-        typingctx: numba's typing context.
-        array: C-contiguous array of doubles.
-        index: Of the first one, an integer for each dimension.
-        value: Lanes.
-    """
+    """Write lanes to consecutive doubles of an array."""
     if not isinstance(value, Lanes):
         return None
 
@@ -173,13 +146,7 @@ def store(typingctx: Any, array: Any, index: Any, value: Any) -> Any:
 
 @builtin
 def broadcast(typingctx: Any, value: Any, width: Any) -> Any:
-    """Lanes that all hold one number.
-
-    Args:
-        typingctx: numba's typing context.
-        value: The number.
-        width: Tuple as long as there are lanes.
-    """
+    """Lanes that all hold one number."""
     lanes = Lanes(len(width))
 
     def build(context: Any, builder: Any, sig: Any, args: Any) -> Any:
@@ -190,13 +157,7 @@ def broadcast(typingctx: Any, value: Any, width: Any) -> Any:
 
 @builtin
 def lane(typingctx: Any, value: Any, index: Any) -> Any:
-    """One lane as a float.
-
-    Args:
-        typingctx: numba's typing context.
-        value: Lanes.
-        index: Of the lane.
-    """
+    """One lane as a float."""
 
     def build(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         return builder.extract_element(
@@ -207,33 +168,17 @@ def lane(typingctx: Any, value: Any, index: Any) -> Any:
 
 
 def zero(lanes: tuple[int, ...]) -> Any:
-    """Zero in lanes, or as a float.
-
-    Args:
-        lanes: Tuple as long as there are lanes; empty for a float.
-    """
+    """Zero in lanes, or as a float."""
     return 0.0
 
 
 def get(array: Any, index: Any, lanes: tuple[int, ...]) -> Any:
-    """Number of an array, or the lanes along its last axis if `lanes` is not empty; `index` leaves that axis out.
-
-    Args:
-        array: C-contiguous array of doubles.
-        index: Of the number, or of the lanes without the last axis.
-        lanes: Tuple as long as there are lanes; empty for a float.
-    """
+    """Number of an array, or the lanes along its last axis if `lanes` is not empty; `index` leaves that axis out."""
     return array[index]
 
 
 def put(array: Any, index: Any, value: Any) -> None:
-    """Write a number, or lanes along the last axis.
-
-    Args:
-        array: C-contiguous array of doubles.
-        index: Of the number, or of the lanes without the last axis.
-        value: Float or lanes.
-    """
+    """Write a number, or lanes along the last axis."""
     array[index] = value
 
 

@@ -14,18 +14,7 @@ from doorman.numba_types.lanes import builtin, row_pointer
 def multiply_rows(
     typingctx: Any, matrix: Any, block: Any, count: Any, width: Any, vector: Any, out: Any, start: Any
 ) -> Any:
-    """Product of a matrix's first rows with a vector, `out[start + i] = Σ_j matrix[block, i, j] vector[j]`.
-
-    Args:
-        typingctx: numba's.
-        matrix: C-contiguous, shape (blocks, rows, columns).
-        block: Which block.
-        count: Number of rows to multiply; a tuple of that length unrolls the loop over them.
-        width: Tuple as long as a row.
-        vector: C-contiguous, of at least that length.
-        out: C-contiguous, one-dimensional.
-        start: First index written.
-    """
+    """Product of a matrix's first rows with a vector, `out[start + i] = Σ_j matrix[block, i, j] vector[j]`."""
     n_columns = len(width)
 
     def build(context: Any, builder: Any, sig: Any, args: Any) -> Any:

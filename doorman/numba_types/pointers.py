@@ -15,14 +15,7 @@ from doorman.numba_types.lanes import builtin
 
 @builtin
 def call_with_two(typingctx: Any, address: Any, first: Any, second: Any) -> Any:
-    """Call `void f(void* first, void* second)`.
-
-    Args:
-        typingctx: numba's.
-        address: Where the function is.
-        first: Address that it is given first.
-        second: Address that it is given next.
-    """
+    """Call `void f(void* first, void* second)`."""
     pointer = ir.IntType(8).as_pointer()
     kind = ir.FunctionType(ir.VoidType(), [pointer, pointer])
 

@@ -31,15 +31,7 @@ class Extras:
 
     @classmethod
     def of(cls, constraints: Sequence[Constraint], costs: Sequence[Cost | Residual]) -> Extras:
-        """Checked constraints and costs of a user.
-
-        Args:
-            constraints: Each a `Constraint`.
-            costs: Each a `Cost` or a `Residual`.
-
-        Raises:
-            SolverError: if an entry is of another type.
-        """
+        """Checked constraints and costs of a user."""
         for field, given, kinds in (("constraints", constraints, (Constraint,)), ("costs", costs, (Cost, Residual))):
             for each in given:
                 if not isinstance(each, kinds):
@@ -48,11 +40,7 @@ class Extras:
         return cls(tuple(constraints), tuple(costs))
 
     def rows_of(self, names: Sequence[str]) -> tuple[int, ...]:
-        """Indices of a problem's rows that are the user's.
-
-        Args:
-            names: Of the problem's rows.
-        """
+        """Indices of a problem's rows that are the user's."""
         ours = "|".join(re.escape(each.name) for each in self.constraints) or "(?!)"
         return tuple(i for i, name in enumerate(names) if re.fullmatch(rf"({ours})( \d+)?( \[.*\])?", name))
 
@@ -66,20 +54,7 @@ def task_text(
     name: str, make_task: MakeTask, model: Model, numbers: Numbers, list_rows: Callable[[Any], list[Constraint]],
     extras: Extras, list_costs: Callable[[Any], list[Residual]] = lambda task: [],
 ) -> str:  # fmt: skip
-    """Text of a door problem.
-
-    Args:
-        name: Of the problem; the kernels of a name, an arm's pattern and these numbers' names are the same.
-        make_task: Makes its symbols.
-        model: Model of the scenario.
-        numbers: Of the task.
-        list_rows: The problem's own constraints of a task.
-        extras: The user's.
-        list_costs: The problem's own costs of a task, beside the quadratic one.
-
-    Raises:
-        SolverError: if a user's expression is none, or two names are the same.
-    """
+    """Text of a door problem."""
     pattern, _ = ArmPattern.of(model.vehicle.arm)
     points = model.vehicle.point_names
 

@@ -23,21 +23,11 @@ class Hinge(NamedTuple):
 
     @classmethod
     def of(cls, door: Door, disturbance: float = 0.0) -> Hinge:
-        """Hinge as the scenario names it.
-
-        Args:
-            door: The door.
-            disturbance: τ_d beside the closer's preload [N m].
-        """
+        """Hinge as the scenario names it."""
         return cls(door.friction, disturbance + door.closing_torque, door.inertia, door.damping, door.stiffness)
 
     def torque_at_rest(self, angle: float, rest_angle: float) -> float:
-        """Torque of spring and disturbance in the sense of damping: negative where it resists opening [N m].
-
-        Args:
-            angle: α [rad].
-            rest_angle: Where the spring is relaxed [rad].
-        """
+        """Torque of spring and disturbance in the sense of damping: negative where it resists opening [N m]."""
         return self.stiffness * (angle - rest_angle) + self.disturbance
 
     def numbers(self) -> dict[str, float]:

@@ -15,14 +15,7 @@ Array = NDArray[np.float64]
 
 
 def reduced_bounds(model: Model) -> Bounds:
-    """Bounds of [Φ, α, α̇, H] and [f_t, Ω, Ḣ_d, f_x, f_y] from `[limits]` and the vehicle's URDF; none if they are switched off.
-
-    Args:
-        model: Model of the scenario.
-
-    Returns:
-        Joint angles and rates, thrust and body rates; the tilt is a constraint of its own, see `least_cosine`.
-    """
+    """Bounds of [Φ, α, α̇, H] and [f_t, Ω, Ḣ_d, f_x, f_y] from `[limits]` and the vehicle's URDF; none if switched off."""
     limits, vehicle = model.scenario.limits, model.vehicle
     if not limits.enabled:
         return Bounds()
@@ -39,11 +32,7 @@ def reduced_bounds(model: Model) -> Bounds:
 
 
 def lagrangian_bounds(model: Model) -> Bounds:
-    """Bounds of [Φ, α, Φ̇, α̇, H] and [f_t, T, Ḣ_d]; the body rates are constraints there, see `largest_body_rates`.
-
-    Args:
-        model: Model of the scenario.
-    """
+    """Bounds of [Φ, α, Φ̇, α̇, H] and [f_t, T, Ḣ_d]; the body rates are constraints there, see `largest_body_rates`."""
     if not model.scenario.limits.enabled:
         return Bounds()
     reduced = reduced_bounds(model)
@@ -59,14 +48,7 @@ def lagrangian_bounds(model: Model) -> Bounds:
 
 
 def largest_body_rates(model: Model) -> Array:
-    """Largest magnitudes of the body rates Ω, of `[limits]`, body frame [rad/s].
-
-    Args:
-        model: Model of the scenario.
-
-    Returns:
-        Shape (3,); shape (0,) if the limits are switched off.
-    """
+    """Largest magnitudes of the body rates Ω, of `[limits]`, body frame [rad/s]."""
     limits = model.scenario.limits
     return np.array(limits.body_rates if limits.enabled else [], dtype=np.float64)
 
@@ -84,14 +66,6 @@ def largest_push(model: Model, tilt: float, door_angle: float | None = None) -> 
     .. math::
         F (n_h - n_z\tan\theta) \le m_A g\tan\theta,\qquad
         F^2 + 2 F n_z m_A g + (m_A g)^2 \le f_{\max}^2 .
-
-    Args:
-        model: Model of the scenario.
-        tilt: Largest angle between the body's z axis and the vertical [rad].
-        door_angle: α [rad]; the least on the way from start to goal if not given.
-
-    Returns:
-        [N].
     """
     if door_angle is None:
         way = np.linspace(model.travel.start, model.travel.goal, 1 if model.door.vertical else _ALONG_THE_WAY)
@@ -110,9 +84,6 @@ def least_cosine(model: Model) -> float:
     """Least cosine of the tilt, the angle between the body's z axis and the world's; −1 where it is free.
 
     A fully actuated vehicle stays level.
-
-    Args:
-        model: Model of the scenario.
     """
     limits = model.scenario.limits
     if model.actuation.fully:

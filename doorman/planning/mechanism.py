@@ -29,41 +29,18 @@ class Mechanism(ABC):
 
     @abstractmethod
     def carried(self, position: Any, direction: Any) -> Any:
-        """A direction of the moving part.
-
-        Args:
-            position: q [rad or m].
-            direction: At q = 0, (3, 1).
-
-        Returns:
-            (3, 1).
-        """
+        """A direction of the moving part."""
 
     @abstractmethod
     def moved(self, position: Any, point: Any) -> Any:
-        """A point of the moving part, (3, 1) [m].
-
-        Args:
-            position: q [rad or m].
-            point: Where it is at q = 0, (3, 1) [m].
-        """
+        """A point of the moving part, (3, 1) [m]."""
 
     @abstractmethod
     def lever(self, point: Any) -> Any:
-        """J: how a point of the moving part moves with q, (3, 1) [m/rad, or 1].
-
-        Args:
-            point: Where the point is now, (3, 1) [m].
-        """
+        """J: how a point of the moving part moves with q, (3, 1) [m/rad, or 1]."""
 
     def weight_torque(self, position: Any, center: Any, weight: Any) -> Any:
-        """Torque G(q) of a weight, in the sense of damping [N m, or N].
-
-        Args:
-            position: q [rad or m].
-            center: Of mass at q = 0, (3, 1) [m].
-            weight: m g [N].
-        """
+        """Torque G(q) of a weight, in the sense of damping [N m, or N]."""
         return weight * self.lever(self.moved(position, center))[2]
 
 
@@ -80,32 +57,15 @@ class Revolute(Mechanism):
         self._axis, self._origin, self._sense = ca.SX(axis), origin, sense
 
     def carried(self, position: Any, direction: Any) -> Any:
-        r"""Direction turned by q, :math:`\mathrm{Rot}(a, q)\,d`. See `Mechanism`.
-
-        Args:
-            position: q [rad or m].
-            direction: At q = 0, (3, 1).
-
-        Returns:
-            (3, 1).
-        """
+        r"""Direction turned by q, :math:`\mathrm{Rot}(a, q)\,d`. See `Mechanism`."""
         return rotation_about(self._axis, self._sense * position) @ direction
 
     def moved(self, position: Any, point: Any) -> Any:
-        r"""Point on a circle about the axis, :math:`o + \mathrm{Rot}(a, q)(p - o)`. See `Mechanism`.
-
-        Args:
-            position: q [rad or m].
-            point: Where it is at q = 0, (3, 1) [m].
-        """
+        r"""Point on a circle about the axis, :math:`o + \mathrm{Rot}(a, q)(p - o)`. See `Mechanism`."""
         return self._origin + self.carried(position, point - self._origin)
 
     def lever(self, point: Any) -> Any:
-        """Lever a × (x − o). See `Mechanism`.
-
-        Args:
-            point: Where the point is now, (3, 1) [m].
-        """
+        """Lever a × (x − o). See `Mechanism`."""
         return self._sense * ca.cross(self._axis, point - self._origin)
 
 
@@ -120,41 +80,20 @@ class Prismatic(Mechanism):
         self._axis = ca.SX(axis)
 
     def carried(self, position: Any, direction: Any) -> Any:
-        """The direction itself: a slide does not turn. See `Mechanism`.
-
-        Args:
-            position: q [rad or m].
-            direction: At q = 0, (3, 1).
-
-        Returns:
-            (3, 1).
-        """
+        """The direction itself: a slide does not turn. See `Mechanism`."""
         return direction
 
     def moved(self, position: Any, point: Any) -> Any:
-        """Point on a line along the axis, :math:`p + a q`. See `Mechanism`.
-
-        Args:
-            position: q [rad or m].
-            point: Where it is at q = 0, (3, 1) [m].
-        """
+        """Point on a line along the axis, :math:`p + a q`. See `Mechanism`."""
         return point + self._axis * position
 
     def lever(self, point: Any) -> Any:
-        """Lever a, at any point. See `Mechanism`.
-
-        Args:
-            point: Where the point is now, (3, 1) [m].
-        """
+        """Lever a, at any point. See `Mechanism`."""
         return self._axis
 
 
 def mechanism_in_symbols(numbers: Any) -> Mechanism:
-    """The mechanism of a task, by the numbers that it has (`mechanism_numbers`).
-
-    Args:
-        numbers: Symbols of them: of a slide `slide`, of a hinge that does not stand plumb `axis`.
-    """
+    """The mechanism of a task, by the numbers that it has (`mechanism_numbers`)."""
     if hasattr(numbers, "slide"):
         return Prismatic(numbers.slide)
     if hasattr(numbers, "axis"):

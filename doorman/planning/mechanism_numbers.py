@@ -9,11 +9,7 @@ from doorman.model import Model
 
 
 def mechanism_numbers(model: Model) -> dict[str, ArrayLike]:
-    """Geometry and weight of a scenario's door and contact, by the names of the whole-body task.
-
-    Args:
-        model: Model of the scenario.
-    """
+    """Geometry and weight of a scenario's door and contact, by the names of the whole-body task."""
     door, coupling = model.door, model.coupling
     return {
         "mechanism.origin": door.hinge_position, "mechanism.point": coupling.contact_point(0.0),

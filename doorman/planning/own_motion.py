@@ -17,45 +17,20 @@ Array = NDArray[np.float64]
 
 
 def force_left_to_the_door(mass: float, attitude: Array, rotors: Array, acceleration: Array) -> Array:
-    r"""What the vehicle's motion leaves of the thrust, :math:`f_t R e_3 - m_A g e_3 - m_A \ddot P`.
-
-    Args:
-        mass: m_A [kg].
-        attitude: Φ, shape (3,) [rad].
-        rotors: Their force, shape (3,), body frame [N].
-        acceleration: P̈ of O_B, shape (3,), world frame [m/s²].
-
-    Returns:
-        Shape (3,), world frame [N].
-    """
+    r"""What the vehicle's motion leaves of the thrust, :math:`f_t R e_3 - m_A g e_3 - m_A \ddot P`."""
     force: Array = rotation_body_to_world(attitude) @ rotors - mass * acceleration
     force[2] -= mass * GRAVITY
     return force
 
 
 def rotor_force(inputs: Array, n_arm: int) -> Array:
-    """Force of the rotors, of reduced inputs.
-
-    Args:
-        inputs: [f_t, Ω, Ḣ_d], and [f_x, f_y] of a fully actuated vehicle.
-        n_arm: Number of the arm's joints.
-
-    Returns:
-        Shape (3,), body frame [N].
-    """
+    """Force of the rotors, of reduced inputs."""
     side = inputs[4 + n_arm :]
     return np.array([*(side if len(side) else (0.0, 0.0)), inputs[0]])
 
 
 def stepped(problem: Problem) -> Callable[[Array, Array], Array]:
-    """The dynamics of a problem, x⁺ = f(x, u).
-
-    Args:
-        problem: Of which the kernels are taken.
-
-    Returns:
-        A function of x, shape (nx,), and u, shape (nu,), that returns x⁺, shape (nx,).
-    """
+    """The dynamics of a problem, x⁺ = f(x, u)."""
     model = held(problem.model)  # as one pointer: to pass a hundred arrays takes longer than the step
 
     def step(state: Array, inputs: Array) -> Array:

@@ -51,136 +51,38 @@ class PlanningModel(Protocol):
     """Excess of a constraint up to which a plan may be used, in the constraint's unit."""
 
     def check_state(self, state: ArrayLike, field: str = "state") -> Array:
-        """A state as a contiguous float array.
-
-        Args:
-            state: x, shape (nx,).
-            field: Name of the argument, for the error.
-
-        Returns:
-            Shape (nx,).
-
-        Raises:
-            DimensionError: if it has another shape or is not finite.
-            SingularityError: if the pitch is not inside ±90°.
-        """
+        """A state as a contiguous float array."""
 
     def problem(self, extras: Extras = NO_EXTRAS) -> Problem:
-        """The scenario's optimal control problem.
-
-        Args:
-            extras: Constraints and costs of the user.
-
-        Returns:
-            The problem; its parameters are in the order of `numbers`.
-
-        Raises:
-            ScenarioError: if a vector of weights does not fit the arm.
-            SolverError: if an expression of the user is none.
-        """
+        """The scenario's optimal control problem."""
 
     def fitted(self, hinge: Hinge, margin: float, start: Array, given: Mapping[str, ArrayLike] = NOTHING) -> Numbers:
-        """Numbers of the problem for what is known of the hinge, for a margin, and for a start.
-
-        Args:
-            hinge: What is known of it.
-            margin: Distance from door and frame [m].
-            start: x, shape (nx,).
-            given: Numbers by name that are taken instead of what would fit.
-        """
+        """Numbers of the problem for what is known of the hinge, for a margin, and for a start."""
 
     def goal(self, start: Array, hinge: Hinge, door_angle: float | None = None) -> Array:
-        """Where the cost of a plan draws to, shape (nx,): `goal_state`, leaning against the hinge, or a place on the way there.
-
-        Args:
-            start: x, shape (nx,).
-            hinge: What is known of it.
-            door_angle: α of another goal for a gripped door [rad].
-
-        Raises:
-            DimensionError: if another goal is given, and the tip only pushes.
-        """
+        """Target of a plan's cost, shape (nx,): `goal_state`, leaning against the hinge, or a place on the way there."""
 
     def impossible(self, hinge: Hinge, start: Array) -> tuple[PlanStatus, str] | None:
-        """Why the door cannot be opened from a start, whatever the plan.
-
-        Args:
-            hinge: What is known of it.
-            start: x, shape (nx,).
-
-        Returns:
-            `PlanStatus.CANNOT_OPEN`, and its numbers in words; None if nothing speaks against it.
-        """
+        """Why the door cannot be opened from a start, whatever the plan."""
 
     def normal_forces(self, numbers: Numbers, states: Array, inputs: Array) -> Array:
-        """Force of the tip on the door along its normal, positive where it presses, as the model understands it.
-
-        Args:
-            numbers: What `fitted` returned.
-            states: x_0 … x_N, shape (N + 1, nx).
-            inputs: u_0 … u_{N−1}, shape (N, nu).
-
-        Returns:
-            At every input, shape (N,) [N].
-        """
+        """Force of the tip on the door along its normal, positive where it presses, as the model understands it."""
 
     def state(self, reduced: ArrayLike, body_rates: ArrayLike) -> Array:
-        """State to plan from.
-
-        Args:
-            reduced: [Φ, α, α̇, H], shape (5 + n,).
-            body_rates: Ω, shape (3,), body frame [rad/s].
-
-        Returns:
-            x, shape (nx,).
-
-        Raises:
-            SingularityError: if the model has Euler rates and the pitch is ±90°.
-        """
+        """State to plan from."""
 
     def reduced(self, states: Array, inputs: Array) -> tuple[Array, Array]:
-        """Reduced states and inputs.
-
-        Args:
-            states: x, shape (nx,) or (m, nx).
-            inputs: u at the first of the states, shape (nu,) or (≤ m, nu).
-
-        Returns:
-            [Φ, α, α̇, H] of the states and [f_t, Ω, Ḣ_d], and [f_x, f_y] of a fully actuated vehicle, of the inputs.
-        """
+        """Reduced states and inputs."""
 
     def force_on_door(self, reduced: Array, rotors: Array, acceleration: Array) -> Array:
-        """Force of the tip on the door, as the model understands it.
-
-        Args:
-            reduced: [Φ, α, α̇, H], shape (5 + n,).
-            rotors: Their force, shape (3,), body frame [N].
-            acceleration: P̈ of O_B, shape (3,), world frame [m/s²].
-
-        Returns:
-            Shape (3,), world frame [N].
-        """
+        """Force of the tip on the door, as the model understands it."""
 
     def swing(self, disturbance: float) -> Callable[[Array, Array], Array]:
-        """The motion that inputs cause where vehicle and door are what the URDFs say and nothing lags or disturbs.
-
-        Args:
-            disturbance: Torque in the hinge beyond damping and spring, in the sense of damping [N m].
-
-        Returns:
-            x⁺ = f(x, u) over `planner.time_step`.
-        """
+        """The motion that inputs cause where vehicle and door are what the URDFs say and nothing lags or disturbs."""
 
 
 def planning_model(model: Model) -> PlanningModel:
-    """The model that a scenario plans with: by `planner.model`, or by `contact.kind` where that is not given.
-
-    Args:
-        model: Model of the scenario.
-
-    Raises:
-        ScenarioError: if there is no such model for the contact.
-    """
+    """The model that a scenario plans with: by `planner.model`, or by `contact.kind` where that is not given."""
     kinds: dict[str, Callable[[Model], PlanningModel]] = (
         {"whole_body": WholeBodyPlanning}
         if model.scenario.contact.kind == "push"

@@ -13,13 +13,7 @@ _SCALE = 10.0
 
 
 def rotor_thrusts(rotors: Any, thrust: Any, side_force: Any) -> list[Constraint]:
-    r"""Thrusts :math:`l f + S\,[f_x, f_y]^T` of `RotorRoom`, between least and most.
-
-    Args:
-        rotors: The task's symbols `actuation.*`; None of a vehicle that tilts.
-        thrust: f, of the rotors along the body's z axis [N].
-        side_force: f_x and f_y, (2, 1) [N].
-    """
+    r"""Thrusts :math:`l f + S\,[f_x, f_y]^T` of `RotorRoom`, between least and most."""
     if rotors is None:
         return []
     sides = ca.reshape(rotors.sides, 2, rotors.lifts.numel()).T

@@ -13,11 +13,7 @@ from doorman.ocp.problem.terms import Constraint
 
 
 def static_moment(task: Any) -> list[Constraint]:
-    """Rows of a task whose arm has mass; none of another.
-
-    Args:
-        task: With `center_of_mass`, and the numbers of `Balance` as `balance` where it has them.
-    """
+    """Rows of a task whose arm has mass; none of another."""
     polygon = getattr(task, "balance", None)
     if polygon is None:
         return []

@@ -12,19 +12,7 @@ Array = NDArray[np.float64]
 
 
 def chosen_weights(model: Model, name: str, default: Array) -> Array:
-    """The diagonal `planner.weights.<name>`.
-
-    Args:
-        model: Model of the scenario.
-        name: `state`, `terminal` or `input`.
-        default: What holds where the scenario gives none; its length is the right one.
-
-    Returns:
-        As long as the default.
-
-    Raises:
-        ScenarioError: if what is given has another length.
-    """
+    """The diagonal `planner.weights.<name>`."""
     given = getattr(model.scenario.planner.weights, name)
     if given is not None and len(given) != len(default):
         raise ScenarioError(

@@ -51,65 +51,30 @@ class End:
     def of(
         cls, name: str, section: StartSection | GoalSection, angle: float, door: Door, n_arm: int, share: float = 1.0
     ) -> End:
-        """End of a scenario's section.
-
-        Args:
-            name: `start` or `goal`.
-            section: Of that name.
-            angle: α there [rad].
-            door: The door.
-            n_arm: Number of joints.
-            share: Of the way between the paper's arms of start and goal that is this task's.
-        """
+        """End of a scenario's section."""
         first, last = (np.array(PAPER_POSTURES[f"{end}.arm"]) for end in ("start", name))
         arm = tuple(((1.0 - share) * first + share * last).tolist())
         return cls(name, angle, section.attitude, section.arm, n_arm, door.heading(angle), arm)
 
     @property
     def free(self) -> NDArray[np.int64]:
-        """Indices of x = [Φ, α, α̇, H] that a search may change: a vehicle that is free to turn stays level.
-
-        Returns:
-            Shape (k,).
-        """
+        """Indices of x = [Φ, α, α̇, H] that a search may change: a vehicle that is free to turn stays level."""
         yaw = [] if self.attitude is not None else [YAW]
         return np.array([*yaw, *(range(5, 5 + self.n_arm) if self.arm is None else ())], dtype=np.int64)
 
     def state(self, arm: tuple[float, ...] | Array) -> Array:
-        """Posture at rest with what is pinned down, along the leaf's normal where the attitude is not.
-
-        Args:
-            arm: H where it is not pinned down, shape (n,) [rad].
-
-        Returns:
-            x, shape (5 + n,).
-        """
+        """Posture at rest with what is pinned down, along the leaf's normal where the attitude is not."""
         attitude = (0.0, 0.0, self.normal) if self.attitude is None else self.attitude
         return np.array([*attitude, self.door_angle, 0.0, *(arm if self.arm is None else self.arm)])
 
     def paper_state(self) -> Array | None:
-        """Posture with the paper's arm; None for an arm with another number of joints that is not pinned down.
-
-        Returns:
-            x, shape (5 + n,).
-        """
+        """Posture with the paper's arm; None for an arm with another number of joints that is not pinned down."""
         arm = self.paper_arm
         return None if self.arm is None and self.n_arm != len(arm) else self.state(arm)
 
 
 def beside_the_normal(goal: Array, start: float, room: Room, scenario: Scenario, door: Door) -> Array:
-    """Goal of a tip that pushes: in a narrow doorway its heading lies beside the normal, as on the way there.
-
-    Args:
-        goal: Along the leaf's normal, shape (5 + n,).
-        start: α at the start [rad].
-        room: Tells the constraints.
-        scenario: The scenario.
-        door: The door.
-
-    Returns:
-        The nearest heading that is clear of the latch jamb with a reserve, or the one farthest beside.
-    """
+    """Goal of a tip that pushes: in a narrow doorway its heading lies beside the normal, as on the way there."""
     goal, yaw = goal.copy(), float(goal[YAW])
     for beside in np.linspace(0.0, BESIDE, 15):
         goal[YAW] = yaw + door.hand * math.copysign(beside, start - goal[3])

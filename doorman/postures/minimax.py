@@ -24,19 +24,7 @@ def minimise_largest(
     upper: Array,
     smallest_gain: float = 1e-6,
 ) -> tuple[Array, float]:
-    """Local minimiser of the largest of some functions.
-
-    Args:
-        values: r(z), from shape (n,) to shape (m,).
-        slopes: Its Jacobian, shape (m, n).
-        point: Where to start, shape (n,).
-        lower: Bounds of z, shape (n,); infinite where there is none. A start outside may only come back.
-        upper: Upper bounds of z, shape (n,).
-        smallest_gain: In the unit of r, below which a step is not worth while.
-
-    Returns:
-        The point, shape (n,), and its largest r.
-    """
+    """Local minimiser of the largest of some functions."""
     r, step = values(point), _LARGEST_STEP
     for _ in range(_ITERATIONS):
         low, high = np.maximum(lower - point, -step), np.minimum(upper - point, step)

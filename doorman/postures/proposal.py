@@ -55,18 +55,7 @@ class Postures:
 
 
 def propose(scenario: Scenario, vehicle: Vehicle, door: Door, travel: Travel, reduced: ReducedModel) -> Postures:
-    """Postures of start and goal.
-
-    Args:
-        scenario: The scenario; arms that it pins down have as many joints as the vehicle's.
-        vehicle: The vehicle.
-        door: The door.
-        travel: Its angles at start and goal.
-        reduced: The constraints in numbers.
-
-    Returns:
-        The postures; the widest that there are where none keeps all limits.
-    """
+    """Postures of start and goal."""
     finder = _Finder(scenario, vehicle, door, travel, reduced)
     ends = (("start", scenario.start, travel.start), ("goal", scenario.goal, travel.goal))
     share = 1.0 if scenario.contact.kind == "grip" else _share_of_turn(door, travel)
@@ -82,18 +71,7 @@ def _share_of_turn(door: Door, travel: Travel) -> float:
 
 
 def start_arm(scenario: Scenario, vehicle: Vehicle, door: Door, travel: Travel, reduced: ReducedModel) -> Array:
-    """Arm of the start where no jamb is near: how far it reaches decides how near to the hinge a narrow doorway is pushed open.
-
-    Args:
-        scenario: The scenario.
-        vehicle: The vehicle.
-        door: The door.
-        travel: Its angles at start and goal.
-        reduced: The constraints in numbers.
-
-    Returns:
-        H, shape (n,) [rad].
-    """
+    """Arm of the start where no jamb is near: its reach decides how near to the hinge the tip may push."""
     finder = _Finder(scenario, vehicle, door, travel, reduced, jambs=False)
     return finder.alone(End.of("start", scenario.start, travel.start, door, vehicle.n_arm))[5:]
 

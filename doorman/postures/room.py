@@ -68,85 +68,40 @@ class Room:
         self._span = span[self._bounded]
 
     def constraints(self, state: Array) -> Array:
-        """Values h(x) of the constraints that count.
-
-        Args:
-            state: x, shape (5 + n,).
-
-        Returns:
-            Shape (k,) [m].
-        """
+        """Values h(x) of the constraints that count."""
         return self._reduced.constraints(state)[: self._counted]
 
     def to_latch(self, state: Array) -> float:
-        """Value of the constraint between disc and latch jamb; −∞ where the door has none [m].
-
-        Args:
-            state: x, shape (5 + n,).
-        """
+        """Value of the constraint between disc and latch jamb; −∞ where the door has none [m]."""
         return -math.inf if self._latch is None else float(self._reduced.constraints(state)[self._latch])
 
     def constraint_slopes(self, state: Array) -> Array:
-        """Jacobian ∂h/∂x of `constraints`.
-
-        Args:
-            state: x, shape (5 + n,).
-
-        Returns:
-            Shape (k, 5 + n).
-        """
+        """Jacobian ∂h/∂x of `constraints`."""
         return self._reduced.constraint_jacobian(state)[: self._counted]
 
     def constraints_along(self, states: Array) -> Array:
-        """Values of `constraints` at many states.
-
-        Args:
-            states: x of m states, shape (m, 5 + n).
-
-        Returns:
-            Shape (m, k) [m].
-        """
+        """Values of `constraints` at many states."""
         return self._reduced.constraints_along(states)[:, : self._counted]
 
     def keeps(self, state: Array, tolerance: float = 1e-9) -> bool:
-        """Whether a posture is inside the joint limits, and inside the constraints by the margin.
-
-        Args:
-            state: x, shape (5 + n,).
-            tolerance: By which both may be missed [m].
-        """
+        """Whether a posture is inside the joint limits, and inside the constraints by the margin."""
         vehicle, arm = self.vehicle, state[5:]
         inside = bool(((arm >= vehicle.lower_limits) & (arm <= vehicle.upper_limits)).all())
         inside = inside and float(self._balanced(state).min(initial=np.inf)) >= -tolerance
         return inside and float(self.constraints(state).max()) <= tolerance - self.margin
 
     def mobility(self, state: Array) -> float:
-        """Speed of the tip along the normal for a unit speed of the arm's joints [m/rad].
-
-        Args:
-            state: x, shape (5 + n,).
-        """
+        """Speed of the tip along the normal for a unit speed of the arm's joints [m/rad]."""
         return float(
             np.linalg.norm(self.constraint_slopes(state)[self._leaf, 5:])
         )  # h of the leaf falls as the tip goes there
 
     def width(self, state: Array) -> float:
-        """Least distance; negative where the posture breaks a joint limit or a constraint with its margin.
-
-        Args:
-            state: x, shape (5 + n,).
-        """
+        """Least distance; negative where the posture breaks a joint limit or a constraint with its margin."""
         return float(self.distances(state).min())
 
     def distances(self, state: Array) -> Array:
-        """All distances of a posture, in the order of the module's list.
-
-        Args:
-            state: x, shape (5 + n,).
-
-        Returns:
-            Shape (m,), each in its own unit.
-        """
+        """All distances of a posture, in the order of the module's list."""
         rows = [-(self.constraints(state) + self.margin), *self._joints(state), self._balanced(state)]
         if self._mobile:
             rows.append(np.array([self.mobility(state)]))
@@ -155,14 +110,7 @@ class Room:
         return np.concatenate(rows)
 
     def slopes(self, state: Array) -> Array:
-        """Jacobian of `distances`.
-
-        Args:
-            state: x, shape (5 + n,).
-
-        Returns:
-            Shape (m, 5 + n).
-        """
+        """Jacobian of `distances`."""
         of_constraints = self.constraint_slopes(state)
         share = np.zeros((len(self._bounded), len(state)))
         share[np.arange(len(self._bounded)), 5 + self._bounded] = 1.0 / self._span
@@ -174,14 +122,7 @@ class Room:
         return np.concatenate(rows)
 
     def rough_widths(self, states: Array) -> Array:
-        """Widths of many postures by constraints and joints alone.
-
-        Args:
-            states: x of m states, shape (m, 5 + n).
-
-        Returns:
-            Shape (m,).
-        """
+        """Widths of many postures by constraints and joints alone."""
         arms = states[:, 5 + self._bounded]
         lower, upper = self.vehicle.lower_limits[self._bounded], self.vehicle.upper_limits[self._bounded]
         shares = np.minimum(arms - lower, upper - arms) / self._span
@@ -226,11 +167,7 @@ class Room:
         return slopes
 
     def heading(self, state: Array) -> float:
-        """Heading of a vehicle that looks along the leaf's normal [rad].
-
-        Args:
-            state: x, shape (5 + n,).
-        """
+        """Heading of a vehicle that looks along the leaf's normal [rad]."""
         return self._door.heading(float(state[3]))
 
     def _limits_beside(self, state: Array) -> Array:

@@ -43,16 +43,7 @@ class Found(NamedTuple):
 
 
 def widest(room: Room, state: Array, free: NDArray[np.int64]) -> Found:
-    """Locally widest posture.
-
-    Args:
-        room: Distances that count.
-        state: Where to start, shape (5 + n,).
-        free: Indices of x that may change.
-
-    Returns:
-        It, its free entries rounded.
-    """
+    """Locally widest posture."""
     lower, upper = _bounds(room, state, free)
 
     def moved(point: Array) -> Array:
@@ -72,43 +63,20 @@ def widest(room: Room, state: Array, free: NDArray[np.int64]) -> Found:
 
 
 def local_optima(room: Room, state: Array, free: NDArray[np.int64], starts: Iterable[Array] = ()) -> list[Found]:
-    """Widest postures at a state's door angle, from given starting points and from the best of many samples.
-
-    Args:
-        room: Distances that count.
-        state: Holds the door angle, and what may not change, shape (5 + n,).
-        free: Indices of x that may change.
-        starts: Postures to start from as well, each of shape (5 + n,); what may not change is taken from `state`.
-
-    Returns:
-        Different postures, the widest first; never none.
-    """
+    """Widest postures at a state's door angle, from given starting points and from the best of many samples."""
     points = (*starts, *_best_samples(room, state, free))
     return different([widest(room, pinned(start, state, free), free) for start in points])
 
 
 def pinned(start: Array, state: Array, free: NDArray[np.int64]) -> Array:
-    """A posture whose entries that may not change are those of another.
-
-    Args:
-        start: The posture, shape (5 + n,).
-        state: The other, shape (5 + n,).
-        free: Indices of x that may change.
-
-    Returns:
-        x, shape (5 + n,).
-    """
+    """A posture whose entries that may not change are those of another."""
     other = state.copy()
     other[free] = start[free]
     return other
 
 
 def different(found: Iterable[Found]) -> list[Found]:
-    """Postures that are not nearly those of others, the widest first.
-
-    Args:
-        found: Any postures.
-    """
+    """Postures that are not nearly those of others, the widest first."""
     chosen: list[Found] = []
     for one in sorted(found, key=lambda one: -one.width):
         if all(np.abs(one.state - other.state).max() > _SAME for other in chosen):
@@ -136,14 +104,7 @@ def _best_samples(room: Room, state: Array, free: NDArray[np.int64]) -> list[Arr
 
 
 def joint_bounds(vehicle: Vehicle) -> tuple[Array, Array]:
-    """Bounds of the arm's angles; a joint without limits turns by half a turn at most.
-
-    Args:
-        vehicle: The vehicle.
-
-    Returns:
-        Lower and upper bounds, shape (n,) each [rad].
-    """
+    """Bounds of the arm's angles; a joint without limits turns by half a turn at most."""
     lower, upper = vehicle.lower_limits, vehicle.upper_limits
     return np.where(np.isfinite(lower), lower, -math.pi), np.where(np.isfinite(upper), upper, math.pi)
 

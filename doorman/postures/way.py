@@ -17,16 +17,7 @@ _ACROSS = np.linspace(0.0, 1.0, 15)
 
 
 def turned(room: Room, state: Array, door_angle: float) -> Array:
-    """The posture relative to the leaf, at another door angle.
-
-    Args:
-        room: Of the vehicle and its door.
-        state: x, shape (5 + n,).
-        door_angle: α [rad].
-
-    Returns:
-        x, shape (5 + n,).
-    """
+    """The posture relative to the leaf, at another door angle."""
     other = state.copy()
     other[YAW] -= room.heading(state)
     other[3] = door_angle
@@ -35,16 +26,7 @@ def turned(room: Room, state: Array, door_angle: float) -> Array:
 
 
 def follow(room: Room, state: Array, door_angle: float) -> tuple[Array, bool]:
-    """Follow the locally widest posture along the swing.
-
-    Args:
-        room: Distances that count.
-        state: Where to start, shape (5 + n,).
-        door_angle: Where to end [rad].
-
-    Returns:
-        The posture there, and whether no constraint is broken on the way.
-    """
+    """Follow the locally widest posture along the swing."""
     free = np.array([YAW, *range(5, len(state))])
     clear = bool(room.constraints(state).max() <= 0.0)
     start = float(state[3])
@@ -55,11 +37,5 @@ def follow(room: Room, state: Array, door_angle: float) -> tuple[Array, bool]:
 
 
 def straight_way_is_clear(room: Room, first: Array, last: Array) -> bool:
-    """Whether all postures between two keep the constraints, as heading and arm go straight from one to the other.
-
-    Args:
-        room: Tells the constraints.
-        first: One, shape (5 + n,).
-        last: The other, shape (5 + n,).
-    """
+    """Whether all postures between two keep the constraints, as heading and arm go straight from one to the other."""
     return bool(room.constraints_along(first + np.outer(_ACROSS, last - first)).max() <= 0.0)

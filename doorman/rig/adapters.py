@@ -37,13 +37,7 @@ class RigVehicle:
         return self._plant.model.vehicle.mass * GRAVITY
 
     def command(self, thrust: float, quaternion: Array, side_force: tuple[float, float] = (0.0, 0.0)) -> None:
-        """Fly with a thrust, and a force to the side, towards an attitude, until the next command.
-
-        Args:
-            thrust: Along the body's z axis [N].
-            quaternion: [w, x, y, z], body to world, shape (4,).
-            side_force: Along the body's x and y axis [N].
-        """
+        """Fly with a thrust, and a force to the side, towards an attitude, until the next command."""
         attitude = np.array(to_attitude((quaternion / np.linalg.norm(quaternion)).tolist()))
         self._plant.fly(max(0.0, thrust), attitude, side_force)
 
@@ -52,11 +46,7 @@ class RigVehicle:
         self._plant.stop_motors()
 
     def advance(self, duration: float) -> None:
-        """Do nothing: the plant advances by itself.
-
-        Args:
-            duration: Time that passes [s].
-        """
+        """Do nothing: the plant advances by itself."""
 
     def truth(self) -> PlantTruth:
         """The vehicle as it is now."""
@@ -85,23 +75,13 @@ class RigArm:
         self._gripper = LaggingJoints(np.full(1, OPEN), stops=(OPEN, SHUT)) if gripper else None
 
     def drive(self, time: float, rates: Array, powered: NDArray[np.bool_]) -> None:
-        """Take goal rates; a joint that nothing drives stands still, since its gears do not turn freely.
-
-        Args:
-            time: Of the plant [s].
-            rates: Of all servos, shape (n,) or, with a gripper, (n + 1,) [rad/s].
-            powered: Which servos have torque, in the same shape.
-        """
+        """Take goal rates; a joint that nothing drives stands still, since its gears do not turn freely."""
         self._plant.move_arm(np.where(powered, rates, 0.0)[: self._n])
         if self._gripper is not None:
             self._gripper.drive(time, rates[self._n :], powered[self._n :])
 
     def motion(self, time: float) -> ServoMotion:
-        """Angles, rates and currents of all servos.
-
-        Args:
-            time: Of the plant [s].
-        """
+        """Angles, rates and currents of all servos."""
         snapshot = self._plant.snapshot
         truth, ahead = snapshot.truth, _ahead(snapshot, time)
         angles = truth.arm_angles + ahead * truth.arm_rates

@@ -57,13 +57,7 @@ SPRING = 0.25
 
 
 def servo_setups(n_arm: int, gripper: bool, mounted: ServoConfig | None = None) -> list[ServoSetup]:
-    """Emulated servos of an arm, ready for the adapter.
-
-    Args:
-        n_arm: Number of the arm's joints.
-        gripper: Whether one more closes a gripper.
-        mounted: Ids, directions, zeros and rate of the bus; None: ids 1, 2, 3 … from base to tip, then of the gripper.
-    """
+    """Emulated servos of an arm, ready for the adapter."""
     n = n_arm + gripper
     setups = [ServoSetup(number) for number in range(1, n + 1)]
     if mounted is not None:
@@ -80,11 +74,7 @@ def servo_setups(n_arm: int, gripper: bool, mounted: ServoConfig | None = None) 
 
 
 def tracker_setup(cameras: MocapConfig) -> TrackerSetup:
-    """Cameras and object as a vehicle's configuration says where they are.
-
-    Args:
-        cameras: The configuration.
-    """
+    """Cameras and object as a vehicle's configuration says where they are."""
     return TrackerSetup(
         cameras.object_name, cameras.rate, cameras.latency,
         origin_position=cameras.origin_position, origin_attitude=cameras.origin_attitude,

@@ -19,35 +19,12 @@ EPOCH = "epoch"
 
 
 def judge(truth: Recording, flight: Recording, model: Model) -> dict[str, Any]:
-    """Figures of a flight, as `doorman.summary.summarize` has them.
-
-    Args:
-        truth: Of the rig, with the topics `truth` and `epoch`.
-        flight: Of `doorman fly`, with the topics of a mission and `epoch`.
-        model: Model of the scenario.
-
-    Returns:
-        The keys of `summary.json`, for the time of the mission.
-
-    Raises:
-        RecordingError: if a topic is missing, or the two were not recorded at the same time on one computer.
-    """
+    """Figures of a flight, as `doorman.summary.summarize` has them."""
     return summarize(together(truth, flight), model)
 
 
 def together(truth: Recording, flight: Recording) -> Recording:
-    """The flight's recording with the truth in it, on the flight's clock and for the time of the mission.
-
-    Args:
-        truth: Of the rig.
-        flight: Of the flight.
-
-    Returns:
-        One recording.
-
-    Raises:
-        RecordingError: as `judge`.
-    """
+    """The flight's recording with the truth in it, on the flight's clock and for the time of the mission."""
     begin, end = _epoch(flight), float(flight["mission"].time[-1])
     time = truth["truth"].time + _epochs_along(truth) - begin
     first = float(flight["estimate"].time[0])

@@ -40,25 +40,11 @@ class LandingGear:
     """c_t [N m s/rad]."""
 
     def touches(self, height: float) -> bool:
-        """Whether the feet are on the ground.
-
-        Args:
-            height: Of O_B above the ground [m].
-        """
+        """Whether the feet are on the ground."""
         return height <= self.length
 
     def wrench(self, position: Array, velocity: Array, up: Array, spin: Array) -> tuple[Array, Array]:
-        """Force and torque on the vehicle.
-
-        Args:
-            position: P of O_B, shape (3,), world frame [m].
-            velocity: Ṗ, shape (3,), world frame [m/s].
-            up: The body's z axis R e₃, shape (3,), world frame.
-            spin: ω, shape (3,), world frame [rad/s].
-
-        Returns:
-            Force [N] and torque [N m], shape (3,) each, world frame; zero in the air.
-        """
+        """Force and torque on the vehicle."""
         deflection = self.length - float(position[2])
         load = max(0.0, self.stiffness * deflection - self.damping * float(velocity[2])) if deflection > 0.0 else 0.0
         if load == 0.0:

@@ -36,11 +36,7 @@ _IN = Qos(Policy.Reliability.BestEffort, Policy.History.KeepLast(_DEPTH), _PLAIN
 
 
 def dds_name(topic: str) -> str:
-    """Name under which DDS knows a topic of ROS.
-
-    Args:
-        topic: With or without a leading slash.
-    """
+    """Name under which DDS knows a topic of ROS."""
     return f"rt/{topic.strip('/')}"
 
 
@@ -83,11 +79,7 @@ class FlightPublisher(Uncopied):
         return self.refusals.total()
 
     def step(self, timeout: float = _LONGEST_WAIT) -> None:
-        """Publish what has come.
-
-        Args:
-            timeout: To wait for it [s].
-        """
+        """Publish what has come."""
         if not select.select([self._socket], [], [], timeout)[0]:
             return
         told = parse(self._socket.recv(LARGEST))
@@ -159,11 +151,7 @@ class PoseSubscriber(Uncopied):
         return self._relay.events()
 
     def step(self, timeout: float = _LONGEST_WAIT) -> None:
-        """Send on what has come.
-
-        Args:
-            timeout: To wait for it [s].
-        """
+        """Send on what has come."""
         self._waiting.wait(duration(seconds=timeout))
         for _ in range(_DEPTH):
             try:

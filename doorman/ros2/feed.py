@@ -88,11 +88,7 @@ class Feed(Uncopied):
 
 
 def parse(datagram: bytes) -> FedMessage | None:
-    """What `Feed` has sent; None for anything else.
-
-    Args:
-        datagram: As received.
-    """
+    """What `Feed` has sent; None for anything else."""
     try:
         topic, wall_time, fields = orjson.loads(datagram)
         read = {name: _value(fields[name], dimensions) for name, dimensions in FED[topic].items()}

@@ -59,14 +59,7 @@ class Translator:
         self._sizes = {"arm_angles": model.n_arm, "arm_rates": model.n_arm, "state": model.nx, "states": model.nx}
 
     def translate(self, told: FedMessage) -> Iterator[Outgoing]:
-        """Messages for one of the flight's.
-
-        Args:
-            told: Of the flight.
-
-        Raises:
-            BackendError: if it is of another scenario.
-        """
+        """Messages for one of the flight's."""
         for name, value in told.fields.items():
             size = self._sizes.get(name, _AXES)
             if isinstance(value, np.ndarray) and value.shape[-1] != size:
@@ -145,11 +138,7 @@ class Translator:
 
 
 def time_of(wall_time: int) -> ros.Time:
-    """A time of ROS.
-
-    Args:
-        wall_time: Since 1970 [ns].
-    """
+    """A time of ROS."""
     seconds, rest = divmod(wall_time, 1_000_000_000)
     return ros.Time(seconds, rest)
 

@@ -45,15 +45,7 @@ class PoseRelay(Uncopied):
         return self._log.take()
 
     def take(self, publisher: int, position: Vector, quaternion: Quaternion, taken: float | None, now: float) -> None:
-        """Take in a pose.
-
-        Args:
-            publisher: Who has sent it.
-            position: [m].
-            quaternion: (w, x, y, z).
-            taken: Its stamp; None where it has none [s].
-            now: By `time.monotonic` [s].
-        """
+        """Take in a pose."""
         if not self._welcome(publisher, now):
             self.refuse(MocapFault.FOREIGN, now, "a second publisher sends poses; they are left out")
             return
@@ -66,22 +58,12 @@ class PoseRelay(Uncopied):
             self._send({}, taken)
 
     def refuse(self, fault: MocapFault, now: float, why: str) -> None:
-        """Leave a pose out.
-
-        Args:
-            fault: Why.
-            now: By `time.monotonic` [s].
-            why: In words.
-        """
+        """Leave a pose out."""
         self._untold.append(fault)
         self._book.strike(fault, now, why)
 
     def tick(self, now: float) -> None:
-        """Let faults end that have not struck for a while.
-
-        Args:
-            now: By `time.monotonic` [s].
-        """
+        """Let faults end that have not struck for a while."""
         self._book.tick(now)
 
     def close(self) -> None:

@@ -24,16 +24,7 @@ _ALLOWED = {
 
 
 def explain(root: type[BaseModel], error: ValidationError, path: Path | None = None) -> ScenarioError:
-    """Turn the first of pydantic's findings into one error of ours.
-
-    Args:
-        root: The section that was to be made.
-        error: What pydantic found.
-        path: File that holds the values, if one does.
-
-    Returns:
-        The error.
-    """
+    """Turn the first of pydantic's findings into one error of ours."""
     found = error.errors(include_url=False)
     first = next((one for one in found if one["type"] == "extra_forbidden"), found[0])  # a slip may leave a key missing
     field = ".".join(str(part) for part in first["loc"])

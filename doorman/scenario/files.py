@@ -36,14 +36,7 @@ VEHICLE_FILE = Kind("vehicle", ".toml", vehicle_directory)
 
 
 def read_tables(path: Path) -> dict[str, Any]:
-    """Tables of a TOML file.
-
-    Args:
-        path: The file.
-
-    Raises:
-        ScenarioError: if it cannot be read, is too large, is not TOML, or is out of bounds.
-    """
+    """Tables of a TOML file."""
     content = read_bytes(path, LARGEST_TABLES, ScenarioError)
     try:
         text = content.decode("utf-8-sig")
@@ -53,40 +46,17 @@ def read_tables(path: Path) -> dict[str, Any]:
 
 
 def is_path(text: str) -> bool:
-    """Whether a text is the path of an own file: it has a slash or a suffix; a bare name is that of a shipped file.
-
-    Args:
-        text: As a scenario names a file.
-    """
+    """Whether a text is the path of an own file: it has a slash or a suffix; a bare name is that of a shipped file."""
     return not text.startswith(SHIPPED) and any(mark in text for mark in {"/", os.sep, "."})
 
 
 def absolute(text: str, folder: Path) -> str:
-    """A path as one that holds in any directory; the name of a shipped file stays.
-
-    Args:
-        text: As a user wrote it.
-        folder: That a relative path starts from.
-    """
+    """A path as one that holds in any directory; the name of a shipped file stays."""
     return os.path.realpath(folder / text) if is_path(text) else text
 
 
 def locate(kind: Kind, text: str, folders: Sequence[Path], file: Path | None = None, field: str | None = None) -> Path:
-    """The file that a text means: a path is that of an own file, a bare name that of a shipped one.
-
-    Args:
-        kind: Kind of the file.
-        text: As a user wrote it.
-        folders: The first is that a relative path starts from. A bare name must not be that of a file in any of them.
-        file: File that holds the text, for the error.
-        field: Key that holds the text, for the error.
-
-    Returns:
-        The file's path.
-
-    Raises:
-        ScenarioError: if there is no such file, or a bare name means a shipped file and an own one.
-    """
+    """The file that a text means: a path is that of an own file, a bare name that of a shipped one."""
     known = kind.known()
     name = text.removeprefix(SHIPPED)
     try:

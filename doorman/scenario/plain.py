@@ -9,14 +9,7 @@ from typing import Any
 
 
 def plain(value: Any) -> Any:
-    """A value as TOML has it, as far as it has it: numbers, texts, lists and tables; anything else as it is.
-
-    Args:
-        value: For example a `numpy.int64`, an array, a `Path`.
-
-    Returns:
-        For example an `int`, a list, a `str`.
-    """
+    """A value as TOML has it, as far as it has it: numbers, texts, lists and tables; anything else as it is."""
     if isinstance(value, Mapping):
         return {key: plain(item) for key, item in value.items()}
     if isinstance(value, (list, tuple)):

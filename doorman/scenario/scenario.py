@@ -212,11 +212,7 @@ class Scenario(Section):
         return scenario.model_copy(update={"campaign": campaign})
 
     def _takes_preset(self, changes: Mapping[str, Any]) -> bool:
-        """Whether other values bring a preset, which sets what nobody has set here.
-
-        Raises:
-            ScenarioError: if there is another preset here already: its values cannot be told from those that somebody has set.
-        """
+        """Whether other values bring a preset, which sets what nobody has set here."""
         wanted = dict(_flat(type(self), changes, "")).get("reality.preset", self.reality.preset)
         if wanted != self.reality.preset and self.reality.preset is not None:
             raise ScenarioError(

@@ -14,15 +14,7 @@ from doorman.scenario.values import Section
 
 
 def sized(scenario: Scenario, ratios: Mapping[str, float]) -> Scenario:
-    """A scenario for a vehicle of another size.
-
-    Args:
-        scenario: As it was read.
-        ratios: Of force, torque, length and hinge to those of shipped vehicle and door, by unit (`kinematics.scale`).
-
-    Returns:
-        With the defaults of `SIZED` in proportion, as if it gave them itself.
-    """
+    """A scenario for a vehicle of another size."""
     if all(ratio == 1.0 for ratio in ratios.values()):
         return scenario
     units = {tuple(key.split(".")): ratios[unit] for key, unit in SIZED.items()}

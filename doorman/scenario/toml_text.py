@@ -11,14 +11,7 @@ _BARE = re.compile(r"[A-Za-z0-9_-]+")
 
 
 def toml_text(tables: dict[str, Any]) -> str:
-    """Tables as TOML.
-
-    Args:
-        tables: Numbers, texts, lists and tables of them by key, none of them None.
-
-    Returns:
-        The text.
-    """
+    """Tables as TOML."""
     return "\n".join(_lines(tables, "")).lstrip("\n") + "\n"
 
 
@@ -37,11 +30,7 @@ def _key(key: str) -> str:
 
 
 def value_text(value: Any) -> str:
-    """A value as TOML writes it within a line.
-
-    Args:
-        value: Number, text, date, list or table.
-    """
+    """A value as TOML writes it within a line."""
     if isinstance(value, (list, tuple)):
         return f"[{', '.join(map(value_text, value))}]"
     if isinstance(value, dict):

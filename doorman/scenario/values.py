@@ -56,15 +56,7 @@ class Section(BaseModel, metaclass=_Checked):
         return plain(values)
 
     def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> Self:
-        """A copy, with other values for some keys.
-
-        Args:
-            update: The other values; they are checked.
-            deep: Whether the values are copied too.
-
-        Raises:
-            ScenarioError: if a key is unknown, or a value of wrong type or out of range.
-        """
+        """A copy, with other values for some keys."""
         if not update:
             return super().model_copy(deep=deep)
         copy = type(self)(**{name: getattr(self, name) for name in self.model_fields_set} | dict(update))
@@ -77,11 +69,7 @@ class Section(BaseModel, metaclass=_Checked):
 
 
 def hashed(values: Any) -> int:
-    """Hash of numbers, texts, and lists and tables of them; equal values have equal hashes.
-
-    Args:
-        values: May be nested.
-    """
+    """Hash of numbers, texts, and lists and tables of them; equal values have equal hashes."""
     return hash(_hashable(values))
 
 

@@ -57,15 +57,7 @@ class Gust:
         self._through = door.normal(0.5 * math.pi)
 
     def at(self, time: float, door_angle: float) -> Disturbance:
-        """Force and torque at one time.
-
-        Args:
-            time: Not before that of the last call [s].
-            door_angle: α [rad].
-
-        Returns:
-            Force on the vehicle and torque in the hinge.
-        """
+        """Force and torque at one time."""
         wind = self._section
         self._vary(time)
         self._jump(time)
@@ -114,12 +106,7 @@ class Gust:
 
 
 def together(one: Disturbance, other: Disturbance) -> Disturbance:
-    """Sum of two disturbances.
-
-    Args:
-        one: A disturbance.
-        other: Another one.
-    """
+    """Sum of two disturbances."""
     return Disturbance(
         force=_sum(one.force, other.force),
         torque=_sum(one.torque, other.torque),

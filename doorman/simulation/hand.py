@@ -32,16 +32,7 @@ class Hand:
         self._came: tuple[float, float] | None = None
 
     def at(self, time: float, door_angle: float, door_rate: float) -> Disturbance:
-        """Torque at one time.
-
-        Args:
-            time: Not before that of the last call [s].
-            door_angle: α [rad].
-            door_rate: α̇ [rad/s].
-
-        Returns:
-            Torque in the hinge.
-        """
+        """Torque at one time."""
         section = self._section
         if self._came is None and section.door_angle is not None and door_angle <= section.door_angle:
             self._came = time, door_angle

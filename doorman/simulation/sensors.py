@@ -107,14 +107,7 @@ class Sensors:
         self._arms: deque[_Arm] = deque()
 
     def measure(self, truth: Truth) -> Measurement:
-        """What the sensors say at one time.
-
-        Args:
-            truth: The plant at that time, later than at the last call; at the first call it is at rest.
-
-        Returns:
-            The measurement.
-        """
+        """What the sensors say at one time."""
         n, time = len(truth.arm_angles), truth.time
         if not self._deviations.size:
             self._deviations = self._spread(n)

@@ -11,15 +11,7 @@ from doorman.recording import Recording
 
 
 def estimates(recording: Recording, model: Model) -> dict[str, dict[str, float]]:
-    """Parameters of the hinge and the door's place, as estimated at the end, and its angle where the frame was touched.
-
-    Args:
-        recording: Of a simulated run.
-        model: Model of the scenario that was flown.
-
-    Returns:
-        Of each the value, its standard deviation, and the true value, in units of the URDF's joint.
-    """
+    """Parameters of the hinge and the door's place, as estimated at the end, and its angle where the frame was touched."""
     estimate, simulation, door = recording["estimate"], model.scenario.simulation, model.true_door
     arm = door.per_angle
     mass = 1.0 if simulation.door_mass is None else simulation.door_mass / door.mass
@@ -64,23 +56,14 @@ def _measured_angle(recording: Recording) -> dict[str, dict[str, float]]:
 
 
 def _preload(model: Model) -> float:
-    """Torque of the true closer's preload beyond the one that the scenario names, against falling α [N m].
-
-    Args:
-        model: Model of the scenario.
-    """
+    """Torque of the true closer's preload beyond the one that the scenario names, against falling α [N m]."""
     door, true = model.true_door, model.scenario.simulation.door_preload
     beyond = 0.0 if true is None else true - model.door.section.preload
     return -door.torque_of_closer(door.per_angle * beyond)
 
 
 def _leaning(model: Model, angle: float) -> float:
-    """Torque of the true leaf's weight where its hinge leans, against falling α [N m].
-
-    Args:
-        model: Model of the scenario.
-        angle: α [rad].
-    """
+    """Torque of the true leaf's weight where its hinge leans, against falling α [N m]."""
     simulation, door = model.scenario.simulation, model.true_door
     weight = float(door.weight[0]) * (1.0 if simulation.door_mass is None else simulation.door_mass / door.mass)
     return -weight * float(np.array([*simulation.door_lean, 0.0]) @ door.normal(angle))
@@ -103,11 +86,7 @@ def _in_joint(figures: dict[str, float], power: int, per_angle: float) -> dict[s
 
 
 def largest_angle_error(recording: Recording) -> float:
-    """Largest difference of the door's estimated angle from the true one [deg].
-
-    Args:
-        recording: Of a simulated run.
-    """
+    """Largest difference of the door's estimated angle from the true one [deg]."""
     truth, estimate = recording["truth"], recording["estimate"]
     count = min(len(truth.time), len(estimate.time))
     error = estimate["state"][:count, 3] - truth["door_angle"][:count]

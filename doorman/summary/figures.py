@@ -27,19 +27,7 @@ from doorman.summary.safety import (
 
 
 def summarize(recording: Recording, model: Model) -> dict[str, Any]:
-    """Figures of a simulated run.
-
-    Args:
-        recording: With the topics `truth`, `estimate` and `mission`, and `plan` if the mission came so far.
-        model: Model of the scenario that was flown.
-
-    Returns:
-        The keys of `summary.json`; a figure that the run does not define, such as the time to open of a door that stayed
-        shut, is None.
-
-    Raises:
-        RecordingError: if the recording has no true states.
-    """
+    """Figures of a simulated run."""
     if "truth" not in recording:
         raise RecordingError(
             "no true states to judge the run by", field="topic", given="truth", allowed="a simulated run"
@@ -84,11 +72,7 @@ def summarize(recording: Recording, model: Model) -> dict[str, Any]:
 
 
 def attempts(states: list[str]) -> int:
-    """Number of attempts: each begins in a hover, to which the vehicle also comes back from the touch of the frame.
-
-    Args:
-        states: Of the mission, one by one.
-    """
+    """Number of attempts: each begins in a hover, to which the vehicle also comes back from the touch of the frame."""
     return 1 + sum(now == "hover" and before != "touch_frame" for before, now in itertools.pairwise(states))
 
 

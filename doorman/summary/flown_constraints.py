@@ -26,16 +26,6 @@ def flown_constraints(model: Model, position: Array, attitude: Array, door_angle
 
     and those of `collision.constraints` for other surroundings than a doorway. Of a slide with a panel beside the vehicle, o is
     that of its handle's face.
-
-    Args:
-        model: Model of the scenario; the doorway is the true one.
-        position: P, shape (m, 3), world frame [m].
-        attitude: Φ, shape (m, 3) [rad].
-        door_angle: α, shape (m,) [rad].
-        arm_angles: H, shape (m, n) [rad].
-
-    Returns:
-        Shape (m, rows of `model.constraint_names`) [m]; -inf where a row says nothing.
     """
     door, radius, arm = model.true_door, model.vehicle.radius, len(model.vehicle.point_names)
     states = np.hstack([attitude, door_angle[:, None], np.zeros((len(attitude), 1)), arm_angles])
@@ -55,13 +45,7 @@ def flown_constraints(model: Model, position: Array, attitude: Array, door_angle
 
 
 def _beside(model: Model, away: Array, upright: Array) -> list[Array]:
-    """Rows of what stands beside the door.
-
-    Args:
-        model: Model of the scenario.
-        away: P − P_h in the doorway, shape (m, 3) [m].
-        upright: R e₃ there, shape (m, 3).
-    """
+    """Rows of what stands beside the door."""
     door, radius = model.true_door, model.vehicle.radius
     if door.panel is not None:
         normal, distance = door.panel

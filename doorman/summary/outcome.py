@@ -28,14 +28,7 @@ STANDS = math.radians(0.5)
 
 
 def verdict(summary: dict[str, Any]) -> tuple[bool, str]:
-    """Whether the door was opened and nothing touched, and a sentence that says what happened.
-
-    Args:
-        summary: As `summarize` returns it.
-
-    Returns:
-        The verdict and the sentence.
-    """
+    """Whether the door was opened and nothing touched, and a sentence that says what happened."""
     final, target = summary["final_door_angle_deg"], summary["target_door_angle_deg"]
     where = f"the door ended at {final:.1f}°, {abs(final - target):.1f}° from the target of {target:.1f}°"
     if summary["unit"] == "m":
@@ -57,16 +50,7 @@ def verdict(summary: dict[str, Any]) -> tuple[bool, str]:
 
 
 def time_to_open(time: Array, angle: Array, target: float) -> float | None:
-    """First time after which |α − target| stays below 2°.
-
-    Args:
-        time: Shape (m,) [s].
-        angle: α, shape (m,) [rad].
-        target: [rad].
-
-    Returns:
-        The time [s], or None if the last angle is farther off.
-    """
+    """First time after which |α − target| stays below 2°."""
     off = np.flatnonzero(np.abs(angle - target) >= OPEN_TOLERANCE)
     if len(off) == 0:
         return float(time[0])
@@ -74,25 +58,13 @@ def time_to_open(time: Array, angle: Array, target: float) -> float | None:
 
 
 def rate_at_the_end(recording: Recording) -> float:
-    """Rate of the door, on average over the last second [rad/s].
-
-    Args:
-        recording: Of a simulated run.
-    """
+    """Rate of the door, on average over the last second [rad/s]."""
     truth = recording["truth"]
     return float(truth["door_rate"][truth.time >= truth.time[-1] - _STANDS_FOR].mean())
 
 
 def missed(door: Door, angle: float, target: float, moving: float, said: str) -> str:
-    """Why a mission that went all its way has not opened the door.
-
-    Args:
-        door: The true one.
-        angle: At the end [rad].
-        target: [rad].
-        moving: Rate at the end [rad/s].
-        said: What the mission said of the door.
-    """
+    """Why a mission that went all its way has not opened the door."""
     if abs(angle - target) >= OPEN_TOLERANCE:
         why = f"the door ended at {door.in_words(angle)}"
     else:
@@ -102,14 +74,7 @@ def missed(door: Door, angle: float, target: float, moving: float, said: str) ->
 
 
 def told_outcome(recording: Recording) -> tuple[str, str]:
-    """How the mission ended by its own account.
-
-    Args:
-        recording: With the topic `mission`.
-
-    Returns:
-        The outcome, and why, or what the mission has seen of the door.
-    """
+    """How the mission ended by its own account."""
     mission = recording["mission"]
     states, words = [str(state) for state in mission["state"]], str(mission["message"][-1])
     if words == "interrupted" or words.startswith("failed: "):

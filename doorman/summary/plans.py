@@ -12,11 +12,7 @@ from doorman.recording.recording import Topic
 
 
 def cold_plans(plan: Topic) -> NDArray[np.bool_]:
-    """Which plans began without one before, shape (m,); of a recording that does not say so, the first of several.
-
-    Args:
-        plan: The topic `plan`.
-    """
+    """Which plans began without one before, shape (m,); of a recording that does not say so, the first of several."""
     cold = np.zeros(len(plan.time), bool)
     if "cold" in plan:
         cold[:] = plan["cold"]
@@ -26,11 +22,7 @@ def cold_plans(plan: Topic) -> NDArray[np.bool_]:
 
 
 def planner_figures(recording: Recording) -> dict[str, Any]:
-    """Times, rate and missed deadlines of a run's plans, and the least force that they planned.
-
-    Args:
-        recording: With the topic `plan` if the mission came so far.
-    """
+    """Times, rate and missed deadlines of a run's plans, and the least force that they planned."""
     if "plan" not in recording:
         nothing = {"median": None, "p99": None, "max": None, "cold": None}
         return {"planner_ms": nothing, "planner_rate_hz": 0.0, "deadline_misses": 0, "planned_normal_force_n_min": None}
@@ -52,11 +44,7 @@ def planner_figures(recording: Recording) -> dict[str, Any]:
 
 
 def realtime_factor(recording: Recording) -> float | None:
-    """How much faster than real time the flight was; None if that was not measured.
-
-    Args:
-        recording: With the topic `mission`.
-    """
+    """How much faster than real time the flight was; None if that was not measured."""
     end = recording["mission"]
     wall_time = float(end["wall_time"][-1])
     return float(end.time[-1]) / wall_time if wall_time > 0.0 else None

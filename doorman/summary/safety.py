@@ -19,15 +19,7 @@ _CLEARANCE_INTERVAL = 0.01
 
 
 def largest_violation(recording: Recording, model: Model) -> float:
-    """Largest violation of the planner's constraints; they keep the vehicle before the wall until it flies through the doorway.
-
-    Args:
-        recording: Of a simulated run.
-        model: Model of the scenario that was flown.
-
-    Returns:
-        [m]; 0 if all hold.
-    """
+    """Largest violation of the planner's constraints, which hold until the vehicle flies through the doorway."""
     truth, mission = recording["truth"], recording["mission"]
     through = mission.time[mission["state"] == "through"]
     flown = slice(int(np.searchsorted(truth.time, through[0])) if len(through) else None)
@@ -38,11 +30,7 @@ def largest_violation(recording: Recording, model: Model) -> float:
 
 
 def collisions(recording: Recording) -> int:
-    """Contacts other than tip and leaf, summed over the ticks; the tip may touch the frame where the mission has it do so.
-
-    Args:
-        recording: Of a simulated run.
-    """
+    """Contacts other than tip and leaf, summed over the ticks; the tip may touch the frame where the mission has it do so."""
     truth, number = recording["truth"], recording["truth"]["collisions"]
     feels = _feels_the_frame(recording)
     return int(number[~(feels & (truth["only_tip_on_frame"] != 0))].sum() if feels.any() else number.sum())
@@ -58,14 +46,7 @@ def _feels_the_frame(recording: Recording) -> NDArray[np.bool_]:
 
 
 def free_door_rate(recording: Recording) -> float | None:
-    """Largest rate of a door that the vehicle has let go of, while the tip is off it [deg/s].
-
-    Args:
-        recording: Of a simulated run.
-
-    Returns:
-        [deg/s]; None if the vehicle has let go of no door.
-    """
+    """Largest rate of a door that the vehicle has let go of, while the tip is off it [deg/s]."""
     truth, mission = recording["truth"], recording["mission"]
     phases = np.maximum(np.searchsorted(mission.time, truth.time, side="right") - 1, 0)
     free = np.isin(mission["state"], ("release", "retreat"))[phases] & (truth["touching"] == 0)
@@ -73,14 +54,7 @@ def free_door_rate(recording: Recording) -> float | None:
 
 
 def largest_push(recording: Recording) -> float | None:
-    """Largest push of the tip in any physics step, or at any tick in recordings that do not have that [N].
-
-    Args:
-        recording: Of a simulated run.
-
-    Returns:
-        [N]; None if the recording has neither.
-    """
+    """Largest push of the tip in any physics step, or at any tick in recordings that do not have that [N]."""
     truth = recording["truth"]
     for field in ("max_push", "tip_normal_force"):
         if field in truth:
@@ -106,12 +80,7 @@ def _at_the_door(recording: Recording, after: float = 0.0) -> NDArray[np.bool_]:
 
 
 def min_clearance(recording: Recording, model: Model) -> float:
-    """Least distance of vehicle and door, apart from tip and what it is to touch, by FCL [m].
-
-    Args:
-        recording: Of a simulated run.
-        model: Model of the scenario that was flown.
-    """
+    """Least distance of vehicle and door, apart from tip and what it is to touch, by FCL [m]."""
     truth = recording["truth"]
     ticks = max(round(_CLEARANCE_INTERVAL / max(float(np.diff(truth.time[:2]).sum()), 1e-9)), 1)
     feels, every = _feels_the_frame(recording), np.arange(len(truth.time)) % ticks == 0
@@ -128,12 +97,7 @@ def min_clearance(recording: Recording, model: Model) -> float:
 
 
 def contact_fraction(recording: Recording, after: float) -> float:
-    """Share of time in contact from a time after the first touch until the tip lets go, or the end, over all attempts.
-
-    Args:
-        recording: Of a simulated run.
-        after: That time [s].
-    """
+    """Share of time in contact from a time after the first touch until the tip lets go, or the end, over all attempts."""
     touching = recording["truth"]["touching"]
     if not _at_the_door(recording).any():
         return 0.0

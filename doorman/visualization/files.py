@@ -18,28 +18,14 @@ class Drawn(Protocol):
         """What places its panels, if anything still does."""
 
     def set_layout_engine(self, layout: Any) -> None:
-        """Take another layout engine.
-
-        Args:
-            layout: Matplotlib's engine or its name; None for none.
-        """
+        """Take another layout engine."""
 
     def savefig(self, fname: Any, *, dpi: Any, format: str) -> None:
-        """Write the figure to a file.
-
-        Args:
-            fname: The file.
-            dpi: Pixels per inch.
-            format: Such as `png`.
-        """
+        """Write the figure to a file."""
 
 
 def lay_out(figure: Drawn) -> None:
-    """Lay a figure out once for all the files that it is written to; else every file does that again, twice.
-
-    Args:
-        figure: That is drawn to its end.
-    """
+    """Lay a figure out once for all the files that it is written to; else every file does that again, twice."""
     engine = figure.get_layout_engine()
     if engine is not None:
         engine.execute(figure)
@@ -47,15 +33,7 @@ def lay_out(figure: Drawn) -> None:
 
 
 def save_as(figure: Drawn, file: Path) -> None:
-    """Write a figure in the format that the file's suffix names; its folder is made if it does not exist.
-
-    Args:
-        figure: To write.
-        file: Where to.
-
-    Raises:
-        OSError: if the file cannot be written.
-    """
+    """Write a figure in the format that the file's suffix names; its folder is made if it does not exist."""
     file.parent.mkdir(parents=True, exist_ok=True)
     drawn, form = BytesIO(), file.suffix[1:]  # matplotlib hides what a full disk says
     figure.savefig(drawn, dpi=_DPI if form == "png" else "figure", format=form)

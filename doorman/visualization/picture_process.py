@@ -40,13 +40,7 @@ class PictureProcess:
         theirs.close()
 
     def begin(self, figures: Sequence[str], recording: Path, folder: Path) -> None:
-        """Order figures; `answers` waits for them.
-
-        Args:
-            figures: Their names.
-            recording: File of the run.
-            folder: Where to write.
-        """
+        """Order figures; `answers` waits for them."""
         with suppress(OSError):  # one that has died gives no answer either
             self._answers.send((list(figures), recording, folder))
 
@@ -67,14 +61,7 @@ class PictureProcess:
 
 @contextmanager
 def picture_process(model: Model) -> Iterator[PictureProcess | None]:
-    """A process that gets ready to draw; None where whoever waits had better draw.
-
-    Args:
-        model: Model of the scenario that is flown.
-
-    Yields:
-        The process; it is let go at the end.
-    """
+    """A process that gets ready to draw; None where whoever waits had better draw."""
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else 1
     process = None
     if sys.platform == "linux" and cores > 1:  # elsewhere system libraries do not survive a fork

@@ -63,13 +63,7 @@ class Helper(Protocol):
     """Draws figures beside whoever asks."""
 
     def begin(self, figures: Sequence[str], recording: Path, folder: Path) -> None:
-        """Order figures of a recording, drawn beside whoever asks.
-
-        Args:
-            figures: Names of the figures.
-            recording: Path of the recording.
-            folder: Where the figures are written.
-        """
+        """Order figures of a recording, drawn beside whoever asks."""
 
     def answers(self) -> list[Drawing]:
         """What was drawn, once all is."""
@@ -110,20 +104,7 @@ def write_pictures(recording: Recording, model: Model, folder: Path, helper: Hel
 
 
 def draw_figures(names: Sequence[str], recording: Recording, model: Model, folder: Path) -> Drawing:
-    """Draw some of the figures.
-
-    Args:
-        names: Which.
-        recording: The run.
-        model: Model of the scenario that was flown.
-        folder: Where to write.
-
-    Returns:
-        What came of it.
-
-    Raises:
-        RecordingError: if the recording lacks what a figure shows.
-    """
+    """Draw some of the figures."""
     drawn = Drawing(list(names), {})
     for name in names:
         figure = _FIGURES[name](recording, model)

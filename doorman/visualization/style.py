@@ -51,23 +51,12 @@ CYCLE = (BLUE, ORANGE, GREEN, PURPLE, SKY, RED, BLACK)
 
 
 def flight_name(recording: Recording) -> str:
-    """Name of the scenario that was flown, with dollar signs escaped for matplotlib.
-
-    Args:
-        recording: Of the flight.
-    """
+    """Name of the scenario that was flown, with dollar signs escaped for matplotlib."""
     return str(recording.header.get("name", "flight")).replace("$", r"\$")
 
 
 def true_states(recording: Recording) -> tuple[Array, Array] | None:
-    """Times and states of the simulator; None if there was none.
-
-    Args:
-        recording: Of the flight.
-
-    Returns:
-        Times, shape (m,) [s], and x = [Φ, α, α̇, H], shape (m, 5 + n).
-    """
+    """Times and states of the simulator; None if there was none."""
     if "truth" not in recording:
         return None
     truth = recording["truth"]

@@ -28,21 +28,12 @@ _STATUS_PAGE = "127.0.0.1:0"
 
 
 def threads_of(client: Client) -> int:
-    """Threads of the cluster.
-
-    Args:
-        client: Of the cluster.
-    """
+    """Threads of the cluster."""
     return sum(int(worker.get("nthreads", 1)) for worker in client.scheduler_info()["workers"].values())
 
 
 def first_done(client: Client, futures: list[Future[Any]]) -> list[Future[Any]]:
-    """Wait for one of the flights at least, as long as the cluster has workers.
-
-    Args:
-        client: Of the cluster.
-        futures: The flights.
-    """
+    """Wait for one of the flights at least, as long as the cluster has workers."""
     workers_seen = time.monotonic()
     while True:
         try:
@@ -61,11 +52,7 @@ def first_done(client: Client, futures: list[Future[Any]]) -> list[Future[Any]]:
 
 
 def answer_of(future: Future[Any]) -> dict[str, Any]:
-    """The flight process's answer, or that its worker was lost.
-
-    Args:
-        future: Of a flight that is done.
-    """
+    """The flight process's answer, or that its worker was lost."""
     if future.status == "finished":
         answer: dict[str, Any] = future.result()
         return answer
@@ -74,12 +61,7 @@ def answer_of(future: Future[Any]) -> dict[str, Any]:
 
 @contextmanager
 def connected(workers: int, scheduler: str | None) -> Iterator[Client]:
-    """A client of the cluster at an address, or of one made here, whose workers are threads that wait for flight processes.
-
-    Args:
-        workers: Number of a cluster that is made here.
-        scheduler: Address of a cluster; None makes one here.
-    """
+    """A client of the cluster at an address, or of one made here, whose workers are threads that wait for flight processes."""
     logging.getLogger("distributed").setLevel(logging.ERROR)
     if scheduler is None:
         with (

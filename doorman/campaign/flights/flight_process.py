@@ -43,16 +43,7 @@ class FlightProcess:
         self._folder: tempfile.TemporaryDirectory[str] | None = None
 
     def fly(self, order: dict[str, Any], files: Mapping[str, str], time_out: float) -> dict[str, Any]:
-        """Have an order flown.
-
-        Args:
-            order: As `orders.order_of` makes it.
-            files: As `orders.packed` makes them; sent when the flight process does not have them yet.
-            time_out: Wall-clock time for the flight alone [s].
-
-        Returns:
-            The flight process's answer, or one with an error if it died or took too long.
-        """
+        """Have an order flown."""
         if self._process is None:
             try:
                 self._start()
@@ -125,20 +116,12 @@ class FlightProcess:
 
 
 def failed(error: str) -> dict[str, Any]:
-    """An answer in place of a flight process's, for a flight that failed.
-
-    Args:
-        error: What went wrong, in words.
-    """
+    """An answer in place of a flight process's, for a flight that failed."""
     return {"summary": None, "error": error, "wall_time_s": None, "kernels_compiled": 0}
 
 
 def lost(error: str) -> dict[str, Any]:
-    """An answer in place of a flight process's, for a flight that did not come about.
-
-    Args:
-        error: Why, in words.
-    """
+    """An answer in place of a flight process's, for a flight that did not come about."""
     return {**failed(error), "lost": True}
 
 

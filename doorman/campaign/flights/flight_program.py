@@ -52,15 +52,7 @@ def main() -> None:
 
 
 def answer(order: dict[str, Any]) -> dict[str, Any]:
-    """Fly or prepare; an error is an answer too.
-
-    Args:
-        order: As `orders.order_of` makes it; with `prepare` and the files' `contents` it only prepares.
-
-    Returns:
-        Summary or error, with the wall-clock time and the number of kernels that had to be compiled; `lost` where machine or
-        software, not the flight, is at fault.
-    """
+    """Fly or prepare; an error is an answer too."""
     started, compiled = time.perf_counter(), kernel_counts().compiled
     result: dict[str, Any] = {"summary": None, "error": None}
     try:
@@ -86,11 +78,7 @@ def answer(order: dict[str, Any]) -> dict[str, Any]:
 
 
 def prepare(scenario: Scenario) -> None:
-    """Compile or load what flights of a scenario run: short ones, from the air and from the door, where plans are made.
-
-    Args:
-        scenario: The scenario.
-    """
+    """Compile or load what flights of a scenario run: short ones, from the air and from the door, where plans are made."""
     for start in ("hover", "contact"):
         mission = scenario.mission.model_copy(update={"start": start})
         simulate(scenario.model_copy(update={"mission": mission}), _REHEARSAL, force=True)

@@ -21,12 +21,7 @@ class OtherSoftware(DoormanError):
 
 
 def order_of(flight: Flight, files: Mapping[str, bytes]) -> dict[str, Any]:
-    """The order for a flight, without its files: scenario, seed, versions, and the files' digests. For JSON.
-
-    Args:
-        flight: The run.
-        files: URDFs and meshes of its scenario, as `carried_files` reads them.
-    """
+    """The order for a flight, without its files: scenario, seed, versions, and the files' digests. For JSON."""
     return {
         "run": flight.draw.run,
         "seed": flight.draw.seed,
@@ -38,49 +33,24 @@ def order_of(flight: Flight, files: Mapping[str, bytes]) -> dict[str, Any]:
 
 
 def packed(files: Mapping[str, bytes]) -> dict[str, str]:
-    """Files as texts that JSON can hold, by name.
-
-    Args:
-        files: Content by name.
-    """
+    """Files as texts that JSON can hold, by name."""
     return {name: base64.b64encode(content).decode() for name, content in files.items()}
 
 
 def digests(files: Mapping[str, bytes]) -> dict[str, str]:
-    """Digests of files by name.
-
-    Args:
-        files: Content by name.
-    """
+    """Digests of files by name."""
     return {name: hashlib.sha256(content).hexdigest()[:16] for name, content in sorted(files.items())}
 
 
 def check_software(order: Mapping[str, Any]) -> None:
-    """Compare what an order was made with and what would fly it.
-
-    Args:
-        order: As `order_of` makes it.
-
-    Raises:
-        OtherSoftware: if they differ.
-    """
+    """Compare what an order was made with and what would fly it."""
     found = differences(order["software"])
     if found:
         raise OtherSoftware(f"the worker has other software than the campaign: {found}")
 
 
 def unpacked(order: Mapping[str, Any], files: Mapping[str, str], folder: Path) -> Scenario:
-    """The scenario of an order, with its files written to a folder.
-
-    Args:
-        order: As `order_of` makes it.
-        files: As `packed` makes them, of this order.
-        folder: Of this process alone.
-
-    Raises:
-        OtherSoftware: if the files are others than the order's.
-        DoormanError: if the scenario is none.
-    """
+    """The scenario of an order, with its files written to a folder."""
     contents = {Path(name).name: base64.b64decode(content) for name, content in files.items()}
     if digests(contents) != order["files"]:
         raise OtherSoftware("the worker was sent other files than the campaign's URDFs and meshes")

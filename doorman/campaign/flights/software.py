@@ -28,11 +28,7 @@ def software() -> dict[str, str]:
 
 
 def differences(theirs: dict[str, str]) -> str:
-    """Where another process's software differs from this one's, in words; empty where it does not.
-
-    Args:
-        theirs: As `software` returns it.
-    """
+    """Where another process's software differs from this one's, in words; empty where it does not."""
     mine = software()
     names = [name for name in {**mine, **theirs} if mine.get(name) != theirs.get(name)]
     return ", ".join(f"{name} {mine.get(name, 'missing')} instead of {theirs.get(name, 'none')}" for name in names)

@@ -18,18 +18,7 @@ _processes_lock = threading.Lock()
 
 
 def fly(order: dict[str, Any], files: dict[str, str], time_out: float, campaign: str, lease: str) -> dict[str, Any]:
-    """Fly one run in the process that belongs to this thread of a worker.
-
-    Args:
-        order: As `order_of` makes it.
-        files: As `packed` makes them.
-        time_out: Wall-clock time [s].
-        campaign: Whose process it is.
-        lease: Key of a result that the campaign's client holds as long as it lives.
-
-    Returns:
-        The flight process's answer.
-    """
+    """Fly one run in the process that belongs to this thread of a worker."""
     with _processes_lock:
         flight_process = _processes.setdefault((campaign, threading.get_ident()), FlightProcess())
         if campaign not in _leases:
@@ -38,11 +27,7 @@ def fly(order: dict[str, Any], files: dict[str, str], time_out: float, campaign:
 
 
 def close_processes(campaign: str) -> None:
-    """Let the flight processes of a campaign go, on this worker.
-
-    Args:
-        campaign: The campaign.
-    """
+    """Let the flight processes of a campaign go, on this worker."""
     with _processes_lock:
         processes = [_processes.pop(key) for key in list(_processes) if key[0] == campaign]
         watched = _leases.pop(campaign, None)

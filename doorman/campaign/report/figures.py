@@ -51,15 +51,7 @@ METRICS = (
 
 
 def figures(rows: Sequence[Row], low_friction: float) -> dict[str, Any]:
-    """Everything that the report says, for JSON.
-
-    Args:
-        rows: Of the campaign.
-        low_friction: Doors with less friction are counted by themselves too [N m].
-
-    Returns:
-        Rates, quantiles, outcomes, estimates and failures.
-    """
+    """Everything that the report says, for JSON."""
     slippery = [row for row in rows if row["friction"] is not None and row["friction"] < low_friction]
     return {
         "all": _rate(rows),
@@ -77,11 +69,7 @@ def figures(rows: Sequence[Row], low_friction: float) -> dict[str, Any]:
 
 
 def failure(row: Row) -> dict[str, Any]:
-    """What the report says of a failed run, by name.
-
-    Args:
-        row: Of the run.
-    """
+    """What the report says of a failed run, by name."""
     named = {name: row[name] for name in ("run", "seed", "outcome", "reason", "final_error_deg", "command")}
     named["final_error_m"] = row.get("final_error_m")
     causes = row.get(f"{SUMMARY}true_causes")
@@ -89,25 +77,13 @@ def failure(row: Row) -> dict[str, Any]:
 
 
 def numbers(rows: Sequence[Row], column: str) -> np.ndarray:
-    """Finite values of a column.
-
-    Args:
-        rows: Rows of the runs.
-        column: Its name.
-
-    Returns:
-        Shape (m,), m of the rows.
-    """
+    """Finite values of a column."""
     values = [float(row[column]) for row in rows if isinstance(row.get(column), (int, float))]
     return np.array([value for value in values if math.isfinite(value)])
 
 
 def estimates(rows: Sequence[Row]) -> dict[str, Any]:
-    """How often a true value lies within two standard deviations of its estimate, by name of the estimated quantity.
-
-    Args:
-        rows: Rows of the runs.
-    """
+    """How often a true value lies within two standard deviations of its estimate, by name of the estimated quantity."""
     found: dict[str, Any] = {}
     for name in estimated(rows):
         value, true, deviation = estimate_columns(rows, name).T
@@ -123,25 +99,13 @@ def estimates(rows: Sequence[Row]) -> dict[str, Any]:
 
 
 def estimated(rows: Sequence[Row]) -> list[str]:
-    """Names of the quantities that the runs have estimated.
-
-    Args:
-        rows: Rows of the runs.
-    """
+    """Names of the quantities that the runs have estimated."""
     names = {name: None for row in rows for name in row if name.startswith(_ESTIMATES) and name.endswith(".value")}
     return [name.removeprefix(_ESTIMATES).removesuffix(".value") for name in names]
 
 
 def estimate_columns(rows: Sequence[Row], name: str) -> np.ndarray:
-    """Estimated value, true value and standard deviation of every run that has them.
-
-    Args:
-        rows: Rows of the runs.
-        name: Of the estimated quantity.
-
-    Returns:
-        Shape (m, 3).
-    """
+    """Estimated value, true value and standard deviation of every run that has them."""
     columns = [f"{_ESTIMATES}{name}.{part}" for part in ("value", "true", "deviation")]
     known = [row for row in rows if all(isinstance(row.get(column), (int, float)) for column in columns)]
     return np.array([[row[column] for column in columns] for row in known]).reshape(-1, 3)

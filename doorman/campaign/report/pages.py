@@ -17,21 +17,7 @@ REPORT_FILES = ("report.md", "report.json", "histograms.png")
 
 
 def write_report(rows: Sequence[Row], scenario: Scenario, out: Path, planned: int | None = None) -> dict[str, Any]:
-    """Write the report.
-
-    Args:
-        rows: Of the campaign.
-        scenario: What was varied.
-        out: The campaign's folder.
-        planned: Number of runs that the campaign is to have, if these are not all.
-
-    Returns:
-        The figures of `report.json`.
-
-    Raises:
-        DoormanError: if matplotlib is missing.
-        OSError: if a file cannot be written.
-    """
+    """Write the report."""
     from doorman.campaign.report.histograms import histograms  # needs the extra `viz`
     from doorman.visualization.files import save_as
 
@@ -44,14 +30,7 @@ def write_report(rows: Sequence[Row], scenario: Scenario, out: Path, planned: in
 
 
 def page(rows: Sequence[Row], found: dict[str, Any], scenario: Scenario, planned: int | None = None) -> str:
-    """The report as Markdown.
-
-    Args:
-        rows: Rows of the runs.
-        found: What `figures` returned.
-        scenario: Of the campaign.
-        planned: Number of runs; None if it is that of the rows.
-    """
+    """The report as Markdown."""
     parts = [f"# Campaign `{scenario.name}`"]
     if planned is not None and planned != len(rows):
         parts.append(f"Not finished: {len(rows)} of {planned} runs.")
@@ -63,11 +42,7 @@ def page(rows: Sequence[Row], found: dict[str, Any], scenario: Scenario, planned
 
 
 def rate_in_words(rate: dict[str, Any]) -> str:
-    """A success rate and its interval, such as `190 of 200, 95.0 % (91.0 % to 97.3 %)`.
-
-    Args:
-        rate: With `runs`, `successes`, `rate` and `interval_95`.
-    """
+    """A success rate and its interval, such as `190 of 200, 95.0 % (91.0 % to 97.3 %)`."""
     if not rate["runs"]:
         return "no runs"
     lower, upper = rate["interval_95"]

@@ -13,13 +13,6 @@ def wilson_interval(successes: int, runs: int) -> tuple[float, float]:
 
     .. math::
         \frac{\hat p + \frac{z^2}{2n} \pm z\sqrt{\frac{\hat p (1 - \hat p)}{n} + \frac{z^2}{4n^2}}}{1 + \frac{z^2}{n}}
-
-    Args:
-        successes: Number of successes.
-        runs: Number of runs, n.
-
-    Returns:
-        Lower and upper end; 0 and 1 without runs.
     """
     if runs == 0:
         return 0.0, 1.0

@@ -17,23 +17,7 @@ from doorman.recording.files.messages import HEADER
 
 
 def export_run(run: Path | None, as_csv: bool, as_parquet: bool, out: Path | None, as_json: bool) -> int:
-    """Write every topic of a recording as a table.
-
-    Args:
-        run: Folder of the run, or its MCAP file; None: the newest one under `runs`.
-        as_csv: Write CSV; also if neither is asked for.
-        as_parquet: Write Parquet.
-        out: Folder to write to; by default one beside the recording, named after it and the format.
-        as_json: Print what was written as JSON and nothing else.
-
-    Returns:
-        Exit status: 0.
-
-    Raises:
-        DoormanError: if both formats are asked for, or one that needs a package that is not installed.
-        RecordingError: if there is no recording to read.
-        OSError: if a file cannot be written.
-    """
+    """Write every topic of a recording as a table."""
     if as_csv and as_parquet:
         raise DoormanError("one format at a time", field="--csv, --parquet", allowed="one of them")
     form: Format = "parquet" if as_parquet else "csv"

@@ -19,21 +19,7 @@ FOLDER = "merged"
 
 
 def merge_log(run: Path, log: Path, offset: float | None, out: Path | None, as_json: bool) -> int:
-    """Merge a log into a copy of a run's recording.
-
-    Args:
-        run: Folder of the run, or its MCAP file.
-        log: PX4 ULog or ArduPilot DataFlash log.
-        offset: Of the log's clock: run = log + offset [s]; found by itself if None.
-        out: File to write; by default in a folder beside the recording.
-        as_json: Print what was done as JSON and nothing else.
-
-    Returns:
-        Exit status: 0.
-
-    Raises:
-        DoormanError: if run or log cannot be read, or their clocks cannot be aligned.
-    """
+    """Merge a log into a copy of a run's recording."""
     if offset is not None and not math.isfinite(offset):
         raise DoormanError("not a time", field="--offset", given=offset, allowed="seconds")
     file = recording_file(run)

@@ -14,21 +14,7 @@ from doorman.visualization import write_pictures
 
 
 def plot_run(run: Path | None, out: Path | None, as_json: bool) -> int:
-    """Draw the figures and the replay page of a recording.
-
-    Args:
-        run: Folder of the run, or its MCAP file; None: the newest one under `runs`.
-        out: Folder to write to; by default that of the recording.
-        as_json: Print the files as JSON and nothing else.
-
-    Returns:
-        Exit status: 0.
-
-    Raises:
-        RecordingError: if there is no recording to read, or it lacks what a figure shows.
-        DoormanError: if its scenario cannot be made a model.
-        OSError: if a file cannot be written.
-    """
+    """Draw the figures and the replay page of a recording."""
     file = chosen_recording(run)
     recording = Recording.load(file)
     say_what_is_missing(recording, err=as_json)

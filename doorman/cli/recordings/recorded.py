@@ -13,17 +13,7 @@ from doorman.scenario import Scenario
 
 
 def chosen_recording(run: Path | None) -> Path:
-    """The recording of a run.
-
-    Args:
-        run: Folder of the run, or the file itself; None: the newest one under `runs`, and stderr says which.
-
-    Returns:
-        The file.
-
-    Raises:
-        RecordingError: if there is none, or the folder holds several.
-    """
+    """The recording of a run."""
     if run is not None:
         return recording_file(run)
     file = newest_recording()
@@ -32,28 +22,12 @@ def chosen_recording(run: Path | None) -> Path:
 
 
 def recorded_scenario(recording: Recording, file: Path) -> Scenario:
-    """The scenario that was flown; a warning on stderr if keys of it are not known.
-
-    Args:
-        recording: The recording.
-        file: Where it was read from.
-
-    Returns:
-        The scenario.
-
-    Raises:
-        DoormanError: as `doorman.flown.recorded_scenario`.
-    """
+    """The scenario that was flown; a warning on stderr if keys of it are not known."""
     return flown.recorded_scenario(recording, file.parent, lambda words: typer.echo(f"Warning: {words}", err=True))
 
 
 def say_what_is_missing(recording: Recording, err: bool) -> None:
-    """Say what a recording has lost, if anything.
-
-    Args:
-        recording: The recording.
-        err: To stderr instead of stdout.
-    """
+    """Say what a recording has lost, if anything."""
     if recording.damaged_chunks:
         chunks = "1 chunk" if recording.damaged_chunks == 1 else f"{recording.damaged_chunks} chunks"
         typer.echo(f"The recording is damaged: {chunks} could not be read; the result lacks its data.", err=err)

@@ -65,19 +65,7 @@ class Replay:
 
 
 def replay_run(run: Path | None, as_json: bool) -> int:
-    """Solve every plan of a recording again.
-
-    Args:
-        run: Folder of the run, or its MCAP file; None: the newest one under `runs`.
-        as_json: Print what was found as JSON and nothing else.
-
-    Returns:
-        Exit status: 0 if every bit of every plan agrees, else 1.
-
-    Raises:
-        RecordingError: if there is no recording to read, or it lacks what a plan was made from.
-        DoormanError: if its scenario cannot be planned with.
-    """
+    """Solve every plan of a recording again."""
     file = chosen_recording(run)
     recording = Recording.load(file)
     say_what_is_missing(recording, err=as_json)
@@ -97,16 +85,6 @@ def replay_plans(recording: Recording, planner: Planner) -> Replay:
     """Solve every plan of a recording again, in order, from its recorded first state.
 
     A cold plan is made cold again; between cold plans each begins with the one before it, as in flight.
-
-    Args:
-        recording: With topic `plan`, and `measurement` if the planner's state has body rates.
-        planner: Of the scenario that was flown, with the options that it was flown with.
-
-    Returns:
-        What differs.
-
-    Raises:
-        RecordingError: if the recording lacks plans, or what they were made from.
     """
     if "plan" not in recording:
         raise RecordingError("the recording has no plans", field="topic", given="plan", allowed="a run that planned")

@@ -15,21 +15,7 @@ from doorman.visualization.replay import replay_page
 
 
 def view_run(run: Path | None, output: Path | None, as_json: bool) -> int:
-    """Write the page of a recording, and open it unless a file was asked for.
-
-    Args:
-        run: Folder of the run, or its MCAP file; None: the newest one under `runs`.
-        output: The page; by default `replay.html` beside the recording.
-        as_json: Print the page's path as JSON and nothing else.
-
-    Returns:
-        Exit status: 0.
-
-    Raises:
-        RecordingError: if there is no recording to read, or it holds no motion.
-        DoormanError: if its scenario cannot be made a model.
-        OSError: if the page cannot be written.
-    """
+    """Write the page of a recording, and open it unless a file was asked for."""
     file = chosen_recording(run)
     recording = Recording.load(file)
     say_what_is_missing(recording, err=as_json)

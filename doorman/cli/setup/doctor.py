@@ -19,19 +19,7 @@ _COLORS = {Complaint.NONE: "green", Complaint.WORSE: "yellow", Complaint.MISSING
 
 
 def examine_computer(folder: Path, as_json: bool, vehicle: str | None = None) -> int:
-    """Look at everything and print it.
-
-    Args:
-        folder: Where recordings go.
-        as_json: Print the rows as JSON and nothing else.
-        vehicle: Name or path of a vehicle file, whose devices are looked at, too.
-
-    Returns:
-        Exit status: 0, or 1 if something is missing.
-
-    Raises:
-        DoormanError: if the vehicle file cannot be used.
-    """
+    """Look at everything and print it."""
     host = Host()
     rows = examine(host, folder)
     if vehicle is not None:

@@ -12,15 +12,7 @@ from doorman.ros2 import Feed
 
 @contextmanager
 def fed(port: int | None, other: Listener | None = None) -> Iterator[Listener | None]:
-    """Send everything that is recorded to a bridge.
-
-    Args:
-        port: UDP port of the bridge on loopback; None: send nothing.
-        other: Called with everything before.
-
-    Yields:
-        What the recorder has to call, if anything.
-    """
+    """Send everything that is recorded to a bridge."""
     if port is None:
         yield other
         return

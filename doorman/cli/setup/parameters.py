@@ -38,24 +38,7 @@ def print_parameters(
     vehicle: str | None = None,
     port: Port | None = None,
 ) -> int:
-    """Print the file.
-
-    Args:
-        autopilot: Who flies.
-        source: Name or path of the scenario.
-        settings: Overrides, `key=value`.
-        mocap: Whether poses come from cameras; None: as the vehicle file says, or yes without one.
-        on_loss: What the vehicle does without this computer.
-        mocap_delay: From exposure to sending [s]; None leaves its parameter out.
-        vehicle: Name or path of a vehicle file, if any.
-        port: Where this computer is wired to.
-
-    Returns:
-        Exit status: 0.
-
-    Raises:
-        DoormanError: if the input cannot be used.
-    """
+    """Print the file."""
     if mocap_delay is not None and not (math.isfinite(mocap_delay) and 0.0 <= mocap_delay <= LONGEST_DELAY):
         raise DoormanError(
             "out of range", field="--mocap-delay", given=mocap_delay, allowed=f"0 to {LONGEST_DELAY:g} s"

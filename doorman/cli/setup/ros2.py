@@ -39,24 +39,7 @@ def run_bridge(
     poses: PoseLink | None,
     vehicle: str | None = None,
 ) -> int:
-    """Publish and take poses until Ctrl-C.
-
-    Args:
-        source: Name or path of the scenario.
-        settings: Overrides, `key=value`.
-        feed: UDP port on loopback that the flight sends to.
-        domain: ROS_DOMAIN_ID.
-        prefix: Of the published topics.
-        poses: What to take, if anything.
-        vehicle: Name or path of a vehicle file, if any.
-
-    Returns:
-        Exit status: 0.
-
-    Raises:
-        DoormanError: if the input cannot be used or the port is taken.
-        Exception: that ended a part of the bridge; the other part ends with it.
-    """
+    """Publish and take poses until Ctrl-C."""
     model = Model(load_task(source, settings, vehicle))
     over = threading.Event()
     for number in (signal.SIGINT, signal.SIGTERM):

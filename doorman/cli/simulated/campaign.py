@@ -32,25 +32,7 @@ def fly_campaign(
     as_json: bool,
     vehicle: str | None = None,
 ) -> int:
-    """Fly what is missing of a campaign, and write its report.
-
-    Args:
-        source: Name or path of the scenario.
-        settings: Overrides, `key=value`.
-        runs: Number of runs; by default the scenario's.
-        workers: Flights at a time on this machine; by default one for every core.
-        scheduler: Address of an existing Dask cluster.
-        out: The campaign's folder; by default `runs/campaign-NAME`.
-        as_json: Print the figures of the report as JSON and nothing else.
-        vehicle: Name or path of a vehicle file, if any; its values are overrides of all runs.
-
-    Returns:
-        Exit status: 0 if all runs were flown, however they went; 1 if runs are missing.
-
-    Raises:
-        DoormanError: if the input cannot be used.
-        OSError: if the folder cannot be written.
-    """
+    """Fly what is missing of a campaign, and write its report."""
     if workers is not None and scheduler is not None:
         raise DoormanError(
             "a cluster has its own workers", field="--workers", given=workers, allowed="not with --scheduler"

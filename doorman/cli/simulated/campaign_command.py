@@ -13,12 +13,7 @@ from doorman.cli.terminal import panels
 
 
 def add_campaign_command(app: typer.Typer, leave: Callable[[Callable[[], int]], None]) -> None:
-    """Register the command.
-
-    Args:
-        app: The application.
-        leave: Runs a command and leaves with its exit status.
-    """
+    """Register the command."""
 
     @app.command("campaign", rich_help_panel=panels.FLY)
     def campaign(

@@ -20,21 +20,7 @@ _COLORS = {Severity.OK: "green", Severity.WARNING: "yellow", Severity.ERROR: "bo
 def check_scenario(
     source: str, settings: Sequence[str], as_json: bool, with_audit: bool = False, vehicle: str | None = None
 ) -> int:
-    """Check a scenario and print what was found.
-
-    Args:
-        source: Name or path of the scenario.
-        settings: Overrides, `key=value`.
-        as_json: Print the findings as JSON and nothing else.
-        with_audit: Whether the constraints are audited against FCL, too.
-        vehicle: Name or path of a vehicle file, if any.
-
-    Returns:
-        Exit status: 0 if the scenario is possible, else 1.
-
-    Raises:
-        DoormanError: if the input cannot be used.
-    """
+    """Check a scenario and print what was found."""
     model = Model(load_task(source, settings, vehicle))
     check_links(model, vehicle)
     report = check(model, with_audit=True) if with_audit else check(model)
@@ -48,11 +34,7 @@ def check_scenario(
 
 
 def findings_table(findings: Iterable[Finding]) -> Table:
-    """Findings as rows of severity, name, and message with advice.
-
-    Args:
-        findings: To print.
-    """
+    """Findings as rows of severity, name, and message with advice."""
     table = Table(box=None, pad_edge=False)
     for name in ("", "checked", "finding"):
         table.add_column(name)

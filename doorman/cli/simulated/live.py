@@ -17,18 +17,7 @@ _PATIENCE = 10.0
 
 @contextmanager
 def live_view(model: Model, port: int | None) -> Iterator[Listener | None]:
-    """Serve the page, say where, and open it; after the flight, wait until a browser has it all.
-
-    Args:
-        model: Model of the scenario.
-        port: Of the page, 0 for any; None: do nothing.
-
-    Yields:
-        What the recorder has to call, if anything.
-
-    Raises:
-        DoormanError: if the page cannot be served.
-    """
+    """Serve the page, say where, and open it; after the flight, wait until a browser has it all."""
     if port is None:
         yield None
         return

@@ -64,29 +64,7 @@ def open_door(
     feed: int | None = None,
     vehicle: str | None = None,
 ) -> int:
-    """Check a scenario, fly it in simulation if it is possible, and write the folder of the run.
-
-    Args:
-        source: Name or path of the scenario.
-        settings: Overrides, `key=value`.
-        out: Folder to write; made if it does not exist. None: a new one under `runs`.
-        duration: Simulated time at most [s]; to the mission's end if None.
-        seed: Of the sensors' noise.
-        realtime: Do not run ahead of the clock.
-        port: Of the live view, 0 for any; None: no live view.
-        as_json: Print the summary as JSON and nothing else.
-        force: Fly what the check refuses, too.
-        feed: UDP port on loopback of `doorman ros2`; None sends nothing.
-        vehicle: Name or path of a vehicle file, if any.
-
-    Returns:
-        Exit status: 0 if the flight went to its end, the door was opened and nothing was touched, else 1; nothing is flown or
-        written if the check refuses the scenario.
-
-    Raises:
-        DoormanError: if the input cannot be used or the simulation fails.
-        OSError: if the folder cannot be written.
-    """
+    """Check a scenario, fly it in simulation if it is possible, and write the folder of the run."""
     if duration is not None and not 0.0 < duration <= _LONGEST:
         raise DoormanError("not a duration", field="--duration", given=duration, allowed=f"up to {_LONGEST:g} s")
     scenario = load_task(source, settings, vehicle)

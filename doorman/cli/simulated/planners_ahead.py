@@ -20,14 +20,6 @@ def planners_ahead(
     """Have another process compile the planners of some scenarios into the cache; it ends with the block at the latest.
 
     What it cannot do, the first process will: whatever goes wrong there is told by the first one.
-
-    Args:
-        sources: Names or paths of the scenarios.
-        settings: Overrides for all of them.
-        vehicle: Name or path of a vehicle file, if any.
-
-    Yields:
-        The process.
     """
     task = json.dumps({"sources": list(sources), "settings": list(settings), "vehicle": vehicle})
     places = [str(Path(doorman.__file__).parents[1]), *filter(None, [os.environ.get("PYTHONPATH")])]

@@ -40,18 +40,6 @@ def warm_up(sources: Sequence[str], settings: Sequence[str], as_json: bool, vehi
     Every kernel is run once the way it is used, so that it is compiled for the arguments that it will get. What the cache
     holds already is only loaded. Where it holds nothing, a second process compiles the planners meanwhile; the two begin at
     different ends and share what they compile by the cache.
-
-    Args:
-        sources: Names or paths of the scenarios; none: all that ship with doorman.
-        settings: Overrides for all of them, `key=value`.
-        as_json: Print the figures as JSON and nothing else.
-        vehicle: Name or path of a vehicle file for all of them, if any.
-
-    Returns:
-        Exit status 0.
-
-    Raises:
-        DoormanError: if the input cannot be used.
     """
     started, before = time.perf_counter(), kernel_counts()
     is_shared = cache_content().kernels == 0 and _cores() > 1

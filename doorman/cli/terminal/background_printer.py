@@ -40,19 +40,11 @@ class BackgroundPrinter:
         self._thread.join(_PATIENCE)
 
     def print(self, words: str) -> None:
-        """Print a line in the printer's thread.
-
-        Args:
-            words: Without a line break.
-        """
+        """Print a line in the printer's thread."""
         self._put(f"{words}\n")
 
     def print_over(self, words: str) -> None:
-        """Print a line in the printer's thread that the next one may replace, where the stream is a terminal.
-
-        Args:
-            words: Without a line break.
-        """
+        """Print a line in the printer's thread that the next one may replace, where the stream is a terminal."""
         self._put(words + self._over)
 
     def _put(self, text: str | None) -> None:

@@ -26,13 +26,6 @@ def flight_progress(duration: float, shown: bool) -> Iterator[OnProgress]:
     """A progress bar with the time left, on stderr; silent where stderr is not a terminal.
 
     It is drawn from within the callback, never by a thread of its own that would take time away from the planner.
-
-    Args:
-        duration: Of the flight [s].
-        shown: Draw it at all.
-
-    Yields:
-        The callback of `doorman.mission.simulate`.
     """
     console = Console(stderr=True)
     if not (shown and console.is_terminal):
@@ -72,16 +65,7 @@ class _CompiledColumn(ProgressColumn):
 
 @contextmanager
 def warmup_progress(steps: int, counts: Callable[[], KernelCounts], shown: bool) -> Iterator[Callable[[str], None]]:
-    """A progress bar with kernels compiled, time taken and time left, on stderr; silent where stderr is not a terminal.
-
-    Args:
-        steps: Number of steps.
-        counts: Number of kernels so far.
-        shown: Draw it at all.
-
-    Yields:
-        To be called with a step's name when it begins.
-    """
+    """A progress bar with kernels compiled, time taken and time left, on stderr; silent where stderr is not a terminal."""
     console = Console(stderr=True)
     if not (shown and console.is_terminal):
         yield lambda name: None
@@ -99,13 +83,7 @@ def warmup_progress(steps: int, counts: Callable[[], KernelCounts], shown: bool)
 
 
 def print_run(summary: dict[str, Any], sentence: str, folder: Path) -> None:
-    """Print a run's figures as a table, and the sentence that says what happened.
-
-    Args:
-        summary: As `doorman.summary.summarize` returns it.
-        sentence: The verdict.
-        folder: Of the run.
-    """
+    """Print a run's figures as a table, and the sentence that says what happened."""
     table = Table(show_header=False, box=None, pad_edge=False)
     for name, value in _rows(summary):
         table.add_row(name, Text(value))

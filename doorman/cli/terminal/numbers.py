@@ -9,18 +9,7 @@ from doorman.exceptions import DoormanError
 
 
 def whole_numbers(text: str | None, option: str) -> tuple[int, ...] | None:
-    """Numbers between commas.
-
-    Args:
-        text: Such as `1,2,3`; None stays None.
-        option: Its name, for the error.
-
-    Returns:
-        The numbers.
-
-    Raises:
-        DoormanError: if one of them is not a whole number.
-    """
+    """Numbers between commas."""
     if text is None:
         return None
     try:
@@ -30,19 +19,7 @@ def whole_numbers(text: str | None, option: str) -> tuple[int, ...] | None:
 
 
 def real_numbers(text: str | None, option: str, count: int) -> tuple[float, ...] | None:
-    """Numbers between commas.
-
-    Args:
-        text: Such as `0.5,-1,0`; None stays None.
-        option: Its name, for the error.
-        count: How many there must be.
-
-    Returns:
-        The numbers.
-
-    Raises:
-        DoormanError: if there are others, or one of them is not a finite number.
-    """
+    """Numbers between commas."""
     if text is None:
         return None
     with contextlib.suppress(ValueError):

@@ -31,12 +31,7 @@ class Motors(StrEnum):
 
 
 def add_vehicle_commands(app: typer.Typer, leave: Callable[[Callable[[], int]], None]) -> None:
-    """Register both commands.
-
-    Args:
-        app: The application.
-        leave: Runs a command and leaves with its exit status.
-    """
+    """Register both commands."""
     app.command("rig", rich_help_panel=panels.VEHICLE)(_rig_command(leave))
     app.command("fly", rich_help_panel=panels.VEHICLE)(_fly_command(leave))
 

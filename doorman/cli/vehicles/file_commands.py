@@ -16,12 +16,7 @@ _Json = Annotated[bool, typer.Option("--json", help="Print the written values as
 
 
 def add_vehicle_file_commands(app: typer.Typer, leave: Callable[[Callable[[], int]], None]) -> None:
-    """Register the group.
-
-    Args:
-        app: The application.
-        leave: Runs a command and leaves with its exit status.
-    """
+    """Register the group."""
     group = typer.Typer(
         help="Write a vehicle file and add calibrations to it: URDF, links, servos, cameras, thrust.",
         no_args_is_help=True,

@@ -59,26 +59,7 @@ def fly_mission(
     output: Output = "words",
     feed: int | None = None,
 ) -> int:
-    """Go through the checklist, ask, fly, and say how it ended.
-
-    Args:
-        source: Name or path of the scenario.
-        settings: Overrides, `key=value`.
-        vehicle: Name or path of the vehicle file; None: the scenario's vehicle, and `links` alone.
-        links: Values by dotted key of the vehicle file; they win over it.
-        out: MCAP file to record to; a new one under `runs` by default.
-        duration: Longest time of the mission, which then counts as flown to its end [s].
-        dry_run: Listen only, send nothing, and run the checks that this allows.
-        yes: Do not ask.
-        output: Words to stdout; words to stderr and the result as JSON to stdout; or words to stderr only.
-        feed: UDP port on loopback of `doorman ros2`, to which what is recorded is sent.
-
-    Returns:
-        Exit status: 0 if the mission was flown to its end and the vehicle has landed (of a dry run: if it may fly), else 1.
-
-    Raises:
-        DoormanError: if the input cannot be used or a link cannot be opened.
-    """
+    """Go through the checklist, ask, fly, and say how it ended."""
     if duration is not None and not 0.0 < duration < math.inf:
         raise DoormanError("not a duration", field="--duration", given=duration, allowed="a number of seconds > 0")
     file = VehicleFile() if vehicle is None else VehicleFile.load(vehicle)

@@ -45,27 +45,7 @@ def run_rig(
     vehicle: str | None = None,
     motors: MotorKind = "linear",
 ) -> int:
-    """Run the rig until Ctrl-C.
-
-    Args:
-        source: Name or path of the scenario.
-        settings: Overrides, `key=value`.
-        autopilot: Who flies the vehicle.
-        pixhawk_port: UDP port on loopback that it sends to; None: the vehicle file's, or 14540.
-        mocap_port: UDP port on loopback that the cameras send to; 0 for none; None: the vehicle file's, or 51001.
-        out: MCAP file for the truth, while the motors run.
-        folder: For the link to the servos' pseudo-terminal; a temporary one by default.
-        seed: Of noise.
-        as_json: Print command and links as JSON.
-        vehicle: Name or path of a vehicle file, if any.
-        motors: Whether the autopilot linearises them.
-
-    Returns:
-        Exit status: 0, or 1 if the physics failed.
-
-    Raises:
-        DoormanError: if the input cannot be used or a port is taken.
-    """
+    """Run the rig until Ctrl-C."""
     file = VehicleFile() if vehicle is None else VehicleFile.load(vehicle)
     scenario = file.scenario(source, parse_overrides(settings))
     model = Model(scenario)
@@ -106,17 +86,7 @@ def run_rig(
 
 
 def served_port(file: VehicleFile, key: str, given: int | None, usual: int) -> int:
-    """UDP port on loopback that an emulator sends to.
-
-    Args:
-        file: The vehicle file; a link that it has on loopback is served.
-        key: Of the link.
-        given: On the command line; it wins.
-        usual: Where neither names one.
-
-    Returns:
-        The port; 0 where the vehicle has no cameras.
-    """
+    """UDP port on loopback that an emulator sends to."""
     connection = file.values.get(key)
     if given is not None or connection is None:
         return usual if given is None else given
@@ -131,22 +101,13 @@ def served_port(file: VehicleFile, key: str, given: int | None, usual: int) -> i
 
 
 def served_device(file: VehicleFile) -> Path | None:
-    """Where the vehicle file has the servos, if a link to a pseudo-terminal can be made there.
-
-    Args:
-        file: The vehicle file.
-    """
+    """Where the vehicle file has the servos, if a link to a pseudo-terminal can be made there."""
     device = file.values.get(SERVOS)
     return None if device is None or Path(device).is_relative_to("/dev") else Path(device)
 
 
 def other_links(file: VehicleFile, links: Mapping[str, str]) -> list[str]:
-    """Options of `doorman fly` for the links that are elsewhere than the vehicle file says.
-
-    Args:
-        file: The vehicle file.
-        links: Where the rig has them, by option.
-    """
+    """Options of `doorman fly` for the links that are elsewhere than the vehicle file says."""
     options = [
         word
         for option, link in links.items()

@@ -40,24 +40,7 @@ def fly_the_rig(
     vehicle: str | None = None,
     motors: str = "linear",
 ) -> int:
-    """Start the rig, fly the mission against it over its real links, stop it, and judge.
-
-    Args:
-        source: Name or path of the scenario.
-        settings: Overrides, `key=value`.
-        autopilot: `px4` or `ardupilot`.
-        out: File of the truth, with the flight beside it; or folder for both. A temporary one by default.
-        seed: Of noise.
-        as_json: Print the summary as JSON and nothing else to stdout.
-        vehicle: Name or path of a vehicle file, if any.
-        motors: Whether the autopilot linearises them: `linear` or `quadratic`.
-
-    Returns:
-        Exit status: 0 if the mission was flown to its end, the door was opened and nothing was touched, else 1.
-
-    Raises:
-        DoormanError: if the input cannot be used, or the rig does not start.
-    """
+    """Start the rig, fly the mission against it over its real links, stop it, and judge."""
     model = Model(load_task(source, settings, vehicle))
     place = out or Path(tempfile.mkdtemp(prefix="doorman-rig-"))
     truth = place if place.suffix and not place.is_dir() else place / "truth.mcap"

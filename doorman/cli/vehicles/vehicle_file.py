@@ -29,21 +29,7 @@ _LARGEST_LAG = 1.0
 
 
 def new_file(file: Path, urdf: str, base_link: str, tip: str, every_key: bool) -> int:
-    """Write a new vehicle file.
-
-    Args:
-        file: It must not be there yet.
-        urdf: Path or name of the vehicle's URDF.
-        base_link: Of the multirotor.
-        tip: Frame of the arm's tip.
-        every_key: Whether every key stands in it.
-
-    Returns:
-        Exit status: 0.
-
-    Raises:
-        DoormanError: if the file is there, or the URDF cannot be used.
-    """
+    """Write a new vehicle file."""
     names = {"base_link": base_link, "tip": tip}
     if is_path(urdf) and not Path(urdf).is_file():
         raise DoormanError("no such file", field="--urdf", given=urdf)
@@ -62,40 +48,13 @@ def new_file(file: Path, urdf: str, base_link: str, tip: str, every_key: bool) -
 
 
 def write_zeros(file: Path, posture: str, servos: str | None, as_json: bool) -> int:
-    """Write the zeros of the servos.
-
-    Args:
-        file: The vehicle file.
-        posture: Angles between commas [rad].
-        servos: Serial device; None: the file's.
-        as_json: Print what was written as JSON.
-
-    Returns:
-        Exit status: 0.
-
-    Raises:
-        DoormanError: as `servo_zeros`.
-    """
+    """Write the zeros of the servos."""
     angles = real_numbers(posture, "--posture", posture.count(",") + 1) or ()
     return _write(file, servo_zeros(VehicleFile.load(_own_path(file)), angles, servos), as_json)
 
 
 def write_object(file: Path, at: str, yaw: float, mocap: str | None, as_json: bool) -> int:
-    """Write where the tracked object is in the body.
-
-    Args:
-        file: The vehicle file.
-        at: Position of O_B between commas [m].
-        yaw: Heading [rad].
-        mocap: Link to the cameras; None: the file's.
-        as_json: Print what was written as JSON.
-
-    Returns:
-        Exit status: 0.
-
-    Raises:
-        DoormanError: as `object_in_body`.
-    """
+    """Write where the tracked object is in the body."""
     place = real_numbers(at, "--at", 3) or ()
     if not math.isfinite(yaw):
         raise DoormanError("not an angle", field="--yaw", given=yaw, allowed="a finite number [rad]")
@@ -103,41 +62,14 @@ def write_object(file: Path, at: str, yaw: float, mocap: str | None, as_json: bo
 
 
 def write_origin(file: Path, hinge: str, latch: str, source: str, settings: Sequence[str], as_json: bool) -> int:
-    """Write where the cameras' axes are in the world.
-
-    Args:
-        file: The vehicle file.
-        hinge: Point between commas, in the cameras' axes [m].
-        latch: The same.
-        source: Name or path of the scenario with the door.
-        settings: Overrides, `key=value`.
-        as_json: Print what was written as JSON.
-
-    Returns:
-        Exit status: 0.
-
-    Raises:
-        DoormanError: as `cameras_in_world`.
-    """
+    """Write where the cameras' axes are in the world."""
     scenario = VehicleFile.load(_own_path(file)).scenario(source, parse_overrides(settings))
     points = real_numbers(hinge, "--hinge", 3) or (), real_numbers(latch, "--latch", 3) or ()
     return _write(file, cameras_in_world(Door(scenario.door_urdf, scenario.door), *points), as_json)
 
 
 def write_learned(file: Path, run: Path | None, as_json: bool) -> int:
-    """Write what a flight has measured.
-
-    Args:
-        file: The vehicle file.
-        run: Folder or recording; None: the newest.
-        as_json: Print what was written as JSON.
-
-    Returns:
-        Exit status: 0.
-
-    Raises:
-        DoormanError: if the recording has measured nothing of it.
-    """
+    """Write what a flight has measured."""
     vehicle = VehicleFile.load(_own_path(file))
     path = chosen_recording(run)
     recording = Recording.load(path)

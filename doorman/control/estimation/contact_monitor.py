@@ -50,33 +50,15 @@ class ContactMonitor:
         return bool(self.memory[TOUCHING])
 
     def listen(self, normal_force: float, time_step: float) -> None:
-        """Take in one period of free flight: all of the force is noise.
-
-        Args:
-            normal_force: Estimated λ_n [N].
-            time_step: Since the last call [s].
-        """
+        """Take in one period of free flight: all of the force is noise."""
         listen_to_noise(self.memory, normal_force, time_step)
 
     def update(self, normal_force: float, time_step: float, distance: float = math.inf) -> bool:
-        """Take in one period.
-
-        Args:
-            normal_force: Estimated λ_n [N].
-            time_step: Since the last call [s].
-            distance: Of the tip from where the leaf is believed to stand; infinite where that is not known [m].
-
-        Returns:
-            The contact state.
-        """
+        """Take in one period."""
         return watch_contact(self.numbers, self.memory, normal_force, time_step, distance)
 
     def declare(self, touching: bool) -> None:
-        """Set the contact state on other evidence.
-
-        Args:
-            touching: The new state.
-        """
+        """Set the contact state on other evidence."""
         self.memory[TOUCHING], self.memory[LASTED], self.memory[EXPECTED] = touching, 0.0, 0.0
 
     def expect(self) -> None:

@@ -165,17 +165,7 @@ class DoorFilter:
         *,
         wind: Array | None = None,
     ) -> None:
-        """Advance by one period.
-
-        Args:
-            push: F_n of the rotors, wind included [N].
-            touching: Whether the tip is on the leaf.
-            tip_angle: Angle of the tip about the hinge [rad].
-            measured_at: When it was true [s].
-            now: [s].
-            time_step: Since the last call [s].
-            wind: On the vehicle before the first touch, shape (3,), world frame [N]; still air if not given.
-        """
+        """Advance by one period."""
         if not time_step > 0.0:
             return
         wind_x, wind_y = (0.0, 0.0) if wind is None else (float(wind[0]), float(wind[1]))
@@ -186,19 +176,11 @@ class DoorFilter:
         )  # fmt: skip
 
     def passed(self, tip_angle: float) -> None:
-        """A leaf that is not touched is beyond the tip, wherever it was thought to be.
-
-        Args:
-            tip_angle: Angle of the tip about the hinge [rad].
-        """
+        """A leaf that is not touched is beyond the tip, wherever it was thought to be."""
         pass_leaf(self.memory.numbers, self.state, tip_angle)
 
     def meet(self, tip_angle: float) -> None:
-        """The leaf stands where the tip is, wherever it was thought to be.
-
-        Args:
-            tip_angle: Angle of the tip about the hinge [rad].
-        """
+        """The leaf stands where the tip is, wherever it was thought to be."""
         self.state[ANGLE], self.state[RATE] = tip_angle, 0.0
 
     def stays(self) -> None:

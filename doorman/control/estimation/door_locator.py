@@ -103,13 +103,6 @@ class DoorLocator:
         r"""Standard deviation of α from that of the door's place, :math:`\delta\alpha = n_D^T\delta h/D - \delta\psi`.
 
         The frame of the poses has walked since the touches of the door's frame.
-
-        Args:
-            door_angle: α [rad].
-
-        Returns:
-            [rad]; NaN where the tip does not touch the leaf, and as long as no frame has been touched: h and ψ are known
-            together from there alone.
         """
         if self.frame is None or not self._touches:
             return math.nan
@@ -119,14 +112,7 @@ class DoorLocator:
         return math.sqrt(float(slope @ covariance @ slope))
 
     def update(self, measured: Measurement, touches: bool, grips: bool, time_step: float) -> None:
-        """Take in where the tip is.
-
-        Args:
-            measured: As the sensors say it.
-            touches: Whether the tip is on the leaf,
-            grips: and is held there.
-            time_step: Since the last call [s].
-        """
+        """Take in where the tip is."""
         self._follow(time_step)
         self._began = measured.time if self._began is None else self._began
         self._now, self._touches = measured.time, touches
@@ -149,11 +135,7 @@ class DoorLocator:
             self._sum, self._count, self._since = np.zeros(3), 0, 0.0
 
     def learn(self, frame: FrameFit) -> None:
-        """Take in where the frame has been touched.
-
-        Args:
-            frame: What the touches have found.
-        """
+        """Take in where the frame has been touched."""
         self.frame, self.yaw = frame, frame.yaw
         self._known = np.array([*frame.offset, 0.0])
         self._covariance[:2, :2] = frame.covariance[:2, :2]
@@ -161,11 +143,7 @@ class DoorLocator:
         self.yaw_deviation = math.sqrt(float(frame.covariance[2, 2]))
 
     def seen(self, measured: Measurement) -> Measurement:
-        """A measurement as it would be if the door stood where the map has it.
-
-        Args:
-            measured: The measurement, world frame.
-        """
+        """A measurement as it would be if the door stood where the map has it."""
         if not self._moved:
             return measured
         back = self._turn.T
@@ -180,11 +158,7 @@ class DoorLocator:
         )  # fmt: skip
 
     def told(self, command: Command) -> Command:
-        """A command to the vehicle, from one for a door that stands where the map has it.
-
-        Args:
-            command: To a vehicle before the map's door; its yaw is turned.
-        """
+        """A command to the vehicle, from one for a door that stands where the map has it."""
         if not self._turned:
             return command
         attitude = np.array(command.attitude)
@@ -192,14 +166,7 @@ class DoorLocator:
         return Command(command.thrust, attitude, command.arm_rates, command.grip, command.side_force)
 
     def place(self, point: Array) -> Array:
-        """Where a place beside the map's door truly is.
-
-        Args:
-            point: Of the map, shape (3,), world frame [m].
-
-        Returns:
-            Shape (3,), world frame [m].
-        """
+        """Where a place beside the map's door truly is."""
         if not self._moved:
             return point
         origin = self._door.hinge_position
@@ -208,22 +175,11 @@ class DoorLocator:
         return there
 
     def vector(self, vector: Array) -> Array:
-        """A vector at the map's door, turned as the true door is.
-
-        Args:
-            vector: Shape (3,), world frame.
-
-        Returns:
-            Shape (3,), world frame, in the vector's unit.
-        """
+        """A vector at the map's door, turned as the true door is."""
         return self._turn @ vector if self._moved else vector
 
     def heading(self, yaw: float) -> float:
-        """A heading at the map's door, turned as the true door is [rad].
-
-        Args:
-            yaw: ψ [rad].
-        """
+        """A heading at the map's door, turned as the true door is [rad]."""
         return yaw + self._turned
 
     def _take(self, tip: Array, grips: bool) -> None:

@@ -159,30 +159,12 @@ class Estimator:
         advance_estimate(with_copies, PUSHING, 0.0, 0.0, 0.0, 0.0)
 
     def tell(self, attitude: Array) -> None:
-        """Take in what the vehicle is told from now on.
-
-        Args:
-            attitude: Φ_d, shape (3,) [rad].
-        """
+        """Take in what the vehicle is told from now on."""
         self._memory[IS_TOLD] = 1.0
         self._memory[TOLD : TOLD + 3] = attitude
 
     def update(self, measurement: Measurement, force: Array, tie: Tie, time_step: float) -> Estimate:
-        """Take in one measurement.
-
-        Args:
-            measurement: What the sensors say.
-            force: Of the rotors since the last call, shape (3,), world frame [N].
-            tie: What is known of tip and leaf.
-            time_step: Since the last call [s].
-
-        Returns:
-            The estimate.
-
-        Raises:
-            SingularityError: if θ = ±π/2.
-            DimensionError: if something that is measured is not finite.
-        """
+        """Take in one measurement."""
         measured, now = measurement, measurement.time
         motion = measured.position, measured.velocity, measured.attitude, measured.body_rates
         np.concatenate((*motion, measured.arm_angles, measured.arm_rates), out=self._seen)
@@ -216,12 +198,7 @@ class Estimator:
         )
 
     def meet_leaf(self, tip_angle: float, wind: Array) -> None:
-        """Learn that the tip touches the leaf where it is now, though that should be farther; its force passed for wind.
-
-        Args:
-            tip_angle: Angle of the tip about the hinge now [rad].
-            wind: On the vehicle before that, shape (3,), world frame [N].
-        """
+        """Learn that the tip touches the leaf where it is now, though that should be farther; its force passed for wind."""
         self._memory[WIND : WIND + 3] = self._memory[MEAN_WIND : MEAN_WIND + 3] = wind
         self.door.meet(tip_angle)
         self.contact.declare(True)

@@ -57,31 +57,18 @@ class FrameFit:
     """Of the first touch [s]."""
 
     def covariance_at(self, time: float, walk: float) -> Array:
-        """Covariance of h and ψ for a frame of the poses that has walked on, shape (3, 3).
-
-        Args:
-            time: Not before the first touch [s].
-            walk: q, by which it walks in a second, along either axis [m/s^½].
-        """
+        """Covariance of h and ψ for a frame of the poses that has walked on, shape (3, 3)."""
         return self.covariance + np.diag([1.0, 1.0, 0.0]) * walk**2 * (time - self.time)
 
     def placed(self, place: FramePlace) -> FramePlace:
-        """Where a place of the map is.
-
-        Args:
-            place: Of the map.
-        """
+        """Where a place of the map is."""
         turn = _turn(self.yaw)
         point = self.hinge + turn @ (place.point - self.hinge)
         point[:2] += self.offset
         return FramePlace(point, turn @ place.normal, place.turn)
 
     def deviation(self, place: FramePlace) -> float:
-        """Standard deviation of a face along its normal, at a place of the map [m].
-
-        Args:
-            place: Of the map.
-        """
+        """Standard deviation of a face along its normal, at a place of the map [m]."""
         slope = _slope(place.normal, self.placed(place).point - self.hinge, self)
         return math.sqrt(float(slope @ self.covariance @ slope))
 
@@ -89,18 +76,7 @@ class FrameFit:
 def fit_frame(
     hinge: Array, touches: Sequence[FrameTouch], place_deviation: float, yaw_deviation: float, noise: float
 ) -> FrameFit:
-    """Pose of a door from touches of its frame.
-
-    Args:
-        hinge: p_h of the map, shape (3,), world frame [m].
-        touches: Any number; without one the map is all that is known.
-        place_deviation: Standard deviation of h along either axis before [m].
-        yaw_deviation: Of ψ [rad].
-        noise: Of a touch along the normal [m].
-
-    Returns:
-        The fit.
-    """
+    """Pose of a door from touches of its frame."""
     doubt = np.array([place_deviation, place_deviation, yaw_deviation]) ** 2
     fit = FrameFit(hinge, np.zeros(2), 0.0, np.diag(doubt))
     if not touches:
@@ -128,13 +104,7 @@ def _turn(yaw: float) -> Array:
 
 
 def _slope(normal: Array, away: Array, fit: FrameFit) -> Array:
-    """Of r by h and ψ, shape (3,).
-
-    Args:
-        normal: n of the map, shape (3,), world frame.
-        away: From p_h of the map to the tip, shape (3,), world frame [m].
-        fit: Where it is taken.
-    """
+    """Of r by h and ψ, shape (3,)."""
     x, y, _ = _turn(fit.yaw) @ normal
     from_hinge = away[:2] - fit.offset
     return np.array([-x, -y, float(x * from_hinge[1] - y * from_hinge[0])])

@@ -168,19 +168,7 @@ class LeafEstimator:
     def update(
         self, measured: Measurement, rotors: Array, time_step: float, seeks: bool, wanted: float
     ) -> LeafEstimate:
-        """Take in one measurement.
-
-        Args:
-            measured: What the sensors say.
-            rotors: Their force since the last call, shape (3,), world frame [N].
-            time_step: Since the last call [s].
-            seeks: Whether the tip is to touch the leaf.
-            wanted: Opening rate that is asked for [rad/s].
-
-        Raises:
-            SingularityError: if θ = ±π/2.
-            DimensionError: if something that is measured is not finite.
-        """
+        """Take in one measurement."""
         kept = self._kept
         motion = measured.position, measured.velocity, measured.attitude, measured.body_rates
         np.concatenate((*motion, measured.arm_angles, measured.arm_rates), out=kept.seen)
@@ -211,9 +199,6 @@ class LeafEstimator:
         The doubt of the wind in contact is added, by the levers of tip and leaf: it blows on both. So is what a torque that
         changes by chance on the way s is off from its mean: :math:`c^2 s / 3` for a variance of :math:`c^2` per radian, as the
         wind's filter expects it.
-
-        Args:
-            touching: Whether the tip is on the leaf, so that its push teaches the hinge.
         """
         hinge, door = self._door.hinge(), self._door.memory
         if touching:

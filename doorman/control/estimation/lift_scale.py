@@ -42,21 +42,12 @@ class LiftScale:
         """s: thrust that a command of one newton makes, as far as the believed mass is right."""
 
     def learn(self, upwards: float, time_step: float) -> None:
-        """Take in what is felt in free flight.
-
-        Args:
-            upwards: Vertical outer force [N].
-            time_step: Since the last call [s].
-        """
+        """Take in what is felt in free flight."""
         share = 1.0 - math.exp(-_RATE * time_step)
         self.scale = min(max(self.scale * (1.0 + share * upwards / self._weight), _LEAST), _MOST)
 
     def scaled(self, command: Command) -> Command:
-        """What to command for a force of the rotors.
-
-        Args:
-            command: With the force that is wanted.
-        """
+        """What to command for a force of the rotors."""
         thrust = self.command(command.thrust)
         if thrust == command.thrust:
             return command
@@ -64,15 +55,7 @@ class LiftScale:
         return Command(thrust, command.attitude, command.arm_rates, command.grip, (ahead, left))
 
     def made(self, wanted: Command, told: Command) -> Array:
-        """What the rotors make of a command, which is less than was wanted where they can do no more.
-
-        Args:
-            wanted: With the force that was wanted.
-            told: The same, `scaled`.
-
-        Returns:
-            Shape (3,), body frame [N].
-        """
+        """What the rotors make of a command, which is less than was wanted where they can do no more."""
         short = self.scale * told.thrust < wanted.thrust - _SHORT * self._weight
         return self.scale * told.body_force if short else wanted.body_force
 
@@ -82,9 +65,5 @@ class LiftScale:
         return min(self.scale, 1.0)
 
     def command(self, thrust: float) -> float:
-        """What to command for a thrust [N].
-
-        Args:
-            thrust: That is wanted [N].
-        """
+        """What to command for a thrust [N]."""
         return min(thrust / self.scale, max(self._max_thrust, thrust))

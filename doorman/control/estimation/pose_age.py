@@ -27,19 +27,11 @@ _RATIO = 2.6
 
 
 def crossover(control: ControlSection) -> float:
-    """ω_c of the position loop along the ground, where contact is [rad/s].
-
-    Args:
-        control: The gains.
-    """
+    """ω_c of the position loop along the ground, where contact is [rad/s]."""
     pairs = zip(control.position_gain[:2], control.velocity_gain[:2], strict=True)
     return max(math.sqrt(0.5 * (d * d + math.sqrt(d**4 + 4.0 * p * p))) for p, d in pairs)
 
 
 def oldest_pose(control: ControlSection) -> float:
-    """Age of a pose, just before the next one comes, up to which contact is stable [s].
-
-    Args:
-        control: The gains.
-    """
+    """Age of a pose, just before the next one comes, up to which contact is stable [s]."""
     return LATEST / (_RATIO * crossover(control))

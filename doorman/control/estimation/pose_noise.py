@@ -36,17 +36,7 @@ _SIGMAS = 3.0
 
 
 def velocity_noise(position_noise: float, latency: float, interval: float, rate: float) -> float:
-    """σ_v of the vehicle's observer.
-
-    Args:
-        position_noise: σ_p on every axis [m].
-        latency: t, after which a pose comes [s].
-        interval: T, between two poses, > 0 [s].
-        rate: ω of new positions [rad/s].
-
-    Returns:
-        [m/s].
-    """
+    """σ_v of the vehicle's observer."""
     omega = min(rate, LATEST / latency) if latency > 0.0 else rate
     kept = math.exp(-omega * interval)
     lost = 1.0 - kept
@@ -59,26 +49,12 @@ def velocity_noise(position_noise: float, latency: float, interval: float, rate:
 
 
 def force_noise(model: Model, position_noise: float, latency: float, interval: float) -> float:
-    """σ_F of a tip that pushes.
-
-    Args:
-        model: Model of the scenario.
-        position_noise: σ_p on every axis [m].
-        latency: After which a pose comes [s].
-        interval: Between two poses, > 0 [s].
-
-    Returns:
-        [N].
-    """
+    """σ_F of a tip that pushes."""
     scenario = model.scenario
     speed = velocity_noise(position_noise, latency, interval, scenario.estimation.vehicle_observer_rate)
     return model.vehicle.mass * crossover(scenario.control) * speed
 
 
 def most_force_noise(model: Model) -> float:
-    """σ_F up to which a tip stays on the leaf that presses as lightly as plans let it [N].
-
-    Args:
-        model: Model of a scenario whose tip pushes.
-    """
+    """σ_F up to which a tip stays on the leaf that presses as lightly as plans let it [N]."""
     return whole_body_numbers(model).one("reference.least_force") / _SIGMAS

@@ -39,11 +39,7 @@ class PoseWatch:
         self._old: deque[float] = deque(maxlen=_KEPT)
 
     def note(self, measured: Measurement) -> None:
-        """Take in one measurement; what has not changed since the last one counts as age alone.
-
-        Args:
-            measured: What the sensors say.
-        """
+        """Take in one measurement; what has not changed since the last one counts as age alone."""
         before, self._age = self._age, measured.time - measured.pose_time
         if measured.pose_time == self._pose_time:
             return
@@ -66,11 +62,7 @@ class PoseWatch:
         return len(self._intervals) >= _ENOUGH and not math.isnan(self._noise.deviation)
 
     def unfit(self) -> str:
-        """Why contact does not bear these poses.
-
-        Returns:
-            In words, with the limit; empty where it bears them, or they have not been judged.
-        """
+        """Why contact does not bear these poses."""
         if not self.judged:
             return ""
         model, old = self._model, float(np.percentile(self._old, _OLD))

@@ -20,14 +20,7 @@ Array = NDArray[np.float64]
 
 
 def present_attitude(measured: Measurement) -> Array:
-    """Φ now, shape (3,) [rad].
-
-    Args:
-        measured: What the sensors say.
-
-    Raises:
-        SingularityError: if θ = ±π/2.
-    """
+    """Φ now, shape (3,) [rad]."""
     age = measured.time - measured.pose_time
     if age <= 0.0:
         return measured.attitude
@@ -35,29 +28,14 @@ def present_attitude(measured: Measurement) -> Array:
 
 
 def present_posture(measured: Measurement) -> tuple[Array, Array]:
-    """Φ and H now, shapes (3,) and (n,) [rad].
-
-    Args:
-        measured: What the sensors say.
-
-    Raises:
-        SingularityError: if θ = ±π/2.
-    """
+    """Φ and H now, shapes (3,) and (n,) [rad]."""
     age = 0.0 if measured.arm_time is None else measured.time - measured.arm_time
     arm = measured.arm_angles + age * measured.arm_rates if age > 0.0 else measured.arm_angles
     return present_attitude(measured), arm
 
 
 def present(measured: Measurement, velocity: Array) -> Measurement:
-    """The measurement with position, attitude and joint angles of now.
-
-    Args:
-        measured: What the sensors say.
-        velocity: Ṗ as it is known, shape (3,), world frame [m/s].
-
-    Raises:
-        SingularityError: if θ = ±π/2.
-    """
+    """The measurement with position, attitude and joint angles of now."""
     age = measured.time - measured.pose_time
     arm_age = 0.0 if measured.arm_time is None else measured.time - measured.arm_time
     if age <= 0.0 and arm_age <= 0.0:

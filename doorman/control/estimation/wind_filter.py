@@ -71,31 +71,15 @@ class WindFilter:
         return self.state[:3].copy()
 
     def predict(self, time_step: float) -> None:
-        """Advance by one period.
-
-        Args:
-            time_step: Since the last call [s].
-        """
+        """Advance by one period."""
         advance_wind(self._held, time_step)
 
     def feel(self, felt: Array, near: bool, time_step: float) -> None:
-        """Take in what is felt in free flight.
-
-        Args:
-            felt: Outer force, shape (3,), world frame [N].
-            near: Whether the tip may touch something.
-            time_step: Since the last call [s].
-        """
+        """Take in what is felt in free flight."""
         feel_wind(self._held, np.array(felt), near, time_step)
 
     def unexplained(self, direction: Array, force: float, time_step: float) -> None:
-        """Take in a part of what the tip seems to feel that no contact makes.
-
-        Args:
-            direction: Of it, shape (3,), world frame.
-            force: Wind less outer force along it, as far as no contact makes it [N].
-            time_step: Since the last call [s].
-        """
+        """Take in a part of what the tip seems to feel that no contact makes."""
         x, y, up = direction.tolist()
         take_unexplained(self._held, x, y, up, force, time_step)
 
@@ -108,44 +92,18 @@ class WindFilter:
         time_step: float,
         closer: float = 0.0,
     ) -> None:
-        """Take in what the rotors turn the leaf with. One that stands bears that much, or more.
-
-        Args:
-            normal: n_D, shape (3,), world frame.
-            levers: Of the wind on the vehicle and of that on the leaf about the hinge [m].
-            torque: Of the rotors, less what moves vehicle and leaf [N m].
-            opening: Rate of the leaf [rad/s].
-            time_step: Since the last call [s].
-            closer: Stiffness that is known of the hinge's closer [N m/rad].
-        """
+        """Take in what the rotors turn the leaf with. One that stands bears that much, or more."""
         take_push(self._held, tuple(normal.tolist()), sum(levers), torque, opening, closer, time_step)
 
     def met(self, normal: Array, more: float) -> None:
-        """Take in that the tip presses harder than the wind seemed to say.
-
-        Args:
-            normal: n_D, shape (3,), world frame.
-            more: By so much [N].
-        """
+        """Take in that the tip presses harder than the wind seemed to say."""
         x, y, up = normal.tolist()
         meet_contact(self._held, x, y, up, more)
 
     def pressed(self, normal: Array, force: float, noise: float, offset: float, time_step: float) -> None:
-        """Take in the wind along the normal, as a sensor of the tip's force tells it.
-
-        Args:
-            normal: n_D, shape (3,), world frame.
-            force: Outer force along it, and what the tip presses with [N].
-            noise: Variance of a reading [N²].
-            offset: Variance of what all readings are off by [N²].
-            time_step: Since the last call [s].
-        """
+        """Take in the wind along the normal, as a sensor of the tip's force tells it."""
         take_tip_force(self._held, tuple(normal.tolist()), force, noise, offset, time_step)
 
     def lost(self, felt: Array) -> None:
-        """Take in that there is no contact: what is felt is wind.
-
-        Args:
-            felt: Outer force, shape (3,), world frame [N].
-        """
+        """Take in that there is no contact: what is felt is wind."""
         lose_contact(self._held, np.array(felt))

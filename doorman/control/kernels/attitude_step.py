@@ -24,12 +24,7 @@ _FORGETTING = 10.0
 
 @kernel
 def rates_of_euler(attitude: Array, body_rates: Array) -> tuple[float, float, float]:
-    r"""Rates :math:`\dot\Phi = W(\Phi)\,\Omega`: three numbers, infinite or without sense near θ = ±π/2 [rad/s].
-
-    Args:
-        attitude: Φ, shape (3,) [rad].
-        body_rates: Ω, shape (3,), body frame [rad/s].
-    """
+    r"""Rates :math:`\dot\Phi = W(\Phi)\,\Omega`: three numbers, infinite or without sense near θ = ±π/2 [rad/s]."""
     cr, sr = math.cos(attitude[0]), math.sin(attitude[0])
     cp, tp = math.cos(attitude[1]), math.tan(attitude[1])
     turning = sr * body_rates[1] + cr * body_rates[2]
@@ -38,15 +33,7 @@ def rates_of_euler(attitude: Array, body_rates: Array) -> tuple[float, float, fl
 
 @kernel
 def learn_lag(memory: Array, told: Array, attitude: Array, body_rates: Array, time_step: float) -> None:
-    """Take in one period.
-
-    Args:
-        memory: Shape (MEMORY,), written to.
-        told: Φ_d that was commanded last, shape (3,) [rad].
-        attitude: Φ, shape (3,) [rad].
-        body_rates: Ω, shape (3,) [rad/s].
-        time_step: Since the last one [s].
-    """
+    """Take in one period."""
     roll_rate, pitch_rate, _ = rates_of_euler(attitude, body_rates)
     moved = roll_rate * roll_rate + pitch_rate * pitch_rate
     behind = roll_rate * (told[0] - attitude[0]) + pitch_rate * (told[1] - attitude[1])

@@ -36,15 +36,7 @@ def listen_to_noise(memory: Array, normal_force: float, time_step: float) -> Non
 
 @kernel
 def watch_contact(numbers: Array, memory: Array, normal_force: float, time_step: float, distance: float) -> bool:
-    """Take in one period, and return the contact state.
-
-    Args:
-        numbers: Shape (NUMBERS,).
-        memory: Shape (MEMORY,), written to.
-        normal_force: Estimated λ_n [N].
-        time_step: Since the last call [s].
-        distance: Of the tip from where the leaf is believed to stand; infinite where that is not known [m].
-    """
+    """Take in one period, and return the contact state."""
     if memory[TOUCHING] != 0.0:
         disagrees, needed = normal_force < numbers[LOST_BELOW], numbers[LOST_AFTER]
     else:

@@ -29,14 +29,7 @@ _AVERAGED = 4.0
 
 @kernel
 def observe_disturbance(observer: Array, position: Array, force: Array, time_step: float) -> None:
-    """One period of the observer.
-
-    Args:
-        observer: Its memory, shape (OBSERVER,), written to.
-        position: p, shape (3,), world frame [m].
-        force: F that acted since the last call, shape (3,) [N].
-        time_step: Since the last call [s].
-    """
+    """One period of the observer."""
     gain, rate, damping, limit = observer[GAIN], observer[RATE], observer[DAMPING], observer[LIMIT]
     unwinding = _UNWINDING * rate / max(_UNWINDING * rate * time_step, 1.0)
     for k in range(3):
@@ -57,18 +50,7 @@ def observe_disturbance(observer: Array, position: Array, force: Array, time_ste
 def align_disturbance(
     observer: Array, x: float, y: float, up: float, to_x: float, to_y: float, to_up: float, velocity: Array
 ) -> None:
-    """Set δ̂ along one direction, at rest there.
-
-    Args:
-        observer: Memory of the observer, written to.
-        x: Unit direction, first component.
-        y: Its second,
-        up: and its third.
-        to_x: δ̂ from now on, of which the share along the direction is taken [N],
-        to_y: its second component,
-        to_up: and its third.
-        velocity: ṗ, shape (3,) [m/s].
-    """
+    """Set δ̂ along one direction, at rest there."""
     if observer[STARTED] == 0.0:
         return
     e, n, o = ESTIMATE, INNER, OUTER
@@ -86,16 +68,7 @@ def align_disturbance(
 
 @kernel
 def bound_windup(observer: Array, numbers: Array, memory: Array, velocity: Array, normal: Array, pushes: bool) -> None:
-    """Keep δ̂ near what it was in free flight: upwards within `MOST_LIFT`, and along the leaf where the tip pushes.
-
-    Args:
-        observer: Memory of the observer, shape (OBSERVER,), changed.
-        numbers: Of the controller, shape (NUMBERS,).
-        memory: Of the controller, shape (MEMORY,).
-        velocity: Ṗ, shape (3,), world frame [m/s].
-        normal: Unit normal of the leaf, or zero, shape (3,), world frame.
-        pushes: Whether the tip pushes on the leaf.
-    """
+    """Keep δ̂ near what it was in free flight: upwards within `MOST_LIFT`, and along the leaf where the tip pushes."""
     x, y, up, most = memory[FREE], memory[FREE + 1], memory[FREE + 2], numbers[MOST_LIFT]
     if pushes:
         align_disturbance(observer, -normal[1], normal[0], 0.0, x, y, up, velocity)
@@ -115,18 +88,7 @@ def wanted_force(
     push: float,
     out: Array,
 ) -> None:
-    """One period of observer and controller.
-
-    Args:
-        observer: Memory of the observer, written to.
-        numbers: Shape (NUMBERS,).
-        memory: Of the controller, shape (MEMORY,), written to but for what acts.
-        given: Shape (GIVEN,).
-        time_step: Since the last call [s].
-        pushes: Whether a push replaces position control along the normal.
-        push: That push [N].
-        out: The wanted F and the δ̂ that is heeded, shape (6,) [N].
-    """
+    """One period of observer and controller."""
     normal, planned = given[NORMAL : NORMAL + 3], given[PLANNED : PLANNED + 3]
     observe_disturbance(observer, given[AT : AT + 3], memory[ACTING : ACTING + 3], time_step)
     touches = planned[0] != 0.0 or planned[1] != 0.0 or planned[2] != 0.0

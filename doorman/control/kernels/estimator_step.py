@@ -86,19 +86,7 @@ _AVERAGED = 30.0
 def advance_estimate(
     e: EstimatorMemory, tie: int, pose_time: float, arm_age: float, now: float, time_step: float
 ) -> int:
-    """One period of the estimator.
-
-    Args:
-        e: Its memory; `e.seen` and `e.acting` are filled.
-        tie: FREE to GRIPPED.
-        pose_time: When position, velocity and attitude were true [s].
-        arm_age: Of the arm's angles [s].
-        now: [s].
-        time_step: Since the last call [s].
-
-    Returns:
-        FOUND, or what is wrong.
-    """
+    """One period of the estimator."""
     numbers, memory, found, door = e.numbers, e.memory, e.found, e.door
     age, lever = now - pose_time, numbers[LEVER]
     carry_on(e, age, arm_age)

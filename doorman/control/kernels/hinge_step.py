@@ -29,18 +29,7 @@ def observe_hinge(
     inertia: float,
     time_step: float,
 ) -> float:
-    """One period of the observer: τ̂_d [N m].
-
-    Args:
-        numbers: Shape (NUMBERS,).
-        leaf: What `leaf_numbers` returns.
-        memory: Shape (MEMORY,), written to.
-        door_angle: α [rad].
-        door_rate: α̇ [rad/s].
-        push: F_n since the last call [N].
-        inertia: I_D [kg m²].
-        time_step: Since the last call [s].
-    """
+    """One period of the observer: τ̂_d [N m]."""
     if numbers[BANDWIDTH] == 0.0:
         return float(memory[ESTIMATE])
     if math.isnan(memory[RATE]):

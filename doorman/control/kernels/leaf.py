@@ -22,11 +22,7 @@ P_h, `contact_offset`, and the middle of the range of α."""
 
 
 def leaf_numbers(door: Door) -> Array:
-    """What the kernels read of a door, shape (17,).
-
-    Args:
-        door: The door.
-    """
+    """What the kernels read of a door, shape (17,)."""
     opens = door.opening_of(0.5 * math.pi + 1.0) / door.per_angle
     moves = door.slides, opens, door.per_angle, *door.into, *door.along, *door.weight, door.vertical
     middle = 0.5 * (door.lower_limit + door.upper_limit)
@@ -35,12 +31,7 @@ def leaf_numbers(door: Door) -> Array:
 
 @kernel
 def leaf_normal(leaf: Array, door_angle: float) -> tuple[float, float, float]:
-    """n_D in the world frame: three numbers.
-
-    Args:
-        leaf: What `leaf_numbers` returns.
-        door_angle: α [rad].
-    """
+    """n_D in the world frame: three numbers."""
     into, along = 1.0, 0.0
     if leaf[SLIDES] == 0.0:
         into, along = math.sin(door_angle), -math.cos(door_angle)
@@ -53,12 +44,7 @@ def leaf_normal(leaf: Array, door_angle: float) -> tuple[float, float, float]:
 
 @kernel
 def leaf_direction(leaf: Array, door_angle: float) -> tuple[float, float, float]:
-    """Direction c in the world frame: three numbers; of a hinge it is also dn_D/dα.
-
-    Args:
-        leaf: What `leaf_numbers` returns.
-        door_angle: α [rad].
-    """
+    """Direction c in the world frame: three numbers; of a hinge it is also dn_D/dα."""
     into, along = 0.0, 1.0
     if leaf[SLIDES] == 0.0:
         into, along = math.cos(door_angle), math.sin(door_angle)
@@ -71,12 +57,7 @@ def leaf_direction(leaf: Array, door_angle: float) -> tuple[float, float, float]
 
 @kernel
 def leaf_weight(leaf: Array, door_angle: float) -> float:
-    """Torque G(α) of the leaf's weight, in the sense of damping [N m].
-
-    Args:
-        leaf: What `leaf_numbers` returns.
-        door_angle: α [rad].
-    """
+    """Torque G(α) of the leaf's weight, in the sense of damping [N m]."""
     if leaf[BALANCED] != 0.0:
         return 0.0
     if leaf[SLIDES] != 0.0:
@@ -89,14 +70,7 @@ def leaf_weight(leaf: Array, door_angle: float) -> float:
 
 @kernel
 def angle_of_point(leaf: Array, x: float, y: float, z: float) -> float:
-    """α at which a point is on the face [rad].
-
-    Args:
-        leaf: What `leaf_numbers` returns.
-        x: Of the point, world frame [m].
-        y: Its second coordinate [m].
-        z: Its third [m].
-    """
+    """α at which a point is on the face [rad]."""
     x, y, z = x - leaf[HINGE], y - leaf[HINGE + 1], z - leaf[HINGE + 2]
     into = x * leaf[INTO] + y * leaf[INTO + 1] + z * leaf[INTO + 2]
     if leaf[SLIDES] != 0.0:

@@ -19,17 +19,7 @@ UP, DISTANCE, PLACE = 0, 3, 5
 def vehicle_on_leaf(
     arm: ArmParameters, leaf: Array, contact: Array, state: Array, body_rates: Array, arm_rates: Array, out: Array
 ) -> None:
-    r"""Place :math:`P = P_h + D_V c - o\,n_D + D_H u - R\,d` and velocity :math:`\dot\alpha J - R(\Omega\times d) - R\dot d`.
-
-    Args:
-        arm: The arm.
-        leaf: What `leaf_numbers` returns.
-        contact: Shape (PLACE,).
-        state: Reduced, x = [Φ, α, α̇, H], shape (5 + n,).
-        body_rates: Ω, shape (3,), body frame [rad/s].
-        arm_rates: Ḣ, shape (n,) [rad/s].
-        out: Of O_B, shape (6,) [m], [m/s]; also scratch.
-    """
+    r"""Place :math:`P = P_h + D_V c - o\,n_D + D_H u - R\,d` and velocity :math:`\dot\alpha J - R(\Omega\times d) - R\dot d`."""
     tip_motion(arm, state[:3], body_rates, state[5:], arm_rates, out)
     angle, rate, distance, height = state[3], state[4], contact[DISTANCE], contact[DISTANCE + 1]
     normal, direction = leaf_normal(leaf, angle), leaf_direction(leaf, angle)

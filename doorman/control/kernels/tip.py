@@ -17,15 +17,7 @@ POSITION, VELOCITY, ATTITUDE, BODY_RATES, ARM = 0, 3, 6, 9, 12
 
 @kernel
 def tip_on_leaf(arm: ArmParameters, leaf: Array, lever: float, given: Array, tip: Array) -> tuple[float, float]:
-    """Angle and rate of a leaf that the tip is on: two numbers [rad], [rad/s].
-
-    Args:
-        arm: The arm.
-        leaf: What `leaf_numbers` returns.
-        lever: Speed of the contact point along the normal for a unit rate of α [m].
-        given: P, Ṗ, Φ, Ω, H and Ḣ, shape (12 + 2n,).
-        tip: Scratch, shape (6,).
-    """
+    """Angle and rate of a leaf that the tip is on: two numbers [rad], [rad/s]."""
     n = arm.axes.shape[0]
     angles, rates = given[ARM : ARM + n], given[ARM + n : ARM + 2 * n]
     tip_motion(arm, given[ATTITUDE : ATTITUDE + 3], given[BODY_RATES : BODY_RATES + 3], angles, rates, tip)

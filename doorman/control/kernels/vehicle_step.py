@@ -27,17 +27,7 @@ _FORGETS = 0.2
 def advance_vehicle(
     memory: Array, given: Array, mass: float, fastest: float, measured_at: float, now: float, time_step: float
 ) -> None:
-    """One period of the observer.
-
-    Args:
-        memory: Shape (SIZE,), written to.
-        given: Shape (GIVEN,).
-        mass: m_A [kg].
-        fastest: ω of new positions [rad/s].
-        measured_at: When the position was true [s].
-        now: [s].
-        time_step: Since the last call [s].
-    """
+    """One period of the observer."""
     if math.isnan(memory[SEEN]):  # the centre of mass moves as it is believed to
         for k in range(3):
             memory[POSITION + k] = given[MEASURED + k]

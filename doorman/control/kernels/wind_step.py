@@ -52,16 +52,7 @@ class WindMemory(NamedTuple):
 
 @kernel
 def predict_wind(z: Array, p: Array, time_step: float, steady: float, gusts: float, turns: float) -> None:
-    """Turn the wind on by one period.
-
-    Args:
-        z: State, shape (5,), written to.
-        p: Covariance, shape (5, 5), written to.
-        time_step: [s].
-        steady: Weaker wind has no direction that turns [N].
-        gusts: Variance that each part of the wind gains in a second [N²/s].
-        turns: And its turning [rad²/s³].
-    """
+    """Turn the wind on by one period."""
     x, y = z[0], z[1]
     c, s = math.cos(z[TURN] * time_step), math.sin(z[TURN] * time_step)
     z[0], z[1] = c * x - s * y, s * x + c * y
@@ -80,18 +71,7 @@ def predict_wind(z: Array, p: Array, time_step: float, steady: float, gusts: flo
 
 @kernel
 def correct_wind(z: Array, p: Array, x: float, y: float, up: float, torque: float, off: float, noise: float) -> None:
-    """Kalman's step for one number.
-
-    Args:
-        z: State, shape (5,), written to.
-        p: Covariance, shape (5, 5), written to.
-        x: What the number changes by with w_x,
-        y: w_y,
-        up: w_z,
-        torque: and with τ.
-        off: What was measured, less what was expected.
-        noise: Variance of the measurement.
-    """
+    """Kalman's step for one number."""
     variance = noise
     spread = (
         p[0, 0] * x + p[0, 1] * y + p[0, 2] * up + p[0, 4] * torque,
@@ -109,12 +89,7 @@ def correct_wind(z: Array, p: Array, x: float, y: float, up: float, torque: floa
 
 @kernel
 def wind_doubt(covariance: Array, direction: tuple[float, float, float]) -> float:
-    """Standard deviation of the wind along a direction [N].
-
-    Args:
-        covariance: Of the filter's state, shape (5, 5).
-        direction: Unit vector, world frame.
-    """
+    """Standard deviation of the wind along a direction [N]."""
     variance = 0.0
     for k in range(3):
         for j in range(3):
@@ -140,14 +115,7 @@ def take_for_wind(wind: WindMemory, felt: Array, noise: float) -> None:
 
 @kernel
 def feel_wind(wind: WindMemory, felt: Array, near: bool, time_step: float) -> None:
-    """Take in what is felt in free flight.
-
-    Args:
-        wind: The filter's memory.
-        felt: Outer force, shape (3,), world frame [N].
-        near: Whether the tip may touch something.
-        time_step: Since the last call [s].
-    """
+    """Take in what is felt in free flight."""
     if wind.flown[0] >= _SETTLES and time_step > 0.0:
         noise = (wind.scales[0] * _FELT) ** 2 * (_NEAR_NOISE**2 if near else 1.0)
         take_for_wind(wind, felt, noise * max(_FELT_TIME / time_step, 1.0))
@@ -161,14 +129,6 @@ def take_tip_force(
 
     An offset of the sensor does not average out: with a density of its variance squared over the wind's growth, the filter's own
     variance ends at the offset's.
-
-    Args:
-        wind: The filter's memory.
-        normal: n_D, world frame.
-        force: Outer force along it, and what the tip presses with [N].
-        noise: Variance of a reading [N²].
-        offset: Variance of what all readings are off by [N²].
-        time_step: Since the last call [s].
     """
     if wind.flown[0] >= _SETTLES and time_step > 0.0:
         z, (x, y, up), scale = wind.state, normal, wind.scales[0]
@@ -193,16 +153,7 @@ def meet_contact(wind: WindMemory, x: float, y: float, up: float, more: float) -
 
 @kernel
 def take_unexplained(wind: WindMemory, x: float, y: float, up: float, force: float, time_step: float) -> None:
-    """Take in a part of what the tip seems to feel that no contact makes.
-
-    Args:
-        wind: The filter's memory.
-        x: Of its direction in the world frame,
-        y: second
-        up: and third component.
-        force: Wind less outer force along it, as far as no contact makes it [N].
-        time_step: Since the last call [s].
-    """
+    """Take in a part of what the tip seems to feel that no contact makes."""
     if force != 0.0 and time_step > 0.0:
         noise = (wind.scales[0] * _BOUND) ** 2 * max(_BOUND_TIME / time_step, 1.0)
         correct_wind(wind.state, wind.covariance, x, y, up, 0.0, -force, noise)
@@ -216,15 +167,6 @@ def take_push(
     """Take in what the rotors turn the leaf with. One that stands bears that much, or more.
 
     The torque of the hinge grows by the closer's known stiffness on the way, and by chance beside that.
-
-    Args:
-        wind: The filter's memory.
-        normal: n_D, world frame.
-        levers: Of the wind on the vehicle and of that on the leaf about the hinge, together [m].
-        torque: Of the rotors, less what moves vehicle and leaf [N m].
-        opening: Rate of the leaf [rad/s].
-        closer: Stiffness that is known of the hinge's closer [N m/rad].
-        time_step: Since the last call [s].
     """
     if time_step <= 0.0:
         return

@@ -36,12 +36,5 @@ class AttitudeResponse:
         return float(self.memory[LAG])
 
     def update(self, told: Array, attitude: Array, body_rates: Array, time_step: float) -> None:
-        """Take in a tick.
-
-        Args:
-            told: Φ_d that was commanded last, shape (3,) [rad].
-            attitude: Φ, shape (3,) [rad].
-            body_rates: Ω, shape (3,) [rad/s].
-            time_step: Since the last one [s].
-        """
+        """Take in a tick."""
         learn_lag(self.memory, np.array(told), np.array(attitude), np.array(body_rates), time_step)

@@ -56,38 +56,17 @@ class DisturbanceObserver:
         return self.memory[ESTIMATE : ESTIMATE + 3]
 
     def update(self, position: Array, force: Array, time_step: float) -> Array:
-        """Advance by one period.
-
-        Args:
-            position: p now, shape (3,), world frame [m].
-            force: F that acted since the last call: thrust, gravity and every planned reaction, shape (3,) [N].
-            time_step: Since the last call [s].
-
-        Returns:
-            δ̂, shape (3,), world frame [N].
-        """
+        """Advance by one period."""
         observe_disturbance(self.memory, np.array(position), np.array(force), time_step)
         return self.estimate.copy()
 
     def align(self, direction: Array, disturbance: Array, velocity: Array) -> None:
-        """Set the estimate along one direction, at rest there: for a bumpless change of what holds the vehicle.
-
-        Args:
-            direction: Unit vector, shape (3,).
-            disturbance: δ̂ from now on, of which the share along `direction` is taken, shape (3,) [N].
-            velocity: ṗ, shape (3,) [m/s].
-        """
+        """Set the estimate along one direction, at rest there: for a bumpless change of what holds the vehicle."""
         (x, y, up), (to_x, to_y, to_up) = direction.tolist(), disturbance.tolist()
         align_disturbance(self.memory, x, y, up, to_x, to_y, to_up, np.array(velocity))
 
     def resume(self, position: Array, velocity: Array, disturbance: Array) -> None:
-        """Begin anew with a known disturbance.
-
-        Args:
-            position: p now, shape (3,), world frame [m].
-            velocity: ṗ, shape (3,), world frame [m/s].
-            disturbance: δ̂ from now on, shape (3,), world frame [N].
-        """
+        """Begin anew with a known disturbance."""
         self.estimate[:] = np.clip(disturbance, -self.limit, self.limit)
         self.memory[OUTER : OUTER + 3] = self.estimate - self._gain * position
         self.memory[INNER : INNER + 3] = self.damping * self.rate * self.estimate - self._gain * velocity

@@ -55,26 +55,11 @@ class DoorObserver:
         return float(self.memory[ESTIMATE])
 
     def update(self, door_angle: float, door_rate: float, push: float, inertia: float, time_step: float) -> float:
-        """Advance by one period.
-
-        Args:
-            door_angle: α [rad].
-            door_rate: α̇ [rad/s].
-            push: F_n since the last call [N].
-            inertia: I_D [kg m²].
-            time_step: Since the last call [s].
-
-        Returns:
-            τ̂_d [N m].
-        """
+        """Advance by one period."""
         return observe_hinge(self.numbers, self._leaf, self.memory, door_angle, door_rate, push, inertia, time_step)
 
     def restart(self, estimate: float) -> None:
-        """Go on from another estimate.
-
-        Args:
-            estimate: τ̂_d [N m].
-        """
+        """Go on from another estimate."""
         self.memory[ESTIMATE] = min(max(estimate, -self.limit), self.limit)
         self.pause()
 

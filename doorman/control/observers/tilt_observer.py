@@ -42,13 +42,7 @@ class TiltObserver:
         self._tilt, self._rates, self.offset = None, [0.0, 0.0], np.zeros(2)
 
     def update(self, tilt: Array, turned: Array, time_step: float) -> None:
-        """Take in a measured tilt.
-
-        Args:
-            tilt: Roll and pitch, shape (2,) [rad].
-            turned: b_F, shape (2,) [rad].
-            time_step: Since the last call [s].
-        """
+        """Take in a measured tilt."""
         measured: list[float] = tilt.tolist()
         if self._tilt is None:
             self._tilt, self._commanded = measured, list(measured)
@@ -66,9 +60,5 @@ class TiltObserver:
         self.offset = np.array(offsets)
 
     def tell(self, commanded: Array) -> None:
-        """Take in what is commanded from now on.
-
-        Args:
-            commanded: Roll and pitch, shape (2,) [rad].
-        """
+        """Take in what is commanded from now on."""
         self._commanded = commanded.tolist()

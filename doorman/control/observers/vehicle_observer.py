@@ -65,15 +65,6 @@ class VehicleObserver:
         self, position: Array, measured_at: float, now: float, force: Array, time_step: float,
         center: tuple[Array, Array] = AT_THE_ORIGIN,
     ) -> None:  # fmt: skip
-        """Advance by one period.
-
-        Args:
-            position: p of O_B, shape (3,), world frame [m].
-            measured_at: When it was true [s].
-            now: [s].
-            force: F that acted since the last call: rotors and gravity, shape (3,), world frame [N].
-            time_step: Since the last call [s].
-            center: Place and velocity of the centre of mass from O_B, both of shape (3,), world axes [m], [m/s].
-        """
+        """Advance by one period."""
         np.concatenate((position, force, *center), out=self._given)
         advance_vehicle(self.memory, self._given, self.mass, self.rate, measured_at, now, time_step)

@@ -59,14 +59,7 @@ class _Body:
 
 
 def body_findings(model: Model) -> list[Finding]:
-    """Whether masses and inertias of both URDFs can be those of rigid bodies.
-
-    Args:
-        model: Model of the scenario.
-
-    Returns:
-        The findings.
-    """
+    """Whether masses and inertias of both URDFs can be those of rigid bodies."""
     vehicle, door = model.vehicle, model.true_door
     bodies = [*_bodies(vehicle.urdf, 2.0 * vehicle.radius), *_bodies(door.urdf, door.width + door.height)]
     return [_rigid(bodies), _magnitudes(bodies)]

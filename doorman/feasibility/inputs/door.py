@@ -10,14 +10,7 @@ from doorman.model import Model
 
 
 def door_findings(model: Model) -> list[Finding]:
-    """What is taken for granted about the door.
-
-    Args:
-        model: Model of the scenario.
-
-    Returns:
-        The findings.
-    """
+    """What is taken for granted about the door."""
     names = model.door.standing_joints
     message = f"{len(names)} joints of the door beside '{model.door.section.hinge}' could move"
     if names:

@@ -60,11 +60,7 @@ class _Solid:
 
 
 def hollow_findings(model: Model) -> list[Finding]:
-    """Whether the hulls of the door's meshes leave the doorway open where the meshes do; nothing without such meshes.
-
-    Args:
-        model: Model of the scenario.
-    """
+    """Whether the hulls of the door's meshes leave the doorway open where the meshes do; nothing without such meshes."""
     door = model.door
     shapes = [
         shape

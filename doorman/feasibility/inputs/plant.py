@@ -12,14 +12,7 @@ _NAME = "simulator"
 
 
 def plant_findings(model: Model) -> list[Finding]:
-    """Whether MuJoCo builds the plant of a flight, by the rules that `open` and `simulate` meet.
-
-    Args:
-        model: Model of the scenario.
-
-    Returns:
-        One finding; a warning where MuJoCo is not installed.
-    """
+    """Whether MuJoCo builds the plant of a flight, by the rules that `open` and `simulate` meet."""
     if importlib.util.find_spec("mujoco") is None:
         return [
             Finding(

@@ -32,14 +32,7 @@ _NEARLY = 0.9
 
 
 def setup_findings(model: Model) -> list[Finding]:
-    """All findings that need no motion.
-
-    Args:
-        model: Model of the scenario.
-
-    Returns:
-        The findings.
-    """
+    """All findings that need no motion."""
     return [
         _latch(model),
         _contact_point(model),
@@ -185,15 +178,7 @@ class JointMargin:
 
 
 def joint_margin(model: Model, arms: Array) -> JointMargin:
-    """Joint that comes nearest to a limit.
-
-    Args:
-        model: Model of the scenario, whose arm has joints.
-        arms: Postures H, shape (m, n) [rad], [m] where a joint slides.
-
-    Returns:
-        The joint and its distance from the limit.
-    """
+    """Joint that comes nearest to a limit."""
     vehicle = model.vehicle
     inside = np.minimum(arms - vehicle.lower_limits, vehicle.upper_limits - arms).min(axis=0)
     worst = int(np.argmin(inside))

@@ -13,14 +13,7 @@ _MOST_NAMES = 12
 
 
 def vehicle_findings(model: Model) -> list[Finding]:
-    """What is taken for granted about the vehicle.
-
-    Args:
-        model: Model of the scenario.
-
-    Returns:
-        The findings.
-    """
+    """What is taken for granted about the vehicle."""
     return [_rotor_frames(model), *_rotor_disc(model), _standing_joints(model)]
 
 

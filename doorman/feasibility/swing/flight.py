@@ -34,15 +34,7 @@ _ACTIVE = 1e-3
 
 
 def flight_findings(model: Model, rehearsal: Rehearsal) -> list[Finding]:
-    """What a rehearsed motion shows.
-
-    Args:
-        model: Model of the scenario.
-        rehearsal: Motion of planner and model.
-
-    Returns:
-        The findings.
-    """
+    """What a rehearsed motion shows."""
     return [
         _goal(model, rehearsal),
         *([_joints(model, rehearsal), _rates(model, rehearsal)] if model.n_arm else []),
@@ -198,14 +190,7 @@ def _pull(model: Model, pull: float) -> Finding:
 
 
 def stopping_findings(model: Model) -> list[Finding]:
-    """A tip that can only push needs a joint that stops the leaf: the speed from which it does, at the start.
-
-    Args:
-        model: Model of the scenario.
-
-    Returns:
-        None for a grip, else one.
-    """
+    """A tip that can only push needs a joint that stops the leaf: the speed from which it does, at the start."""
     if model.scenario.contact.kind != "push":
         return []
     torque, push, lever, door = least_resistance(model), model.scenario.push, model.coupling.lever_length, model.door

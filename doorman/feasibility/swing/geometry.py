@@ -18,15 +18,7 @@ _TRACKING = 0.01
 
 
 def geometry_findings(model: Model, duration: float) -> list[Finding]:
-    """Whether postures exist along the whole swing, and whether the vehicle is strong enough to move the door there.
-
-    Args:
-        model: Model of the scenario.
-        duration: Time for the swing [s].
-
-    Returns:
-        The findings.
-    """
+    """Whether postures exist along the whole swing, and whether the vehicle is strong enough to move the door there."""
     without_jambs = np.arange(len(model.vehicle.point_names) + 1)
     return [
         _reach(model, best_swing(model, without_jambs)),
@@ -37,14 +29,7 @@ def geometry_findings(model: Model, duration: float) -> list[Finding]:
 
 
 def shortest_swing(model: Model) -> float:
-    r"""Time of the swing at the largest push, to the middle and back to rest: :math:`2\sqrt{I\,|\Delta\alpha| / (F D_V)}`.
-
-    Args:
-        model: Model of the scenario.
-
-    Returns:
-        [s].
-    """
+    r"""Time of the swing at the largest push, to the middle and back to rest: :math:`2\sqrt{I\,|\Delta\alpha| / (F D_V)}`."""
     lever, way = model.coupling.lever_length, abs(model.goal_angle - model.start_angle)
     torque = largest_push(model, model.scenario.control.max_tilt) * lever
     moving = model.door.inertia + model.vehicle.mass * lever**2
@@ -52,12 +37,7 @@ def shortest_swing(model: Model) -> float:
 
 
 def force_needed(model: Model, duration: float) -> float:
-    """Force at the tip that moves the door steadily from start to goal, as the planner is told of its hinge [N].
-
-    Args:
-        model: Model of the scenario.
-        duration: Time for the swing [s].
-    """
+    """Force at the tip that moves the door steadily from start to goal, as the planner is told of its hinge [N]."""
     travel, door = model.travel, model.door
     rate = travel.ahead(travel.length) / duration
     torques = [travel.ahead(door.hinge_torque(angle, rate)) for angle in np.linspace(travel.start, travel.goal, 30)]
@@ -138,11 +118,7 @@ def _force(model: Model, duration: float) -> Finding:
 
 
 def inertia_in_words(model: Model) -> str:
-    """Inertia of the leaf about its hinge, or mass on its slide.
-
-    Args:
-        model: Model of the scenario.
-    """
+    """Inertia of the leaf about its hinge, or mass on its slide."""
     return f"{model.door.mass:.3g} kg" if model.door.slides else f"{model.door.inertia:.3g} kg m²"
 
 

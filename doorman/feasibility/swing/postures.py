@@ -19,14 +19,7 @@ _TOLERANCE = 1e-9
 
 
 def postures_finding(model: Model) -> Finding:
-    """Start and goal postures against constraints and joint limits; an error where none keeps them that the scenario leaves open.
-
-    Args:
-        model: Model of the scenario.
-
-    Returns:
-        The finding; its value is the distance of the nearest constraint beyond the margin.
-    """
+    """Start and goal postures against constraints and joint limits; an error if no open posture keeps them."""
     ends = {"start": model.start_state, "goal": model.goal_state}
     open_ends = {name: state for name, state in ends.items() if any(key.startswith(name) for key in model.proposed)}
     slack = {name: _slack(model, state) for name, state in (open_ends or ends).items()}
@@ -48,20 +41,12 @@ def postures_finding(model: Model) -> Finding:
 
 
 def unusual_postures(model: Model) -> str:
-    """Proposed postures other than the paper's in the syntax of TOML; empty where there are none.
-
-    Args:
-        model: Model of the scenario.
-    """
+    """Proposed postures other than the paper's in the syntax of TOML; empty where there are none."""
     return in_toml({key: value for key, value in model.proposed.items() if value != PAPER_POSTURES[key]})
 
 
 def in_toml(postures: Mapping[str, tuple[float, ...]]) -> str:
-    """Postures as the scenario's keys and values, `goal.arm = [0.0, 1.5, -1.5, 0.0], …`.
-
-    Args:
-        postures: Values by key.
-    """
+    """Postures as the scenario's keys and values, `goal.arm = [0.0, 1.5, -1.5, 0.0], …`."""
     return ", ".join(f"{key} = {list(value)}" for key, value in postures.items())
 
 

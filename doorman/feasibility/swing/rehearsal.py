@@ -41,12 +41,7 @@ _FASTEST_DOOR = 20.0
 
 
 def scaled(duration: float, model: Model) -> float:
-    """A duration for a vehicle that may be larger, and slower by that, than the shipped one.
-
-    Args:
-        duration: Of the shipped one [s].
-        model: Model of the scenario.
-    """
+    """A duration for a vehicle that may be larger, and slower by that, than the shipped one."""
     return duration * max(model.scale.time, 1.0)
 
 
@@ -73,15 +68,7 @@ class Rehearsal:
         return float(self.states[-1, 3])
 
     def time_within(self, target: float, tolerance: float) -> float | None:
-        """First time after which α stays within a tolerance of a target.
-
-        Args:
-            target: [rad].
-            tolerance: [rad].
-
-        Returns:
-            [s]; None if the last angle is still farther off.
-        """
+        """First time after which α stays within a tolerance of a target."""
         off = np.flatnonzero(np.abs(self.states[:, 3] - target) > tolerance)
         if len(off) == 0:
             return 0.0
@@ -89,11 +76,7 @@ class Rehearsal:
 
 
 def resistance(model: Model) -> float:
-    """Friction that a rehearsal assumes in the joint; a leaf that begins ajar is held by it [N m].
-
-    Args:
-        model: Model of the scenario.
-    """
+    """Friction that a rehearsal assumes in the joint; a leaf that begins ajar is held by it [N m]."""
     if model.scenario.contact.kind == "push" and model.door.friction == 0.0:
         ajar = model.door.opening_of(model.travel.start) > model.door.per_angle * _AJAR
         holds = _STANDS * abs(_drives(model, model.travel.start)) if ajar else 0.0
@@ -108,14 +91,7 @@ def _drives(model: Model, angle: float) -> float:
 
 
 def least_resistance(model: Model) -> float:
-    """Least torque that friction, closer and weight make against the way to the goal, negative where they drive the leaf on.
-
-    Args:
-        model: Model of the scenario.
-
-    Returns:
-        [N m].
-    """
+    """Least torque that friction, closer and weight make against the way to the goal, negative where they drive the leaf on."""
     travel = model.travel
     way = np.linspace(travel.start, travel.goal, _ALONG_THE_WAY)
     return resistance(model) + min(travel.ahead(_drives(model, float(angle))) for angle in way)
@@ -125,16 +101,6 @@ def rehearse(model: Model, duration: float | None = None) -> Rehearsal:
     """Run the planner on a model of the swing, one plan each time step.
 
     As in flight, a plan that may not be flown is dropped, and the last good one followed to its end.
-
-    Args:
-        model: Model of the scenario.
-        duration: [s]; by default long enough for the contact's kind, and no longer than a pushed door takes.
-
-    Returns:
-        The motion, as far as it went.
-
-    Raises:
-        ScenarioError: if the scenario's weights do not fit the arm.
     """
     planner = Planner(model)
     pushes = model.scenario.contact.kind == "push"

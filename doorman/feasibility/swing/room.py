@@ -47,16 +47,7 @@ class Swing:
 
 
 def best_swing(model: Model, rows: NDArray[np.int64] | None = None, spacing: float = math.radians(5.0)) -> Swing:
-    """Follow the best level posture from the start's door angle to the goal's.
-
-    Args:
-        model: Model of the scenario.
-        rows: Rows of h to look at; by default all.
-        spacing: Largest distance between door angles [rad].
-
-    Returns:
-        The postures and their room.
-    """
+    """Follow the best level posture from the start's door angle to the goal's."""
     rows = np.arange(model.n_constraints) if rows is None else rows
     start, goal = model.start_angle, model.goal_angle
     angles = np.linspace(start, goal, max(2, math.ceil(abs(goal - start) / spacing) + 1))
@@ -80,16 +71,7 @@ def best_swing(model: Model, rows: NDArray[np.int64] | None = None, spacing: flo
 
 
 def widest_posture(model: Model, state: Array, rows: NDArray[np.int64]) -> tuple[Array, float]:
-    """Locally best yaw and arm posture at a state's door angle.
-
-    Args:
-        model: Model of the scenario.
-        state: Where to start, x = [Φ, α, α̇, H], shape (5 + n,).
-        rows: Rows of h to look at.
-
-    Returns:
-        The posture, shape (5 + n,), and its room [m].
-    """
+    """Locally best yaw and arm posture at a state's door angle."""
     free = np.array([2, *range(5, model.nx)])
     lower = np.concatenate([[-np.inf], model.vehicle.lower_limits])
     upper = np.concatenate([[np.inf], model.vehicle.upper_limits])

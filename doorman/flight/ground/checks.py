@@ -34,13 +34,5 @@ def ready(checks: list[Check]) -> bool:
 
 
 def row(name: str, good: bool, found: str, advice: str, otherwise: Verdict = Verdict.BAD) -> Check:
-    """A row that gives its advice only where it is needed.
-
-    Args:
-        name: Of the check.
-        good: Whether it is passed.
-        found: What was found.
-        advice: What to do if it is not passed.
-        otherwise: Verdict if it is not passed.
-    """
+    """A row that gives its advice only where it is needed."""
     return Check(name, Verdict.GOOD if good else otherwise, found, "" if good else advice)

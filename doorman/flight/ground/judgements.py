@@ -29,13 +29,7 @@ _MOST_LATENCY = 0.03
 
 
 def judge_age(latency: float, rate: float, limit: float) -> Check:
-    """Row about the poses' age, just before the next one comes: beyond the limit contact is not stable.
-
-    Args:
-        latency: From exposure to arrival [s].
-        rate: Frames per second [1/s].
-        limit: Of the age, by the controller's gains [s].
-    """
+    """Row about the poses' age, just before the next one comes: beyond the limit contact is not stable."""
     age = latency + 1.0 / rate if rate > 0.0 else math.inf
     found = (
         f"{latency * 1e3:.1f} ms, up to {age * 1e3:.0f} ms old at {rate:.0f} frames/s; allowed: {limit * 1e3:.0f} ms"
@@ -51,14 +45,7 @@ def judge_age(latency: float, rate: float, limit: float) -> Check:
 
 
 def judge_noise(model: Model, position_noise: float, latency: float, rate: float) -> Check:
-    """Row about the poses' noise: where it moves the force of a tip that pushes by too much, the tip leaves the leaf.
-
-    Args:
-        model: Model of the scenario.
-        position_noise: Measured, on every axis [m].
-        latency: From exposure to arrival [s].
-        rate: Frames per second [1/s].
-    """
+    """Row about the poses' noise: where it moves the force of a tip that pushes by too much, the tip leaves the leaf."""
     if not (math.isfinite(position_noise) and math.isfinite(latency) and rate > 0.0):
         return Check("mocap's noise", Verdict.WARNING, "not measured yet", "wait for more frames")
     limit = most_force_noise(model)
@@ -68,12 +55,7 @@ def judge_noise(model: Model, position_noise: float, latency: float, rate: float
 
 
 def judge_posture(model: Model, angles: NDArray[np.float64]) -> Check:
-    """Row about the arm's posture: a mirrored or badly zeroed servo shows in it.
-
-    Args:
-        model: Model of the scenario.
-        angles: Of the arm's joints, and a gripper's, shape (n,) or (n + 1,) [rad].
-    """
+    """Row about the arm's posture: a mirrored or badly zeroed servo shows in it."""
     arm = angles[: model.n_arm]
     off = float(np.abs(arm - model.start_arm).max(initial=0.0))
     found = f"{off:.2f} rad off the start posture"
@@ -88,13 +70,7 @@ def judge_posture(model: Model, angles: NDArray[np.float64]) -> Check:
 
 
 def judge_battery(battery: Battery, conditions: Set[EventKind], low: float) -> Check:
-    """Row about the battery: its charge, or a voltage alone, which tells less, and what the autopilot thinks of it.
-
-    Args:
-        battery: As reported.
-        conditions: That hold on the link to the autopilot.
-        low: Share of its charge at which the mission is given up.
-    """
+    """Row about the battery: its charge, or a voltage alone, which tells less, and what the autopilot thinks of it."""
     charge, least = battery.remaining, max(_LEAST_BATTERY, low + _FOR_THE_FLIGHT)
     volts = f"{battery.voltage:.1f} V" if math.isfinite(battery.voltage) else "no voltage"
     advice = f"charge the battery to at least {least:.0%}"
@@ -115,12 +91,7 @@ def judge_battery(battery: Battery, conditions: Set[EventKind], low: float) -> C
 
 
 def judge_setpoints(dialect: str, setpoints: str) -> Check:
-    """Row about what is sent to the autopilot: position control of ArduPilot that is kept from its place winds up.
-
-    Args:
-        dialect: Name of the autopilot's dialect.
-        setpoints: "attitude" or "position".
-    """
+    """Row about what is sent to the autopilot: position control of ArduPilot that is kept from its place winds up."""
     winds_up = dialect == ARDUPILOT.name and setpoints == "position"
     found = (
         f"{setpoints}: {dialect}'s position control winds up against a door and then throws the vehicle back"
@@ -131,12 +102,7 @@ def judge_setpoints(dialect: str, setpoints: str) -> Check:
 
 
 def judge_rotors(setpoints: str, missing: str) -> Check:
-    """Row about rotors that push to the side, of a vehicle that has them.
-
-    Args:
-        setpoints: "attitude" or "position".
-        missing: Why the autopilot makes no force to the side; empty if it does.
-    """
+    """Row about rotors that push to the side, of a vehicle that has them."""
     if setpoints != "attitude":
         return Check(
             "rotors", Verdict.BAD, f"{setpoints} setpoints carry no force to the side", "use --setpoints attitude"
@@ -148,11 +114,7 @@ def judge_rotors(setpoints: str, missing: str) -> Check:
 
 
 def judge_limits(model: Model) -> Iterator[Check]:
-    """Rows about the mission's start and fence.
-
-    Args:
-        model: Model of the scenario.
-    """
+    """Rows about the mission's start and fence."""
     start, limits = model.scenario.mission.start, model.scenario.safety
     yield row(
         "start",
@@ -184,11 +146,7 @@ def _swing(model: Model) -> list[NDArray[np.float64]]:
 
 
 def judge_scenario(report: Report) -> Iterator[Check]:
-    """Rows about the scenario.
-
-    Args:
-        report: Of `doorman.feasibility.check`.
-    """
+    """Rows about the scenario."""
     yield row(
         "scenario", report.possible, _told(report.errors) or "possible", "run doorman check: it says what to change"
     )

@@ -21,17 +21,7 @@ _LEAST_LIKENESS = 0.5
 
 
 def attitude_lag(asked_at: ArrayLike, asked: ArrayLike, seen_at: ArrayLike, seen: ArrayLike) -> float:
-    """Delay at which roll and pitch resemble their setpoints most.
-
-    Args:
-        asked_at: Times of the setpoints, shape (n,) [s].
-        asked: Φ_d, shape (n, 3) [rad].
-        seen_at: Times of the measurements, shape (m,) [s].
-        seen: Φ, shape (m, 3) [rad].
-
-    Returns:
-        The lag, below 0.5 s; NaN for a flight that is too short or too calm to tell, or whose attitude is like no setpoint.
-    """
+    """Delay at which roll and pitch resemble their setpoints most."""
     (given, asked), (got, seen) = _finite(asked_at, asked), _finite(seen_at, seen)
     if min(len(given), len(got)) < 2:
         return math.nan
@@ -52,11 +42,7 @@ def attitude_lag(asked_at: ArrayLike, asked: ArrayLike, seen_at: ArrayLike, seen
 
 
 def recorded_lag(recording: Recording) -> float:
-    """Lag in a flight by attitude setpoints that was recorded [s]; NaN if it shows none.
-
-    Args:
-        recording: Of the flight.
-    """
+    """Lag in a flight by attitude setpoints that was recorded [s]; NaN if it shows none."""
     if not {"command", "measurement"} <= set(recording):
         return math.nan
     asked, seen = recording["command"], recording["measurement"]

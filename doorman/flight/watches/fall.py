@@ -20,14 +20,7 @@ class FallWatch:
         self._flew_at = -math.inf
 
     def note(self, now: float, speed: float, armed: bool, heard: bool = True) -> None:
-        """Take in a look.
-
-        Args:
-            now: [s].
-            speed: NaN where nobody knows it [m/s].
-            armed: Whether the motors run, by what was heard last.
-            heard: Whether the autopilot is heard now: one that restarts is silent for seconds.
-        """
+        """Take in a look."""
         self._armed, self._flown = armed, self._flown or armed
         if (armed and heard) or not self._flown:
             self._flew_at = now

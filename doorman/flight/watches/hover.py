@@ -21,17 +21,7 @@ _LEAST_SLOPE, _MOST_SLOPE = 0.6, 2.6
 def measure_hover(
     autopilot: Autopilot, at: PositionSetpoint, say: Callable[[str], None], note: Callable[[dict[str, Any]], None]
 ) -> str:
-    """Calibrate newtons in hover: the autopilot's own parameters may be defaults.
-
-    Args:
-        autopilot: Of a vehicle that hovers there, ours.
-        at: Where.
-        say: Told of what was found.
-        note: Takes the figures.
-
-    Returns:
-        What went wrong, or nothing.
-    """
+    """Calibrate newtons in hover: the autopilot's own parameters may be defaults."""
     config = autopilot.config
     assert config.hover_force is not None, "asked only where newtons are sent"
     say("measure the thrust in hover")
@@ -61,11 +51,7 @@ def measure_hover(
 
 
 def judge_slope(slope: Slope | None) -> str:
-    """Why a vehicle whose thrust grows so is not flown; nothing if it is.
-
-    Args:
-        slope: As measured; None where it was not.
-    """
+    """Why a vehicle whose thrust grows so is not flown; nothing if it is."""
     if slope is None or slope.deviation > _FOUND:
         return ""
     if not _LEAST_SLOPE <= slope.value <= _MOST_SLOPE:

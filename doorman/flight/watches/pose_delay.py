@@ -29,12 +29,7 @@ class PoseDelay:
         self._felt: list[tuple[float, float, float]] = []
 
     def note(self, pose: PoseSample, state: VehicleSample) -> None:
-        """Take in the newest of both; what it has seen before does not count.
-
-        Args:
-            pose: Of the cameras, measured.
-            state: Of the autopilot.
-        """
+        """Take in the newest of both; what it has seen before does not count."""
         pose = pose.origin or pose
         if pose.usable and (not self._seen or pose.time > self._seen[-1][0]):
             self._seen.append((pose.time, float(pose.attitude[0]), float(pose.attitude[1])))

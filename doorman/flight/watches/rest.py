@@ -20,12 +20,7 @@ class RestWatch:
         self._tilt = math.nan
 
     def note(self, tilt: float, armed: bool) -> None:
-        """Take in a look.
-
-        Args:
-            tilt: NaN where nobody knows it [rad].
-            armed: Whether the motors run, by what was heard last.
-        """
+        """Take in a look."""
         self._armed, self._flown = armed, self._flown or armed
         if not math.isnan(tilt):
             self._tilt = tilt
@@ -37,9 +32,5 @@ class RestWatch:
 
 
 def tells_of_crash(texts: Iterable[str]) -> bool:
-    """Whether an autopilot has said that the vehicle crashed.
-
-    Args:
-        texts: What it said, in words.
-    """
+    """Whether an autopilot has said that the vehicle crashed."""
     return any(_CRASH.search(text) for text in texts)

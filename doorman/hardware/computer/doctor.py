@@ -48,15 +48,7 @@ class Row:
 
 
 def examine(host: Host, folder: Path) -> list[Row]:
-    """Look at everything.
-
-    Args:
-        host: The computer.
-        folder: Where recordings go.
-
-    Returns:
-        One row a thing, at least.
-    """
+    """Look at everything."""
     looks: tuple[Callable[[], Iterator[Row]], ...] = (
         _versions, lambda: _permissions(host), lambda: _latency_timers(host), lambda: _modem_manager(host),
         lambda: _priority(host), lambda: _governor(host), lambda: _clock(host), lambda: _buffers(host),

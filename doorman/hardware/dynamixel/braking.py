@@ -20,16 +20,7 @@ Array = NDArray[np.float64]
 
 
 def stopping_rate(distance: float, deceleration: float, delay: float) -> float:
-    """Largest rate from which a joint still stops within a distance.
-
-    Args:
-        distance: To the limit; nothing is left where it is negative [rad].
-        deceleration: a [rad/s²].
-        delay: t [s].
-
-    Returns:
-        [rad/s].
-    """
+    """Largest rate from which a joint still stops within a distance."""
     if not distance > 0.0:
         return 0.0
     return deceleration * (math.sqrt(delay * delay + 2.0 * distance / deceleration) - delay)
@@ -38,20 +29,7 @@ def stopping_rate(distance: float, deceleration: float, delay: float) -> float:
 def allowed_rate(
     asked: float, angle: float, lower: float, upper: float, largest: float, deceleration: float, delay: float
 ) -> float:
-    """Rate that a joint may have: what is asked, inside its rate limit, and so that it can stop at its limits.
-
-    Args:
-        asked: Rate that is asked for [rad/s].
-        angle: Of the joint, when it was measured [rad].
-        lower: Where it must stop at the latest on its way down [rad].
-        upper: Where it must stop at the latest on its way up [rad].
-        largest: Rate limit [rad/s].
-        deceleration: With which it can brake [rad/s²].
-        delay: From the measurement to the servo's reaction [s].
-
-    Returns:
-        [rad/s]; 0 if anything is not finite.
-    """
+    """Rate that a joint may have: what is asked, inside its rate limit, and so that it can stop at its limits."""
     if not (math.isfinite(asked) and math.isfinite(angle)):
         return 0.0
     up = min(stopping_rate(upper - angle, deceleration, delay), largest)
@@ -72,15 +50,7 @@ class RateRounder:
         self._rests = [0.0] * n
 
     def round(self, joint: int, rate: float) -> int:
-        """Counts to command.
-
-        Args:
-            joint: Index of the joint.
-            rate: Allowed rate [rad/s].
-
-        Returns:
-            Goal velocity; 0 exactly where the rate is 0.
-        """
+        """Counts to command."""
         if rate == 0.0:
             self._rests[joint] = 0.0
             return 0

@@ -74,36 +74,20 @@ class ServoCycle:
         return tuple(self._ready)
 
     def use(self, link: Link) -> None:
-        """Go on over another link, as after the device was plugged in again.
-
-        Args:
-            link: To the same servos.
-        """
+        """Go on over another link, as after the device was plugged in again."""
         self._link = link
         self._released = link.now()
         self.reader = ServoReader(link, self._config)
 
     def replace(self, joint: int, ready: ReadyServo) -> None:
-        """Take note that a servo was set up afresh: it is well until it says otherwise.
-
-        Args:
-            joint: Index of its joint.
-            ready: What commissioning learnt.
-        """
+        """Take note that a servo was set up afresh: it is well until it says otherwise."""
         self._ready[joint] = ready
         self._governor = RateGovernor(self._config, [servo.velocity_limit for servo in self._ready])
         self.monitors[joint].recovered()
         self.reader.absent.discard(joint)
 
     def listen(self) -> bool:
-        """Read all servos without commanding them.
-
-        Returns:
-            Whether every servo has been heard since it was set up.
-
-        Raises:
-            PortLost: if the device is gone.
-        """
+        """Read all servos without commanding them."""
         for joint, reply in self.reader.read().items():
             self.monitors[joint].take(reply)
             if reply.ok and joint in self.reader.absent:
@@ -111,17 +95,7 @@ class ServoCycle:
         return all(monitor.telemetry is not None for monitor in self.monitors)
 
     def step(self, command: ServoCommand | None) -> ServoSample:
-        """Read, judge, command.
-
-        Args:
-            command: Newest; None before the first.
-
-        Returns:
-            State of all servos.
-
-        Raises:
-            PortLost: if the device is gone.
-        """
+        """Read, judge, command."""
         self.count += 1
         self.listen()
         now = self._link.now()
@@ -147,21 +121,13 @@ class ServoCycle:
         return sample
 
     def halt(self) -> None:
-        """Command zero velocity to all joints, and no current to the gripper, which its spring opens then.
-
-        Raises:
-            PortLost: if the device is gone.
-        """
+        """Command zero velocity to all joints, and no current to the gripper, which its spring opens then."""
         self._send(self._governor.halt())
         if self._config.gripper:
             self._grip(0.0)
 
     def sample(self, state: BusState) -> ServoSample:
-        """What is known of all servos, each entry with the time of its own measurement.
-
-        Args:
-            state: What the adapter does with commands.
-        """
+        """What is known of all servos, each entry with the time of its own measurement."""
         rows, signs = self._rows(), self._config.signs
         times = np.array([monitor.time for monitor in self.monitors])
         angles = np.array(self._angles())

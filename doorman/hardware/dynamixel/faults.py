@@ -126,23 +126,12 @@ class EventLog:
         self._taken = 0
 
     def write(self, event: ServoEvent) -> None:
-        """Append an event.
-
-        Args:
-            event: What happened.
-        """
+        """Append an event."""
         self._events.append(event)
         self._written += 1
 
     def changes(self, time: float, servo_id: int | None, before: ServoFault, after: ServoFault) -> None:
-        """Append one event for every fault that began or ended.
-
-        Args:
-            time: Of `time.monotonic` [s].
-            servo_id: Whose; None for the bus.
-            before: Faults until now.
-            after: Faults from now on.
-        """
+        """Append one event for every fault that began or ended."""
         for fault in before ^ after:
             began = bool(fault & after)
             name = (fault.name or "").lower().replace("_", " ")

@@ -30,16 +30,7 @@ class RateGovernor:
         self._rounder = RateRounder(config.n_joints)
 
     def counts(self, rates: Sequence[float], angles: Sequence[float], ages: Sequence[float]) -> list[int]:
-        """Goal velocities in the servos' directions.
-
-        Args:
-            rates: What the controller asked for, shape (n_joints,) [rad/s].
-            angles: As measured, one for each joint at least [rad].
-            ages: Of these measurements [s].
-
-        Returns:
-            Shape (n_joints,).
-        """
+        """Goal velocities in the servos' directions."""
         counts = []
         for joint, sign in enumerate(self._config.signs[: self._config.n_joints]):
             largest = self._largest_counts[joint]
@@ -51,10 +42,6 @@ class RateGovernor:
         return counts
 
     def halt(self) -> list[int]:
-        """Goal velocities of a stop; nothing is carried over it.
-
-        Returns:
-            Zeros, shape (n_joints,).
-        """
+        """Goal velocities of a stop; nothing is carried over it."""
         self._rounder.clear()
         return [0] * self._config.n_joints

@@ -50,14 +50,7 @@ class ServoMonitor:
         self._strained_since: float | None = None
 
     def take(self, reply: Reply) -> Telemetry | None:
-        """Judge the reply of a cycle.
-
-        Args:
-            reply: To the read of the telemetry block.
-
-        Returns:
-            Telemetry if it is whole, fresh and of a servo that is set up and sees its angle, else None.
-        """
+        """Judge the reply of a cycle."""
         fault = _OUTCOMES.get(reply.outcome, ServoFault.NONE)
         telemetry = Telemetry.decode(reply.data) if reply.ok else None
         if telemetry is not None and not telemetry.is_ours(self._config.watchdog_counts):
@@ -91,11 +84,7 @@ class ServoMonitor:
         self.clock.restart()
 
     def condemn(self, fault: ServoFault) -> None:
-        """Latch a fault that was found in another way than by telemetry.
-
-        Args:
-            fault: One of `LATCHED`.
-        """
+        """Latch a fault that was found in another way than by telemetry."""
         self._latched |= fault
         self.fault |= fault
 

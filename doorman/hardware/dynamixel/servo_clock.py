@@ -40,16 +40,7 @@ class ServoClock:
         """Whether the servo's clock was seen to advance; only then it proves anything."""
 
     def lateness(self, sent: float, received: float, tick: int) -> float:
-        """How much older than the question an answer is at least.
-
-        Args:
-            sent: When the question was sent [s].
-            received: When the answer was read [s].
-            tick: The servo's clock in the answer.
-
-        Returns:
-            Positive if it is too old [s]; 0 if it may belong to the question, or if the servo's clock does not run.
-        """
+        """How much older than the question an answer is at least."""
         clock = self._unwrap(received, tick)
         self._bound -= DRIFT * (received - self._heard)
         late = self._bound - (clock - sent) - RESOLUTION

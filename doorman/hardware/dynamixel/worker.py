@@ -86,28 +86,13 @@ class BusWorker:
         self._thread.start()
 
     def stop(self, timeout: float) -> bool:
-        """End the cycles; the arm is commanded to stand still before the port is closed.
-
-        Args:
-            timeout: How long to wait [s].
-
-        Returns:
-            Whether the thread has ended.
-        """
+        """End the cycles; the arm is commanded to stand still before the port is closed."""
         self._stopping.set()
         self._thread.join(timeout)
         return not self._thread.is_alive()
 
     def wait(self, cycle: int, timeout: float) -> ServoSample:
-        """Wait for a sample after a cycle.
-
-        Args:
-            cycle: Number of the cycle.
-            timeout: How long to wait [s].
-
-        Raises:
-            BackendError: if none comes in time.
-        """
+        """Wait for a sample after a cycle."""
         with self._published:
             if not self._published.wait_for(lambda: self.latest.cycle > cycle, timeout):
                 raise BackendError("no new sample of the servos", field="servos", given=f"after {timeout:g} s")

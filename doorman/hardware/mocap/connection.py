@@ -36,12 +36,6 @@ def parse_cameras(text: str) -> CamerasLink | None:
 
     `optitrack:192.168.10.5`, `qualisys:192.168.10.5:22222`, `vrpn:mocap.local:3883`, `vicon:192.168.10.5` for the DataStream,
     `optitrack:192.168.10.5,interface_ip=192.168.10.7` where the computer is in several networks.
-
-    Args:
-        text: The string.
-
-    Returns:
-        The cameras; None where it is an address to listen on, or malformed: see `parse_connection`.
     """
     found = re.fullmatch(
         rf"({'|'.join(KINDS)}):(?://)?([A-Za-z0-9.-]+)(?::(\d{{1,5}}))?((?:,\w+=[\w.:-]+)*)", text.strip(), re.ASCII
@@ -57,14 +51,7 @@ def parse_cameras(text: str) -> CamerasLink | None:
 
 
 def check_connection(text: str) -> None:
-    """Refuse a string that is neither cameras nor an address to listen on.
-
-    Args:
-        text: The string.
-
-    Raises:
-        BackendError: if it is malformed.
-    """
+    """Refuse a string that is neither cameras nor an address to listen on."""
     if parse_cameras(text) is None:
         parse_connection(text)
 
@@ -74,15 +61,6 @@ def parse_connection(text: str) -> tuple[str, int]:
 
     `udp:51001` listens on loopback, `udp:192.168.1.7:51001` on that interface, `udp:0.0.0.0:51001` on all, which broadcasts
     need.
-
-    Args:
-        text: The string; `://` may stand for the first colon.
-
-    Returns:
-        Host and port; nothing is opened.
-
-    Raises:
-        BackendError: if it is malformed.
     """
     found = re.fullmatch(r"udp:(?://)?(?:([A-Za-z0-9.-]+):)?(\d{1,5})", text.strip(), re.ASCII)
     if found is None or not 0 < int(found[2]) < 65536:
@@ -91,14 +69,7 @@ def parse_connection(text: str) -> tuple[str, int]:
 
 
 def listen(connection: str) -> socket.socket:
-    """Socket that receives the stream and never blocks; from cameras with a client, on a free port of loopback.
-
-    Args:
-        connection: As for `parse_connection` or `parse_cameras`.
-
-    Raises:
-        BackendError: if the address is not this computer's, or is taken.
-    """
+    """Socket that receives the stream and never blocks; from cameras with a client, on a free port of loopback."""
     host, port = (LOOPBACK, 0) if parse_cameras(connection) else parse_connection(connection)
     channel = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
     try:

@@ -94,11 +94,7 @@ class EventLog:
         self._events: deque[MocapEvent] = deque(maxlen=size)
 
     def write(self, event: MocapEvent) -> None:
-        """Append an event.
-
-        Args:
-            event: The event.
-        """
+        """Append an event."""
         self._events.append(event)
 
     def take(self) -> list[MocapEvent]:
@@ -127,45 +123,23 @@ class FaultBook:
         """How often each has struck or begun."""
 
     def strike(self, fault: MocapFault, now: float, text: str) -> None:
-        """A single packet shows a fault.
-
-        Args:
-            fault: Which.
-            now: By `time.monotonic` [s].
-            text: What happened, in words.
-        """
+        """A single packet shows a fault."""
         self.counts[fault] += 1
         self._ends[fault] = now + self._hold
         self._change(fault, True, now, text)
 
     def keep(self, fault: MocapFault, holds: bool, now: float, text: str = "") -> None:
-        """Begin or end a lasting fault; nothing happens if that is how it is already.
-
-        Args:
-            fault: Which.
-            holds: Whether it holds.
-            now: By `time.monotonic` [s].
-            text: What happened, in words.
-        """
+        """Begin or end a lasting fault; nothing happens if that is how it is already."""
         if holds and not fault & self.holds:
             self.counts[fault] += 1
         self._change(fault, holds, now, text)
 
     def note(self, now: float, text: str) -> None:
-        """Write down what is worth knowing and is no fault.
-
-        Args:
-            now: On this computer's monotonic clock [s].
-            text: What happened, in words.
-        """
+        """Write down what is worth knowing and is no fault."""
         self._log.write(MocapEvent(now, MocapFault.NONE, True, text))
 
     def tick(self, now: float) -> None:
-        """Let faults end that have not struck for a while.
-
-        Args:
-            now: On this computer's monotonic clock [s].
-        """
+        """Let faults end that have not struck for a while."""
         for fault in [fault for fault, end in self._ends.items() if end <= now]:
             del self._ends[fault]
             self._change(fault, False, now, "")

@@ -65,13 +65,7 @@ class Figures:
         self._noise = PositionNoise()
 
     def frame(self, arrival: float, delay: float, skipped: int) -> None:
-        """A new frame arrived.
-
-        Args:
-            arrival: By `time.monotonic` [s].
-            delay: After the quickest [s].
-            skipped: Frames missing before it.
-        """
+        """A new frame arrived."""
         self.frames += 1
         self.dropped += skipped
         if self._arrival is not None:
@@ -80,25 +74,13 @@ class Figures:
         self._delays.append(delay)
 
     def pose(self, lag: float, frame: int, position: Sequence[float]) -> None:
-        """Count a pose that was used.
-
-        Args:
-            lag: Of its velocity [s].
-            frame: Its number.
-            position: World frame [m].
-        """
+        """Count a pose that was used."""
         self.poses += 1
         self._lags.append(lag)
         self._noise.note(frame, position)
 
     def statistics(self, counts: Mapping[MocapFault, int], frame_rate: float, latency: float) -> MocapStatistics:
-        """Figures so far.
-
-        Args:
-            counts: Of all faults.
-            frame_rate: Measured [1/s].
-            latency: Of the quickest packets [s].
-        """
+        """Figures so far."""
         intervals, delays, lags = list(self._intervals), list(self._delays), list(self._lags)
         middle = _median(intervals)
         late, latest = np.percentile(delays, (99.0, 100.0)) if delays else (math.nan, math.nan)

@@ -41,25 +41,14 @@ class Pipeline:
         return self._stream.frame_rate if self._stream.monitor.near(RATE_AT_OPEN) is False else None
 
     def feed(self, datagram: bytes, sender: Sender, arrival: float, raw: float) -> None:
-        """Take in a datagram.
-
-        Args:
-            datagram: As received.
-            sender: Address and port that it came from.
-            arrival: By `time.monotonic`, not before the last call [s].
-            raw: The same by a clock whose rate no time server changes [s].
-        """
+        """Take in a datagram."""
         reading = self._stream.read(datagram, sender, arrival, raw)
         sample = None if reading is None else self._tracker.take(reading)
         if sample is not None:
             self.latest = replace(sample, fault=self.book.holds)
 
     def tick(self, now: float) -> None:
-        """Let time pass.
-
-        Args:
-            now: By `time.monotonic` [s].
-        """
+        """Let time pass."""
         self._stream.tick(now)
         if self.latest.count:
             age = now - self.latest.time
@@ -74,11 +63,7 @@ class Pipeline:
             self.latest = replace(self.latest, fault=self.book.holds)
 
     def deadline(self, now: float) -> float:
-        """When `tick` must be called next if nothing comes [s]; ∞ if there is nothing to wait for.
-
-        Args:
-            now: By `time.monotonic` [s].
-        """
+        """When `tick` must be called next if nothing comes [s]; ∞ if there is nothing to wait for."""
         ages = (self._config.stale_after, self._config.prediction_limit) if self.latest.count else ()
         times = (*(self.latest.time + age for age in ages), self._stream.deadline, self.book.deadline)
         return min((time for time in times if time > now), default=math.inf)

@@ -70,14 +70,7 @@ class MocapWorker:
         self._thread.start()
 
     def stop(self, timeout: float) -> bool:
-        """End the thread and close the socket.
-
-        Args:
-            timeout: How long to wait [s].
-
-        Returns:
-            Whether the thread has ended.
-        """
+        """End the thread and close the socket."""
         self._stopping = True
         os.write(self._wake_write, b"!")
         self._thread.join(timeout)
@@ -88,15 +81,7 @@ class MocapWorker:
         return True
 
     def wait(self, condition: Callable[[Pipeline], bool], timeout: float) -> bool:
-        """Wait until something is so.
-
-        Args:
-            condition: Looked at whenever something has changed.
-            timeout: How long to wait [s].
-
-        Returns:
-            Whether it came to be.
-        """
+        """Wait until something is so."""
         with self._changed:
             return self._changed.wait_for(lambda: condition(self._pipeline), timeout)
 

@@ -75,11 +75,7 @@ class AuthorityKeeper:
             self._landing = self._disarm_expected = False
 
     def withdraw(self, now: float) -> None:
-        """Stop commanding of our own accord.
-
-        Args:
-            now: On this computer's monotonic clock [s].
-        """
+        """Stop commanding of our own accord."""
         with self._lock:
             self._stream.stop()
             self._state = Authority.NONE
@@ -87,23 +83,11 @@ class AuthorityKeeper:
             self._end_conditions(now)
 
     def expect_disarm(self, expected: bool) -> None:
-        """Set whether the next disarming is ours.
-
-        Args:
-            expected: Whether it is.
-        """
+        """Set whether the next disarming is ours."""
         self._disarm_expected = expected
 
     def hold(self, place: PositionSetpoint, *, latch: bool) -> bool:
-        """Hold a point; refused unless the vehicle is ours.
-
-        Args:
-            place: Point and yaw, world frame.
-            latch: Whether the controller is kept out until `SetpointStream.release`.
-
-        Returns:
-            Whether it was not refused.
-        """
+        """Hold a point; refused unless the vehicle is ours."""
         with self._lock:
             if self._state is not Authority.ENGAGED:
                 return False
@@ -111,16 +95,7 @@ class AuthorityKeeper:
             return True
 
     def climb(self, place: PositionSetpoint, height: float, now: float) -> bool:
-        """Climb from a point; refused unless the vehicle is ours.
-
-        Args:
-            place: Point and yaw at the start, world frame.
-            height: Of the climb [m].
-            now: On this computer's monotonic clock [s].
-
-        Returns:
-            Whether it was not refused.
-        """
+        """Climb from a point; refused unless the vehicle is ours."""
         with self._lock:
             if self._state is not Authority.ENGAGED:
                 return False
@@ -128,11 +103,7 @@ class AuthorityKeeper:
             return True
 
     def request_landing(self, place: PositionSetpoint | None) -> bool:
-        """Ask to land at every chance until the heartbeat shows it; refused unless the vehicle is ours.
-
-        Args:
-            place: To hold until then, without the controller; None leaves the stream as it is.
-        """
+        """Ask to land at every chance until the heartbeat shows it; refused unless the vehicle is ours."""
         with self._lock:
             if self._state is Authority.LANDING:
                 return True
@@ -146,13 +117,7 @@ class AuthorityKeeper:
             return True
 
     def requests(self, now: float, dialect: Dialect, target: tuple[int, int]) -> list[Message]:
-        """Requests to land that are due: by mode, and every other time by command.
-
-        Args:
-            now: On this computer's monotonic clock [s].
-            dialect: Of the autopilot.
-            target: System and component of the autopilot.
-        """
+        """Requests to land that are due: by mode, and every other time by command."""
         with self._lock:
             if not self._landing or now < self._next_request:
                 return []
@@ -166,26 +131,13 @@ class AuthorityKeeper:
             return [command_message(target, mavlink.MAV_CMD_DO_SET_MODE, *mode, confirmation=confirmation)]
 
     def accepted(self, command: int, now: float) -> None:
-        """Take in that the autopilot accepted a command.
-
-        Args:
-            command: MAV_CMD.
-            now: On this computer's monotonic clock [s].
-        """
+        """Take in that the autopilot accepted a command."""
         with self._lock:
             if self._landing and command in _LANDING_COMMANDS:
                 self._next_request = now + _UNTIL_SHOWN
 
     def heartbeat(self, mode: Mode, armed: bool, system_status: int, dialect: Dialect, now: float) -> None:
-        """Take in a heartbeat of the autopilot.
-
-        Args:
-            mode: Flight mode.
-            armed: Whether the vehicle is armed.
-            system_status: MAV_STATE.
-            dialect: Of the autopilot.
-            now: On this computer's monotonic clock [s].
-        """
+        """Take in a heartbeat of the autopilot."""
         with self._lock:
             self._note_changes(mode, armed, now)
             if system_status == _TERMINATED:
@@ -220,11 +172,7 @@ class AuthorityKeeper:
             )
 
     def rebooted(self, now: float) -> None:
-        """Take in that the autopilot has started anew, and obeys nothing from before.
-
-        Args:
-            now: On this computer's monotonic clock [s].
-        """
+        """Take in that the autopilot has started anew, and obeys nothing from before."""
         with self._lock:
             if self._state is not Authority.NONE:
                 self._lose("the autopilot rebooted", now)

@@ -56,34 +56,20 @@ class Dialect:
     """What may keep it from the companion mode although it accepted the request."""
 
     def mode_parameters(self, mode: Mode) -> tuple[float, float, float]:
-        """First three parameters of DO_SET_MODE.
-
-        Args:
-            mode: Flight mode.
-        """
+        """First three parameters of DO_SET_MODE."""
         if self is PX4:
             return 1.0, float(mode.number >> 16 & 0xFF), float(mode.number >> 24 & 0xFF)
         return 1.0, float(mode.number), 0.0
 
     def decode_parameter(self, value: float, kind: int) -> float:
-        """Value of a parameter from the field of PARAM_VALUE.
-
-        Args:
-            value: The field.
-            kind: MAV_PARAM_TYPE.
-        """
+        """Value of a parameter from the field of PARAM_VALUE."""
         code, size = _INTEGERS.get(kind, ("", 0))
         if not self.parameters_bytewise or not code:
             return value
         return float(struct.unpack(f"<{code}", struct.pack("<f", value)[:size])[0])
 
     def encode_parameter(self, value: float, kind: int) -> float:
-        """Field of PARAM_SET that carries a parameter's value.
-
-        Args:
-            value: Of the parameter.
-            kind: MAV_PARAM_TYPE.
-        """
+        """Field of PARAM_SET that carries a parameter's value."""
         code, size = _INTEGERS.get(kind, ("", 0))
         if not self.parameters_bytewise or not code:
             return value
@@ -131,9 +117,5 @@ ARDUPILOT = Dialect(
 
 
 def dialect_of(autopilot: int) -> Dialect | None:
-    """Dialect of a heartbeat's `autopilot` field; None for any other sender.
-
-    Args:
-        autopilot: MAV_AUTOPILOT of the heartbeat.
-    """
+    """Dialect of a heartbeat's `autopilot` field; None for any other sender."""
     return next((dialect for dialect in (PX4, ARDUPILOT) if dialect.autopilot == autopilot), None)

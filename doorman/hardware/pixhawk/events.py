@@ -105,44 +105,18 @@ class EventLog:
         return self._conditions
 
     def happen(self, kind: EventKind, time: float, message: str, **values: object) -> None:
-        """Note an event.
-
-        Args:
-            kind: Of the event.
-            time: On this computer's monotonic clock [s].
-            message: What happened, in words.
-            **values: Figures to it, by name.
-        """
+        """Note an event."""
         with self._lock:
             self._events.append(Event(kind, time, message, values=MappingProxyType(values)))
 
     def happen_at_most(self, period: float, kind: EventKind, time: float, message: str, **values: object) -> None:
-        """Note an event unless one of its kind was noted a short time ago: floods stay readable.
-
-        Args:
-            period: Least time between two of them [s].
-            kind: Of the event.
-            time: On this computer's monotonic clock [s].
-            message: What happened, in words.
-            **values: Figures to it, by name.
-        """
+        """Note an event unless one of its kind was noted a short time ago: floods stay readable."""
         if time - self._last_noted.get(kind, float("-inf")) >= period:
             self._last_noted[kind] = time
             self.happen(kind, time, message, **values)
 
     def condition(self, kind: EventKind, holds: bool, time: float, message: str, **values: object) -> bool:
-        """Begin or end a condition.
-
-        Args:
-            kind: Of the event.
-            holds: Whether it holds now.
-            time: On this computer's monotonic clock [s].
-            message: What happened, in words.
-            **values: Figures to it, by name.
-
-        Returns:
-            Whether that changed anything.
-        """
+        """Begin or end a condition."""
         with self._lock:
             if holds == (kind in self._conditions):
                 return False

@@ -33,21 +33,12 @@ class Mode:
 
 
 def px4_number(main: int, sub: int = 0) -> int:
-    """Number `custom_mode` of a main and a sub mode of PX4.
-
-    Args:
-        main: Main mode.
-        sub: Sub mode, 0 for none.
-    """
+    """Number `custom_mode` of a main and a sub mode of PX4."""
     return main << 16 | sub << 24
 
 
 def px4_mode(number: int) -> Mode:
-    """Mode of PX4 from a `custom_mode`; the sub mode counts in auto only.
-
-    Args:
-        number: `custom_mode`.
-    """
+    """Mode of PX4 from a `custom_mode`; the sub mode counts in auto only."""
     main, sub = number >> 16 & 0xFF, number >> 24 & 0xFF
     name = _PX4_MAIN.get(main, f"mode {main}")
     if main == 4:
@@ -56,9 +47,5 @@ def px4_mode(number: int) -> Mode:
 
 
 def ardupilot_mode(number: int) -> Mode:
-    """Mode of ArduCopter from a `custom_mode`.
-
-    Args:
-        number: `custom_mode`.
-    """
+    """Mode of ArduCopter from a `custom_mode`."""
     return Mode(number, _ARDUPILOT.get(number, f"mode {number}"))

@@ -16,14 +16,7 @@ Array = NDArray[np.float64]
 
 
 def unknown(size: int) -> Array:
-    """A read-only vector of NaN: nothing has been received yet.
-
-    Args:
-        size: Number of entries.
-
-    Returns:
-        Shape (size,).
-    """
+    """A read-only vector of NaN: nothing has been received yet."""
     values = np.full(size, math.nan)
     values.flags.writeable = False
     return values

@@ -33,14 +33,7 @@ _DONE = Outcome(OutcomeStatus.DONE)
 
 
 def await_autopilot(link: Link) -> None:
-    """Wait for heartbeat, attitude and clock; for a heartbeat alone where we only listen.
-
-    Args:
-        link: Started already.
-
-    Raises:
-        BackendError: if one of them is missing after the time-out.
-    """
+    """Wait for heartbeat, attitude and clock; for a heartbeat alone where we only listen."""
     timeout = link.config.timeouts.open
     deadline = link.time.now() + timeout
     needs: tuple[tuple[str, Callable[[], bool]], ...] = (
@@ -64,12 +57,7 @@ def _hint(link: Link) -> str:
 
 
 def engage(link: Link, unarmed: bool = False) -> Outcome:
-    """Stream a hold at the present place, ask for the companion mode, and see it in the heartbeat.
-
-    Args:
-        link: The link.
-        unarmed: Whether that is not asked of a vehicle that somebody has armed meanwhile.
-    """
+    """Stream a hold at the present place, ask for the companion mode, and see it in the heartbeat."""
     timeouts = link.config.timeouts
     if not _until(link, lambda: link.tracker.sample.age(link.time.now()) <= timeouts.state, _PATIENCE):
         return Outcome(OutcomeStatus.NOT_READY, "no fresh position and attitude")
@@ -114,10 +102,6 @@ def arm(link: Link, timeout: float) -> Outcome:
     """Ask to arm until the autopilot accepts it or the time is over, and see it in the heartbeat.
 
     A vehicle that is to land is not armed.
-
-    Args:
-        link: To the autopilot.
-        timeout: Longest time [s].
     """
     deadline = link.time.now() + timeout
     while True:
@@ -143,11 +127,7 @@ def _may_arm(link: Link) -> bool:
 
 
 def disarm(link: Link) -> Outcome:
-    """Disarm; autopilots refuse it in the air.
-
-    Args:
-        link: To the autopilot.
-    """
+    """Disarm; autopilots refuse it in the air."""
     link.authority.expect_disarm(True)
     outcome = command(link, mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 0.0)
     link.authority.expect_disarm(outcome.done or outcome.status is OutcomeStatus.TIMED_OUT)
@@ -159,12 +139,7 @@ def disarm(link: Link) -> Outcome:
 
 
 def take_off(link: Link, height: float) -> Outcome:
-    """Climb by a height from where the vehicle stands, and hold there.
-
-    Args:
-        link: To the autopilot.
-        height: Above the present place [m].
-    """
+    """Climb by a height from where the vehicle stands, and hold there."""
     sample = link.tracker.sample
     place = here(sample)
     if link.authority.state is not Authority.ENGAGED or not sample.armed or place is None:
@@ -211,11 +186,7 @@ def _take_off_by_command(link: Link, height: float) -> Outcome:
 
 
 def land(link: Link) -> Outcome:
-    """Ask for the landing mode until the heartbeat shows it, then wait until the vehicle is disarmed on the ground.
-
-    Args:
-        link: To the autopilot.
-    """
+    """Ask for the landing mode until the heartbeat shows it, then wait until the vehicle is disarmed on the ground."""
     authority, deadline = link.authority, link.time.now() + link.config.timeouts.landing
     if not link.tracker.sample.armed:
         authority.withdraw(link.time.now())
@@ -238,11 +209,7 @@ def land(link: Link) -> Outcome:
 
 
 def leave(link: Link) -> None:
-    """Tell a vehicle that still flies by our setpoints to land, and see that it does, before the link is closed.
-
-    Args:
-        link: To the autopilot.
-    """
+    """Tell a vehicle that still flies by our setpoints to land, and see that it does, before the link is closed."""
     flying = link.tracker.sample.armed and link.authority.state is Authority.ENGAGED
     if flying and link.config.on_stop == "land" and link.open and link.request_landing():
         _until(link, lambda: link.authority.state is not Authority.ENGAGED, link.config.timeouts.stop)
@@ -250,16 +217,7 @@ def leave(link: Link) -> None:
 
 
 def wait_for_sample(link: Link, accept: Callable[[VehicleSample], bool], timeout: float) -> bool:
-    """Wait until the newest sample is accepted.
-
-    Args:
-        link: To the autopilot.
-        accept: Whether a sample is.
-        timeout: Longest time [s].
-
-    Returns:
-        Whether one was accepted in time.
-    """
+    """Wait until the newest sample is accepted."""
     return _until(link, lambda: accept(link.tracker.sample), timeout)
 
 

@@ -76,17 +76,7 @@ def attitude_message(
     *,
     side: tuple[float, float] | None = None,
 ) -> Message:
-    """SET_ATTITUDE_TARGET of a setpoint.
-
-    Args:
-        setpoint: What is wanted.
-        thrust: Normalised, 0 … 1.
-        frame: Of the autopilot.
-        boot_ms: Stamp [ms].
-        system: Target.
-        component: Target.
-        side: Normalised thrust along the body's x and y axis, −1 … 1; None of rotors that make none.
-    """
+    """SET_ATTITUDE_TARGET of a setpoint."""
     quaternion = frame.quaternion_to_ned(from_attitude(setpoint.attitude.tolist()))
     target, rest = (boot_ms, system, component), (quaternion.tolist(), 0.0, 0.0, 0.0, thrust)
     if side is None:
@@ -98,16 +88,7 @@ def attitude_message(
 def position_message(
     setpoint: PositionSetpoint, frame: LocalFrame, boot_ms: int, system: int, component: int, *, hold: bool = False
 ) -> Message:
-    """SET_POSITION_TARGET_LOCAL_NED of a setpoint.
-
-    Args:
-        setpoint: What is wanted.
-        frame: Of the autopilot.
-        boot_ms: Stamp [ms].
-        system: Target.
-        component: Target.
-        hold: Position and yaw only, for standing still.
-    """
+    """SET_POSITION_TARGET_LOCAL_NED of a setpoint."""
     mask = POSITION_AND_YAW if hold else FULL_POSITION
     values = [
         *frame.position_to_ned(setpoint.position).tolist(),

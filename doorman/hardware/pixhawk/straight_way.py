@@ -48,11 +48,7 @@ class StraightWay:
         return math.remainder(self.end_yaw - self.yaw, 2.0 * math.pi)
 
     def setpoint(self, now: float) -> PositionSetpoint:
-        """Where to be, and how fast; the end, at rest, once it is over.
-
-        Args:
-            now: [s].
-        """
+        """Where to be, and how fast; the end, at rest, once it is over."""
         share, way = min(max((now - self.since) / self.duration, 0.0), 1.0), self.end - self.begin
         velocity = way / self.duration if share < 1.0 else np.zeros(3)
         return PositionSetpoint(self.begin + share * way, self.yaw + share * self._turn, velocity)

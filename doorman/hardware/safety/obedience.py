@@ -38,12 +38,7 @@ class Obedience:
         self._told = None
 
     def tell(self, told: Array, now: float) -> None:
-        """Take in what the autopilot is told.
-
-        Args:
-            told: Attitude, roll, pitch and yaw, shape (3,), world frame [rad].
-            now: By `time.monotonic` [s].
-        """
+        """Take in what the autopilot is told."""
         rotation = rotation_body_to_world(told)
         if self._told is None:
             self._followed = rotation
@@ -53,14 +48,7 @@ class Obedience:
         self._told, self._last = rotation, now
 
     def angle(self, steered: Array) -> float:
-        """Angle by which the autopilot steers elsewhere.
-
-        Args:
-            steered: Attitude that it says it steers by, shape (3,), world frame [rad].
-
-        Returns:
-            Angle to the nearest attitude between the follower and what was told; NaN where nothing is [rad].
-        """
+        """Angle by which the autopilot steers elsewhere."""
         if self._told is None:
             return math.nan
         off = pin.log3(self._told.T @ rotation_body_to_world(steered))

@@ -49,15 +49,7 @@ class ForceEstimator:
         self._last: VehicleSample | None = None
 
     def update(self, sample: VehicleSample, thrust: float) -> float:
-        """Take in a sample.
-
-        Args:
-            sample: Newest state of the autopilot.
-            thrust: f_t that was commanded; NaN forgets the estimate [N].
-
-        Returns:
-            Size of the force [N]; NaN while it is unknown.
-        """
+        """Take in a sample."""
         last, self._last = self._last, sample
         if last is None or not (math.isfinite(thrust) and np.isfinite(sample.attitude).all()):
             self._force = np.zeros(3)

@@ -157,9 +157,5 @@ ACTIONS: dict[Fault, Action] = {rule.fault: rule.action for rule in RULES} | {
 
 
 def finite(values: np.ndarray) -> bool:
-    """Whether all values are finite numbers.
-
-    Args:
-        values: Of any shape.
-    """
+    """Whether all values are finite numbers."""
     return bool(np.isfinite(values).all())

@@ -160,17 +160,7 @@ def _tilted_rotors(model: Model) -> TiltedRotors | None:
 
 
 def servo_limits(vehicle: Vehicle) -> tuple[Array, Array, Array]:
-    """Limits of the arm's servos; one of a continuous joint turns once, as its ticks count no further.
-
-    Args:
-        vehicle: The vehicle.
-
-    Returns:
-        Lower and upper ends [rad] and largest rates [rad/s], shape (n,) each.
-
-    Raises:
-        BackendError: if a joint of the arm slides.
-    """
+    """Limits of the arm's servos; one of a continuous joint turns once, as its ticks count no further."""
     if vehicle.slides.any():
         raise BackendError("a servo cannot drive a prismatic joint", file=vehicle.urdf, given="prismatic",
                            field=f"joint {vehicle.joint_names[int(vehicle.slides.argmax())]}",

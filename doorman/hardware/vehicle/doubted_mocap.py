@@ -55,12 +55,7 @@ class DoubtedMocap(MocapReceiver):
         return self._judged(super().read())
 
     def wait(self, sample: PoseSample, timeout: float) -> PoseSample:
-        """A newer measurement, see `MocapReceiver.wait`; lost while it is doubted.
-
-        Args:
-            sample: Pose that is known.
-            timeout: Longest time to wait [s].
-        """
+        """A newer measurement, see `MocapReceiver.wait`; lost while it is doubted."""
         return self._judged(super().wait(sample, timeout))
 
     def _judged(self, pose: PoseSample) -> PoseSample:
@@ -78,11 +73,6 @@ class DoubtedMocap(MocapReceiver):
 
 
 def between(a: NDArray[np.float64], b: NDArray[np.float64]) -> float:
-    """Angle between two attitudes [rad].
-
-    Args:
-        a: Unit quaternion, shape (4,).
-        b: Unit quaternion, shape (4,).
-    """
+    """Angle between two attitudes [rad]."""
     (aw, ax, ay, az), (bw, bx, by, bz) = a.tolist(), b.tolist()
     return angle_between((aw, ax, ay, az), (bw, bx, by, bz))

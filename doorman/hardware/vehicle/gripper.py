@@ -27,15 +27,7 @@ _DEAD_BAND = 0.1
 
 
 def gripper_current(angle: float, closed: bool) -> float:
-    """Current that brings the fingers to where they are wanted.
-
-    Args:
-        angle: Of the gripper's servo [rad].
-        closed: Whether to hold.
-
-    Returns:
-        [A].
-    """
+    """Current that brings the fingers to where they are wanted."""
     if closed:
         return CLOSING_CURRENT
     return OPENING_CURRENT if angle > OPEN + _DEAD_BAND else 0.0

@@ -38,24 +38,7 @@ def compose(
     servo_patience: float,
     tip_force: float | None = None,
 ) -> Measurement:
-    """Measurement for one tick.
-
-    Args:
-        now: Of the tick, by `time.monotonic` [s].
-        opened: When the backend was opened, by the same clock [s].
-        vehicle: Newest of the autopilot.
-        servos: Newest of the servos.
-        pose: Newest that the cameras measured; None where the autopilot's own estimate is flown on.
-        n_arm: Number of the arm's joints; a gripper's servo follows them.
-        servo_patience: Age up to which joint angles are used [s].
-        tip_force: What the tip's force sensor reads; None without one [N].
-
-    Returns:
-        Position and attitude as of the pose, everything else as of the tick.
-
-    Raises:
-        BackendError: if a link has nothing usable; `field` says which.
-    """
+    """Measurement for one tick."""
     heard = vehicle.status is SampleStatus.FRESH
     if not heard and (pose is None or vehicle.status is not SampleStatus.STALE):
         raise BackendError(f"the autopilot's state is {vehicle.status.value}", field="pixhawk",

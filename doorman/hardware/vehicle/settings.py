@@ -22,20 +22,7 @@ Config = TypeVar("Config")
 
 
 def with_settings(config: Config, settings: Mapping[str, object], prefix: str = "") -> Config:
-    """A configuration with other values for some of its settings.
-
-    Args:
-        config: A `VehicleConfig`, or with a prefix one of its links.
-        settings: Values by dotted name: fields of `VehicleConfig`, and in it of `PixhawkConfig`, `ServoConfig` and
-            `MocapConfig`. A field that is a configuration itself takes a mapping.
-        prefix: Of the names, which they are given without, such as `servos.`.
-
-    Returns:
-        Checked as if it had been made so.
-
-    Raises:
-        BackendError: if there is no such field, or its value is not one that it takes.
-    """
+    """A configuration with other values for some of its settings."""
     tree: dict[str, Any] = {}
     for name, value in settings.items():
         if part := next((other for other in settings if other.startswith(f"{name}.")), ""):

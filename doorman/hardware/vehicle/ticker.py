@@ -44,11 +44,7 @@ class Ticker:
         """Between ticks, the first of them [s]."""
 
     def wait(self) -> float:
-        """Sleep until the next tick; the first one is now.
-
-        Returns:
-            The time, by `time.monotonic` [s].
-        """
+        """Sleep until the next tick; the first one is now."""
         now = self._clock.now()
         if self._next is None:
             self._next = self._last = now

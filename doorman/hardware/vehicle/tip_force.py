@@ -38,14 +38,7 @@ class TipForce:
         self._fault = ""
 
     def read(self, now: float) -> float | None:
-        """The force now.
-
-        Args:
-            now: By `time.monotonic` [s].
-
-        Returns:
-            [N]; None where the sensor fails, or says nothing that is new and finite.
-        """
+        """The force now."""
         force, fault = math.nan, ""
         try:
             reading = self._source()

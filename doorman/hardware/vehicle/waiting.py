@@ -26,12 +26,7 @@ _WORTH_A_WORD = 1.0
 
 
 def await_links(links: VehicleLinks, say: Callable[[str], None] | None = None) -> None:
-    """Wait; what is missing after that, a checklist says.
-
-    Args:
-        links: Open.
-        say: Gets a line for everything that takes longer than a moment.
-    """
+    """Wait; what is missing after that, a checklist says."""
     clock = links.clock
     begin, told = clock.now(), ""
     while True:
@@ -58,39 +53,22 @@ def _missing(links: VehicleLinks) -> str:
 
 
 def apart(links: VehicleLinks) -> float:
-    """Distance between mocap's pose and the autopilot's estimate [m]; 0 without mocap, NaN without a pose that can be used.
-
-    Args:
-        links: Open.
-    """
+    """Distance between mocap's pose and the autopilot's estimate [m]; 0 without mocap, NaN without a pose that can be used."""
     return _compared(links, lambda seen, own: float(np.linalg.norm(seen.position - own.position)))
 
 
 def turned(links: VehicleLinks) -> float:
-    """Angle between mocap's attitude and the autopilot's estimate [rad]; 0 without mocap, NaN without a pose that can be used.
-
-    Args:
-        links: Open.
-    """
+    """Angle between mocap's attitude and the autopilot's estimate [rad]; 0 without mocap, NaN without a pose that can be used."""
     return _compared(links, lambda seen, own: between(seen.quaternion, own.quaternion))
 
 
 def leaning(links: VehicleLinks) -> float:
-    """Angle between the two attitudes' upward axes [rad]: what no heading explains. 0 without mocap, NaN without a usable pose.
-
-    Args:
-        links: Open.
-    """
+    """Angle between the two attitudes' upward axes [rad]. 0 without mocap, NaN without a usable pose."""
     return _compared(links, lambda seen, own: tilt_between(seen.quaternion, own.quaternion))
 
 
 def tilt_between(a: NDArray[np.float64], b: NDArray[np.float64]) -> float:
-    """Angle between the body's z axes of two attitudes [rad].
-
-    Args:
-        a: Unit quaternion [w, x, y, z], body to world, shape (4,).
-        b: Likewise.
-    """
+    """Angle between the body's z axes of two attitudes [rad]."""
     up = (0.0, 0.0, 1.0)
     return math.acos(min(max(float(np.dot(rotate(a.tolist(), up), rotate(b.tolist(), up))), -1.0), 1.0))
 

@@ -43,19 +43,7 @@ LARGEST_DIFFERENCE = 0.02
 
 
 def servo_zeros(file: VehicleFile, angles: Sequence[float], device: str | None = None) -> dict[str, object]:
-    """Zeros of the servos, whose joints are held at known angles with torque off.
-
-    Args:
-        file: Names the servos.
-        angles: Of all joints and the gripper, as the URDF counts them [rad].
-        device: Of the servos; None: the file's.
-
-    Returns:
-        Values of the file's keys.
-
-    Raises:
-        BackendError: if there is not one angle a servo, a servo does not answer, or one has a homing offset or a drive mode.
-    """
+    """Zeros of the servos, whose joints are held at known angles with torque off."""
     own = _own(file, "servos", ("port", "zero_positions"))
     port = device or file.values.get(SERVOS)
     if port is None:
@@ -81,21 +69,7 @@ def servo_zeros(file: VehicleFile, angles: Sequence[float], device: str | None =
 def object_in_body(
     file: VehicleFile, position: ArrayLike, yaw: float, connection: str | None = None, duration: float = LISTENING
 ) -> dict[str, object]:
-    """Where the tracked object is in the body, of a vehicle that stands level at a known place.
-
-    Args:
-        file: Names the cameras and the object.
-        position: Of O_B, shape (3,), world frame [m].
-        yaw: Heading [rad].
-        connection: Of the cameras; None: the file's.
-        duration: How long the cameras are listened to [s].
-
-    Returns:
-        Values of the file's keys.
-
-    Raises:
-        BackendError: if the cameras do not see the object, or it moves.
-    """
+    """Where the tracked object is in the body, of a vehicle that stands level at a known place."""
     place = vector(position, 3, "position")
     own = _own(file, "mocap", ("connection", "object_position", "object_attitude"))
     link = connection or file.values.get(MOCAP)
@@ -136,19 +110,7 @@ def _mean_pose(config: MocapConfig, duration: float) -> tuple[Array, Array]:
 
 
 def cameras_in_world(door: Door, hinge: ArrayLike, latch: ArrayLike) -> dict[str, object]:
-    """Where the cameras' axes are in the world, from two points of the closed door.
-
-    Args:
-        door: The door, as its URDF has it.
-        hinge: Lower end of the hinge line, shape (3,), in the cameras' axes [m].
-        latch: Lower end of the closed leaf's free edge, shape (3,), in the cameras' axes [m].
-
-    Returns:
-        Values of the file's keys.
-
-    Raises:
-        BackendError: if the two are not as far apart as the leaf is wide.
-    """
+    """Where the cameras' axes are in the world, from two points of the closed door."""
     near, far = vector(hinge, 3, "--hinge"), vector(latch, 3, "--latch")
     along = far - near
     width = math.hypot(along[0], along[1])

@@ -13,15 +13,7 @@ _DEVICES = "doorman system udev | sudo tee /etc/udev/rules.d/99-doorman.rules"
 
 
 def devices(host: Host, file: VehicleFile) -> list[Row]:
-    """Look at every device and file of a vehicle's links.
-
-    Args:
-        host: The computer.
-        file: Names them.
-
-    Returns:
-        A row each.
-    """
+    """Look at every device and file of a vehicle's links."""
     rows = []
     for key, device in (("pixhawk", _serial(file.values.get(PIXHAWK))), ("servos", file.values.get(SERVOS))):
         if device is not None:

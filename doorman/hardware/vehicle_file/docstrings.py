@@ -8,14 +8,7 @@ import textwrap
 
 
 def field_docs(owner: type) -> dict[str, str]:
-    """Docstring by name of every field that has one, on one line.
-
-    Args:
-        owner: A class whose fields stand in its body, each with its docstring below.
-
-    Returns:
-        The docstrings; none where the source is not at hand.
-    """
+    """Docstring by name of every field that has one, on one line."""
     try:
         tree = ast.parse(textwrap.dedent(inspect.getsource(owner)))
     except (OSError, TypeError):

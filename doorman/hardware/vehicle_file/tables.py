@@ -30,13 +30,7 @@ _PLAIN: dict[Any, Any] = {float: Number, int: Annotated[int, Field(strict=True)]
 
 
 def _section(config: type, prefix: str, whole: bool) -> type[Section]:
-    """Table with the fields of a configuration.
-
-    Args:
-        config: A dataclass.
-        prefix: Of its fields' dotted names.
-        whole: Whether a field without a default must be given.
-    """
+    """Table with the fields of a configuration."""
     keys: dict[str, Any] = {}
     hints = get_type_hints(config)
     for field in dataclasses.fields(config):

@@ -149,50 +149,24 @@ class Door(LeafInWorld):
         return max(self.opening_of(self.lower_limit), self.opening_of(self.upper_limit))
 
     def link_placements(self, door_angle: float) -> dict[str, Array]:
-        """Placement of every link in the world.
-
-        Args:
-            door_angle: α [rad].
-
-        Returns:
-            Homogeneous matrices of shape (4, 4) by link name.
-        """
+        """Placement of every link in the world."""
         joints = self.joint_placements_along(np.array([door_angle]))[0]
         return {name: joints[link.joint] @ link.placement for name, link in self.links.items()}
 
     def joint_placements_along(self, door_angles: Array) -> Array:
-        """Placements of what carries the `links`, in the world, at each of m angles.
-
-        Args:
-            door_angles: α, shape (m,), finite [rad].
-
-        Returns:
-            Homogeneous matrices, shape (m, 2, 4, 4): of the frame and of what the hinge carries.
-        """
+        """Placements of what carries the `links`, in the world, at each of m angles."""
         values = np.array([[self.joint_value(float(angle))] for angle in door_angles])
         return joint_placements_along(self.model, self._own.get(self.model.createData), values)
 
     def weight_torque(self, door_angle: float) -> float:
-        """Torque G(α) of the leaf's own weight, in the sense of damping [N m].
-
-        Args:
-            door_angle: α [rad].
-        """
+        """Torque G(α) of the leaf's own weight, in the sense of damping [N m]."""
         if self.vertical:
             return 0.0
         leaf, normal = self.leaf_direction(door_angle), self.normal(door_angle)
         return self._motion.weight_torque(self.weight, float(leaf[2]), float(normal[2]))
 
     def hinge_torque(self, door_angle: float, door_rate: float) -> float:
-        r"""Torque against the motion, :math:`b\dot\alpha + \tau_c\tanh(\dot\alpha/\epsilon) + k(\alpha-\alpha_0) \pm \tau_p + G`.
-
-        Args:
-            door_angle: α [rad].
-            door_rate: α̇ [rad/s].
-
-        Returns:
-            [N m]; α̈ = −torque/I_D when nothing else acts.
-        """
+        r"""Torque :math:`b\dot\alpha + \tau_c\tanh(\dot\alpha/\epsilon) + k(\alpha-\alpha_0) \pm \tau_p + G` against the motion."""
         friction = self.friction * np.tanh(door_rate / self.friction_rate)
         spring = self.stiffness * (door_angle - self.rest_angle)
         return float(self.damping * door_rate + friction + spring + self.closing_torque) + self.weight_torque(

@@ -65,15 +65,6 @@ def frame_places(door: Door, height: float, reach: float, radius: float) -> tupl
     """Places that tell where a door stands: two on its front far apart, and one beside the hinge, where the frame is deep enough.
 
     The front has its place on the widest box on either side. A wider face bears a larger error of the map along it.
-
-    Args:
-        door: Where the map has it.
-        height: Of the tip above P_h, D_H [m].
-        reach: Of the arm from O_B, straight ahead [m].
-        radius: Of the rotor disc [m].
-
-    Returns:
-        The places, the one beside the hinge last; nothing where there is no face on both sides.
     """
     if not (door.upright and door.vertical):
         return ()
@@ -96,19 +87,7 @@ def frame_places(door: Door, height: float, reach: float, radius: float) -> tupl
 def places_to_touch(
     scenario: Scenario, door: Door, height: float, reach: float, radius: float, opening: float
 ) -> tuple[FramePlace, ...]:
-    """The places that a mission is to touch.
-
-    Args:
-        scenario: Says whether any.
-        door: Where the map has it.
-        height: Of the tip above P_h, D_H [m].
-        reach: Of the arm from O_B, straight ahead [m].
-        radius: Of the rotor disc [m].
-        opening: Of the leaf at the start [rad or m].
-
-    Raises:
-        ScenarioError: if there are none, or the mission cannot use them.
-    """
+    """The places that a mission is to touch."""
     if not scenario.mission.touch_frame:
         return ()
     doubt, places = scenario.estimation, frame_places(door, height, reach, radius)
@@ -143,12 +122,7 @@ def _boxes(door: Door) -> list[_Box]:
 
 
 def _on_the_front(side: list[_Box], towards: float) -> tuple[float, float] | None:
-    """Place on the widest face of one side, along `into` and `along` [m].
-
-    Args:
-        side: Boxes on it.
-        towards: 1 where the doorway lies along the leaf from there, else −1.
-    """
+    """Place on the widest face of one side, along `into` and `along` [m]."""
     for box in sorted(side, key=lambda box: -float(box.half[1])):
         along = float(box.center[1] + towards * max(box.half[1] - _FARTHEST, 0.0))
         behind = any(
@@ -160,13 +134,7 @@ def _on_the_front(side: list[_Box], towards: float) -> tuple[float, float] | Non
 
 
 def _beside_the_hinge(side: list[_Box], depth: float, face: float) -> float | None:
-    """How far a tip is in the doorway beside the hinge's post, between its front and the leaf, along `into` [m].
-
-    Args:
-        side: Boxes beside the hinge.
-        depth: From the front [m].
-        face: Of the closed leaf [m].
-    """
+    """How far a tip is in the doorway beside the hinge's post, between its front and the leaf, along `into` [m]."""
     fronts = [box.front for box in side if abs(box.ends[1]) < _BORDER]
     into = min(fronts, default=0.0) + depth
     return into if fronts and depth > _ROOM and into < face - _ROOM else None

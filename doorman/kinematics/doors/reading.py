@@ -26,15 +26,7 @@ _OF_HINGES = {
 
 
 def read_door(scenario: Scenario) -> Door:
-    """Door of a scenario, as its URDF describes it.
-
-    Args:
-        scenario: The scenario.
-
-    Raises:
-        UrdfError: see `Door`.
-        ScenarioError: if contact frame and side contradict each other, or a slide is given what only a hinge has.
-    """
+    """Door of a scenario, as its URDF describes it."""
     contact, urdf = scenario.contact, scenario.door_urdf
     plain = Door(urdf, scenario.door)
     if plain.slides:
@@ -53,15 +45,7 @@ def read_door(scenario: Scenario) -> Door:
 
 
 def read_travel(scenario: Scenario, door: Door) -> Travel:
-    """Door angles at which a scenario begins and ends.
-
-    Args:
-        scenario: The scenario.
-        door: Its door.
-
-    Raises:
-        ScenarioError: if an end is given twice.
-    """
+    """Door angles at which a scenario begins and ends."""
     start = _end(scenario, door, "start", scenario.start)
     goal = _end(scenario, door, "goal", scenario.goal)
     if start is None:

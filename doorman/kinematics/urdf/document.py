@@ -20,18 +20,7 @@ LONGEST_ATTRIBUTE = 4096
 
 
 def parse_document(path: Path, content: bytes) -> ElementTree.Element:
-    """Root element of XML of bounded depth and number of elements.
-
-    Args:
-        path: The file that it comes from, for errors.
-        content: What `read_content` has read.
-
-    Returns:
-        Its root.
-
-    Raises:
-        UrdfError: if it is not XML, defines entities, or is out of bounds.
-    """
+    """Root element of XML of bounded depth and number of elements."""
     parser = ElementTree.XMLParser(target=_Builder(path))  # noqa: S314  # the builder refuses entities
     try:
         parser.feed(content)
@@ -46,14 +35,7 @@ def parse_document(path: Path, content: bytes) -> ElementTree.Element:
 
 
 def read_content(path: Path) -> bytes:
-    """Bytes of a file of bounded size.
-
-    Args:
-        path: The file.
-
-    Raises:
-        UrdfError: if the file is missing, cannot be read, or is too large.
-    """
+    """Bytes of a file of bounded size."""
     if not path.is_file():
         raise UrdfError("no such URDF file", file=path, field="file", given=str(path), allowed="an existing file")
     return read_bytes(path, LARGEST_FILE, UrdfError)

@@ -53,33 +53,12 @@ class UrdfBox:
 
 
 def read_joints(path: Path) -> dict[str, UrdfJoint]:
-    """Joints of a URDF by name, in the order of the file.
-
-    Args:
-        path: URDF file.
-
-    Returns:
-        The joints.
-
-    Raises:
-        UrdfError: if the file is not a URDF.
-    """
+    """Joints of a URDF by name, in the order of the file."""
     return {joint.name: joint for joint in map(_joint, check_structure(path).findall("joint"))}
 
 
 def read_boxes(path: Path, link: str) -> list[UrdfBox | None]:
-    """Collision shapes of a link, as far as they are boxes.
-
-    Args:
-        path: URDF file.
-        link: Name of a link that exists.
-
-    Returns:
-        One entry for every shape: the box, or None where it is something else.
-
-    Raises:
-        UrdfError: if the file is not a URDF.
-    """
+    """Collision shapes of a link, as far as they are boxes."""
     (element,) = (found for found in check_structure(path).findall("link") if found.get("name") == link)
     return [_box(collision) for collision in element.findall("collision")]
 

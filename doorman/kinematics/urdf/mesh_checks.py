@@ -24,15 +24,7 @@ _HEADER, _COUNT, _FACE = 80, 4, 50
 
 
 def check_meshes(urdf: Path, root: ElementTree.Element) -> None:
-    """Check the meshes of a URDF's collision shapes, as far as they exist: a missing one is its reader's error.
-
-    Args:
-        urdf: Path of the URDF.
-        root: Its root element, checked.
-
-    Raises:
-        UrdfError: that names the URDF, the link and the mesh.
-    """
+    """Check the meshes of a URDF's collision shapes, as far as they exist: a missing one is its reader's error."""
     for link in root.findall("link"):
         for mesh in link.findall("collision/geometry/mesh"):
             name = mesh.get("filename", "")

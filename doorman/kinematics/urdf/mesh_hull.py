@@ -35,18 +35,7 @@ class Hull:
 
 
 def mesh_vertices(urdf: Path, shape: UrdfShape) -> Array:
-    """Vertices of a mesh, its scale applied.
-
-    Args:
-        urdf: URDF that names it.
-        shape: Its shape of kind `mesh`.
-
-    Returns:
-        Shape (m, 3), in the shape's frame [m].
-
-    Raises:
-        UrdfError: that names link and mesh, if the file is missing or cannot be read, or a vertex is not finite or too far.
-    """
+    """Vertices of a mesh, its scale applied."""
     file = mesh_path(urdf, shape.file, shape.field)
     if not file.is_file():
         raise UrdfError("no such mesh", file=urdf, field=shape.field, given=shape.file, allowed="an existing file")
@@ -62,33 +51,14 @@ def mesh_vertices(urdf: Path, shape: UrdfShape) -> Array:
 
 
 def mesh_triangles(urdf: Path, shape: UrdfShape) -> NDArray[np.int64]:
-    """Triangles of a mesh that `mesh_vertices` reads.
-
-    Args:
-        urdf: URDF that names it.
-        shape: Its shape of kind `mesh`.
-
-    Returns:
-        Indices of the vertices, shape (k, 3).
-    """
+    """Triangles of a mesh that `mesh_vertices` reads."""
     model = coal.MeshLoader().load(str(mesh_path(urdf, shape.file, shape.field)), np.array(shape.size))
     corners = (model.tri_indices(k) for k in range(model.num_tris))
     return np.array([[each[0], each[1], each[2]] for each in corners], dtype=np.int64).reshape(-1, 3)
 
 
 def convex_hull(urdf: Path, shape: UrdfShape) -> Hull:
-    """Convex hull of a mesh.
-
-    Args:
-        urdf: URDF that names it.
-        shape: Its shape of kind `mesh`.
-
-    Returns:
-        The hull.
-
-    Raises:
-        UrdfError: that names link and mesh, if the mesh cannot be read or has no volume.
-    """
+    """Convex hull of a mesh."""
     vertices = mesh_vertices(urdf, shape)
     extents = np.linalg.svd(vertices - vertices.mean(axis=0), compute_uv=False) / np.sqrt(len(vertices))
     if len(extents) < 3 or extents[0] < _SMALLEST or extents[2] < _THINNEST * extents[0]:

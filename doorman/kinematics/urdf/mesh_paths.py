@@ -10,20 +10,7 @@ _FILE, _PACKAGE = "file://", "package://"
 
 
 def mesh_path(urdf: Path, filename: str, field: str) -> Path:
-    """Path of a mesh's file.
-
-    Args:
-        urdf: URDF that names it.
-        filename: `package://NAME/path` is NAME/path in the nearest folder above the URDF that has it; anything else is relative
-            to the URDF's folder, or absolute with or without `file://`.
-        field: Element that names it, for the error.
-
-    Returns:
-        An absolute path; where there is no such file, the one that is missing.
-
-    Raises:
-        UrdfError: if it is another kind of address.
-    """
+    """Path of a mesh's file."""
     folders = urdf.resolve().parents
     if filename.startswith(_PACKAGE):
         relative = filename.removeprefix(_PACKAGE)
@@ -38,15 +25,7 @@ def mesh_path(urdf: Path, filename: str, field: str) -> Path:
 
 
 def mesh_file(urdf: Path, name: str) -> Path | None:
-    """File of a mesh, if there is one.
-
-    Args:
-        urdf: File that names the mesh.
-        name: As written there; see `mesh_path`.
-
-    Returns:
-        The file; None if there is none.
-    """
+    """File of a mesh, if there is one."""
     try:
         path = mesh_path(urdf, name, "mesh")
     except UrdfError:

@@ -21,16 +21,6 @@ def portable_files(urdf: Path, name: str) -> dict[str, bytes]:
     """A URDF and its meshes as files that belong into one folder, wherever that is.
 
     A mesh that does not exist stays named as it is. Without meshes, the URDF stays what it is to the byte.
-
-    Args:
-        urdf: The file.
-        name: Of the copy, without suffix; names of the meshes begin with it too.
-
-    Returns:
-        Contents by file name; the URDF first.
-
-    Raises:
-        UrdfError: if the URDF or a mesh cannot be read, or is too large.
     """
     root = check_structure(urdf)
     copies: dict[Path, str] = {}

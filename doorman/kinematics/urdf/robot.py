@@ -20,19 +20,7 @@ _BROKEN_NAME = re.compile(rb"""\sname\s*=\s*(?:"([^"]*[\t\r\n][^"]*)"|'([^']*[\t
 
 
 def load_pinocchio(path: Path, endless: bool = True) -> pinocchio.Model:
-    """Kinematic tree of a URDF whose root link is fixed in the world.
-
-    Args:
-        path: URDF file.
-        endless: Whether a continuous joint has two coordinates, cosine and sine, as Pinocchio has it; else one, its angle.
-
-    Returns:
-        Pinocchio's model.
-
-    Raises:
-        UrdfError: if the file is missing, is not XML, is not a URDF, or it or a collision mesh holds a value that is not a
-            finite number or out of bounds.
-    """
+    """Kinematic tree of a URDF whose root link is fixed in the world."""
     root = check_structure(path)
     check_meshes(path, root)
     try:
@@ -52,17 +40,7 @@ def load_pinocchio(path: Path, endless: bool = True) -> pinocchio.Model:
 
 
 def frame_index(model: pinocchio.Model, name: str, path: Path, field: str) -> int:
-    """Index of a frame that must exist.
-
-    Args:
-        model: Of the URDF.
-        name: Of a link or joint; a link where both have this name.
-        path: Path of the URDF, for the error.
-        field: What names the frame, for the error.
-
-    Raises:
-        UrdfError: if the URDF has no link or joint of that name; the error lists the ones it has.
-    """
+    """Index of a frame that must exist."""
     if not model.existFrame(name):
         names = ", ".join(dict.fromkeys(frame.name for frame in model.frames if frame.name != "universe"))
         raise UrdfError(f"the URDF has no link or joint '{name}'", file=path, field=field, given=name, allowed=names)
@@ -71,17 +49,7 @@ def frame_index(model: pinocchio.Model, name: str, path: Path, field: str) -> in
 
 
 def link_index(model: pinocchio.Model, name: str, path: Path, field: str) -> int:
-    """Index of the frame of a link that must exist, and must not be a joint.
-
-    Args:
-        model: Of the URDF.
-        name: Of the link.
-        path: Path of the URDF, for the error.
-        field: What names the link, for the error.
-
-    Raises:
-        UrdfError: if the URDF has no link of that name; the error lists the ones it has.
-    """
+    """Index of the frame of a link that must exist, and must not be a joint."""
     body = pinocchio.FrameType.BODY
     if not model.existFrame(name, body):
         names = ", ".join(frame.name for frame in model.frames if frame.type == body)
@@ -90,14 +58,7 @@ def link_index(model: pinocchio.Model, name: str, path: Path, field: str) -> int
 
 
 def frozen(values: object) -> NDArray[np.float64]:
-    """Read-only float array.
-
-    Args:
-        values: Of the array, anything that NumPy converts.
-
-    Returns:
-        A copy, in the shape of `values`.
-    """
+    """Read-only float array."""
     array = np.array(values, dtype=np.float64)
     array.flags.writeable = False
     return array

@@ -47,61 +47,23 @@ class UrdfShape:
 
 
 def read_collisions(path: Path) -> list[UrdfShape]:
-    """All collision shapes of a URDF.
-
-    Args:
-        path: URDF file.
-
-    Returns:
-        The shapes, in the order of the file.
-
-    Raises:
-        UrdfError: if the file is not a URDF, or a shape is of another kind.
-    """
+    """All collision shapes of a URDF."""
     return _read(path, "collision")
 
 
 def read_visuals(path: Path) -> list[UrdfShape]:
-    """All visual shapes of a URDF.
-
-    Args:
-        path: URDF file.
-
-    Returns:
-        The shapes, in the order of the file.
-
-    Raises:
-        UrdfError: if the file is not a URDF, or a shape is of another kind.
-    """
+    """All visual shapes of a URDF."""
     return _read(path, "visual")
 
 
 def read_parents(path: Path) -> dict[str, tuple[str, str]]:
-    """Links that hang on a joint.
-
-    Args:
-        path: URDF file.
-
-    Returns:
-        Joint and link above, by the name of the link below.
-
-    Raises:
-        UrdfError: if the file is not a URDF.
-    """
+    """Links that hang on a joint."""
     joints = check_structure(path).findall("joint")
     return {_link(joint, "child"): (joint.get("name", ""), _link(joint, "parent")) for joint in joints}
 
 
 def link_name(path: Path, name: str) -> str:
-    """The link of that name, or the child link of the joint of that name.
-
-    Args:
-        path: URDF file.
-        name: Of a link or a joint that exists.
-
-    Raises:
-        UrdfError: if the file is not a URDF.
-    """
+    """The link of that name, or the child link of the joint of that name."""
     root = check_structure(path)
     if any(link.get("name") == name for link in root.findall("link")):
         return name

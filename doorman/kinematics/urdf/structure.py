@@ -53,17 +53,7 @@ _JOINT_TYPES = ("revolute", "continuous", "prismatic", "fixed", "floating", "pla
 
 
 def check_structure(path: Path) -> ElementTree.Element:
-    """Check that a file is a URDF: well-formed, a tree of links and joints, every number there, finite and in bounds.
-
-    Args:
-        path: URDF file.
-
-    Returns:
-        Its root element, `<robot>`; the caller's own, who may change it.
-
-    Raises:
-        UrdfError: that names the element at fault.
-    """
+    """Check that a file is a URDF: well-formed, a tree of links and joints, every number there, finite and in bounds."""
     return copy.deepcopy(_checked(path, read_content(path)))
 
 

@@ -68,37 +68,15 @@ class Actuation(ABC):
 
     @abstractmethod
     def within_limits(self, force: Array, yaw: float, max_tilt: float) -> Array:
-        """Nearest sensible force: height is kept first, then the horizontal part is cut.
-
-        Args:
-            force: Shape (3,), world frame [N].
-            yaw: ψ [rad].
-            max_tilt: Largest angle between force and vertical of a vehicle that tilts [rad].
-
-        Returns:
-            Shape (3,), world frame [N]; its vertical part is positive.
-        """
+        """Nearest sensible force: height is kept first, then the horizontal part is cut."""
 
     @abstractmethod
     def attitude(self, force: Array, yaw: float) -> Array:
-        """Attitude with which a force is made.
-
-        Args:
-            force: Shape (3,), world frame, vertical part positive [N].
-            yaw: ψ [rad].
-
-        Returns:
-            Φ, shape (3,) [rad].
-        """
+        """Attitude with which a force is made."""
 
     @abstractmethod
     def body_force(self, force: Array, attitude: Array) -> Array:
-        """What the rotors are to make, shape (3,), body frame [N].
-
-        Args:
-            force: Shape (3,), world frame [N].
-            attitude: Φ that the vehicle has, shape (3,) [rad].
-        """
+        """What the rotors are to make, shape (3,), body frame [N]."""
 
 
 class TiltedThrust(Actuation):
@@ -115,40 +93,15 @@ class TiltedThrust(Actuation):
         self.lift = (0.0, max_thrust)
 
     def within_limits(self, force: Array, yaw: float, max_tilt: float) -> Array:
-        """Force cut to thrust and tilt. See `Actuation`.
-
-        Args:
-            force: Shape (3,), world frame [N].
-            yaw: ψ [rad].
-            max_tilt: Largest angle between force and vertical of a vehicle that tilts [rad].
-
-        Returns:
-            Shape (3,), world frame [N]; its vertical part is positive.
-        """
+        """Force cut to thrust and tilt. See `Actuation`."""
         return saturate(force, self.max_thrust, max_tilt)
 
     def attitude(self, force: Array, yaw: float) -> Array:
-        """Attitude with the body's z axis along the force. See `Actuation`.
-
-        Args:
-            force: Shape (3,), world frame, vertical part positive [N].
-            yaw: ψ [rad].
-
-        Returns:
-            Φ, shape (3,) [rad].
-        """
+        """Attitude with the body's z axis along the force. See `Actuation`."""
         return attitude_of_force(force, yaw)
 
     def body_force(self, force: Array, attitude: Array) -> Array:
-        """All of the force along z. See `Actuation`.
-
-        Args:
-            force: Shape (3,), world frame [N].
-            attitude: Φ that the vehicle has, shape (3,) [rad].
-
-        Returns:
-            Shape (3,), body frame [N].
-        """
+        """All of the force along z. See `Actuation`."""
         return np.array([0.0, 0.0, math.sqrt(force.dot(force))])
 
 
@@ -171,16 +124,7 @@ class BodyForce(Actuation):
         self.rotors = RotorRoom(unlike[:, 0], unlike[:, 1:3], unlike[:, 3], unlike[:, 4])
 
     def within_limits(self, force: Array, yaw: float, max_tilt: float) -> Array:
-        """Force cut to the polytope of a level body. See `Actuation`.
-
-        Args:
-            force: Shape (3,), world frame [N].
-            yaw: ψ [rad].
-            max_tilt: Largest angle between force and vertical of a vehicle that tilts [rad].
-
-        Returns:
-            Shape (3,), world frame [N]; its vertical part is positive.
-        """
+        """Force cut to the polytope of a level body. See `Actuation`."""
         lift = min(max(float(force[2]), self._lifts[0]), self._lifts[1])
         c, s = math.cos(yaw), math.sin(yaw)
         side = self._side @ np.array([c * force[0] + s * force[1], c * force[1] - s * force[0]])
@@ -190,27 +134,11 @@ class BodyForce(Actuation):
         return np.array([max(share, 0.0) * force[0], max(share, 0.0) * force[1], lift])
 
     def attitude(self, force: Array, yaw: float) -> Array:
-        """Level attitude. See `Actuation`.
-
-        Args:
-            force: Shape (3,), world frame, vertical part positive [N].
-            yaw: ψ [rad].
-
-        Returns:
-            Φ, shape (3,) [rad].
-        """
+        """Level attitude. See `Actuation`."""
         return np.array([0.0, 0.0, yaw])
 
     def body_force(self, force: Array, attitude: Array) -> Array:
-        """The force in body axes. See `Actuation`.
-
-        Args:
-            force: Shape (3,), world frame [N].
-            attitude: Φ that the vehicle has, shape (3,) [rad].
-
-        Returns:
-            Shape (3,), body frame [N].
-        """
+        """The force in body axes. See `Actuation`."""
         return np.asarray(rotation_body_to_world(attitude).T @ force)
 
     def _room(self, lift: float) -> Array:
@@ -218,15 +146,7 @@ class BodyForce(Actuation):
 
 
 def actuation_of(vehicle: Vehicle, torque_per_thrust: float) -> Actuation:
-    """What a vehicle's rotors can do.
-
-    Args:
-        vehicle: The vehicle.
-        torque_per_thrust: κ [m].
-
-    Returns:
-        Of rotors that cannot steer, which the check refuses, a tilted thrust.
-    """
+    """What a vehicle's rotors can do."""
     weight = vehicle.mass * GRAVITY
     try:
         layout = rotor_layout(vehicle, torque_per_thrust)
@@ -240,14 +160,6 @@ def saturate(force: Array, max_thrust: float, max_tilt: float) -> Array:
 
     Of the horizontal part, `_BESIDE` of the largest thrust comes before the height, which costs a thirtieth of the lift: a
     vehicle that lacks lift is not to be blown away besides.
-
-    Args:
-        force: Shape (3,), world frame [N].
-        max_thrust: [N].
-        max_tilt: Largest angle between force and vertical [rad].
-
-    Returns:
-        Shape (3,), world frame [N]; its vertical part is positive.
     """
     horizontal = math.hypot(force[0], force[1])
     beside = min(horizontal, _BESIDE * max_thrust)
@@ -258,15 +170,7 @@ def saturate(force: Array, max_thrust: float, max_tilt: float) -> Array:
 
 
 def attitude_of_force(force: Array, yaw: float) -> Array:
-    """Attitude whose body z axis points along a force.
-
-    Args:
-        force: Shape (3,), world frame, vertical part positive [N].
-        yaw: ψ [rad].
-
-    Returns:
-        Φ, shape (3,) [rad].
-    """
+    """Attitude whose body z axis points along a force."""
     forward = math.cos(yaw) * force[0] + math.sin(yaw) * force[1]
     left = -math.sin(yaw) * force[0] + math.cos(yaw) * force[1]
     return np.array([math.atan2(-left, math.hypot(forward, force[2])), math.atan2(forward, force[2]), yaw])

@@ -38,12 +38,7 @@ class Balance:
 
     @classmethod
     def of(cls, layout: RotorLayout, weight: float) -> Balance:
-        """Polygon of a vehicle.
-
-        Args:
-            layout: Its rotors.
-            weight: m g [N].
-        """
+        """Polygon of a vehicle."""
         inverse = weight * layout.inverse
         slopes = np.column_stack([-inverse[:, 2], inverse[:, 1]])
         sides: dict[tuple[float, ...], tuple[Array, float]] = {}
@@ -60,26 +55,11 @@ class Balance:
         )
 
     def room(self, center: Array) -> Array:
-        """Distance of a centre of mass from every side, negative outside.
-
-        Args:
-            center: c, shape (3,), body frame [m].
-
-        Returns:
-            Shape (k,) [m].
-        """
+        """Distance of a centre of mass from every side, negative outside."""
         return np.asarray(self.reaches - self.normals @ center[:2])
 
     def room_towards(self, center: Array, direction: Array) -> float:
-        """Way of a centre of mass to the polygon's border; zero outside.
-
-        Args:
-            center: c, shape (3,), body frame [m].
-            direction: Unit vector, body axes x and y, shape (2,).
-
-        Returns:
-            [m].
-        """
+        """Way of a centre of mass to the polygon's border; zero outside."""
         closing = self.normals @ direction
         faced = closing > _LEAST_CLOSING
         ways = self.room(center)[faced] / closing[faced]
@@ -91,28 +71,14 @@ class Balance:
 
 
 def balance_numbers(vehicle: Vehicle) -> dict[str, Array]:
-    """Bodies and polygon of a vehicle, by the names that a symbolic task knows them by; nothing of a balanced one.
-
-    Args:
-        vehicle: The vehicle.
-
-    Returns:
-        Arrays in SI units; empty for a balanced vehicle.
-    """
+    """Bodies and polygon of a vehicle, by the names that a symbolic task knows them by; nothing of a balanced one."""
     polygon = balance_of(vehicle)
     bodies = {} if vehicle.bodies.balanced else vehicle.bodies.numbers()
     return bodies if polygon is None else {**bodies, **polygon.numbers()}
 
 
 def balance_of(vehicle: Vehicle) -> Balance | None:
-    """Polygon of a vehicle whose arm has mass, or whose centre of mass is not O_B.
-
-    Args:
-        vehicle: The vehicle.
-
-    Returns:
-        None of a balanced vehicle, and of one whose rotors cannot steer, which the check refuses.
-    """
+    """Polygon of a vehicle whose arm has mass, or whose centre of mass is not O_B."""
     if vehicle.bodies.balanced:
         return None
     try:

@@ -30,13 +30,7 @@ class Bodies:
 
     @classmethod
     def of(cls, model: pinocchio.Model, data: pinocchio.Data, base: pinocchio.SE3) -> Bodies:
-        """Bodies of a vehicle.
-
-        Args:
-            model: Pinocchio's model whose joints are the arm's.
-            data: Memory of that model, which is written to.
-            base: Placement of the base link in the model's root frame.
-        """
+        """Bodies of a vehicle."""
         pinocchio.forwardKinematics(model, data, np.zeros(model.nq))
         placements = [base.actInv(placement) for placement in data.oMi]
         bodies = [placement.act(each) for placement, each in zip(placements, model.inertias, strict=True)]

@@ -47,13 +47,6 @@ class SymbolicBodies:
 
 
 def symmetric(six: Any) -> Any:
-    """Symmetric matrix from its six entries.
-
-    Args:
-        six: xx, xy, xz, yy, yz, zz, (6, 1).
-
-    Returns:
-        Shape (3, 3).
-    """
+    """Symmetric matrix from its six entries."""
     xx, xy, xz, yy, yz, zz = ca.vertsplit(six)
     return ca.vertcat(ca.horzcat(xx, xy, xz), ca.horzcat(xy, yy, yz), ca.horzcat(xz, yz, zz))

@@ -24,19 +24,7 @@ Array = NDArray[np.float64]
 
 
 def disc_radius(urdf: Path, model: pinocchio.Model, base: pinocchio.SE3) -> float:
-    """Radius of the disc about the body's z axis that holds the body and its rotors.
-
-    Args:
-        urdf: Path of the URDF.
-        model: Pinocchio's model of it, in which only the arm moves.
-        base: Placement of the base link in the root frame.
-
-    Returns:
-        R_A [m].
-
-    Raises:
-        UrdfError: if neither shapes nor rotors tell it, or a mesh cannot be read.
-    """
+    """Radius of the disc about the body's z axis that holds the body and its rotors."""
     shapes = [shape for shape in read_collisions(urdf) if _frame(urdf, model, shape.link).parentJoint == 0]
     for shape in shapes:
         if shape.kind == "mesh":
@@ -62,16 +50,7 @@ def disc_radius(urdf: Path, model: pinocchio.Model, base: pinocchio.SE3) -> floa
 
 
 def propeller_reach(urdf: Path, model: pinocchio.Model, base: pinocchio.SE3) -> float:
-    """Largest distance of a propeller's tip from the body's z axis, of the rotors whose links have shapes.
-
-    Args:
-        urdf: Path of the URDF.
-        model: Pinocchio's model of it, in which only the arm moves.
-        base: Placement of the base link in the root frame.
-
-    Returns:
-        [m]; zero where no rotor has one.
-    """
+    """Largest distance of a propeller's tip from the body's z axis, of the rotors whose links have shapes."""
     hubs, radii = _hubs(urdf, model, base), _propeller_radii(urdf)
     known = radii > 0.0
     return float((np.hypot(*hubs[known].T[:2]) + radii[known]).max(initial=0.0))

@@ -91,18 +91,7 @@ class RotorLayout:
 
 
 def rotor_layout(vehicle: Vehicle, torque_per_thrust: float) -> RotorLayout:
-    """Rotors that the URDF names; else a ring of six at 0.7 R_A that shares `vehicle.max_thrust`.
-
-    Args:
-        vehicle: The vehicle.
-        torque_per_thrust: κ [m].
-
-    Returns:
-        The layout; thrust limits scaled so that they add up to `vehicle.max_thrust`.
-
-    Raises:
-        BackendError: if the rotors cannot make thrust and all three torques, or lift beside the body's z axis.
-    """
+    """Rotors that the URDF names; else a ring of six at 0.7 R_A that shares `vehicle.max_thrust`."""
     axes = None
     if vehicle.rotors:
         positions = np.array([rotor.position for rotor in vehicle.rotors])

@@ -39,29 +39,12 @@ class Rotor:
 
 
 def is_rotor(name: str) -> bool:
-    """Whether a joint is a rotor's, by the last part of its name: `rotor_1`, `uav1/rotor_1`, `iris__rotor_0_joint`.
-
-    Args:
-        name: Of the joint.
-    """
+    """Whether a joint is a rotor's, by the last part of its name: `rotor_1`, `uav1/rotor_1`, `iris__rotor_0_joint`."""
     return _BETWEEN_PARTS.split(name)[-1].lower().startswith(_WORD)
 
 
 def read_rotors(urdf: Path, model: pinocchio.Model, base: pinocchio.SE3, assume: bool = False) -> tuple[Rotor, ...]:
-    """Joints named `rotor_…`: their limit's effort is the rotor's largest thrust, their axis its sense.
-
-    Args:
-        urdf: Path of the URDF.
-        model: Pinocchio's model of it, in which the rotors stand still.
-        base: Placement of the base link in the model's root frame.
-        assume: Whether others are assumed where none of them has a thrust.
-
-    Returns:
-        The rotors, in the order of the URDF; none where none of them has a limit.
-
-    Raises:
-        UrdfError: if the file is not a URDF, or a rotor moves with the arm or has no thrust.
-    """
+    """Joints named `rotor_…`: their limit's effort is the rotor's largest thrust, their axis its sense."""
     joints = _joints(urdf)
     rotors = [_rotor(urdf, model, base, joint) for joint in joints]
     if not any(joint.effort > 0.0 if assume else joint.limited for joint in joints):
@@ -76,14 +59,7 @@ def read_rotors(urdf: Path, model: pinocchio.Model, base: pinocchio.SE3, assume:
 
 
 def rotor_links(urdf: Path) -> list[str]:
-    """Links of the rotors, in the order of the URDF, whether their thrust is known or not.
-
-    Args:
-        urdf: Path of the URDF.
-
-    Raises:
-        UrdfError: if the file is not a URDF.
-    """
+    """Links of the rotors, in the order of the URDF, whether their thrust is known or not."""
     return [joint.child for joint in _joints(urdf)]
 
 

@@ -92,14 +92,7 @@ class Vehicle:
         return int(self.model.nq)
 
     def inertia(self, arm_angles: ArrayLike) -> Array:
-        """Rotational inertia I_A of vehicle and arm about O_B for a given posture.
-
-        Args:
-            arm_angles: H, shape (n,) [rad].
-
-        Returns:
-            Shape (3, 3), body axes [kg m²].
-        """
+        """Rotational inertia I_A of vehicle and arm about O_B for a given posture."""
         angles = vector(arm_angles, self.n_arm, "arm_angles")
         pinocchio.forwardKinematics(self.model, self._data, angles)
         total = pinocchio.Inertia.Zero()
@@ -109,28 +102,14 @@ class Vehicle:
         return np.array(total.matrix()[3:, 3:])
 
     def center_of_mass(self, arm_angles: ArrayLike) -> Array:
-        """Centre of mass c of vehicle and arm, in the body frame.
-
-        Args:
-            arm_angles: H, shape (n,) [rad].
-
-        Returns:
-            Shape (3,) [m].
-        """
+        """Centre of mass c of vehicle and arm, in the body frame."""
         angles = vector(arm_angles, self.n_arm, "arm_angles")
         pinocchio.forwardKinematics(self.model, self._data, angles)
         weighted = sum(mass * self._data.oMi[k].act(lever) for k, mass, lever in self._heavy)
         return np.array(self._base_placement().actInv(weighted / self.mass))
 
     def center_of_mass_jacobian(self, arm_angles: ArrayLike) -> Array:
-        r"""Jacobian :math:`\partial c/\partial H` of `center_of_mass`.
-
-        Args:
-            arm_angles: H, shape (n,) [rad].
-
-        Returns:
-            Shape (3, n) [m/rad].
-        """
+        r"""Jacobian :math:`\partial c/\partial H` of `center_of_mass`."""
         angles = vector(arm_angles, self.n_arm, "arm_angles")
         if not any(joint for joint, _, _ in self._heavy):  # Pinocchio would divide by that mass
             return np.zeros((3, self.n_arm))
@@ -139,57 +118,23 @@ class Vehicle:
         return np.asarray(share * self._base_placement().rotation.T @ jacobian)
 
     def tip_position(self, arm_angles: ArrayLike) -> Array:
-        """Position d of the tip in the body frame.
-
-        Args:
-            arm_angles: H, shape (n,) [rad].
-
-        Returns:
-            Shape (3,) [m].
-        """
+        """Position d of the tip in the body frame."""
         tip: Array = self.point_positions(arm_angles)[-1]
         return tip
 
     def tip_jacobian(self, arm_angles: ArrayLike) -> Array:
-        r"""Jacobian :math:`J_d = \partial d/\partial H`.
-
-        Args:
-            arm_angles: H, shape (n,) [rad].
-
-        Returns:
-            Shape (3, n) [m/rad].
-        """
+        r"""Jacobian :math:`J_d = \partial d/\partial H`."""
         jacobian: Array = self.point_jacobians(arm_angles)[-1]
         return jacobian
 
     def point_positions(self, arm_angles: ArrayLike) -> Array:
-        """Positions of S³ … Sⁿ and the tip in the body frame.
-
-        Args:
-            arm_angles: H, shape (n,) [rad].
-
-        Returns:
-            Shape (n_points, 3) [m]; the tip is the last.
-
-        Raises:
-            DimensionError: if H has another shape or is not finite.
-        """
+        """Positions of S³ … Sⁿ and the tip in the body frame."""
         pinocchio.framesForwardKinematics(self.model, self._data, vector(arm_angles, self.n_arm, "arm_angles"))
         base = self._base_placement()
         return np.array([base.actInv(self._data.oMf[i].translation) for i in self._point_frames])
 
     def point_jacobians(self, arm_angles: ArrayLike) -> Array:
-        """Jacobians of `point_positions` with respect to H.
-
-        Args:
-            arm_angles: H, shape (n,) [rad].
-
-        Returns:
-            Shape (n_points, 3, n) [m/rad].
-
-        Raises:
-            DimensionError: if H has another shape or is not finite.
-        """
+        """Jacobians of `point_positions` with respect to H."""
         angles = vector(arm_angles, self.n_arm, "arm_angles")
         if not self.n_arm:  # Pinocchio would end the process
             return np.zeros((len(self._point_frames), 3, 0))
@@ -202,26 +147,12 @@ class Vehicle:
         return np.array([world_to_base @ np.reshape(jacobian, shape)[:3] for jacobian in jacobians])
 
     def link_placements(self, arm_angles: ArrayLike) -> dict[str, Array]:
-        """Placement of every link in the body frame.
-
-        Args:
-            arm_angles: H, shape (n,) [rad].
-
-        Returns:
-            Homogeneous matrices of shape (4, 4) by link name.
-        """
+        """Placement of every link in the body frame."""
         joints = self.joint_placements_along(vector(arm_angles, self.n_arm, "arm_angles")[None])[0]
         return {name: joints[link.joint] @ link.placement for name, link in self.links.items()}
 
     def joint_placements_along(self, arm_angles: Array) -> Array:
-        """Placements of what carries the `links`, in the body frame, at each of m postures.
-
-        Args:
-            arm_angles: H, shape (m, n), finite [rad].
-
-        Returns:
-            Homogeneous matrices, shape (m, n + 1, 4, 4).
-        """
+        """Placements of what carries the `links`, in the body frame, at each of m postures."""
         base = self._base_placement().inverse().homogeneous
         return np.asarray(base @ joint_placements_along(self.model, self._data, arm_angles))
 

@@ -77,14 +77,7 @@ class AtTheLeaf:
         """Outer force while the tip moved last, shape (3,), world frame [N]."""
 
     def begin(self, yaw: float, estimate: Estimate | None = None, pressed: float = 0.0) -> None:
-        """Begin.
-
-        Args:
-            yaw: To keep [rad].
-            estimate: What is known now: the tip stays where it is on the leaf. At the contact point if not given.
-            pressed: F_n of a tip that pushes on from an opening [N]. Rotors alone cannot keep the heading against it: the vehicle
-                is held where that heading has it, and the force beside the normal that did so fades with the push.
-        """
+        """Begin."""
         self._pressed, self._beside = pressed, 0.0
         if estimate is not None and pressed > 0.0:
             along, _ = self._model.door.face(estimate.door_angle)
@@ -95,26 +88,12 @@ class AtTheLeaf:
         self._offset = (0.0, 0.0) if estimate is None else self._converter.tip_offset(estimate.position, estimate.state)
 
     def contact_position(self, estimate: Estimate, yaw: float, arm: Array) -> Array:
-        """Position of O_B, level, with the tip at the contact point of the door as it is now.
-
-        Args:
-            estimate: What is known now.
-            yaw: ψ [rad].
-            arm: Posture of the arm, shape (n,) [rad], [m] where a joint slides.
-
-        Returns:
-            Shape (3,), world frame [m].
-        """
+        """Position of O_B, level, with the tip at the contact point of the door as it is now."""
         level = np.concatenate([(0.0, 0.0, yaw), estimate.state[3:5], arm])
         return self._converter.on_leaf(level, np.zeros(3), np.zeros(self._n_arm)).position
 
     def push(self, estimate: Estimate, push: float) -> Setpoint:
-        """Beside the normal, hold the tip where it is on the leaf; along it, push.
-
-        Args:
-            estimate: What is known now.
-            push: F_n [N].
-        """
+        """Beside the normal, hold the tip where it is on the leaf; along it, push."""
         normal = self._model.door.normal(estimate.door_angle)
         yaw = self._yaw if self._pressed > 0.0 else estimate.yaw
         place = self.contact_position(estimate, yaw, estimate.arm_angles)
@@ -130,12 +109,7 @@ class AtTheLeaf:
         return Setpoint(place, rest, rest, self._yaw, reaction, normal, rates, push - wind)
 
     def draw_back(self, estimate: Estimate, force: float) -> Setpoint:
-        """Draw back along the normal, as far as that does not take the vehicle to a jamb.
-
-        Args:
-            estimate: What is known now.
-            force: Away from the leaf [N].
-        """
+        """Draw back along the normal, as far as that does not take the vehicle to a jamb."""
         door = self._model.door
         aside = -force * float(door.normal(estimate.door_angle) @ door.along)
         return self.push(estimate, -force * self._doorway.room(aside, estimate.position, estimate.velocity))
@@ -144,9 +118,6 @@ class AtTheLeaf:
         """Go straight out before a leaf that shuts, and brake the way to the side that it gave the vehicle: to a jamb.
 
         Heading and arm keep step with the leaf, which is behind the tip.
-
-        Args:
-            estimate: What is known now.
         """
         position, rest, door = estimate.position, np.zeros(3), self._model.door
         into, aside, _ = door.in_doorway(estimate.velocity)
@@ -161,23 +132,13 @@ class AtTheLeaf:
         return Setpoint(place, out, brake, float(posture[2]), rest, rest, rates, max_tilt=self._steep)
 
     def rest(self, estimate: Estimate, push: float) -> Setpoint:
-        """Push so gently that a small error of the force would take the tip away: that is braked, and the tip comes back.
-
-        Args:
-            estimate: What is known now.
-            push: F_n [N].
-        """
+        """Push so gently that a small error of the force would take the tip away: that is braked, and the tip comes back."""
         return self.push(
             estimate, push + min(max(self._speed_gain * (_CREEP - estimate.tip_speed), 0.0), self._most_push)
         )
 
     def move(self, estimate: Estimate, speed: float) -> Setpoint:
-        """Move the tip along the normal.
-
-        Args:
-            estimate: What is known now.
-            speed: Of the tip [m/s].
-        """
+        """Move the tip along the normal."""
         push = self._speed_gain * (speed - estimate.tip_speed)
         return self.push(estimate, min(max(push, -self._most_push), self._most_push))
 
@@ -185,10 +146,6 @@ class AtTheLeaf:
         """Move the tip along the swing of a leaf that was not where it should be; heading and arm keep step with its angle.
 
         The heading stays behind by as much as keeps the disc clear of leaf and jambs, or as clear as can be.
-
-        Args:
-            estimate: What is known now: the leaf is not before the tip.
-            speed: Of the tip [m/s].
         """
         posture = self._model.on_the_way(estimate.door_angle)
         back = math.copysign(_TURN, float(self._model.start_state[2] - posture[2]))
@@ -203,13 +160,7 @@ class AtTheLeaf:
         return replace(self.move(estimate, speed), arm_rates=arm_rates_to(posture[5:], estimate.arm_angles))
 
     def hits_the_rotors(self, estimate: Estimate, searching: bool) -> bool:
-        """Whether the vehicle flies its rotor disc, and not its tip, into the leaf where that is believed to be.
-
-        Args:
-            estimate: What is known now.
-            searching: Whether the tip looks for the leaf; one that touches it, if only now and then, keeps the disc away as
-                long as there is a gap.
-        """
+        """Whether the vehicle flies its rotor disc, and not its tip, into the leaf where that is believed to be."""
         gap = self._doorway.gap(estimate.position, estimate.attitude, estimate.door_angle)
         closing = float(self._model.door.normal(estimate.door_angle) @ estimate.velocity)
         closing += self._coupling.lever_length * estimate.door_rate
@@ -217,28 +168,16 @@ class AtTheLeaf:
         return gap < max(soon, NO_GAP)
 
     def meets_a_jamb(self, estimate: Estimate) -> bool:
-        """Whether the rotor disc is about to touch a jamb.
-
-        Args:
-            estimate: What is known now.
-        """
+        """Whether the rotor disc is about to touch a jamb."""
         return self._doorway.gap_to_jambs(estimate.position, estimate.velocity) < _NO_ROOM
 
     def levels_into_a_jamb(self, estimate: Estimate) -> bool:
-        """Whether the rotor disc would come too near to a jamb, were the vehicle to level as it lets go.
-
-        Args:
-            estimate: What is known now.
-        """
+        """Whether the rotor disc would come too near to a jamb, were the vehicle to level as it lets go."""
         level = self.contact_position(estimate, estimate.yaw, estimate.arm_angles)
         return self._doorway.gap_to_jambs(level, np.zeros(3)) < ROOM_TO_LEVEL
 
     def blunted(self, estimate: Estimate) -> bool:
-        """Whether the tip has been stopped where the leaf is; call it once per tick.
-
-        Args:
-            estimate: What is known now.
-        """
+        """Whether the tip has been stopped where the leaf is; call it once per tick."""
         if not self._was_fast:
             self._was_fast, self._slow_from = estimate.tip_speed > 0.7 * self._speed, estimate.time
         elif estimate.tip_speed > 0.5 * self._speed:
@@ -250,9 +189,6 @@ class AtTheLeaf:
 
         A wind would not stop the tip for so long: it is estimated, and leaned into. A tip that comes on again after a slam has
         met nothing.
-
-        Args:
-            estimate: What is known now.
         """
         advance = float(self._model.door.normal(estimate.door_angle) @ estimate.position)
         if self._moved_at is None or abs(advance - self._stood) > _MOVES:

@@ -39,11 +39,7 @@ class DoorOpening(ABC):
         self._last = 0.0
 
     def may_go_on(self, estimate: Estimate) -> bool:
-        """Whether another attempt may do better than one that is stuck: plans come and are flown, and the door has swung.
-
-        Args:
-            estimate: What is known now.
-        """
+        """Whether another attempt may do better than one that is stuck: plans come and are flown, and the door has swung."""
         plans = self._schedule.overdue(estimate.time) <= SILENT and not self._schedule.refusal
         return plans and self._progress.swung
 
@@ -53,58 +49,28 @@ class DoorOpening(ABC):
         return self._progress.rate
 
     def done(self, now: float) -> bool:
-        """Whether the door has stood at the goal for long enough, and stands still right now.
-
-        Args:
-            now: [s].
-        """
+        """Whether the door has stood at the goal for long enough, and stands still right now."""
         return self._progress.done(now)
 
     @abstractmethod
     def resume(self, now: float, push: float) -> None:
-        """Begin, or go on after contact was regained.
-
-        Args:
-            now: [s].
-            push: F_n that the tip presses with [N].
-        """
+        """Begin, or go on after contact was regained."""
 
     @abstractmethod
     def hold_again(self, estimate: Estimate, push: float) -> None:
-        """Hold a door that was held before, or bring it back to the goal.
-
-        Args:
-            estimate: What is known now.
-            push: F_n that the tip presses with [N].
-        """
+        """Hold a door that was held before, or bring it back to the goal."""
 
     @abstractmethod
     def step(self, estimate: Estimate, body_rates: Array) -> Setpoint:
-        """Take in where the door is, once per tick.
-
-        Args:
-            estimate: What is known now.
-            body_rates: Ω, shape (3,) [rad/s].
-
-        Returns:
-            What to do.
-        """
+        """Take in where the door is, once per tick."""
 
     @abstractmethod
     def keeps_the_door(self, estimate: Estimate) -> bool:
-        """Whether the door may stay by itself.
-
-        Args:
-            estimate: Of hinge and wind.
-        """
+        """Whether the door may stay by itself."""
 
     @abstractmethod
     def stuck(self, estimate: Estimate) -> str:
-        """Reason to give the opening up; empty if there is none.
-
-        Args:
-            estimate: What is known now.
-        """
+        """Reason to give the opening up; empty if there is none."""
 
     def _silence(self, now: float) -> str:
         """That the planner is silent; empty if it is not."""

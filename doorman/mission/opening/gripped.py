@@ -43,50 +43,27 @@ class Opening(DoorOpening):
         self._leans_since: float | None = None
 
     def resume(self, now: float, push: float) -> None:
-        """Begin.
-
-        Args:
-            now: [s].
-            push: F_n that the tip presses with [N].
-        """
+        """Begin."""
         self._held_leaf.begin(now)
         self._progress.resume(now)
         self._last, self._leans_since = now, None
 
     def hold_again(self, estimate: Estimate, push: float) -> None:
-        """Bring a door that was held before back to the goal.
-
-        Args:
-            estimate: What is known now.
-            push: F_n that the tip presses with [N].
-        """
+        """Bring a door that was held before back to the goal."""
         self.resume(estimate.time, push)
 
     def keeps_the_door(self, estimate: Estimate) -> bool:
-        """Whether the door may stay by itself.
-
-        Args:
-            estimate: What is known now.
-        """
+        """Whether the door may stay by itself."""
         return self.resistance.keeps_the_door(estimate)
 
     def done(self, now: float) -> bool:
-        """Whether the door has stood at the goal for long enough. Friction may then hold it where it is near enough.
-
-        Args:
-            now: [s].
-        """
+        """Whether the door has stood at the goal for long enough. Friction may then hold it where it is near enough."""
         done = super().done(now)
         self.resistance.is_open = self.resistance.is_open or done
         return done
 
     def step(self, estimate: Estimate, body_rates: Array) -> Setpoint:
-        """Setpoint for now.
-
-        Args:
-            estimate: What is known now.
-            body_rates: Ω, shape (3,) [rad/s].
-        """
+        """Setpoint for now."""
         time_step, self._last = estimate.time - self._last, estimate.time
         self.resistance.learn(estimate, time_step)
         self._progress.update(estimate, False, time_step)
@@ -96,11 +73,7 @@ class Opening(DoorOpening):
         return self._held_leaf.follow(estimate, body_rates, self.resistance.torque(estimate, time_step))
 
     def stuck(self, estimate: Estimate) -> str:
-        """Reason to give the opening up; empty if there is none. See `DoorOpening`.
-
-        Args:
-            estimate: What is known now.
-        """
+        """Reason to give the opening up; empty if there is none. See `DoorOpening`."""
         if silence := self._silence(estimate.time):
             return silence
         angle = self._model.door.in_words(estimate.door_angle)

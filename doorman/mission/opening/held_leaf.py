@@ -43,23 +43,12 @@ class HeldLeaf:
         self._last = 0.0
 
     def begin(self, now: float) -> None:
-        """Begin: plans that were made before are not followed any more.
-
-        Args:
-            now: [s].
-        """
+        """Begin: plans that were made before are not followed any more."""
         self._schedule.forget()
         self._waiting, self._last = None, now
 
     def follow(self, estimate: Estimate, body_rates: Array, torque: float, goal: float | None = None) -> Setpoint:
-        """Setpoint for now; once per tick.
-
-        Args:
-            estimate: What is known now.
-            body_rates: Ω, shape (3,) [rad/s].
-            torque: Of the hinge beyond what the scenario names, in the sense of damping [N m].
-            goal: α that the door is to be brought to; the scenario's goal if not given [rad].
-        """
+        """Setpoint for now; once per tick."""
         now, time_step = estimate.time, estimate.time - self._last
         self._last = now
         torque += self._torque_of_wind(estimate)
@@ -84,22 +73,13 @@ class HeldLeaf:
         return replace(setpoint, force=setpoint.force + aid)
 
     def ahead(self, yaw: float, door_angle: float) -> float:
-        """By how much a heading is ahead of the one that keeps step with the door, on the way to the scenario's goal [rad].
-
-        Args:
-            yaw: ψ [rad].
-            door_angle: α [rad].
-        """
+        """By how much a heading is ahead of the one that keeps step with the door, on the way to the scenario's goal [rad]."""
         return self._sense * math.remainder(yaw - float(self._model.on_the_way(door_angle)[2]), 2.0 * math.pi)
 
     def _hinge(self, estimate: Estimate, torque: float) -> Hinge:
         """What plans are told: the estimated parameters, and a disturbance that makes their sum what it is now.
 
         Without an observer that finds that sum, it is the scenario's hinge.
-
-        Args:
-            estimate: Of door and hinge.
-            torque: Of the hinge now beyond what the scenario names [N m].
         """
         hinge, door = estimate.hinge, self._model.door
         if not self._observed:
@@ -111,12 +91,7 @@ class HeldLeaf:
         )
 
     def _within_reach(self, hinge: Hinge, angle: float) -> Hinge:
-        """A hinge that the vehicle can move, here and on the way to the scenario's goal: its estimate is as noisy as the poses.
-
-        Args:
-            hinge: As estimated.
-            angle: α [rad].
-        """
+        """A hinge that the vehicle can move, here and on the way to the goal: its estimate is as noisy as the poses."""
         model, rest = self._model, self._model.door.rest_angle
         lever, weight = _SHARE * model.coupling.lever_length, model.door.weight_torque(angle)
         most, total = lever * self._pushes.at(angle), hinge.torque_at_rest(angle, rest) + weight

@@ -64,21 +64,11 @@ class Progress:
         self._held_since: float | None = None
 
     def resume(self, now: float) -> None:
-        """Begin, or go on after contact was regained.
-
-        Args:
-            now: [s].
-        """
+        """Begin, or go on after contact was regained."""
         self.stood_before, self._nearest, self._got_on_at = 0.0, math.inf, now
 
     def update(self, estimate: Estimate, held: bool, time_step: float) -> None:
-        """Take in where the door is. Once per tick.
-
-        Args:
-            estimate: What is known now.
-            held: Whether the tip holds the door, and does not move it.
-            time_step: Since the last call [s].
-        """
+        """Take in where the door is. Once per tick."""
         now, off = estimate.time, estimate.door_angle - self._goal
         self.rate += min(time_step / _AVERAGED, 1.0) * (estimate.door_rate - self.rate)
         stands = 0.0 < off < NEARLY and abs(self.rate) < STANDS and not held
@@ -109,19 +99,11 @@ class Progress:
         return self._steps > _SWINGING
 
     def stuck_for(self, now: float) -> float:
-        """Time without progress; none at the goal [s].
-
-        Args:
-            now: [s].
-        """
+        """Time without progress; none at the goal [s]."""
         return now - self._got_on_at
 
     def done(self, now: float) -> bool:
-        """Whether the door has stood at the goal for long enough, and stands still right now.
-
-        Args:
-            now: [s].
-        """
+        """Whether the door has stood at the goal for long enough, and stands still right now."""
         if self._pushes:
             return self._held_since is not None and now - self._held_since >= self._hold_time
         good = self._good_since is not None and now - self._good_since >= self._hold_time

@@ -65,23 +65,13 @@ class Resistance:
         self._rested, self._stood = False, 0.0
 
     def learn(self, estimate: Estimate, time_step: float) -> None:
-        """Take in what the door resists with while it swings. Once per tick.
-
-        Args:
-            estimate: What is known now.
-            time_step: Since the last call [s].
-        """
+        """Take in what the door resists with while it swings. Once per tick."""
         if self._travel.ahead(self._progress.rate) > _SWINGS:
             resists = self._travel.ahead(estimate.door_disturbance)
             self.in_swing += min(time_step / _LEARNT, 1.0) * (resists - self.in_swing)
 
     def torque(self, estimate: Estimate, time_step: float) -> float:
-        """Torque of the hinge beyond what the scenario names, in the sense of damping; once per tick that plans [N m].
-
-        Args:
-            estimate: What is known now.
-            time_step: Since the last tick [s].
-        """
+        """Torque of the hinge beyond what the scenario names, in the sense of damping; once per tick that plans [N m]."""
         off, torque = estimate.door_angle - self._goal, estimate.door_disturbance
         before = torque if self._average is None else self._average
         self._average = average = before + min(time_step / _AVERAGED, 1.0) * (torque - before)
@@ -99,9 +89,6 @@ class Resistance:
         """Whether the door may stay by itself: the closer seems stronger by no more than a deviation, nor by `_UNSURE`.
 
         What is let go is watched then, before it is left.
-
-        Args:
-            estimate: Of door and hinge.
         """
         hinge = estimate.hinge
         unsure = min(hinge.spare_deviation, _UNSURE * self._hinge)
@@ -139,13 +126,7 @@ class Resistance:
 
 
 def _left_to_friction(torque: float, friction: float, rate: float) -> float:
-    """Torque of a hinge, in the sense of damping, whose friction is to stop the door, or to hold it [N m].
-
-    Args:
-        torque: With all of its friction [N m].
-        friction: Of the hinge [N m].
-        rate: Of the door [rad/s].
-    """
+    """Torque of a hinge, in the sense of damping, whose friction is to stop the door, or to hold it [N m]."""
     counted = _LEFT_TO_FRICTION * max(0.0, friction)
     if rate < 0.0:
         return min(torque + counted, max(torque, 0.0))

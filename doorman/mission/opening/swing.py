@@ -43,43 +43,21 @@ class Swing(DoorOpening):
         self._push = self._swung = 0.0
 
     def resume(self, now: float, push: float) -> None:
-        """Begin, or go on after contact was regained.
-
-        Args:
-            now: [s].
-            push: F_n that the tip presses with [N].
-        """
+        """Begin, or go on after contact was regained."""
         self._progress.resume(now)
         self.held, self._last, self._push = False, now, push
 
     def hold_again(self, estimate: Estimate, push: float) -> None:
-        """Hold a door that was held before.
-
-        Args:
-            estimate: What is known now.
-            push: F_n that the tip presses with [N].
-        """
+        """Hold a door that was held before."""
         self.resume(estimate.time, push)
         self.held = True
 
     def may_go_on(self, estimate: Estimate) -> bool:
-        """Whether another attempt may do better: none brings a leaf back from beyond the goal. See `DoorOpening`.
-
-        Args:
-            estimate: What is known now.
-        """
+        """Whether another attempt may do better: none brings a leaf back from beyond the goal. See `DoorOpening`."""
         return super().may_go_on(estimate) and not self._is_past(estimate)
 
     def step(self, estimate: Estimate, body_rates: Array) -> Setpoint:
-        """Take in where the door is. Once per tick.
-
-        Args:
-            estimate: What is known now.
-            body_rates: Ω, shape (3,) [rad/s].
-
-        Returns:
-            What to do where no plan is known yet: to press on.
-        """
+        """Take in where the door is. Once per tick."""
         time_step, self._last = estimate.time - self._last, estimate.time
         self._swung += time_step if estimate.door_rate < -_SWINGS else 0.0
         self._progress.update(estimate, self.held, time_step)
@@ -91,21 +69,13 @@ class Swing(DoorOpening):
         return self._leaf.push(estimate, self._push)
 
     def keeps_the_door(self, estimate: Estimate) -> bool:
-        """Whether friction is probably stronger than the closer, and the wind on leaf and vehicle besides.
-
-        Args:
-            estimate: Of hinge and wind.
-        """
+        """Whether friction is probably stronger than the closer, and the wind on leaf and vehicle besides."""
         hinge = estimate.hinge
         wind = float(np.hypot(estimate.wind[0], estimate.wind[1])) * self._model.door.wind_lever
         return hinge.spare - max(_GUSTINESS * wind, hinge.closing_wind) > 0.0
 
     def stuck(self, estimate: Estimate) -> str:
-        """Reason to give the opening up; empty if there is none. See `DoorOpening`.
-
-        Args:
-            estimate: What is known now.
-        """
+        """Reason to give the opening up; empty if there is none. See `DoorOpening`."""
         if silence := self._silence(estimate.time):
             return silence
         heading = float(self._model.on_the_way(estimate.door_angle)[2])

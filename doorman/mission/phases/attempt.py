@@ -71,11 +71,7 @@ class Attempt:
             self.again = knows_the_leaf and self.number < self.settings.attempts
 
     def begin_anew(self) -> str:
-        """Another attempt: what was learnt of leaf and hinge is forgotten.
-
-        Returns:
-            Why it follows.
-        """
+        """Another attempt: what was learnt of leaf and hinge is forgotten."""
         reason = f"attempt {self.number + 1}, after: {self.failure}"
         self.number, self.losses, self.failure = self.number + 1, 0, ""
         self.again = self.opened = self.unsure = False

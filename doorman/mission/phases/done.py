@@ -42,30 +42,13 @@ class Done(Retreat):
         return self.attempt.grips and self.attempt.keeps_hold
 
     def speed_back(self, estimate: Estimate) -> float:
-        """Zero: the vehicle hovers.
-
-        Args:
-            estimate: What is known now.
-        """
+        """Zero: the vehicle hovers."""
         return 0.0
 
     def expired(self, now: float) -> bool:
-        """False: the end has no time-out.
-
-        Args:
-            now: Time [s].
-        """
+        """False: the end has no time-out."""
         return False
 
     def step(self, estimate: Estimate, body_rates: Array, time_step: float) -> tuple[Setpoint, Then]:
-        """Hover on.
-
-        Args:
-            estimate: What is known now.
-            body_rates: Ω, shape (3,), body frame [rad/s].
-            time_step: Since the last tick [s].
-
-        Returns:
-            Setpoint, and nothing that follows.
-        """
+        """Hover on."""
         return self._fly(estimate, time_step)[0], None

@@ -30,20 +30,11 @@ class Guard:
         self._clear_at = 0.0
 
     def begin(self, now: float) -> None:
-        """Begin, with the rotors clear of leaf and jambs.
-
-        Args:
-            now: Time [s].
-        """
+        """Begin, with the rotors clear of leaf and jambs."""
         self._clear_at = now
 
     def judge(self, phase: MissionPhase, estimate: Estimate) -> GiveUp | None:
-        """Whether the attempt must end now; once per tick.
-
-        Args:
-            phase: What is flown.
-            estimate: What is known now.
-        """
+        """Whether the attempt must end now; once per tick."""
         searching = phase.searches(estimate.time)
         near, beside = self._nearness(estimate, searching)
         self._clear_at = self._clear_at if near or beside else estimate.time

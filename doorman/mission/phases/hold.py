@@ -50,24 +50,11 @@ class Hold(MissionPhase):
         return self.attempt.grips
 
     def expired(self, now: float) -> bool:
-        """False: how long a door is held is judged each tick.
-
-        Args:
-            now: Time [s].
-        """
+        """False: how long a door is held is judged each tick."""
         return False
 
     def step(self, estimate: Estimate, body_rates: Array, time_step: float) -> tuple[Setpoint, Then]:
-        """Go on holding, and judge whether that is over.
-
-        Args:
-            estimate: What is known now.
-            body_rates: Ω, shape (3,), body frame [rad/s].
-            time_step: Since the last tick [s].
-
-        Returns:
-            Setpoint, and what follows.
-        """
+        """Go on holding, and judge whether that is over."""
         then = self._judge(estimate, time_step)
         return self.attempt.opening.step(estimate, body_rates), then
 

@@ -44,27 +44,14 @@ class Open(MissionPhase):
         return self.attempt.grips
 
     def speed_back(self, estimate: Estimate) -> float:
-        """Speed with which the plan of a grip draws the tip back; 0 for a push [m/s].
-
-        Args:
-            estimate: What is known now.
-        """
+        """Speed with which the plan of a grip draws the tip back; 0 for a push [m/s]."""
         if not self.attempt.grips:
             return 0.0
         most = math.inf if self.attempt.model.travel.sense > 0.0 else _CORRECTS
         return planned_speed_back(self.attempt.converter, self.attempt.schedule.current, estimate.time, most)
 
     def step(self, estimate: Estimate, body_rates: Array, time_step: float) -> tuple[Setpoint, Then]:
-        """Follow the plan, and judge where the door is.
-
-        Args:
-            estimate: What is known now.
-            body_rates: Ω, shape (3,), body frame [rad/s].
-            time_step: Since the last tick [s].
-
-        Returns:
-            Setpoint, and what follows.
-        """
+        """Follow the plan, and judge where the door is."""
         attempt = self.attempt
         setpoint = attempt.opening.step(estimate, body_rates)
         if attempt.opening.done(estimate.time):
@@ -77,11 +64,7 @@ class Open(MissionPhase):
         return setpoint, None
 
     def time_out(self, estimate: Estimate) -> Next | GiveUp:
-        """The end of the attempt, which says where the door stands; a gripped door that swings about the goal is held there.
-
-        Args:
-            estimate: What is known now.
-        """
+        """The end of the attempt, which says where the door stands; a gripped door that swings about the goal is held there."""
         attempt = self.attempt
         if attempt.grips and abs(estimate.door_angle - attempt.model.goal_angle) < OPEN_ENOUGH:
             attempt.opened = True

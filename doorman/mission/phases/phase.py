@@ -83,16 +83,7 @@ class MissionPhase(ABC):
 
     @abstractmethod
     def step(self, estimate: Estimate, body_rates: Array, time_step: float) -> tuple[Setpoint, Then]:
-        """One tick.
-
-        Args:
-            estimate: What is known now.
-            body_rates: Ω, shape (3,) [rad/s].
-            time_step: Since the last tick [s].
-
-        Returns:
-            What to do now, and what follows.
-        """
+        """One tick."""
 
     @property
     def tie(self) -> Tie:
@@ -115,27 +106,15 @@ class MissionPhase(ABC):
         return False
 
     def holds(self, now: float) -> bool:
-        """Whether a gripper should hold the leaf by now, and is no longer pressed onto it.
-
-        Args:
-            now: Time [s].
-        """
+        """Whether a gripper should hold the leaf by now, and is no longer pressed onto it."""
         return self.closes_gripper
 
     def searches(self, now: float) -> bool:
-        """Whether the tip looks for the leaf away from where it last was.
-
-        Args:
-            now: Time [s].
-        """
+        """Whether the tip looks for the leaf away from where it last was."""
         return False
 
     def speed_back(self, estimate: Estimate) -> float:
-        """Speed with which the phase itself draws the tip back from the leaf [m/s].
-
-        Args:
-            estimate: What is known now.
-        """
+        """Speed with which the phase itself draws the tip back from the leaf [m/s]."""
         return 0.0
 
     def without_hold(self, estimate: Estimate) -> GiveUp:
@@ -145,11 +124,7 @@ class MissionPhase(ABC):
         return GiveUp("the gripper does not hold the leaf", at_once=True)
 
     def expired(self, now: float) -> bool:
-        """Whether the phase has lasted too long.
-
-        Args:
-            now: Time [s].
-        """
+        """Whether the phase has lasted too long."""
         return now - self.entered > self.longest
 
     @property
@@ -158,9 +133,5 @@ class MissionPhase(ABC):
         return float(getattr(self.attempt.settings.time_out, self.phase.value))
 
     def time_out(self, estimate: Estimate) -> Next | GiveUp:
-        """The phase that follows one that has lasted too long, or the end of the attempt.
-
-        Args:
-            estimate: What is known now.
-        """
+        """The phase that follows one that has lasted too long, or the end of the attempt."""
         return GiveUp(f"the phase {self.phase.value} took longer than {self.longest:g} s")

@@ -43,44 +43,23 @@ class Recover(MissionPhase):
         return not self.attempt.grips
 
     def searches(self, now: float) -> bool:
-        """Whether the tip is far from where it lost the leaf, or not sure to have touched it.
-
-        Args:
-            now: Time [s].
-        """
+        """Whether the tip is far from where it lost the leaf, or not sure to have touched it."""
         return now - self.entered > _FAR or self.attempt.unsure
 
     def expired(self, now: float) -> bool:
-        """Whether the phase has lasted too long; progress gives more time.
-
-        Args:
-            now: Time [s].
-        """
+        """Whether the phase has lasted too long; progress gives more time."""
         begun = min(self._progress_at, self.entered + (_WHOLE_SEARCH - 1.0) * self.longest)
         return now - begun > self.longest
 
     def step(self, estimate: Estimate, body_rates: Array, time_step: float) -> tuple[Setpoint, Then]:
-        """Press gently where no plan is known yet.
-
-        Args:
-            estimate: What is known now.
-            body_rates: Ω, shape (3,), body frame [rad/s].
-            time_step: Since the last tick [s].
-
-        Returns:
-            Setpoint, and what follows.
-        """
+        """Press gently where no plan is known yet."""
         if estimate.door_angle < self._nearest - _PROGRESS:
             self._nearest, self._progress_at = estimate.door_angle, estimate.time
         setpoint = self.attempt.leaf.push(estimate, self.attempt.settings.touch_force)
         return setpoint, Next(Phase.OPEN, "contact regained") if estimate.touching else None
 
     def time_out(self, estimate: Estimate) -> Next | GiveUp:
-        """The end of the attempt, for good where the leaf is past the goal: a push cannot bring it back.
-
-        Args:
-            estimate: What is known now.
-        """
+        """The end of the attempt, for good where the leaf is past the goal: a push cannot bring it back."""
         if estimate.door_angle < self.attempt.model.goal_angle:
             stands = self.attempt.model.door.in_words(estimate.door_angle, 0)
             return GiveUp(f"the leaf has gone past the goal, to {stands} or farther")

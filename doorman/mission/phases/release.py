@@ -77,24 +77,11 @@ class Release(MissionPhase):
         return self._gives_way
 
     def give_way(self, estimate: Estimate) -> None:
-        """Let go at once, and go out before a leaf that slams.
-
-        Args:
-            estimate: What is known now.
-        """
+        """Let go at once, and go out before a leaf that slams."""
         self._gives_way, self._let_go_at = True, estimate.time
 
     def step(self, estimate: Estimate, body_rates: Array, time_step: float) -> tuple[Setpoint, Then]:
-        """Go on letting go: the gripper opens, the push fades into backing off.
-
-        Args:
-            estimate: What is known now.
-            body_rates: Ω, shape (3,), body frame [rad/s].
-            time_step: Since the last tick [s].
-
-        Returns:
-            Setpoint, and what follows.
-        """
+        """Go on letting go: the gripper opens, the push fades into backing off."""
         attempt, leaf = self.attempt, self.attempt.leaf
         self._rate += min(time_step / _AVERAGED, 1.0) * (estimate.door_rate - self._rate)
         failed, scale = bool(attempt.failure), attempt.model.scale
@@ -124,11 +111,7 @@ class Release(MissionPhase):
         return setpoint, self._out(spent >= lasts)
 
     def time_out(self, estimate: Estimate) -> Next | GiveUp:
-        """The retreat: the vehicle leaves.
-
-        Args:
-            estimate: What is known now.
-        """
+        """The retreat: the vehicle leaves."""
         return Next(Phase.RETREAT, f"the phase release took longer than {self.longest:g} s")
 
     def _load_left(self, estimate: Estimate) -> float:

@@ -48,24 +48,11 @@ class TakeBack(MissionPhase):
         return True
 
     def speed_back(self, estimate: Estimate) -> float:
-        """Speed with which the plan draws the tip back [m/s].
-
-        Args:
-            estimate: What is known now.
-        """
+        """Speed with which the plan draws the tip back [m/s]."""
         return planned_speed_back(self.attempt.converter, self.attempt.schedule.current, estimate.time, _DRAWS_BACK)
 
     def step(self, estimate: Estimate, body_rates: Array, time_step: float) -> tuple[Setpoint, Then]:
-        """Follow the plan back.
-
-        Args:
-            estimate: What is known now.
-            body_rates: Ω, shape (3,), body frame [rad/s].
-            time_step: Since the last tick [s].
-
-        Returns:
-            Setpoint, and the release once the door is back, or where it does not go back.
-        """
+        """Follow the plan back."""
         attempt, now, angle = self.attempt, estimate.time, estimate.door_angle
         self._there_since = since(self._there_since, abs(angle - self._start) < THERE, now)
         there_for = 0.0 if self._there_since is None else now - self._there_since
@@ -81,9 +68,5 @@ class TakeBack(MissionPhase):
         return setpoint, None
 
     def time_out(self, estimate: Estimate) -> Next | GiveUp:
-        """The release: the door is let go where it is.
-
-        Args:
-            estimate: What is known now.
-        """
+        """The release: the door is let go where it is."""
         return Next(Phase.RELEASE, f"the phase take_back took longer than {self.longest:g} s")

@@ -62,32 +62,15 @@ class Touch(MissionPhase):
         return not self.attempt.grips
 
     def holds(self, now: float) -> bool:
-        """Whether the tug has turned the force round.
-
-        Args:
-            now: Time [s].
-        """
+        """Whether the tug has turned the force round."""
         return self._touched_at is not None and now - self._touched_at >= _PRESSING + _TURNING_ROUND
 
     def searches(self, now: float) -> bool:
-        """Whether the tip has not met the leaf yet.
-
-        Args:
-            now: Time [s].
-        """
+        """Whether the tip has not met the leaf yet."""
         return self._touched_at is None
 
     def step(self, estimate: Estimate, body_rates: Array, time_step: float) -> tuple[Setpoint, Then]:
-        """Move, press, tug; the opening follows.
-
-        Args:
-            estimate: What is known now.
-            body_rates: Ω, shape (3,), body frame [rad/s].
-            time_step: Since the last tick [s].
-
-        Returns:
-            Setpoint, and what follows.
-        """
+        """Move, press, tug; the opening follows."""
         self._feel(estimate)
         attempt, leaf = self.attempt, self.attempt.leaf
         then: Then = None

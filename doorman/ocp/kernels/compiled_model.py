@@ -45,11 +45,7 @@ class CompiledModel(FunctionTable):
         return self._handle.content
 
     def replace(self, content: Any) -> None:
-        """Hold another model of the same type.
-
-        Args:
-            content: The new model.
-        """
+        """Hold another model of the same type."""
         self._handle.replace(content)
 
     def _address(self, name: str, kinds: tuple[Any, ...]) -> int:
@@ -60,13 +56,7 @@ class CompiledModel(FunctionTable):
 
 
 def called_functions(problem: Problem, has_cost: bool, curved: bool) -> set[str]:
-    """Names of the functions that a solver calls.
-
-    Args:
-        problem: What is to be solved.
-        has_cost: The model has a cost of its own.
-        curved: The solver asks for second derivatives.
-    """
+    """Names of the functions that a solver calls."""
     names = {"step", "linearize_step", "linearize_horizon"}
     if problem.n_constraints:
         names |= {"constrain", "linearize_constraints", "constrain_horizon"}

@@ -31,12 +31,7 @@ _COUNTS = types.UniTuple(types.int64, 3)  # type: ignore[no-untyped-call]
 
 
 def at_node(model: Any, k: int) -> Any:
-    """The model as node k sees it: itself, or what a model whose numbers change along the horizon has for that node.
-
-    Args:
-        model: The model.
-        k: Node, 0 … N.
-    """
+    """The model as node k sees it: itself, or what a model whose numbers change along the horizon has for that node."""
     choose = implementations.get(("at_node", type_of(model)))
     return model if choose is None else choose(content_of(model), k)
 
@@ -52,154 +47,73 @@ def _compiled_at_node(model: Any, k: Any) -> Any:
 
 @compiled(1, 1, 1)
 def step(model: Any, x: Array, u: Array, out: Array) -> None:
-    """Discrete dynamics, x⁺ = f(x, u).
-
-    Args:
-        model: The model.
-        x: State, shape (nx,).
-        u: Input, shape (nu,).
-        out: x⁺, shape (nx,), filled.
-    """
+    """Discrete dynamics, x⁺ = f(x, u)."""
     kernel_of("step", type_of(model))(model, x, u, out)
 
 
 @compiled(1, 1, 2)
 def linearize_step(model: Any, x: Array, u: Array, jacobian: Array) -> None:
-    """Jacobian [A | B] of `step`.
-
-    Args:
-        model: The model.
-        x: State, shape (nx,).
-        u: Input, shape (nu,).
-        jacobian: [A | B], shape (nx, nx + nu), filled.
-    """
+    """Jacobian [A | B] of `step`."""
     kernel_of("linearize_step", type_of(model))(model, x, u, jacobian)
 
 
 @compiled(1, 1)
 def constrain(model: Any, x: Array, h: Array) -> None:
-    """Constraints h(x) ≤ 0 of every state after the first.
-
-    Args:
-        model: The model.
-        x: State, shape (nx,).
-        h: Shape (nh,), filled.
-    """
+    """Constraints h(x) ≤ 0 of every state after the first."""
     kernel_of("constrain", type_of(model))(model, x, h)
 
 
 @compiled(1, 1, 2)
 def linearize_constraints(model: Any, x: Array, h: Array, jacobian: Array) -> None:
-    """Constraints h(x) ≤ 0 of a state, and their Jacobian.
-
-    Args:
-        model: The model.
-        x: State, shape (nx,).
-        h: Shape (nh,), filled.
-        jacobian: ∂h/∂x, shape (nh, nx), filled.
-    """
+    """Constraints h(x) ≤ 0 of a state, and their Jacobian."""
     kernel_of("linearize_constraints", type_of(model))(model, x, h, jacobian)
 
 
 @compiled(1, 1, 1)
 def constrain_input(model: Any, x: Array, u: Array, g: Array) -> None:
-    """Mixed constraints g(x, u) ≤ 0 of every node but the last.
-
-    Args:
-        model: The model.
-        x: State, shape (nx,).
-        u: Input, shape (nu,).
-        g: Shape (ng,), filled.
-    """
+    """Mixed constraints g(x, u) ≤ 0 of every node but the last."""
     kernel_of("constrain_input", type_of(model))(model, x, u, g)
 
 
 @compiled(1, 1, 1, 2)
 def linearize_input_constraints(model: Any, x: Array, u: Array, g: Array, jacobian: Array) -> None:
-    """Mixed constraints g(x, u) ≤ 0, and their Jacobian.
-
-    Args:
-        model: The model.
-        x: State, shape (nx,).
-        u: Input, shape (nu,).
-        g: Shape (ng,), filled.
-        jacobian: [g_x | g_u], shape (ng, nx + nu), filled.
-    """
+    """Mixed constraints g(x, u) ≤ 0, and their Jacobian."""
     kernel_of("linearize_input_constraints", type_of(model))(model, x, u, g, jacobian)
 
 
 @compiled(1, 1)
 def constrain_end(model: Any, x: Array, h: Array) -> None:
-    """Constraints h_N(x_N) ≤ 0 of the last state only.
-
-    Args:
-        model: The model.
-        x: x_N, shape (nx,).
-        h: Shape (nt,), filled.
-    """
+    """Constraints h_N(x_N) ≤ 0 of the last state only."""
     kernel_of("constrain_end", type_of(model))(model, x, h)
 
 
 @compiled(1, 1, 2)
 def linearize_end_constraints(model: Any, x: Array, h: Array, jacobian: Array) -> None:
-    """Constraints h_N(x_N) ≤ 0 of the last state, and their Jacobian.
-
-    Args:
-        model: The model.
-        x: x_N, shape (nx,).
-        h: Shape (nt,), filled.
-        jacobian: ∂h_N/∂x, shape (nt, nx), filled.
-    """
+    """Constraints h_N(x_N) ≤ 0 of the last state, and their Jacobian."""
     kernel_of("linearize_end_constraints", type_of(model))(model, x, h, jacobian)
 
 
 @compiled(1, 1, returns=types.float64)
 def stage_cost(model: Any, x: Array, u: Array) -> float:
-    """Cost of a node on top of the quadratic one, already times Δt.
-
-    Args:
-        model: The model.
-        x: State, shape (nx,).
-        u: Input, shape (nu,).
-    """
+    """Cost of a node on top of the quadratic one, already times Δt."""
     return float(kernel_of("stage_cost", type_of(model))(model, x, u))
 
 
 @compiled(1, 1, 1, 2)
 def expand_stage_cost(model: Any, x: Array, u: Array, gradient: Array, hessian: Array) -> None:
-    """Gradient and positive semidefinite Hessian of `stage_cost`, or the Gauss-Newton Hessian.
-
-    Args:
-        model: The model.
-        x: State, shape (nx,).
-        u: Input, shape (nu,).
-        gradient: By [x, u], shape (nx + nu,), filled.
-        hessian: Shape (nx + nu, nx + nu), filled.
-    """
+    """Gradient and positive semidefinite Hessian of `stage_cost`, or the Gauss-Newton Hessian."""
     kernel_of("expand_stage_cost", type_of(model))(model, x, u, gradient, hessian)
 
 
 @compiled(1, returns=types.float64)
 def end_cost(model: Any, x: Array) -> float:
-    """Cost of the last state on top of the quadratic one.
-
-    Args:
-        model: The model.
-        x: x_N, shape (nx,).
-    """
+    """Cost of the last state on top of the quadratic one."""
     return float(kernel_of("end_cost", type_of(model))(model, x))
 
 
 @compiled(1, 1, 2)
 def expand_end_cost(model: Any, x: Array, gradient: Array, hessian: Array) -> None:
-    """Gradient and positive semidefinite Hessian of `end_cost`, or the Gauss-Newton Hessian.
-
-    Args:
-        model: The model.
-        x: x_N, shape (nx,).
-        gradient: By x, shape (nx,), filled.
-        hessian: Shape (nx, nx), filled.
-    """
+    """Gradient and positive semidefinite Hessian of `end_cost`, or the Gauss-Newton Hessian."""
     kernel_of("expand_end_cost", type_of(model))(model, x, gradient, hessian)
 
 
@@ -207,28 +121,13 @@ def expand_end_cost(model: Any, x: Array, gradient: Array, hessian: Array) -> No
 def linearize_horizon(
     model: Any, states: Array, inputs: Array, jacobians: Array, rows: Array, row_jacobians: Array
 ) -> None:
-    """All nodes at once; a model may have a kernel that takes many nodes side by side.
-
-    Args:
-        model: The model.
-        states: X, (N + 1, nx).
-        inputs: U, (N, nu).
-        jacobians: [A | e | B | 0] with the defect e = f(x_k, u_k) − x_{k+1}, (N, nx, wide), written but for the zeros.
-        rows: h at nodes 1 … N, (N, nh), written.
-        row_jacobians: [h_x | 0], (N, nh, narrow), written but for the zeros.
-    """
+    """All nodes at once; a model may have a kernel that takes many nodes side by side."""
     kernel_of("linearize_horizon", type_of(model))(model, states, inputs, jacobians, rows, row_jacobians)
 
 
 @compiled(2, 2)
 def constrain_horizon(model: Any, states: Array, rows: Array) -> None:
-    """Constraints h(x) of all nodes 1 … N at once.
-
-    Args:
-        model: The model.
-        states: X, shape (N + 1, nx).
-        rows: Values of h, shape (N, nh), filled.
-    """
+    """Constraints h(x) of all nodes 1 … N at once."""
     kernel_of("constrain_horizon", type_of(model))(model, states, rows)
 
 
@@ -237,16 +136,5 @@ def curve_horizon(
     model: Any, states: Array, inputs: Array, costates: Array, prices: Array, counts: tuple[int, int, int],
     gradients: Array, hessians: Array,
 ) -> None:  # fmt: skip
-    """Second derivatives of the Lagrangian ℓ + pᵀf + yᵀ(h, h_N, g) at all nodes, without the quadratic cost.
-
-    Args:
-        model: The model.
-        states: X, (N + 1, nx).
-        inputs: U, (N, nu).
-        costates: p, (N, nx).
-        prices: y at nodes 0 … N, of h, then of h_N and of g, (N + 1, at least so many); zero where a row does not exist.
-        counts: Numbers of rows of h, h_N and g.
-        gradients: Of `stage_cost` and `end_cost` alone, (N + 1, nx + nu), written.
-        hessians: (N + 1, nx + nu, nx + nu), written.
-    """
+    """Second derivatives of the Lagrangian ℓ + pᵀf + yᵀ(h, h_N, g) at all nodes, without the quadratic cost."""
     kernel_of("curve_horizon", type_of(model))(model, states, inputs, costates, prices, counts, gradients, hessians)

@@ -77,12 +77,7 @@ class CheckedFunction:
         self._function, self._name, self._method = function, name, method
 
     def __call__(self, *arguments: Array) -> Array:
-        """Values, shape (size,).
-
-        Raises:
-            DimensionError: if the function returns something else than that many real numbers.
-            SolverError: if it returns NaN for numbers that are no larger than 1e6.
-        """
+        """Values, shape (size,)."""
         values = self._evaluate([argument.copy() for argument in arguments])
         if np.iscomplexobj(values):
             raise DimensionError("not real numbers", field=self._name, given=values.tolist(), allowed="real numbers")
@@ -94,19 +89,11 @@ class CheckedFunction:
         return values.astype(np.float64)
 
     def check_shape(self, *arguments: Array) -> None:
-        """Call the function, and look at nothing but the shape of what it returns.
-
-        Raises:
-            DimensionError: if it is not that many numbers.
-        """
+        """Call the function, and look at nothing but the shape of what it returns."""
         self._evaluate([argument.copy() for argument in arguments])
 
     def check_slopes(self, *arguments: Array) -> None:
-        """Compare complex steps, where these are asked for, with differences.
-
-        Raises:
-            SolverError: if they differ, as they do where a function takes an absolute value or the real part.
-        """
+        """Compare complex steps, where these are asked for, with differences."""
         if self._method != "complex step":
             return
         exact, rough = self._by_complex_steps(arguments), self._by_differences(arguments, _FIRST)
@@ -159,16 +146,7 @@ class CheckedFunction:
 
 
 def count(function: Function, name: str, *arguments: Array) -> int:
-    """Number of values that a function returns.
-
-    Args:
-        function: Called with copies of the arguments.
-        name: Of the function, for the error.
-        *arguments: A state, shape (nx,), or a state and an input, shape (nu,).
-
-    Raises:
-        DimensionError: if it returns something else than a vector of numbers, or a number.
-    """
+    """Number of values that a function returns."""
     returned = function(*(argument.copy() for argument in arguments))
     values = np.atleast_1d(numbers(returned, name, "a vector of numbers"))
     if values.ndim != 1 or not values.size:
@@ -177,16 +155,7 @@ def count(function: Function, name: str, *arguments: Array) -> int:
 
 
 def numbers(returned: Any, name: str, allowed: str) -> NDArray[Any]:
-    """What a function has returned, as an array of floats or of complex numbers.
-
-    Args:
-        returned: By the function.
-        name: Of the function, for the error.
-        allowed: What it should return, for the error.
-
-    Raises:
-        DimensionError: if it is no array of numbers, as where a `return` is missing.
-    """
+    """What a function has returned, as an array of floats or of complex numbers."""
     try:
         values = np.asarray(returned)
     except ValueError:

@@ -125,11 +125,7 @@ class PythonKernelsWithCost(PythonKernels):
 
 
 def kernels_of(callback: Callback) -> PythonKernels:
-    """Model for the compiled solvers that keeps a callback alive.
-
-    Args:
-        callback: What the kernels call.
-    """
+    """Model for the compiled solvers that keeps a callback alive."""
     own_cost = "stage_cost" in callback.checked or "end_cost" in callback.checked
     model = (PythonKernelsWithCost if own_cost else PythonKernels)(callback.address)
     model.callback = callback

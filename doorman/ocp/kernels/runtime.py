@@ -25,14 +25,7 @@ _SMALL = 1e-14
 
 @kernel
 def gather(rows: Array, first: int, stop: int, lanes: Array) -> None:
-    """Rows from `first` to before `stop` into lanes, as many as there are; the last one again where there are no more.
-
-    Args:
-        rows: One row for each node, shape (n, ≥ m); of longer rows the first m entries count.
-        first: Index of the first row.
-        stop: Index behind the last row.
-        lanes: Shape (m, LANES), filled.
-    """
+    """Rows from `first` to before `stop` into lanes, as many as there are; the last one again where there are no more."""
     for side in range(LANES):
         k = min(first + side, stop - 1)
         for i in range(lanes.shape[0]):
@@ -44,10 +37,6 @@ def spread(values: Array, lanes: Array) -> None:
     """One node into every lane.
 
     That is as fast as one lane alone, and the kernels for lanes are compiled anyway.
-
-    Args:
-        values: Of the node, shape (m,).
-        lanes: Shape (m, LANES), filled.
     """
     for i in range(values.shape[0]):
         for side in range(LANES):
@@ -56,15 +45,7 @@ def spread(values: Array, lanes: Array) -> None:
 
 @kernel
 def put_slopes(out: Array, first: int, rows: Indices, columns: Indices, jacobian: Array) -> None:
-    """Nonzeros of a Jacobian from the first lane into a full matrix.
-
-    Args:
-        out: What a kernel for lanes wrote, shape (≥ first + nnz, LANES).
-        first: Place of the first nonzero in `out`.
-        rows: Of the nonzeros, shape (nnz,).
-        columns: Of the nonzeros, shape (nnz,).
-        jacobian: Shape of the Jacobian, filled.
-    """
+    """Nonzeros of a Jacobian from the first lane into a full matrix."""
     jacobian[:, :] = 0.0
     for i in range(rows.shape[0]):
         jacobian[rows[i], columns[i]] = out[first + i, 0]
@@ -72,13 +53,7 @@ def put_slopes(out: Array, first: int, rows: Indices, columns: Indices, jacobian
 
 @kernel
 def scatter_values(out: Array, first: int, rows: Array) -> None:
-    """Values of h from lanes into one row for each node.
-
-    Args:
-        out: What a kernel for lanes wrote, shape (≥ nh, LANES).
-        first: Row of the first lane.
-        rows: Shape (n, nh); rows from `first` on are filled, as many as there are lanes.
-    """
+    """Values of h from lanes into one row for each node."""
     for side in range(min(LANES, rows.shape[0] - first)):
         for i in range(rows.shape[1]):
             rows[first + side, i] = out[i, side]
@@ -88,17 +63,7 @@ def scatter_values(out: Array, first: int, rows: Array) -> None:
 def scatter_curvature(
     out: Array, first: int, stop: int, rows: Indices, columns: Indices, gradients: Array, hessians: Array
 ) -> None:
-    """Gradients and symmetric Hessians from lanes; the nonzeros of the lower halves stand behind the gradients.
-
-    Args:
-        out: What a kernel for lanes wrote, shape (≥ nz + nnz, LANES).
-        first: Node of the first lane.
-        stop: Node behind the last one.
-        rows: Of the nonzeros, shape (nnz,).
-        columns: Of the nonzeros, shape (nnz,).
-        gradients: Shape (N + 1, nz); those of the lanes' nodes are filled.
-        hessians: Shape (N + 1, nz, nz); those of the lanes' nodes are filled.
-    """
+    """Gradients and symmetric Hessians from lanes; the nonzeros of the lower halves stand behind the gradients."""
     size = gradients.shape[1]
     for side in range(min(LANES, stop - first)):
         k = first + side
@@ -114,15 +79,7 @@ def scatter_curvature(
 
 @kernel
 def add_squares(squares: Array, ends: Indices, columns: Indices, gradient: Array, hessian: Array) -> None:
-    """Add gradient Jᵀ W r and Gauss and Newton's Hessian Jᵀ W J of ½ Σ w r².
-
-    Args:
-        squares: r, then w, then the nonzeros of J row by row, as many as there are; its last nz numbers are memory for a row.
-        ends: Where the rows of J begin among the nonzeros, and the end of the last, (nr + 1,).
-        columns: Of the nonzeros; they ascend within a row.
-        gradient: (nz,), added to.
-        hessian: (nz, nz), symmetric, added to.
-    """
+    """Add gradient Jᵀ W r and Gauss and Newton's Hessian Jᵀ W J of ½ Σ w r²."""
     count, size = ends.shape[0] - 1, gradient.shape[0]
     row = squares[squares.shape[0] - size :]
     for k in range(count):
@@ -146,14 +103,7 @@ def add_squares(squares: Array, ends: Indices, columns: Indices, gradient: Array
 
 @kernel
 def add_row(matrix: Array, i: int, factor: float, row: Array) -> None:
-    """Add a multiple of a row to row i of a matrix.
-
-    Args:
-        matrix: Shape (n, m), changed.
-        i: Row.
-        factor: Of `row`.
-        row: Shape (m,), no part of the matrix.
-    """
+    """Add a multiple of a row to row i of a matrix."""
     whole = row.shape[0] - row.shape[0] % len(_FOUR)
     for j in range(0, whole, len(_FOUR)):
         store(matrix, (i, j), load(matrix, (i, j), _FOUR) + factor * load(row, j, _FOUR))
@@ -163,12 +113,7 @@ def add_row(matrix: Array, i: int, factor: float, row: Array) -> None:
 
 @kernel
 def keep_positive(matrix: Array, vectors: Array) -> None:
-    """Positive part of a symmetric matrix, in place: negative eigenvalues become 0 (cyclic Jacobi rotations).
-
-    Args:
-        matrix: Shape (n, n).
-        vectors: Memory for the eigenvectors, of at least that shape.
-    """
+    """Positive part of a symmetric matrix, in place: negative eigenvalues become 0 (cyclic Jacobi rotations)."""
     n = matrix.shape[0]
     scale = 0.0
     for i in range(n):

@@ -26,15 +26,7 @@ ARGUMENTS: dict[str, tuple[Any, ...]] = {}
 
 
 def implement(function: Callable[..., Any], model: type) -> Callable[[Kernel], Kernel]:
-    """Register a kernel as one of the functions of `functions` for one type of model.
-
-    Args:
-        function: A function of `functions`.
-        model: The NamedTuple type of the model.
-
-    Returns:
-        A decorator for the kernel, which must have the signature of `function`.
-    """
+    """Register a kernel as one of the functions of `functions` for one type of model."""
 
     def register(kernel: Kernel) -> Kernel:
         implementations[function.__name__, model] = kernel
@@ -45,14 +37,7 @@ def implement(function: Callable[..., Any], model: type) -> Callable[[Kernel], K
 
 
 def default(function: Callable[..., Any]) -> Callable[[Kernel], Kernel]:
-    """Register a kernel as one of the functions of `functions` for every model that has none of its own.
-
-    Args:
-        function: One of `functions`.
-
-    Returns:
-        A decorator of the kernel, which it returns.
-    """
+    """Register a kernel as one of the functions of `functions` for every model that has none of its own."""
 
     def register(kernel: Kernel) -> Kernel:
         _defaults[function.__name__] = kernel
@@ -62,25 +47,12 @@ def default(function: Callable[..., Any]) -> Callable[[Kernel], Kernel]:
 
 
 def is_implemented(function: Callable[..., Any], model: type) -> bool:
-    """Whether a type of model has a kernel of its own for a function of `functions`.
-
-    Args:
-        function: One of `functions`.
-        model: Type of the model.
-    """
+    """Whether a type of model has a kernel of its own for a function of `functions`."""
     return (function.__name__, model) in implementations
 
 
 def kernel_of(name: str, model: type) -> Callable[..., Any]:
-    """Kernel of a type of model for a function, or the default.
-
-    Args:
-        name: Of the function.
-        model: Type of the model.
-
-    Raises:
-        SolverError: if there is neither.
-    """
+    """Kernel of a type of model for a function, or the default."""
     kernel = implementations.get((name, model)) or _defaults.get(name)
     if kernel is None:
         known = sorted(function for function, owner in implementations if owner is model)
@@ -91,39 +63,22 @@ def kernel_of(name: str, model: type) -> Callable[..., Any]:
 
 
 def content_of(model: Any) -> Any:
-    """The model itself, also where a handle holds it.
-
-    Args:
-        model: The model, or its handle.
-    """
+    """The model itself, also where a handle holds it."""
     return model.content if isinstance(model, Handle) else model
 
 
 def type_of(model: Any) -> type:
-    """Type of a model.
-
-    Args:
-        model: The model, or its handle.
-    """
+    """Type of a model."""
     return type(content_of(model))
 
 
 def instance_class(given: Any) -> Any:
-    """Type of a model by numba's type of it or of its handle; None for other arguments.
-
-    Args:
-        given: numba's type.
-    """
+    """Type of a model by numba's type of it or of its handle; None for other arguments."""
     return getattr(given.content if isinstance(given, HandleType) else given, "instance_class", None)
 
 
 def compiled(*shapes: Any, returns: Any = types.void) -> Callable[[Kernel], Kernel]:
-    """Let kernels call a function of `functions`: the kernel of their model's type, or that of a table.
-
-    Args:
-        shapes: Number of dimensions of each array after the model, or numba's type of what is no array.
-        returns: numba's type of the result.
-    """
+    """Let kernels call a function of `functions`: the kernel of their model's type, or that of a table."""
     expected = tuple(types.Array(types.float64, each, "C") if isinstance(each, int) else each for each in shapes)
 
     def teach(function: Kernel) -> Kernel:

@@ -10,15 +10,7 @@ from doorman.exceptions import SolverError
 
 
 def column(name: str, expression: Any) -> Any:
-    """A dense column.
-
-    Args:
-        name: Of the term, for the error.
-        expression: SX, a number, an array, or a list of them.
-
-    Raises:
-        SolverError: if it is none of these.
-    """
+    """A dense column."""
     try:
         entries = ca.vertcat(*expression) if isinstance(expression, (list, tuple)) else ca.SX(expression)
     except (NotImplementedError, TypeError) as error:

@@ -93,14 +93,7 @@ class QuadraticCost(OneLine):
 
 
 def diagonal(weights: Array) -> Array:
-    """Diagonal of weights that are given as a diagonal or as a matrix.
-
-    Args:
-        weights: Shape (n,) or (n, n).
-
-    Returns:
-        Shape (n,).
-    """
+    """Diagonal of weights that are given as a diagonal or as a matrix."""
     return np.diag(weights) if weights.ndim == 2 else weights
 
 

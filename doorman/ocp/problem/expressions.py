@@ -34,13 +34,7 @@ class Expansion:
 
     @classmethod
     def of(cls, terms: Sequence[tuple[Any, Any]], z: Any, factor: Any) -> Expansion:
-        """Sum of terms, times a factor, with its derivatives.
-
-        Args:
-            terms: `Cost` or `Residual`, each with its expression.
-            z: Variables, (nz, 1).
-            factor: Of the whole sum, (1, 1).
-        """
+        """Sum of terms, times a factor, with its derivatives."""
         size = z.numel()
         total, convex, bent = ca.SX(0), ca.SX(size, size), ca.SX(size, size)
         residuals, weights = ca.SX(0, 1), ca.SX(0, 1)
@@ -96,23 +90,7 @@ class Expressions:
         stage_terms: Sequence[tuple[Cost | Residual, Any]],
         end_terms: Sequence[tuple[Cost | Residual, Any]],
     ) -> Expressions:  # fmt: skip
-        """Expressions with the sums of their cost terms.
-
-        Args:
-            x: Symbols of the state, (nx, 1).
-            u: Symbols of the input, (nu, 1).
-            time_step: Symbol of Δt.
-            parameters: Symbols that are the same at all nodes, (np, 1).
-            node_parameters: Symbols that change from node to node, (nq, 1).
-            rate: ẋ, or x⁺ of discrete dynamics, (nx, 1).
-            step: x⁺, (nx, 1), of which slopes are taken.
-            checked_step: x⁺, NaN where it leaves the domain, (nx, 1).
-            rows: h, g and h_N by the names `rows`, `input_rows` and `end_rows`.
-            names: Of the rows of h, g and h_N.
-            equalities: Which of these rows are zero.
-            stage_terms: `Cost` or `Residual` of every node but the last, each with its expression.
-            end_terms: `Cost` or `Residual` of the last state, each with its expression.
-        """
+        """Expressions with the sums of their cost terms."""
         own = bool(stage_terms or end_terms)
         return cls(
             x, u, time_step, parameters, node_parameters, ca.densify(rate), ca.densify(step), ca.densify(checked_step),
@@ -123,11 +101,7 @@ class Expressions:
 
 
 def integrators_of(expressions: Expressions) -> int:
-    """Number of the last states that are x⁺ = x + Δt u of the last inputs, on which nothing else depends.
-
-    Args:
-        expressions: Of the problem.
-    """
+    """Number of the last states that are x⁺ = x + Δt u of the last inputs, on which nothing else depends."""
     x, u, h = expressions.x, expressions.u, expressions.time_step
     nx, nu, count = x.numel(), u.numel(), 0
     stage = expressions.stage_cost

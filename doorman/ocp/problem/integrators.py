@@ -18,18 +18,7 @@ INTEGRATORS: tuple[Integrator, ...] = ("rk4", "euler", "discrete")
 
 
 def discretized(derivative: Callable[[Any], Any], x: Any, time_step: Any, integrator: Integrator, steps: int) -> Any:
-    """State after a time step.
-
-    Args:
-        derivative: ẋ of x, with the input held.
-        x: Symbols of the state, (nx, 1).
-        time_step: Δt, a symbol [s].
-        integrator: "rk4" (classical, fourth order) or "euler"; "discrete" takes the derivative for x⁺ itself.
-        steps: Equal steps that make up Δt.
-
-    Returns:
-        x⁺, (nx, 1).
-    """
+    """State after a time step."""
     if integrator == "discrete":
         return derivative(x)
     h, rate = time_step / steps, derivative(x)

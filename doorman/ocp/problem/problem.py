@@ -130,16 +130,7 @@ class Problem(OneLine):
 
 
 def check_count(field: str, given: object, least: int) -> None:
-    """Check a number of nodes, rows or states.
-
-    Args:
-        field: Its name.
-        given: What was given.
-        least: That it may be.
-
-    Raises:
-        DimensionError: if it is no whole number, or less.
-    """
+    """Check a number of nodes, rows or states."""
     if not isinstance(given, int | np.integer):
         raise DimensionError("not a whole number", field=field, given=given, allowed=f">= {least}")
     if given < least:

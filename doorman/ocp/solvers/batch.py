@@ -30,20 +30,7 @@ Worker = TypeVar("Worker", bound=Forgetful)
 def solve_all(
     solver: Worker, starts: Sequence[Any], solve: Callable[[Worker, Any], Result], threads: int | None
 ) -> list[Result | Exception]:
-    """Solve from many starts.
-
-    Args:
-        solver: Is copied for each thread.
-        starts: What differs from solve to solve.
-        solve: Solves from one start.
-        threads: How many; as many as there are processors if not given.
-
-    Returns:
-        Results in the order of the starts; where a solve has raised something, the exception.
-
-    Raises:
-        DimensionError: if the number of threads is not positive.
-    """
+    """Solve from many starts."""
     count = min(whole(threads or os.cpu_count() or 1, "threads", 1), max(len(starts), 1))
     free: SimpleQueue[Worker] = SimpleQueue()
     workers = [copy.deepcopy(solver) for _ in range(count)]

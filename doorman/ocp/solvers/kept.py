@@ -29,12 +29,7 @@ class Kept:
 
     @classmethod
     def of(cls, work: Workspace, cost: float) -> Kept:
-        """The nominal trajectory, to keep.
-
-        Args:
-            work: Workspace of the solver.
-            cost: J of it.
-        """
+        """The nominal trajectory, to keep."""
         return cls(
             cost, work.nominal.states.copy(), work.nominal.inputs.copy(), work.policy.gains.copy(),
             Multipliers(*(array.copy() for array in work.multipliers)),
@@ -42,11 +37,7 @@ class Kept:
 
     @classmethod
     def guess_of(cls, work: Workspace) -> Kept:
-        """The first guess of the present solve, without feedback and multipliers.
-
-        Args:
-            work: Workspace of the solver.
-        """
+        """The first guess of the present solve, without feedback and multipliers."""
         return cls(
             float(work.result[RESULT.GUESS]), work.guess.states.copy(), work.guess.inputs.copy(),
             np.zeros_like(work.policy.gains), Multipliers(*(np.zeros_like(array) for array in work.multipliers)),
@@ -58,19 +49,11 @@ class Kept:
         return max(float(np.abs(array).max(initial=0.0)) for array in self.multipliers)
 
     def costs_as(self, other: Kept) -> bool:
-        """Whether both are at the same minimum, judged by their costs.
-
-        Args:
-            other: The other one.
-        """
+        """Whether both are at the same minimum, judged by their costs."""
         return abs(self.cost - other.cost) <= _SAME * (1.0 + abs(other.cost))
 
     def put_back(self, work: Workspace) -> None:
-        """Make it the nominal trajectory again.
-
-        Args:
-            work: Workspace of the solver, changed.
-        """
+        """Make it the nominal trajectory again."""
         np.copyto(work.nominal.states, self.states)
         np.copyto(work.nominal.inputs, self.inputs)
         np.copyto(work.policy.gains, self.gains)

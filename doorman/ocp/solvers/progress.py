@@ -29,11 +29,7 @@ class _Once(event.Listener):
 
 @contextmanager
 def compilation_told(problem: Problem) -> Iterator[None]:
-    """Say what is compiled meanwhile, if anything is; kernels that come from the cache are not worth a word.
-
-    Args:
-        problem: Whose solver is built. The package's own problems have a progress bar of their own.
-    """
+    """Say what is compiled meanwhile, if anything is; kernels that come from the cache are not worth a word."""
     if type(problem.model).__module__.partition(".")[0] == "doorman":
         yield
         return

@@ -62,20 +62,6 @@ class Replanner(Cddp):
         That is so after a jump of state, goal or parameters, and where nothing usable comes of following. It is so, too, where
         the rollout costs a fifth more than the last one and than the iteration expects, also if it is followed once more.
         Without a trajectory to follow it is a solve from the input goal.
-
-        Args:
-            state: First state, shape (nx,).
-            elapsed: Time since the last trajectory's first state [s]; by default it is shifted to where it passes nearest to
-                `state` within its first two steps.
-            iterations: Of `follow`; up to two more follow where the step was large.
-            max_iterations: Largest number of all iterations, aiming anew included; then none follow beyond them.
-            time_limit: See `solve`. What is found by then stays, with a status that says what holds [s].
-
-        Returns:
-            How it ended, and the number of iterations; the trajectory is `trajectory()`.
-
-        Raises:
-            DimensionError: if the state has another shape, or state, time or budget is not finite.
         """
         started = time.monotonic()
         first = vector(state, self._problem.nx, "state")
@@ -135,15 +121,6 @@ class Replanner(Cddp):
         """Solve from the trajectory before the last `follow`, and from the input goal where nothing comes of that.
 
         The trajectory that costs less stays in the solver's memory, if both are usable; or that of `follow`, if neither is.
-
-        Args:
-            state: First state, shape (nx,), contiguous.
-            followed: What `follow` returned.
-            max_iterations: Largest number of iterations.
-            time_limit: See `solve` [s].
-
-        Returns:
-            How it ended, and the number of iterations that led there.
         """
         before, cost = (self.trajectory(), self.cost) if followed.usable else (None, math.inf)
         status, iterations = self._aim(state, max_iterations, time_limit)
@@ -187,22 +164,6 @@ class Replanner(Cddp):
         """Real-time iteration: shift the last trajectory and its multipliers to `state`, iterate, roll out.
 
         Full steps, no line search: after a jump of state or goal, `solve` or `aim_anew` finds what this may not.
-
-        Args:
-            state: First state, shape (nx,).
-            shift: Steps to shift by; negative: to where the trajectory passes nearest to `state`.
-            limit: Steps within which that is looked for.
-            max_iterations: Iterations.
-            time_limit: No iteration but the first begins that would not be over and rolled out by then, if it takes as long as
-                the longest so far. ProxQP is asked in its first half only: aiming anew mostly takes less time [s].
-            extra_iterations: Further ones where the step was large.
-
-        Returns:
-            How it ended; the trajectory is `trajectory()`, its other figures are the properties below. After DIVERGED the
-            trajectory before is there again.
-
-        Raises:
-            DimensionError: if the state has another shape or is not finite, or shift or budget is no number of them.
         """
         started = time.monotonic()
         first, max_iterations = vector(state, self._problem.nx, "state"), checked_budget(max_iterations, time_limit)
@@ -264,11 +225,7 @@ class Replanner(Cddp):
         return float(result[RESULT.VIOLATION]), int(result[RESULT.NODE]), int(result[RESULT.ROW])
 
     def worst_rows(self) -> Array:
-        """Largest value of every row along the last trajectory, in the order of `Problem.constraint_names`.
-
-        Returns:
-            Shape (rows,), each in the row's unit; positive where it is violated.
-        """
+        """Largest value of every row along the last trajectory, in the order of `Problem.constraint_names`."""
         nominal = self._work.nominal
         return np.concatenate([nominal.rows.max(axis=0), nominal.input_rows.max(axis=0), nominal.end_rows])
 
@@ -285,12 +242,6 @@ class Replanner(Cddp):
 
         To be called after `follow`, in any order and as often as one likes: they stay with its trajectory. Their first calls
         compile.
-
-        Args:
-            state: First state of the last `follow`, shape (nx,), contiguous.
-
-        Returns:
-            By name, in the order in which they run.
         """
         model, work, penalty = self._model, self._memory, self.options.penalty
         return {

@@ -146,12 +146,7 @@ class Solution(OneLine):
 
 
 def row_name(problem: Problem, row: int) -> str:
-    """Name of a row.
-
-    Args:
-        problem: The problem.
-        row: Index among the rows of h, h_N and g in this order, and then of the finite bounds as in `workspace.Program`.
-    """
+    """Name of a row."""
     nh, ng, nt = problem.n_constraints, problem.n_input_constraints, problem.n_end_constraints
     if row < nh + nt + ng:
         order = [*range(nh), *range(nh + ng, nh + ng + nt), *range(nh, nh + ng)]  # names are of h, g and h_N

@@ -63,20 +63,7 @@ class Teller:
     def run(
         self, phase: Phase, kernel: Callable[[], int], paused: int, goes_on: Callable[[], bool] | None = None
     ) -> int:
-        """Call a kernel until it has come to its end.
-
-        Args:
-            phase: What it does.
-            kernel: The call.
-            paused: Code with which it comes back to be called again.
-            goes_on: Asked after every iteration whether another one is worth its time; always, if not given.
-
-        Returns:
-            Its last code; `paused` where it was not worth it.
-
-        Raises:
-            Stopped: if the callback ends the solve.
-        """
+        """Call a kernel until it has come to its end."""
         result, each = self._result, self.callback is not None or goes_on is not None
         try:
             result[RESULT.PAUSE] = 0.0 if each else time.monotonic() + _SLICE
@@ -92,15 +79,7 @@ class Teller:
         return code
 
     def tell(self, phase: Phase, iteration: int | None = None) -> None:
-        """Tell the callback of the iteration that has just ended.
-
-        Args:
-            phase: Of the solve.
-            iteration: Within the phase, from 1; by default the number in `result`.
-
-        Raises:
-            Stopped: if the callback ends the solve.
-        """
+        """Tell the callback of the iteration that has just ended."""
         result = self._result
         if self._stopping:
             raise Stopped

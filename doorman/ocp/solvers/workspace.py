@@ -77,12 +77,7 @@ class Workspace(NamedTuple):
 
     @classmethod
     def of(cls, problem: Problem, options: SolverOptions | None = None) -> Workspace:
-        """Workspace with memory for a problem's sizes.
-
-        Args:
-            problem: The problem.
-            options: Settings; by default the solver's.
-        """
+        """Workspace with memory for a problem's sizes."""
         n, nx, nu = problem.horizon, problem.nx, problem.nu
         nh, ng, nt = problem.n_constraints, problem.n_input_constraints, problem.n_end_constraints
         narrow, wide = padded(nx + 1), padded(nx + 1 + nu)
@@ -131,20 +126,12 @@ class Workspace(NamedTuple):
 
 
 def padded(length: int) -> int:
-    """A length rounded up to whole vectors of `VECTOR_WIDTH`.
-
-    Args:
-        length: Of a row.
-    """
+    """A length rounded up to whole vectors of `VECTOR_WIDTH`."""
     return -(-length // VECTOR_WIDTH) * VECTOR_WIDTH
 
 
 def sizes_of(problem: Problem) -> Sizes:
-    """Dimensions of a problem.
-
-    Args:
-        problem: The problem.
-    """
+    """Dimensions of a problem."""
     nx, nu, bounds, model = problem.nx, problem.nu, problem.bounds, type(problem.model)
     own_cost = functions.is_implemented(functions.stage_cost, model) or functions.is_implemented(
         functions.end_cost, model
@@ -171,11 +158,7 @@ def _binds(*ends: ArrayLike | None) -> bool:
 
 
 def weights_of(problem: Problem) -> Weights:
-    """Copy of a problem's cost, with the weights of states and inputs times Δt.
-
-    Args:
-        problem: The problem.
-    """
+    """Copy of a problem's cost, with the weights of states and inputs times Δt."""
     cost, dt = problem.cost, problem.time_step
     full = [np.zeros((0, 0))] * 4
     if cost.is_full:
@@ -191,23 +174,14 @@ def weights_of(problem: Problem) -> Weights:
 
 
 def floors_of(problem: Problem) -> Floors:
-    """Least multipliers of a problem's rows: 0, or −∞ of equalities.
-
-    Args:
-        problem: The problem.
-    """
+    """Least multipliers of a problem's rows: 0, or −∞ of equalities."""
     nh, ng = problem.n_constraints, problem.n_input_constraints
     floors = np.where(np.array(problem.equalities, dtype=bool), -np.inf, 0.0)
     return Floors(floors[:nh].copy(), floors[nh : nh + ng].copy(), floors[nh + ng :].copy())
 
 
 def program_of(problem: Problem, wide: int) -> Program:
-    """Rows of a node's quadratic program, and memory for it.
-
-    Args:
-        problem: The problem.
-        wide: Length of a padded row [x | 1 | u].
-    """
+    """Rows of a node's quadratic program, and memory for it."""
     n, nx, nu, bounds = problem.horizon, problem.nx, problem.nu, problem.bounds
     found = []
     for kind, first, size in (("state", 0, nx), ("input", nx, nu)):
@@ -242,12 +216,7 @@ def program_of(problem: Problem, wide: int) -> Program:
 
 @kernel
 def copy_trajectory(source: Trajectory, target: Trajectory) -> None:
-    """Copy states, inputs and values of rows.
-
-    Args:
-        source: Read.
-        target: Of the same shapes, filled.
-    """
+    """Copy states, inputs and values of rows."""
     copy_rows(source.states, target.states)
     copy_rows(source.inputs, target.inputs)
     copy_rows(source.rows, target.rows)

@@ -30,20 +30,7 @@ _SIDE_WEIGHT = 5.0
 
 
 def door_problem(model: Model, numbers: Numbers | None = None, extras: Extras = NO_EXTRAS) -> Problem:
-    """Optimal control problem of a scenario: the paper's cost, dynamics and hard constraints.
-
-    Args:
-        model: Model of the scenario.
-        numbers: Of the task; the scenario's if not given.
-        extras: The user's constraints and costs.
-
-    Returns:
-        The problem, whose constraints are h(x) + planner.margin ≤ 0, the tilt and the bounds of `[limits]`.
-
-    Raises:
-        ScenarioError: if a vector of weights does not fit the arm.
-        SolverError: if an expression of the user is none.
-    """
+    """Optimal control problem of a scenario: the paper's cost, dynamics and hard constraints."""
     numbers = numbers or door_numbers(model)
     rows = partial(door_rows, surroundings=model.surroundings)
     text = task_text(f"quasi-static {model.surroundings}", quasi_static_task, model, numbers, rows, extras)
@@ -51,13 +38,7 @@ def door_problem(model: Model, numbers: Numbers | None = None, extras: Extras = 
 
 
 def scenario_problem(model: Model, text: str, numbers: Numbers) -> Problem:
-    """Problem of reduced states and inputs with a scenario's horizon, cost and bounds.
-
-    Args:
-        model: Model of the scenario.
-        text: Of the problem, from `task_text`.
-        numbers: Values of the problem's parameters.
-    """
+    """Problem of reduced states and inputs with a scenario's horizon, cost and bounds."""
     planner = model.scenario.planner
     return printed_problem(
         text, planner.horizon_steps, planner.time_step, door_cost(model), reduced_bounds(model), numbers.vector
@@ -65,11 +46,7 @@ def scenario_problem(model: Model, text: str, numbers: Numbers) -> Problem:
 
 
 def door_numbers(model: Model) -> Numbers:
-    """Numbers of the scenario's task, by name: geometry, margin and tilt, and the balance of an arm with mass.
-
-    Args:
-        model: Model of the scenario.
-    """
+    """Numbers of the scenario's task, by name: geometry, margin and tilt, and the balance of an arm with mass."""
     limits = {"limits.margin": model.scenario.planner.margin, "limits.least_cosine": least_cosine(model)}
     rotors = model.actuation.rotors
     side = {} if rotors is None else {"actuation.side": np.zeros(2), **rotors.numbers}
@@ -77,25 +54,14 @@ def door_numbers(model: Model) -> Numbers:
 
 
 def quasi_static_task(pattern: ArmPattern, point_names: tuple[str, ...], numbers: Numbers) -> Any:
-    """The task in symbols, with quasi-static dynamics.
-
-    Args:
-        pattern: Of the arm's constants.
-        point_names: Of the arm's constrained points, the tip last.
-        numbers: Their names and sizes become symbols.
-    """
+    """The task in symbols, with quasi-static dynamics."""
     from doorman.dynamics.quasi_static import QuasiStaticTask  # CasADi
 
     return QuasiStaticTask(pattern, point_names, numbers)
 
 
 def door_rows(task: Any, surroundings: Surroundings = "doorway") -> list[Constraint]:
-    """Collision constraints with margin, the tilt, which is the angle between the body's z axis and the world's, and the rotors.
-
-    Args:
-        task: The door task in symbols.
-        surroundings: What stands beside the door.
-    """
+    """Collision constraints with margin, the tilt (angle between the body's and the world's z axis), and the rotors."""
     from doorman.collision.constraints import collision_constraints  # CasADi
     from doorman.planning.rotor_thrusts import rotor_thrusts  # CasADi
     from doorman.planning.static_moment import static_moment  # CasADi
@@ -112,12 +78,6 @@ def door_cost(model: Model) -> QuadraticCost:
     """The scenario's cost; the paper's weights where it gives none, extended to the arm's joints.
 
     A vehicle of another size has the paper's weights of forces, rates and times in its own units: it does the same, larger.
-
-    Args:
-        model: Model of the scenario.
-
-    Raises:
-        ScenarioError: if a vector of weights does not fit the arm.
     """
     n, side = model.n_arm, np.zeros(2 if model.actuation.fully else 0)
     weight = model.vehicle.mass * GRAVITY

@@ -29,63 +29,21 @@ class GripPlanning(ABC):
 
     @abstractmethod
     def reduced(self, states: Array, inputs: Array) -> tuple[Array, Array]:
-        """Reduced states and inputs, see `PlanningModel`.
-
-        Args:
-            states: x, shape (nx,) or (m, nx).
-            inputs: u at the first of the states, shape (nu,) or (≤ m, nu).
-
-        Returns:
-            [Φ, α, α̇, H] of the states and [f_t, Ω, Ḣ_d], and [f_x, f_y] of a fully actuated vehicle, of the inputs.
-        """
+        """Reduced states and inputs, see `PlanningModel`."""
 
     @abstractmethod
     def state(self, reduced: ArrayLike, body_rates: ArrayLike) -> Array:
-        """State to plan from, see `PlanningModel`.
-
-        Args:
-            reduced: [Φ, α, α̇, H], shape (5 + n,).
-            body_rates: Ω, shape (3,), body frame [rad/s].
-
-        Returns:
-            x, shape (nx,).
-        """
+        """State to plan from, see `PlanningModel`."""
 
     def goal(self, start: Array, hinge: Hinge, door_angle: float | None = None) -> Array:
-        """The scenario's goal, or a place on the way there, leaning against the hinge. See `PlanningModel`.
-
-        Args:
-            start: x, shape (nx,).
-            hinge: What is known of it.
-            door_angle: α of another goal [rad].
-
-        Returns:
-            x, shape (nx,).
-        """
+        """The scenario's goal, or a place on the way there, leaning against the hinge. See `PlanningModel`."""
         goal = self.goal_state if door_angle is None else self.state(self.model.on_the_way(door_angle), np.zeros(3))
         return leaning(self.model, goal, hinge)
 
     def impossible(self, hinge: Hinge, start: Array) -> tuple[PlanStatus, str] | None:
-        """Whether the door resists by more than the vehicle can push. See `PlanningModel`.
-
-        Args:
-            hinge: What is known of it.
-            start: x, shape (nx,).
-
-        Returns:
-            `PlanStatus.CANNOT_OPEN`, and its numbers in words; None if nothing speaks against it.
-        """
+        """Whether the door resists by more than the vehicle can push. See `PlanningModel`."""
         return too_stiff(self.model, hinge, float(start[3]), self._pushes)
 
     def normal_forces(self, numbers: Numbers, states: Array, inputs: Array) -> Array:
-        """Share of the thrust along the door's normal. See `PlanningModel`.
-
-        Args:
-            numbers: What `fitted` returned.
-            states: x_0 … x_N, shape (N + 1, nx).
-            inputs: u_0 … u_{N−1}, shape (N, nu).
-
-        Returns:
-            At every input, shape (N,) [N].
-        """
+        """Share of the thrust along the door's normal. See `PlanningModel`."""
         return push_along_normal(self.model, *self.reduced(states, inputs))

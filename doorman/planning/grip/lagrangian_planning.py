@@ -44,99 +44,34 @@ class LagrangianPlanning(GripPlanning):
         self.numbers = lagrangian_numbers(model)
 
     def check_state(self, state: ArrayLike, field: str = "state") -> Array:
-        """A state as a contiguous float array. See `PlanningModel`.
-
-        Args:
-            state: x, shape (nx,).
-            field: Name of the argument, for the error.
-
-        Returns:
-            Shape (nx,).
-
-        Raises:
-            DimensionError: if it has another shape or is not finite.
-            SingularityError: if the pitch is not inside ±90°.
-        """
+        """A state as a contiguous float array. See `PlanningModel`."""
         return self.dynamics.check_state(state, field)
 
     def problem(self, extras: Extras = NO_EXTRAS) -> Problem:
-        """The door problem with full dynamics. See `PlanningModel`.
-
-        Args:
-            extras: Constraints and costs of the user.
-
-        Returns:
-            The problem; its parameters are in the order of `numbers`.
-
-        Raises:
-            ScenarioError: if a vector of weights does not fit the arm.
-            SolverError: if an expression of the user is none.
-        """
+        """The door problem with full dynamics. See `PlanningModel`."""
         return lagrangian_problem(self.model, self.numbers, extras)
 
     def fitted(self, hinge: Hinge, margin: float, start: Array, given: Mapping[str, ArrayLike] = NOTHING) -> Numbers:
-        """The scenario's numbers with those of the hinge and the margin; a start changes none. See `PlanningModel`.
-
-        Args:
-            hinge: What is known of it.
-            margin: Distance from door and frame [m].
-            start: x, shape (nx,).
-            given: Numbers that replace these.
-        """
+        """The scenario's numbers with those of the hinge and the margin; a start changes none. See `PlanningModel`."""
         return self.numbers.replaced({**hinge.numbers(), "limits.margin": margin, **given})
 
     def state(self, reduced: ArrayLike, body_rates: ArrayLike) -> Array:
-        r"""The reduced state with :math:`\dot\Phi = W(\Phi)\,\Omega`. See `PlanningModel`.
-
-        Args:
-            reduced: [Φ, α, α̇, H], shape (5 + n,).
-            body_rates: Ω, shape (3,), body frame [rad/s].
-
-        Returns:
-            x, shape (nx,).
-
-        Raises:
-            SingularityError: if the pitch is ±90°.
-        """
+        r"""The reduced state with :math:`\dot\Phi = W(\Phi)\,\Omega`. See `PlanningModel`."""
         x = np.asarray(reduced, dtype=np.float64)
         return np.concatenate([x[:4], euler_rate_matrix(x[:3]) @ np.asarray(body_rates), x[4:]])
 
     def reduced(self, states: Array, inputs: Array) -> tuple[Array, Array]:
-        r"""States without Φ̇, inputs with :math:`\Omega = W^{-1}\dot\Phi` for the torques. See `PlanningModel`.
-
-        Args:
-            states: x, shape (nx,) or (m, nx).
-            inputs: u at the first of the states, shape (nu,) or (≤ m, nu).
-
-        Returns:
-            [Φ, α, α̇, H] of the states and [f_t, Ω, Ḣ_d], and [f_x, f_y] of a fully actuated vehicle, of the inputs.
-        """
+        r"""States without Φ̇, inputs with :math:`\Omega = W^{-1}\dot\Phi` for the torques. See `PlanningModel`."""
         x, u = np.array(states, ndmin=2), np.array(inputs, ndmin=2)
         u[:, 1:4] = body_rates_of(x[: len(u), :3], x[: len(u), 4:7])
         reduced = np.delete(x, (4, 5, 6), axis=1)
         return (reduced if states.ndim == 2 else reduced[0]), u.reshape(inputs.shape)
 
     def force_on_door(self, reduced: Array, rotors: Array, acceleration: Array) -> Array:
-        r"""What the vehicle itself leaves of the thrust, :math:`f_t R e_3 - m_A g e_3 - m_A \ddot P`.
-
-        Args:
-            reduced: [Φ, α, α̇, H], shape (5 + n,).
-            rotors: Their force, shape (3,), body frame [N].
-            acceleration: P̈ of O_B, shape (3,), world frame [m/s²].
-
-        Returns:
-            Shape (3,), world frame [N].
-        """
+        r"""What the vehicle itself leaves of the thrust, :math:`f_t R e_3 - m_A g e_3 - m_A \ddot P`."""
         return force_left_to_the_door(self.model.vehicle.mass, reduced[:3], rotors, acceleration)
 
     def swing(self, disturbance: float) -> Callable[[Array, Array], Array]:
-        """The full dynamics, without friction in the hinge. See `PlanningModel`.
-
-        Args:
-            disturbance: Torque in the hinge beyond damping and spring, in the sense of damping [N m].
-
-        Returns:
-            x⁺ = f(x, u) over `planner.time_step`.
-        """
+        """The full dynamics, without friction in the hinge. See `PlanningModel`."""
         numbers = self.numbers.replaced({"door.disturbance": disturbance, "door.friction": 0.0})
         return stepped(lagrangian_problem(self.model, numbers))

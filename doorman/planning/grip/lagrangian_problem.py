@@ -37,20 +37,7 @@ _RATES = ("roll rate", "pitch rate", "yaw rate")
 
 
 def lagrangian_problem(model: Model, numbers: Numbers | None = None, extras: Extras = NO_EXTRAS) -> Problem:
-    """Optimal control problem of a scenario with the full dynamics.
-
-    Args:
-        model: Model of the scenario.
-        numbers: Of the task; the scenario's if not given.
-        extras: The user's constraints and costs.
-
-    Returns:
-        The problem, whose constraints are h(x) + planner.margin ≤ 0, the tilt, the body rates and the bounds of `[limits]`.
-
-    Raises:
-        ScenarioError: if a vector of weights does not fit the arm.
-        SolverError: if an expression of the user is none.
-    """
+    """Optimal control problem of a scenario with the full dynamics."""
     numbers, planner = numbers or lagrangian_numbers(model), model.scenario.planner
     limited = "limits.body_rates" in numbers.sizes
     name = f"lagrangian {model.surroundings}, body rates {'limited' if limited else 'free'}"
@@ -62,11 +49,7 @@ def lagrangian_problem(model: Model, numbers: Numbers | None = None, extras: Ext
 
 
 def lagrangian_numbers(model: Model) -> Numbers:
-    """Numbers of the scenario's task, by name: those of the door problem, inertias and the limits of the body rates.
-
-    Args:
-        model: Model of the scenario.
-    """
+    """Numbers of the scenario's task, by name: those of the door problem, inertias and the limits of the body rates."""
     rates = largest_body_rates(model)
     limits = {"limits.body_rates": rates} if rates.size else {}
     numbers = door_numbers(model)
@@ -92,23 +75,12 @@ def _rate(task: Any, axis: int, sign: int) -> Constraint:
 
 
 def lagrangian_model(model: Model) -> LagrangianModel:
-    """Full dynamics of a scenario in numbers.
-
-    Args:
-        model: Model of the scenario.
-    """
+    """Full dynamics of a scenario in numbers."""
     return LagrangianModel(model.coupling, model.scenario.planner.time_step)
 
 
 def lagrangian_cost(model: Model) -> QuadraticCost:
-    """The scenario's cost; the weights above where it gives none, extended to the arm's joints.
-
-    Args:
-        model: Model of the scenario.
-
-    Raises:
-        ScenarioError: if a vector of weights does not fit the arm.
-    """
+    """The scenario's cost; the weights above where it gives none, extended to the arm's joints."""
     n = model.n_arm
     scale = model.scale
     by_state = np.array([*_STATE_WEIGHTS, *([0.05] + [0.1] * n)[:n]])
@@ -125,12 +97,5 @@ def lagrangian_cost(model: Model) -> QuadraticCost:
 
 
 def at_rest(reduced: Array) -> Array:
-    """State of the full dynamics with Φ̇ = 0.
-
-    Args:
-        reduced: [Φ, α, α̇, H], shape (5 + n,).
-
-    Returns:
-        [Φ, α, Φ̇, α̇, H], shape (8 + n,).
-    """
+    """State of the full dynamics with Φ̇ = 0."""
     return np.concatenate([reduced[:4], np.zeros(3), reduced[4:]])

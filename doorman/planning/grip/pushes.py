@@ -20,16 +20,7 @@ _AT_GOAL = 0.05
 
 
 def push_along_normal(model: Model, states: Array, inputs: Array) -> Array:
-    r"""Push of the rotors along the door's normal, :math:`n_D^T (f_t R e_3 - m_A g e_3)`.
-
-    Args:
-        model: Model of the scenario.
-        states: Reduced, shape (m, 5 + n); a last one without input is left out.
-        inputs: Reduced, shape (m or m − 1, 4 + n).
-
-    Returns:
-        Shape of the inputs' first axis [N].
-    """
+    r"""Push of the rotors along the door's normal, :math:`n_D^T (f_t R e_3 - m_A g e_3)`."""
     roll, pitch, yaw, angle = states[: len(inputs), :4].T
     door, weight = model.door, model.vehicle.mass * GRAVITY
     normals = door.normals(angle)
@@ -43,13 +34,7 @@ def push_along_normal(model: Model, states: Array, inputs: Array) -> Array:
 
 
 def resistance(model: Model, hinge: Hinge, angle: float) -> float:
-    """Torque of a hinge at rest against the way to the goal [N m].
-
-    Args:
-        model: Model of the scenario.
-        hinge: What is known of it.
-        angle: α [rad].
-    """
+    """Torque of a hinge at rest against the way to the goal [N m]."""
     torque = hinge.torque_at_rest(angle, model.door.rest_angle) + model.door.weight_torque(angle)
     return hinge.friction + math.copysign(torque, torque * (model.goal_angle - angle))
 
@@ -67,26 +52,12 @@ class LargestPushes:
         self._everywhere = largest_push(model, self._tilt) if model.door.vertical else None
 
     def at(self, angle: float) -> float:
-        """Force on the leaf along its normal, towards the goal [N].
-
-        Args:
-            angle: α [rad].
-        """
+        """Force on the leaf along its normal, towards the goal [N]."""
         return largest_push(self._model, self._tilt, angle) if self._everywhere is None else self._everywhere
 
 
 def too_stiff(model: Model, hinge: Hinge, angle: float, pushes: LargestPushes) -> tuple[PlanStatus, str] | None:
-    """Whether a door resists by more, here or on the way to the goal, than the vehicle can push.
-
-    Args:
-        model: Model of the scenario.
-        hinge: What is known of it.
-        angle: α [rad].
-        pushes: What the vehicle can push with.
-
-    Returns:
-        `PlanStatus.CANNOT_OPEN` and the numbers; None if it can be moved, or is at the goal.
-    """
+    """Whether a door resists by more, here or on the way to the goal, than the vehicle can push."""
     goal, lever = model.goal_angle, model.coupling.lever_length
     if abs(angle - goal) < _AT_GOAL:
         return None
@@ -106,14 +77,6 @@ def leaning(model: Model, goal: Array, hinge: Hinge) -> Array:
     """A goal whose attitude pushes against what the door is estimated to resist with, beyond what the scenario names.
 
     A cost that draws to a level vehicle lets a door creep that needs a steady push.
-
-    Args:
-        model: Model of the scenario.
-        goal: Begins with Φ and α, shape (nx,).
-        hinge: What is known of it.
-
-    Returns:
-        The same with the roll and pitch of that push added.
     """
     closer = (hinge.stiffness - model.door.stiffness) * (float(goal[3]) - model.door.rest_angle)
     push = -(hinge.disturbance + closer + model.door.weight_torque(float(goal[3]))) / model.coupling.lever_length
@@ -129,14 +92,6 @@ def push_state(model: Model, state: Array, push: float) -> Array:
 
     A plan knows of the push along n_D and of nothing else: a steady wind that the controller leans into would be taken
     for a force on the tip. So roll and pitch are those of :math:`F_n n_D + m_A g e_3`.
-
-    Args:
-        model: Model of the scenario.
-        state: Begins with Φ and α, such as the reduced one, x = [Φ, α, α̇, H], shape (nx,).
-        push: F_n [N].
-
-    Returns:
-        The same with that roll and pitch; the same of a fully actuated vehicle, which stays level.
     """
     if model.actuation.fully:
         return state

@@ -43,96 +43,34 @@ class QuasiStaticPlanning(GripPlanning):
         self.numbers = door_numbers(model)
 
     def check_state(self, state: ArrayLike, field: str = "state") -> Array:
-        """A state as a contiguous float array. See `PlanningModel`.
-
-        Args:
-            state: x, shape (nx,).
-            field: Name of the argument, for the error.
-
-        Returns:
-            Shape (nx,).
-
-        Raises:
-            DimensionError: if it has another shape or is not finite.
-            SingularityError: if the pitch is not inside ±90°.
-        """
+        """A state as a contiguous float array. See `PlanningModel`."""
         return self.model.check_state(state, field)
 
     def problem(self, extras: Extras = NO_EXTRAS) -> Problem:
-        """The paper's problem. See `PlanningModel`.
-
-        Args:
-            extras: Constraints and costs of the user.
-
-        Returns:
-            The problem; its parameters are in the order of `numbers`.
-
-        Raises:
-            ScenarioError: if a vector of weights does not fit the arm.
-            SolverError: if an expression of the user is none.
-        """
+        """The paper's problem. See `PlanningModel`."""
         return door_problem(self.model, self.numbers, extras)
 
     def fitted(self, hinge: Hinge, margin: float, start: Array, given: Mapping[str, ArrayLike] = NOTHING) -> Numbers:
-        """The scenario's numbers with those of the hinge and the margin; a start changes none. See `PlanningModel`.
-
-        Args:
-            hinge: What is known of it.
-            margin: Distance from door and frame [m].
-            start: x, shape (nx,).
-            given: Numbers that replace these.
-        """
+        """The scenario's numbers with those of the hinge and the margin; a start changes none. See `PlanningModel`."""
         known = {**hinge.numbers(), "door.moving_inertia": hinge.inertia, "limits.margin": margin}
         return self.numbers.replaced({**known, **given})
 
     def state(self, reduced: ArrayLike, body_rates: ArrayLike) -> Array:
-        """The reduced state itself: body rates are inputs here. See `PlanningModel`.
-
-        Args:
-            reduced: [Φ, α, α̇, H], shape (5 + n,).
-            body_rates: Ω, shape (3,), body frame [rad/s].
-
-        Returns:
-            x, shape (nx,).
-        """
+        """The reduced state itself: body rates are inputs here. See `PlanningModel`."""
         return np.array(reduced, dtype=np.float64)
 
     def reduced(self, states: Array, inputs: Array) -> tuple[Array, Array]:
-        """States and inputs themselves. See `PlanningModel`.
-
-        Args:
-            states: x, shape (nx,) or (m, nx).
-            inputs: u at the first of the states, shape (nu,) or (≤ m, nu).
-
-        Returns:
-            [Φ, α, α̇, H] of the states and [f_t, Ω, Ḣ_d], and [f_x, f_y] of a fully actuated vehicle, of the inputs.
-        """
+        """States and inputs themselves. See `PlanningModel`."""
         return states, inputs
 
     def force_on_door(self, reduced: Array, rotors: Array, acceleration: Array) -> Array:
-        r"""The thrust's, :math:`F_R = f_t R e_3 - m_A g e_3`: the vehicle's own inertia is unknown to this model.
-
-        Args:
-            reduced: [Φ, α, α̇, H], shape (5 + n,).
-            rotors: Their force, shape (3,), body frame [N].
-            acceleration: P̈ of O_B, shape (3,), world frame [m/s²].
-
-        Returns:
-            Shape (3,), world frame [N].
-        """
+        r"""The thrust's, :math:`F_R = f_t R e_3 - m_A g e_3`: the vehicle's own inertia is unknown to this model."""
         force: Array = rotation_body_to_world(reduced[:3]) @ rotors
         force[2] -= self.model.vehicle.mass * GRAVITY
         return force
 
     def swing(self, disturbance: float) -> Callable[[Array, Array], Array]:
-        r"""This model with the inertia that a push really moves, :math:`I_D + m_A D_V^2`. See `PlanningModel`.
-
-        Args:
-            disturbance: Torque in the hinge beyond damping and spring, in the sense of damping [N m].
-
-        Returns:
-            x⁺ = f(x, u) over `planner.time_step`.
-        """
+        r"""This model with the inertia that a push really moves, :math:`I_D + m_A D_V^2`. See `PlanningModel`."""
         model = self.model
         moving = model.door.inertia + model.vehicle.mass * model.coupling.lever_length**2
         known = {"door.moving_inertia": moving, "door.friction": 0.0, "door.disturbance": disturbance}

@@ -24,52 +24,19 @@ def whole_body_state(
     joint_rate: float,
     arm: Array,
 ) -> Array:
-    """A state of the problem.
-
-    Args:
-        position: P, shape (3,), world frame [m].
-        attitude: Φ, shape (3,) [rad].
-        velocity: V, shape (3,), world frame [m/s].
-        attitude_rates: Φ̇, shape (3,) [rad/s].
-        joint: q [rad or m].
-        joint_rate: q̇ [rad/s or m/s].
-        arm: H, shape (n,) [rad].
-
-    Returns:
-        x = [P, Φ, V, Φ̇, q, q̇, H], shape (14 + n,).
-    """
+    """A state of the problem."""
     return np.concatenate([position, attitude, velocity, attitude_rates, [joint, joint_rate], arm])
 
 
 def contact_forces(numbers: Numbers, model: Model, states: Array) -> Array:
-    """Force of the contact's spring.
-
-    Args:
-        numbers: Of the task.
-        model: Model of the scenario.
-        states: Shape (m, 14 + n).
-
-    Returns:
-        λ at rest, shape (m,) [N].
-    """
+    """Force of the contact's spring."""
     depths = depths_in_face(model, states[:, :3], states[:, 3:6], states[:, 12], states[:, 14:])
     pressed = 0.5 * (depths + np.sqrt(depths**2 + 4.0 * numbers.one("contact.smoothing") ** 2))
     return np.asarray(numbers.one("contact.stiffness") * pressed)
 
 
 def depths_in_face(model: Model, positions: Array, attitudes: Array, door_angles: Array, arm_angles: Array) -> Array:
-    r"""How deep the tip is in the face, :math:`\delta = n_D^T(P + R\,d - P_h) + o`, and the way of a slide, for many states.
-
-    Args:
-        model: Model of the scenario.
-        positions: P, shape (m, 3), world frame [m].
-        attitudes: Φ, shape (m, 3) [rad].
-        door_angles: α, shape (m,) [rad].
-        arm_angles: H, shape (m, n) [rad].
-
-    Returns:
-        δ, shape (m,) [m].
-    """
+    r"""How deep the tip is in the face, :math:`\delta = n_D^T(P + R\,d - P_h) + o`, and the way of a slide, for many states."""
     door = model.door
     ways = np.array([door.way(angle) for angle in door_angles.tolist()]) if door.slides else 0.0
     from_hinge = positions + model.coupling.tips(attitudes, arm_angles) - door.hinge_position
@@ -77,17 +44,7 @@ def depths_in_face(model: Model, positions: Array, attitudes: Array, door_angles
 
 
 def turned_by(model: Model, attitude: Array, arm_angles: Array, force: Array) -> Array:
-    """Roll and pitch beside the commanded ones that a force of the tip makes, until an integrator takes it up.
-
-    Args:
-        model: Model of the scenario.
-        attitude: Φ, shape (3,) [rad].
-        arm_angles: H, shape (n,) [rad].
-        force: Of the tip on the leaf, shape (3,), world frame [N].
-
-    Returns:
-        Shape (2,) [rad].
-    """
+    """Roll and pitch beside the commanded ones that a force of the tip makes, until an integrator takes it up."""
     lever = model.coupling.tips(np.zeros((1, 3)), arm_angles[None])[0]
     if not model.vehicle.bodies.balanced:
         lever = lever - model.vehicle.center_of_mass(arm_angles)
@@ -98,18 +55,7 @@ def turned_by(model: Model, attitude: Array, arm_angles: Array, force: Array) ->
 def tip_on_face(
     model: Model, position: Array, attitude: Array, door_angle: float, arm_angles: Array
 ) -> tuple[float, Array]:
-    """Where the tip is relative to the contact point.
-
-    Args:
-        model: Model of the scenario.
-        position: P, shape (3,), world frame [m].
-        attitude: Φ, shape (3,) [rad].
-        door_angle: α [rad].
-        arm_angles: H, shape (n,) [rad].
-
-    Returns:
-        Depth δ in the face, and the place on it, along and up, shape (2,) [m].
-    """
+    """Where the tip is relative to the contact point."""
     tip = position + model.coupling.tips(attitude[None], arm_angles[None])[0]
     off = tip - model.coupling.contact_point(door_angle)
     place = np.array([model.door.leaf_direction(door_angle) @ off, model.door.up @ off])
@@ -122,30 +68,13 @@ def depth_of(force: float, numbers: Numbers) -> float:
     .. math:: \delta = \sigma - \epsilon^2/\sigma,\qquad \sigma = \lambda/k
 
     A plan begins where the spring makes the force that is estimated: a millimetre of noise would be newtons.
-
-    Args:
-        force: λ, positive [N].
-        numbers: Of the task.
-
-    Returns:
-        δ [m].
     """
     pressed = force / numbers.one("contact.stiffness")
     return float(pressed - numbers.one("contact.smoothing") ** 2 / pressed)
 
 
 def stick_place(place: Array, friction_force: Array, normal_force: float, numbers: Numbers) -> Array:
-    """Where the tip sticks, if it is at a place and friction makes a force there.
-
-    Args:
-        place: Of the tip on the face, along and up, shape (2,) [m].
-        friction_force: Of the tip on the face, along and up, shape (2,) [N].
-        normal_force: λ [N].
-        numbers: Of the task.
-
-    Returns:
-        Shape (2,) [m].
-    """
+    """Where the tip sticks, if it is at a place and friction makes a force there."""
     share = friction_force / max(numbers.one("contact.friction") * normal_force, 1e-6)
     share = share * min(1.0, _MOST_GRIP / max(float(np.hypot(*share)), 1e-12))
     return np.asarray(place - numbers.one("contact.give") * share / math.sqrt(1.0 - float(share @ share)))

@@ -32,11 +32,7 @@ and plans of one iteration do not converge there; residuals keep the distance in
 
 
 def whole_body_numbers(model: Model) -> Numbers:
-    """Numbers of a scenario's task, by the names that `WholeBodyTask` knows them by: the tip touches and opens.
-
-    Args:
-        model: Model of the scenario.
-    """
+    """Numbers of a scenario's task, by the names that `WholeBodyTask` knows them by: the tip touches and opens."""
     vehicle, door, scenario = model.vehicle, model.door, model.scenario
     start, goal = model.start_state, model.goal_state
     scale = model.scale
@@ -117,14 +113,7 @@ def _side_numbers(model: Model) -> dict[str, Any]:
 
 
 def yaw_torque(model: Model) -> float:
-    """Largest torque about the vertical that a plan counts on: a share of what the rotors make around half thrust.
-
-    Args:
-        model: Model of the scenario, whose `control.yaw_share` that is.
-
-    Returns:
-        [N m]; of rotors that cannot steer, which the check refuses, as many as the shipped ones make.
-    """
+    """Largest torque about the vertical that a plan counts on: a share of what the rotors make around half thrust."""
     try:
         layout = rotor_layout(model.vehicle, model.scenario.simulation.torque_per_thrust)
     except BackendError:
@@ -133,22 +122,11 @@ def yaw_torque(model: Model) -> float:
 
 
 def yaw_inertia(model: Model) -> float:
-    """I_z of vehicle and arm in the goal's posture, about the vertical through the centre of mass [kg m²].
-
-    Args:
-        model: Model of the scenario.
-    """
+    """I_z of vehicle and arm in the goal's posture, about the vertical through the centre of mass [kg m²]."""
     center = model.vehicle.center_of_mass(model.goal_arm)
     return float(model.vehicle_inertia[2, 2] - model.vehicle.mass * center[:2] @ center[:2])
 
 
 def tilt_stiffness(model: Model) -> Array:
-    """Torque with which the vehicle's attitude loop answers a tilt about the body's x and y axis [N m/rad].
-
-    Args:
-        model: Model of the scenario.
-
-    Returns:
-        Shape (2,), body frame.
-    """
+    """Torque with which the vehicle's attitude loop answers a tilt about the body's x and y axis [N m/rad]."""
     return np.asarray(model.attitude_loop.stiffness * model.vehicle_inertia.diagonal()[:2])

@@ -14,12 +14,7 @@ from doorman.collision.surroundings import Surroundings
 
 
 def planes(task: Any, surroundings: Surroundings) -> dict[str, Any]:
-    """By how much the rotor disc is nearer to each of them than the margin [m].
-
-    Args:
-        task: The whole-body task.
-        surroundings: What stands beside the door.
-    """
+    """By how much the rotor disc is nearer to each of them than the margin [m]."""
     beside = {"doorway": _jambs, "corners": _corners, "wall": _wall, "panel": _panel}[surroundings]
     before = ca.dot(task.normal, task.position - task.mechanism.moved(task.joint, task.of["mechanism"].point))
     return {"face": task.clear_of(task.normal, before), **beside(task)}

@@ -66,45 +66,15 @@ class WholeBodyPlanning:
         self._follow_start = frozenset(self._fitting(Hinge.of(model.door), self.start_state))
 
     def check_state(self, state: ArrayLike, field: str = "state") -> Array:
-        """A state as a contiguous float array. See `PlanningModel`.
-
-        Args:
-            state: x, shape (nx,).
-            field: Name of the argument, for the error.
-
-        Returns:
-            Shape (nx,).
-
-        Raises:
-            DimensionError: if it has another shape or is not finite.
-            SingularityError: if the pitch is not inside ±90°.
-        """
+        """A state as a contiguous float array. See `PlanningModel`."""
         return regular_state(state, 14 + self.model.n_arm, field, pitch=_PITCH)
 
     def problem(self, extras: Extras = NO_EXTRAS) -> Problem:
-        """The whole-body problem. See `PlanningModel`.
-
-        Args:
-            extras: Constraints and costs of the user.
-
-        Returns:
-            The problem; its parameters are in the order of `numbers`.
-
-        Raises:
-            ScenarioError: if a vector of weights does not fit the arm.
-            SolverError: if an expression of the user is none.
-        """
+        """The whole-body problem. See `PlanningModel`."""
         return whole_body_problem(self.model, self.numbers, extras)
 
     def fitted(self, hinge: Hinge, margin: float, start: Array, given: Mapping[str, ArrayLike] = NOTHING) -> Numbers:
-        """Numbers of a tip that opens the door, with the hinge as it is known. See `PlanningModel`.
-
-        Args:
-            hinge: What is known of it.
-            margin: Distance from door and frame [m].
-            start: x, shape (nx,).
-            given: Numbers that replace these.
-        """
+        """Numbers of a tip that opens the door, with the hinge as it is known. See `PlanningModel`."""
         known: dict[str, Any] = {"mechanism.rest": self.model.door.rest_angle, "limits.margin": margin}
         if not self._follow_start <= given.keys():
             known |= self._fitting(hinge, start)
@@ -139,17 +109,6 @@ class WholeBodyPlanning:
         """The scenario's goal. See `PlanningModel`.
 
         Residuals draw to the goal; the quadratic cost only keeps the solver's equations regular.
-
-        Args:
-            start: x, shape (nx,).
-            hinge: What is known of it.
-            door_angle: None.
-
-        Returns:
-            x, shape (nx,).
-
-        Raises:
-            DimensionError: if another goal is given.
         """
         if door_angle is not None:
             raise DimensionError(
@@ -159,43 +118,15 @@ class WholeBodyPlanning:
         return self.goal_state
 
     def impossible(self, hinge: Hinge, start: Array) -> tuple[PlanStatus, str] | None:
-        """Whether the door resists by more than the vehicle can push. See `PlanningModel`.
-
-        Args:
-            hinge: What is known of it.
-            start: x, shape (nx,).
-
-        Returns:
-            `PlanStatus.CANNOT_OPEN`, and its numbers in words; None if nothing speaks against it.
-        """
+        """Whether the door resists by more than the vehicle can push. See `PlanningModel`."""
         return too_stiff(self.model, hinge, float(start[12]), self._pushes)
 
     def normal_forces(self, numbers: Numbers, states: Array, inputs: Array) -> Array:
-        """Force of the contact's spring. See `PlanningModel`.
-
-        Args:
-            numbers: What `fitted` returned.
-            states: x_0 … x_N, shape (N + 1, nx).
-            inputs: u_0 … u_{N−1}, shape (N, nu).
-
-        Returns:
-            At every input, shape (N,) [N].
-        """
+        """Force of the contact's spring. See `PlanningModel`."""
         return contact_forces(numbers, self.model, states[: len(inputs)])
 
     def state(self, reduced: ArrayLike, body_rates: ArrayLike) -> Array:
-        """State with the tip at the contact point, resting on the leaf and moving with it. See `PlanningModel`.
-
-        Args:
-            reduced: [Φ, α, α̇, H], shape (5 + n,).
-            body_rates: Ω, shape (3,), body frame [rad/s].
-
-        Returns:
-            x, shape (nx,).
-
-        Raises:
-            SingularityError: if the pitch is ±90°.
-        """
+        """State with the tip at the contact point, resting on the leaf and moving with it. See `PlanningModel`."""
         x, omega = np.asarray(reduced, dtype=np.float64), np.asarray(body_rates, dtype=np.float64)
         motion = self.model.coupling.vehicle_motion(x, omega, np.zeros(self.model.n_arm))
         pressed = depth_of(self._resting, self.numbers) * self.model.door.normal(float(x[3]))
@@ -203,41 +134,17 @@ class WholeBodyPlanning:
         return whole_body_state(motion.position + pressed, x[:3], motion.velocity, rates, x[3], x[4], x[5:])
 
     def reduced(self, states: Array, inputs: Array) -> tuple[Array, Array]:
-        r"""Attitude, door and arm, and :math:`\Omega = W^{-1}\dot\Phi` in place of what commands it. See `PlanningModel`.
-
-        Args:
-            states: x, shape (nx,) or (m, nx).
-            inputs: u at the first of the states, shape (nu,) or (≤ m, nu).
-
-        Returns:
-            [Φ, α, α̇, H] of the states and [f_t, Ω, Ḣ_d], and [f_x, f_y] of a fully actuated vehicle, of the inputs.
-        """
+        r"""Attitude, door and arm, and :math:`\Omega = W^{-1}\dot\Phi` in place of what commands it. See `PlanningModel`."""
         x, u = np.array(states, ndmin=2), np.array(inputs, ndmin=2)
         u[:, 1:4] = body_rates_of(x[: len(u), 3:6], x[: len(u), 9:12])
         reduced = x[:, [*_REDUCED, *range(14, x.shape[1])]]
         return (reduced if states.ndim == 2 else reduced[0]), u.reshape(inputs.shape)
 
     def force_on_door(self, reduced: Array, rotors: Array, acceleration: Array) -> Array:
-        r"""What the vehicle itself leaves of the thrust, :math:`f_t R e_3 - m_A g e_3 - m_A \ddot P`.
-
-        Args:
-            reduced: [Φ, α, α̇, H], shape (5 + n,).
-            rotors: Their force, shape (3,), body frame [N].
-            acceleration: P̈ of O_B, shape (3,), world frame [m/s²].
-
-        Returns:
-            Shape (3,), world frame [N].
-        """
+        r"""What the vehicle itself leaves of the thrust, :math:`f_t R e_3 - m_A g e_3 - m_A \ddot P`."""
         return force_left_to_the_door(self.model.vehicle.mass, reduced[:3], rotors, acceleration)
 
     def swing(self, disturbance: float) -> Callable[[Array, Array], Array]:
-        """The problem's own dynamics with the contact, without friction in the hinge. See `PlanningModel`.
-
-        Args:
-            disturbance: Torque in the hinge beyond damping and spring, in the sense of damping [N m].
-
-        Returns:
-            x⁺ = f(x, u) over `planner.time_step`.
-        """
+        """The problem's own dynamics with the contact, without friction in the hinge. See `PlanningModel`."""
         numbers = self.numbers.replaced({"mechanism.torque": disturbance, "mechanism.friction": 0.0})
         return stepped(whole_body_problem(self.model, numbers))

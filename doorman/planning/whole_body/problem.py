@@ -40,19 +40,7 @@ oscillations."""
 
 
 def whole_body_problem(model: Model, numbers: Numbers | None = None, extras: Extras = NO_EXTRAS) -> Problem:
-    """Optimal control problem of a scenario's vehicle, arm and door, from free flight to contact.
-
-    Args:
-        model: Model of the scenario.
-        numbers: Of the task; `whole_body_numbers` if not given.
-        extras: The user's constraints and costs.
-
-    Returns:
-        The problem; its parameters are in the order of the numbers.
-
-    Raises:
-        SolverError: if an expression of the user is none.
-    """
+    """Optimal control problem of a scenario's vehicle, arm and door, from free flight to contact."""
     numbers, planner = numbers or whole_body_numbers(model), model.scenario.planner
     make, beside = partial(_task, surroundings=model.surroundings), model.surroundings
     text = task_text(f"whole body {beside}", make, model, numbers, _constraints, extras, _residuals)

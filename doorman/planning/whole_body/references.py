@@ -38,21 +38,6 @@ def at_the_leaf(
     """References and weights of a tip that is to touch the leaf, to open the door, and to hold it at the goal.
 
     Errors of rate and force are weighed by what is large for the vehicle, or for a leaf that is large for it.
-
-    Args:
-        numbers: Of the scenario's task.
-        lever: Torque in the joint for each newton along the normal [m].
-        door_angle: q [rad].
-        touching: Whether the tip touches.
-        resistance: Torque of the joint against opening, beside the leaf's weight [N m].
-        sliding_share: Share of it that does not drive the door back.
-        inertia: I of the leaf [kg m²].
-        opening_rate: That the leaf is to have far from the goal [rad/s].
-        door_rate: That it has, towards the goal [rad/s].
-        weight_torque: Of the leaf's weight against opening, negative where that opens it [N m].
-
-    Returns:
-        By the names of the task's numbers.
     """
     scale = _scale(numbers)
     left = door_angle - numbers.one("reference.joint")
@@ -94,16 +79,6 @@ def _deceleration(speed: float, door_rate: float, left: float, length: float, ti
     r"""Of a leaf that slows down as the reference :math:`v(s) = \omega\tanh(s/l)` does, and comes back to it where it is faster.
 
     .. math:: a = \min(\dot s, v)\,v'(s) + \max(\dot s - v, 0)/T
-
-    Args:
-        speed: ω, far from the goal [rad/s].
-        door_rate: ṡ of the leaf, towards the goal [rad/s].
-        left: s, way to the goal; beyond it there is none [rad].
-        length: l [rad].
-        time: T [s].
-
-    Returns:
-        a, not negative [rad/s²].
     """
     share = math.tanh(max(left, 0.0) / length)
     wanted, slope = speed * share, speed * (1.0 - share**2) / length

@@ -17,11 +17,7 @@ _ROUNDED_FORCE, _ROUNDED_ROOM = 0.2, 0.01
 
 
 def constraints(task: WholeBodyTask) -> list[Constraint]:
-    """Rows on states; every one has a number that widens it, so that it contains a start outside (`limits.widened`).
-
-    Args:
-        task: The task in symbols.
-    """
+    """Rows on states; every one has a number that widens it, so that it contains a start outside (`limits.widened`)."""
     limits = task.of["limits"]
     stoppable = 0.5 * task.joint_rate**2 - limits.deceleration * _positive(task.to_go, limits.rounding)
     rows = [
@@ -43,11 +39,7 @@ def constraints(task: WholeBodyTask) -> list[Constraint]:
 
 
 def residuals(task: WholeBodyTask) -> list[Residual]:
-    """Residuals that a plan keeps small; one of weight 0 counts for nothing.
-
-    Args:
-        task: The task in symbols.
-    """
+    """Residuals that a plan keeps small; one of weight 0 counts for nothing."""
     goes, weigh, free = task.of["reference"], task.of["weight"], 1 - task.touches
     scale = Scale.of(task.of["vehicle"].radius, task.of["vehicle"].mass)
     force, room = _ROUNDED_FORCE * scale.force, _ROUNDED_ROOM * scale.length

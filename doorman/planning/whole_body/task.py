@@ -183,11 +183,7 @@ class WholeBodyTask(TipOnFace):
         return ca.vertcat(acceleration, tilting, turning, (pushed - resists) / joint.inertia)
 
     def _friction(self, pushed: Any) -> Any:
-        """Of the joint [N m, or N]: by its rate, or where that would oscillate in a step, by the rate at the step's end.
-
-        Args:
-            pushed: Torque, or force, of the tip [N m, or N].
-        """
+        """Of the joint [N m, or N]: by its rate, or where that would oscillate in a step, by the rate at the step's end."""
         joint = self.of["mechanism"]
         per_rate = joint.inertia / self.of["plan"].time_step
         drives = pushed - joint.stiffness * (self.joint - joint.rest) - joint.torque - self.weight_torque
@@ -241,21 +237,12 @@ class WholeBodyTask(TipOnFace):
         return planes(self, self._surroundings)
 
     def clear_of(self, normal: Any, distance: Any) -> Any:
-        """How much nearer to a plane the rotor disc is than the margin; not positive where it is clear [m].
-
-        Args:
-            normal: Of the plane, towards the vehicle, (3, 1).
-            distance: Of O_B from the plane [m].
-        """
+        """How much nearer to a plane the rotor disc is than the margin; not positive where it is clear [m]."""
         extent = ca.sqrt(1 - ca.dot(normal, self.rotation[:, 2]) ** 2 + _LEAST_EXTENT)
         return self.of["vehicle"].radius * extent - distance + self.of["limits"].margin
 
     def symbolic_model(self, timed: bool = False) -> SymbolicModel:
-        """No step leads through the poles of the Euler angles.
-
-        Args:
-            timed: Whether `time` is a parameter of every node.
-        """
+        """No step leads through the poles of the Euler angles."""
         return SymbolicModel(
             self.state, self.inputs, self.next_state, parameters=self.parameters, integrator="discrete",
             node_parameters=self.time if timed else None, domain=ca.cos(self.attitude[1]),

@@ -66,14 +66,7 @@ class Layout:
         """Of each kind single values stand before arrays, the time before all."""
 
     def dtype(self, before: int = 0) -> np.dtype[Any]:
-        """The fixed part of a message, its header included, as a row of an array.
-
-        Args:
-            before: Bytes of every row that stand before the message, as a field without a name.
-
-        Returns:
-            A dtype with the fields by name.
-        """
+        """The fixed part of a message, its header included, as a row of an array."""
         names, formats, offsets = [], [], []
         place = before + len(HEADER)
         for field in self.stored:
@@ -84,11 +77,7 @@ class Layout:
         return np.dtype({"names": names, "formats": formats, "offsets": offsets, "itemsize": place})
 
     def tail(self, texts: Iterable[str]) -> bytes:
-        """What follows the fixed part.
-
-        Args:
-            texts: Of all text fields, one after the other.
-        """
+        """What follows the fixed part."""
         place = self.dtype().itemsize - len(HEADER)
         parts = []
         for text in texts:
@@ -99,14 +88,7 @@ class Layout:
         return b"".join(parts)
 
     def read_tail(self, tail: bytes) -> list[str]:
-        """The texts behind the fixed part of a message, as `tail` writes them.
-
-        Args:
-            tail: Bytes behind the fixed part.
-
-        Raises:
-            ValueError: if a text is missing, cut off, or followed by other bytes.
-        """
+        """The texts behind the fixed part of a message, as `tail` writes them."""
         place, start = 0, self.dtype().itemsize - len(HEADER)
         texts = []
         for _ in range(sum(field.entries for field in self.texts)):
@@ -125,11 +107,7 @@ class Layout:
         return texts
 
     def schema(self, fields: Sequence[Field]) -> str:
-        """The schema, whose first line `read_fields` reads.
-
-        Args:
-            fields: In the order in which they were first given.
-        """
+        """The schema, whose first line `read_fields` reads."""
         lines = [_TYPES + json.dumps([[field.name, field.kind, list(field.shape)] for field in fields])]
         taken: set[str] = set()
         for field in (*self.stored, *self.texts):
@@ -153,14 +131,7 @@ def _line(field: Field, taken: set[str]) -> str:
 
 
 def read_fields(schema: str) -> list[Field]:
-    """The fields that a schema of `Layout.schema` describes.
-
-    Args:
-        schema: Text of it.
-
-    Raises:
-        ValueError: if it is none.
-    """
+    """The fields that a schema of `Layout.schema` describes."""
     first, _, _ = schema.partition("\n")
     if not first.startswith(_TYPES):
         raise ValueError("not a schema of doorman's")
@@ -175,25 +146,13 @@ def read_fields(schema: str) -> list[Field]:
 
 
 def type_name(topic: str) -> str:
-    """Name of a topic's type in ROS 2, such as `doorman/msg/Plan`.
-
-    Args:
-        topic: Name of the topic.
-    """
+    """Name of a topic's type in ROS 2, such as `doorman/msg/Plan`."""
     words = re.findall(r"[0-9A-Za-z]+", topic)
     name = "".join(word[:1].upper() + word[1:] for word in words) or "Message"
     return f"doorman/msg/{name if name[0].isalpha() else f'T{name}'}"
 
 
 def native(rows: NDArray[Any], field: Field) -> NDArray[Any]:
-    """Values of a field in many rows, copied to an array of their own; single precision becomes double.
-
-    Args:
-        rows: Fixed parts of messages, shape (m,), of `Layout.dtype`.
-        field: The field.
-
-    Returns:
-        Shape (m, …).
-    """
+    """Values of a field in many rows, copied to an array of their own; single precision becomes double."""
     dtype = np.float64 if field.kind == "single" else np.dtype(STORED[field.kind]).newbyteorder("=")
     return np.array(rows[field.name], dtype=dtype, order="C")

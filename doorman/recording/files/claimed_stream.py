@@ -11,14 +11,7 @@ from doorman.locks import lock_stream
 
 
 def claimed_stream(path: Path) -> IO[bytes]:
-    """The file, emptied, for one recorder alone.
-
-    Args:
-        path: Of the file.
-
-    Raises:
-        BlockingIOError: if another recorder has it.
-    """
+    """The file, emptied, for one recorder alone."""
     stream = open(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_CLOEXEC, 0o666), "wb")
     try:
         if is_regular(stream):
@@ -31,9 +24,5 @@ def claimed_stream(path: Path) -> IO[bytes]:
 
 
 def is_regular(stream: IO[bytes]) -> bool:
-    """Whether it is a file, and neither a pipe nor a device.
-
-    Args:
-        stream: Open.
-    """
+    """Whether it is a file, and neither a pipe nor a device."""
     return stat.S_ISREG(os.fstat(stream.fileno()).st_mode)

@@ -14,14 +14,7 @@ from doorman.recording.files.messages import HEADER
 
 
 def header_json(header: Mapping[str, Any]) -> str:
-    """The header as JSON; arrays and paths become lists and texts.
-
-    Args:
-        header: What the file says of itself.
-
-    Raises:
-        RecordingError: if JSON has no form for a value.
-    """
+    """The header as JSON; arrays and paths become lists and texts."""
     try:
         return json.dumps(dict(header), allow_nan=False, default=_plain)
     except (TypeError, ValueError, RecursionError) as error:
@@ -39,11 +32,7 @@ def _plain(value: Any) -> Any:
 
 
 def header_value(text: str) -> Any:
-    """Value of the header from the text in its metadata record.
-
-    Args:
-        text: JSON, or words.
-    """
+    """Value of the header from the text in its metadata record."""
     try:
         return json.loads(text)
     except (ValueError, RecursionError):
@@ -51,9 +40,5 @@ def header_value(text: str) -> Any:
 
 
 def header_text(value: Any) -> str:
-    """Text of a value of the header: the words themselves where they are no JSON, so that they read well.
-
-    Args:
-        value: Of the header, as JSON has it.
-    """
+    """Text of a value of the header: the words themselves where they are no JSON, so that they read well."""
     return value if isinstance(value, str) and header_value(value) is value else json.dumps(value)

@@ -66,24 +66,13 @@ class McapFile:
         self._write(_bytes_of([Header(profile, "doorman")]))
 
     def add_metadata(self, name: str, entries: Mapping[str, str]) -> None:
-        """Write a metadata record.
-
-        Args:
-            name: Of the record.
-            entries: Texts by key.
-        """
+        """Write a metadata record."""
         data = _bytes_of([Metadata(name=name, metadata=dict(entries))])
         self._metadata.append(MetadataIndex(offset=self._place, length=len(data), name=name))
         self._write(data)
 
     def add_attachment(self, name: str, media_type: str, content: bytes) -> None:
-        """Write an attachment.
-
-        Args:
-            name: Of the attachment.
-            media_type: Of the content, such as `application/xml`.
-            content: Its bytes.
-        """
+        """Write an attachment."""
         data = _bytes_of([Attachment(create_time=0, log_time=0, name=name, media_type=media_type, data=content)])
         index = AttachmentIndex(
             offset=self._place, length=len(data), create_time=0, log_time=0, data_size=len(content), name=name,
@@ -93,16 +82,7 @@ class McapFile:
         self._write(data)
 
     def add_channel(self, topic: str, message_encoding: str, schema: tuple[str, str, bytes]) -> int:
-        """Make a topic known; it is written with the next chunk.
-
-        Args:
-            topic: Its name.
-            message_encoding: How its messages are written.
-            schema: Its name, encoding and text.
-
-        Returns:
-            The topic's number in the file.
-        """
+        """Make a topic known; it is written with the next chunk."""
         number = len(self._channels) + 1
         name, encoding, data = schema
         self._schemas.append(Schema(id=number, data=data, encoding=encoding, name=name))
@@ -114,11 +94,7 @@ class McapFile:
         return number
 
     def add_chunk(self, messages: Sequence[tuple[int, Framed]]) -> None:
-        """Write messages as one chunk, with their index.
-
-        Args:
-            messages: Number of the topic and its messages; at least one.
-        """
+        """Write messages as one chunk, with their index."""
         new, self._new = _bytes_of(self._new), []
         content = b"".join((new, *(framed.data for _, framed in messages)))
         start = min(int(framed.times.min()) for _, framed in messages)

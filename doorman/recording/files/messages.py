@@ -49,28 +49,12 @@ class MessageType:
 
     @classmethod
     def of(cls, topic: str, message: Mapping[str, Value]) -> MessageType:
-        """The type of a topic whose first message is given.
-
-        Args:
-            topic: Name of the topic.
-            message: Its first message.
-
-        Raises:
-            RecordingError: if a value is neither a number, a text, nor an array of one of these.
-        """
+        """The type of a topic whose first message is given."""
         return cls(topic, [_field(topic, name, value) for name, value in message.items()])
 
     @classmethod
     def from_schema(cls, topic: str, schema: str) -> MessageType:
-        """The type that `schema` describes, as `MessageType.schema` writes it.
-
-        Args:
-            topic: Name of the topic.
-            schema: Text of the schema.
-
-        Raises:
-            RecordingError: if the schema was not written by doorman.
-        """
+        """The type that `schema` describes, as `MessageType.schema` writes it."""
         try:
             found = cls(topic, read_fields(schema))
             found.layout.dtype()  # two fields of one name have none
@@ -83,18 +67,7 @@ class MessageType:
         return self.layout.schema(self.fields)
 
     def columns(self, rows: NDArray[Any], tails: Sequence[bytes] = ()) -> Columns:
-        """Take messages apart.
-
-        Args:
-            rows: The fixed parts of m ≥ 1 messages.
-            tails: What follows each of them; nothing where the type has no texts.
-
-        Returns:
-            Times, shape (m,) [s], and for every field an array of m rows in the field's shape; all of them read-only.
-
-        Raises:
-            ValueError: if a tail is not one of this type.
-        """
+        """Take messages apart."""
         texts = self._texts(tails)
         columns = {
             field.name: _frozen(texts[field.name] if field.kind == "string" else native(rows, field))
@@ -114,12 +87,7 @@ class MessageType:
         return found
 
     def other_value(self, name: str, value: object) -> RecordingError:
-        """The error for a value of another type or shape than the field has.
-
-        Args:
-            name: Of the field.
-            value: The value.
-        """
+        """The error for a value of another type or shape than the field has."""
         field = next(field for field in self.fields if field.name == name)
         return RecordingError(
             "another type or shape than in the topic's first message",
@@ -127,11 +95,7 @@ class MessageType:
         )  # fmt: skip
 
     def other_fields(self, message: Mapping[str, Value]) -> RecordingError:
-        """The error for a message with other fields.
-
-        Args:
-            message: The message.
-        """
+        """The error for a message with other fields."""
         names = ", ".join(field.name for field in self.fields)
         return RecordingError(
             "other fields than in the topic's first message", field=self.topic, given=", ".join(message), allowed=names
@@ -139,23 +103,12 @@ class MessageType:
 
 
 def converter(field: Field) -> Callable[[Any], Any]:
-    """A function that converts a value of a field to what is stored; it raises TypeError, ValueError or OverflowError.
-
-    Args:
-        field: The field.
-    """
+    """A function that converts a value of a field to what is stored; it raises TypeError, ValueError or OverflowError."""
     return _array_converter(field) if field.shape else _SCALAR_CONVERTERS[field.kind]
 
 
 def joined(blocks: Sequence[Columns]) -> Columns:
-    """Columns of several blocks of rows of one topic, one after the other.
-
-    Args:
-        blocks: At least one, all of one type.
-
-    Returns:
-        Times and fields, read-only.
-    """
+    """Columns of several blocks of rows of one topic, one after the other."""
     if len(blocks) == 1:
         return blocks[0]
     time = np.concatenate([times for times, _ in blocks])
@@ -168,12 +121,6 @@ def header_schema(value: Any) -> dict[str, Any]:
 
     Viewers iterate over `properties` and know no other types than these: what is null, or an array of other things than plain
     values, is left out, which a schema may do.
-
-    Args:
-        value: Of JSON.
-
-    Returns:
-        The schema; empty for what is left out.
     """
     if isinstance(value, Mapping):
         entries = {name: header_schema(entry) for name, entry in value.items()}

@@ -108,19 +108,7 @@ class _Known:
 
 
 def read_contents(stream: IO[bytes], size: int | None = None) -> Contents:
-    """Read whatever is whole in a file.
-
-    Args:
-        stream: The file, open for reading.
-        size: How much of it to read; all by default [bytes].
-
-    Returns:
-        The contents; without a header if it is not a file of doorman's.
-
-    Raises:
-        RecordingError: if a topic of doorman's file was not written by doorman.
-        OSError: if the file cannot be read.
-    """
+    """Read whatever is whole in a file."""
     return _Reader(stream, stream.seek(0, 2) if size is None else size).read()
 
 

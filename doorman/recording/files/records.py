@@ -67,17 +67,7 @@ def _decompressed(chunk: Chunk) -> bytes | None:
 
 
 def records_of(content: bytes) -> Iterator[tuple[int, int, int]]:
-    """Records of a chunk.
-
-    Args:
-        content: Of the chunk, decompressed.
-
-    Yields:
-        Opcode, beginning and end of each.
-
-    Raises:
-        ValueError: if one does not fit, or belongs into no chunk.
-    """
+    """Records of a chunk."""
     place = 0
     while place < len(content):
         if place + PREFIX.size > len(content):
@@ -93,9 +83,5 @@ def records_of(content: bytes) -> Iterator[tuple[int, int, int]]:
 
 
 def stream_of(content: bytes) -> Any:
-    """Bytes as the parsers of `mcap` read them.
-
-    Args:
-        content: Of a record.
-    """
+    """Bytes as the parsers of `mcap` read them."""
     return ReadDataStream(BytesIO(content))

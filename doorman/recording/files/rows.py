@@ -38,12 +38,7 @@ class Framed(NamedTuple):
 
     @classmethod
     def of(cls, channel: int, message: bytes) -> Framed:
-        """One message of time 0, framed.
-
-        Args:
-            channel: Number of its topic in the file.
-            message: As its topic writes it.
-        """
+        """One message of time 0, framed."""
         frame = _RECORD.pack(Opcode.MESSAGE, _RECORD.size - _UNCOUNTED + len(message), channel, 0, 0, 0)
         return cls(frame + message, np.zeros(1, dtype=np.uint64), np.zeros(1, dtype=np.uint64))
 
@@ -98,15 +93,7 @@ class Rows:
         return len(self._records) >= self._most
 
     def add(self, time: float, message: Mapping[str, Value]) -> None:
-        """Copy a message.
-
-        Args:
-            time: Of the message [s].
-            message: Its fields.
-
-        Raises:
-            RecordingError: if it has other fields than the topic's first one, or a field has another type or shape.
-        """
+        """Copy a message."""
         parts, name = [self._begin], ""
         single: list[Any] = [time]
         try:
@@ -140,11 +127,7 @@ class Rows:
         self._records.append((time, b"".join(parts)))
 
     def framed(self, channel: int) -> Framed:
-        """The messages as records of MCAP; at least one.
-
-        Args:
-            channel: Number of the topic in the file.
-        """
+        """The messages as records of MCAP; at least one."""
         seconds, records = zip(*self._records, strict=True)
         times = np.round(1e9 * np.array(seconds)).astype(np.uint64)
         sizes = np.array([len(record) for record in records], dtype=np.uint64)

@@ -24,21 +24,13 @@ class Syncer:
         self._thread.start()
 
     def ask(self) -> None:
-        """Have the disk take, soon, what was written until now.
-
-        Raises:
-            OSError: if an earlier request has failed.
-        """
+        """Have the disk take, soon, what was written until now."""
         if self._error is not None:
             raise self._error
         self._asked.set()
 
     def sync(self) -> None:
-        """Have the disk take what was written until now, and wait for it.
-
-        Raises:
-            OSError: if it cannot, or an earlier request has failed.
-        """
+        """Have the disk take what was written until now, and wait for it."""
         if self._error is not None:
             raise self._error
         os.fsync(self._descriptor)
@@ -65,11 +57,7 @@ class Syncer:
 
 
 def sync_folder(folder: Path) -> None:
-    """Write the names of new files in a folder to the disk, where its file system can.
-
-    Args:
-        folder: The folder.
-    """
+    """Write the names of new files in a folder to the disk, where its file system can."""
     with contextlib.suppress(OSError):
         descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
         try:

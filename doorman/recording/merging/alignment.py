@@ -66,17 +66,7 @@ class Alignment:
 
 
 def align_by_rates(run_time: Array, run_rates: Array, log_time: Array, log_rates: Array) -> Alignment:
-    """Offset by cross-correlation.
-
-    Args:
-        run_time: Shape (m,) [s].
-        run_rates: Body frame, shape (m, 3) [rad/s].
-        log_time: Shape (k,) [s].
-        log_rates: The same frame, shape (k, 3) [rad/s].
-
-    Raises:
-        RecordingError: if one of them is too short, or still, or they do not agree anywhere, or at several places.
-    """
+    """Offset by cross-correlation."""
     run_start, run = _on_grid(run_time, run_rates, "the run")
     log_start, log = _on_grid(log_time, log_rates, "the log")
     lags, correlation = _correlation(run, log)

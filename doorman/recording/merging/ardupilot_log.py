@@ -58,14 +58,7 @@ class _Kind:
 
 
 def read_ardupilot_log(file: Path) -> FlightLog:
-    """Read a DataFlash log.
-
-    Args:
-        file: The log.
-
-    Raises:
-        RecordingError: if it cannot be read, is too large, or nothing in it has a time.
-    """
+    """Read a DataFlash log."""
     content = read_bytes(file, LARGEST_LOG, RecordingError)
     kinds, bad = _kinds(content)
     logged = {name: rows for kind in kinds for name, rows in _logged(kind, content)}

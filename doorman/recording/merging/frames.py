@@ -9,13 +9,6 @@ from numpy.typing import NDArray
 
 
 def from_forward_right_down(vectors: NDArray[Any]) -> NDArray[np.float64]:
-    r"""Vectors in this project's body frame, :math:`(x, -y, -z)`.
-
-    Args:
-        vectors: x forward, y right, z down, shape (m, 3).
-
-    Returns:
-        x forward, y left, z up, shape (m, 3).
-    """
+    r"""Vectors in this project's body frame, :math:`(x, -y, -z)`."""
     with np.errstate(invalid="ignore"):  # NaN of single precision stays NaN
         return np.asarray(vectors * np.array([1.0, -1.0, -1.0]))

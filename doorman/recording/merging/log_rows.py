@@ -34,9 +34,6 @@ def timed_topics(logged: Mapping[str, LogRows]) -> tuple[dict[str, LogTopic], di
     """Topics in the order of their times, and how many messages of which were left out.
 
     A damaged time goes ahead of all that follow, or behind all before; or it is hours from the middle of the log.
-
-    Args:
-        logged: By name of the topic.
     """
     times = {name: rows.stamps.astype(np.float64) * _MICRO for name, rows in logged.items()}
     good = {name: _in_order(time) for name, time in times.items()}
@@ -55,11 +52,7 @@ def timed_topics(logged: Mapping[str, LogRows]) -> tuple[dict[str, LogTopic], di
 
 
 def texts(values: Iterable[bytes]) -> NDArray[np.str_]:
-    """Texts that end with a zero, or fill their field.
-
-    Args:
-        values: As logged.
-    """
+    """Texts that end with a zero, or fill their field."""
     return np.array([value.split(b"\0")[0].decode(errors="replace") for value in values], dtype=np.str_)
 
 

@@ -64,14 +64,7 @@ class _Logged:
 
 
 def read_px4_log(file: Path) -> FlightLog:
-    """Read a ULog.
-
-    Args:
-        file: The log.
-
-    Raises:
-        RecordingError: if it cannot be read, is too large, or holds nothing with a time.
-    """
+    """Read a ULog."""
     found = _Reader(read_bytes(file, LARGEST_LOG, RecordingError))
     logged: dict[str, LogRows] = {}
     for one in found.logged.values():

@@ -62,14 +62,7 @@ class Wiring:
 
     @classmethod
     def of(cls, layout: RotorLayout) -> Wiring:
-        """Match rotors and outputs by where they are.
-
-        Args:
-            layout: Rotors of the vehicle.
-
-        Raises:
-            BackendError: if the rotors are not those of one of ArduPilot's X frames.
-        """
+        """Match rotors and outputs by where they are."""
         frame = FRAMES.get(layout.count)
         if frame is None:
             raise BackendError("ArduPilot has no such frame here", field="rotors", given=layout.count,
@@ -119,11 +112,7 @@ class ArduPilotSitl(Uncopied):
         return self._peer is not None
 
     def start(self) -> None:
-        """Listen, on loopback only.
-
-        Raises:
-            BackendError: if the port is taken.
-        """
+        """Listen, on loopback only."""
         self._socket = listener(socket.SOCK_DGRAM, self._port)
 
     def stop(self) -> None:
@@ -133,14 +122,7 @@ class ArduPilotSitl(Uncopied):
             one.close()
 
     def thrusts(self, now: float) -> Array | None:
-        """Thrust of every rotor that ArduPilot asks for, once it has answered the last state; None while the motors stand still.
-
-        Args:
-            now: Time of the plant [s].
-
-        Returns:
-            Shape (m,) [N].
-        """
+        """Thrust that ArduPilot asks of every rotor, once it has answered the last state; None while the motors stand still."""
         if not self._listen(now):
             self._peer = None
             return None
@@ -152,11 +134,7 @@ class ArduPilotSitl(Uncopied):
         return np.minimum(share, 1.0) * self._limits
 
     def tell(self, truth: Truth) -> None:
-        """Send what ArduPilot's sensors are made of.
-
-        Args:
-            truth: Newest state of the plant.
-        """
+        """Send what ArduPilot's sensors are made of."""
         last, self._last = self._last, truth
         if self._peer is None or self._socket is None or last is None or truth.time <= last.time:
             return
@@ -171,12 +149,7 @@ class ArduPilotSitl(Uncopied):
             self._socket.sendto(text.encode(), self._peer)
 
     def command(self, pixhawk_port: int, folder: Path) -> str:
-        """What starts ArduPilot's simulation for the rig, with its parameters in a file of its own.
-
-        Args:
-            pixhawk_port: UDP port on loopback that it sends to.
-            folder: For the file.
-        """
+        """What starts ArduPilot's simulation for the rig, with its parameters in a file of its own."""
         defaults = folder / PARAMETERS.name
         frame = f"FRAME_CLASS {_CLASSES[len(self._limits)]}\n"
         defaults.write_text(PARAMETERS.read_text(encoding="utf-8") + frame, encoding="utf-8")

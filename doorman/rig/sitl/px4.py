@@ -58,14 +58,7 @@ _SEA_LEVEL, _PER_METRE = 1013.25, 0.12
 
 
 def simulator_port(pixhawk_port: int) -> int:
-    """TCP port that the instance of PX4 calls which sends to a port.
-
-    Args:
-        pixhawk_port: UDP port on loopback.
-
-    Raises:
-        BackendError: if no instance sends there.
-    """
+    """TCP port that the instance of PX4 calls which sends to a port."""
     instance = pixhawk_port - PIXHAWK_PORT
     if not 0 <= instance < _MOST_INSTANCES:
         raise BackendError("no instance of PX4 sends there", field="pixhawk_port", given=pixhawk_port,
@@ -116,11 +109,7 @@ class Px4Sitl(Uncopied):
         return self._peer is not None
 
     def start(self) -> None:
-        """Listen, on loopback only.
-
-        Raises:
-            BackendError: if the port is taken.
-        """
+        """Listen, on loopback only."""
         self._listener = listener(socket.SOCK_STREAM, self._port)
 
     def stop(self) -> None:
@@ -131,14 +120,7 @@ class Px4Sitl(Uncopied):
         self._hang_up()
 
     def thrusts(self, now: float) -> Array | None:
-        """Thrust of every rotor that PX4 asks for, once it has answered the last state; None while the motors stand still.
-
-        Args:
-            now: Time of the plant [s].
-
-        Returns:
-            Shape (m,) [N].
-        """
+        """Thrust of every rotor that PX4 asks for, once it has answered the last state; None while the motors stand still."""
         if self._peer is None:
             self._answer_call(now)
         if self._peer is None:
@@ -152,11 +134,7 @@ class Px4Sitl(Uncopied):
         return (signals if self._motors == "linear" else signals * signals) * self._layout.max_thrusts
 
     def tell(self, truth: Truth) -> None:
-        """Send what PX4's sensors measure.
-
-        Args:
-            truth: Newest state of the plant.
-        """
+        """Send what PX4's sensors measure."""
         last, self._last = self._last, truth
         if self._peer is None or last is None or truth.time <= last.time:
             return
@@ -183,15 +161,7 @@ class Px4Sitl(Uncopied):
             self._hang_up()
 
     def command(self, pixhawk_port: int, folder: Path) -> str:
-        """What starts PX4's simulation for the rig, with its parameters in a file of its own.
-
-        Args:
-            pixhawk_port: UDP port on loopback that it sends to.
-            folder: For the file.
-
-        Raises:
-            BackendError: if none of PX4's instances sends to that port and calls this one.
-        """
+        """What starts PX4's simulation for the rig, with its parameters in a file of its own."""
         calls = simulator_port(pixhawk_port)
         if calls != self._port:
             raise BackendError("no instance of PX4 that sends to that pixhawk_port calls here", field="sitl_port",

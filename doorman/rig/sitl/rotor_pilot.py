@@ -18,15 +18,7 @@ Array = NDArray[np.float64]
 
 
 def listener(kind: socket.SocketKind, port: int) -> socket.socket:
-    """Socket that takes what comes to a port on loopback, and never waits.
-
-    Args:
-        kind: `SOCK_DGRAM` or `SOCK_STREAM`.
-        port: Its port.
-
-    Raises:
-        BackendError: if the port is taken.
-    """
+    """Socket that takes what comes to a port on loopback, and never waits."""
     one = socket.socket(socket.AF_INET, kind)
     try:
         if kind == socket.SOCK_STREAM:
@@ -42,15 +34,7 @@ def listener(kind: socket.SocketKind, port: int) -> socket.socket:
 
 
 def specific_force(last: Truth, truth: Truth) -> Array:
-    """Acceleration that accelerometers feel between two states, gravity included.
-
-    Args:
-        last: The earlier state.
-        truth: The later one.
-
-    Returns:
-        Shape (3,), body frame [m/s²].
-    """
+    """Acceleration that accelerometers feel between two states, gravity included."""
     acceleration = (truth.velocity - last.velocity) / (truth.time - last.time)
     return np.asarray(rotation_body_to_world(truth.attitude).T @ (acceleration + [0.0, 0.0, GRAVITY]))
 
@@ -70,36 +54,16 @@ class RotorPilot(Protocol):
     """In which the rotors turn, +1 counter-clockwise seen from above, shape (m,)."""
 
     def start(self) -> None:
-        """Listen, on loopback only.
-
-        Raises:
-            BackendError: if the port is taken.
-        """
+        """Listen, on loopback only."""
 
     def stop(self) -> None:
         """Listen no more; may be called twice."""
 
     def thrusts(self, now: float) -> Array | None:
-        """Thrust of every rotor that the autopilot asks for, once it has answered the last state; None: the motors stand still.
-
-        Args:
-            now: Time of the plant [s].
-
-        Returns:
-            Shape (m,) [N].
-        """
+        """Thrust that the autopilot asks of every rotor, once it has answered the last state; None while motors stand still."""
 
     def tell(self, truth: Truth) -> None:
-        """Send what the autopilot's sensors are made of.
-
-        Args:
-            truth: Newest state of the plant.
-        """
+        """Send what the autopilot's sensors are made of."""
 
     def command(self, pixhawk_port: int, folder: Path) -> str:
-        """What starts the autopilot in another terminal, with its parameters in a file of its own.
-
-        Args:
-            pixhawk_port: UDP port on loopback that it sends to.
-            folder: For the file.
-        """
+        """What starts the autopilot in another terminal, with its parameters in a file of its own."""

@@ -28,14 +28,7 @@ class RealitySection(Section):
 
 
 def under(tables: Any) -> Any:
-    """The tables of a scenario with those of its preset beneath them.
-
-    Args:
-        tables: As a scenario is made of them.
-
-    Returns:
-        Other tables; the same where they name no preset, or are none.
-    """
+    """The tables of a scenario with those of its preset beneath them."""
     reality = _table(tables.get("reality")) if isinstance(tables, Mapping) else None
     preset = None if reality is None else reality.get("preset")
     if preset not in get_args(Preset):

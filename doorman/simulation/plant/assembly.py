@@ -43,21 +43,7 @@ _STOP_TIME = 0.02
 
 
 def assemble(mujoco: Any, model: Model, layout: RotorLayout, time_step: float) -> Any:
-    """Specification of the whole plant, ready to compile.
-
-    Args:
-        mujoco: The engine.
-        model: The model.
-        layout: The vehicle's rotors.
-        time_step: Of the physics [s].
-
-    Returns:
-        MjSpec.
-
-    Raises:
-        BackendError: if MuJoCo cannot read a URDF.
-        ScenarioError: if the flight begins at the leaf and the true one is not there.
-    """
+    """Specification of the whole plant, ready to compile."""
     _check_first_contact(model)
     spec = mujoco.MjSpec()
     _set_options(spec, mujoco, time_step)
@@ -151,14 +137,7 @@ def _standing(spec: Any, door: Door) -> Any:
 
 
 def first_contact(model: Model) -> Array:
-    """Where the tip meets the true leaf at the start: the contact point, or what is before or behind it on the true face.
-
-    Args:
-        model: The model.
-
-    Returns:
-        Shape (3,), world frame [m].
-    """
+    """Where the tip meets the true leaf at the start: the contact point, or what is before or behind it on the true face."""
     angle = model.start_angle
     return model.true_door.onto_face(model.coupling.contact_point(angle), angle)
 

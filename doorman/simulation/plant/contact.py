@@ -49,15 +49,7 @@ NO_FORCES = ContactForces(np.zeros(3), ())
 
 
 def add_contact(spec: Any, mujoco: Any, model: Model, tip: Any, leaf: Any) -> None:
-    """Tie or pair the tip's body with the leaf's; `calibrate` must follow after compiling.
-
-    Args:
-        spec: MjSpec of the assembly.
-        mujoco: The engine.
-        model: The model.
-        tip: Body of the tip, with a site `tip`.
-        leaf: Body of the leaf, with a site `contact`.
-    """
+    """Tie or pair the tip's body with the leaf's; `calibrate` must follow after compiling."""
     spec.add_exclude(name="tip_leaf", bodyname1=tip.name, bodyname2=leaf.name)
     if model.scenario.contact.kind == "grip":
         spec.add_equality(
@@ -72,14 +64,7 @@ def add_contact(spec: Any, mujoco: Any, model: Model, tip: Any, leaf: Any) -> No
 
 
 def calibrate(engine_model: Any, tip_body: int, leaf_body: int, model: Model) -> None:
-    """Give tie and pairs the compliance of a spring and a damper.
-
-    Args:
-        engine_model: Compiled MjModel.
-        tip_body: Index of the tip's body.
-        leaf_body: Index of the leaf's body.
-        model: Stiffness and damping of tip and grip, by the vehicle's size where the scenario gives none.
-    """
+    """Give tie and pairs the compliance of a spring and a damper."""
     simulation, size = model.scenario.simulation, model.scale
     grip = (
         _given(simulation.grip_stiffness, _GRIP[0] * size.stiffness),
@@ -148,9 +133,6 @@ class Gripper:
         """Close or open; a gripper too far from the leaf closes on nothing, one that cannot close never does.
 
         One that was torn off closes again only after it was opened.
-
-        Args:
-            closed: What is asked for.
         """
         self._slipped &= closed
         if self._tie is None or closed == self.closed or (closed and (self._slipped or not self._closes)):
@@ -171,10 +153,6 @@ class Gripper:
         """Tear the tip off the leaf where it carries more than the gripper holds; once per physics step.
 
         What counts is the force without its push, which the tip's face carries: pull and force along the leaf.
-
-        Args:
-            force: Of the tip on the leaf, shape (3,), world frame [N].
-            normal: n_D, away from the vehicle, shape (3,), world frame.
         """
         if self._force is None or not self.closed:
             return

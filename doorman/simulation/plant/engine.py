@@ -14,11 +14,7 @@ from doorman.exceptions import BackendError, how_to_install
 
 
 def engine() -> Any:
-    """The `mujoco` module, without its habit of writing warnings to a file in the working directory.
-
-    Raises:
-        BackendError: if it is not installed.
-    """
+    """The `mujoco` module, without its habit of writing warnings to a file in the working directory."""
     try:
         mujoco = importlib.import_module("mujoco")
     except ImportError as error:
@@ -29,19 +25,7 @@ def engine() -> Any:
 
 
 def addresses(mujoco: Any, engine_model: Any, data: Any) -> NDArray[np.int64]:
-    """Where the binding's own `mj_step` and what it works on are: compiled code steps without Python.
-
-    Args:
-        mujoco: The engine.
-        engine_model: MjModel.
-        data: MjData.
-
-    Returns:
-        Addresses of `mj_step`, of the model and of the data, shape (3,).
-
-    Raises:
-        BackendError: if this MuJoCo does not say where they are.
-    """
+    """Where the binding's own `mj_step` and what it works on are: compiled code steps without Python."""
     try:
         library = ctypes.CDLL(sys.modules[mujoco.mj_step.__module__].__file__)  # finds what the binding is linked with
         step = ctypes.cast(library.mj_step, ctypes.c_void_p).value
@@ -54,15 +38,7 @@ def addresses(mujoco: Any, engine_model: Any, data: Any) -> NDArray[np.int64]:
 
 
 def check_stability(mujoco: Any, data: Any) -> None:
-    """Raise on what MuJoCo only counts.
-
-    Args:
-        mujoco: The engine.
-        data: MjData.
-
-    Raises:
-        BackendError: if the physics diverged, or a buffer was too small, since `data` was made.
-    """
+    """Raise on what MuJoCo only counts."""
     counts = data.warning.number
     if not any(counts.tolist()):
         return

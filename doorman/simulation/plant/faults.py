@@ -12,15 +12,7 @@ from doorman.simulation.plant.hulls import mesh_of
 
 
 def build_fault(model: Model, error: ValueError) -> BackendError:
-    """Error of a plant that MuJoCo does not build.
-
-    Args:
-        model: The model.
-        error: MuJoCo's.
-
-    Returns:
-        The error to raise.
-    """
+    """Error of a plant that MuJoCo does not build."""
     said = " ".join(str(error).split())
     message = f"MuJoCo cannot build it: {said}"
     parts = ((model.true_door.urdf, DOOR), (model.vehicle.urdf, VEHICLE))

@@ -38,11 +38,7 @@ class HingeTorques:
         return self._catches is not None
 
     def act(self, other: float = 0.0) -> None:
-        """Set this step's numbers.
-
-        Args:
-            other: Torque of whatever else moves the leaf, in the sense of the URDF's joint [N m or N].
-        """
+        """Set this step's numbers."""
         self.numbers[0] = self._preload + other
         if self._catches is None:
             return

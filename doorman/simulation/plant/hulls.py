@@ -23,20 +23,7 @@ Array = NDArray[np.float64]
 
 
 def read_spec(mujoco: Any, urdf: Path, tip: str = "", tip_shapes: Mapping[int, Array] | None = None) -> Any:
-    """A URDF's links, joints and collision shapes as a specification.
-
-    Args:
-        mujoco: The engine.
-        urdf: The file.
-        tip: Link of the tip.
-        tip_shapes: Placement of a shape's link in the tip's, shape (4, 4), by the index of each shape that the tip is given.
-
-    Returns:
-        MjSpec.
-
-    Raises:
-        BackendError: if MuJoCo cannot read the URDF, or a mesh cannot be read; names the mesh.
-    """
+    """A URDF's links, joints and collision shapes as a specification."""
     root, hulls = check_structure(urdf), {}
     for link in root.findall("link"):
         for visual in link.findall("visual"):
@@ -57,16 +44,7 @@ def read_spec(mujoco: Any, urdf: Path, tip: str = "", tip_shapes: Mapping[int, A
 
 
 def mesh_of(urdf: Path, said: str, prefix: str) -> UrdfShape | None:
-    """The mesh whose hull a message of MuJoCo names.
-
-    Args:
-        urdf: The file.
-        said: The message.
-        prefix: Of the names in the specification.
-
-    Returns:
-        Its shape as written; None if there is none.
-    """
+    """The mesh whose hull a message of MuJoCo names."""
     meshes = _meshes(check_structure(urdf), urdf)
     return next((shape for name, _, shape in meshes if f"'{prefix}{name}'" in said), None)
 

@@ -67,29 +67,12 @@ class Plant:
         return self.hinge.joint_rate(float(self.data.qvel[self.hinge_velocity]))
 
     def shape_name(self, index: int) -> str:
-        """Name of a collision shape, without the prefix of vehicle or door.
-
-        Args:
-            index: Of the geometry.
-        """
+        """Name of a collision shape, without the prefix of vehicle or door."""
         return str(self.engine_model.geom(index).name).removeprefix(VEHICLE).removeprefix(DOOR)
 
 
 def build_plant(mujoco: Any, model: Model, layout: RotorLayout, time_step: float) -> Plant:
-    """Compile vehicle and door and put them at the start: at rest, tip at the contact point, rotors at hover thrust.
-
-    Args:
-        mujoco: The engine.
-        model: The model.
-        layout: The vehicle's rotors.
-        time_step: Of the physics [s].
-
-    Returns:
-        The plant.
-
-    Raises:
-        BackendError: if MuJoCo cannot read or compile a URDF.
-    """
+    """Compile vehicle and door and put them at the start: at rest, tip at the contact point, rotors at hover thrust."""
     spec = assemble(mujoco, model, layout, time_step)
     try:
         compiled = spec.compile()
@@ -162,11 +145,7 @@ def _place(mujoco: Any, plant: Plant, model: Model) -> None:
 
 
 def _first_angle(model: Model) -> float:
-    """α of the true leaf as the flight begins [rad].
-
-    Raises:
-        ScenarioError: if the hinge does not go so far, or the tip begins on a leaf that is told to be elsewhere.
-    """
+    """α of the true leaf as the flight begins [rad]."""
     scenario, door, angle = model.scenario, model.true_door, model.start_angle
     ajar = scenario.simulation.door_ajar
     if ajar == 0.0:
@@ -199,14 +178,7 @@ def _gap(mujoco: Any, plant: Plant) -> float:
 
 
 def hover_wrench(model: Model) -> Array:
-    """Thrust and torques that hold the vehicle in its start posture: m g and c × f_t e₃ for its centre of mass c.
-
-    Args:
-        model: Model of the scenario.
-
-    Returns:
-        [f_t, τ], shape (4,), body frame [N, N m].
-    """
+    """Thrust and torques that hold the vehicle in its start posture: m g and c × f_t e₃ for its centre of mass c."""
     thrust = model.vehicle.mass * GRAVITY
     center = model.vehicle.center_of_mass(model.start_arm)
     return np.array([thrust, *np.cross(center, [0.0, 0.0, thrust])])

@@ -89,27 +89,14 @@ class StepParameters(NamedTuple):
 
 
 def truth_parts(n: int, m: int) -> tuple[slice, ...]:
-    """Slices of `StepParameters.truth`, in the order of its parts.
-
-    Args:
-        n: Number of arm joints.
-        m: Number of rotors.
-    """
+    """Slices of `StepParameters.truth`, in the order of its parts."""
     ends = np.cumsum([0, 3, 3, 3, 3, n, n, m]).tolist()
     return tuple(slice(begin, end) for begin, end in itertools.pairwise(ends))
 
 
 @kernel
 def take_steps(p: StepParameters, steps: int) -> int:
-    """Advance the physics.
-
-    Args:
-        p: Parameters; `p.tip` takes in what the steps do.
-        steps: At most so many.
-
-    Returns:
-        Number of steps taken: fewer where anything but tip and leaf touched in the last one, whose forces are not in `p.tip`.
-    """
+    """Advance the physics."""
     count, hinge, engine = p.rotors.shape[0], p.hinge_at[1], p.engine
     for taken in range(1, steps + 1):
         onboard_step(p.onboard, engine.qpos, engine.qvel, p.command, engine.control)
@@ -130,11 +117,7 @@ def take_steps(p: StepParameters, steps: int) -> int:
 
 @kernel
 def note_tip(p: StepParameters) -> None:
-    """Take the tip's force of the last step, in which nothing else touched the vehicle, into `p.tip`.
-
-    Args:
-        p: Numbers and memory of the stepping kernels.
-    """
+    """Take the tip's force of the last step, in which nothing else touched the vehicle, into `p.tip`."""
     axes, normal, force = p.engine.leaf_axes, p.normal_in_leaf, p.tip
     touches = p.engine.contacts[1] > 0.0 or (p.engine.tied.shape[0] > 0 and p.engine.tied[0])
     along = 0.0
@@ -148,14 +131,7 @@ def note_tip(p: StepParameters) -> None:
 
 @kernel
 def look(p: StepParameters) -> float:
-    """Fill `p.truth` with the state now.
-
-    Args:
-        p: Parameters.
-
-    Returns:
-        Cosine of the pitch: Euler angles are singular where it is 0.
-    """
+    """Fill `p.truth` with the state now."""
     engine, truth, lever, turned = p.engine, p.truth, p.onboard.rates, p.onboard.quaternion
     root, spin = engine.qpos[3:7], engine.qvel[3:6]
     rotate(root, p.place_in_root, lever)

@@ -32,12 +32,7 @@ _OFF = 0.08
 
 
 def true_causes(recording: Recording, model: Model) -> list[str]:
-    """What was true of a flight that may explain why it failed; the keys of `[simulation]` decide, and what happened.
-
-    Args:
-        recording: With the topic `truth`.
-        model: Model of the scenario that was flown.
-    """
+    """What was true of a flight that may explain why it failed; the keys of `[simulation]` decide, and what happened."""
     truth = recording["truth"]
     return [*_of_gripper(truth, model), *_of_door(truth, model), *_of_air(truth, model), *_of_poses(truth, model)]
 

@@ -45,20 +45,12 @@ class DoorCatches:
         return self._true.door_backlash > 0.0
 
     def friction(self, door_angle: float) -> float:
-        """Friction of the seal, beside the hinge's [N m].
-
-        Args:
-            door_angle: α [rad].
-        """
+        """Friction of the seal, beside the hinge's [N m]."""
         sealed = abs(self._door.opening_of(door_angle)) < self._true.door_seal_angle
         return self._true.door_seal if sealed else 0.0
 
     def torque(self, door_angle: float) -> float:
-        """Torque of latch, weight and play, positive for growing α; call it once a step [N m].
-
-        Args:
-            door_angle: α [rad].
-        """
+        """Torque of latch, weight and play, positive for growing α; call it once a step [N m]."""
         door, true = self._door, self._true
         opening = door.opening_of(door_angle)
         torque = 0.0
@@ -84,10 +76,6 @@ class DoorCatches:
 
 
 def has_catches(simulation: SimulationSection) -> bool:
-    """Whether anything but the hinge holds the leaf.
-
-    Args:
-        simulation: What is true.
-    """
+    """Whether anything but the hinge holds the leaf."""
     held = simulation.door_seal > 0.0 or simulation.door_latch > 0.0 or simulation.door_backlash > 0.0
     return held or any(simulation.door_lean)

@@ -50,15 +50,7 @@ class Drag:
 
 
 def wall_force(door: Door, door_angle: float, rotors: Array, radius: float, most: float) -> Array:
-    """Force of the leaf's plane on rotors before it, shape (3,), world frame [N].
-
-    Args:
-        door: The door.
-        door_angle: α [rad].
-        rotors: Hubs, shape (m, 3), world frame [m].
-        radius: R of one rotor [m].
-        most: F_w [N].
-    """
+    """Force of the leaf's plane on rotors before it, shape (3,), world frame [N]."""
     normal, away = door.normal(door_angle), rotors - door.hinge_position
     distances, along = -away @ normal, away @ door.leaf_direction(door_angle)
     beside = (distances > 0.0) & (along >= 0.0) & (along <= door.width)
@@ -67,12 +59,6 @@ def wall_force(door: Door, door_angle: float, rotors: Array, radius: float, most
 
 
 def drag(model: Model, plant: Plant, layout: RotorLayout) -> Drag | None:
-    """The forces, or None where there are none.
-
-    Args:
-        model: The model.
-        plant: Its plant.
-        layout: Its rotors.
-    """
+    """The forces, or None where there are none."""
     simulation = model.scenario.simulation
     return Drag(model, plant, layout) if simulation.vehicle_drag > 0.0 or simulation.wash.wall > 0.0 else None

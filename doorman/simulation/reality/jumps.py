@@ -24,11 +24,7 @@ class Jumps:
             self._next = self._wait()
 
     def since(self, time: float) -> int:
-        """Number of jumps since the last call.
-
-        Args:
-            time: Not before that of the last call [s].
-        """
+        """Number of jumps since the last call."""
         count = 0
         while time >= self._next:
             count += 1

@@ -41,11 +41,7 @@ class SeenFrame:
         self._turned, self._cosine, self._sine, self._moved = 0.0, 1.0, 0.0, np.zeros(3)
 
     def advance(self, time: float) -> None:
-        """Move the frame.
-
-        Args:
-            time: Not before that of the last call [s].
-        """
+        """Move the frame."""
         for _ in range(self._jumps.since(time)):
             self._jumped = self._section.jump * self._jumps.generator.standard_normal(3)
         self._turned = self._section.turn_rate * time
@@ -53,46 +49,20 @@ class SeenFrame:
         self._moved = self._jumped + time * self._slides
 
     def position(self, position: Array) -> Array:
-        """A position as it is seen.
-
-        Args:
-            position: P, shape (3,), world frame [m].
-
-        Returns:
-            Shape (3,), seen frame [m].
-        """
+        """A position as it is seen."""
         return self.velocity(position) + self._moved
 
     def velocity(self, velocity: Array) -> Array:
-        """A velocity as it is seen.
-
-        Args:
-            velocity: Ṗ, shape (3,), world frame [m/s].
-
-        Returns:
-            Shape (3,), seen frame [m/s].
-        """
+        """A velocity as it is seen."""
         x, y, z = velocity
         return np.array([self._cosine * x - self._sine * y, self._sine * x + self._cosine * y, z])
 
     def attitude(self, attitude: Array) -> Array:
-        """An attitude as it is seen.
-
-        Args:
-            attitude: Φ, shape (3,) [rad].
-
-        Returns:
-            Roll, pitch and yaw in the seen frame, shape (3,) [rad].
-        """
+        """An attitude as it is seen."""
         return np.asarray(attitude + np.array([0.0, 0.0, self._turned]))
 
 
 def seen_frame(section: SensorsSection, seed: int) -> SeenFrame | None:
-    """The frame, or None where it is the world's.
-
-    Args:
-        section: Rates and sizes.
-        seed: Of jumps and direction.
-    """
+    """The frame, or None where it is the world's."""
     moves = (section.jump_rate > 0.0 and section.jump > 0.0) or section.drift > 0.0 or section.turn_rate != 0.0
     return SeenFrame(section, seed) if moves else None

@@ -48,19 +48,11 @@ class TrueThrust:
         self.act(0.0)
 
     def turn(self, directions: Array) -> None:
-        """Rotors that turn otherwise than the URDF says.
-
-        Args:
-            directions: +1 counter-clockwise seen from above, shape (m,).
-        """
+        """Rotors that turn otherwise than the URDF says."""
         self._torques = -directions * self._layout.torque_per_thrust
 
     def act(self, time: float) -> None:
-        """Set the thrust of this step.
-
-        Args:
-            time: Since the flight began [s].
-        """
+        """Set the thrust of this step."""
         gain = self._scale * math.exp(-self._fall * time) * self._nearness()
         self._gears[: self._layout.count, 2] = gain
         self._gears[: self._layout.count, 5] = gain * self._torques
@@ -85,37 +77,17 @@ class TrueThrust:
 
 
 def ground_effect(nearness: Array) -> Array:
-    """Share of the thrust in free air that a rotor makes near the floor, at the same power.
-
-    Args:
-        nearness: R/z, at most 2.
-
-    Returns:
-        In the shape of `nearness`.
-    """
+    """Share of the thrust in free air that a rotor makes near the floor, at the same power."""
     return np.asarray(1.0 / (1.0 - (nearness / 4.0) ** 2))
 
 
 def ceiling_effect(nearness: Array) -> Array:
-    """Share of the thrust in free air that a rotor makes near the ceiling, at the same power.
-
-    Args:
-        nearness: R/d.
-
-    Returns:
-        In the shape of `nearness`.
-    """
+    """Share of the thrust in free air that a rotor makes near the ceiling, at the same power."""
     return np.asarray((0.5 + 0.5 * np.sqrt(1.0 + nearness**2 / 8.0)) ** (2.0 / 3.0))
 
 
 def true_thrust(model: Model, plant: Plant, layout: RotorLayout) -> TrueThrust | None:
-    """The true thrust, or None where every rotor makes what it is told to.
-
-    Args:
-        model: The model.
-        plant: Its plant.
-        layout: Its rotors.
-    """
+    """The true thrust, or None where every rotor makes what it is told to."""
     simulation = model.scenario.simulation
     near = simulation.wash.ground or simulation.wash.ceiling is not None
     if simulation.thrust_scale == 1.0 and simulation.thrust_fall == 0.0 and not near:
@@ -124,10 +96,5 @@ def true_thrust(model: Model, plant: Plant, layout: RotorLayout) -> TrueThrust |
 
 
 def rotor_radius(model: Model, layout: RotorLayout) -> float:
-    """Radius of one rotor: what the disc of all rotors leaves around their hubs [m].
-
-    Args:
-        model: The model.
-        layout: Its rotors.
-    """
+    """Radius of one rotor: what the disc of all rotors leaves around their hubs [m]."""
     return float(model.vehicle.radius - np.hypot(layout.positions[:, 0], layout.positions[:, 1]).max())

@@ -21,14 +21,6 @@ def make_true(vehicle: Any, base: Any, model: Model) -> None:
     All links are scaled to the true mass M. Then the arm gets its mass, which the base link loses. The base link of mass m then
     moves by :math:`\frac{M}{m}d`, for which the centre of mass of the whole is d elsewhere. Its moments of inertia about its own
     centre of mass grow by the given scale.
-
-    Args:
-        vehicle: MjSpec of the vehicle alone, before it is attached.
-        base: Its base link.
-        model: The model.
-
-    Raises:
-        BackendError: if the base link is too light to carry the centre of mass, or to lose what the arm has more.
     """
     true = model.scenario.simulation
     if true.vehicle_mass is not None:
@@ -51,15 +43,6 @@ def set_arm_mass(vehicle: Any, base: Any, model: Model, mass: float) -> None:
     """Give the arm its true mass, and take it from the base link.
 
     Links that have mass are scaled. Where none has, all get the same, as balls at their frames.
-
-    Args:
-        vehicle: MjSpec of the vehicle alone.
-        base: Its base link.
-        model: The model.
-        mass: Of all that the arm's joints move [kg].
-
-    Raises:
-        BackendError: if there is no arm, or the base link is too light.
     """
     carried = (joint.parent for joint in vehicle.joints if joint.name in model.vehicle.joint_names[:1])
     moved = [part for link in carried for part in (link, *link.find_all("body"))]
@@ -81,12 +64,7 @@ def set_arm_mass(vehicle: Any, base: Any, model: Model, mass: float) -> None:
 
 
 def scale_mass(bodies: Any, ratio: float) -> None:
-    """Scale mass and inertia of some bodies.
-
-    Args:
-        bodies: Of an MjSpec.
-        ratio: By which.
-    """
+    """Scale mass and inertia of some bodies."""
     for part in bodies:
         part.mass *= ratio
         part.fullinertia = [ratio * value for value in part.fullinertia]

@@ -17,15 +17,7 @@ _LEAST_SHARE = 0.035
 
 
 def phases(recording: Recording, end: float) -> list[tuple[str, float, float]]:
-    """Phases of a mission.
-
-    Args:
-        recording: With topic `mission`; empty without.
-        end: Of the last one [s].
-
-    Returns:
-        Names with first and last time [s].
-    """
+    """Phases of a mission."""
     if "mission" not in recording:
         return []
     mission = recording["mission"]
@@ -37,15 +29,7 @@ def phases(recording: Recording, end: float) -> list[tuple[str, float, float]]:
 
 
 def tied(recording: Recording, time: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Whether the tip is at the door, by the mission's phases; always where it has none.
-
-    Args:
-        recording: The flight.
-        time: Shape (m,) [s].
-
-    Returns:
-        Shape (m,).
-    """
+    """Whether the tip is at the door, by the mission's phases; always where it has none."""
     known = phases(recording, np.inf)
     if not known:
         return np.ones(len(time), dtype=bool)
@@ -57,14 +41,7 @@ def tied(recording: Recording, time: NDArray[np.float64]) -> NDArray[np.bool_]:
 
 
 def draw_phases(axes: Axes, recording: Recording, span: tuple[float, float], *, named: bool) -> None:
-    """Shade the phases of a mission by turns, and write their names above.
-
-    Args:
-        axes: A panel over time.
-        recording: The flight.
-        span: First and last time of the panel [s].
-        named: Write the names, slanted, above the panel.
-    """
+    """Shade the phases of a mission by turns, and write their names above."""
     known = phases(recording, span[1])
     for k, (name, start, stop) in enumerate(known):
         if len(known) > 1:

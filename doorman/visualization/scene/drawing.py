@@ -76,15 +76,7 @@ class Drawing:
         }  # fmt: skip
 
     def frame(self, moment: Moment) -> dict[str, Any]:
-        """What moves, at one moment.
-
-        Args:
-            moment: With a finite pose.
-
-        Returns:
-            Plain data: time [s], pose of every moving node, door angle [deg], clearances and tip [m], force [N], the two edges
-            of the plan's ribbon [m], phase and reason.
-        """
+        """What moves, at one moment."""
         model = self._model
         body = self._body(moment)
         placements = self._placements(moment, body)

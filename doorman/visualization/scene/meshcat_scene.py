@@ -16,37 +16,18 @@ _Y_TO_Z = np.array([[1.0, 0.0, 0.0, 0.0], [0.0, 0.0, -1.0, 0.0], [0.0, 1.0, 0.0,
 
 
 def show(path: str, shape: VisualShape) -> list[Command]:
-    """The commands that show a shape at a node.
-
-    Args:
-        path: The node.
-        shape: The shape.
-
-    Returns:
-        Two commands: the object and its placement.
-    """
+    """The commands that show a shape at a node."""
     turn = _Y_TO_Z if shape.kind == "cylinder" else np.eye(4)  # the viewer's cylinders stand along y
     return [_set_object(path, _geometry(shape), shape.color), place(path, shape.placement @ turn)]
 
 
 def place(path: str, placement: Array) -> Command:
-    """The command that puts a node at a placement.
-
-    Args:
-        path: Of the node.
-        placement: Homogeneous, shape (4, 4), in the parent's frame.
-    """
+    """The command that puts a node at a placement."""
     return {"type": "set_transform", "path": path, "matrix": placement.T.ravel().round(6).tolist()}
 
 
 def set_property(path: str, name: str, value: Any) -> Command:
-    """The command that sets a property of a node.
-
-    Args:
-        path: Of the node.
-        name: Of the property.
-        value: Of the property, as JSON has it.
-    """
+    """The command that sets a property of a node."""
     return {"type": "set_property", "path": path, "property": name, "value": value}
 
 

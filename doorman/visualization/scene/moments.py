@@ -55,15 +55,6 @@ def recorded_moments(recording: Recording) -> list[Moment]:
 
     The pose is the simulator's truth if the recording has it, else what was measured and estimated. Times with a value that is
     not finite are left out.
-
-    Args:
-        recording: With topic `truth`, or with `measurement` and `estimate`.
-
-    Returns:
-        At least one moment.
-
-    Raises:
-        RecordingError: if the recording holds no motion.
     """
     time, rows = _poses(recording)
     frames = time[0] + np.arange(int((time[-1] - time[0]) * FRAMES_PER_SECOND + 1e-6) + 1) / FRAMES_PER_SECOND
@@ -92,16 +83,7 @@ class CurrentMoment:
         self._newest: dict[str, tuple[float, dict[str, Any]]] = {}
 
     def update(self, topic: str, time: float, fields: Mapping[str, Any]) -> Moment | None:
-        """Take in one message.
-
-        Args:
-            topic: Its topic.
-            time: Its time [s].
-            fields: Its values.
-
-        Returns:
-            The moment, if the message holds the pose that is shown, and it is finite.
-        """
+        """Take in one message."""
         if topic in ("truth", "measurement", "estimate", "plan", "mission"):
             self._newest[topic] = (time, dict(fields))
         if topic != ("truth" if "truth" in self._newest else "estimate") or not {"truth", "measurement"} & {

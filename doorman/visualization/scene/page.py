@@ -18,20 +18,7 @@ from doorman.visualization.scene.meshcat_scene import Command
 
 
 def page(title: str, scene: Command, frames: Sequence[dict[str, Any]], live: str = "") -> str:
-    """The page as HTML.
-
-    Args:
-        title: Heading of the page.
-        scene: What `Drawing.scene` gave.
-        frames: What `Drawing.frame` gave, in the order of time.
-        live: Address from which further frames come as server-sent events; none if empty.
-
-    Returns:
-        The text.
-
-    Raises:
-        DoormanError: if meshcat is not installed.
-    """
+    """The page as HTML."""
     folder = Path(__file__).parent
     template = Template((folder / "view.html").read_text(encoding="utf-8"))
     data = {"scene": scene, "frames": list(frames), "live": live}

@@ -44,15 +44,6 @@ def visual_shapes(path: Path) -> tuple[VisualShape, ...]:
     """What a URDF looks like.
 
     Meshes are not read: a link that has nothing but meshes is drawn as rods from its origin to the joints it carries.
-
-    Args:
-        path: URDF file.
-
-    Returns:
-        The shapes, in the order of the links.
-
-    Raises:
-        UrdfError: if the URDF cannot be read.
     """
     root = check_structure(path)
     written = list(zip(read_visuals(path), root.findall("link/visual"), strict=True))

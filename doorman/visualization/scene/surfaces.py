@@ -38,15 +38,7 @@ _HIGH = 0.5
 
 
 def clearances(model: Model, moment: Moment) -> Array:
-    """Distance that is left to every surface.
-
-    Args:
-        model: Model of the scenario.
-        moment: The vehicle's pose and the door's angle.
-
-    Returns:
-        Shape (4,), in the order of `SURFACES`; negative where a constraint is violated [m].
-    """
+    """Distance that is left to every surface."""
     door, radius, width = model.true_door, model.vehicle.radius, model.true_door.width
     normal, away = door.normal(moment.door_angle), moment.position - door.hinge_position
     in_body = rotation_body_to_world(moment.attitude).T @ normal
@@ -57,14 +49,7 @@ def clearances(model: Model, moment: Moment) -> Array:
 
 
 def surface_shapes(model: Model) -> dict[str, VisualShape]:
-    """What the surfaces look like.
-
-    Args:
-        model: Model of the scenario.
-
-    Returns:
-        Shapes by node, in the order of `SURFACES`.
-    """
+    """What the surfaces look like."""
     door, base = model.true_door, model.vehicle.names.base_link
     height = model.scenario.contact.height
     leaf = _on_the_leaf(model)

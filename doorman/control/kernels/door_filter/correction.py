@@ -26,17 +26,7 @@ Array = NDArray[np.float64]
 
 @kernel
 def correct_door(numbers: Array, memory: Array, z: Array, p: Array, work: Array, tip_angle: float, age: float) -> None:
-    """Correct the state by the angle as it was `age` ago, in Joseph's form, which holds for any gain.
-
-    Args:
-        numbers: Constants of the filter, shape (NUMBERS,).
-        memory: Of the filter, shape (MEMORY,).
-        z: State, shape (STATES,), changed.
-        p: Covariance of the state, shape (STATES, STATES), changed.
-        work: Scratch, shape (2 or more, STATES).
-        tip_angle: Measured α of the tip [rad].
-        age: Of the measurement [s].
-    """
+    """Correct the state by the angle as it was `age` ago, in Joseph's form, which holds for any gain."""
     spread, gain, noise = work[0], work[1], numbers[ANGLE_NOISE] ** 2
     for k in range(STATES):
         spread[k] = p[k, ANGLE] - age * p[k, RATE]

@@ -40,19 +40,7 @@ def predict_door(
     numbers: Array, leaf: Array, memory: Array, z: Array, p: Array, work: Array, push: float, touching: bool,
     time_step: float,
 ) -> None:  # fmt: skip
-    r"""Move the state on by the model, and its covariance by :math:`A P A^T + Q`; A differs from 1 in three rows.
-
-    Args:
-        numbers: Constants of the filter, shape (NUMBERS,).
-        leaf: Of the door, see `leaf_numbers`, shape (17,).
-        memory: Of the filter, shape (MEMORY,).
-        z: State, shape (STATES,), changed.
-        p: Covariance of the state, shape (STATES, STATES), changed.
-        work: Scratch, shape (2 or more, STATES).
-        push: Force of the tip along the normal, positive where it presses [N].
-        touching: Whether the tip touches the leaf.
-        time_step: Of the period [s].
-    """
+    r"""Move the state on by the model, and its covariance by :math:`A P A^T + Q`; A differs from 1 in three rows."""
     lever, inertia, x, y = numbers[LEVER], z[INERTIA], 0.0, 0.0
     if touching:
         inertia += numbers[VEHICLE_INERTIA]
@@ -88,15 +76,7 @@ def predict_door(
 
 @kernel
 def move_covariance(p: Array, row: Array, moved: Array, time_step: float, fade: float) -> None:
-    r""":math:`A P A^T` in place, with the rows of A: angle and rate times the step, `row` for the rate, `fade` for the torque.
-
-    Args:
-        p: Covariance of the state, shape (STATES, STATES), changed.
-        row: Of A for the rate, shape (STATES,).
-        moved: Scratch, shape (STATES,).
-        time_step: Of the period [s].
-        fade: Entry of A for the torque, in (0, 1].
-    """
+    r""":math:`A P A^T` in place, with the rows of A: angle and rate times the step, `row` for the rate, `fade` for the torque."""
     for column in range(STATES):
         total = 0.0
         for k in range(STATES):

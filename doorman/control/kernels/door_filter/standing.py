@@ -39,13 +39,7 @@ what it resists with says nothing of the hinge [rad]."""
 
 @kernel
 def friction_holds(numbers: Array, leaf: Array, z: Array) -> bool:
-    """Whether friction holds a free door that stands.
-
-    Args:
-        numbers: Constants of the filter, shape (NUMBERS,).
-        leaf: Of the door, see `leaf_numbers`, shape (17,).
-        z: State, shape (STATES,).
-    """
+    """Whether friction holds a free door that stands."""
     known = numbers[PRELOAD] + leaf_weight(leaf, z[ANGLE])
     return bool(z[FRICTION] > abs(z[STIFFNESS] * (z[ANGLE] - numbers[REST])) + abs(known))
 
@@ -56,13 +50,6 @@ def follow_standing(z: Array, p: Array, tip_angle: float, age: float, time_step:
 
     Where the door comes loose, angle and rate lag behind, and as much as they lag they are uncertain together; to take
     the rate's lag for motion would make the leaf light. The tip's angle is that of `age` ago besides.
-
-    Args:
-        z: State, shape (STATES,), changed.
-        p: Covariance of the state, shape (STATES, STATES), changed.
-        tip_angle: Measured α of the tip [rad].
-        age: Of the measurement [s].
-        time_step: Of the period [s].
     """
     parts = math.ceil(time_step / _LONGEST_STEP)
     step, off = time_step / parts, 0.0
@@ -83,16 +70,7 @@ def follow_standing(z: Array, p: Array, tip_angle: float, age: float, time_step:
 
 @kernel
 def come_loose(numbers: Array, leaf: Array, memory: Array, z: Array, p: Array, push: float) -> None:
-    """Notice a seal as the leaf begins to move, and notice the end of the seal.
-
-    Args:
-        numbers: Constants of the filter, shape (NUMBERS,).
-        leaf: Of the door, see `leaf_numbers`, shape (17,).
-        memory: Of the filter, shape (MEMORY,), changed.
-        z: State, shape (STATES,), changed.
-        p: Covariance of the state, shape (STATES, STATES), changed.
-        push: Force of the tip along the normal, positive where it presses [N].
-    """
+    """Notice a seal as the leaf begins to move, and notice the end of the seal."""
     if memory[STOOD] != 0.0:
         memory[STOOD] = 0.0
         known = numbers[PRELOAD] + leaf_weight(leaf, z[ANGLE])
@@ -110,13 +88,7 @@ def come_loose(numbers: Array, leaf: Array, memory: Array, z: Array, p: Array, p
 
 @kernel
 def stop_where_closed(numbers: Array, leaf: Array, z: Array) -> None:
-    """Stop a door that its closer or its weight presses shut where it is closed.
-
-    Args:
-        numbers: Constants of the filter, shape (NUMBERS,).
-        leaf: Of the door, see `leaf_numbers`, shape (17,).
-        z: State, shape (STATES,), changed.
-    """
+    """Stop a door that its closer or its weight presses shut where it is closed."""
     known = numbers[PRELOAD] + leaf_weight(leaf, z[ANGLE])
     if known != 0.0 and leaf[OPENS] * leaf[PER_ANGLE] * (z[ANGLE] - 0.5 * math.pi) < 0.0:
         z[ANGLE], z[RATE] = 0.5 * math.pi, 0.0

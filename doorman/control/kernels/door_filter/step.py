@@ -54,24 +54,7 @@ def advance_door(
     numbers: Array, leaf: Array, memory: Array, z: Array, p: Array, work: Array, push: float, touching: bool,
     tip_angle: float, measured_at: float, now: float, time_step: float, wind_x: float, wind_y: float,
 ) -> None:  # fmt: skip
-    """One period of the filter.
-
-    Args:
-        numbers: Constants, shape (NUMBERS,).
-        leaf: What `leaf_numbers` returns.
-        memory: Shape (MEMORY,), written to.
-        z: State, shape (9,), written to.
-        p: Covariance, shape (9, 9), written to.
-        work: Scratch, shape (2, 9).
-        push: F_n [N].
-        touching: Whether the tip is on the leaf.
-        tip_angle: Angle of the tip about the hinge [rad].
-        measured_at: When it was true [s].
-        now: [s].
-        time_step: Since the last call [s].
-        wind_x: On the vehicle before the first touch [N].
-        wind_y: Its other level component [N].
-    """
+    """One period of the filter."""
     if touching and memory[TOUCHED] == 0.0:
         memory[TOUCHED] = 1.0
         expect_wind(numbers, memory, z, p, wind_x, wind_y)
@@ -91,16 +74,7 @@ def advance_door(
 
 @kernel
 def expect_wind(numbers: Array, memory: Array, z: Array, p: Array, wind_x: float, wind_y: float) -> None:
-    """Expect wind on the leaf, and gusts, as the wind on the vehicle makes them likely.
-
-    Args:
-        numbers: Constants of the filter, shape (NUMBERS,).
-        memory: Of the filter, shape (MEMORY,); its noises grow.
-        z: State, shape (STATES,); its wind is set.
-        p: Covariance of the state, shape (STATES, STATES); its torque and wind are changed.
-        wind_x: Force of the wind on the vehicle along the world's x axis [N].
-        wind_y: Force of the wind on the vehicle along the world's y axis [N].
-    """
+    """Expect wind on the leaf, and gusts, as the wind on the vehicle makes them likely."""
     strength = math.hypot(wind_x, wind_y)
     memory[PUSH_NOISE] += numbers[PUSH_IN_WIND] * strength
     memory[TORQUE_DEVIATION] += numbers[TORQUE_IN_WIND] * strength
@@ -118,13 +92,7 @@ def expect_wind(numbers: Array, memory: Array, z: Array, p: Array, wind_x: float
 
 @kernel
 def turn_wind(z: Array, p: Array, angle: float) -> None:
-    """Turn the wind on the leaf as that on the vehicle turns.
-
-    Args:
-        z: State, shape (STATES,); its wind is changed.
-        p: Covariance of the state, shape (STATES, STATES), changed.
-        angle: About the world's z axis [rad].
-    """
+    """Turn the wind on the leaf as that on the vehicle turns."""
     c, s, x, y = math.cos(angle), math.sin(angle), z[WIND_X], z[WIND_Y]
     z[WIND_X], z[WIND_Y] = c * x - s * y, s * x + c * y
     for k in range(STATES):
@@ -146,15 +114,7 @@ def pass_leaf(numbers: Array, z: Array, tip_angle: float) -> None:
 
 @kernel
 def hinge_of(numbers: Array, leaf: Array, z: Array, p: Array, out: Array) -> None:
-    """Parameters of the hinge in the order of `HingeEstimate`, into `out` of shape (12,).
-
-    Args:
-        numbers: Constants of the filter, shape (NUMBERS,).
-        leaf: Of the door, see `leaf_numbers`, shape (17,).
-        z: State, shape (STATES,).
-        p: Covariance of the state, shape (STATES, STATES).
-        out: Filled in SI units, shape (12,).
-    """
+    """Parameters of the hinge in the order of `HingeEstimate`, into `out` of shape (12,)."""
     known = abs(numbers[PRELOAD] + leaf_weight(leaf, z[ANGLE]))
     turned = abs(numbers[REST] - z[ANGLE])
     squares = p[FRICTION, FRICTION] + turned * turned * p[STIFFNESS, STIFFNESS]

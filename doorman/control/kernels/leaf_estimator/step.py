@@ -53,20 +53,7 @@ from doorman.kinematics.rotations import SMALLEST_COSINE
 def advance_leaf(
     e: LeafMemory, seeks: bool, wanted: float, reading: float, pose_time: float, now: float, time_step: float
 ) -> int:
-    """One period of the estimator.
-
-    Args:
-        e: Its memory; `e.seen` and `e.acting` are filled.
-        seeks: Whether the tip is to touch the leaf.
-        wanted: Opening rate that is asked for [rad/s].
-        reading: Of the tip's force sensor; NaN without one [N].
-        pose_time: When position, velocity and attitude were true [s].
-        now: [s].
-        time_step: Since the last call [s].
-
-    Returns:
-        FOUND, or what is wrong.
-    """
+    """One period of the estimator."""
     numbers, memory, door, found = e.numbers, e.memory, e.door, e.found
     if abs(math.cos(e.seen[ATTITUDE + 1])) < SMALLEST_COSINE:
         return SINGULAR

@@ -29,13 +29,7 @@ _ELSEWHERE = 4.0
 
 @kernel
 def take_reading(e: LeafMemory, reading: float, time_step: float) -> None:
-    """Smooth a reading, less the offset; NaN stands for none.
-
-    Args:
-        e: The estimator's memory.
-        reading: Of the sensor, positive where the tip presses [N].
-        time_step: Since the last call [s].
-    """
+    """Smooth a reading, less the offset; NaN stands for none."""
     reads = e.memory[READS : READS + _POLES]
     if math.isnan(reading):
         for k in range(_POLES):

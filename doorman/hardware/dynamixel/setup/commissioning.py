@@ -63,34 +63,14 @@ class ReadyServo:
 
 
 def inspect(servo: Servo, index: int, config: ServoConfig) -> list[SettingFinding]:
-    """Identify a servo and compare its settings; changes nothing but what lets it answer.
-
-    Args:
-        servo: The servo.
-        index: Of its joint.
-        config: What is relied on.
-
-    Returns:
-        Settings that differ.
-
-    Raises:
-        BackendError: if it does not answer, or is another model.
-    """
+    """Identify a servo and compare its settings; changes nothing but what lets it answer."""
     servo.identify(config.models)
     servo.write_unanswered(STATUS_RETURN_LEVEL, ANSWER_ALL)  # in RAM; below it, reads stay unanswered
     return check_settings(servo, index, config)
 
 
 def position(servo: Servo, config: ServoConfig) -> int:
-    """Present position of a servo [tick]; changes nothing but what lets it answer.
-
-    Args:
-        servo: The servo.
-        config: Models that are accepted.
-
-    Raises:
-        BackendError: if it does not answer, or is another model.
-    """
+    """Present position of a servo [tick]; changes nothing but what lets it answer."""
     servo.identify(config.models)
     servo.write_unanswered(STATUS_RETURN_LEVEL, ANSWER_ALL)
     return servo.read(PRESENT_POSITION)
@@ -102,17 +82,6 @@ def commission(
     """Make a servo ready: identified, settings checked, telemetry block gathered, standing still with torque on.
 
     The bus watchdog is left off, since the next instruction may take a while: `arm_watchdog` sets it.
-
-    Args:
-        servo: The servo.
-        index: Of its joint.
-        config: What is wanted.
-        log: Gets every setting that is changed.
-        reboot: Whether it may be rebooted if it has shut down.
-        write_eeprom: Whether settings may be changed.
-
-    Raises:
-        BackendError: if it does not answer, is another model, has wrong settings, stays shut down or refuses.
     """
     findings = inspect(servo, index, config)
     _clear_errors(servo, config, reboot)
@@ -141,30 +110,13 @@ def commission(
 
 
 def arm_watchdog(servo: Servo, config: ServoConfig) -> None:
-    """Set the bus watchdog, after clearing it: once it has fired, nothing else clears it.
-
-    Args:
-        servo: A servo with torque on.
-        config: Its time.
-
-    Raises:
-        BackendError: if the servo does not answer or refuses.
-    """
+    """Set the bus watchdog, after clearing it: once it has fired, nothing else clears it."""
     servo.write(BUS_WATCHDOG, WATCHDOG_OFF)
     servo.write(BUS_WATCHDOG, config.watchdog_counts)
 
 
 def rest(servo: Servo, index: int, config: ServoConfig) -> None:
-    """Leave a servo at rest; only then its watchdog goes off, so that it does not fire for want of a program.
-
-    Args:
-        servo: The servo.
-        index: Of its joint.
-        config: Whether it goes limp; a gripper does.
-
-    Raises:
-        BackendError: if the servo does not answer or refuses.
-    """
+    """Leave a servo at rest; only then its watchdog goes off, so that it does not fire for want of a program."""
     if servo.read(BUS_WATCHDOG) == WATCHDOG_FIRED:
         _clear_watchdog(servo, index, config)
     _stop(servo, index, config)

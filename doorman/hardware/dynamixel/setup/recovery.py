@@ -20,20 +20,6 @@ def recover(
     """Set up again every servo that is missing or has a latched fault, with a reboot if it has shut down.
 
     The arm stands still meanwhile.
-
-    Args:
-        cycle: What is known of the servos.
-        link: To the bus.
-        config: What is wanted.
-        log: Gets what was done.
-        deadline: Of `time.monotonic` [s].
-        breathe: Called before every instruction; runs the cycles that are due.
-
-    Returns:
-        What failed, in words; nothing if all servos are well.
-
-    Raises:
-        PortLost: if the device is gone.
     """
     failures = []
     for joint, servo_id in enumerate(config.ids):

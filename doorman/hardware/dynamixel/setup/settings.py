@@ -73,33 +73,12 @@ class SettingFinding:
 
 
 def check_settings(servo: Servo, index: int, config: ServoConfig) -> list[SettingFinding]:
-    """Compare a servo's EEPROM with what the adapter relies on; changes nothing.
-
-    Args:
-        servo: The servo.
-        index: Of its joint.
-        config: What is relied on.
-
-    Returns:
-        One finding for every setting that differs.
-
-    Raises:
-        BackendError: if the servo does not answer.
-    """
+    """Compare a servo's EEPROM with what the adapter relies on; changes nothing."""
     return [finding for finding in _findings(servo, index, config) if finding.given != finding.wanted]
 
 
 def write_settings(servo: Servo, findings: list[SettingFinding], log: EventLog) -> None:
-    """Change settings to what is wanted. Torque goes off for that, since it locks the EEPROM.
-
-    Args:
-        servo: The servo that the findings are about.
-        findings: Those that are not writable are left alone.
-        log: Gets every change.
-
-    Raises:
-        BackendError: if the servo refuses, or holds another value afterwards.
-    """
+    """Change settings to what is wanted. Torque goes off for that, since it locks the EEPROM."""
     due = [finding for finding in findings if finding.writable]
     if not due:
         return

@@ -41,14 +41,7 @@ class Servo:
         self._between = between
 
     def identify(self, models: tuple[int, ...]) -> None:
-        """Ping the servo and check what answers.
-
-        Args:
-            models: Model numbers that are accepted.
-
-        Raises:
-            BackendError: if nothing answers, or another model or too old a firmware.
-        """
+        """Ping the servo and check what answers."""
         data = self._insist("ping", lambda: self._link.ping(self.id)).data
         self.model, self.firmware = int.from_bytes(data[:2], "little"), data[2]
         if self.model not in models:
@@ -63,69 +56,27 @@ class Servo:
         return self._link.now()
 
     def read(self, register: Register) -> int:
-        """Read a register.
-
-        Args:
-            register: Which.
-
-        Raises:
-            BackendError: if the servo does not answer or refuses.
-        """
+        """Read a register."""
         return register.decode(self.read_bytes(register.address, register.size, register.name))
 
     def read_bytes(self, address: int, length: int, name: str) -> bytes:
-        """Read bytes of the control table.
-
-        Args:
-            address: Of the first byte.
-            length: Number of bytes.
-            name: For the error.
-
-        Raises:
-            BackendError: if the servo does not answer or refuses.
-        """
+        """Read bytes of the control table."""
         return self._insist(f"read {name}", lambda: self._link.read(self.id, address, length)).data
 
     def write(self, register: Register, value: int) -> None:
-        """Write a register.
-
-        Args:
-            register: Which.
-            value: New content.
-
-        Raises:
-            BackendError: if the servo does not answer or refuses.
-        """
+        """Write a register."""
         self.write_bytes(register.address, register.encode(value), register.name)
 
     def write_bytes(self, address: int, data: bytes, name: str) -> None:
-        """Write bytes of the control table.
-
-        Args:
-            address: Of the first byte.
-            data: Bytes.
-            name: For the error.
-
-        Raises:
-            BackendError: if the servo does not answer or refuses.
-        """
+        """Write bytes of the control table."""
         self._insist(f"write {name}", lambda: self._link.write(self.id, address, data))
 
     def write_unanswered(self, register: Register, value: int) -> None:
-        """Write a register of a servo that may not be allowed to answer.
-
-        Args:
-            register: Which.
-            value: New content.
-        """
+        """Write a register of a servo that may not be allowed to answer."""
         self._link.write(self.id, register.address, register.encode(value))
 
     def clear_watchdog(self, goal: Register) -> None:
-        """Clear the bus watchdog and zero a goal in one go: the servo refuses the goal before, and may pursue the old one after.
-
-        Args:
-            goal: Of the servo's operating mode.
-        """
+        """Clear the bus watchdog and zero a goal in one go: before, the servo refuses it; after, it may pursue the old one."""
         self._between()
         self._link.clear_watchdog(self.id, goal)
 
@@ -133,12 +84,6 @@ class Servo:
         """Restart a servo that has shut down, and wait until it answers again.
 
         It may go on answering for a while before it restarts: it has done so once it was silent, or shows no error any more.
-
-        Args:
-            boot_timeout: How long to wait [s].
-
-        Raises:
-            BackendError: if it does not come back.
         """
         heard, silent = self._link.reboot(self.id).ok, False
         end = min(self._link.now() + boot_timeout, self.deadline)

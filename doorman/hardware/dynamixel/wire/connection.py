@@ -32,15 +32,7 @@ class Connection:
 
     @classmethod
     def open(cls, config: ServoConfig, clock: Clock = REAL_TIME) -> Connection:
-        """Open the port; no servo is asked anything.
-
-        Args:
-            config: Port, baud rate and latencies.
-            clock: By which it waits.
-
-        Raises:
-            BackendError: if the device cannot be opened or keeps bytes back.
-        """
+        """Open the port; no servo is asked anything."""
         port = SerialPort(config.port, config.baud_rate, clock)
         port.open()
         timer = port.latency_timer
@@ -57,14 +49,7 @@ class Connection:
         )
 
     def inspect(self, config: ServoConfig) -> list[SettingFinding]:
-        """Compare the settings of every servo with what is relied on; changes none.
-
-        Args:
-            config: What is relied on.
-
-        Raises:
-            BackendError: if a servo does not answer, or is another model.
-        """
+        """Compare the settings of every servo with what is relied on; changes none."""
         deadline = self.clock.now() + config.open_timeout
         findings = []
         for joint, servo_id in enumerate(config.ids):
@@ -72,28 +57,13 @@ class Connection:
         return findings
 
     def positions(self, config: ServoConfig) -> list[int]:
-        """Present position of every servo [tick].
-
-        Args:
-            config: Which they are.
-
-        Raises:
-            BackendError: if a servo does not answer, or is another model.
-        """
+        """Present position of every servo [tick]."""
         deadline = self.clock.now() + config.open_timeout
         servos = [Servo(self.patient, servo_id, deadline) for servo_id in config.ids]
         return [position(servo, config) for servo in servos]
 
     def commission(self, config: ServoConfig, log: EventLog) -> tuple[ReadyServo, ...]:
-        """Make every servo ready, torque on, standing still under its watchdog.
-
-        Args:
-            config: What is wanted.
-            log: Gets every setting that is changed.
-
-        Raises:
-            BackendError: if one cannot be made ready.
-        """
+        """Make every servo ready, torque on, standing still under its watchdog."""
         deadline = self.clock.now() + config.open_timeout
         servos = [Servo(self.patient, servo_id, deadline) for servo_id in config.ids]
         for servo in servos:  # all there and of a known model, before anything is written anywhere
@@ -111,14 +81,7 @@ class Connection:
         return ready
 
     def rest(self, config: ServoConfig) -> list[str]:
-        """Leave every servo at rest.
-
-        Args:
-            config: Which they are, and whether torque goes off.
-
-        Returns:
-            What failed, in words.
-        """
+        """Leave every servo at rest."""
         deadline = self.clock.now() + REST_TIMEOUT
         failures = []
         for index, servo_id in enumerate(config.ids):

@@ -87,65 +87,28 @@ class Link:
         return self._clock()
 
     def ping(self, servo_id: int) -> Reply:
-        """Ask a servo for its model number (two bytes) and firmware (one byte).
-
-        Args:
-            servo_id: Its id.
-        """
+        """Ask a servo for its model number (two bytes) and firmware (one byte)."""
         return self._ask(servo_id, Instruction.PING, b"", 3)
 
     def read(self, servo_id: int, address: int, length: int) -> Reply:
-        """Read bytes of the control table.
-
-        Args:
-            servo_id: Of the servo.
-            address: Of the first byte.
-            length: Number of bytes.
-        """
+        """Read bytes of the control table."""
         return self._ask(servo_id, Instruction.READ, _words(address, length), length)
 
     def write(self, servo_id: int, address: int, data: bytes) -> Reply:
-        """Write bytes of the control table.
-
-        Args:
-            servo_id: Of the servo.
-            address: Of the first byte.
-            data: Bytes.
-        """
+        """Write bytes of the control table."""
         return self._ask(servo_id, Instruction.WRITE, _words(address) + data, 0)
 
     def reboot(self, servo_id: int) -> Reply:
-        """Restart a servo; it stays silent for some tenths of a second.
-
-        Args:
-            servo_id: Its id.
-        """
+        """Restart a servo; it stays silent for some tenths of a second."""
         return self._ask(servo_id, Instruction.REBOOT, b"", 0)
 
     def sync_read(self, servo_ids: Sequence[int], address: int, length: int) -> list[Reply]:
-        """Read the same bytes of several servos with one instruction.
-
-        Args:
-            servo_ids: Of the servos, in the order in which they answer.
-            address: Of the first byte.
-            length: Number of bytes of each.
-
-        Returns:
-            One reply for every servo.
-        """
+        """Read the same bytes of several servos with one instruction."""
         packet = instruction_packet(BROADCAST_ID, Instruction.SYNC_READ, _words(address, length) + bytes(servo_ids))
         return self._exchange(packet, servo_ids, length)
 
     def sync_write(self, register: Register, values: Mapping[int, int]) -> bool:
-        """Write one register of several servos with one instruction, which no servo answers.
-
-        Args:
-            register: Which.
-            values: By servo id.
-
-        Returns:
-            Whether all bytes went out in time.
-        """
+        """Write one register of several servos with one instruction, which no servo answers."""
         parameters = _words(register.address, register.size)
         for servo_id, value in values.items():
             parameters += bytes((servo_id,)) + register.encode(value)
@@ -153,12 +116,7 @@ class Link:
         return self._port.send(packet, self._clock() + self._allowance(len(packet), 0, 0))
 
     def clear_watchdog(self, servo_id: int, goal: Register) -> None:
-        """Clear a servo's bus watchdog and zero its goal back to back; neither is answered, so look whether it was heard.
-
-        Args:
-            servo_id: Of the servo.
-            goal: Of its operating mode.
-        """
+        """Clear a servo's bus watchdog and zero its goal back to back; neither is answered, so look whether it was heard."""
         self.sync_write(BUS_WATCHDOG, {servo_id: WATCHDOG_OFF})
         self.sync_write(goal, {servo_id: 0})
 

@@ -36,11 +36,7 @@ _TABLE = _crc_table()
 
 
 def crc16(data: bytes | bytearray) -> int:
-    """CRC-16 with polynomial x¹⁶ + x¹⁵ + x² + 1, initial value 0.
-
-    Args:
-        data: Packet from its header to its last parameter.
-    """
+    """CRC-16 with polynomial x¹⁶ + x¹⁵ + x² + 1, initial value 0."""
     crc = 0
     for byte in data:
         crc = (crc << 8 ^ _TABLE[crc >> 8 ^ byte]) & 0xFFFF
@@ -48,13 +44,7 @@ def crc16(data: bytes | bytearray) -> int:
 
 
 def instruction_packet(servo_id: int, instruction: Instruction, parameters: bytes = b"") -> bytes:
-    """Instruction packet with byte stuffing and CRC.
-
-    Args:
-        servo_id: Whom it is for, or `BROADCAST_ID`.
-        instruction: What is to be done.
-        parameters: Its parameters.
-    """
+    """Instruction packet with byte stuffing and CRC."""
     body = (bytes((instruction,)) + parameters).replace(_PATTERN, _STUFFED)
     packet = HEADER + bytes((servo_id,)) + (len(body) + 2).to_bytes(2, "little") + body
     return packet + crc16(packet).to_bytes(2, "little")
@@ -96,33 +86,18 @@ class StatusParser:
         """Candidates that were not believed since `restart`."""
 
     def restart(self, longest: int) -> None:
-        """Forget everything and expect the answers to a new instruction.
-
-        Args:
-            longest: Number of parameters, unstuffed, of the longest answer.
-        """
+        """Forget everything and expect the answers to a new instruction."""
         self._bytes.clear()
         self._longest = _SHORTEST + longest + (longest + 1) // 3
         self.damaged = 0
 
     def feed(self, data: bytes) -> list[StatusPacket]:
-        """Take bytes.
-
-        Args:
-            data: What arrived.
-
-        Returns:
-            Status packets that are complete with it, in order.
-        """
+        """Take bytes."""
         self._bytes += data
         return self._parse(final=False)
 
     def finish(self) -> list[StatusPacket]:
-        """Stop waiting for the rest of what was begun, and look for whole packets in it.
-
-        Returns:
-            Status packets.
-        """
+        """Stop waiting for the rest of what was begun, and look for whole packets in it."""
         packets = self._parse(final=True)
         if self._bytes:
             self.damaged += 1

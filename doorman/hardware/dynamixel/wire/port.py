@@ -29,31 +29,10 @@ class Port(Protocol):
     """Where packets go and come from."""
 
     def send(self, data: bytes, deadline: float) -> bool:
-        """Send bytes.
-
-        Args:
-            data: All of them.
-            deadline: Of `time.monotonic` [s].
-
-        Returns:
-            Whether all went out in time.
-
-        Raises:
-            PortLost: if the device is gone.
-        """
+        """Send bytes."""
 
     def receive(self, deadline: float) -> bytes:
-        """Wait for bytes.
-
-        Args:
-            deadline: Of `time.monotonic` [s].
-
-        Returns:
-            What arrived first; nothing if nothing arrived in time.
-
-        Raises:
-            PortLost: if the device is gone.
-        """
+        """Wait for bytes."""
 
     def close(self) -> None:
         """Let go of the device; may be called twice."""
@@ -76,11 +55,7 @@ class SerialPort:
         self._clock = clock
 
     def open(self) -> None:
-        """Open the device for this process alone.
-
-        Raises:
-            BackendError: if dynamixel-sdk is missing, or the device does not exist, is in use or has no such baud rate.
-        """
+        """Open the device for this process alone."""
         try:
             sdk = importlib.import_module("dynamixel_sdk")
         except ImportError as error:
@@ -118,18 +93,7 @@ class SerialPort:
             return None
 
     def send(self, data: bytes, deadline: float) -> bool:
-        """Send bytes; see `Port`.
-
-        Args:
-            data: All of them.
-            deadline: Of `time.monotonic` [s].
-
-        Returns:
-            Whether all went out in time.
-
-        Raises:
-            PortLost: if the device is gone.
-        """
+        """Send bytes; see `Port`."""
         while data:
             try:
                 data = data[os.write(self._descriptor, data) :]
@@ -143,17 +107,7 @@ class SerialPort:
         return True
 
     def receive(self, deadline: float) -> bytes:
-        """Wait for bytes; see `Port`.
-
-        Args:
-            deadline: Of `time.monotonic` [s].
-
-        Returns:
-            What arrived first; nothing if nothing arrived in time.
-
-        Raises:
-            PortLost: if the device is gone.
-        """
+        """Wait for bytes; see `Port`."""
         try:
             if not self._clock.readable([self._descriptor], max(deadline - self._clock.now(), 0.0)):
                 return b""

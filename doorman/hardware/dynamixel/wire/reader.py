@@ -32,14 +32,7 @@ class ServoReader:
         """Joint that is left alone altogether while it is being recovered."""
 
     def read(self) -> dict[int, Reply]:
-        """Ask every servo.
-
-        Returns:
-            Reply by joint, without joints that were not asked.
-
-        Raises:
-            PortLost: if the device is gone.
-        """
+        """Ask every servo."""
         asked = [joint for joint in range(len(self._ids)) if joint not in self.absent and joint != self.excluded]
         replies: dict[int, Reply] = {}
         if asked:

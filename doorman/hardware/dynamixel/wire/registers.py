@@ -22,22 +22,11 @@ class Register:
     signed: bool = False
 
     def encode(self, value: int) -> bytes:
-        """Bytes that stand for a value.
-
-        Args:
-            value: Integer that fits.
-
-        Raises:
-            OverflowError: if it does not.
-        """
+        """Bytes that stand for a value."""
         return value.to_bytes(self.size, "little", signed=self.signed)
 
     def decode(self, data: bytes) -> int:
-        """Value that bytes stand for.
-
-        Args:
-            data: `size` bytes.
-        """
+        """Value that bytes stand for."""
         return int.from_bytes(data, "little", signed=self.signed)
 
 

@@ -53,11 +53,7 @@ class Telemetry:
 
     @classmethod
     def decode(cls, data: bytes) -> Telemetry:
-        """Take the block apart.
-
-        Args:
-            data: `BLOCK_SIZE` bytes.
-        """
+        """Take the block apart."""
         return cls(*_LAYOUT.unpack(data))
 
     def is_ours(self, watchdog_counts: int) -> bool:
@@ -65,9 +61,6 @@ class Telemetry:
 
         A servo that restarted forgets the indirect addresses and shows zeros; torque, supply and watchdog of one that is set
         up are never all zero.
-
-        Args:
-            watchdog_counts: What was written to its watchdog.
         """
         if self.bus_watchdog == WATCHDOG_OFF:
             return self.torque_enable == TORQUE_ON and self.voltage > 0

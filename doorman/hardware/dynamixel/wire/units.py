@@ -32,16 +32,7 @@ RETURN_DELAY_UNIT = 2e-6
 
 
 def joint_angle(position: int, zero: int, direction: int) -> float:
-    """Joint angle η at a present position, before whole turns are added.
-
-    Args:
-        position: Present position [tick].
-        zero: Present position at the joint's zero [tick].
-        direction: +1 where the servo's positive direction is the joint's, else −1.
-
-    Returns:
-        [rad].
-    """
+    """Joint angle η at a present position, before whole turns are added."""
     return direction * (position - zero) * RADIANS_PER_TICK
 
 
@@ -63,14 +54,6 @@ def whole_turns(angle: float, lower: float, upper: float) -> float:
     """Turns to add to an angle so that it lies between the joint's limits, or as near to them as it can.
 
     After power-on a servo knows its angle only within one turn; the joint's limits tell which one.
-
-    Args:
-        angle: As read [rad].
-        lower: Lower limit [rad].
-        upper: Upper limit [rad].
-
-    Returns:
-        A multiple of 2π [rad].
     """
     turn = 2.0 * math.pi
     nearest = round(((lower + upper) / 2.0 - angle) / turn) if math.isfinite(lower + upper) else 0

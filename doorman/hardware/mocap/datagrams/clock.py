@@ -34,33 +34,15 @@ class FrameClock:
         self._previous = 0.0
 
     def start(self, frame: int, arrival: float) -> None:
-        """Begin anew: this frame counts as in time.
-
-        Args:
-            frame: Its number.
-            arrival: By the raw clock [s].
-        """
+        """Begin anew: this frame counts as in time."""
         self._base, self._frame, self._arrival, self._previous = arrival, frame, arrival, 0.0
 
     def lateness(self, frame: int, arrival: float) -> float:
-        """Time between the earliest possible and the actual arrival of a frame; negative if it is early [s].
-
-        Args:
-            frame: Its number.
-            arrival: By the raw clock [s].
-        """
+        """Time between the earliest possible and the actual arrival of a frame; negative if it is early [s]."""
         return arrival - self._base - (frame - self._frame) * self._period
 
     def observe(self, frame: int, arrival: float) -> float:
-        """Take in the arrival of a frame.
-
-        Args:
-            frame: Newer than the one before.
-            arrival: By the raw clock [s].
-
-        Returns:
-            How late it is, 0 or more [s].
-        """
+        """Take in the arrival of a frame."""
         late = self.lateness(frame, arrival)
         floor = max(late, self._previous)  # a single packet with a wrong number does not move the clock
         if floor < 0.0:
@@ -74,21 +56,9 @@ class FrameClock:
         return max(late - moved, 0.0)
 
     def time_of(self, frame: int, arrival: float) -> float:
-        """When a frame was taken.
-
-        Args:
-            frame: Its number.
-            arrival: By the raw clock [s].
-
-        Returns:
-            By the same clock [s].
-        """
+        """When a frame was taken."""
         return arrival - max(self.lateness(frame, arrival), 0.0) - self._latency
 
     def follow(self, deviation: float) -> None:
-        """Take over a small deviation of the rate from its nominal value.
-
-        Args:
-            deviation: By which frames take longer, as a share of the nominal period.
-        """
+        """Take over a small deviation of the rate from its nominal value."""
         self._period = self._nominal * (1.0 + deviation)

@@ -59,14 +59,7 @@ class Malformed(NamedTuple):
 
 
 def parse(datagram: bytes) -> ObjectPacket | Malformed:
-    """Content of a datagram.
-
-    Args:
-        datagram: As received.
-
-    Returns:
-        The packet, with whatever numbers it holds, or why it is none. Items that are no objects are skipped.
-    """
+    """Content of a datagram."""
     if len(datagram) < _HEADER.size:
         return Malformed(f"{len(datagram)} bytes are no packet")
     frame_number, items = _HEADER.unpack_from(datagram)
@@ -90,13 +83,7 @@ def parse(datagram: bytes) -> ObjectPacket | Malformed:
 
 
 def pack(frame_number: int, objects: Sequence[TrackedObject], refused: Sequence[MocapFault] = ()) -> bytes:
-    """A datagram with objects, as Tracker would send it without padding.
-
-    Args:
-        frame_number: Taken modulo 2³².
-        objects: With names of at most 24 bytes; at most 255 of them and of `refused`.
-        refused: Of `REFUSALS`, once for each frame.
-    """
+    """A datagram with objects, as Tracker would send it without padding."""
     items = [
         _ITEM.pack(OBJECT_ITEM, _OBJECT.size) + _OBJECT.pack(one.name.encode(), *one.translation, *one.rotation)
         for one in objects

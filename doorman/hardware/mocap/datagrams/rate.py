@@ -49,14 +49,7 @@ class RateMonitor:
         self._settled = False
 
     def near(self, tolerance: float) -> bool | None:
-        """Whether the rate is roughly right.
-
-        Args:
-            tolerance: Of the deviation.
-
-        Returns:
-            None while it is not known.
-        """
+        """Whether the rate is roughly right."""
         if self.quick is not None and abs(self.quick) <= tolerance:
             return True
         return False if len(self._quick.points) >= _SETTLED else None
@@ -75,15 +68,7 @@ class RateMonitor:
         return self.quick or 0.0
 
     def observe(self, frame: int, arrival: float) -> bool:
-        """Take in the arrival of a frame.
-
-        Args:
-            frame: Newer than the one before.
-            arrival: By the raw clock [s].
-
-        Returns:
-            Whether the deviations were computed anew.
-        """
+        """Take in the arrival of a frame."""
         if self._first is None:
             self._first = (frame, arrival)
         elapsed = arrival - self._first[1]

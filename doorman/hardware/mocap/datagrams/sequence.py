@@ -51,22 +51,13 @@ class FrameSequence:
         """Frames that are missing before the newest, beyond what is usual for a stream that sends every n-th."""
 
     def unwrapped(self, number: int) -> int:
-        """The frame nearest to the newest with a number.
-
-        Args:
-            number: Modulo 2³².
-        """
+        """The frame nearest to the newest with a number."""
         if self.newest is None:
             return number
         return self.newest + (number - self.newest + _WRAP // 2) % _WRAP - _WRAP // 2
 
     def classify(self, number: int, arrival: float) -> Order:
-        """What a packet's frame number says; a new one becomes the newest.
-
-        Args:
-            number: Modulo 2³².
-            arrival: By the raw clock [s].
-        """
+        """What a packet's frame number says; a new one becomes the newest."""
         frame = self.unwrapped(number)
         if self.newest is None:
             self._begin(frame, arrival)

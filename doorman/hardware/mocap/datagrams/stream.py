@@ -80,17 +80,7 @@ class StreamReader:
         return self._config.rate * (1.0 - self.monitor.deviation)
 
     def read(self, datagram: bytes, sender: Sender, arrival: float, raw: float) -> Reading | None:
-        """Take in a datagram.
-
-        Args:
-            datagram: As received.
-            sender: Address and port that it came from.
-            arrival: By `time.monotonic` [s].
-            raw: The same by the raw clock, by which frames are timed [s].
-
-        Returns:
-            The object's pose if it is there, new and believable.
-        """
+        """Take in a datagram."""
         self._figures.packets += 1
         if not self._welcome(sender):
             self._book.strike(MocapFault.FOREIGN, arrival, f"packets from {sender[0]}:{sender[1]}")
@@ -113,11 +103,7 @@ class StreamReader:
         return self._measurement(found[0], new, packet.frame_number, arrival, raw)
 
     def tick(self, now: float) -> None:
-        """Look whether the stream has fallen silent; then anybody may send.
-
-        Args:
-            now: By `time.monotonic` [s].
-        """
+        """Look whether the stream has fallen silent; then anybody may send."""
         if self.last_packet is None or now - self.last_packet < self._config.silent_after:
             return
         self._sender = None

@@ -23,14 +23,7 @@ _SINGULAR = 1.0 - 1e-12
 
 
 def object_quaternion(rotation: Vector) -> Quaternion:
-    r"""Quaternion of Tracker's angles, :math:`q_x(a)\, q_y(b)\, q_z(c)`.
-
-    Args:
-        rotation: (a, b, c) [rad].
-
-    Returns:
-        The object's axes into Vicon's.
-    """
+    r"""Quaternion of Tracker's angles, :math:`q_x(a)\, q_y(b)\, q_z(c)`."""
     ca, sa, cb, sb, cc, sc = (f(0.5 * angle) for angle in rotation for f in (math.cos, math.sin))
     return (
         ca * cb * cc - sa * sb * sc,
@@ -41,14 +34,7 @@ def object_quaternion(rotation: Vector) -> Quaternion:
 
 
 def object_angles(q: Quaternion) -> Vector:
-    r"""Tracker's angles of a quaternion, the inverse of `object_quaternion`; at b = ±π/2 the angle c is 0.
-
-    Args:
-        q: Unit quaternion, the object's axes into the cameras'.
-
-    Returns:
-        (a, b, c) with R = Rx(a) Ry(b) Rz(c) [rad].
-    """
+    r"""Tracker's angles of a quaternion, the inverse of `object_quaternion`; at b = ±π/2 the angle c is 0."""
     w, x, y, z = q
     sine = 2.0 * (x * z + w * y)
     if abs(sine) > _SINGULAR:
@@ -86,15 +72,7 @@ class Alignment:
         self._body = conjugate(from_attitude(_triple(object_attitude, "object_attitude")))
 
     def body_pose(self, translation: Vector, rotation: Vector) -> tuple[Vector, Quaternion]:
-        """Pose of the body.
-
-        Args:
-            translation: Of the object, in Vicon's axes [mm].
-            rotation: Of the object, (a, b, c) [rad].
-
-        Returns:
-            P in the world frame [m] and the rotation of the body into the world.
-        """
+        """Pose of the body."""
         quaternion = multiply(multiply(self._world, object_quaternion(rotation)), self._body)
         x, y, z = (METRES_PER_MILLIMETRE * value for value in translation)
         placed = rotate(self._world, (x, y, z))

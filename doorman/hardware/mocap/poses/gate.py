@@ -33,15 +33,7 @@ class MotionGate:
     """n_q [rad]."""
 
     def beyond_speed(self, former: TimedPose, pose: TimedPose) -> str:
-        """Whether the body would have had to move or turn too fast from pose to pose.
-
-        Args:
-            former: Older pose.
-            pose: Newer pose.
-
-        Returns:
-            What is too much, in words; nothing if all is well.
-        """
+        """Whether the body would have had to move or turn too fast from pose to pose."""
         elapsed = pose.time - former.time
         distance = math.dist(former.position, pose.position)
         if not distance <= self.position_slack + self.max_speed * elapsed:
@@ -52,17 +44,7 @@ class MotionGate:
         return ""
 
     def beyond_limits(self, former: TimedPose, pose: TimedPose, velocity: Vector, lag: float) -> str:
-        """Whether the body would have had to move, turn or speed up too much since the last pose.
-
-        Args:
-            former: Older pose.
-            pose: Newer pose.
-            velocity: World frame [m/s].
-            lag: Of the velocity [s].
-
-        Returns:
-            What is too much, in words; nothing if all is well.
-        """
+        """Whether the body would have had to move, turn or speed up too much since the last pose."""
         too_fast = self.beyond_speed(former, pose)
         if too_fast:
             return too_fast

@@ -120,18 +120,7 @@ def measured(
     count: int,
     track: int = 0,
 ) -> PoseSample:
-    """Sample of a new measurement.
-
-    Args:
-        time: When it was true, by `time.monotonic` [s].
-        position: World frame [m].
-        quaternion: Body to world.
-        velocity: World frame [m/s].
-        body_rates: Body frame [rad/s].
-        frame_number: Vicon's.
-        count: Poses up to this one.
-        track: How often the body was found, after gaps.
-    """
+    """Sample of a new measurement."""
     return PoseSample(
         time, read_only(position), read_only(to_attitude(quaternion)), read_only(quaternion), read_only(velocity),
         read_only(body_rates), frame_number, count, MocapFault.NONE, 0.0, True, PoseQuality.MEASURED, track=track,
@@ -147,14 +136,7 @@ def nothing_yet() -> PoseSample:
 
 
 def read_only(values: tuple[float, ...] | Array) -> Array:
-    """Array that cannot be written to.
-
-    Args:
-        values: Of the array.
-
-    Returns:
-        A copy of them as floats, in their shape.
-    """
+    """Array that cannot be written to."""
     array = np.array(values, dtype=np.float64)
     array.flags.writeable = False
     return array

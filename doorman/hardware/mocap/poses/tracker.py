@@ -35,14 +35,7 @@ class PoseTracker:
         self._era = self._track = 0
 
     def take(self, reading: Reading) -> PoseSample | None:
-        """Take in a measurement.
-
-        Args:
-            reading: Newer than all before.
-
-        Returns:
-            The pose, if it belongs to a track.
-        """
+        """Take in a measurement."""
         if reading.era != self._era:
             self._era = reading.era
             self._filter.clear()

@@ -59,11 +59,7 @@ class VelocityFilter:
         self._poses.clear()
 
     def add(self, pose: TimedPose) -> None:
-        """Take in a pose.
-
-        Args:
-            pose: Newer than all before.
-        """
+        """Take in a pose."""
         poses = self._poses
         poses.append(pose)
         while len(poses) > FEWEST and pose.time - poses[0].time > self._window + _TOLERANCE:

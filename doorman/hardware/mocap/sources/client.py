@@ -32,13 +32,7 @@ class Cameras(Protocol):
 
 
 def relay(cameras: Cameras, sender: PoseSender, stateless: bool) -> None:
-    """Send one frame on.
-
-    Args:
-        cameras: Connected.
-        sender: To the receiver.
-        stateless: Whether a frame without a pose means nothing.
-    """
+    """Send one frame on."""
     cameras.waitForNextFrame()
     poses = {}
     for name, body in cameras.rigidBodies.items():
@@ -50,11 +44,7 @@ def relay(cameras: Cameras, sender: PoseSender, stateless: bool) -> None:
 
 
 def main(arguments: list[str]) -> None:
-    """Relay until the parent ends.
-
-    Args:
-        arguments: Kind of cameras, port of the receiver on loopback, rate, and settings of the wheel as KEY=VALUE.
-    """
+    """Relay until the parent ends."""
     kind, port, rate, *settings = arguments
     parent = os.getppid()
     ctypes.CDLL(None).prctl(_DIE_WITH_PARENT, signal.SIGKILL)

@@ -38,15 +38,7 @@ class ArrivalNumbers:
         self._last: int | None = None
 
     def number(self, time: float, stamped: bool = False) -> int | None:
-        """Number of a frame.
-
-        Args:
-            time: When it came, or was taken, by any clock [s].
-            stamped: Whether the cameras tell it; the very time of the newest frame is that frame once more then.
-
-        Returns:
-            Larger than all before where times grow, 0 at first; None for a frame without a time of its own.
-        """
+        """Number of a frame."""
         if self._last is None:
             self._start = time
         again = stamped and time == self._newest

@@ -26,18 +26,7 @@ _RESULTS = {
 def command(
     link: Link, number: int, *parameters: float, tries: int = _TRIES, go_on: Callable[[], bool] = lambda: True
 ) -> Outcome:
-    """Send a command and wait for its acknowledgement.
-
-    Args:
-        link: The link.
-        number: MAV_CMD.
-        parameters: The first of its seven parameters; the rest are 0.
-        tries: How often it is sent at most.
-        go_on: Whether it may be sent again: a pilot may have decided otherwise since.
-
-    Returns:
-        DONE if accepted, REFUSED with the autopilot's words, or TIMED_OUT.
-    """
+    """Send a command and wait for its acknowledgement."""
     started = link.time.now()
     start = link.exchange.count
     for confirmation in range(tries):

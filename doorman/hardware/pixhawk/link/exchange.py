@@ -64,36 +64,21 @@ class Exchange:
         return self._count
 
     def post_acknowledgement(self, command: int, result: int) -> None:
-        """Post a COMMAND_ACK; called by the thread of the link.
-
-        Args:
-            command: MAV_CMD.
-            result: MAV_RESULT.
-        """
+        """Post a COMMAND_ACK; called by the thread of the link."""
         with self._condition:
             self._count += 1
             self._acknowledgements.append(Acknowledgement(self._count, command, result))
             self._condition.notify_all()
 
     def post_parameter(self, name: str, value: float, kind: int) -> None:
-        """Post a PARAM_VALUE; called by the thread of the link.
-
-        Args:
-            name: Of the parameter.
-            value: Field of the message.
-            kind: MAV_PARAM_TYPE.
-        """
+        """Post a PARAM_VALUE; called by the thread of the link."""
         with self._condition:
             self._count += 1
             self._parameters[name] = ParameterValue(self._count, value, kind)
             self._condition.notify_all()
 
     def post_text(self, text: StatusText) -> None:
-        """Post a STATUSTEXT; called by the thread of the link.
-
-        Args:
-            text: The message.
-        """
+        """Post a STATUSTEXT; called by the thread of the link."""
         with self._condition:
             self._texts.append(text)
 
@@ -110,48 +95,25 @@ class Exchange:
             self._texts.clear()
 
     def acknowledgement(self, command: int, after: int) -> Acknowledgement | None:
-        """Newest acknowledgement of a command after a question; None if there is none.
-
-        Args:
-            command: MAV_CMD.
-            after: `count` as the question was asked.
-        """
+        """Newest acknowledgement of a command after a question; None if there is none."""
         with self._condition:
             matching = [one for one in self._acknowledgements if one.command == command and one.number > after]
         return matching[-1] if matching else None
 
     def parameter(self, name: str, after: int) -> ParameterValue | None:
-        """Value of a parameter that came after a question; None if none came.
-
-        Args:
-            name: Of the parameter.
-            after: `count` as the question was asked.
-        """
+        """Value of a parameter that came after a question; None if none came."""
         found = self._parameters.get(name)
         return found if found is not None and found.number > after else None
 
     def texts(self, since: float, severity: int = 7) -> list[str]:
-        """Texts since a time, without repetitions.
-
-        Args:
-            since: On this computer's monotonic clock [s].
-            severity: MAV_SEVERITY; less severe texts are left out.
-        """
+        """Texts since a time, without repetitions."""
         with self._condition:
             return list(
                 dict.fromkeys(one.text for one in self._texts if one.time >= since and one.severity <= severity)
             )
 
     def wait(self, find: Callable[[], T | None], timeout: float) -> T | None:
-        """Wait until something is found.
-
-        Args:
-            find: Returns what is waited for, or None; it is called after every wake.
-            timeout: [s].
-
-        Returns:
-            What was found, or None after the time-out.
-        """
+        """Wait until something is found."""
         deadline = self._time.now() + timeout
         while True:
             with self._condition:

@@ -72,11 +72,7 @@ class Owner(Protocol):
         """What gives the autopilot a place on earth."""
 
     def send(self, message: Message) -> None:
-        """Queue a message.
-
-        Args:
-            message: The message.
-        """
+        """Queue a message."""
 
 
 class Inbox:
@@ -109,13 +105,7 @@ class Inbox:
         return self.dialect is not None and self.dialect.says_what_is_valid and not self._owner.config.mocap
 
     def receive(self, data: bytes, address: Address, line: Line) -> None:
-        """Take in bytes from an address.
-
-        Args:
-            data: Bytes as they came.
-            address: Who sent them.
-            line: On which they came.
-        """
+        """Take in bytes from an address."""
         owner = self._owner
         assert owner.codec is not None
         now = owner.time.now()

@@ -106,11 +106,7 @@ class Link:
         return self.inbox.dialect
 
     def send(self, message: Message) -> None:
-        """Queue a message; it goes out within milliseconds and in order, or never where the line is gone.
-
-        Args:
-            message: The message.
-        """
+        """Queue a message; it goes out within milliseconds and in order, or never where the line is gone."""
         if self._line is not None:
             self._queue.append(message)
 
@@ -121,11 +117,7 @@ class Link:
         return self.authority.request_landing(here(sample) if fresh else None)
 
     def start(self) -> None:
-        """Open the line and start the thread; once in the life of a link.
-
-        Raises:
-            BackendError: if the line cannot be opened or the key cannot be read.
-        """
+        """Open the line and start the thread; once in the life of a link."""
         config = self.config
         key = None if config.signing_key is None else load_key(config.signing_key)
         self.codec = Codec(config.system_id, config.component_id, key, WANTED)
@@ -276,11 +268,7 @@ class Link:
 
 
 def wanted_rates(config: PixhawkConfig) -> dict[int, float]:
-    """Rates of the telemetry that is asked for [1/s], by message identifier.
-
-    Args:
-        config: Settings.
-    """
+    """Rates of the telemetry that is asked for [1/s], by message identifier."""
     return {
         mavlink.MAVLINK_MSG_ID_ATTITUDE_QUATERNION: config.rates.attitude,
         mavlink.MAVLINK_MSG_ID_LOCAL_POSITION_NED: config.rates.position,

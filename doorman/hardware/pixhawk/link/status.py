@@ -55,12 +55,7 @@ class LinkStatus:
 
 
 def link_status(link: Link, now: float) -> LinkStatus:
-    """Figures of a link.
-
-    Args:
-        link: The link.
-        now: `time.monotonic()` [s].
-    """
+    """Figures of a link."""
     counters = Counters() if link.codec is None else link.codec.counters
     dialect = link.inbox.dialect
     return LinkStatus(

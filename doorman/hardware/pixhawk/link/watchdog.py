@@ -29,15 +29,7 @@ class Watchdog:
     def check(
         self, now: float, last_message: float, sample: VehicleSample, clock: ClockMap, mocap_time: float | None
     ) -> None:
-        """Look at everything once.
-
-        Args:
-            now: [s].
-            last_message: When the autopilot was last heard [s].
-            sample: Newest state.
-            clock: The autopilot's clock.
-            mocap_time: When the newest pose was true [s]; None while no poses are expected.
-        """
+        """Look at everything once."""
         timeouts, note = self._config.timeouts, self._events.condition
         silent = now - last_message
         note(EventKind.LINK_LOST, silent > timeouts.link, now, "nothing from the autopilot", silent=silent)

@@ -79,19 +79,7 @@ def parameter_lines(
     autopilot: AutopilotName, config: PixhawkConfig, figures: VehicleFigures, on_loss: OnLoss = "land",
     mocap_delay: float | None = None, port: Port | None = None,
 ) -> list[Line]:  # fmt: skip
-    """Parameters for a set-up, in the order of the rules, and after them those of port and vehicle.
-
-    Args:
-        autopilot: Who flies.
-        config: The set-up.
-        figures: Of the vehicle.
-        on_loss: What the vehicle does without us: land where it is, or on its pad.
-        mocap_delay: From exposure to sending [s]; of use to ArduPilot alone.
-        port: Where this computer is wired to; TELEM 2 by default.
-
-    Raises:
-        BackendError: if the autopilot has no such port, or no such rate.
-    """
+    """Parameters for a set-up, in the order of the rules, and after them those of port and vehicle."""
     port = port or Port()
     if port.telem not in TELEMS[autopilot]:
         raise BackendError("no such port", field="telem", given=port.telem, allowed=f"{TELEMS[autopilot]}; 0 is USB")
@@ -151,13 +139,7 @@ def _vehicle(autopilot: AutopilotName, figures: VehicleFigures) -> Iterator[Line
 
 
 def as_text(autopilot: AutopilotName, lines: list[Line], title: str) -> str:
-    """The file: for PX4 as QGroundControl loads it, for ArduPilot as every ground station does.
-
-    Args:
-        autopilot: Who flies.
-        lines: The parameters.
-        title: Of the file, in words.
-    """
+    """The file: for PX4 as QGroundControl loads it, for ArduPilot as every ground station does."""
     head = [
         f"# {title}",
         "# Reboot the autopilot after loading; doorman fly checks these parameters before every flight.",

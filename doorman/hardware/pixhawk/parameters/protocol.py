@@ -28,11 +28,7 @@ class Sender(Protocol):
     exchange: Exchange
 
     def send(self, message: Message) -> None:
-        """Queue a message.
-
-        Args:
-            message: The message.
-        """
+        """Queue a message."""
 
     @property
     def target(self) -> tuple[int, int]:
@@ -62,15 +58,7 @@ class Finding:
 
 
 def read_parameters(link: Sender, names: Iterable[str]) -> dict[str, float]:
-    """Read parameters by name, several at once, with repeats.
-
-    Args:
-        link: The link.
-        names: Of the parameters.
-
-    Returns:
-        Values by name; those that did not answer are not among them.
-    """
+    """Read parameters by name, several at once, with repeats."""
     return _read_any(link, [(name,) for name in names])
 
 
@@ -102,16 +90,7 @@ def _read_for(link: Sender, rules: Sequence[Rule]) -> dict[str, float]:
 
 
 def write_parameter(link: Sender, name: str, value: float) -> bool:
-    """Write a parameter, and see it read back.
-
-    Args:
-        link: The link.
-        name: Of the parameter.
-        value: New value.
-
-    Returns:
-        Whether the autopilot confirmed the value.
-    """
+    """Write a parameter, and see it read back."""
     before = link.exchange.count
     if name not in read_parameters(link, [name]):
         return False
@@ -128,15 +107,7 @@ def write_parameter(link: Sender, name: str, value: float) -> bool:
 
 
 def check(link: Sender, rules: Iterable[Rule]) -> tuple[Finding, ...]:
-    """Hold the autopilot's parameters against rules.
-
-    Args:
-        link: The link.
-        rules: From `rules_for`.
-
-    Returns:
-        What is not as it should be.
-    """
+    """Hold the autopilot's parameters against rules."""
     rules = tuple(rules)
     values = _read_for(link, [rule for rule in rules if rule.only_with is None])
     counting = [rule for rule in rules if rule.counts(values)]
@@ -153,16 +124,7 @@ def check(link: Sender, rules: Iterable[Rule]) -> tuple[Finding, ...]:
 
 
 def fix(link: Sender, rules: Iterable[Rule], findings: Iterable[Finding]) -> tuple[str, ...]:
-    """Write the wanted values of findings.
-
-    Args:
-        link: The link.
-        rules: That the findings came from.
-        findings: What to mend; those without a value are left.
-
-    Returns:
-        Names of the parameters that were written and confirmed.
-    """
+    """Write the wanted values of findings."""
     by_name = {name: rule for rule in rules for name in rule.names}
     written = []
     for finding in findings:

@@ -14,14 +14,7 @@ THRUST_AS_THRUST = 1 << 3
 
 
 def prepare_attitude(link: Link) -> Outcome:
-    """Look up what attitude setpoints need, and set the stream up with it.
-
-    Args:
-        link: The open link.
-
-    Returns:
-        DONE, or NOT_READY with what is missing.
-    """
+    """Look up what attitude setpoints need, and set the stream up with it."""
     dialect, config = link.known_dialect, link.config
     if link.inbox.vehicle_type not in dialect.takes_thrust:
         return Outcome(
@@ -48,11 +41,7 @@ def prepare_attitude(link: Link) -> Outcome:
 
 
 def side_force_missing(link: Link) -> str:
-    """Why the autopilot makes no force to the side; nothing where it does, or the vehicle's rotors make none.
-
-    Args:
-        link: The open link.
-    """
+    """Why the autopilot makes no force to the side; nothing where it does, or the vehicle's rotors make none."""
     dialect, rotors = link.known_dialect, link.config.rotors
     if rotors is None:
         return ""

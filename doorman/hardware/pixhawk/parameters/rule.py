@@ -52,19 +52,11 @@ class Rule:
         return self.when.value if self.only_with is None else "{} {}".format(*self.only_with)
 
     def counts(self, values: Mapping[str, float]) -> bool:
-        """Whether the rule counts with these values of the other parameters.
-
-        Args:
-            values: By name.
-        """
+        """Whether the rule counts with these values of the other parameters."""
         return self.only_with is None or values.get(self.only_with[0]) == self.only_with[1]
 
     def applies(self, config: PixhawkConfig) -> bool:
-        """Whether the rule holds for a set-up.
-
-        Args:
-            config: The set-up.
-        """
+        """Whether the rule holds for a set-up."""
         curve = config.thrust_curve
         return {
             When.ALWAYS: True,
@@ -77,17 +69,7 @@ class Rule:
 def equal(
     names: str, value: float, severity: Severity, when: When, why: str, *, optional: bool = False, near: float = 1e-4
 ) -> Rule:
-    """Rule of a parameter that has one right value.
-
-    Args:
-        names: Of the parameter, newest firmware first, apart by blanks.
-        value: The right one.
-        severity: Of a finding.
-        when: For which set-ups it holds.
-        why: What goes wrong otherwise.
-        optional: Whether firmware without the parameter is fine.
-        near: By which it may miss.
-    """
+    """Rule of a parameter that has one right value."""
     return Rule(
         tuple(names.split()),
         f"{value:g}",
@@ -101,17 +83,7 @@ def equal(
 
 
 def within(names: str, low: float, high: float, best: float, severity: Severity, when: When, why: str) -> Rule:
-    """Rule of a parameter with a range.
-
-    Args:
-        names: Of the parameter, newest firmware first, apart by blanks.
-        low: Least right value.
-        high: Largest right value.
-        best: Value to write.
-        severity: Of a finding.
-        when: For which set-ups it holds.
-        why: What goes wrong otherwise.
-    """
+    """Rule of a parameter with a range."""
     return Rule(
         tuple(names.split()),
         f"{low:g} to {high:g}",
@@ -126,16 +98,7 @@ def within(names: str, low: float, high: float, best: float, severity: Severity,
 def one_of(
     names: str, values: tuple[int, ...], severity: Severity, when: When, why: str, *, optional: bool = False
 ) -> Rule:
-    """Rule of a parameter with a few right values.
-
-    Args:
-        names: Of the parameter, newest firmware first, apart by blanks.
-        values: The right ones; the first is written.
-        severity: Of a finding.
-        when: For which set-ups it holds.
-        why: What goes wrong otherwise.
-        optional: Whether firmware without the parameter is fine.
-    """
+    """Rule of a parameter with a few right values."""
     wanted = " or ".join(str(value) for value in values)
     return Rule(
         tuple(names.split()),
@@ -150,15 +113,7 @@ def one_of(
 
 
 def bit(names: str, bit: int, severity: Severity, when: When, why: str) -> Rule:
-    """Rule of a parameter with a bit that must be set; its other bits stay.
-
-    Args:
-        names: Of the parameter, newest firmware first, apart by blanks.
-        bit: Number of the bit, from 0.
-        severity: Of a finding.
-        when: For which set-ups it holds.
-        why: What goes wrong otherwise.
-    """
+    """Rule of a parameter with a bit that must be set; its other bits stay."""
     mask = 1 << bit
     return Rule(
         tuple(names.split()),
@@ -172,11 +127,5 @@ def bit(names: str, bit: int, severity: Severity, when: When, why: str) -> Rule:
 
 
 def where(other: str, value: int, *rules: Rule) -> tuple[Rule, ...]:
-    """Rules that count only where another parameter has a value.
-
-    Args:
-        other: The other parameter.
-        value: That it must have.
-        *rules: The rules.
-    """
+    """Rules that count only where another parameter has a value."""
     return tuple(replace(rule, only_with=(other, value)) for rule in rules)

@@ -182,16 +182,7 @@ _EARLIER = 0.2
 
 
 def rules_for(dialect: Dialect, config: PixhawkConfig, mocap_delay: float | None = None) -> tuple[Rule, ...]:
-    """Rules that hold for a set-up.
-
-    Args:
-        dialect: Of the autopilot.
-        config: The set-up.
-        mocap_delay: From capture to sending, as measured [s]; None if not measured yet.
-
-    Returns:
-        The rules in the order of the tables.
-    """
+    """Rules that hold for a set-up."""
     thrust = thrust_model_rule(dialect, 0.0 if config.thrust_curve is None else config.thrust_curve.shape)
     if dialect is PX4:
         rules = [*PX4_RULES, thrust, delay_rule(dialect, 0.0)]  # stamps carry the delay, once TIMESYNC has converged
@@ -203,12 +194,7 @@ def rules_for(dialect: Dialect, config: PixhawkConfig, mocap_delay: float | None
 
 
 def thrust_model_rule(dialect: Dialect, shape: float) -> Rule:
-    """Thrust that is bent by the autopilot, by the curve here, or by both a little, but not by neither or by both wholly.
-
-    Args:
-        dialect: Of the autopilot.
-        shape: k of the thrust curve.
-    """
+    """Thrust that is bent by the autopilot, by the curve here, or by both a little, but not by neither or by both wholly."""
     low, high = max(0.0, _LEAST_BENT - shape), min(1.0, 1.0 + _LEAST_BENT - shape)
     return Rule(
         (THRUST_MODEL[dialect.name],),
@@ -223,11 +209,7 @@ def thrust_model_rule(dialect: Dialect, shape: float) -> Rule:
 
 
 def voltage_rules(min_voltage: float | None) -> tuple[Rule, ...]:
-    """Rules of ArduPilot's own look at the voltage: it must not land the vehicle in the doorway before the mission is given up.
-
-    Args:
-        min_voltage: At which it is given up [V]; None: by the charge alone.
-    """
+    """Rules of ArduPilot's own battery failsafe: it must not land in the doorway before the mission is given up."""
     most = 0.0 if min_voltage is None else min_voltage - _EARLIER
 
     def rule(name: str, action: str) -> Rule:
@@ -247,11 +229,7 @@ def voltage_rules(min_voltage: float | None) -> tuple[Rule, ...]:
 
 
 def station_rule(system_id: int) -> Rule:
-    """Rule of the ground station's id: ArduPilot acts on the loss of one station's heartbeat only.
-
-    Args:
-        system_id: Ours.
-    """
+    """Rule of the ground station's id: ArduPilot acts on the loss of one station's heartbeat only."""
     return equal(
         "MAV_GCS_SYSID SYSID_MYGCS",
         system_id,
@@ -262,11 +240,6 @@ def station_rule(system_id: int) -> Rule:
 
 
 def delay_rule(dialect: Dialect, delay: float) -> Rule:
-    """Rule of the delay that the autopilot's estimator assumes for poses.
-
-    Args:
-        dialect: Of the autopilot.
-        delay: Of the poses [s].
-    """
+    """Rule of the delay that the autopilot's estimator assumes for poses."""
     name, near = MOCAP_DELAY[dialect.name]
     return equal(name, round(1e3 * delay), _W, When.MOCAP, "delay of the pose [ms]", near=near)

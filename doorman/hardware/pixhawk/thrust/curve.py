@@ -122,14 +122,7 @@ class HoverCalibration:
         self._last = -math.inf
 
     def add(self, sample: VehicleSample) -> bool:
-        """Take in a sample.
-
-        Args:
-            sample: Of a vehicle in hover.
-
-        Returns:
-            Whether it counted.
-        """
+        """Take in a sample."""
         speed = math.sqrt(float(sum(sample.velocity**2)))
         tilt = max(abs(float(sample.attitude[0])), abs(float(sample.attitude[1])))
         slow, level = speed <= _CALM_SPEED, tilt <= _CALM_TILT
@@ -150,19 +143,7 @@ class HoverCalibration:
         return len(self._thrusts)
 
     def curve(self, hover_force: float, shape: float = 0.0, compensate_battery: bool = False) -> ThrustCurve:
-        """Curve through the median of the readings.
-
-        Args:
-            hover_force: Weight of the vehicle [N].
-            shape: k.
-            compensate_battery: Whether to note the voltage, for autopilots that do not compensate it.
-
-        Returns:
-            The curve.
-
-        Raises:
-            BackendError: if there were too few calm readings, or no voltage though it is needed.
-        """
+        """Curve through the median of the readings."""
         if len(self._thrusts) < _ENOUGH_READINGS:
             raise BackendError(
                 "too few calm readings to calibrate hover",

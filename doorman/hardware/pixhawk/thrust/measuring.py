@@ -15,20 +15,7 @@ _BOB_PERIOD = 0.02
 
 
 def measure_hover(link: Link, hover_force: float, duration: float, *, compensate_battery: bool) -> ThrustCurve:
-    """Measure the normalised thrust in hover, and use it from now on; the vehicle must hold.
-
-    Args:
-        link: To the autopilot.
-        hover_force: Weight of the vehicle [N].
-        duration: [s].
-        compensate_battery: For autopilots that do not compensate the battery themselves.
-
-    Returns:
-        The curve; its shape stays as it was.
-
-    Raises:
-        BackendError: if the vehicle does not hover calmly.
-    """
+    """Measure the normalised thrust in hover, and use it from now on; the vehicle must hold."""
     calibration, deadline = HoverCalibration(), link.time.now() + duration
     while (remaining := deadline - link.time.now()) > 0.0:
         wait_for_sample(link, calibration.add, remaining)
@@ -43,15 +30,7 @@ def measure_hover(link: Link, hover_force: float, duration: float, *, compensate
 
 
 def measure_slope(link: Link, at: PositionSetpoint) -> Slope | None:
-    """Measure how steeply thrust grows with its setpoint, by bobbing up and aside a little; the vehicle must hold.
-
-    Args:
-        link: To the autopilot.
-        at: Where it holds.
-
-    Returns:
-        The slope, by the thrust curve in use; None if the vehicle is not ours, or too little was heard.
-    """
+    """Measure how steeply thrust grows with its setpoint, by bobbing up and aside a little; the vehicle must hold."""
     curve, measurement = link.stream.curve, SlopeMeasurement()
     begin = link.time.now()
     while (passed := link.time.now() - begin) < BOB_TIME:

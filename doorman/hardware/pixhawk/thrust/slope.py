@@ -46,11 +46,7 @@ class Slope:
     """Standard deviation of s."""
 
     def shape(self, hover_thrust: float) -> float:
-        """Shape k of the curve with this slope, 0 … 1.
-
-        Args:
-            hover_thrust: τ in hover.
-        """
+        """Shape k of the curve with this slope, 0 … 1."""
         s = min(max(self.value, 1.0), 2.0)
         return (s - 1.0) / (s - 1.0 + hover_thrust * (2.0 - s))
 
@@ -63,14 +59,7 @@ class SlopeMeasurement:
         self._velocities: list[tuple[float, float]] = []
 
     def add(self, sample: VehicleSample) -> bool:
-        """Take in a sample; what was seen before does not count.
-
-        Args:
-            sample: Of a vehicle that bobs.
-
-        Returns:
-            False: more samples are always welcome.
-        """
+        """Take in a sample; what was seen before does not count."""
         if math.isfinite(sample.thrust_target) and _newer(sample.thrust_target_time, self._thrusts):
             self._thrusts.append((sample.thrust_target_time, sample.thrust_target))
         if math.isfinite(sample.velocity[2]) and _newer(sample.position_time, self._velocities):
@@ -78,11 +67,7 @@ class SlopeMeasurement:
         return False
 
     def slope(self, hover_thrust: float) -> Slope | None:
-        """The slope; None where there are too few readings.
-
-        Args:
-            hover_thrust: τ in hover.
-        """
+        """The slope; None where there are too few readings."""
         if min(len(self._thrusts), len(self._velocities)) < _ENOUGH_READINGS:
             return None
         given, seen = np.array(self._thrusts), np.array(self._velocities)
@@ -97,12 +82,7 @@ class SlopeMeasurement:
 
 
 def bob(at: PositionSetpoint, passed: float) -> PositionSetpoint:
-    """Setpoint of a vehicle that bobs: h (1 − cos ωt) above the hold, and as a share of that to the left.
-
-    Args:
-        at: Where it held.
-        passed: Since then [s].
-    """
+    """Setpoint of a vehicle that bobs: h (1 − cos ωt) above the hold, and as a share of that to the left."""
     rate, angle = 2.0 * math.pi / _PERIOD, 2.0 * math.pi * passed / _PERIOD
     way = np.array([-_ASIDE * math.sin(at.yaw), _ASIDE * math.cos(at.yaw), _HEIGHT])
     return PositionSetpoint(

@@ -47,22 +47,13 @@ class TiltedRotors:
 
     @classmethod
     def of(cls, layout: RotorLayout) -> TiltedRotors:
-        """Rotors of a fully actuated vehicle, all alike.
-
-        Args:
-            layout: Where they are and how they are tilted.
-        """
+        """Rotors of a fully actuated vehicle, all alike."""
         lift, side = float(layout.inverse[:, 0].mean()), np.abs(layout.side_inverse)
         x, y = (float(each[each > _NO_MATTER].mean()) / lift for each in side.T)
         return cls(_rows(layout.positions), _rows(layout.thrust_axes), (x, y))
 
     def missing(self, dialect: Dialect, values: Mapping[str, float]) -> str:
-        """Why the autopilot does not make forces to the side; nothing if it does.
-
-        Args:
-            dialect: Of the autopilot.
-            values: Its parameters `names`, as far as it has them.
-        """
+        """Why the autopilot does not make forces to the side; nothing if it does."""
         if dialect is not PX4:
             return f"{dialect.name} takes thrust along the body's z axis alone"
         if COUNT not in values or not round(values.get(OLD_SWITCH, 1.0)):
@@ -80,24 +71,13 @@ class TiltedRotors:
 
 
 def names(count: int = _MOST_ROTORS) -> list[str]:
-    """Parameters of PX4 that say where its rotors are.
-
-    Args:
-        count: Of the rotors.
-    """
+    """Parameters of PX4 that say where its rotors are."""
     parts = ("PX", "PY", "PZ", "AX", "AY", "AZ")
     return [f"CA_ROTOR{i}_{part}" for i in range(min(count, _MOST_ROTORS)) for part in parts]
 
 
 def allocated(values: Mapping[str, float]) -> list[tuple[Array, Array]]:
-    """Position and direction of the thrust of every rotor that PX4 knows.
-
-    Args:
-        values: Its parameters.
-
-    Returns:
-        Position [m] and unit vector, shape (3,) each, body frame, x forward, y left, z up.
-    """
+    """Position and direction of the thrust of every rotor that PX4 knows."""
     rotors = []
     for i in range(round(values.get(COUNT, 0.0))):
         place, axis = (

@@ -44,11 +44,7 @@ class FrameSplitter:
         self._read = read
 
     def push(self, data: bytes) -> Iterator[bytearray]:
-        """Take bytes and yield the frames that they complete.
-
-        Args:
-            data: Bytes in the order of the stream.
-        """
+        """Take bytes and yield the frames that they complete."""
         buffer = self._buffer
         buffer += data
         start = 0
@@ -132,11 +128,7 @@ class Codec:
             self._mav.check_signature = lambda packet, system, component: True  # checked before decoding
 
     def encode(self, message: Message) -> bytes:
-        """Bytes of a message, with the next sequence number.
-
-        Args:
-            message: The message.
-        """
+        """Bytes of a message, with the next sequence number."""
         if self._check is not None:
             self._mav.signing.timestamp = max(self._mav.signing.timestamp, signing_time(), self._check.newest)
         data: bytes = message.pack(self._mav)
@@ -144,15 +136,7 @@ class Codec:
         return data
 
     def decode(self, data: bytes, source: object) -> list[Message]:
-        """Messages of interest that some bytes complete; every source has its own stream.
-
-        Args:
-            data: Bytes as they came.
-            source: Who sent them.
-
-        Returns:
-            Messages in order.
-        """
+        """Messages of interest that some bytes complete; every source has its own stream."""
         if source not in self._splitters:
             if len(self._splitters) >= 16:  # strangers must not fill the memory
                 self._splitters.clear()

@@ -47,15 +47,6 @@ def parse_connection(text: str) -> Endpoint:
     `udp:` listens, on loopback unless a host is written: `udp:14540`, `udp:0.0.0.0:14540`. `udpout:` and `tcp:` call an
     autopilot that listens; `udpout:` may name the port to send from, since PX4 answers nobody but the first until it is rebooted.
     `://` may stand for the first colon. A serial device is a path or a COM port.
-
-    Args:
-        text: The string.
-
-    Returns:
-        The endpoint; nothing is opened.
-
-    Raises:
-        BackendError: if it is malformed, a port or baud rate is out of range, or a host is missing where one is needed.
     """
     given = text.strip()
     scheme, _, rest = given.replace("://", ":", 1).partition(":")

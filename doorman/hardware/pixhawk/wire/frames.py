@@ -37,111 +37,48 @@ def _plain(values: ArrayLike) -> list[float]:
 
 
 def world_to_ned(values: ArrayLike) -> Array:
-    """Vector (x, y, z) of the world in NED: (x, −y, −z).
-
-    Args:
-        values: Shape (3,), world frame.
-
-    Returns:
-        Shape (3,), NED.
-    """
+    """Vector (x, y, z) of the world in NED: (x, −y, −z)."""
     return _flip(values, _HALF_TURN)
 
 
 def ned_to_world(values: ArrayLike) -> Array:
-    """Vector (x, y, z) of NED in the world: (x, −y, −z).
-
-    Args:
-        values: Shape (3,), NED.
-
-    Returns:
-        Shape (3,), world frame.
-    """
+    """Vector (x, y, z) of NED in the world: (x, −y, −z)."""
     return _flip(values, _HALF_TURN)
 
 
 def flu_to_frd(values: ArrayLike) -> Array:
-    """Vector of the body x forward, y left, z up in x forward, y right, z down.
-
-    Args:
-        values: Shape (3,), FLU.
-
-    Returns:
-        Shape (3,), FRD.
-    """
+    """Vector of the body x forward, y left, z up in x forward, y right, z down."""
     return _flip(values, _HALF_TURN)
 
 
 def frd_to_flu(values: ArrayLike) -> Array:
-    """Vector of the body x forward, y right, z down in x forward, y left, z up.
-
-    Args:
-        values: Shape (3,), FRD.
-
-    Returns:
-        Shape (3,), FLU.
-    """
+    """Vector of the body x forward, y right, z down in x forward, y left, z up."""
     return _flip(values, _HALF_TURN)
 
 
 def quaternion_world_to_ned(quaternion: ArrayLike) -> Array:
-    """Attitude FLU → world as attitude FRD → NED: (w, x, −y, −z).
-
-    Args:
-        quaternion: Shape (4,), FLU to world.
-
-    Returns:
-        Shape (4,), FRD to NED.
-    """
+    """Attitude FLU → world as attitude FRD → NED: (w, x, −y, −z)."""
     return _flip(quaternion, _HALF_TURN_QUATERNION)
 
 
 def quaternion_ned_to_world(quaternion: ArrayLike) -> Array:
-    """Attitude FRD → NED as attitude FLU → world: (w, x, −y, −z).
-
-    Args:
-        quaternion: Shape (4,), FRD to NED.
-
-    Returns:
-        Shape (4,), FLU to world.
-    """
+    """Attitude FRD → NED as attitude FLU → world: (w, x, −y, −z)."""
     return _flip(quaternion, _HALF_TURN_QUATERNION)
 
 
 def enu_to_ned(values: ArrayLike) -> Array:
-    """Vector of true ENU (east, north, up) in NED: (y, x, −z); its own inverse.
-
-    Args:
-        values: Shape (3,), ENU.
-
-    Returns:
-        Shape (3,), NED.
-    """
+    """Vector of true ENU (east, north, up) in NED: (y, x, −z); its own inverse."""
     x, y, z = np.asarray(values, dtype=np.float64)
     return np.array([y, x, -z])
 
 
 def enu_yaw_to_ned(yaw: float) -> float:
-    """Yaw from east, counter-clockwise, as yaw from north, clockwise: π/2 − ψ, in (−π, π]; its own inverse.
-
-    Args:
-        yaw: [rad].
-
-    Returns:
-        [rad].
-    """
+    """Yaw from east, counter-clockwise, as yaw from north, clockwise: π/2 − ψ, in (−π, π]; its own inverse."""
     return wrap(math.pi / 2.0 - yaw)
 
 
 def quaternion_enu_to_ned(quaternion: ArrayLike) -> Array:
-    r"""Attitude FLU → ENU as attitude FRD → NED, :math:`q_{NED \leftarrow ENU} \otimes q \otimes q_{FLU \leftarrow FRD}`.
-
-    Args:
-        quaternion: Shape (4,), FLU to ENU.
-
-    Returns:
-        Shape (4,), FRD to NED.
-    """
+    r"""Attitude FLU → ENU as attitude FRD → NED, :math:`q_{NED \leftarrow ENU} \otimes q \otimes q_{FLU \leftarrow FRD}`."""
     half = math.sqrt(0.5)
     return np.array(multiply(multiply([0.0, half, half, 0.0], _plain(quaternion)), [0.0, 1.0, 0.0, 0.0]))
 

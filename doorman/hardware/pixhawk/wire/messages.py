@@ -33,12 +33,7 @@ class BodyThrustMessage(ardupilotmega.MAVLink_set_attitude_target_message):  # t
         self.thrust_body = tuple(thrust_body)
 
     def pack(self, mav: Any, force_mavlink1: bool = False) -> bytes:
-        """Bytes of the message; an extension follows its fields, and is no part of its checksum's seed.
-
-        Args:
-            mav: pymavlink's encoder.
-            force_mavlink1: As pymavlink has it.
-        """
+        """Bytes of the message; an extension follows its fields, and is no part of its checksum's seed."""
         fields = (
             self.time_boot_ms,
             *self.q,
@@ -54,13 +49,6 @@ class BodyThrustMessage(ardupilotmega.MAVLink_set_attitude_target_message):  # t
 
 
 def command_message(target: tuple[int, int], number: int, *parameters: float, confirmation: int = 0) -> Message:
-    """COMMAND_LONG.
-
-    Args:
-        target: System and component.
-        number: MAV_CMD.
-        parameters: The first of its seven parameters; the rest are 0.
-        confirmation: How often it was sent before.
-    """
+    """COMMAND_LONG."""
     padded = [*parameters, *[0.0] * (7 - len(parameters))]
     return mavlink.MAVLink_command_long_message(*target, number, confirmation, *padded)

@@ -34,15 +34,7 @@ class PeerKeeper:
         self._reported: dict[object, float] = {}
 
     def heard_at(self, address: Address, line: Line, silent: float, armed: bool, now: float) -> None:
-        """Take in that a heartbeat with the autopilot's ids came from an address.
-
-        Args:
-            address: Its source.
-            line: What it came on; its peer is who is answered.
-            silent: For how long the autopilot was not heard, infinite before it was [s].
-            armed: Whether the vehicle is armed, as far as known.
-            now: [s].
-        """
+        """Take in that a heartbeat with the autopilot's ids came from an address."""
         if address is None or address == line.peer:
             return
         if line.peer is None or silent == float("inf"):
@@ -56,26 +48,13 @@ class PeerKeeper:
             line.peer = self.address = address
 
     def elsewhere(self, address: Address, line: Line, armed: bool, now: float) -> None:
-        """Take in that another message with the autopilot's ids came from an address that is not its: it is ignored.
-
-        Args:
-            address: Its source.
-            line: What it came on.
-            armed: Whether the vehicle is armed, as far as known.
-            now: [s].
-        """
+        """Take in that another message with the autopilot's ids came from an address that is not its: it is ignored."""
         if address is not None and line.peer is not None and address != line.peer:
             what = "refused while armed" if armed and not self._signed else "ignored until a heartbeat comes from there"
             self._report(what, address, line.peer, now)
 
     def another(self, sender: tuple[int, int], identity: tuple[int, int], now: float) -> None:
-        """Take in that another autopilot's heartbeat came from where ours speaks: it is never obeyed.
-
-        Args:
-            sender: Its system and component.
-            identity: Those of ours.
-            now: [s].
-        """
+        """Take in that another autopilot's heartbeat came from where ours speaks: it is never obeyed."""
         self._note(
             sender, f"refused: system {sender[0]}, component {sender[1]} sends from the address of system {identity[0]}", now,
             system=sender[0], component=sender[1], taken=False,

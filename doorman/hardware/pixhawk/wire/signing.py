@@ -23,17 +23,7 @@ _NEW_STREAM_WINDOW = 60 * _TICKS_PER_SECOND
 
 
 def load_key(path: str | Path) -> bytes:
-    """Key of 32 bytes from a file: raw, or as 64 hexadecimal digits.
-
-    Args:
-        path: The file; only its owner may read it.
-
-    Returns:
-        The key.
-
-    Raises:
-        BackendError: if the file is missing, readable by others, or holds something else.
-    """
+    """Key of 32 bytes from a file: raw, or as 64 hexadecimal digits."""
     file = Path(path)
     try:
         with file.open("rb") as stream:
@@ -78,11 +68,6 @@ class SignatureCheck:
         """Whether a signed packet is genuine and new.
 
         The stamp is looked at only after the signature has been verified: a forged one must not shut out the real stream.
-
-        Args:
-            packet: Whole, with its signature block of 13 bytes at the end.
-            system: Of the sender.
-            component: Of the sender.
         """
         self.outdated = False
         expected = hashlib.sha256(self._key + bytes(packet[:-6])).digest()[:6]

@@ -45,12 +45,7 @@ class TextParts:
         self._told: tuple[int, frozenset[int], float] = (0, frozenset(), -math.inf)
 
     def take(self, message: Message, now: float) -> list[StatusText]:
-        """Texts that are told now.
-
-        Args:
-            message: A STATUSTEXT.
-            now: [s].
-        """
+        """Texts that are told now."""
         if message.id == 0:
             return [_told(now, message.severity, message.text)]
         identifier, numbers, ended = self._told
@@ -65,11 +60,7 @@ class TextParts:
         return told + (self._end(now) if begun.parts and begun.whole else [])
 
     def late(self, now: float) -> list[StatusText]:
-        """Texts whose rest does not come.
-
-        Args:
-            now: [s].
-        """
+        """Texts whose rest does not come."""
         return self._end(now) if self._begun is not None and now - self._begun.since > _LATE else []
 
     def _end(self, now: float) -> list[StatusText]:

@@ -55,25 +55,11 @@ class Line(ABC):
 
     @abstractmethod
     def receive(self) -> list[tuple[bytes, Address]]:
-        """What has arrived, and from whom.
-
-        Raises:
-            DeviceLost: if the line is gone.
-        """
+        """What has arrived, and from whom."""
 
     @abstractmethod
     def send(self, data: bytes) -> bool:
-        """Send without waiting.
-
-        Args:
-            data: Bytes of whole messages.
-
-        Returns:
-            Whether they were taken.
-
-        Raises:
-            DeviceLost: if the line is gone.
-        """
+        """Send without waiting."""
 
     @abstractmethod
     def close(self) -> None:
@@ -251,18 +237,7 @@ class _SerialLine(_StreamLine):
 
 
 def open_line(endpoint: Endpoint, timeout: float) -> Line:
-    """Open the endpoint.
-
-    Args:
-        endpoint: From `parse_connection`.
-        timeout: For a connection to be made [s].
-
-    Returns:
-        The open line.
-
-    Raises:
-        BackendError: if it cannot be opened in time.
-    """
+    """Open the endpoint."""
     try:
         if endpoint.transport is Transport.SERIAL:
             return _SerialLine(endpoint)

@@ -44,47 +44,19 @@ class LeafInWorld(InJointUnits):
         """Rows `into`, `along` and `up`, (3, 3): from the world to the doorway; its determinant is the door's `hand`."""
 
     def leaf_direction(self, door_angle: float) -> Array:
-        """Unit vector c along the leaf from hinge to latch.
-
-        Args:
-            door_angle: α [rad].
-
-        Returns:
-            Shape (3,), world frame.
-        """
+        """Unit vector c along the leaf from hinge to latch."""
         return self._in_world(self._motion.leaf(door_angle))
 
     def normal(self, door_angle: float) -> Array:
-        """Unit normal n_D of the leaf that points away from the vehicle; a growing α moves the leaf against it.
-
-        Args:
-            door_angle: α [rad].
-
-        Returns:
-            Shape (3,), world frame.
-        """
+        """Unit normal n_D of the leaf that points away from the vehicle; a growing α moves the leaf against it."""
         return self._in_world(self._motion.normal(door_angle))
 
     def normals(self, door_angles: Array) -> Array:
-        """Unit normal n_D at many angles, see `normal`.
-
-        Args:
-            door_angles: α, shape (m,) [rad].
-
-        Returns:
-            Shape (m, 3), world frame.
-        """
+        """Unit normal n_D at many angles, see `normal`."""
         return np.asarray(self._motion.normals(door_angles) @ self.axes[:2])
 
     def bend(self, door_angle: float) -> Array:
-        """Change of the normal with α, dn_D/dα.
-
-        Args:
-            door_angle: α [rad].
-
-        Returns:
-            Shape (3,), world frame [1/rad].
-        """
+        """Change of the normal with α, dn_D/dα."""
         return self._in_world(self._motion.bend(door_angle))
 
     def _in_world(self, components: tuple[float, float]) -> Array:
@@ -94,135 +66,61 @@ class LeafInWorld(InJointUnits):
         return np.array((into * ix + along * ax, into * iy + along * ay, into * iz + along * az))
 
     def face(self, door_angle: float) -> tuple[Array, Array]:
-        """Two unit vectors in the face, the more level one first: along leaf and hinge, or along hinge and leaf.
-
-        Args:
-            door_angle: α [rad].
-
-        Returns:
-            Shape (3,) each, world frame.
-        """
+        """Two unit vectors in the face, the more level one first: along leaf and hinge, or along hinge and leaf."""
         leaf = self.leaf_direction(door_angle)
         return (leaf, self.up) if abs(self.up[2]) >= abs(leaf[2]) else (self.up, leaf)
 
     def heading(self, door_angle: float) -> float:
-        """Yaw of a vehicle that looks along the leaf's normal [rad].
-
-        Args:
-            door_angle: α [rad].
-        """
+        """Yaw of a vehicle that looks along the leaf's normal [rad]."""
         if self.vertical:
             return self.azimuth + self.hand * (door_angle - 0.5 * math.pi)
         normal = self.normal(door_angle)
         return self.azimuth + math.remainder(math.atan2(normal[1], normal[0]) - self.azimuth, 2.0 * math.pi)
 
     def angle_of(self, offset: Array) -> float:
-        """Angle α at which a point of the leaf's surface has an offset from P_h [rad].
-
-        Args:
-            offset: From P_h to the point, shape (3,), world frame [m].
-        """
+        """Angle α at which a point of the leaf's surface has an offset from P_h [rad]."""
         middle = 0.5 * (self.lower_limit + self.upper_limit)
         return self._motion.angle_of(float(offset @ self.into), float(offset @ self.along), self.contact_offset, middle)
 
     def in_doorway(self, vector: Array) -> Array:
-        """A vector's components along `into`, along the closed leaf, and along `up`.
-
-        Args:
-            vector: Shape (…, 3), world frame.
-
-        Returns:
-            Shape (…, 3), in the vector's unit.
-        """
+        """A vector's components along `into`, along the closed leaf, and along `up`."""
         return np.asarray(vector @ self.axes.T)
 
     def from_doorway(self, components: Array) -> Array:
-        """A vector from its components in the doorway; the inverse of `in_doorway`.
-
-        Args:
-            components: Along `into`, along the closed leaf, and along `up`, shape (…, 3).
-
-        Returns:
-            Shape (…, 3), world frame, in the components' unit.
-        """
+        """A vector from its components in the doorway; the inverse of `in_doorway`."""
         return np.asarray(components @ self.axes)
 
     def contact_point(self, door_angle: float, distance_from_hinge: float, height: float) -> Array:
-        r"""Point of the leaf's surface, :math:`P_h + D_V c(\alpha) - o\,n_D(\alpha) + D_H u`, and the way of a slide.
-
-        Args:
-            door_angle: α [rad].
-            distance_from_hinge: D_V [m].
-            height: D_H above the lower end of the hinge line [m].
-
-        Returns:
-            Shape (3,), world frame [m].
-        """
+        r"""Point of the leaf's surface, :math:`P_h + D_V c(\alpha) - o\,n_D(\alpha) + D_H u`, and the way of a slide."""
         before = self.contact_offset + self._motion.way(door_angle)
         beside = distance_from_hinge * self.leaf_direction(door_angle) - before * self.normal(door_angle)
         return np.asarray(self.hinge_position + beside + height * self.up)
 
     def center_of_mass(self, door_angle: float) -> Array:
-        """Centre of mass of the leaf.
-
-        Args:
-            door_angle: α [rad].
-
-        Returns:
-            Shape (3,), world frame [m].
-        """
+        """Centre of mass of the leaf."""
         into, along, up = self._center
         before = self.way(door_angle) - into
         beside = along * self.leaf_direction(door_angle) - before * self.normal(door_angle)
         return np.asarray(self.hinge_position + beside + up * self.up)
 
     def way(self, door_angle: float) -> float:
-        """How far a slide's face has moved towards the vehicle, from closed; 0 for a hinge [m].
-
-        Args:
-            door_angle: α [rad].
-        """
+        """How far a slide's face has moved towards the vehicle, from closed; 0 for a hinge [m]."""
         return self._motion.way(door_angle)
 
     def lever(self, door_angle: float, distance_from_hinge: float) -> Array:
-        r"""How α moves the contact point, :math:`J = -D_V n_D - o\,c`, or :math:`-r\,i` of a slide.
-
-        Args:
-            door_angle: α [rad].
-            distance_from_hinge: D_V [m].
-
-        Returns:
-            Shape (3,), world frame [m].
-        """
+        r"""How α moves the contact point, :math:`J = -D_V n_D - o\,c`, or :math:`-r\,i` of a slide."""
         return self._in_world(self._motion.lever(door_angle, distance_from_hinge, self.contact_offset))
 
     def lever_length(self, distance_from_hinge: float) -> float:
-        """Speed of the contact point along the normal for a unit rate of α: D_V, or `per_angle` [m].
-
-        Args:
-            distance_from_hinge: D_V [m].
-        """
+        """Speed of the contact point along the normal for a unit rate of α: D_V, or `per_angle` [m]."""
         return self._motion.lever_length(distance_from_hinge)
 
     def angle_of_face(self, before: float, distance_from_hinge: float) -> float:
-        """By how much α of a tip on the face is less if the face stands before its place [rad].
-
-        Args:
-            before: How far before [m].
-            distance_from_hinge: D_V of the tip [m].
-        """
+        """By how much α of a tip on the face is less if the face stands before its place [rad]."""
         return self._motion.angle_of_face(before, distance_from_hinge)
 
     def onto_face(self, point: Array, door_angle: float) -> Array:
-        r"""A point moved along the leaf's normal to where it is touched, :math:`q + (n_D^T(P_h - q) - o)\,n_D`.
-
-        Args:
-            point: q, shape (3,), world frame [m].
-            door_angle: α [rad]; o is the `contact_offset`.
-
-        Returns:
-            Shape (3,), world frame [m].
-        """
+        r"""A point moved along the leaf's normal to where it is touched, :math:`q + (n_D^T(P_h - q) - o)\,n_D`."""
         normal = self.normal(door_angle)
         before = self.contact_offset + self._motion.way(door_angle)
         return np.asarray(point + (normal @ (self.hinge_position - point) - before) * normal)

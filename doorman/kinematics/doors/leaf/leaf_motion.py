@@ -37,108 +37,44 @@ class LeafMotion(ABC):
 
     @abstractmethod
     def leaf(self, door_angle: float) -> tuple[float, float]:
-        """Direction of the leaf, c(α).
-
-        Args:
-            door_angle: α [rad].
-
-        Returns:
-            Components along i and a.
-        """
+        """Direction of the leaf, c(α)."""
 
     @abstractmethod
     def normal(self, door_angle: float) -> tuple[float, float]:
-        """Normal of the leaf, n(α).
-
-        Args:
-            door_angle: α [rad].
-
-        Returns:
-            Components along i and a.
-        """
+        """Normal of the leaf, n(α)."""
 
     @abstractmethod
     def normals(self, door_angles: Array) -> Array:
-        """Normals at many angles.
-
-        Args:
-            door_angles: α, shape (m,) [rad].
-
-        Returns:
-            Components along i and a, shape (m, 2).
-        """
+        """Normals at many angles."""
 
     @abstractmethod
     def bend(self, door_angle: float) -> tuple[float, float]:
-        """Change of the normal with α, dn/dα.
-
-        Args:
-            door_angle: α [rad].
-
-        Returns:
-            Components along i and a [1/rad].
-        """
+        """Change of the normal with α, dn/dα."""
 
     @abstractmethod
     def way(self, door_angle: float) -> float:
-        """How far the leaf has moved against i, from closed [m].
-
-        Args:
-            door_angle: α [rad].
-        """
+        """How far the leaf has moved against i, from closed [m]."""
 
     @abstractmethod
     def lever(self, door_angle: float, distance: float, offset: float) -> tuple[float, float]:
-        """Components of J.
-
-        Args:
-            door_angle: α [rad].
-            distance: D_V [m].
-            offset: o [m].
-        """
+        """Components of J."""
 
     @abstractmethod
     def lever_length(self, distance: float) -> float:
-        """Speed of the contact point along the normal for a unit rate of α [m].
-
-        Args:
-            distance: D_V [m].
-        """
+        """Speed of the contact point along the normal for a unit rate of α [m]."""
 
     @abstractmethod
     def wind_lever(self, width: float) -> float:
-        """Torque in the joint for each newton that a wind presses on the face with [m].
-
-        Args:
-            width: Of the leaf, from its hinge [m].
-        """
+        """Torque in the joint for each newton that a wind presses on the face with [m]."""
 
     @abstractmethod
     def angle_of_face(self, before: float, distance: float) -> float:
-        """By how much α of a point is less if the face stands before its place [rad].
-
-        Args:
-            before: So far [m].
-            distance: D_V [m].
-        """
+        """By how much α of a point is less if the face stands before its place [rad]."""
 
     @abstractmethod
     def angle_of(self, into: float, along: float, offset: float, middle: float) -> float:
-        """α at which a point is on the face [rad].
-
-        Args:
-            into: Along i from P_h [m].
-            along: Along a from P_h [m].
-            offset: o [m].
-            middle: Of the range of α, in which it is looked for [rad].
-        """
+        """α at which a point is on the face [rad]."""
 
     @abstractmethod
     def weight_torque(self, weight: Array, leaf_up: float, normal_up: float) -> float:
-        """G [N m].
-
-        Args:
-            weight: m g times the place of the centre of mass along c and n, shape (2,) [N m]; of a slide m g r at first.
-            leaf_up: c_z.
-            normal_up: n_z.
-        """
+        """G [N m]."""

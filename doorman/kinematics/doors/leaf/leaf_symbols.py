@@ -83,44 +83,25 @@ class VerticalLeaf:
         return -contact.distance_from_hinge * self.normal_in_heading - contact.offset * self.leaf_in_heading
 
     def across(self, tip: Any) -> Any:
-        """Distance of O_B from the hinge along the closed leaf [m].
-
-        Args:
-            tip: R d, (3, 1), world frame [m].
-        """
+        """Distance of O_B from the hinge along the closed leaf [m]."""
         door, contact = self._door, self._contact
         along = door.hand * (ca.cos(door.azimuth) * tip[1] - ca.sin(door.azimuth) * tip[0])
         of_contact = contact.distance_from_hinge * ca.sin(self._angle) + contact.offset * ca.cos(self._angle)
         return of_contact - along
 
     def into(self, tip_in_heading: Any) -> Any:
-        """Distance of O_B behind the hinge through the doorway, negative before it [m].
-
-        Args:
-            tip_in_heading: R d, (3, 1) [m].
-        """
+        """Distance of O_B behind the hinge through the doorway, negative before it [m]."""
         contact = self._contact
         of_contact = contact.distance_from_hinge * ca.cos(self._angle) - contact.offset * ca.sin(self._angle)
         return of_contact - ca.dot(self.into_in_heading, tip_in_heading)
 
     def in_heading(self, vector: Any) -> Any:
-        """Components of a vector in the frame that looks along the vehicle's heading, z up.
-
-        Args:
-            vector: Shape (3, 1), world frame.
-
-        Returns:
-            Shape (3, 1), in the vector's unit.
-        """
+        """Components of a vector in the frame that looks along the vehicle's heading, z up."""
         s, c = ca.sin(self._yaw), ca.cos(self._yaw)
         return ca.vertcat(c * vector[0] + s * vector[1], c * vector[1] - s * vector[0], vector[2])
 
     def lift(self, weight: Any) -> Any:
-        """Torque of a weight that hangs on the lever, in the sense of damping; 0 where the lever is horizontal [N m].
-
-        Args:
-            weight: m g [N].
-        """
+        """Torque of a weight that hangs on the lever, in the sense of damping; 0 where the lever is horizontal [N m]."""
         return 0
 
     @property
@@ -170,27 +151,15 @@ class AnyLeaf(VerticalLeaf):
         return self.in_heading(self.lever)
 
     def across(self, tip: Any) -> Any:
-        """Distance of O_B from the hinge along the closed leaf [m]. See `VerticalLeaf`.
-
-        Args:
-            tip: R d, (3, 1), world frame [m].
-        """
+        """Distance of O_B from the hinge along the closed leaf [m]. See `VerticalLeaf`."""
         return ca.dot(self._door.along, self.contact_from_hinge - tip)
 
     def into(self, tip_in_heading: Any) -> Any:
-        """Distance of O_B behind the hinge through the doorway, negative before it [m]. See `VerticalLeaf`.
-
-        Args:
-            tip_in_heading: R d, (3, 1) [m].
-        """
+        """Distance of O_B behind the hinge through the doorway, negative before it [m]. See `VerticalLeaf`."""
         return ca.dot(self._door.into, self.contact_from_hinge) - ca.dot(self.into_in_heading, tip_in_heading)
 
     def lift(self, weight: Any) -> Any:
-        r"""Torque :math:`w\,J_z` of a weight w that hangs on the lever, in the sense of damping [N m].
-
-        Args:
-            weight: w = m g [N].
-        """
+        r"""Torque :math:`w\,J_z` of a weight w that hangs on the lever, in the sense of damping [N m]."""
         return weight * self.lever[2]
 
     @property
@@ -231,13 +200,6 @@ class SlidingLeaf(AnyLeaf):
 
 
 def leaf_in_symbols(door: Any, contact: Any, angle: Any, yaw: Any) -> VerticalLeaf:
-    """The leaf of a task, by the numbers that it has.
-
-    Args:
-        door: Numbers of the door.
-        contact: Numbers of the contact point.
-        angle: α [rad].
-        yaw: ψ of the vehicle [rad].
-    """
+    """The leaf of a task, by the numbers that it has."""
     kind = SlidingLeaf if hasattr(door, "slide") else AnyLeaf if hasattr(door, "up") else VerticalLeaf
     return kind(door, contact, angle, yaw)

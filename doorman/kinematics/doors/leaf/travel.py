@@ -26,35 +26,20 @@ class Travel:
         return abs(self.goal - self.start)
 
     def left(self, angle: float) -> float:
-        """How far the goal is ahead of α, negative beyond it [rad].
-
-        Args:
-            angle: α [rad].
-        """
+        """How far the goal is ahead of α, negative beyond it [rad]."""
         return self.sense * (self.goal - angle)
 
     def done(self, angle: float) -> float:
-        """How far α is ahead of the start [rad].
-
-        Args:
-            angle: α [rad].
-        """
+        """How far α is ahead of the start [rad]."""
         return self.sense * (angle - self.start)
 
     def share(self, angle: float) -> float:
-        """Share of the way that is done, in [0, 1]; 1 where there is no way to go.
-
-        Args:
-            angle: α [rad].
-        """
+        """Share of the way that is done, in [0, 1]; 1 where there is no way to go."""
         return min(max(self.done(angle) / self.length, 0.0), 1.0) if self.length > 0.0 else 1.0
 
     def ahead(self, rate: float) -> float:
         """A rate or torque, positive towards the goal, in the given unit.
 
         Used for a rate of α, for a torque that turns the leaf, and for one that resists.
-
-        Args:
-            rate: Positive where α grows [rad/s or N m].
         """
         return self.sense * rate

@@ -19,15 +19,7 @@ _OVERLAP, _BORDER = 0.05, 0.3
 
 
 def fixed_boxes(urdf: Path, model: pinocchio.Model) -> Iterator[tuple[Array, Array]]:
-    """Boxes that do not move with the leaf.
-
-    Args:
-        urdf: Path of the URDF.
-        model: Pinocchio's of it, in which the leaf's joint alone moves.
-
-    Yields:
-        Placement in the world, (4, 4), and lengths of a box, (3,) [m].
-    """
+    """Boxes that do not move with the leaf."""
     data = model.createData()
     pinocchio.framesForwardKinematics(model, data, np.zeros(1))
     for frame, placement in zip(model.frames, data.oMf, strict=True):
@@ -38,29 +30,14 @@ def fixed_boxes(urdf: Path, model: pinocchio.Model) -> Iterator[tuple[Array, Arr
 
 
 def extents(boxes: Iterable[tuple[Array, Array]]) -> list[FixedBox]:
-    """Extents of boxes along the world's axes.
-
-    Args:
-        boxes: As `fixed_boxes` yields them.
-    """
+    """Extents of boxes along the world's axes."""
     return [FixedBox(placed[:3, 3], np.abs(placed[:3, :3]) @ size / 2) for placed, size in boxes]
 
 
 def depth_beside(
     boxes: Iterable[tuple[Array, Array]], axes: Array, corner: Array, size: tuple[float, float], upright: bool
 ) -> tuple[float, float]:
-    """How far boxes beside the doorway reach before and behind the hinge axis [m].
-
-    Args:
-        boxes: As `fixed_boxes` yields them.
-        axes: From the world to the doorway, (3, 3).
-        corner: P_h, shape (3,), world frame [m].
-        size: Width and height of the leaf [m].
-        upright: Whether the hinge stands rather than lies.
-
-    Returns:
-        Not negative; 0 without any.
-    """
+    """How far boxes beside the doorway reach before and behind the hinge axis [m]."""
     nearest, farthest = [0.0], [0.0]
     for placed, lengths in boxes:
         center = axes @ (placed[:3, 3] - corner)
@@ -72,14 +49,7 @@ def depth_beside(
 
 
 def _is_beside(center: Array, half: Array, size: tuple[float, float], upright: bool) -> bool:
-    """Whether a box is beside the doorway: of an upright door all that does not span it, else what borders on it.
-
-    Args:
-        center: Of the box from P_h in the doorway, shape (3,) [m].
-        half: Half lengths of the box there, shape (3,) [m].
-        size: Width and height of the leaf [m].
-        upright: Whether the hinge stands rather than lies.
-    """
+    """Whether a box is beside the doorway: of an upright door all that does not span it, else what borders on it."""
     if upright:
         return bool(abs(center[1] - 0.5 * size[0]) > half[1])
     middle = 0.5 * np.array(size)

@@ -35,19 +35,7 @@ class FixedBox:
 
 
 def standing_joints(urdf: Path, model: pinocchio.Model, hinge: int) -> tuple[str, ...]:
-    """Joints beside the hinge that could move, and that stand at zero because nothing moves them.
-
-    Args:
-        urdf: Path of the URDF.
-        model: Pinocchio's model of it, with all joints.
-        hinge: Index of the hinge.
-
-    Returns:
-        Their names.
-
-    Raises:
-        UrdfError: if something on the leaf moves, the hinge hangs on a joint that moves, or hinge and another are coupled.
-    """
+    """Joints beside the hinge that could move, and that stand at zero because nothing moves them."""
     joints = read_joints(urdf)
     own = model.names[hinge]
     others = [index for index in range(1, model.njoints) if index != hinge]
@@ -84,15 +72,6 @@ def closed_value(
 
     The jamb at the leaf's free edge tells. Without one it is π/2 where the range of an upright door holds that, else an end of
     the range: the one nearer to 0.
-
-    Args:
-        limits: Of the joint [rad].
-        at_a_jamb: Whether the leaf's free edge meets something that stands still, at a joint value.
-        upright: Whether the hinge stands rather than lies.
-
-    Returns:
-        The value [rad], and whether it is clear: not where the leaf meets a jamb at another value than π/2, 0 or an end of the
-        range.
     """
     lower, upper = limits
     likely = [value for value in (0.5 * math.pi, 0.0, *limits) if lower - _AT_END <= value <= upper + _AT_END]
@@ -106,14 +85,7 @@ def closed_value(
 
 
 def meets(boxes: Iterable[FixedBox], edge: Array, along: Array, width: float) -> bool:
-    """Whether a box stands just beyond a leaf's free edge.
-
-    Args:
-        boxes: What stands still beside the leaf.
-        edge: Middle of the free edge, shape (3,), world frame [m].
-        along: From the hinge to it, unit vector.
-        width: Of the leaf [m].
-    """
+    """Whether a box stands just beyond a leaf's free edge."""
     for box in boxes:
         gap = float(np.linalg.norm(np.maximum(np.abs(edge - box.center) - box.half, 0.0)))
         if gap <= _NEAR * width and float((box.center - edge) @ along) > 0.0:

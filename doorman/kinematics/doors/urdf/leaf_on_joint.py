@@ -71,29 +71,12 @@ class LeafOnJoint:
         return bool(abs(self._axis[2]) >= LEANS)
 
     def rotation(self, value: float) -> Array:
-        """Rotation of the leaf's joint frame into the world.
-
-        Args:
-            value: Of the joint [rad or m].
-
-        Returns:
-            Shape (3, 3).
-        """
+        """Rotation of the leaf's joint frame into the world."""
         pinocchio.forwardKinematics(self._model, self._data, np.array([value]))
         return np.array(self._data.oMi[1].rotation)
 
     def direction(self, value: float) -> Array:
-        """Unit vector along the leaf, away from the hinge and at a right angle to it.
-
-        Args:
-            value: Of the joint [rad].
-
-        Returns:
-            Shape (3,), world frame.
-
-        Raises:
-            UrdfError: if no edge of the leaf's box is parallel to the hinge.
-        """
+        """Unit vector along the leaf, away from the hinge and at a right angle to it."""
         center, edges, size = self._box
         rotation, axis = self.rotation(value), self._axis
         turned, way = rotation @ edges, rotation @ center
@@ -110,11 +93,7 @@ class LeafOnJoint:
         return np.round(direction, 9) / np.linalg.norm(np.round(direction, 9))
 
     def closed(self) -> tuple[float, float]:
-        """Joint value of the closed door [rad or m], and 1 where it grows as the door opens, else −1.
-
-        Raises:
-            UrdfError: if the scenario's value is outside of the range, or it is not clear which one it is.
-        """
+        """Joint value of the closed door [rad or m], and 1 where it grows as the door opens, else −1."""
         lower, upper = self.limits
         closed = self._section.closed
         if closed is None:
@@ -127,52 +106,22 @@ class LeafOnJoint:
         return closed, 1.0 if self.endless or upper - closed > closed - lower else -1.0
 
     def directions(self, closed: float, sense: float) -> tuple[Array, Array]:
-        """Direction along the closed leaf from hinge to latch, and the one in which the leaf moves as it opens.
-
-        Args:
-            closed: Joint value of the closed door [rad].
-            sense: 1 where the joint value grows as the door opens, else −1.
-
-        Returns:
-            Unit vectors, shape (3,) each, world frame.
-
-        Raises:
-            UrdfError: if no edge of the leaf's box is parallel to the hinge.
-        """
+        """Direction along the closed leaf from hinge to latch, and the one in which the leaf moves as it opens."""
         along = self.direction(closed)
         return along, sense * np.cross(self._axis, along)
 
     def up(self, into: Array, along: Array) -> Array:
-        """Unit vector along the hinge's axis: upwards, or to the right of a vehicle that looks into the doorway.
-
-        Args:
-            into: Through the closed leaf, away from the vehicle.
-            along: Along the closed leaf.
-
-        Returns:
-            Shape (3,), world frame.
-        """
+        """Unit vector along the hinge's axis: upwards, or to the right of a vehicle that looks into the doorway."""
         right = float(into[1] * self._axis[0] - into[0] * self._axis[1])
         return np.asarray(self._axis * np.sign(self._axis[2] if abs(self._axis[2]) >= LEANS else right))
 
     def center_of_mass(self, value: float) -> Array:
-        """Centre of mass of what the joint carries.
-
-        Args:
-            value: Of the joint [rad or m].
-
-        Returns:
-            Shape (3,), world frame [m].
-        """
+        """Centre of mass of what the joint carries."""
         pinocchio.forwardKinematics(self._model, self._data, np.array([value]))
         return np.array(self._data.oMi[1].act(self._model.inertias[1].lever))
 
     def mass_and_inertia(self) -> tuple[float, float]:
-        """Mass of what the joint carries, and its inertia about the joint's axis [kg], [kg m²].
-
-        Raises:
-            UrdfError: if there is none.
-        """
+        """Mass of what the joint carries, and its inertia about the joint's axis [kg], [kg m²]."""
         mass, along_joint = float(self._model.inertias[1].mass), self._inertia_along_the_joint()
         for name, value, unit in (("mass", mass, "kg"), ("inertia", along_joint, "kg m² about the hinge")):
             if not value > 0.0:
@@ -183,15 +132,7 @@ class LeafOnJoint:
         return mass, along_joint
 
     def size(self, axes: Array, closed: float) -> LeafSize:
-        """Size of the leaf.
-
-        Args:
-            axes: From the world to the doorway, (3, 3).
-            closed: Joint value of the closed door [rad].
-
-        Raises:
-            UrdfError: if the box does not reach away from the hinge.
-        """
+        """Size of the leaf."""
         center, edges, size = self._box
         turned = axes @ self.rotation(closed)
         middle, reach = turned @ center, np.abs(turned @ edges) @ size / 2
@@ -209,30 +150,11 @@ class LeafOnJoint:
         return fixed_boxes(self._urdf, self._model)
 
     def frame_depth(self, axes: Array, leaf: LeafSize) -> tuple[float, float]:
-        """How far boxes beside the doorway, that do not move with the leaf, reach before and behind the hinge axis [m].
-
-        Args:
-            axes: From the world to the doorway, (3, 3).
-            leaf: Its size.
-
-        Returns:
-            Not negative; 0 without any.
-        """
+        """How far boxes beside the doorway, that do not move with the leaf, reach before and behind the hinge axis [m]."""
         return depth_beside(self.fixed_boxes(), axes, leaf.corner, leaf.sides[:2], self._upright)
 
     def frame(self, name: str, value: float) -> tuple[Array, Array]:
-        """Origin and x axis of a frame on the leaf.
-
-        Args:
-            name: Of the frame.
-            value: Of the joint [rad or m].
-
-        Returns:
-            Origin [m] and unit vector, shape (3,) each, world frame.
-
-        Raises:
-            UrdfError: if there is no such frame, or it does not move with the leaf.
-        """
+        """Origin and x axis of a frame on the leaf."""
         index = link_index(self._model, name, self._urdf, "contact.frame")
         if self._model.frames[index].parentJoint != 1:
             raise UrdfError(

@@ -35,49 +35,21 @@ class LeafOnSlide(LeafOnJoint):
     _upright = False
 
     def direction(self, value: float) -> Array:
-        """Horizontal unit vector across the slide, in the face.
-
-        Args:
-            value: Of the joint [m]; it changes nothing.
-
-        Returns:
-            Shape (3,), world frame.
-        """
+        """Horizontal unit vector across the slide, in the face."""
         across = np.cross(_UP, self._axis)
         return np.asarray(across / np.linalg.norm(across))
 
     def directions(self, closed: float, sense: float) -> tuple[Array, Array]:
-        """Direction across the slide, and the one in which the leaf moves as it opens.
-
-        Args:
-            closed: Joint value of the closed door [m].
-            sense: 1 where the joint value grows as the door opens, else −1.
-
-        Returns:
-            Unit vectors, shape (3,) each, world frame.
-        """
+        """Direction across the slide, and the one in which the leaf moves as it opens."""
         return self.direction(closed), sense * self._axis
 
     def up(self, into: Array, along: Array) -> Array:
-        """Unit vector in the face, at a right angle to `along`, upwards.
-
-        Args:
-            into: Through the doorway, away from the vehicle, unit vector, shape (3,), world frame.
-            along: Along the closed leaf, unit vector, shape (3,), world frame.
-
-        Returns:
-            Shape (3,), world frame.
-        """
+        """Unit vector in the face, at a right angle to `along`, upwards."""
         up = np.cross(into, along)
         return np.asarray(up * np.sign(up[2]))
 
     def size(self, axes: Array, closed: float) -> LeafSize:
-        """Size of the leaf's box, seen along the slide.
-
-        Args:
-            axes: From the world to the doorway, (3, 3).
-            closed: Joint value where it is closed [m].
-        """
+        """Size of the leaf's box, seen along the slide."""
         middle, reach = self._placed_box(axes, closed)
         sides = float(2 * reach[1]), float(2 * reach[2]), float(2 * reach[0]), 0.0
         return LeafSize(sides, (middle - reach) @ axes)
@@ -86,15 +58,6 @@ class LeafOnSlide(LeafOnJoint):
         """Plane beside the way of a contact point that lies before the leaf's side, or above it, and not on its front.
 
         Boxes that stand still count where the point is beyond them as well.
-
-        Args:
-            axes: From the world to the doorway, (3, 3).
-            closed: Joint value where it is closed [m].
-            point: The contact point, shape (3,), world frame [m].
-
-        Returns:
-            Its normal towards the contact point, shape (3,), and its distance from the world's origin along that [m]; None for
-            a point on the front.
         """
         middle, reach = self._placed_box(axes, closed)
         away = axes @ point - middle
@@ -143,12 +106,6 @@ class LeafOnSlide(LeafOnJoint):
 
 
 def read_leaf(urdf: Path, model: pinocchio.Model, section: DoorSection) -> LeafOnJoint:
-    """Reader of a door, by the kind of its joint.
-
-    Args:
-        urdf: Path of the URDF.
-        model: Pinocchio's of it, in which that joint alone moves.
-        section: Names, and where the joint is closed if that is said.
-    """
+    """Reader of a door, by the kind of its joint."""
     kind = LeafOnSlide if model.joints[1].shortname().startswith("JointModelP") else LeafOnJoint
     return kind(urdf, model, section)

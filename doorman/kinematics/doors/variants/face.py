@@ -23,20 +23,7 @@ _CARRIER = "carrier_of_"
 
 
 def write_door_with_face(urdf: Path, hinge: str, shift: Array) -> Path:
-    """Write a door's URDF with its leaf elsewhere on the hinge, once for each, where `write_door_text` puts it.
-
-    Args:
-        urdf: URDF of the door.
-        hinge: Name of its joint.
-        shift: Of what the hinge carries, in that link's axes, shape (3,) [m].
-
-    Returns:
-        Path of the new URDF.
-
-    Raises:
-        UrdfError: if the URDF cannot be read.
-        OSError: if it cannot be written.
-    """
+    """Write a door's URDF with its leaf elsewhere on the hinge, once for each, where `write_door_text` puts it."""
     robot = check_structure(urdf)
     for mesh in robot.iter("mesh"):
         file = mesh_file(urdf, mesh.get("filename", ""))

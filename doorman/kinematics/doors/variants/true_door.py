@@ -54,23 +54,12 @@ class TrueDoor(Door):
         self.azimuth += self.yaw
 
     def joint_placements_along(self, door_angles: Array) -> Array:
-        """Placements of what carries the `links`, in the world, at each of m angles.
-
-        Args:
-            door_angles: α, shape (m,), finite [rad].
-
-        Returns:
-            Homogeneous matrices, shape (m, 2, 4, 4).
-        """
+        """Placements of what carries the `links`, in the world, at each of m angles."""
         return np.asarray(self.placement @ super().joint_placements_along(door_angles))
 
 
 def is_another(simulation: SimulationSection) -> bool:
-    """Whether the true door is another one than the planner is told.
-
-    Args:
-        simulation: What is true.
-    """
+    """Whether the true door is another one than the planner is told."""
     default = SimulationSection()
     return any(getattr(simulation, key) != getattr(default, key) for key in _KEYS)
 

@@ -30,25 +30,7 @@ def write_door_variant(
     urdf: Path, leaf: str, hinge: Array, along_leaf: Array, along_frame: Array, width: float, new_width: float | None,
     new_mass: float | None,
 ) -> Path:  # fmt: skip
-    """Write a door's URDF with another leaf, once for each, to the cache on disk, or to a temporary file if that is full.
-
-    Args:
-        urdf: URDF of the door.
-        leaf: Name of its leaf's link.
-        hinge: A point of the hinge line, shape (3,), frame's link [m].
-        along_leaf: From hinge to latch along the leaf, shape (3,), leaf's link; along an axis of it.
-        along_frame: The same along the closed leaf, frame's link.
-        width: D_w as the URDF has it [m].
-        new_width: Width of the new leaf [m]; None keeps it.
-        new_mass: Mass of the new leaf [kg]; None keeps it.
-
-    Returns:
-        Path of the new URDF.
-
-    Raises:
-        UrdfError: if the door has other links than frame and leaf, or meshes.
-        OSError: if it cannot be written.
-    """
+    """Write a door's URDF with another leaf, once for each, to the cache on disk, or to a temporary file if that is full."""
     robot = check_structure(urdf)
     frame, slab = _frame_and_leaf(robot, leaf, urdf)
     if new_width is not None:
@@ -61,18 +43,7 @@ def write_door_variant(
 
 
 def write_door_text(stem: str, text: bytes) -> Path:
-    """Write the URDF of a door that was made of another one to the cache on disk, or to a temporary file if that is full.
-
-    Args:
-        stem: Of the file's name; what follows it says what is in it.
-        text: The URDF.
-
-    Returns:
-        The file, the same for the same text.
-
-    Raises:
-        OSError: if it cannot be written.
-    """
+    """Write the URDF of a door that was made of another one to the cache on disk, or to a temporary file if that is full."""
     name = f"{stem}-{hashlib.sha256(text).hexdigest()[:16]}.urdf"
     try:
         return _written(cache_directory() / "doors" / name, text)

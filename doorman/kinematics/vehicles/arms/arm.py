@@ -34,11 +34,7 @@ class ArmParameters(NamedTuple):
 
     @classmethod
     def of(cls, arm: ArmGeometry) -> ArmParameters:
-        """Copy the constants (kernels take writable arrays only: read-only ones are another type) and add scratch.
-
-        Args:
-            arm: Constants of the arm.
-        """
+        """Copy the constants (kernels take writable arrays only: read-only ones are another type) and add scratch."""
         n, n_points = len(arm.axes), len(arm.point_offsets)
         vectors = (arm.axes.copy(), arm.links.copy(), arm.slides.copy())
         constants = (*vectors, arm.point_parents.copy(), arm.point_offsets.copy())
@@ -47,12 +43,7 @@ class ArmParameters(NamedTuple):
 
 @kernel
 def arm_kinematics(arm: ArmParameters, angles: Array) -> None:
-    """Fill `arm.joints` and `arm.points`, in the body frame.
-
-    Args:
-        arm: Constants of the arm, and scratch that is written.
-        angles: H, shape (n,) [rad], [m] where a joint slides.
-    """
+    """Fill `arm.joints` and `arm.points`, in the body frame."""
     n_points = arm.point_parents.shape[0]
     px, py, pz = 0.0, 0.0, 0.0
     r00, r01, r02 = 1.0, 0.0, 0.0
@@ -109,16 +100,7 @@ def arm_kinematics(arm: ArmParameters, angles: Array) -> None:
 
 @kernel
 def point_derivative(arm: ArmParameters, point: int, joint: int) -> tuple[float, float, float]:
-    """Derivative of a point's position by one joint's coordinate, after `arm_kinematics`.
-
-    Args:
-        arm: Constants of the arm, and scratch that `arm_kinematics` has filled.
-        point: Index of the point.
-        joint: Index of the joint.
-
-    Returns:
-        x, y and z, body frame [m/rad], [1] where the joint slides.
-    """
+    """Derivative of a point's position by one joint's coordinate, after `arm_kinematics`."""
     points, joints = arm.points, arm.joints
     if joint > arm.point_parents[point]:
         return 0.0, 0.0, 0.0
@@ -133,14 +115,7 @@ def point_derivative(arm: ArmParameters, point: int, joint: int) -> tuple[float,
 
 @kernel
 def tips_in_world(arm: ArmParameters, attitudes: Array, angles: Array, out: Array) -> None:
-    r"""Tips of many postures relative to O_B in world axes, :math:`R\,d`.
-
-    Args:
-        arm: The arm.
-        attitudes: Φ, shape (m, 3) [rad].
-        angles: H, shape (m, n) [rad].
-        out: Shape (m, 3) [m].
-    """
+    r"""Tips of many postures relative to O_B in world axes, :math:`R\,d`."""
     tip = arm.points.shape[0] - 1
     for k in range(attitudes.shape[0]):
         arm_kinematics(arm, angles[k])
@@ -155,16 +130,7 @@ def tips_in_world(arm: ArmParameters, attitudes: Array, angles: Array, out: Arra
 
 @kernel
 def tip_motion(arm: ArmParameters, attitude: Array, body_rates: Array, angles: Array, rates: Array, out: Array) -> None:
-    r"""Tip relative to O_B in world axes: :math:`R\,d` into `out[:3]`, :math:`R(\Omega\times d + J_d\dot H)` into `out[3:]`.
-
-    Args:
-        arm: The arm.
-        attitude: Φ, shape (3,) [rad].
-        body_rates: Ω, shape (3,), body frame [rad/s].
-        angles: H, shape (n,) [rad].
-        rates: Ḣ, shape (n,) [rad/s].
-        out: Shape (6,) [m, m/s].
-    """
+    r"""Tip relative to O_B in world axes: :math:`R\,d` into `out[:3]`, :math:`R(\Omega\times d + J_d\dot H)` into `out[3:]`."""
     arm_kinematics(arm, angles)
     tip = arm.points.shape[0] - 1
     dx, dy, dz = arm.points[tip, 0], arm.points[tip, 1], arm.points[tip, 2]

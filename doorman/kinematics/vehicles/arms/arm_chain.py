@@ -16,21 +16,7 @@ MOST_JOINTS = 7
 
 
 def arm_chain(full: pinocchio.Model, base_link: str, tip: str, urdf: Path) -> list[int]:
-    """Joints from the base link to the tip; none where the tip is fixed to the base link.
-
-    Args:
-        full: Pinocchio's model of the whole URDF.
-        base_link: Name of the base link.
-        tip: Name of the tip's link or joint.
-        urdf: Path of the URDF.
-
-    Returns:
-        Their indices, in order from the base link.
-
-    Raises:
-        UrdfError: if a name is missing, the tip does not hang on the base link, or the arm has a joint of another kind or too
-            many.
-    """
+    """Joints from the base link to the tip; none where the tip is fixed to the base link."""
     base = full.frames[link_index(full, base_link, urdf, "vehicle.base_link")].parentJoint
     end = frame_index(full, tip, urdf, "vehicle.tip")
     joint, chain = full.frames[end].parentJoint, list[int]()
@@ -61,15 +47,7 @@ def arm_chain(full: pinocchio.Model, base_link: str, tip: str, urdf: Path) -> li
 
 
 def carriers(full: pinocchio.Model, joint: int) -> list[int]:
-    """A joint and those above it, without the root.
-
-    Args:
-        full: Pinocchio's model.
-        joint: Index of the joint.
-
-    Returns:
-        Their indices.
-    """
+    """A joint and those above it, without the root."""
     found: list[int] = []
     while joint:
         found.append(joint)
@@ -78,31 +56,14 @@ def carriers(full: pinocchio.Model, joint: int) -> list[int]:
 
 
 def standing_joints(full: pinocchio.Model, base_link: str, arm: tuple[str, ...]) -> tuple[str, ...]:
-    """Joints that could move, are neither of the arm nor rotors, and stand at zero.
-
-    Args:
-        full: Pinocchio's model of the whole URDF.
-        base_link: Name of the base link; what carries it is the world that the vehicle flies in.
-        arm: Names of the arm's joints.
-
-    Returns:
-        Their names.
-    """
+    """Joints that could move, are neither of the arm nor rotors, and stand at zero."""
     above = carriers(full, full.frames[full.getFrameId(base_link, pinocchio.FrameType.BODY)].parentJoint)
     others = (str(full.names[i]) for i in range(1, full.njoints) if i not in above)
     return tuple(name for name in others if name not in arm and not is_rotor(name))
 
 
 def check_followers(urdf: Path, chain: set[str]) -> None:
-    """Check that no joint of the arm follows another, and nothing else follows the arm: both would stand still.
-
-    Args:
-        urdf: Path of the URDF.
-        chain: Names of the arm's joints.
-
-    Raises:
-        UrdfError: if one does.
-    """
+    """Check that no joint of the arm follows another, and nothing else follows the arm: both would stand still."""
     for name, joint in read_joints(urdf).items():
         if joint.leader is not None and (name in chain or joint.leader in chain):
             what = "a joint of the arm follows another" if name in chain else "a joint follows the arm"

@@ -37,14 +37,7 @@ class ArmPattern:
 
     @classmethod
     def of(cls, arm: ArmGeometry) -> tuple[ArmPattern, Array]:
-        """Pattern of an arm, and its numbers in order.
-
-        Args:
-            arm: Constants of the arm.
-
-        Returns:
-            The pattern, and the numbers that it indexes, shape (k,).
-        """
+        """Pattern of an arm, and its numbers in order."""
         numbers: list[float] = []
 
         def rows(values: Array) -> Rows:

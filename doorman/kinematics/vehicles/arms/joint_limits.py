@@ -17,12 +17,7 @@ Array = NDArray[np.float64]
 
 
 def sliding(urdf: Path, names: Sequence[str]) -> NDArray[np.bool_]:
-    """Whether joints are prismatic, shape (n,), read-only.
-
-    Args:
-        urdf: Path of the URDF.
-        names: Of the arm's joints.
-    """
+    """Whether joints are prismatic, shape (n,), read-only."""
     joints = read_joints(urdf)
     slides = np.array([joints[name].kind == "prismatic" for name in names], dtype=np.bool_)
     slides.flags.writeable = False
@@ -30,16 +25,7 @@ def sliding(urdf: Path, names: Sequence[str]) -> NDArray[np.bool_]:
 
 
 def position_limits(urdf: Path, model: pinocchio.Model, names: Sequence[str]) -> tuple[Array, Array]:
-    """Lower and upper limits of the joints; a continuous one has none, whatever its `<limit>` says.
-
-    Args:
-        urdf: Path of the URDF.
-        model: Pinocchio's of the arm alone.
-        names: Of the arm's joints.
-
-    Returns:
-        Shape (n,) each [rad, or m].
-    """
+    """Lower and upper limits of the joints; a continuous one has none, whatever its `<limit>` says."""
     joints = read_joints(urdf)
     endless = np.array([joints[name].kind == "continuous" for name in names], dtype=np.bool_)
     lower, upper = model.lowerPositionLimit, model.upperPositionLimit
@@ -47,19 +33,7 @@ def position_limits(urdf: Path, model: pinocchio.Model, names: Sequence[str]) ->
 
 
 def positive_rates(urdf: Path, model: pinocchio.Model, names: Sequence[str]) -> Array:
-    """Largest rates of the joints.
-
-    Args:
-        urdf: Path of the URDF.
-        model: Pinocchio's of the arm alone.
-        names: Of the arm's joints.
-
-    Returns:
-        Shape (n,) [rad/s, or m/s].
-
-    Raises:
-        UrdfError: if one is not positive.
-    """
+    """Largest rates of the joints."""
     for name, rate in zip(names, model.velocityLimit, strict=True):
         if not rate > 0.0:
             raise UrdfError(
@@ -70,21 +44,7 @@ def positive_rates(urdf: Path, model: pinocchio.Model, names: Sequence[str]) -> 
 
 
 def positive_torques(urdf: Path, model: pinocchio.Model, names: Sequence[str], lower: Array, upper: Array) -> Array:
-    """Largest torques of the joints.
-
-    Args:
-        urdf: Path of the URDF.
-        model: Pinocchio's of the arm alone.
-        names: Of the arm's joints.
-        lower: Their lower limits, shape (n,) [rad, or m].
-        upper: Their upper limits, shape (n,) [rad, or m].
-
-    Returns:
-        Shape (n,) [N m, or N].
-
-    Raises:
-        UrdfError: if one is not positive, or a joint has no range.
-    """
+    """Largest torques of the joints."""
     for name, torque, least, most in zip(names, model.effortLimit, lower, upper, strict=True):
         if not torque > 0.0:
             raise UrdfError(

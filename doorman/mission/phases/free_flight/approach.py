@@ -30,16 +30,7 @@ class Approach(MissionPhase):
         self._held_up_since: float | None = None
 
     def step(self, estimate: Estimate, body_rates: Array, time_step: float) -> tuple[Setpoint, Then]:
-        """Fly on; the touch follows there, or where something before the leaf's place holds the vehicle up.
-
-        Args:
-            estimate: What is known now.
-            body_rates: Ω, shape (3,), body frame [rad/s].
-            time_step: Since the last tick [s].
-
-        Returns:
-            Setpoint, and what follows.
-        """
+        """Fly on; the touch follows there, or where something before the leaf's place holds the vehicle up."""
         away = -self.attempt.settings.touch_distance * self.attempt.model.door.normal(estimate.door_angle)
         setpoint, target = fly_before_the_leaf(self.attempt, self.glide, estimate, away, time_step)
         assert self.glide is not None

@@ -37,16 +37,7 @@ class Hover(MissionPhase):
         self._strayed, self._felt = 0.0, 0.0
 
     def step(self, estimate: Estimate, body_rates: Array, time_step: float) -> tuple[Setpoint, Then]:
-        """Fly on; the approach follows once the vehicle is still, or the frame's touch, where that is asked for and not done.
-
-        Args:
-            estimate: What is known now.
-            body_rates: Ω, shape (3,), body frame [rad/s].
-            time_step: Since the last tick [s].
-
-        Returns:
-            Setpoint, and what follows.
-        """
+        """Fly on; the approach follows once the vehicle is still, or the frame's touch, where that is asked for and not done."""
         model = self.attempt.model
         setpoint, target = fly_before_the_leaf(self.attempt, self.glide, estimate, model.hover_offset, time_step)
         off = float(np.linalg.norm(estimate.position - target))
@@ -68,11 +59,7 @@ class Hover(MissionPhase):
         return setpoint, Next(Phase.TOUCH_FRAME if feels else Phase.APPROACH)
 
     def time_out(self, estimate: Estimate) -> Next | GiveUp:
-        """The end of the mission, which says what moved the vehicle.
-
-        Args:
-            estimate: What is known now.
-        """
+        """The end of the mission, which says what moved the vehicle."""
         reason = f"the vehicle did not come to hover still within {self.longest:g} s"
         if self._strayed:
             reason += f": it moved by up to {1e2 * self._strayed:.0f} cm"
@@ -84,18 +71,7 @@ class Hover(MissionPhase):
 def fly_before_the_leaf(
     attempt: Attempt, glide: Glide | None, estimate: Estimate, away: Array, time_step: float
 ) -> tuple[Setpoint, Array]:
-    """Setpoint on the way to a place before the leaf, in the start's posture.
-
-    Args:
-        attempt: What the phases share.
-        glide: Reference that is followed.
-        estimate: What is known now.
-        away: From where the vehicle is as its tip touches, shape (3,), world frame [m].
-        time_step: Since the last tick [s].
-
-    Returns:
-        The setpoint, and O_B at that place, shape (3,), world frame [m].
-    """
+    """Setpoint on the way to a place before the leaf, in the start's posture."""
     assert glide is not None
     model = attempt.model
     yaw, arm = model.start_yaw, model.start_arm

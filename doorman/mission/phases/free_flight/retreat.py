@@ -43,24 +43,11 @@ class Retreat(MissionPhase):
         return Tie.LEAVING if self.attempt.failure else Tie.PUSHING
 
     def speed_back(self, estimate: Estimate) -> float:
-        """Speed with which the reference goes back from the leaf [m/s].
-
-        Args:
-            estimate: What is known now.
-        """
+        """Speed with which the reference goes back from the leaf [m/s]."""
         return max(0.0, -float(self.glide.velocity @ self.attempt.model.door.normal(estimate.door_angle)))
 
     def step(self, estimate: Estimate, body_rates: Array, time_step: float) -> tuple[Setpoint, Then]:
-        """Go on; outside the doorway the mission is over, or another attempt begins.
-
-        Args:
-            estimate: What is known now.
-            body_rates: Ω, shape (3,), body frame [rad/s].
-            time_step: Since the last tick [s].
-
-        Returns:
-            Setpoint, and what follows.
-        """
+        """Go on; outside the doorway the mission is over, or another attempt begins."""
         setpoint, arrived = self._fly(estimate, time_step)
         if not arrived:
             return setpoint, None
@@ -75,11 +62,7 @@ class Retreat(MissionPhase):
         return setpoint, Next(Phase.DONE, self.attempt.failure)
 
     def time_out(self, estimate: Estimate) -> Next | GiveUp:
-        """The end: the vehicle hovers where it is.
-
-        Args:
-            estimate: What is known now.
-        """
+        """The end: the vehicle hovers where it is."""
         reason = f"the phase retreat took longer than {self.longest:g} s"
         self.attempt.failure = self.attempt.failure or reason
         return Next(Phase.DONE, reason)

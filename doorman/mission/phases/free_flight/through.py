@@ -37,16 +37,7 @@ class Through(MissionPhase):
         self._way = [self.glide.position, *self._passage.around, self._passage.entrance, self._passage.exit]
 
     def step(self, estimate: Estimate, body_rates: Array, time_step: float) -> tuple[Setpoint, Then]:
-        """Fly on through the doorway.
-
-        Args:
-            estimate: What is known now.
-            body_rates: Ω, shape (3,), body frame [rad/s].
-            time_step: Since the last tick [s].
-
-        Returns:
-            Setpoint, and what follows.
-        """
+        """Fly on through the doorway."""
         passage, position = self._passage, estimate.position
         if self.attempt.aborted:
             self._way = [passage.entrance if passage.into(position) < 0.0 else passage.exit]
@@ -62,11 +53,7 @@ class Through(MissionPhase):
         return setpoint, Next(Phase.DONE, self.attempt.failure) if over else None
 
     def time_out(self, estimate: Estimate) -> Next | GiveUp:
-        """The end: the vehicle hovers where it is.
-
-        Args:
-            estimate: What is known now.
-        """
+        """The end: the vehicle hovers where it is."""
         reason = f"the phase through took longer than {self.longest:g} s"
         self.attempt.failure = self.attempt.failure or reason
         return Next(Phase.DONE, reason)

@@ -54,16 +54,7 @@ class TouchFrame(MissionPhase):
         self._way = [first]
 
     def step(self, estimate: Estimate, body_rates: Array, time_step: float) -> tuple[Setpoint, Then]:
-        """Fly to the next place, touch it, leave it; the hover follows the last one.
-
-        Args:
-            estimate: What is known now.
-            body_rates: Ω, shape (3,), body frame [rad/s].
-            time_step: Since the last tick [s].
-
-        Returns:
-            Setpoint, and what follows.
-        """
+        """Fly to the next place, touch it, leave it; the hover follows the last one."""
         self._steady_wind = self._steady_wind + min(time_step / _AVERAGED, 1.0) * (estimate.wind - self._steady_wind)
         if self._feeler is not None:
             return self._feel(estimate, self._feeler, time_step)

@@ -44,14 +44,7 @@ def curve_horizon(model, states, inputs, costates, prices, counts, gradients, he
 
 
 def curvature_text(expressions: Expressions) -> tuple[str, int]:
-    """Kernels of `curve_horizon`, and how many numbers of a node they write.
-
-    Args:
-        expressions: Of one problem.
-
-    Returns:
-        Python, and the count.
-    """
+    """Kernels of `curve_horizon`, and how many numbers of a node they write."""
     costates, prices, stage, end = _lagrangian(expressions)
     z = ca.vertcat(expressions.x, expressions.u)
     stage_cost, end_cost = (
@@ -117,9 +110,5 @@ def _sum(prices: Any, rows: Any) -> Any:
 
 
 def prices_of(expressions: Expressions) -> int:
-    """Number of multipliers of rows that the kernels read: those of h, h_N and g.
-
-    Args:
-        expressions: Of the problem.
-    """
+    """Number of multipliers of rows that the kernels read: those of h, h_N and g."""
     return int(expressions.rows.numel() + expressions.end_rows.numel() + expressions.input_rows.numel())

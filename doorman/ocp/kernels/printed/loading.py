@@ -19,14 +19,7 @@ _LOADING = threading.RLock()
 
 
 def load(text: str) -> ModuleType:
-    """Module of a text. What is run is the text that is given, never what a file says; numba only wants a file.
-
-    Args:
-        text: Python.
-
-    Returns:
-        The module, the same for the same text.
-    """
+    """Module of a text. What is run is the text that is given, never what a file says; numba only wants a file."""
     name = _name_of(text)
     with _LOADING:
         if name not in sys.modules:
@@ -44,12 +37,7 @@ def _name_of(text: str) -> str:
 
 
 def remade(text: str, *numbers: Any) -> Any:
-    """The model of a generated module with these numbers, also in another process.
-
-    Args:
-        text: Of the module.
-        *numbers: Arguments of its `Model.of`.
-    """
+    """The model of a generated module with these numbers, also in another process."""
     return load(text).Model.of(*numbers)
 
 

@@ -28,18 +28,7 @@ _MOST_PLACES = 128
 
 
 def module_text(expressions: Expressions, second_derivatives: bool | None = False) -> str:
-    """The module's text: the same for the same expressions.
-
-    Args:
-        expressions: Of one problem.
-        second_derivatives: Print the Hessian of the Lagrangian, too; None: unless that takes very long to compile.
-
-    Returns:
-        Python.
-
-    Raises:
-        SolverError: if an operation has no translation.
-    """
+    """The module's text: the same for the same expressions."""
     curvature, outputs = ("", 0) if second_derivatives is False else curvature_text(expressions)
     if second_derivatives is None and curvature.count("\n") > _MOST_LINES:
         curvature, outputs = "", 0

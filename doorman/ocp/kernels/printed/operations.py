@@ -40,18 +40,7 @@ IMPORTS = (
 
 
 def words_for(operation: int, where: str) -> str:
-    """Template of an operation.
-
-    Args:
-        operation: CasADi's number.
-        where: What is printed, for the error.
-
-    Returns:
-        Text with {0} and {1} for the operands.
-
-    Raises:
-        SolverError: if the operation has no translation.
-    """
+    """Template of an operation."""
     if operation not in WORDS:
         raise SolverError(
             "this operation cannot be compiled", field=where, given=_NAMES.get(operation, str(operation)),

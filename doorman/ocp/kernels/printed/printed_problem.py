@@ -26,20 +26,7 @@ def printed_problem(
     text: str, horizon: int, time_step: float, cost: QuadraticCost, bounds: Bounds | None, parameters: Array,
     node_parameters: Array | None = None,
 ) -> Problem:  # fmt: skip
-    """Problem of a module's text; its kernels are compiled by the first solver of it, and kept on disk.
-
-    Args:
-        text: Of `SymbolicModel.text`.
-        horizon: N, number of steps.
-        time_step: Δt [s].
-        cost: Quadratic cost.
-        bounds: Of states and inputs.
-        parameters: Shape (np,).
-        node_parameters: At nodes 0 … N, shape (N + 1, nq); zeros if not given.
-
-    Returns:
-        The problem.
-    """
+    """Problem of a module's text; its kernels are compiled by the first solver of it, and kept on disk."""
     module = load(text)
     at_nodes = np.zeros((horizon + 1, module.NODE_PARAMETERS)) if node_parameters is None else node_parameters
     rows, input_rows, end_rows = module.ROWS
@@ -52,12 +39,7 @@ def printed_problem(
 
 
 def kept_text(key: str, make: Callable[[], str]) -> str:
-    """Text that is made once and kept on disk: a warm start needs neither CasADi nor the time to derive.
-
-    Args:
-        key: Says everything that the text depends on besides the package's own code.
-        make: Makes it.
-    """
+    """Text that is made once and kept on disk: a warm start needs neither CasADi nor the time to derive."""
     try:
         path = cache_directory() / "problems" / f"{_digest(key + _code())[:16]}.txt"
     except OSError:

@@ -24,21 +24,7 @@ Write = Callable[[int, int, str], str]
 
 
 def printed(where: str, arguments: Mapping[str, Any], results: Sequence[Any], read: Read, write: Write) -> list[str]:
-    """Lines that compute expressions.
-
-    Args:
-        where: What is printed, for errors.
-        arguments: Symbols by the name that `read` knows them by.
-        results: Expressions of these symbols; their nonzeros are written.
-        read: How an entry of an argument is read.
-        write: How a nonzero of a result is written.
-
-    Returns:
-        The lines, without indentation.
-
-    Raises:
-        SolverError: if an operation has no translation.
-    """
+    """Lines that compute expressions."""
     names = list(arguments)
     outputs = [f"result_{i}" for i in range(len(results))]
     function = ca.Function("printed", list(arguments.values()), ca.cse(list(results)), names, outputs)

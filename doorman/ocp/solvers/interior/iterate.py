@@ -43,18 +43,7 @@ _NO_STEP, _UNFINISHED = -1.0, -2.0
 
 @kernel
 def search(model: object, work: Workspace, interior: Interior, max_iterations: int, deadline: float) -> int:
-    """Iterate from the nominal trajectory; multipliers of a solution are in `work`.
-
-    Args:
-        model: The problem's model.
-        work: Workspace; its nominal trajectory need not satisfy the dynamics.
-        interior: Memory.
-        max_iterations: Largest number of iterations.
-        deadline: See `augmented_lagrangian.iterate` [s].
-
-    Returns:
-        CONVERGED, OUT_OF_ITERATIONS, PAUSED, STALLED or FAILED; PAUSED where `result` asks for pauses, to be called again.
-    """
+    """Iterate from the nominal trajectory; multipliers of a solution are in `work`."""
     numbers, result = interior.numbers, work.result
     regularization, begun, slowest, first = 0.0, clock(), 0.0, 0
     if result[RESULT.RESUMES] > 0.0:
@@ -97,13 +86,7 @@ def search(model: object, work: Workspace, interior: Interior, max_iterations: i
 
 @kernel
 def begin(model: object, work: Workspace, interior: Interior) -> None:
-    """Prepare the search: inputs inside their bounds, a linearisation, and costates and multipliers of zero.
-
-    Args:
-        model: The model.
-        work: Workspace of the solver.
-        interior: Memory of the search.
-    """
+    """Prepare the search: inputs inside their bounds, a linearisation, and costates and multipliers of zero."""
     rows.push_inside(work)
     settle_integrators(work)
     linearize(model, work)
@@ -115,13 +98,7 @@ def begin(model: object, work: Workspace, interior: Interior) -> None:
 
 @kernel
 def lower_barrier(model: object, work: Workspace, interior: Interior) -> None:
-    """Go on to the next barrier problem where the present one is solved.
-
-    Args:
-        model: The model.
-        work: Workspace of the solver.
-        interior: Memory of the search.
-    """
+    """Go on to the next barrier problem where the present one is solved."""
     numbers, scale = interior.numbers, interior.numbers[NUMBER.SCALE]
     least = 0.1 * _TOLERANCE * scale
     for _ in range(_LOWERINGS):
@@ -135,20 +112,7 @@ def lower_barrier(model: object, work: Workspace, interior: Interior) -> None:
 
 @kernel
 def descend(model: object, work: Workspace, interior: Interior, last: float, first: bool, deadline: float) -> float:
-    """One step, with as much regularisation as it takes.
-
-    Args:
-        model: The problem's model.
-        work: Workspace.
-        interior: Memory.
-        last: Regularisation that was needed last.
-        first: This is the first step: its costates are taken as a whole.
-        deadline: No further step is tried after it [s].
-
-    Returns:
-        Regularisation that it took, or the one of the last step where it took none; _NO_STEP if none helps, or _UNFINISHED
-        where `result` asks for a pause.
-    """
+    """One step, with as much regularisation as it takes."""
     numbers, scale = interior.numbers, interior.numbers[NUMBER.SCALE]
     regularization = numbers[NUMBER.TRIED]
     numbers[NUMBER.TRIED] = 0.0
@@ -172,18 +136,7 @@ def descend(model: object, work: Workspace, interior: Interior, last: float, fir
 
 @kernel
 def search_line(model: object, work: Workspace, interior: Interior, first: bool, deadline: float) -> bool:
-    """Shorten the Newton step until the filter accepts it.
-
-    Args:
-        model: The model.
-        work: Workspace of the solver.
-        interior: Memory of the search.
-        first: Whether this is the first step, of which the costates are taken as a whole.
-        deadline: No shorter step is tried after it [s].
-
-    Returns:
-        Whether a step was accepted; if not, everything is as it was.
-    """
+    """Shorten the Newton step until the filter accepts it."""
     numbers = interior.numbers
     infeasibility, merit = numbers[NUMBER.INFEASIBILITY], numbers[NUMBER.BARRIER_COST]
     save(work)
@@ -212,13 +165,7 @@ def search_line(model: object, work: Workspace, interior: Interior, first: bool,
 
 @kernel
 def move(work: Workspace, interior: Interior, part: float) -> None:
-    """Set the nominal trajectory to `saved` plus a share of the step.
-
-    Args:
-        work: Workspace of the solver.
-        interior: Memory of the search.
-        part: Share of the step, in (0, 1].
-    """
+    """Set the nominal trajectory to `saved` plus a share of the step."""
     nominal, saved = work.nominal, work.saved
     for k in range(nominal.inputs.shape[0]):
         for i in range(len(work.sizes.inputs)):
@@ -229,12 +176,7 @@ def move(work: Workspace, interior: Interior, part: float) -> None:
 
 @kernel
 def move_slacks(interior: Interior, part: float) -> None:
-    """Move the slacks by a share of their step.
-
-    Args:
-        interior: Memory of the search.
-        part: Share of the step, negative to take it back.
-    """
+    """Move the slacks by a share of their step."""
     for k in range(interior.slacks.shape[0]):
         for i in range(interior.slacks.shape[1]):
             if interior.applies[k, i] and not interior.equal[i]:
@@ -243,12 +185,7 @@ def move_slacks(interior: Interior, part: float) -> None:
 
 @kernel
 def take_multipliers(interior: Interior, part: float) -> None:
-    """Move the costates by a share of their step, and the multipliers as far as they stay positive and near the centre.
-
-    Args:
-        interior: Memory of the search.
-        part: Share of the costates' step, and of the multipliers' step of equalities.
-    """
+    """Move the costates by a share of their step, and the multipliers as far as they stay positive and near the centre."""
     barrier, reach = interior.numbers[NUMBER.BARRIER], interior.numbers[NUMBER.DUAL]
     for k in range(interior.costates.shape[0]):
         for i in range(interior.costates.shape[1]):
@@ -265,14 +202,7 @@ def take_multipliers(interior: Interior, part: float) -> None:
 
 @kernel
 def is_better(interior: Interior, infeasibility: float, merit: float, part: float) -> bool:
-    """Whether the nominal trajectory is acceptable to the filter and better than (θ, φ); the filter learns of these.
-
-    Args:
-        interior: Memory of the search.
-        infeasibility: θ before the step.
-        merit: φ before the step.
-        part: Share of the step, in (0, 1].
-    """
+    """Whether the nominal trajectory is acceptable to the filter and better than (θ, φ); the filter learns of these."""
     numbers = interior.numbers
     scale, slope, first = numbers[NUMBER.SCALE], numbers[NUMBER.SLOPE], max(1.0, numbers[NUMBER.FIRST])
     now, cost = numbers[NUMBER.INFEASIBILITY], numbers[NUMBER.BARRIER_COST]
@@ -295,13 +225,7 @@ def is_better(interior: Interior, infeasibility: float, merit: float, part: floa
 
 @kernel
 def remember(interior: Interior, infeasibility: float, merit: float) -> None:
-    """Add a pair to the filter; the oldest one is dropped where it is full.
-
-    Args:
-        interior: Memory of the search.
-        infeasibility: θ.
-        merit: φ.
-    """
+    """Add a pair to the filter; the oldest one is dropped where it is full."""
     entries = int(interior.numbers[NUMBER.ENTRIES])
     if entries == FILTER_SIZE:
         for i in range(FILTER_SIZE - 1):

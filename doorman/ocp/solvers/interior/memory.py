@@ -57,11 +57,7 @@ class Interior(NamedTuple):
 
     @classmethod
     def of(cls, work: Workspace) -> Interior:
-        """Memory for the sizes of a workspace.
-
-        Args:
-            work: Workspace of the solver.
-        """
+        """Memory for the sizes of a workspace."""
         n, nu = work.nominal.inputs.shape
         nx, narrow, rows = len(work.sizes.states), len(work.sizes.narrow), work.program.active.shape[1]
         values, slacks, duals, slack_steps, dual_steps = (np.zeros((n + 1, rows)) for _ in range(5))

@@ -30,13 +30,7 @@ one step more than Newton's."""
 
 @kernel
 def expand(model: object, work: Workspace, interior: Interior) -> None:
-    """Gradients of the cost and Hessians of the Lagrangian at all nodes.
-
-    Args:
-        model: The model.
-        work: Workspace of the solver.
-        interior: Memory of the search.
-    """
+    """Gradients of the cost and Hessians of the Lagrangian at all nodes."""
     nx, nu, n = len(work.sizes.states), len(work.sizes.inputs), work.nominal.inputs.shape[0]
     states, inputs, weights = work.nominal.states, work.nominal.inputs, work.weights
     counts = (work.sizes.rows, work.sizes.end_rows, work.sizes.input_rows)
@@ -58,13 +52,7 @@ def expand(model: object, work: Workspace, interior: Interior) -> None:
 
 @kernel
 def weight(interior: Interior, k: int, i: int) -> float:
-    """Weight w of a row: z/s, or the penalty of an equality.
-
-    Args:
-        interior: Memory of the search.
-        k: Node.
-        i: Row.
-    """
+    """Weight w of a row: z/s, or the penalty of an equality."""
     if interior.equal[i]:
         return float(PENALTY * interior.numbers[NUMBER.SCALE])
     return float(interior.duals[k, i] / interior.slacks[k, i])
@@ -72,13 +60,7 @@ def weight(interior: Interior, k: int, i: int) -> float:
 
 @kernel
 def force(interior: Interior, k: int, i: int) -> float:
-    """What a row adds to the gradient, in units of its own slope times its weight.
-
-    Args:
-        interior: Memory of the search.
-        k: Node.
-        i: Row.
-    """
+    """What a row adds to the gradient, in units of its own slope times its weight."""
     if interior.equal[i]:
         return float(interior.values[k, i] + interior.duals[k, i] / weight(interior, k, i))
     return float(
@@ -88,13 +70,7 @@ def force(interior: Interior, k: int, i: int) -> float:
 
 @kernel
 def add_state_rows(work: Workspace, interior: Interior, k: int) -> None:
-    """Add rows and bounds of state k to its value function.
-
-    Args:
-        work: Workspace of the solver.
-        interior: Memory of the search.
-        k: Node, 1 … N.
-    """
+    """Add rows and bounds of state k to its value function."""
     nx, nh, nt, ng = len(work.sizes.states), work.sizes.rows, work.sizes.end_rows, work.sizes.input_rows
     value, linear, program, n = work.node.value, work.linear, work.program, work.nominal.inputs.shape[0]
     for i in range(nh + nt if k == n else nh):
@@ -115,14 +91,7 @@ def add_state_rows(work: Workspace, interior: Interior, k: int) -> None:
 
 @kernel
 def set_base(work: Workspace, interior: Interior, k: int, regularization: float) -> None:
-    """Lagrangian of node k with its mixed rows and input bounds, into `node.base_x` and `node.base_u`.
-
-    Args:
-        work: Workspace of the solver.
-        interior: Memory of the search.
-        k: Node, 0 … N − 1.
-        regularization: Multiple of the identity that is added to the Hessian.
-    """
+    """Lagrangian of node k with its mixed rows and input bounds, into `node.base_x` and `node.base_u`."""
     nx, nu = len(work.sizes.states), len(work.sizes.inputs)
     nh, nt, ng = work.sizes.rows, work.sizes.end_rows, work.sizes.input_rows
     base_x, base_u, program = work.node.base_x, work.node.base_u, work.program
@@ -152,16 +121,7 @@ def set_base(work: Workspace, interior: Interior, k: int, regularization: float)
 
 @kernel
 def sweep(work: Workspace, interior: Interior, regularization: float) -> bool:
-    """Policy of all nodes, by one Riccati sweep.
-
-    Args:
-        work: Workspace of the solver.
-        interior: Memory of the search.
-        regularization: Multiple of the identity that is added to the Hessian.
-
-    Returns:
-        Whether every Q_uu is positive definite.
-    """
+    """Policy of all nodes, by one Riccati sweep."""
     nx, n = len(work.sizes.states), work.nominal.inputs.shape[0]
     node, policy, value = work.node, work.policy, work.node.value
     value[:, :] = 0.0
@@ -189,10 +149,6 @@ def step_along(work: Workspace, interior: Interior) -> None:
     """Newton step of the last sweep, into `interior`: states, inputs, costates, slacks and multipliers.
 
     `interior.numbers` gets the longest steps that keep slacks and multipliers positive, and the slope of φ.
-
-    Args:
-        work: Workspace of the solver.
-        interior: Memory of the search.
     """
     nx, nu, n = len(work.sizes.states), len(work.sizes.inputs), work.nominal.inputs.shape[0]
     step, slope, largest = work.node.step, 0.0, 0.0
@@ -226,16 +182,7 @@ def step_along(work: Workspace, interior: Interior) -> None:
 
 @kernel
 def step_rows(work: Workspace, interior: Interior, k: int) -> float:
-    """Steps of node k's slacks and multipliers, from `node.step`.
-
-    Args:
-        work: Workspace of the solver.
-        interior: Memory of the search.
-        k: Node.
-
-    Returns:
-        Their share of the slope of φ.
-    """
+    """Steps of node k's slacks and multipliers, from `node.step`."""
     nx, nh, nt, ng = len(work.sizes.states), work.sizes.rows, work.sizes.end_rows, work.sizes.input_rows
     step, program, numbers, slope = work.node.step, work.program, interior.numbers, 0.0
     barrier, reach = numbers[NUMBER.BARRIER], 1.0 - max(0.0, min(0.01, numbers[NUMBER.BARRIER] / numbers[NUMBER.SCALE]))

@@ -18,12 +18,7 @@ _RELAXED = 1e-8
 
 @kernel
 def fill_values(work: Workspace, interior: Interior) -> None:
-    """Values of all rows along the nominal trajectory, after its linearisation.
-
-    Args:
-        work: Workspace of the solver.
-        interior: Memory of the search.
-    """
+    """Values of all rows along the nominal trajectory, after its linearisation."""
     nominal, program, values, n = work.nominal, work.program, interior.values, work.nominal.inputs.shape[0]
     nx, nh, nt, ng = len(work.sizes.states), work.sizes.rows, work.sizes.end_rows, work.sizes.input_rows
     for k in range(n + 1):
@@ -45,11 +40,7 @@ def fill_values(work: Workspace, interior: Interior) -> None:
 
 @kernel
 def push_inside(work: Workspace) -> None:
-    """Move the nominal inputs away from their bounds.
-
-    Args:
-        work: Workspace of the solver.
-    """
+    """Move the nominal inputs away from their bounds."""
     limits, inputs = work.limits, work.nominal.inputs
     if work.sizes.input_bounds > 0:
         for i in range(len(work.sizes.inputs)):
@@ -67,10 +58,6 @@ def first_slacks(work: Workspace, interior: Interior) -> None:
 
     Rows and bounds of states that are far off begin at their centre, z = τ/s. With more they would weigh on the first steps as
     active ones do, all of them together more than the cost. Bounds of inputs begin above it: they damp the first steps.
-
-    Args:
-        work: Workspace of the solver.
-        interior: Memory of the search.
     """
     numbers, steepest, nx = interior.numbers, 0.0, len(work.sizes.states)
     first = work.sizes.rows + work.sizes.end_rows + work.sizes.input_rows
@@ -92,13 +79,7 @@ def first_slacks(work: Workspace, interior: Interior) -> None:
 
 @kernel
 def measure(model: object, work: Workspace, interior: Interior) -> None:
-    """Infeasibility θ and barrier function φ of the nominal trajectory, after its linearisation and `fill_values`.
-
-    Args:
-        model: The model.
-        work: Workspace of the solver.
-        interior: Memory of the search.
-    """
+    """Infeasibility θ and barrier function φ of the nominal trajectory, after its linearisation and `fill_values`."""
     infeasibility, logarithms = 0.0, 0.0
     nx = len(work.sizes.states)
     for k in range(work.nominal.inputs.shape[0]):
@@ -119,13 +100,7 @@ def measure(model: object, work: Workspace, interior: Interior) -> None:
 
 @kernel
 def error(work: Workspace, interior: Interior, barrier: float) -> float:
-    """Largest residual of the conditions of the barrier problem, in units of the scaled cost.
-
-    Args:
-        work: Workspace of the solver.
-        interior: Memory of the search.
-        barrier: τ.
-    """
+    """Largest residual of the conditions of the barrier problem, in units of the scaled cost."""
     nx, nu, n = len(work.sizes.states), len(work.sizes.inputs), work.nominal.inputs.shape[0]
     r, scale, worst = interior.residual, interior.numbers[NUMBER.SCALE], 0.0
     for k in range(n + 1):
@@ -158,13 +133,7 @@ def error(work: Workspace, interior: Interior, barrier: float) -> float:
 
 @kernel
 def add_rows(work: Workspace, interior: Interior, k: int) -> None:
-    """Add node k's rows times their multipliers to the residual.
-
-    Args:
-        work: Workspace of the solver.
-        interior: Memory of the search.
-        k: Node.
-    """
+    """Add node k's rows times their multipliers to the residual."""
     nx, nh, nt, ng = len(work.sizes.states), work.sizes.rows, work.sizes.end_rows, work.sizes.input_rows
     r, program, n = interior.residual, work.program, work.nominal.inputs.shape[0]
     for i in range(0 if k == 0 else nh + nt if k == n else nh):
@@ -184,12 +153,7 @@ def add_rows(work: Workspace, interior: Interior, k: int) -> None:
 
 @kernel
 def export_multipliers(work: Workspace, interior: Interior) -> None:
-    """Write the multipliers to where the other solvers have them, `work.multipliers`.
-
-    Args:
-        work: Workspace of the solver.
-        interior: Memory of the search.
-    """
+    """Write the multipliers to where the other solvers have them, `work.multipliers`."""
     nx, nh, nt, ng = len(work.sizes.states), work.sizes.rows, work.sizes.end_rows, work.sizes.input_rows
     program, out, n = work.program, work.multipliers, work.nominal.inputs.shape[0]
     out.states[:, :] = 0.0

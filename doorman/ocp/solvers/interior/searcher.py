@@ -22,12 +22,5 @@ class Searcher:
         self._held = held(self.memory)
 
     def search(self, model: Any, work: Any, max_iterations: int, deadline: float) -> int:
-        """Search from the nominal trajectory in the workspace. See `iterate.search`.
-
-        Args:
-            model: The model.
-            work: The solver's workspace, or its handle.
-            max_iterations: Largest number of steps.
-            deadline: See `iterate.search`.
-        """
+        """Search from the nominal trajectory in the workspace. See `iterate.search`."""
         return int(search(model, work, self._held, max_iterations, deadline))

@@ -53,13 +53,7 @@ _RETRIES = 12
 
 @kernel
 def acceptable(work: Workspace, infeasibility: float, cost: float) -> bool:
-    """Whether a pair is better than every pair in the filter, in θ or in J.
-
-    Args:
-        work: Workspace of the solver.
-        infeasibility: θ.
-        cost: J.
-    """
+    """Whether a pair is better than every pair in the filter, in θ or in J."""
     if not (abs(infeasibility) < np.inf and abs(cost) < np.inf):
         return False
     for i in range(int(work.result[RESULT.ENTRIES])):
@@ -73,13 +67,7 @@ def acceptable(work: Workspace, infeasibility: float, cost: float) -> bool:
 
 @kernel
 def remember(work: Workspace, infeasibility: float, cost: float) -> None:
-    """Add a pair to the filter; the oldest one is dropped where it is full.
-
-    Args:
-        work: Workspace of the solver.
-        infeasibility: θ.
-        cost: J.
-    """
+    """Add a pair to the filter; the oldest one is dropped where it is full."""
     entries = int(work.result[RESULT.ENTRIES])
     if entries == FILTER_SIZE:
         for i in range(FILTER_SIZE - 1):
@@ -98,17 +86,6 @@ def direction(
     """Step into `trial` for the active set that fits it.
 
     The set flips as a whole at first, which settles it in a few sweeps or in none; then the step is cut at its best point.
-
-    Args:
-        model: The model.
-        work: Workspace of the solver.
-        penalty: 1/μ.
-        sweeps: Largest number of sweeps.
-        regularization: Relative addition to the input weights.
-        deadline: After it no sweep begins but the first [s].
-
-    Returns:
-        1 if the set settled, 0 if not, −1 if no sweep went through.
     """
     end = work.nominal.inputs.shape[0] - 1
     last = end
@@ -138,16 +115,7 @@ def direction(
 
 @kernel
 def search(model: object, work: Workspace, deadline: float) -> float:
-    """Shorten the step in `trial` until the filter accepts it.
-
-    Args:
-        model: The model.
-        work: Workspace of the solver.
-        deadline: No shorter step is tried after it [s].
-
-    Returns:
-        Length of the step in (0, 1], or 0 with everything as it was.
-    """
+    """Shorten the step in `trial` until the filter accepts it."""
     save(work)
     scale = 1.0
     for _ in range(_HALVINGS):
@@ -176,17 +144,6 @@ def iterate(model: object, work: Workspace, max_iterations: int, deadline: float
     An iterate has converged if its sweep predicts a smaller decrease than `settings.tolerance`, relative to 1 and the magnitude
     of J, its active set stays, and its rows with a multiplier are closed. Defects and violations are below the tolerance's
     square root then; violations may stay where multipliers have reached `settings.largest_multiplier`.
-
-    Args:
-        model: The problem's model.
-        work: Workspace; its nominal trajectory need not satisfy the dynamics, but those of the integrators.
-        max_iterations: Largest number of linearisations; after the last one the full step is taken without a check.
-        deadline: On the clock of `doorman.numba_types.clock.clock`; no iteration but the first begins that would not be over
-            by then, if it takes as long as the longest so far [s].
-
-    Returns:
-        CONVERGED, OUT_OF_ITERATIONS, STALLED or FAILED; PAUSED where `result` asks for pauses, to be called again. The policy is
-        that around the last step.
     """
     result, regularization, penalty = work.result, 0.0, work.settings.penalty
     tolerance, sweeps = work.settings.tolerance, work.settings.sweeps
@@ -246,12 +203,7 @@ def iterate(model: object, work: Workspace, max_iterations: int, deadline: float
 
 @kernel
 def is_small(work: Workspace, tolerance: float) -> bool:
-    """Whether the last step, its starting point, and what its rows could still gain are small enough to end with it.
-
-    Args:
-        work: Workspace of the solver.
-        tolerance: Largest predicted decrease of J, relative to 1 and the magnitude of J.
-    """
+    """Whether the last step, its starting point, and what its rows could still gain are small enough to end with it."""
     result = work.result
     limit, scale = np.sqrt(tolerance), 1.0 + abs(result[RESULT.COST])
     if result[RESULT.DECREASE] > tolerance * scale:
@@ -263,11 +215,7 @@ def is_small(work: Workspace, tolerance: float) -> bool:
 
 @kernel
 def slack(work: Workspace) -> float:
-    """Sum Σ λ max(0, −r) of the step in `trial`: what it would gain by going up to all rows that have a multiplier.
-
-    Args:
-        work: Workspace of the solver.
-    """
+    """Sum Σ λ max(0, −r) of the step in `trial`: what it would gain by going up to all rows that have a multiplier."""
     trial, price, limits, floors, total = work.trial, work.proposal, work.limits, work.floors, 0.0
     for k in range(trial.inputs.shape[0]):
         for i in range(work.sizes.rows):
@@ -291,26 +239,13 @@ def slack(work: Workspace) -> float:
 
 @kernel
 def slack_of_row(price: float, value: float, floor: float) -> float:
-    """Gain λ max(0, −r) of one row; the magnitude of λ r of an equality.
-
-    Args:
-        price: λ, the multiplier.
-        value: Of the row, in its unit.
-        floor: Least multiplier: 0, or −∞ of an equality.
-    """
+    """Gain λ max(0, −r) of one row; the magnitude of λ r of an equality."""
     return price * max(0.0, -value) if floor == 0.0 else abs(price * value)
 
 
 @kernel
 def slack_of_bound(price: float, value: float, lower: float, upper: float) -> float:
-    """Gain λ (distance to the bound) of a number between two bounds.
-
-    Args:
-        price: λ, positive at the upper bound, negative at the lower one.
-        value: The number.
-        lower: Lower bound.
-        upper: Upper bound.
-    """
+    """Gain λ (distance to the bound) of a number between two bounds."""
     if price > 0.0:
         return price * max(0.0, upper - value)
     return -price * max(0.0, value - lower) if price < 0.0 else 0.0

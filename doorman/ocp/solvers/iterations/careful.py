@@ -59,14 +59,7 @@ _LARGEST_REGULARIZATION = 1e8
 
 @kernel
 def merit(model: object, work: Workspace, penalty: float, weight: float) -> float:
-    """Merit m of the nominal trajectory after its linearisation; its cost goes into `result`.
-
-    Args:
-        model: The model.
-        work: Workspace of the solver.
-        penalty: 1/μ.
-        weight: ρ, of the defects; with 0 they do not count.
-    """
+    """Merit m of the nominal trajectory after its linearisation; its cost goes into `result`."""
     nominal, multipliers, limits, floors = work.nominal, work.multipliers, work.limits, work.floors
     nx, total, defects = len(work.sizes.states), 0.0, 0.0
     for k in range(nominal.inputs.shape[0]):
@@ -95,14 +88,7 @@ def merit(model: object, work: Workspace, penalty: float, weight: float) -> floa
 
 @kernel
 def squared(multiplier: float, value: float, penalty: float, floor: float) -> float:
-    """Term max(0, λ + h/μ)² − λ² of a row; the least multiplier takes the place of 0.
-
-    Args:
-        multiplier: λ.
-        value: h, in the row's unit.
-        penalty: 1/μ.
-        floor: Least multiplier: 0, or −∞ of an equality.
-    """
+    """Term max(0, λ + h/μ)² − λ² of a row; the least multiplier takes the place of 0."""
     force = multiplier + penalty * value
     if force <= floor:  # not for NaN, which has to show
         force = floor
@@ -111,30 +97,14 @@ def squared(multiplier: float, value: float, penalty: float, floor: float) -> fl
 
 @kernel
 def squared_bound(multiplier: float, above: float, below: float, penalty: float) -> float:
-    """Term of a number with a bound at either end, and a signed multiplier; see `squared`.
-
-    Args:
-        multiplier: λ, positive at the upper bound, negative at the lower one.
-        above: Number less the upper bound.
-        below: Lower bound less the number.
-        penalty: 1/μ.
-    """
+    """Term of a number with a bound at either end, and a signed multiplier; see `squared`."""
     upper, lower = max(0.0, multiplier + penalty * above), max(0.0, -multiplier + penalty * below)
     return upper * upper + lower * lower - multiplier * multiplier
 
 
 @kernel
 def roll(model: object, work: Workspace, scale: float) -> bool:
-    """Nominal trajectory by the policy around `saved`, on the dynamics and inside the inputs' bounds.
-
-    Args:
-        model: The model.
-        work: Workspace of the solver.
-        scale: Share of the step, in (0, 1].
-
-    Returns:
-        Whether it is finite.
-    """
+    """Nominal trajectory by the policy around `saved`, on the dynamics and inside the inputs' bounds."""
     nx, nominal, saved, gains, limits = len(work.sizes.states), work.nominal, work.saved, work.policy.gains, work.limits
     for k in range(nominal.inputs.shape[0]):
         for a in range(len(work.sizes.inputs)):
@@ -153,14 +123,7 @@ def roll(model: object, work: Workspace, scale: float) -> bool:
 
 @kernel
 def rolled_merit(model: object, work: Workspace, penalty: float, scale: float) -> float:
-    """Merit m of the step rolled out into the nominal trajectory, without derivatives; ∞ where it is not finite.
-
-    Args:
-        model: The model.
-        work: Workspace of the solver.
-        penalty: 1/μ.
-        scale: Share of the step, in (0, 1].
-    """
+    """Merit m of the step rolled out into the nominal trajectory, without derivatives; ∞ where it is not finite."""
     nominal, n = work.nominal, work.nominal.inputs.shape[0]
     if not roll(model, work, scale):
         return np.inf
@@ -176,19 +139,7 @@ def rolled_merit(model: object, work: Workspace, penalty: float, scale: float) -
 
 @kernel
 def descend(model: object, work: Workspace, penalty: float, weight: float, before: float, deadline: float) -> float:
-    """Shorten the step in `trial` until the merit has fallen enough.
-
-    Args:
-        model: The model.
-        work: Workspace of the solver.
-        penalty: 1/μ.
-        weight: ρ, of the defects.
-        before: m before the step.
-        deadline: No shorter step is tried after it [s].
-
-    Returns:
-        Length of the step in (0, 1], or 0 with everything as it was.
-    """
+    """Shorten the step in `trial` until the merit has fallen enough."""
     expected = work.result[RESULT.DECREASE]
     save(work)
     scale = 1.0
@@ -215,11 +166,6 @@ def is_solved(work: Workspace, merit: float, feasibility: float) -> bool:
     """Whether the nominal trajectory needs no further step.
 
     Violations may stay where multipliers cannot grow any more.
-
-    Args:
-        work: Workspace of the solver.
-        merit: m of the nominal trajectory.
-        feasibility: Largest violation, in the rows' units, and largest defect.
     """
     result, tolerance = work.result, work.settings.tolerance
     scale = 1.0 + abs(result[RESULT.COST])
@@ -234,21 +180,7 @@ def is_solved(work: Workspace, merit: float, feasibility: float) -> bool:
 def iterate_carefully(
     model: object, work: Workspace, penalty: float, feasibility: float, max_iterations: int, deadline: float
 ) -> int:
-    """Iterate from the nominal trajectory and the multipliers in `work`.
-
-    Args:
-        model: The problem's model.
-        work: Workspace; see `augmented_lagrangian.iterate`.
-        penalty: 1/μ to begin with.
-        feasibility: Largest defect and violation of a converged trajectory.
-        max_iterations: Largest number of linearisations and sweeps.
-        deadline: See `augmented_lagrangian.iterate`.
-
-    Returns:
-        CONVERGED, OUT_OF_ITERATIONS, STALLED or FAILED; PAUSED where `result` asks for
-        pauses. The nominal trajectory is the last that was accepted; the policy is
-        around it or, unless converged, around the one before.
-    """
+    """Iterate from the nominal trajectory and the multipliers in `work`."""
     result, tolerance = work.result, work.settings.tolerance
     settle, regularization, last_violation, first = _FIRST_SETTLED, 0.0, np.inf, 0
     begun, slowest = clock(), 0.0

@@ -40,24 +40,7 @@ def solve(
     deadline: float,
     guessing: bool,
 ) -> int:
-    """Begin, iterate, and where that converges roll out into the nominal trajectory.
-
-    Args:
-        model: The problem's model.
-        work: Workspace; see `begin`.
-        state: First state, shape (nx,).
-        inputs: See `begin`.
-        states: See there.
-        multipliers: See there.
-        max_iterations: Largest number of iterations.
-        deadline: See `augmented_lagrangian.iterate`; as long as the last rollout took is left for this one.
-        guessing: See `rollout.roll_out`.
-
-    Returns:
-        The code of `roll_out`, INVALID_START, NOT_CONVERGED, or TO_RESUME where `result` asks for
-        pauses. `result` tells iterations, and the cost that the rollout is
-        expected to have.
-    """
+    """Begin, iterate, and where that converges roll out into the nominal trajectory."""
     if work.result[RESULT.RESUMES] == 0.0:
         if not begin(model, work, state, inputs, states, multipliers):
             return INVALID_START
@@ -74,19 +57,7 @@ def solve(
 
 @kernel
 def begin(model: object, work: Workspace, state: Array, inputs: bool, states: bool, multipliers: bool) -> bool:
-    """Start anew from what is given in the nominal trajectory and the multipliers: no feedback, nothing rolled out.
-
-    Args:
-        model: The problem's model.
-        work: Workspace; the guess is kept in `first` for another try, and in `guess` if it is the first of a solve.
-        state: First state, shape (nx,).
-        inputs: The nominal inputs are given; else they are the input goal. Either is cut off at its bounds.
-        states: The nominal states are given; else they are those to which the inputs lead.
-        multipliers: The multipliers are given; else they are zero.
-
-    Returns:
-        Whether dynamics and constraints are finite at the start.
-    """
+    """Start anew from what is given in the nominal trajectory and the multipliers: no feedback, nothing rolled out."""
     nominal, limits = work.nominal, work.limits
     for k in range(nominal.inputs.shape[0]):
         for i in range(0 if inputs else len(work.sizes.inputs)):
@@ -117,13 +88,6 @@ def choose_guess(model: object, work: Workspace) -> bool:
     """Keep the blind rollout, or take the straight line where the rollout costs far more.
 
     A long blind rollout goes astray; a short one satisfies the dynamics, which is worth more than its cost.
-
-    Args:
-        model: The model.
-        work: Workspace of the solver.
-
-    Returns:
-        Whether the straight line was taken.
     """
     blind = total_cost(model, work, work.nominal)
     aim_straight(work)
@@ -136,22 +100,14 @@ def choose_guess(model: object, work: Workspace) -> bool:
 
 @kernel
 def keep_guess(work: Workspace) -> None:
-    """Remember the nominal trajectory for another try.
-
-    Args:
-        work: Workspace of the solver.
-    """
+    """Remember the nominal trajectory for another try."""
     copy_rows(work.nominal.states, work.first.states)
     copy_rows(work.nominal.inputs, work.first.inputs)
 
 
 @kernel
 def forget_policy(work: Workspace) -> None:
-    """Set the feedback to zero, and the weights of inputs to those of the cost.
-
-    Args:
-        work: Workspace of the solver.
-    """
+    """Set the feedback to zero, and the weights of inputs to those of the cost."""
     policy = work.policy
     policy.gains[:, :, :] = 0.0
     policy.factors[:, :, :] = 0.0
@@ -162,12 +118,7 @@ def forget_policy(work: Workspace) -> None:
 
 @kernel
 def starts_finite(model: object, work: Workspace) -> bool:
-    """Whether dynamics and constraints are finite at the start of the nominal trajectory; overwrites the trial one.
-
-    Args:
-        model: The model.
-        work: Workspace of the solver.
-    """
+    """Whether dynamics and constraints are finite at the start of the nominal trajectory; overwrites the trial one."""
     state, ahead, rows = work.nominal.states[0], work.trial.states[1], work.trial.rows[0]
     step(at_node(model, 0), state, work.nominal.inputs[0], ahead)
     total = 0.0
@@ -182,11 +133,7 @@ def starts_finite(model: object, work: Workspace) -> bool:
 
 @kernel
 def forget_multipliers(work: Workspace) -> None:
-    """Set all multipliers to zero.
-
-    Args:
-        work: Workspace of the solver.
-    """
+    """Set all multipliers to zero."""
     kept = work.multipliers
     kept.rows[:, :] = 0.0
     kept.input_rows[:, :] = 0.0
@@ -197,11 +144,7 @@ def forget_multipliers(work: Workspace) -> None:
 
 @kernel
 def forget_trial(work: Workspace) -> None:
-    """Fill the trial trajectory with NaN after its start: a failed rollout must not be taken for a result.
-
-    Args:
-        work: Workspace of the solver.
-    """
+    """Fill the trial trajectory with NaN after its start: a failed rollout must not be taken for a result."""
     trial = work.trial
     trial.states[:, :] = np.nan
     trial.inputs[:, :] = np.nan

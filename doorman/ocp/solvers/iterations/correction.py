@@ -28,11 +28,6 @@ def linearize_node(model: object, work: Workspace, k: int) -> None:
 
     Dynamics go into `node.hessian`, rows of the next state and then of the end into `program.scratch`, mixed ones into
     `node.plain`.
-
-    Args:
-        model: The model.
-        work: Workspace of the solver.
-        k: Node.
     """
     nx = len(work.sizes.states)
     nh, nt, ng = work.sizes.rows, work.sizes.end_rows, work.sizes.input_rows
@@ -50,12 +45,7 @@ def linearize_node(model: object, work: Workspace, k: int) -> None:
 
 @kernel
 def borrow_linearization(work: Workspace, k: int) -> None:
-    """Derivatives at node k from the nominal trajectory, to where `linearize_node` writes; rows stay as they are.
-
-    Args:
-        work: Workspace of the solver.
-        k: Node.
-    """
+    """Derivatives at node k from the nominal trajectory, to where `linearize_node` writes; rows stay as they are."""
     nx, nu = len(work.sizes.states), len(work.sizes.inputs)
     nh, nt, ng = work.sizes.rows, work.sizes.end_rows, work.sizes.input_rows
     program, linear, dynamics = work.program, work.linear, work.node.hessian
@@ -75,12 +65,7 @@ def borrow_linearization(work: Workspace, k: int) -> None:
 
 @kernel
 def fill_program(work: Workspace, k: int) -> None:
-    """Program of the correction at node k of the trial trajectory, from its rows and derivatives.
-
-    Args:
-        work: Workspace of the solver.
-        k: Node.
-    """
+    """Program of the correction at node k of the trial trajectory, from its rows and derivatives."""
     nx, nu = len(work.sizes.states), len(work.sizes.inputs)
     nh, nt, ng = work.sizes.rows, work.sizes.end_rows, work.sizes.input_rows
     program, trial, dynamics, slopes = work.program, work.trial, work.node.hessian, work.node.plain
@@ -122,11 +107,7 @@ def fill_program(work: Workspace, k: int) -> None:
 
 @kernel
 def pass_over_equalities(work: Workspace) -> None:
-    """Take equalities out of the program: the feedback keeps them.
-
-    Args:
-        work: Workspace of the solver.
-    """
+    """Take equalities out of the program: the feedback keeps them."""
     nh, nt, residuals, floors = work.sizes.rows, work.sizes.end_rows, work.program.residuals, work.floors
     for i in range(nh):
         if floors.rows[i] < 0.0:
@@ -141,12 +122,7 @@ def pass_over_equalities(work: Workspace) -> None:
 
 @kernel
 def hopeless(work: Workspace, k: int) -> bool:
-    """Whether some row of the program stays violated for every input inside its bounds: then it has no solution.
-
-    Args:
-        work: Workspace of the solver.
-        k: Node.
-    """
+    """Whether some row of the program stays violated for every input inside its bounds: then it has no solution."""
     if work.sizes.input_bounds == 0:
         return False
     program, limits, u = work.program, work.limits, work.trial.inputs[k]
@@ -164,17 +140,7 @@ def hopeless(work: Workspace, k: int) -> bool:
 
 @kernel
 def set_up(model: object, work: Workspace, k: int, exact: bool) -> bool:
-    """Set up the program of node k.
-
-    Args:
-        model: The model.
-        work: Workspace of the solver.
-        k: Node.
-        exact: Whether the derivatives are the node's own, rather than those of the nominal trajectory.
-
-    Returns:
-        Whether the program is hopeless.
-    """
+    """Set up the program of node k."""
     if not exact:
         borrow_linearization(work, k)
         fill_program(work, k)
@@ -187,14 +153,7 @@ def set_up(model: object, work: Workspace, k: int, exact: bool) -> bool:
 
 @kernel
 def multiply_inputs(linear: np.ndarray, dynamics: np.ndarray, out: np.ndarray, first: int) -> None:
-    """Product C B, with B the right part of `dynamics`.
-
-    Args:
-        linear: C, shape (m, nx).
-        dynamics: [A | B], shape (nx, nx + nu).
-        out: Shape (≥ first + m, nu); its rows from `first` on are filled.
-        first: Row of `out`.
-    """
+    """Product C B, with B the right part of `dynamics`."""
     nx, nu = linear.shape[1], out.shape[1]
     for i in range(linear.shape[0]):
         for a in range(nu):

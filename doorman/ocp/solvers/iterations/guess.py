@@ -16,11 +16,7 @@ Array = NDArray[np.float64]
 
 @kernel
 def settle_integrators(work: Workspace) -> None:
-    """Set the integrators of the nominal trajectory by its first state and its inputs.
-
-    Args:
-        work: Workspace of the solver.
-    """
+    """Set the integrators of the nominal trajectory by its first state and its inputs."""
     nx, nu, m = len(work.sizes.states), len(work.sizes.inputs), len(work.sizes.integrators)
     states, inputs, dt = work.nominal.states, work.nominal.inputs, work.weights.time_step
     if m > 0:
@@ -31,13 +27,7 @@ def settle_integrators(work: Workspace) -> None:
 
 @kernel
 def roll_blindly(model: object, work: Workspace, first: int) -> None:
-    """Set the nominal states after node `first` by the dynamics; they are held where they stop being finite.
-
-    Args:
-        model: The model.
-        work: Workspace of the solver.
-        first: Node whose state is kept.
-    """
+    """Set the nominal states after node `first` by the dynamics; they are held where they stop being finite."""
     states, inputs = work.nominal.states, work.nominal.inputs
     for k in range(first, inputs.shape[0]):
         step(at_node(model, k), states[k], inputs[k], states[k + 1])
@@ -54,11 +44,7 @@ def roll_blindly(model: object, work: Workspace, first: int) -> None:
 
 @kernel
 def aim_straight(work: Workspace) -> None:
-    """Set the nominal states on the straight line to the goal, and inputs of integrators to the rate that leads there.
-
-    Args:
-        work: Workspace of the solver.
-    """
+    """Set the nominal states on the straight line to the goal, and inputs of integrators to the rate that leads there."""
     nx, nu, m = len(work.sizes.states), len(work.sizes.inputs), len(work.sizes.integrators)
     states, inputs, goal, limits = work.nominal.states, work.nominal.inputs, work.weights.state_goal, work.limits
     n = inputs.shape[0]
@@ -74,17 +60,7 @@ def aim_straight(work: Workspace) -> None:
 
 @kernel
 def nearest_shift(states: Array, state: Array, weights: Array, limit: int) -> float:
-    """Number of steps along `states` at which its polyline is nearest to `state`.
-
-    Args:
-        states: Plan, shape (N + 1, nx).
-        state: Shape (nx,).
-        weights: Metric, shape (nx,).
-        limit: Steps to look at, at most N.
-
-    Returns:
-        Shift in [0, limit].
-    """
+    """Number of steps along `states` at which its polyline is nearest to `state`."""
     best, shift = np.inf, 0.0
     for k in range(min(limit, states.shape[0] - 1)):
         along, length = 0.0, 1e-300
@@ -104,12 +80,7 @@ def nearest_shift(states: Array, state: Array, weights: Array, limit: int) -> fl
 
 @kernel
 def shift_rows(rows: Array, shift: float) -> None:
-    """Rows of a trajectory `shift` steps later, in place, linearly interpolated; the last row is held.
-
-    Args:
-        rows: Shape (m, width).
-        shift: Not negative.
-    """
+    """Rows of a trajectory `shift` steps later, in place, linearly interpolated; the last row is held."""
     last = rows.shape[0] - 1
     whole = int(shift)
     part = shift - whole
@@ -125,13 +96,6 @@ def shift_guess(model: object, work: Workspace, state: Array, shift: float, limi
 
     It goes on at its end with the last inputs, by the dynamics. Multipliers of the last node stay there: with no future behind
     it, they are not those of its neighbours. Without either the active set at the end flips in every replan.
-
-    Args:
-        model: The problem's model.
-        work: Workspace.
-        state: First state from now on, shape (nx,).
-        shift: Steps; negative: to where the trajectory passes nearest to `state` within its first `limit` steps.
-        limit: See there.
     """
     if shift < 0.0:
         shift = nearest_shift(work.nominal.states, state, work.weights.state, limit)
@@ -154,11 +118,6 @@ def lead_to(work: Workspace, state: Array, shift: float) -> None:
     """Bend the shifted trajectory towards another first state, to first order: by the last sweep's feedback and dynamics.
 
     That keeps to the rows which were active in the sweep, where a first state that jumps would violate them all along.
-
-    Args:
-        work: Workspace of the solver.
-        state: New first state, shape (nx,).
-        shift: Steps by which the trajectory was shifted.
     """
     nx, nu, step, nominal = len(work.sizes.states), len(work.sizes.inputs), work.node.step, work.nominal
     n, whole = nominal.inputs.shape[0], int(shift + 0.5)
@@ -184,12 +143,7 @@ def lead_to(work: Workspace, state: Array, shift: float) -> None:
 
 @kernel
 def last_violation(work: Workspace, tolerance: float) -> int:
-    """Last node at which a row or bound of the nominal trajectory exceeds `tolerance`; −1 if none does.
-
-    Args:
-        work: Workspace of the solver.
-        tolerance: In the rows' units.
-    """
+    """Last node at which a row or bound of the nominal trajectory exceeds `tolerance`; −1 if none does."""
     nominal, program, nx = work.nominal, work.program, len(work.sizes.states)
     n = nominal.inputs.shape[0]
     floors = work.floors
@@ -213,30 +167,18 @@ def last_violation(work: Workspace, tolerance: float) -> int:
 
 @kernel
 def start_trial(work: Workspace) -> None:
-    """Start the trial trajectory where the nominal one starts.
-
-    Args:
-        work: Workspace of the solver.
-    """
+    """Start the trial trajectory where the nominal one starts."""
     for i in range(len(work.sizes.states)):
         work.trial.states[0, i] = work.nominal.states[0, i]
 
 
 @kernel
 def accept_trial(work: Workspace) -> None:
-    """Make the trial trajectory the nominal one.
-
-    Args:
-        work: Workspace of the solver.
-    """
+    """Make the trial trajectory the nominal one."""
     copy_trajectory(work.trial, work.nominal)
 
 
 @kernel
 def measure_again(work: Workspace) -> None:
-    """Measure the nominal trajectory, which satisfies the dynamics, after trials that came to nothing.
-
-    Args:
-        work: Workspace of the solver.
-    """
+    """Measure the nominal trajectory, which satisfies the dynamics, after trials that came to nothing."""
     measure(work, work.nominal)

@@ -26,12 +26,7 @@ Array = NDArray[np.float64]
 
 @kernel
 def linearize(model: object, work: Workspace) -> None:
-    """Linearise dynamics with defects, and all rows, along the nominal trajectory.
-
-    Args:
-        model: The model.
-        work: Workspace of the solver.
-    """
+    """Linearise dynamics with defects, and all rows, along the nominal trajectory."""
     nx, nu = len(work.sizes.states), len(work.sizes.inputs)
     nominal, linear, plain = work.nominal, work.linear, work.node.plain
     linearize_horizon(model, nominal.states, nominal.inputs, linear.jacobians, nominal.rows, linear.row_jacobians)
@@ -56,27 +51,13 @@ def linearize(model: object, work: Workspace) -> None:
 
 @kernel
 def slopes_at(model: object, k: int, x: Array, u: Array, jacobian: Array) -> None:
-    """Jacobian [A | B] of node k's step at any state and input.
-
-    Args:
-        model: The model.
-        k: Node.
-        x: State, shape (nx,).
-        u: Input, shape (nu,).
-        jacobian: Shape (nx, nx + nu), filled.
-    """
+    """Jacobian [A | B] of node k's step at any state and input."""
     linearize_step(at_node(model, k), x, u, jacobian)
 
 
 @kernel
 def total_cost(model: object, work: Workspace, trajectory: Trajectory) -> float:
-    """Cost J of a trajectory.
-
-    Args:
-        model: The model.
-        work: Workspace of the solver.
-        trajectory: States, inputs and values of rows.
-    """
+    """Cost J of a trajectory."""
     nx, nu = len(work.sizes.states), len(work.sizes.inputs)
     weights, states, inputs = work.weights, trajectory.states, trajectory.inputs
     n, total = inputs.shape[0], 0.0
@@ -103,35 +84,19 @@ def total_cost(model: object, work: Workspace, trajectory: Trajectory) -> float:
 
 @kernel
 def nominal_cost(model: object, work: Workspace) -> float:
-    """Cost J of the nominal trajectory.
-
-    Args:
-        model: The model.
-        work: Workspace of the solver.
-    """
+    """Cost J of the nominal trajectory."""
     return total_cost(model, work, work.nominal)
 
 
 @kernel
 def violation(work: Workspace, value: float, floor: float) -> float:
-    """Violation of a row: its value, or the magnitude of it for an equality; a value that is not positive is no violation.
-
-    Args:
-        work: Workspace of the solver.
-        value: Of the row, in its unit.
-        floor: Least multiplier: 0, or −∞ of an equality.
-    """
+    """Violation of a row: its value, or the magnitude of it for an equality; a value that is not positive is no violation."""
     return abs(value) if work.sizes.equalities > 0 and floor < 0.0 else value
 
 
 @kernel
 def measure(work: Workspace, trajectory: Trajectory) -> None:
-    """Largest violation of a trajectory, its node and row, and the sum of violations, into `result`.
-
-    Args:
-        work: Workspace of the solver.
-        trajectory: States, inputs and values of rows, which are up to date.
-    """
+    """Largest violation of a trajectory, its node and row, and the sum of violations, into `result`."""
     nx, n = len(work.sizes.states), trajectory.inputs.shape[0]
     nh, nt, ng = work.sizes.rows, work.sizes.end_rows, work.sizes.input_rows
     worst, total, node, row = 0.0, 0.0, 0, 0
@@ -172,11 +137,7 @@ def measure(work: Workspace, trajectory: Trajectory) -> None:
 
 @kernel
 def measure_nominal(work: Workspace) -> None:
-    """Largest violation of the nominal trajectory after its linearisation, with its largest defect, and their sum, into `result`.
-
-    Args:
-        work: Workspace of the solver.
-    """
+    """Largest violation and largest defect of the linearised nominal trajectory, and their sum, into `result`."""
     measure(work, work.nominal)
     total, defect = 0.0, 0.0
     for k in range(work.nominal.inputs.shape[0]):
@@ -190,12 +151,7 @@ def measure_nominal(work: Workspace) -> None:
 
 @kernel
 def move(work: Workspace, scale: float) -> None:
-    """Set the nominal trajectory to a point between `saved` and `trial`.
-
-    Args:
-        work: Workspace of the solver.
-        scale: Share of the way from `saved`.
-    """
+    """Set the nominal trajectory to a point between `saved` and `trial`."""
     nominal, trial, saved = work.nominal, work.trial, work.saved
     for k in range(nominal.inputs.shape[0]):
         for i in range(len(work.sizes.inputs)):
@@ -208,28 +164,14 @@ def move(work: Workspace, scale: float) -> None:
 
 @kernel
 def save(work: Workspace) -> None:
-    """Keep the nominal trajectory in `saved`.
-
-    Args:
-        work: Workspace of the solver.
-    """
+    """Keep the nominal trajectory in `saved`."""
     copy_rows(work.nominal.states, work.saved.states)
     copy_rows(work.nominal.inputs, work.saved.inputs)
 
 
 @kernel
 def approach(now: Array, new: Array, scale: float, largest: float) -> bool:
-    """Move numbers a share of the way to others, and cut them off at ± `largest`.
-
-    Args:
-        now: Numbers that are changed, shape (m, n).
-        new: Where they move to, shape (m, n).
-        scale: Share of the way.
-        largest: Largest magnitude.
-
-    Returns:
-        Whether a number reached it.
-    """
+    """Move numbers a share of the way to others, and cut them off at ± `largest`."""
     reached = False
     for k in range(now.shape[0]):
         for i in range(now.shape[1]):
@@ -241,12 +183,7 @@ def approach(now: Array, new: Array, scale: float, largest: float) -> bool:
 
 @kernel
 def take_multipliers(work: Workspace, scale: float) -> None:
-    """Move the multipliers a share of the way to `proposal`; `result` says whether one reached its largest value.
-
-    Args:
-        work: Workspace of the solver.
-        scale: Share of the way.
-    """
+    """Move the multipliers a share of the way to `proposal`; `result` says whether one reached its largest value."""
     now, new, largest = work.multipliers, work.proposal, work.settings.largest_multiplier
     reached = approach(now.rows, new.rows, scale, largest)
     reached |= approach(now.input_rows, new.input_rows, scale, largest)

@@ -55,23 +55,7 @@ def follow(
     deadline: float,
     guessing: bool,
 ) -> int:
-    """Shift, iterate and roll out; a rollout that comes to its end is the nominal trajectory from then on.
-
-    Args:
-        model: The problem's model.
-        work: Workspace with the last trajectory, its multipliers and the last sweep's policy.
-        state: First state, shape (nx,).
-        shift: See `guess.shift_guess`.
-        limit: See there.
-        max_iterations: Iterations.
-        extra_iterations: Further ones where the step was large.
-        deadline: No iteration but the first begins that would not be over and rolled out by then, if it takes as long as the
-            longest so far [s].
-        guessing: See `rollout.roll_out`.
-
-    Returns:
-        The code of `roll_out`, NO_SWEEP, or PAUSED where `result` asks for pauses.
-    """
+    """Shift, iterate and roll out; a rollout that comes to its end is the nominal trajectory from then on."""
     first = 0
     if work.result[RESULT.RESUMES] > 0.0:
         first = int(work.result[RESULT.ITERATIONS])
@@ -101,16 +85,7 @@ def follow(
 
 @kernel
 def iterate_once(model: object, work: Workspace, deadline: float) -> bool:
-    """One iteration with the full step.
-
-    Args:
-        model: The model.
-        work: Workspace of the solver.
-        deadline: After it no sweep begins but the first [s].
-
-    Returns:
-        Whether a sweep went through and the step is finite.
-    """
+    """One iteration with the full step."""
     penalty = work.settings.penalty
     linearize(model, work)
     mark_active(work, penalty)
@@ -127,23 +102,13 @@ def iterate_once(model: object, work: Workspace, deadline: float) -> bool:
 
 @kernel
 def mark_active(work: Workspace, penalty: float) -> None:
-    """Set the active set along the nominal trajectory, after its linearisation.
-
-    Args:
-        work: Workspace of the solver.
-        penalty: 1/μ.
-    """
+    """Set the active set along the nominal trajectory, after its linearisation."""
     classify(work, work.nominal, penalty)
 
 
 @kernel
 def price(work: Workspace, penalty: float) -> float:
-    """Worth of the multipliers' change that the step in `trial` proposes, in units of the cost.
-
-    Args:
-        work: Workspace of the solver.
-        penalty: 1/μ.
-    """
+    """Worth of the multipliers' change that the step in `trial` proposes, in units of the cost."""
     trial, now, new = work.trial, work.multipliers, work.proposal
     total = 0.0
     for k in range(trial.inputs.shape[0]):
@@ -166,13 +131,7 @@ def price(work: Workspace, penalty: float) -> float:
 
 @kernel
 def is_rough(model: object, work: Workspace, extra: int) -> bool:
-    """Whether the last iteration changed so much that another one is worth its time.
-
-    Args:
-        model: The problem's model.
-        work: Workspace.
-        extra: Iterations beyond the planned ones so far.
-    """
+    """Whether the last iteration changed so much that another one is worth its time."""
     change = work.result[RESULT.CHANGE]
     if extra == 0 and change > _ENOUGH:
         return True

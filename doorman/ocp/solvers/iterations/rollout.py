@@ -33,13 +33,7 @@ _CORRECTIONS = 12
 
 @kernel
 def apply_policy(work: Workspace, k: int, scale: float) -> None:
-    """Input of node k of the trial trajectory by the policy, inside its bounds.
-
-    Args:
-        work: Workspace of the solver.
-        k: Node.
-        scale: Share ε of the feedforward step.
-    """
+    """Input of node k of the trial trajectory by the policy, inside its bounds."""
     nx, nu = len(work.sizes.states), len(work.sizes.inputs)
     nominal, trial, limits, step = work.nominal, work.trial, work.limits, work.node.step
     for j in range(nx):
@@ -57,16 +51,7 @@ def apply_policy(work: Workspace, k: int, scale: float) -> None:
 
 @kernel
 def advance(model: object, work: Workspace, k: int) -> bool:
-    """Next state of the trial trajectory.
-
-    Args:
-        model: The model.
-        work: Workspace of the solver.
-        k: Node.
-
-    Returns:
-        Whether it is finite.
-    """
+    """Next state of the trial trajectory."""
     trial = work.trial
     step(at_node(model, k), trial.states[k], trial.inputs[k], trial.states[k + 1])
     for i in range(trial.states.shape[1]):
@@ -80,12 +65,6 @@ def worst_row(model: object, work: Workspace, k: int, evaluate: bool) -> float:
     """Largest value of a row or state bound at node k of the trial trajectory.
 
     Equalities do not count: the feedback keeps them.
-
-    Args:
-        model: The model.
-        work: Workspace of the solver.
-        k: Node.
-        evaluate: Whether the rows are computed first.
     """
     floors, equal = work.floors, work.sizes.equalities > 0
     trial, nx, last = work.trial, len(work.sizes.states), k == work.trial.inputs.shape[0] - 1
@@ -116,12 +95,7 @@ def worst_row(model: object, work: Workspace, k: int, evaluate: bool) -> float:
 
 @kernel
 def correct(work: Workspace, k: int) -> None:
-    """Add `program.step` to input k of the trial trajectory, inside its bounds.
-
-    Args:
-        work: Workspace of the solver.
-        k: Node.
-    """
+    """Add `program.step` to input k of the trial trajectory, inside its bounds."""
     for a in range(len(work.sizes.inputs)):
         value = work.trial.inputs[k, a] + work.program.step[a]
         if work.sizes.input_bounds > 0:
@@ -131,16 +105,7 @@ def correct(work: Workspace, k: int) -> None:
 
 @kernel
 def roll_freely(model: object, work: Workspace, scale: float) -> int:
-    """Roll out without corrections.
-
-    Args:
-        model: The model.
-        work: Workspace of the solver.
-        scale: Share ε of the feedforward step.
-
-    Returns:
-        The first node that violates a row, DONE, or NOT_FINITE.
-    """
+    """Roll out without corrections."""
     trial, n = work.trial, work.trial.inputs.shape[0]
     for k in range(n):
         apply_policy(work, k, scale)
@@ -161,21 +126,7 @@ def roll_freely(model: object, work: Workspace, scale: float) -> int:
 
 @kernel
 def roll_out(model: object, work: Workspace, start: int, scale: float, guess: bool, corrections: int) -> int:
-    """Roll the policy out into the trial trajectory, whose first state is set.
-
-    Args:
-        model: The problem's model.
-        work: Workspace after a sweep.
-        start: Node to begin with: −1 for all of it, without corrections as far as none are needed.
-        scale: ε, step length along the policy's offsets.
-        guess: Try to solve corrections here; otherwise every one is left to the caller.
-        corrections: Corrections that node `start` has had: if any, its input stands and `program.step` is to be added; −1 if
-            it has no solution, and the policy's own input is to stand.
-
-    Returns:
-        DONE (cost and violation are in `result`), NOT_FINITE, or the node whose correction (`program`) the caller must solve:
-        it then fills `program.step` and calls again with `corrections` one higher, or −1.
-    """
+    """Roll the policy out into the trial trajectory, whose first state is set."""
     n, first = work.trial.inputs.shape[0], start
     if start < 0:
         work.result[RESULT.RELAXED] = 0.0
@@ -226,16 +177,7 @@ def roll_out(model: object, work: Workspace, start: int, scale: float, guess: bo
 
 @kernel
 def take_rollout(model: object, work: Workspace, guessing: bool) -> int:
-    """Roll the nominal trajectory out; a rollout that comes to its end is the nominal trajectory from then on.
-
-    Args:
-        model: The problem's model.
-        work: Workspace after a sweep.
-        guessing: See `roll_out`.
-
-    Returns:
-        The code of `roll_out`.
-    """
+    """Roll the nominal trajectory out; a rollout that comes to its end is the nominal trajectory from then on."""
     begun = clock()
     start_trial(work)
     code = int(roll_out(model, work, -1, 0.0, guessing, 0))

@@ -51,20 +51,7 @@ class _Marker(Emitter):
 def mark_rows(
     k: int, rows: Array, multipliers: Array, scale: float, floors: Array, active: Sides, proposal: Array
 ) -> tuple[int, bool]:
-    """Rows r ≤ 0 of one node: active where λ + r/μ > 0, with max(0, λ + r/μ) as their next multipliers.
-
-    Args:
-        k: Node.
-        rows: r of all nodes, (N, count), as the others.
-        multipliers: λ.
-        scale: 1/μ.
-        floors: Least multiplier of every row, (count,): 0, or −inf for r = 0, which is always active.
-        active: 1 or 0, written.
-        proposal: Next multipliers, written; NaN stays.
-
-    Returns:
-        How many are active, and whether another set is than before.
-    """
+    """Rows r ≤ 0 of one node: active where λ + r/μ > 0, with max(0, λ + r/μ) as their next multipliers."""
     count, flipped = 0, 0
     for i in range(floors.shape[0]):
         force, floor = multipliers[k, i] + scale * rows[k, i], floors[i]
@@ -81,24 +68,7 @@ def mark_bounds(
     typingctx: Any, node: Any, count: Any, values: Any, first: Any, lower: Any, upper: Any, multipliers: Any, scale: Any,
     active: Any, proposal: Any,
 ) -> Any:  # fmt: skip
-    """Bounds lower ≤ v ≤ upper of one node: active 1 at the upper end and −1, with a negative multiplier, at the lower one.
-
-    Args:
-        typingctx: numba's.
-        node: k.
-        count: Tuple as long as a node has values.
-        values: v of all nodes.
-        first: Row of `values` that belongs to node 0.
-        lower: Shape (count,).
-        upper: Shape (count,).
-        multipliers: λ of all nodes, (N, count).
-        scale: 1/μ.
-        active: Sides, of the same shape, int8.
-        proposal: Of the same shape.
-
-    Returns:
-        How many are active, and whether another set is than before.
-    """
+    """Bounds lower ≤ v ≤ upper of one node: active 1 at the upper end and −1, with a negative multiplier, at the lower one."""
     n = len(count)
     arguments = (node, count, values, first, lower, upper, multipliers, scale, active, proposal)
 
@@ -125,16 +95,7 @@ def mark_bounds(
 
 @kernel
 def classify(work: Workspace, at: Trajectory, penalty: float) -> int:
-    """Active set {λ + r/μ > 0} and proposed multipliers max(0, λ + r/μ) at a trajectory's rows.
-
-    Args:
-        work: Workspace of the solver.
-        at: Trajectory with the values of its rows.
-        penalty: 1/μ.
-
-    Returns:
-        The last node whose set is another now; −1 if none is.
-    """
+    """Active set {λ + r/μ > 0} and proposed multipliers max(0, λ + r/μ) at a trajectory's rows."""
     active, multipliers, proposal, limits, sizes = work.active, work.multipliers, work.proposal, work.limits, work.sizes
     floors, last, n = work.floors, -1, at.inputs.shape[0]
     for k in range(n):

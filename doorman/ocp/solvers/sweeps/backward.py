@@ -29,12 +29,7 @@ NOT_CONVEX = -2
 
 @kernel
 def fill_rows(work: Workspace, k: int) -> None:
-    """Rows [C_x | c | C_u] of node k's program into `program.eliminated`.
-
-    Args:
-        work: Workspace of the solver.
-        k: Node.
-    """
+    """Rows [C_x | c | C_u] of node k's program into `program.eliminated`."""
     nx, nu, wide = len(work.sizes.states), len(work.sizes.inputs), len(work.sizes.wide)
     nh, nt, ng = work.sizes.rows, work.sizes.end_rows, work.sizes.input_rows
     program, linear, nominal = work.program, work.linear, work.nominal
@@ -72,11 +67,7 @@ def fill_rows(work: Workspace, k: int) -> None:
 
 @kernel
 def eliminate_rows(work: Workspace) -> None:
-    """Take the inputs out of the rows of the program, which leaves T and c̃.
-
-    Args:
-        work: Workspace of the solver.
-    """
+    """Take the inputs out of the rows of the program, which leaves T and c̃."""
     nx, nu, wide = len(work.sizes.states), len(work.sizes.inputs), len(work.sizes.wide)
     program, rows = work.program, work.program.eliminated
     for i in range(rows.shape[0]):
@@ -91,12 +82,7 @@ def eliminate_rows(work: Workspace) -> None:
 
 @kernel
 def violated(work: Workspace, k: int) -> bool:
-    """Whether the unconstrained step of node k violates a row of its program.
-
-    Args:
-        work: Workspace of the solver.
-        k: Node.
-    """
+    """Whether the unconstrained step of node k violates a row of its program."""
     program, nx, nu = work.program, len(work.sizes.states), len(work.sizes.inputs)
     for i in range(program.constraints.shape[0]):
         total = program.constraints[i]
@@ -109,15 +95,7 @@ def violated(work: Workspace, k: int) -> bool:
 
 @kernel
 def keep_active(work: Workspace, k: int) -> bool:
-    """Change value and policy of node k so that the rows `program.active[k]` stay active.
-
-    Args:
-        work: Workspace of the solver.
-        k: Node.
-
-    Returns:
-        Whether the rows are independent; if not, nothing has changed.
-    """
+    """Change value and policy of node k so that the rows `program.active[k]` stay active."""
     nx, nu, wide, narrow = (
         len(work.sizes.states),
         len(work.sizes.inputs),
@@ -159,12 +137,7 @@ def keep_active(work: Workspace, k: int) -> bool:
 
 @kernel
 def export_multipliers(work: Workspace, k: int) -> None:
-    """Write the multipliers λ of node k's program to `work.multipliers`.
-
-    Args:
-        work: Workspace of the solver.
-        k: Node.
-    """
+    """Write the multipliers λ of node k's program to `work.multipliers`."""
     nx, nh, nt, ng = (
         len(work.sizes.states),
         work.sizes.rows,
@@ -194,20 +167,7 @@ def export_multipliers(work: Workspace, k: int) -> None:
 
 @kernel
 def backward(model: object, work: Workspace, start: int, regularization: float, guess: bool, settled: bool) -> int:
-    """Backward pass from node `start` to 0.
-
-    Args:
-        model: The problem's model.
-        work: Workspace, linearised along a nominal trajectory without defects; its value function is that of `start` + 1.
-        start: Node to begin with.
-        regularization: Relative addition to the input weights.
-        guess: Try to find active sets here; otherwise every node with a violated row is left to the caller.
-        settled: Node `start` was left to the caller, who has settled its active set.
-
-    Returns:
-        DONE, NOT_CONVEX, or the node whose program (`program`) the caller must solve: it then sets `program.active` of that
-        node and calls again with `start` = node and `settled` = True.
-    """
+    """Backward pass from node `start` to 0."""
     nx, nu = len(work.sizes.states), len(work.sizes.inputs)
     node, program, result = work.node, work.program, work.result
     for k in range(start, -1, -1):

@@ -19,13 +19,7 @@ Array = NDArray[np.float64]
 
 @kernel
 def off_diagonal_cost(work: Workspace, at: Trajectory, k: int) -> float:
-    """Value of this part of the cost at node k of a trajectory.
-
-    Args:
-        work: Workspace of the solver.
-        at: The trajectory.
-        k: Node.
-    """
+    """Value of this part of the cost at node k of a trajectory."""
     weights, nx, n = work.weights, len(work.sizes.states), at.inputs.shape[0]
     matrix, total = weights.off_state if k < n else weights.off_terminal, 0.0
     for i in range(nx):
@@ -45,14 +39,7 @@ def off_diagonal_cost(work: Workspace, at: Trajectory, k: int) -> float:
 
 @kernel
 def off_diagonal_slope(work: Workspace, at: Trajectory, k: int, gradient: Array) -> None:
-    """Add the gradient of this part of the cost at node k of a trajectory.
-
-    Args:
-        work: Workspace of the solver.
-        at: The trajectory.
-        k: Node.
-        gradient: By [x, u], shape (nx + nu,), added to.
-    """
+    """Add the gradient of this part of the cost at node k of a trajectory."""
     weights, nx, n = work.weights, len(work.sizes.states), at.inputs.shape[0]
     matrix = weights.off_state if k < n else weights.off_terminal
     for j in range(nx):
@@ -71,13 +58,7 @@ def off_diagonal_slope(work: Workspace, at: Trajectory, k: int, gradient: Array)
 
 @kernel
 def off_diagonal_curvature(work: Workspace, k: int, hessian: Array) -> None:
-    """Add the Hessian of this part of the cost at node k.
-
-    Args:
-        work: Workspace of the solver.
-        k: Node.
-        hessian: By [x, u], shape (nx + nu, nx + nu), added to.
-    """
+    """Add the Hessian of this part of the cost at node k."""
     weights, nx, n = work.weights, len(work.sizes.states), work.nominal.inputs.shape[0]
     matrix = weights.off_state if k < n else weights.off_terminal
     for i in range(nx):

@@ -27,12 +27,6 @@ def best_part(model: object, work: Workspace, base: Trajectory, penalty: float) 
     """τ in (0, 1] that minimises the augmented Lagrangian from `base` to the trial trajectory.
 
     Its slope rises along straight pieces: false position, halving the end that stays (Illinois), finds the zero in few steps.
-
-    Args:
-        model: The model.
-        work: Workspace of the solver.
-        base: Trajectory at τ = 0, with the values of its rows.
-        penalty: 1/μ.
     """
     first, second = cost_slope(model, work, base)
     above = first + second + row_slope(work, base, penalty, 1.0)
@@ -58,13 +52,7 @@ def best_part(model: object, work: Workspace, base: Trajectory, penalty: float) 
 
 @kernel
 def cost_slope(model: object, work: Workspace, base: Trajectory) -> tuple[float, float]:
-    """Slope q_0 of the quadratic model of the cost at `base` towards the trial trajectory, and its growth q_1 with τ.
-
-    Args:
-        model: The model.
-        work: Workspace of the solver.
-        base: Trajectory at τ = 0, with the values of its rows.
-    """
+    """Slope q_0 of the quadratic model of the cost at `base` towards the trial trajectory, and its growth q_1 with τ."""
     nx, nu = len(work.sizes.states), len(work.sizes.inputs)
     trial, weights, n = work.trial, work.weights, work.trial.inputs.shape[0]
     first, second = 0.0, 0.0
@@ -91,15 +79,6 @@ def extra_slope(model: object, work: Workspace, base: Trajectory, k: int) -> tup
     """Slope of the cost beyond its diagonals at node k, and its growth with τ.
 
     The cost is expanded along the nominal trajectory.
-
-    Args:
-        model: The model.
-        work: Workspace of the solver.
-        base: Trajectory at τ = 0, with the values of its rows.
-        k: Node.
-
-    Returns:
-        Shares of q_0 and q_1.
     """
     nx, nu, n = len(work.sizes.states), len(work.sizes.inputs), work.trial.inputs.shape[0]
     gradient, hessian, nominal, trial = work.node.gradient, work.node.hessian, work.nominal, work.trial
@@ -142,14 +121,7 @@ def extra_slope(model: object, work: Workspace, base: Trajectory, k: int) -> tup
 
 @kernel
 def row_slope(work: Workspace, base: Trajectory, penalty: float, part: float) -> float:
-    """Share of the rows in the slope φ'(τ).
-
-    Args:
-        work: Workspace of the solver.
-        base: Trajectory at τ = 0, with the values of its rows.
-        penalty: 1/μ.
-        part: τ.
-    """
+    """Share of the rows in the slope φ'(τ)."""
     trial, multipliers, limits = work.trial, work.multipliers, work.limits
     floors, total = work.floors, 0.0
     for k in range(trial.inputs.shape[0]):
@@ -185,13 +157,7 @@ def row_slope(work: Workspace, base: Trajectory, penalty: float, part: float) ->
 
 @kernel
 def shorten(work: Workspace, base: Trajectory, part: float) -> None:
-    """Move the trial trajectory and its rows back to a share of its way from `base`.
-
-    Args:
-        work: Workspace of the solver.
-        base: Trajectory at τ = 0, with the values of its rows.
-        part: Share of the way that is left, in [0, 1].
-    """
+    """Move the trial trajectory and its rows back to a share of its way from `base`."""
     trial = work.trial
     shorten_rows(trial.states, base.states, part)
     shorten_rows(trial.inputs, base.inputs, part)
@@ -203,13 +169,7 @@ def shorten(work: Workspace, base: Trajectory, part: float) -> None:
 
 @kernel
 def shorten_rows(values: object, base: object, part: float) -> None:
-    """Move a matrix back to a share of its way from another.
-
-    Args:
-        values: Shape (m, n), changed.
-        base: Shape (m, n).
-        part: Share of the way that is left, in [0, 1].
-    """
+    """Move a matrix back to a share of its way from another."""
     for k in range(values.shape[0]):  # type: ignore[attr-defined]
         for i in range(values.shape[1]):  # type: ignore[attr-defined]
             values[k, i] = base[k, i] + part * (values[k, i] - base[k, i])  # type: ignore[index]

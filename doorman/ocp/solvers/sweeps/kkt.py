@@ -18,32 +18,12 @@ Array = NDArray[np.float64]
 
 
 def kkt_residual(problem: Any, states: Array, inputs: Array, multipliers: Any) -> float:
-    """Largest gradient of the Lagrangian by an input.
-
-    Args:
-        problem: `Problem`.
-        states: X, shape (N + 1, nx).
-        inputs: U, shape (N, nu).
-        multipliers: `Multipliers`.
-
-    Returns:
-        The residual, in units of the cost by those of the input.
-    """
+    """Largest gradient of the Lagrangian by an input."""
     return conditions(problem, states, inputs, multipliers)[0]
 
 
 def conditions(problem: Any, states: Array, inputs: Array, multipliers: Any) -> tuple[float, Array]:
-    """Largest gradient of the Lagrangian by an input, and the costates on the way.
-
-    Args:
-        problem: The problem.
-        states: X, shape (N + 1, nx).
-        inputs: U, shape (N, nu).
-        multipliers: Of constraints and bounds, as in `Multipliers`.
-
-    Returns:
-        The gradient, and p_1 … p_N, shape (N, nx): prices of the defects f(x_k, u_k) − x_{k+1}.
-    """
+    """Largest gradient of the Lagrangian by an input, and the costates on the way."""
     model, cost, dt = problem.model, problem.cost, problem.time_step
     n, nx, nu = problem.horizon, problem.nx, problem.nu
     state_weights, terminal_weights, input_weights, cross = cost.matrices()

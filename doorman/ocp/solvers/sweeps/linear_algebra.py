@@ -12,16 +12,7 @@ Array = NDArray[np.float64]
 
 @kernel
 def cholesky(matrix: Array, size: int, factor: Array) -> bool:
-    """Lower factor L of the leading block of a symmetric matrix, M = L Lᵀ.
-
-    Args:
-        matrix: M, shape (≥ size, ≥ size); its lower half is read.
-        size: Of the block.
-        factor: L, shape (≥ size, ≥ size), filled below its diagonal; may be `matrix`.
-
-    Returns:
-        Whether the block is positive definite.
-    """
+    """Lower factor L of the leading block of a symmetric matrix, M = L Lᵀ."""
     for i in range(size):
         for j in range(i + 1):
             total = matrix[i, j]
@@ -38,14 +29,7 @@ def cholesky(matrix: Array, size: int, factor: Array) -> bool:
 
 @kernel
 def solve_lower(factor: Array, size: int, columns: int, rows: Array) -> None:
-    """Product L⁻¹ M in place.
-
-    Args:
-        factor: L, shape (≥ size, ≥ size).
-        size: Number of rows.
-        columns: Number of the first columns of M that count.
-        rows: M, shape (≥ size, ≥ columns), changed.
-    """
+    """Product L⁻¹ M in place."""
     for i in range(size):
         for m in range(i):
             scale = factor[i, m]
@@ -58,14 +42,7 @@ def solve_lower(factor: Array, size: int, columns: int, rows: Array) -> None:
 
 @kernel
 def solve_upper(factor: Array, size: int, columns: int, rows: Array) -> None:
-    """Product L⁻ᵀ M in place.
-
-    Args:
-        factor: L, shape (≥ size, ≥ size).
-        size: Number of rows.
-        columns: Number of the first columns of M that count.
-        rows: M, shape (≥ size, ≥ columns), changed.
-    """
+    """Product L⁻ᵀ M in place."""
     for i in range(size - 1, -1, -1):
         inverse = 1.0 / factor[i, i]
         for j in range(columns):
@@ -78,12 +55,7 @@ def solve_upper(factor: Array, size: int, columns: int, rows: Array) -> None:
 
 @kernel
 def copy_rows(source: Array, target: Array) -> None:
-    """Copy a matrix into another of its shape.
-
-    Args:
-        source: Shape (m, n).
-        target: Shape (m, n) or larger, filled.
-    """
+    """Copy a matrix into another of its shape."""
     for i in range(source.shape[0]):
         for j in range(source.shape[1]):
             target[i, j] = source[i, j]

@@ -82,26 +82,7 @@ def eliminate_inputs(
     typingctx: Any, sizes: Any, node: Any, time_step: Any, jacobians: Any, value: Any, base_x: Any, base_u: Any,
     gains: Any, factors: Any, values: Any, rows: Any, scaled: Any,
 ) -> Any:  # fmt: skip
-    """Value function of node k from that of node k + 1, and the policy between them.
-
-    Args:
-        typingctx: numba's.
-        sizes: `Sizes`.
-        node: k.
-        time_step: Δt of the integrators.
-        jacobians: [A | e | B] of all nodes, (N, nx, wide).
-        value: [V_xx | V_x], symmetric, (nx, narrow); of node k + 1 before, of node k after.
-        base_x: [Q_xx | Q_x] of the stage cost, symmetric, (nx, narrow).
-        base_u: [Q_ux | Q_u | Q_uu] of the stage cost, (nu, wide).
-        gains: [K | k] of all nodes, (N, nu, narrow).
-        factors: U of all nodes with D on its diagonal, (N, nu, padded nu).
-        values: [V_xx | V_x] of all nodes, (N, nx, narrow).
-        rows: R of this node, (nu, wide); its columns of inputs are left half done.
-        scaled: L of this node, (nu, wide); its columns of inputs hold U above the diagonal.
-
-    Returns:
-        Whether Q_uu is positive definite.
-    """
+    """Value function of node k from that of node k + 1, and the policy between them."""
     held = sizes.content if isinstance(sizes, HandleType) else sizes
     shape = _Shape(*(len(held[held.fields.index(name)]) for name in ("states", "inputs", *_Shape._fields[2:])))
     arrays = (jacobians, value, base_x, base_u, gains, factors, values, rows, scaled)
@@ -293,9 +274,5 @@ class _Node:
 
 
 def factors_width(nu: int) -> int:
-    """Length of a row of the factors: nu, padded.
-
-    Args:
-        nu: Number of inputs.
-    """
+    """Length of a row of the factors: nu, padded."""
     return -(-nu // 8) * 8

@@ -29,13 +29,7 @@ _ATTEMPTS = 10
 
 @kernel
 def project_row(factors: Array, row: Array, projected: Array) -> None:
-    """Row of T = D_c U⁻¹ from a row of D_c.
-
-    Args:
-        factors: U above its diagonal and D on it, shape (nu, ≥ nu).
-        row: Of D_c, shape (≥ nu,).
-        projected: Shape (nu,), filled.
-    """
+    """Row of T = D_c U⁻¹ from a row of D_c."""
     nu = projected.shape[0]
     for a in range(nu):
         total = row[a]
@@ -48,18 +42,7 @@ def project_row(factors: Array, row: Array, projected: Array) -> None:
 def gather_schur(
     projected: Array, factors: Array, active: NDArray[np.bool_], indices: NDArray[np.int64], out: Array
 ) -> int:
-    """Numbers of the active rows, and their block of S, lightly regularised.
-
-    Args:
-        projected: T, shape (rows, nu).
-        factors: U above its diagonal and D on it, shape (nu, ≥ nu).
-        active: Which rows are active, shape (rows,).
-        indices: Numbers of the active rows, filled, shape (≥ most,).
-        out: Lower half of the block of S, filled, shape (most, most).
-
-    Returns:
-        How many rows are active; most + 1 where there are more.
-    """
+    """Numbers of the active rows, and their block of S, lightly regularised."""
     count, nu, most = 0, projected.shape[1], out.shape[0]
     for i in range(active.shape[0]):
         if active[i]:
@@ -83,13 +66,6 @@ def solve_dual(work: Workspace, k: int) -> bool:
 
     Starts from and ends in `program.proposal`. On success `program.multipliers` holds λ, `gathered` the Cholesky factor of the
     active block of S, and `indices` its rows.
-
-    Args:
-        work: Workspace of the solver.
-        k: Node.
-
-    Returns:
-        Whether a guess of the active set has settled.
     """
     program, factors = work.program, work.policy.factors[k]
     active, values, projected, indices = program.proposal, program.residuals, program.projected, program.indices
@@ -142,12 +118,7 @@ def solve_dual(work: Workspace, k: int) -> bool:
 
 @kernel
 def substitute_step(work: Workspace, k: int) -> None:
-    """Replace `program.step` by U⁻¹ times it.
-
-    Args:
-        work: Workspace of the solver.
-        k: Node.
-    """
+    """Replace `program.step` by U⁻¹ times it."""
     step, factors = work.program.step, work.policy.factors[k]
     nu = step.shape[0]
     for a in range(nu - 1, -1, -1):
@@ -159,13 +130,7 @@ def substitute_step(work: Workspace, k: int) -> None:
 
 @kernel
 def export_program(work: Workspace, k: int, with_gradient: bool) -> None:
-    """Hessian and gradient of node k's program, for a solver outside; its rows are in `program` already.
-
-    Args:
-        work: Workspace of the solver.
-        k: Node.
-        with_gradient: Whether Q_u is the gradient; else it is zero, as for a correction.
-    """
+    """Hessian and gradient of node k's program, for a solver outside; its rows are in `program` already."""
     program, factors, nu, nx = work.program, work.policy.factors[k], len(work.sizes.inputs), len(work.sizes.states)
     for i in range(nu):
         program.gradient[i] = 0.0

@@ -47,14 +47,7 @@ class StageQpSolver:
         return StageQpSolver, self._arguments  # a copy has no last solution to start from
 
     def solve(self, program: Program) -> bool:
-        """Solve; step and multipliers go into `program`.
-
-        Args:
-            program: Data; `step` (v) and `multipliers` (λ ≥ 0) are written.
-
-        Returns:
-            False if the data are not finite, the rows contradict each other, or the iteration limit is reached.
-        """
+        """Solve; step and multipliers go into `program`."""
         data = (program.hessian, program.gradient, program.jacobian, program.constraints)
         if not all(np.isfinite(each).all() for each in data):
             return False  # NaN would keep the solver busy for seconds

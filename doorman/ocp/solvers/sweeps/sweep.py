@@ -24,12 +24,7 @@ Array = NDArray[np.float64]
 
 @kernel
 def terminal_value(model: object, work: Workspace) -> None:
-    """Value function of the last state; resets the predicted decrease.
-
-    Args:
-        model: The model.
-        work: Workspace of the solver.
-    """
+    """Value function of the last state; resets the predicted decrease."""
     nx = len(work.sizes.states)
     last, weights, value = work.nominal.states[work.nominal.inputs.shape[0]], work.weights, work.node.value
     value[:, :] = 0.0
@@ -55,13 +50,7 @@ def terminal_value(model: object, work: Workspace) -> None:
 
 @kernel
 def value_behind(model: object, work: Workspace, node: int) -> None:
-    """Value function of state node + 1 as the last sweep left it, or computed anew at the horizon's end.
-
-    Args:
-        model: The model.
-        work: Workspace of the solver.
-        node: Node whose next state it is.
-    """
+    """Value function of state node + 1 as the last sweep left it, or computed anew at the horizon's end."""
     if node == work.nominal.inputs.shape[0] - 1:
         terminal_value(model, work)
         work.policy.sums[node + 1, :] = 0.0
@@ -71,13 +60,7 @@ def value_behind(model: object, work: Workspace, node: int) -> None:
 
 @kernel
 def penalize_state(work: Workspace, k: int, penalty: float) -> None:
-    """Add the active rows and bounds of state k + 1 to its value function.
-
-    Args:
-        work: Workspace of the solver.
-        k: Node.
-        penalty: 1/μ.
-    """
+    """Add the active rows and bounds of state k + 1 to its value function."""
     nx, last = len(work.sizes.states), k == work.nominal.inputs.shape[0] - 1
     value, linear, active, multipliers = work.node.value, work.linear, work.active, work.multipliers
     stiff = penalty * work.stiffness[k]
@@ -110,19 +93,7 @@ def penalize_state(work: Workspace, k: int, penalty: float) -> None:
 
 @kernel
 def set_base(model: object, work: Workspace, k: int, penalty: float, regularization: float, afresh: bool) -> bool:
-    """Cost of node k with its active mixed rows and bounds, into `node.base_x` and `node.base_u`.
-
-    Args:
-        model: The problem's model.
-        work: Workspace.
-        k: Node.
-        penalty: 1/μ.
-        regularization: Relative addition to the input weights.
-        afresh: The buffers hold more than the quadratic cost of another node.
-
-    Returns:
-        Whether they do after this call.
-    """
+    """Cost of node k with its active mixed rows and bounds, into `node.base_x` and `node.base_u`."""
     nx, nu = len(work.sizes.states), len(work.sizes.inputs)
     base_x, base_u, weights = work.node.base_x, work.node.base_u, work.weights
     x, u = work.nominal.states[k], work.nominal.inputs[k]
@@ -146,13 +117,7 @@ def set_base(model: object, work: Workspace, k: int, penalty: float, regularizat
 
 @kernel
 def add_stage_cost(model: object, work: Workspace, k: int) -> None:
-    """Add the model's own cost of node k, and the part of the quadratic cost off its diagonals.
-
-    Args:
-        model: The model.
-        work: Workspace of the solver.
-        k: Node.
-    """
+    """Add the model's own cost of node k, and the part of the quadratic cost off its diagonals."""
     nx, nu = len(work.sizes.states), len(work.sizes.inputs)
     base_x, base_u, gradient, hessian = work.node.base_x, work.node.base_u, work.node.gradient, work.node.hessian
     if work.sizes.extra_cost > 0:
@@ -177,14 +142,7 @@ def add_stage_cost(model: object, work: Workspace, k: int) -> None:
 
 @kernel
 def add_input_row(work: Workspace, row: Array, force: float, weight: float) -> None:
-    """Add a mixed row to `node.base_x` and `node.base_u`.
-
-    Args:
-        work: Workspace.
-        row: [g_x | 0 | g_u]; the place of the zero is written in between.
-        force: What it adds to the gradient, by its own slope and weight.
-        weight: What it adds to the Hessian, by its slope twice.
-    """
+    """Add a mixed row to `node.base_x` and `node.base_u`."""
     nx, nu = len(work.sizes.states), len(work.sizes.inputs)
     base_x, base_u = work.node.base_x, work.node.base_u
     row[nx] = force
@@ -201,13 +159,7 @@ def add_input_row(work: Workspace, row: Array, force: float, weight: float) -> N
 
 @kernel
 def penalize_input(work: Workspace, k: int, penalty: float) -> None:
-    """Add the active mixed rows and input bounds of node k to `node.base_x` and `node.base_u`.
-
-    Args:
-        work: Workspace of the solver.
-        k: Node.
-        penalty: 1/μ.
-    """
+    """Add the active mixed rows and input bounds of node k to `node.base_x` and `node.base_u`."""
     nx, nu = len(work.sizes.states), len(work.sizes.inputs)
     base_u, active, multipliers = work.node.base_u, work.active, work.multipliers
     for i in range(work.sizes.input_rows):
@@ -226,16 +178,7 @@ def penalize_input(work: Workspace, k: int, penalty: float) -> None:
 
 @kernel
 def sweep(model: object, work: Workspace, penalty: float, regularization: float, last: int) -> bool:
-    """Policy of the nodes up to `last` with the penalties of the active set; False if a Q_uu is not positive definite.
-
-    Args:
-        model: The problem's model.
-        work: Workspace.
-        penalty: 1/μ.
-        regularization: Relative addition to the input weights.
-        last: N − 1, or the last node whose active set is not that of the sweep before, on the same linearisation with the same
-            regularization: behind it everything stays.
-    """
+    """Policy of the nodes up to `last` with the penalties of the active set; False if a Q_uu is not positive definite."""
     nx, nu = len(work.sizes.states), len(work.sizes.inputs)
     node, policy = work.node, work.policy
     value_behind(model, work, last)
@@ -262,11 +205,7 @@ def sweep(model: object, work: Workspace, penalty: float, regularization: float,
 
 @kernel
 def step_along(work: Workspace) -> None:
-    """Newton step of the last sweep into `trial`, with the rows linearised there.
-
-    Args:
-        work: Workspace of the solver.
-    """
+    """Newton step of the last sweep into `trial`, with the rows linearised there."""
     nx, nu, nh, ng = len(work.sizes.states), len(work.sizes.inputs), work.sizes.rows, work.sizes.input_rows
     nominal, trial, step, weights, linear = work.nominal, work.trial, work.node.step, work.weights, work.linear
     n, largest = nominal.inputs.shape[0], 0.0

@@ -21,13 +21,7 @@ _UNROLLED = 10
 
 
 def parts(first: int, last: int, most: int) -> list[range]:
-    """Ranges of at most `most` numbers that cover those from `first` to before `last`, of nearly equal length.
-
-    Args:
-        first: First number.
-        last: Behind the last one.
-        most: Length of the longest range.
-    """
+    """Ranges of at most `most` numbers that cover those from `first` to before `last`, of nearly equal length."""
     count = -(-(last - first) // most)
     ends = [first + (last - first) * i // count for i in range(count + 1)] if count > 0 else []
     return [range(start, stop) for start, stop in zip(ends[:-1], ends[1:], strict=True)]
@@ -41,11 +35,7 @@ class Tiles(Emitter):
         self.zero = ir.Constant(ir.VectorType(DOUBLE, WIDTH), [0.0] * WIDTH)
 
     def scratch(self, size: int) -> Any:
-        """Pointer to memory on the stack. LLVM does not know where it points, and so does not take it apart into registers.
-
-        Args:
-            size: Doubles.
-        """
+        """Pointer to memory on the stack. LLVM does not know where it points, and so does not take it apart into registers."""
         memory: Any = cgutils.alloca_once(self.builder, ir.ArrayType(DOUBLE, size))  # type: ignore[no-untyped-call]
         memory.align = 64
         pointer = self.builder.bitcast(memory, DOUBLE.as_pointer())
@@ -57,60 +47,27 @@ class Tiles(Emitter):
         self.builder.asm(ir.FunctionType(ir.VoidType(), []), "", "~{memory}", [], True)
 
     def vector(self, pointer: Any, index: Any) -> Any:
-        """Vector of `WIDTH` consecutive doubles.
-
-        Args:
-            pointer: To the first double of an array.
-            index: Of the first one.
-        """
+        """Vector of `WIDTH` consecutive doubles."""
         return self.load(pointer, index, WIDTH)
 
     def scalar(self, pointer: Any, index: Any) -> Any:
-        """One double.
-
-        Args:
-            pointer: To the first double of an array.
-            index: Of it.
-        """
+        """One double."""
         return self.builder.load(self.at(pointer, index))
 
     def filled(self, pointer: Any, index: Any) -> Any:
-        """Vector with one double of an array in all lanes.
-
-        Args:
-            pointer: To the first double of an array.
-            index: Of it.
-        """
+        """Vector with one double of an array in all lanes."""
         return self.spread(self.scalar(pointer, index), WIDTH)
 
     def plus(self, total: Any, left: Any, right: Any) -> Any:
-        """Sum total + left · right.
-
-        Args:
-            total: Number or vector, as the others.
-            left: First factor.
-            right: Second factor.
-        """
+        """Sum total + left · right."""
         return self.add(total, self.multiply(left, right))
 
     def minus(self, total: Any, left: Any, right: Any) -> Any:
-        """Difference total − left · right.
-
-        Args:
-            total: Number or vector, as the others.
-            left: First factor.
-            right: Second factor.
-        """
+        """Difference total − left · right."""
         return self.subtract(total, self.multiply(left, right))
 
     def columns(self, row: Any, width: int, sources: Sequence[int | None]) -> Any:
-        """Vector of the given columns of a row, 0 where none is given.
-
-        Args:
-            row: Pointer to the row.
-            width: Its length.
-            sources: `WIDTH` columns.
-        """
+        """Vector of the given columns of a row, 0 where none is given."""
         given = [(lane, column) for lane, column in enumerate(sources) if column is not None]
         starts = {column - lane for lane, column in given}
         start = min(starts, default=0)
@@ -126,20 +83,7 @@ class Tiles(Emitter):
         self, totals: list[list[Any]], count: int, left: tuple[Any, Callable[[int], int], int], right: tuple[Any, int],
         rows: Sequence[int], chunks: Sequence[int], combine: Callable[[Any, Any, Any], Any],
     ) -> list[list[Any]]:  # fmt: skip
-        """Tile of a product, total ± Σ_j left[j] · right[j].
-
-        Args:
-            totals: What is added to, a vector for every row and chunk.
-            count: Length of the sum.
-            left: Pointer, index of a row's first number, and step from there to the next one.
-            right: Pointer, and length of its rows.
-            rows: Of the tile.
-            chunks: Of the tile.
-            combine: `plus` or `minus`.
-
-        Returns:
-            The sums, in the order of `totals`.
-        """
+        """Tile of a product, total ± Σ_j left[j] · right[j]."""
         builder = self.builder
 
         def turn(sums: list[list[Any]], j: Any) -> list[list[Any]]:
@@ -169,14 +113,7 @@ class Tiles(Emitter):
         return [[builder.load(place) for place in line] for line in places]
 
     def transposed(self, block: list[Any]) -> list[Any]:
-        """Transpose of a square block.
-
-        Args:
-            block: `WIDTH` vectors.
-
-        Returns:
-            `WIDTH` vectors.
-        """
+        """Transpose of a square block."""
         half = WIDTH // 2
         while half:
             swapped = list(block)

@@ -76,11 +76,7 @@ class EmulatedAutopilot(Uncopied):
         self._boot()
 
     def start(self) -> None:
-        """Bind and run.
-
-        Raises:
-            BackendError: if it runs already, or the address is taken or not on loopback.
-        """
+        """Bind and run."""
         if self._thread is not None:
             raise BackendError("the emulated autopilot runs already", allowed="stop() first")
         self._udp = FaultyUdp(self._local, self._remote, (self.outgoing, self.incoming), self.build.seed, self._time)
@@ -120,20 +116,12 @@ class EmulatedAutopilot(Uncopied):
     # ------------------------------------------------------------ what a test or a rig may do
 
     def pilot_mode(self, name: str) -> None:
-        """Turn the mode switch of the pilot's radio.
-
-        Args:
-            name: Of the mode: `position`, `land`, `return` and so on.
-        """
+        """Turn the mode switch of the pilot's radio."""
         with self.lock:
             self.brain.pilot_mode(name)
 
     def kill_switch(self, stop: bool = True) -> None:
-        """Stop the motors by the radio's switch, or let them run again; the vehicle is disarmed only after 5 s.
-
-        Args:
-            stop: Whether they stop.
-        """
+        """Stop the motors by the radio's switch, or let them run again; the vehicle is disarmed only after 5 s."""
         with self.lock:
             self.brain.kill(stop)
 
@@ -143,32 +131,19 @@ class EmulatedAutopilot(Uncopied):
             self.brain.disarm()
 
     def lead_astray(self, offset: Sequence[float]) -> None:
-        """Let the position estimate be wrong by more, until poses put it right.
-
-        Args:
-            offset: By which, shape (3,), world frame [m].
-        """
+        """Let the position estimate be wrong by more, until poses put it right."""
         with self.lock:
             self.estimator.error = self.estimator.error + np.asarray(offset, dtype=np.float64)
 
     def reboot(self, silence: float = 0.5) -> None:
-        """Start anew: disarmed, default mode and rates, clock and sequence numbers from the start.
-
-        Args:
-            silence: While nothing is heard or said [s].
-        """
+        """Start anew: disarmed, default mode and rates, clock and sequence numbers from the start."""
         with self.lock:
             self._boot()
             self._silent_until = self._time.now() + silence
             self.plant.stop_motors()
 
     def send(self, message: Any, station: tuple[int, int] | None = None) -> None:
-        """Send a message.
-
-        Args:
-            message: Of pymavlink.
-            station: System and component in whose name it is sent; None: its own.
-        """
+        """Send a message."""
         with self.lock:
             if station is None:
                 self.telemetry.send(message)

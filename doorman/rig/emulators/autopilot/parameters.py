@@ -81,46 +81,22 @@ class ParameterStore:
         return list(self._values)
 
     def get(self, name: str, otherwise: float) -> float:
-        """Value of a parameter that not every autopilot has.
-
-        Args:
-            name: Of the parameter.
-            otherwise: Value of those that lack it.
-        """
+        """Value of a parameter that not every autopilot has."""
         return self[name] if name in self else otherwise
 
     def add(self, name: str, value: float, whole: bool = False) -> None:
-        """Add a parameter that other firmware lacks.
-
-        Args:
-            name: Of the parameter.
-            value: Its value.
-            whole: Whether it is an integer.
-        """
+        """Add a parameter that other firmware lacks."""
         self._values[name] = (value, _INT32 if whole else _REAL32)
 
     def to_wire(self, name: str) -> tuple[float, int]:
-        """Fields of PARAM_VALUE: the value as a float, and MAV_PARAM_TYPE.
-
-        Args:
-            name: Of the parameter.
-        """
+        """Fields of PARAM_VALUE: the value as a float, and MAV_PARAM_TYPE."""
         value, kind = self._values[name]
         code = _CODES.get(kind) if self._bytewise else None
         raw = struct.pack("<f", value) if code is None else struct.pack(code, int(value)).ljust(4, b"\0")
         return float(struct.unpack("<f", raw)[0]), kind
 
     def from_wire(self, name: str, field: float, kind: int) -> bool:
-        """Take the fields of PARAM_SET.
-
-        Args:
-            name: Of the parameter.
-            field: The value as a float.
-            kind: MAV_PARAM_TYPE.
-
-        Returns:
-            Whether they were taken; not if the parameter is unknown or, for PX4, of another type.
-        """
+        """Take the fields of PARAM_SET."""
         if name not in self or (self._bytewise and self._values[name][1] != kind):
             return False
         code = _CODES.get(self._values[name][1])

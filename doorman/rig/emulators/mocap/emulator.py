@@ -51,11 +51,7 @@ class MocapEmulator(Uncopied):
         return self.stream.faults
 
     def start(self) -> None:
-        """Begin to send.
-
-        Raises:
-            BackendError: if it runs already.
-        """
+        """Begin to send."""
         if self._thread is not None:
             raise BackendError("the emulator runs already", allowed="stop() before another start()")
         self._stopping.clear()

@@ -59,11 +59,7 @@ class StreamFaults:
         self._random = random.Random(self.seed)
 
     def strike(self, probability: float) -> bool:
-        """Draw whether something happens.
-
-        Args:
-            probability: That it happens.
-        """
+        """Draw whether something happens."""
         return probability > 0.0 and self._random.random() < probability
 
     def lateness(self) -> float:
@@ -77,23 +73,12 @@ class StreamFaults:
         return (x / length, y / length, z / length)
 
     def noise(self, deviation: float) -> tuple[float, float, float]:
-        """Draw three normal numbers of mean 0.
-
-        Args:
-            deviation: Their standard deviation.
-        """
+        """Draw three normal numbers of mean 0."""
         x, y, z = (self._random.gauss(0.0, deviation) for _ in range(3))
         return (x, y, z)
 
     def spoil(self, datagram: bytes) -> bytes:
-        """Let truncation and bit flips act on a datagram.
-
-        Args:
-            datagram: As sent.
-
-        Returns:
-            As received.
-        """
+        """Let truncation and bit flips act on a datagram."""
         if self.strike(self.corrupt):
             spoilt = bytearray(datagram)
             for _ in range(self._random.randint(1, 8)):

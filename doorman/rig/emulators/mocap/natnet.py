@@ -41,23 +41,13 @@ class NatNetBody:
 
 
 def server_info(version: tuple[int, int], data_port: int) -> bytes:
-    """Answer to CONNECT.
-
-    Args:
-        version: Of NatNet, major and minor.
-        data_port: Where frames go, unicast.
-    """
+    """Answer to CONNECT."""
     content = _INFO.pack(b"Motive", 3, 0, 0, 0, *version, 0, 0, TICKS, data_port, False, 0, 0, 0, 0)
     return _HEADER.pack(SERVER_INFO, len(content)) + content
 
 
 def model_definition(bodies: Sequence[NatNetBody], version: tuple[int, int]) -> bytes:
-    """Answer to REQUEST_MODELDEF: names and streaming ids of the bodies, without markers.
-
-    Args:
-        bodies: To describe.
-        version: Of NatNet, major and minor.
-    """
+    """Answer to REQUEST_MODELDEF: names and streaming ids of the bodies, without markers."""
     content = struct.pack("<i", len(bodies))
     for body in bodies:
         described = body.name.encode() + b"\0" + struct.pack("<ii3fi", body.number, -1, 0.0, 0.0, 0.0, 0)
@@ -67,14 +57,7 @@ def model_definition(bodies: Sequence[NatNetBody], version: tuple[int, int]) -> 
 
 
 def frame(number: int, bodies: Sequence[NatNetBody], at: float, version: tuple[int, int]) -> bytes:
-    """Frame of data: rigid bodies, no markers, skeletons or devices.
-
-    Args:
-        number: Of the frame.
-        bodies: As they are seen.
-        at: When the frame was taken [s].
-        version: Of NatNet, major and minor.
-    """
+    """Frame of data: rigid bodies, no markers, skeletons or devices."""
 
     def counted(count: int, items: bytes) -> bytes:
         size = struct.pack("<i", len(items)) if version >= (4, 1) else b""

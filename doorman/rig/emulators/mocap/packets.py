@@ -17,14 +17,7 @@ _BODY = struct.Struct("<24sdddddd")
 
 
 def euler_xyz(rotation: Array) -> Array:
-    """Angles (a, b, c) of R = Rx(a) Ry(b) Rz(c).
-
-    Args:
-        rotation: R, shape (3, 3).
-
-    Returns:
-        Shape (3,) [rad].
-    """
+    """Angles (a, b, c) of R = Rx(a) Ry(b) Rz(c)."""
     return np.array(
         [
             np.arctan2(-rotation[1, 2], rotation[2, 2]),
@@ -35,25 +28,13 @@ def euler_xyz(rotation: Array) -> Array:
 
 
 def item(name: str, translation: Array, rotation: Array) -> bytes:
-    """One tracked object.
-
-    Args:
-        name: At most 24 bytes.
-        translation: Shape (3,) [mm].
-        rotation: Angles x, y', z'', shape (3,) [rad].
-    """
+    """One tracked object."""
     body = _BODY.pack(name.encode(), *translation.tolist(), *rotation.tolist())
     return struct.pack("<BH", _OBJECT_ID, len(body)) + body
 
 
 def packet(frame_number: int, items: Sequence[bytes], size: int | None = SIZES[0]) -> bytes:
-    """A datagram.
-
-    Args:
-        frame_number: Taken modulo 2³².
-        items: At most 255.
-        size: It is padded to this size, or the next larger one that holds it [byte]; None pads nothing.
-    """
+    """A datagram."""
     content = struct.pack("<IB", frame_number % (1 << 32), len(items)) + b"".join(items)
     if size is None:
         return content

@@ -127,11 +127,7 @@ class TrackerStream:
         self.frame_number += 1
 
     def expose(self, at: float) -> None:
-        """Take a frame, and put its packets on their way.
-
-        Args:
-            at: When [s].
-        """
+        """Take a frame, and put its packets on their way."""
         faults = self.faults
         packets = self._frame(at)
         self._frames += 1
@@ -153,11 +149,7 @@ class TrackerStream:
             self._put(datagram)
 
     def take(self, now: float) -> list[bytes]:
-        """Packets that have left by now, in order.
-
-        Args:
-            now: By the clock of `expose` [s].
-        """
+        """Packets that have left by now, in order."""
         taken = []
         while self._queue and self._queue[0][0] <= now:
             taken.append(heapq.heappop(self._queue)[2])

@@ -61,11 +61,7 @@ class ServoBusLogic:
         self._last_packets: dict[tuple[int, int], bytes] = {}
 
     def tick(self, now: float) -> None:
-        """Pass goals to the plant and its motion to the registers.
-
-        Args:
-            now: Of a monotonic clock [s].
-        """
+        """Pass goals to the plant and its motion to the registers."""
         rates = np.array([servo.goal_rate(now) for servo in self._servos])
         powered = np.array([servo.is_driven(now) for servo in self._servos])
         self._plant.drive(now, rates, powered)
@@ -75,16 +71,7 @@ class ServoBusLogic:
                 servo.sense(now, motion.angles[index], motion.rates[index], motion.currents[index])
 
     def respond(self, now: float, instruction: Instruction, rate: int | None = None) -> list[tuple[float, bytes]]:
-        """Let the servos act on an instruction.
-
-        Args:
-            now: When it was heard [s].
-            instruction: What was heard.
-            rate: Of the port that it came from [bit/s]; to servos of another one it is noise. None: everyone hears it.
-
-        Returns:
-            Status packets as they arrive at the adapter, with the times when they do.
-        """
+        """Let the servos act on an instruction."""
         self.tick(now)
         listening = [
             servo

@@ -84,11 +84,7 @@ class ServoEmulator(Uncopied):
 
     @property
     def port(self) -> str:
-        """Path to give to the adapter.
-
-        Raises:
-            BackendError: if the port is not plugged in.
-        """
+        """Path to give to the adapter."""
         if self._link is not None:
             return str(self._link)
         if self._slave < 0:
@@ -96,14 +92,7 @@ class ServoEmulator(Uncopied):
         return os.ttyname(self._slave)
 
     def servo(self, servo_id: int) -> EmulatedServo:
-        """Look at a servo from inside.
-
-        Args:
-            servo_id: Its id.
-
-        Raises:
-            BackendError: if there is none.
-        """
+        """Look at a servo from inside."""
         for servo in self._servos:
             if servo.servo_id == servo_id:
                 return servo
@@ -111,11 +100,7 @@ class ServoEmulator(Uncopied):
         raise BackendError("no such servo", field="servo_id", given=servo_id, allowed=known)
 
     def start(self) -> None:
-        """Plug in the port and let the servos run.
-
-        Raises:
-            BackendError: if it runs already.
-        """
+        """Plug in the port and let the servos run."""
         if self._thread is not None:
             raise BackendError("the emulator runs already", allowed="stop() before another start()")
         self._stopping = False

@@ -41,30 +41,15 @@ class BusFaults:
         self._random = random.Random(self.seed)
 
     def strike(self, probability: float) -> bool:
-        """Draw whether something happens.
-
-        Args:
-            probability: That it happens.
-        """
+        """Draw whether something happens."""
         return probability > 0.0 and self._random.random() < probability
 
     def random_bytes(self, longest: int) -> bytes:
-        """Draw random bytes.
-
-        Args:
-            longest: Largest number of bytes; the least is 1.
-        """
+        """Draw random bytes."""
         return self._random.randbytes(self._random.randint(1, longest))
 
     def spoil(self, packet: bytes) -> bytes:
-        """Let noise, truncation and bit flips act on a status packet.
-
-        Args:
-            packet: As sent.
-
-        Returns:
-            As received.
-        """
+        """Let noise, truncation and bit flips act on a status packet."""
         if self.strike(self.corrupt):
             packet = self.flip(packet)
         if self.strike(self.truncate):
@@ -74,11 +59,7 @@ class BusFaults:
         return packet
 
     def flip(self, data: bytes) -> bytes:
-        """Flip one bit.
-
-        Args:
-            data: At least one byte.
-        """
+        """Flip one bit."""
         spoiled = bytearray(data)
         spoiled[self._random.randrange(len(spoiled))] ^= 1 << self._random.randrange(8)
         return bytes(spoiled)

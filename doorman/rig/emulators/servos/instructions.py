@@ -17,15 +17,7 @@ class Unit(Protocol):
     memory: ServoMemory
 
     def write(self, address: int, data: bytes) -> PacketError:
-        """Write to the control table as the bus does.
-
-        Args:
-            address: Of the first byte.
-            data: Bytes from there on.
-
-        Returns:
-            Error of the write; none if it succeeds.
-        """
+        """Write to the control table as the bus does."""
 
     def forget_turns(self) -> None:
         """Count the position within one turn again."""
@@ -47,14 +39,7 @@ class Instructions:
         self._registered = None
 
     def carry_out(self, instruction: Instruction) -> tuple[PacketError, bytes]:
-        """Carry out an instruction.
-
-        Args:
-            instruction: As received, intact or not.
-
-        Returns:
-            Error number and data of the status packet.
-        """
+        """Carry out an instruction."""
         handlers: dict[int, Callable[[Instruction], tuple[PacketError, bytes]]] = {
             0x01: self._ping, 0x02: self._read, 0x03: self._write, 0x04: self._register_write,
             0x05: self._action, 0x06: self._factory_reset, 0x08: self._accept, 0x10: self._clear,

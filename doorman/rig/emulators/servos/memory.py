@@ -50,22 +50,13 @@ class ServoMemory:
         self.power_on()
 
     def get(self, name: str) -> int:
-        """Value of a row, negative where the row may be and its sign bit is set.
-
-        Args:
-            name: Of the row.
-        """
+        """Value of a row, negative where the row may be and its sign bit is set."""
         item = ITEMS[name]
         signed = (item.low is not None and item.low < 0) or name.startswith("present ")
         return int.from_bytes(self._bytes[item.address : item.address + item.size], "little", signed=signed)
 
     def set(self, name: str, value: int) -> None:
-        """Put a value into a row, past all rules.
-
-        Args:
-            name: Of the row.
-            value: Integer; it is cut to the row's size.
-        """
+        """Put a value into a row, past all rules."""
         item = ITEMS[name]
         value &= (1 << 8 * item.size) - 1
         self._bytes[item.address : item.address + item.size] = value.to_bytes(item.size, "little")
@@ -80,30 +71,14 @@ class ServoMemory:
         self.set("torque enable", self.get("startup configuration") & 1)
 
     def read(self, address: int, length: int) -> tuple[PacketError, bytes]:
-        """Read as the bus does.
-
-        Args:
-            address: Of the first byte.
-            length: Number of bytes.
-
-        Returns:
-            Error number and, without error, the bytes.
-        """
+        """Read as the bus does."""
         where = [self._target(address + offset) for offset in range(length)]
         if length < 1 or any(place not in ITEM_AT for place in where):
             return PacketError.ACCESS, b""
         return PacketError.NONE, bytes(self._bytes[place] for place in where)
 
     def check_write(self, address: int, data: bytes) -> tuple[PacketError, list[tuple[Item, int]]]:
-        """What a write by the bus would change, and whether it may.
-
-        Args:
-            address: Of the first byte.
-            data: Bytes.
-
-        Returns:
-            Error number and, without error, the rows with their new values.
-        """
+        """What a write by the bus would change, and whether it may."""
         changes: list[tuple[Item, int]] = []
         written = {self._target(address + offset): byte for offset, byte in enumerate(data)}
         if not data or any(place not in ITEM_AT for place in written):
@@ -122,11 +97,7 @@ class ServoMemory:
         return PacketError.NONE, changes
 
     def store(self, changes: Iterable[tuple[Item, int]]) -> None:
-        """Store what `check_write` allowed.
-
-        Args:
-            changes: Rows with their new values.
-        """
+        """Store what `check_write` allowed."""
         for item, value in changes:
             self.set(item.name, value)
 

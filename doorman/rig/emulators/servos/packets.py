@@ -28,14 +28,7 @@ _REMAINDERS = tuple(_remainder(byte) for byte in range(256))
 
 
 def checksum(data: bytes) -> int:
-    """CRC-16 over a packet without its last two bytes.
-
-    Args:
-        data: Header to last parameter, stuffed.
-
-    Returns:
-        0 … 65535.
-    """
+    """CRC-16 over a packet without its last two bytes."""
     register = 0
     for byte in data:
         register = (register << 8 & 0xFFFF) ^ _REMAINDERS[register >> 8 ^ byte]
@@ -43,16 +36,7 @@ def checksum(data: bytes) -> int:
 
 
 def status_packet(servo_id: int, error: int, parameters: bytes = b"") -> bytes:
-    """Status packet that a servo sends.
-
-    Args:
-        servo_id: Its id.
-        error: Error byte: alert bit and error number.
-        parameters: Data that was asked for.
-
-    Returns:
-        Stuffed packet with CRC.
-    """
+    """Status packet that a servo sends."""
     body = bytearray((STATUS, error))
     for byte in parameters:
         body.append(byte)
@@ -63,15 +47,7 @@ def status_packet(servo_id: int, error: int, parameters: bytes = b"") -> bytes:
 
 
 def fast_status_packet(length: int, parts: Iterable[bytes]) -> bytes:
-    """Status packet that servos make together in answer to a fast read; nothing in it is stuffed.
-
-    Args:
-        length: Of the whole packet as the first servo announces it: 1, and 4 more than its data for every servo asked.
-        parts: Error byte, id and data of each servo that speaks, in order.
-
-    Returns:
-        Packet with a CRC behind every part, over all that stands before it; short where a servo stays silent.
-    """
+    """Status packet that servos make together in answer to a fast read; nothing in it is stuffed."""
     packet = HEADER + bytes((BROADCAST,)) + length.to_bytes(2, "little") + bytes((STATUS,))
     for part in parts:
         packet += part
@@ -100,14 +76,7 @@ class InstructionStream:
         self._bytes = bytearray()
 
     def feed(self, data: bytes) -> list[Instruction]:
-        """Take bytes from the bus.
-
-        Args:
-            data: What arrived.
-
-        Returns:
-            Packets that are complete with it, in order, damaged ones too.
-        """
+        """Take bytes from the bus."""
         self._bytes += data
         heard = []
         while (packet := self._next()) is not None:

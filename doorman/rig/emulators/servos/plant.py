@@ -39,20 +39,10 @@ class ServoPlant(Protocol):
     """Mechanics behind emulated servos; called from the emulator's thread."""
 
     def drive(self, time: float, rates: Array, powered: NDArray[np.bool_]) -> None:
-        """Take goal rates; they hold until the next call.
-
-        Args:
-            time: Of a monotonic clock [s].
-            rates: Goal rates, shape (n,) [rad/s].
-            powered: Whether each joint's torque is on, shape (n,).
-        """
+        """Take goal rates; they hold until the next call."""
 
     def motion(self, time: float) -> ServoMotion:
-        """Motion at a time not before that of the last call.
-
-        Args:
-            time: Of the same clock [s].
-        """
+        """Motion at a time not before that of the last call."""
 
 
 class LaggingJoints:
@@ -78,22 +68,12 @@ class LaggingJoints:
         self._time: float | None = None
 
     def drive(self, time: float, rates: Array, powered: NDArray[np.bool_]) -> None:
-        """Take goal rates; they hold until the next call.
-
-        Args:
-            time: Of a monotonic clock [s].
-            rates: Goal rates, shape (n,) [rad/s].
-            powered: Whether each joint's torque is on, shape (n,).
-        """
+        """Take goal rates; they hold until the next call."""
         self._advance(time)
         self._goals = np.where(powered, rates, 0.0)
 
     def motion(self, time: float) -> ServoMotion:
-        """Motion at a time not before that of the last call.
-
-        Args:
-            time: Of the same clock [s].
-        """
+        """Motion at a time not before that of the last call."""
         self._advance(time)
         accelerations = (self._goals - self._rates) / self._time_constant
         return ServoMotion(self._angles.copy(), self._rates.copy(), CURRENT_PER_ACCELERATION * accelerations)

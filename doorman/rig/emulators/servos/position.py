@@ -25,14 +25,7 @@ TIME_BASED = 0x04
 
 
 def position_rate(memory: ServoMemory) -> float:
-    """Rate towards the goal position, in the sign in which the servo counts.
-
-    Args:
-        memory: Of the servo.
-
-    Returns:
-        [rad/s].
-    """
+    """Rate towards the goal position, in the sign in which the servo counts."""
     distance = (memory.get("goal position") - memory.get("present position")) * 2.0 * math.pi / TICKS_PER_TURN
     fastest = memory.get("velocity limit")
     profile = memory.get("profile velocity")

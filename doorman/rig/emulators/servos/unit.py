@@ -93,22 +93,11 @@ class EmulatedServo:
         return BAUD_RATES[self.memory.get("baud rate")]
 
     def is_up(self, time: float) -> bool:
-        """Whether it is not booting.
-
-        Args:
-            time: Of a monotonic clock [s].
-        """
+        """Whether it is not booting."""
         return time >= self._silent_until
 
     def sense(self, time: float, angle: float, rate: float, current: float) -> None:
-        """Take over the plant's motion into the registers, and let watchdog and protection act.
-
-        Args:
-            time: Of a monotonic clock [s].
-            angle: Of the joint [rad].
-            rate: Of the joint [rad/s].
-            current: Of the motor, in the joint's sign [A].
-        """
+        """Take over the plant's motion into the registers, and let watchdog and protection act."""
         if self._reboot_if_due(time):
             return
         memory, sign, reverse = self.memory, self.setup.direction, self._reverse
@@ -134,23 +123,13 @@ class EmulatedServo:
         self._protect()
 
     def is_driven(self, time: float) -> bool:
-        """Whether torque or a spring moves the joint.
-
-        Args:
-            time: Of a monotonic clock [s].
-        """
+        """Whether torque or a spring moves the joint."""
         return self._has_torque(time) or self.setup.spring != 0.0
 
     def goal_rate(self, time: float) -> float:
         """Rate that motor and spring bring about, in the joint's sign; in PWM mode nothing moves.
 
         In current mode, what the spring leaves of the current works against friction; without torque, the spring alone does.
-
-        Args:
-            time: Of a monotonic clock [s].
-
-        Returns:
-            [rad/s].
         """
         memory = self.memory
         on, mode = self._is_on(time), memory.get("operating mode")
@@ -167,34 +146,18 @@ class EmulatedServo:
         return 0.0
 
     def hear(self, time: float) -> None:
-        """Note that an instruction packet went over the bus: that is what the bus watchdog watches.
-
-        Args:
-            time: Of the bus [s].
-        """
+        """Note that an instruction packet went over the bus: that is what the bus watchdog watches."""
         self._heard = time
 
     def is_grouped(self, instruction: Instruction) -> bool:
-        """Whether an instruction is for its secondary id, and may be: EEPROM is not written that way.
-
-        Args:
-            instruction: From the bus.
-        """
+        """Whether an instruction is for its secondary id, and may be: EEPROM is not written that way."""
         if instruction.servo_id != self.memory.get("secondary id") or instruction.servo_id > LAST_ID:
             return False
         writes = instruction.code in (0x03, 0x04)
         return not writes or int.from_bytes(instruction.parameters[:2], "little") >= EEPROM_END
 
     def execute(self, time: float, instruction: Instruction) -> tuple[int, bytes] | None:
-        """Carry out an instruction for this servo.
-
-        Args:
-            time: Of a monotonic clock [s].
-            instruction: For this id or for all, not one of the sync and bulk family.
-
-        Returns:
-            Error number and data of the status packet, or None if the servo does not answer.
-        """
+        """Carry out an instruction for this servo."""
         error, data = self._instructions.carry_out(instruction)
         level = {0x01: 0, 0x02: 1}.get(instruction.code, 2)
         answers = self.memory.get("status return level") >= level
@@ -207,23 +170,11 @@ class EmulatedServo:
         return status
 
     def error_byte(self, error: PacketError) -> int:
-        """Error byte of a status packet: error number, with the alert bit while a hardware error stands.
-
-        Args:
-            error: Number of the error.
-        """
+        """Error byte of a status packet: error number, with the alert bit while a hardware error stands."""
         return int(error) | (ALERT if self.memory.get("hardware error status") else 0)
 
     def write(self, address: int, data: bytes) -> PacketError:
-        """Write as the bus does.
-
-        Args:
-            address: Of the first byte.
-            data: Bytes.
-
-        Returns:
-            Error number.
-        """
+        """Write as the bus does."""
         error, changes = self.memory.check_write(address, data)
         for item, value in changes:
             if item.name == "torque enable" and value and self._is_shut_down():
@@ -240,11 +191,7 @@ class EmulatedServo:
         return error
 
     def reboot(self, time: float) -> None:
-        """Restart: RAM goes back to its initial values and the position into one turn.
-
-        Args:
-            time: Of a monotonic clock [s].
-        """
+        """Restart: RAM goes back to its initial values and the position into one turn."""
         temperature, voltage = self.memory.get("present temperature"), self.memory.get("present input voltage")
         self.memory.power_on()
         self.memory.set("present temperature", temperature)
@@ -260,11 +207,7 @@ class EmulatedServo:
         self._turn_base = None
 
     def trip(self, bits: int) -> None:
-        """Raise hardware errors, as an overload does; those in `shutdown` take the torque.
-
-        Args:
-            bits: Of hardware error status.
-        """
+        """Raise hardware errors, as an overload does; those in `shutdown` take the torque."""
         self.memory.set("hardware error status", self.memory.get("hardware error status") | bits)
         if self._is_shut_down():
             self.memory.set("torque enable", 0)

@@ -83,14 +83,7 @@ class AttitudeParameters(NamedTuple):
     def of(
         cls, inertia: ArrayLike, torque_authority: ArrayLike, period: float, gains: AttitudeGains | None = None
     ) -> AttitudeParameters:
-        """Parameters for one vehicle, with cleared memory.
-
-        Args:
-            inertia: I_A, shape (3, 3) [kg m²].
-            torque_authority: Bound of the integral's torque, shape (3,) [N m].
-            period: Of the loop [s].
-            gains: Gains.
-        """
+        """Parameters for one vehicle, with cleared memory."""
         gains = gains or AttitudeGains()
         matrix = np.array(inertia, dtype=np.float64)
         bound = np.asarray(torque_authority) / np.diag(matrix)
@@ -104,13 +97,6 @@ def attitude_error(quaternion: Array, desired: Array) -> tuple[float, float, flo
     """Rotation from an attitude to the desired one: two components of tilt and one of turn, as 2 sin(angle/2).
 
     Quaternions are [w, x, y, z], body to world, shape (4,).
-
-    Args:
-        quaternion: [w, x, y, z], body to world, shape (4,).
-        desired: [w, x, y, z], body to world, shape (4,).
-
-    Returns:
-        About the body's x, y and z axis.
     """
     a, b, c, d = quaternion[0], -quaternion[1], -quaternion[2], -quaternion[3]
     e, f, g, h = desired[0], desired[1], desired[2], desired[3]
@@ -127,14 +113,7 @@ def attitude_error(quaternion: Array, desired: Array) -> tuple[float, float, flo
 
 @kernel
 def attitude_torque(p: AttitudeParameters, quaternion: Array, rates: Array, desired: Array) -> None:
-    """Torque τ of the loop, into `p.torque`.
-
-    Args:
-        p: Numbers and memory of the loop.
-        quaternion: [w, x, y, z], body to world, shape (4,).
-        rates: Ω, shape (3,), body frame [rad/s].
-        desired: [w, x, y, z], body to world, shape (4,).
-    """
+    """Torque τ of the loop, into `p.torque`."""
     errors = attitude_error(quaternion, desired)
     for k in range(3):
         limit = p.gains[4, k]
@@ -155,12 +134,7 @@ def attitude_torque(p: AttitudeParameters, quaternion: Array, rates: Array, desi
 
 @kernel
 def integrate_rate_error(p: AttitudeParameters, achieved: Array) -> None:
-    """Advance the integral z by one period, after the mixer has shared the torque out.
-
-    Args:
-        p: Numbers and memory of the loop.
-        achieved: [f_t, τ] that the mixer made, shape (4,), body frame [N, N m].
-    """
+    """Advance the integral z by one period, after the mixer has shared the torque out."""
     for k in range(3):
         missing = p.torque[k] - achieved[k + 1]
         if missing * p.memory[3, k] > 1e-9:

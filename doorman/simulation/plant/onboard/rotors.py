@@ -45,11 +45,7 @@ class MixerParameters(NamedTuple):
 
     @classmethod
     def of(cls, layout: RotorLayout) -> MixerParameters:
-        """Parameters of a rotor layout.
-
-        Args:
-            layout: The rotors.
-        """
+        """Parameters of a rotor layout."""
         m = layout.count
         inverse, side = np.ascontiguousarray(layout.inverse), np.ascontiguousarray(layout.side_inverse)
         allocation = np.ascontiguousarray(layout.allocation)
@@ -58,16 +54,7 @@ class MixerParameters(NamedTuple):
 
 @kernel
 def tilt_scale(p: MixerParameters, roll_torque: float, pitch_torque: float) -> float:
-    """Largest share of a roll and pitch torque that some thrust can carry with every rotor inside its limits.
-
-    Args:
-        p: Numbers and results of the mixer.
-        roll_torque: About the body's x axis [N m].
-        pitch_torque: About the body's y axis [N m].
-
-    Returns:
-        In [0, 1].
-    """
+    """Largest share of a roll and pitch torque that some thrust can carry with every rotor inside its limits."""
     scale = 1.0
     for i in range(p.thrusts.shape[0]):
         low = (p.inverse[i, 1] * roll_torque + p.inverse[i, 2] * pitch_torque) / p.inverse[i, 0]
@@ -81,13 +68,7 @@ def tilt_scale(p: MixerParameters, roll_torque: float, pitch_torque: float) -> f
 
 @kernel
 def mix(p: MixerParameters, thrust: float, torque: Array) -> None:
-    """Share [f_t, τ] out among the rotors, into `p.thrusts`, inside [0, max], and `p.achieved`.
-
-    Args:
-        p: Numbers and results of the mixer.
-        thrust: f_t [N].
-        torque: τ, shape (3,), body frame [N m].
-    """
+    """Share [f_t, τ] out among the rotors, into `p.thrusts`, inside [0, max], and `p.achieved`."""
     count = p.thrusts.shape[0]
     scale = tilt_scale(p, torque[0], torque[1])
     lowest, highest = -1e300, 1e300
@@ -115,13 +96,7 @@ def mix(p: MixerParameters, thrust: float, torque: Array) -> None:
 
 @kernel
 def add_side(p: MixerParameters, ahead: float, left: float) -> None:
-    """Add the largest share of a force to the side that leaves every rotor inside [0, max], to `p.thrusts`.
-
-    Args:
-        p: Numbers and results of the mixer.
-        ahead: Along the body's x axis [N].
-        left: Along the body's y axis [N].
-    """
+    """Add the largest share of a force to the side that leaves every rotor inside [0, max], to `p.thrusts`."""
     share = 1.0
     for i in range(p.thrusts.shape[0]):
         more = p.side_inverse[i, 0] * ahead + p.side_inverse[i, 1] * left

@@ -37,23 +37,12 @@ UNLIMITED = 1e6
 
 
 def limit_or_none(limit: float) -> float:
-    """A limit of effort or velocity as the servos use it: `UNLIMITED` where the URDF has none.
-
-    Args:
-        limit: Of the URDF; zero and infinity mean that there is none [N m or rad/s, N or m/s].
-    """
+    """A limit of effort or velocity as the servos use it: `UNLIMITED` where the URDF has none."""
     return float(limit) if 0.0 < limit < UNLIMITED else UNLIMITED
 
 
 def add_servos(spec: Any, mujoco: Any, vehicle: Vehicle, prefix: str) -> None:
-    """Give every arm joint a velocity servo; their controls are references [rad/s], in the order of the joints.
-
-    Args:
-        spec: MjSpec that holds the vehicle.
-        mujoco: The engine.
-        vehicle: The vehicle.
-        prefix: Of the vehicle's names in the spec.
-    """
+    """Give every arm joint a velocity servo; their controls are references [rad/s], in the order of the joints."""
     armature, rate_gain, _, _ = servo_numbers(vehicle)
     for index, name in enumerate(vehicle.joint_names):
         joint = spec.joint(prefix + name)
@@ -69,12 +58,6 @@ def servo_numbers(vehicle: Vehicle) -> tuple[Array, Array, Array, Array]:
     """Inertia, K_v, K_i and braking of every joint's servo, in the vehicle's units.
 
     The contact's spring and damper grow with the vehicle. Servos that did not would be far too weak for them, or far too stiff.
-
-    Args:
-        vehicle: The vehicle.
-
-    Returns:
-        Each of shape (n,): [kg m²], [N m s/rad], [N m/rad] and [rad/s²], in kg, N and m where a joint slides.
     """
     scale = Scale.of(vehicle.radius, vehicle.mass)
     levers = np.array([_LEVER * scale.length if slides else 1.0 for slides in vehicle.slides])
@@ -103,14 +86,7 @@ class ServoParameters(NamedTuple):
     def of(
         cls, vehicle: Vehicle, positions: NDArray[np.int64], velocities: NDArray[np.int64], period: float
     ) -> ServoParameters:
-        """Parameters of a vehicle's arm, with cleared memory.
-
-        Args:
-            vehicle: The vehicle.
-            positions: Index of every joint in qpos, shape (n,).
-            velocities: Index of every joint in qvel, shape (n,).
-            period: Of the loop [s].
-        """
+        """Parameters of a vehicle's arm, with cleared memory."""
         rates = [limit_or_none(limit) for limit in vehicle.rate_limits]
         torques = [limit_or_none(limit) for limit in vehicle.torque_limits]
         limits = np.array([vehicle.lower_limits, vehicle.upper_limits, rates, torques])
@@ -120,16 +96,7 @@ class ServoParameters(NamedTuple):
 
 @kernel
 def servo_rate(asked: float, angle: float, lower: float, upper: float, largest: float, braking: float) -> float:
-    """Rate that a servo follows: the one asked for, inside its limit, and so that it can stop at the joint's end [rad/s].
-
-    Args:
-        asked: Rate that is asked for [rad/s].
-        angle: η [rad].
-        lower: Lower end of the joint [rad].
-        upper: Upper end of the joint [rad].
-        largest: Rate limit [rad/s].
-        braking: Deceleration before the ends [rad/s²].
-    """
+    """Rate that a servo follows: the one asked for, inside its limit, and so that it can stop at the joint's end [rad/s]."""
     rate = min(max(asked, -largest), largest)
     rate = min(rate, math.sqrt(2.0 * braking * max(upper - angle, 0.0)))
     return max(rate, -math.sqrt(2.0 * braking * max(angle - lower, 0.0)))
@@ -137,15 +104,7 @@ def servo_rate(asked: float, angle: float, lower: float, upper: float, largest: 
 
 @kernel
 def servo_references(p: ServoParameters, qpos: Array, qvel: Array, asked: Array, references: Array) -> None:
-    """References of the velocity actuators, from MuJoCo's state and the rates that are asked for.
-
-    Args:
-        p: Numbers and memory of the servos.
-        qpos: MuJoCo's positions, shape (nq,).
-        qvel: MuJoCo's velocities, shape (nv,).
-        asked: Rates that are asked for, shape (n,) [rad/s or m/s].
-        references: Shape (n,), filled [rad/s or m/s].
-    """
+    """References of the velocity actuators, from MuJoCo's state and the rates that are asked for."""
     for j in range(p.integral.shape[0]):
         angle, rate = qpos[p.positions[j]], qvel[p.velocities[j]]
         wanted = servo_rate(asked[j], angle, p.limits[0, j], p.limits[1, j], p.limits[2, j], p.gains[2, j])

@@ -31,13 +31,7 @@ class OnboardParameters(NamedTuple):
 
 @kernel
 def quaternion_product(a: Array, b: Array, out: Array) -> None:
-    """Hamilton product a b of two quaternions [w, x, y, z].
-
-    Args:
-        a: Shape (4,).
-        b: Shape (4,).
-        out: Shape (4,), filled; neither `a` nor `b`.
-    """
+    """Hamilton product a b of two quaternions [w, x, y, z]."""
     out[0] = a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3]
     out[1] = a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2]
     out[2] = a[0] * b[2] - a[1] * b[3] + a[2] * b[0] + a[3] * b[1]
@@ -46,13 +40,7 @@ def quaternion_product(a: Array, b: Array, out: Array) -> None:
 
 @kernel
 def rotate(q: Array, v: Array, out: Array) -> None:
-    """Vector rotated by a unit quaternion.
-
-    Args:
-        q: [w, x, y, z], shape (4,).
-        v: Shape (3,).
-        out: Shape (3,), filled; not `v`.
-    """
+    """Vector rotated by a unit quaternion."""
     w, x, y, z = q[0], q[1], q[2], q[3]
     a = 2.0 * (y * v[2] - z * v[1])
     b = 2.0 * (z * v[0] - x * v[2])
@@ -64,13 +52,7 @@ def rotate(q: Array, v: Array, out: Array) -> None:
 
 @kernel
 def rotate_back(q: Array, v: Array, out: Array) -> None:
-    """Vector rotated by the inverse of a unit quaternion.
-
-    Args:
-        q: [w, x, y, z], shape (4,).
-        v: Shape (3,).
-        out: Shape (3,), filled; not `v`.
-    """
+    """Vector rotated by the inverse of a unit quaternion."""
     w, x, y, z = q[0], -q[1], -q[2], -q[3]
     a = 2.0 * (y * v[2] - z * v[1])
     b = 2.0 * (z * v[0] - x * v[2])
@@ -82,15 +64,7 @@ def rotate_back(q: Array, v: Array, out: Array) -> None:
 
 @kernel
 def onboard_step(p: OnboardParameters, qpos: Array, qvel: Array, command: Array, control: Array) -> None:
-    """Fill `control` = [rotor thrusts (m), servo references (n)] from MuJoCo's state and a command.
-
-    Args:
-        p: Parameters with the loop's memory.
-        qpos: MuJoCo's; the free body's position and quaternion come first.
-        qvel: MuJoCo's; the free body's linear and angular velocity come first, the angular one in its own axes.
-        command: [f_t, quaternion of the desired attitude (4), body force along x and y (2), joint rates (n)].
-        control: MuJoCo's control vector.
-    """
+    """Fill `control` = [rotor thrusts (m), servo references (n)] from MuJoCo's state and a command."""
     quaternion_product(qpos[3:7], p.root_to_base, p.quaternion)
     rotate_back(p.root_to_base, qvel[3:6], p.rates)
     attitude_torque(p.attitude, p.quaternion, p.rates, command[1:5])

@@ -34,16 +34,7 @@ class MocapPose:
 
     @classmethod
     def checked(cls, time: float, position: ArrayLike, quaternion: ArrayLike) -> MocapPose:
-        """A pose with finite values and a unit quaternion.
-
-        Args:
-            time: When it was true, on this computer's monotonic clock [s].
-            position: Shape (3,), world frame [m].
-            quaternion: [w, x, y, z], body to world, shape (4,).
-
-        Raises:
-            DimensionError: if a value is not finite, too large, or the quaternion has another length than 1.
-        """
+        """A pose with finite values and a unit quaternion."""
         place = vector(position, 3, "mocap.position")
         if not math.isfinite(time) or np.abs(place).max() > _LARGEST:
             raise DimensionError("not a pose", field="mocap", given=(time, place.tolist()), allowed="finite numbers")
@@ -90,15 +81,7 @@ class MocapOutlet:
         return self._newest_time
 
     def offer(self, pose: MocapPose, now: float) -> bool:
-        """Take a pose to be sent, unless it is old, from the future, or not newer than the last.
-
-        Args:
-            pose: The pose.
-            now: On this computer's monotonic clock [s].
-
-        Returns:
-            Whether it was taken.
-        """
+        """Take a pose to be sent, unless it is old, from the future, or not newer than the last."""
         if pose.time <= self._newest_time or not now - self._max_age <= pose.time <= now + 0.02:
             self._dropped += 1
             return False
@@ -107,11 +90,7 @@ class MocapOutlet:
         return True
 
     def message(self, now: float) -> Message | None:
-        """VISION_POSITION_ESTIMATE of a pose that is waiting and due; None if there is none.
-
-        Args:
-            now: On this computer's monotonic clock [s].
-        """
+        """VISION_POSITION_ESTIMATE of a pose that is waiting and due; None if there is none."""
         pose = self._latest
         if pose is None or pose.time <= self._newest_sent or now - self._last_sent < self._period - 1e-3:
             return None

@@ -55,40 +55,20 @@ class Origin:
         return self._heard < float("inf")
 
     def heard(self, now: float) -> None:
-        """Take in that the autopilot says that it has an origin.
-
-        Args:
-            now: On this computer's monotonic clock [s].
-        """
+        """Take in that the autopilot says that it has an origin."""
         self._heard, self._confirmed = min(self._heard, now), now
 
     def estimator(self, flags: int) -> None:
-        """Take in how the autopilot says that its estimator is.
-
-        Args:
-            flags: ESTIMATOR_STATUS_FLAGS.
-        """
+        """Take in how the autopilot says that its estimator is."""
 
     def settled(self, now: float, armed: bool) -> bool:
-        """Whether poses may be sent; the height's zero of an armed vehicle stays.
-
-        Args:
-            now: On this computer's monotonic clock [s].
-            armed: Whether the vehicle is armed.
-        """
+        """Whether poses may be sent; the height's zero of an armed vehicle stays."""
         if armed:
             return True
         return now > (self._heard + self.settling if self._heard <= now else self._began + self.patience)
 
     def messages(self, now: float, system: int, component: int, armed: bool) -> list[Message]:
-        """Messages that are due: the origin, and the question whether the autopilot has one, which right after boot it has not.
-
-        Args:
-            now: On this computer's monotonic clock [s].
-            system: Of the autopilot.
-            component: Of the autopilot.
-            armed: Whether the vehicle is armed.
-        """
+        """Messages that are due: the origin, and the question whether the autopilot has one. Right after boot it has none."""
         self._began = min(self._began, now)
         if self.known and (armed or not self.forgetful):
             self._confirmed = now
@@ -131,21 +111,13 @@ class CautiousOrigin(Origin):
         """Take in how the autopilot says that its estimator is; only its word since the last question counts.
 
         On the ground it is in ESTIMATOR_CONST_POS_MODE with a position, too.
-
-        Args:
-            flags: ESTIMATOR_STATUS_FLAGS.
         """
         self._lost = not flags & _NAVIGATES
         if not self._lost:
             self._began = float("-inf")  # there is nothing to wait for
 
     def settled(self, now: float, armed: bool) -> bool:
-        """Whether poses may be sent; once they may, they always may.
-
-        Args:
-            now: On this computer's monotonic clock [s].
-            armed: Whether the vehicle is armed.
-        """
+        """Whether poses may be sent; once they may, they always may."""
         self._released = self._released or super().settled(now, armed)
         return self._released
 

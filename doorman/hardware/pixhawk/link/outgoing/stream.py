@@ -95,15 +95,7 @@ class SetpointStream:
         return self._latched
 
     def offer(self, setpoint: Setpoint, now: float) -> bool:
-        """Take the controller's newest setpoint; refused while the stream is off, climbing or latched.
-
-        Args:
-            setpoint: Of the controller.
-            now: On this computer's monotonic clock [s].
-
-        Returns:
-            Whether it was taken.
-        """
+        """Take the controller's newest setpoint; refused while the stream is off, climbing or latched."""
         with self._lock:
             if self._latched or self._source in (Source.OFF, Source.CLIMB):
                 return False
@@ -112,23 +104,12 @@ class SetpointStream:
         return True
 
     def hold(self, setpoint: PositionSetpoint, *, latch: bool = False) -> None:
-        """Hold a point; latched, it keeps the controller out.
-
-        Args:
-            setpoint: Point and yaw, world frame.
-            latch: Whether the controller is kept out until `release`.
-        """
+        """Hold a point; latched, it keeps the controller out."""
         with self._lock:
             self._hold, self._source, self._latched = setpoint, Source.HOLD, latch
 
     def climb(self, start: PositionSetpoint, height: float, now: float) -> None:
-        """Climb from a point at the configured rate.
-
-        Args:
-            start: Point and yaw at the start, world frame.
-            height: Of the climb [m].
-            now: On this computer's monotonic clock [s].
-        """
+        """Climb from a point at the configured rate."""
         with self._lock:
             self._climb = _Climb(start, height, self._config.climb_rate, now)
             self._source, self._latched = Source.CLIMB, False
@@ -150,13 +131,7 @@ class SetpointStream:
             self._last_sent = None
 
     def message(self, now: float, sample: VehicleSample, target: tuple[int, int]) -> Message | None:
-        """Message of this tick; None if nothing may be commanded.
-
-        Args:
-            now: On this computer's monotonic clock [s].
-            sample: What is known of the vehicle.
-            target: System and component of the autopilot.
-        """
+        """Message of this tick; None if nothing may be commanded."""
         with self._lock:
             setpoint, hold = self._current(now, sample)
             setpoint = self._levelled(setpoint, hold, now)
@@ -234,11 +209,7 @@ class SetpointStream:
 
 
 def here(sample: VehicleSample) -> PositionSetpoint | None:
-    """Setpoint to stay where the vehicle is; None while that is unknown.
-
-    Args:
-        sample: What is known of the vehicle.
-    """
+    """Setpoint to stay where the vehicle is; None while that is unknown."""
     yaw = float(sample.attitude[2])
     if not (np.isfinite(sample.position).all() and math.isfinite(yaw)):
         return None

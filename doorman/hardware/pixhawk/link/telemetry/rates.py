@@ -61,20 +61,11 @@ class RateKeeper:
         return {identifier: stream.rate for identifier, stream in self._streams.items()}
 
     def want(self, identifier: int, rate: float) -> None:
-        """Want another stream, too.
-
-        Args:
-            identifier: Of the message.
-            rate: [1/s].
-        """
+        """Want another stream, too."""
         self._streams = {**self._streams, identifier: _Stream(rate)}
 
     def heard(self, identifier: int) -> None:
-        """Count a message.
-
-        Args:
-            identifier: Of the message.
-        """
+        """Count a message."""
         stream = self._streams.get(identifier)
         if stream is not None:
             stream.heard += 1
@@ -88,13 +79,7 @@ class RateKeeper:
         self._next_check, self._last_check = 0.0, None
 
     def requests(self, now: float, system: int, component: int) -> list[Message]:
-        """Requests that are due; call it often.
-
-        Args:
-            now: On this computer's monotonic clock [s].
-            system: Of the autopilot.
-            component: Of the autopilot.
-        """
+        """Requests that are due; call it often."""
         if now < self._next_check:
             return []
         elapsed = None if self._last_check is None else now - self._last_check

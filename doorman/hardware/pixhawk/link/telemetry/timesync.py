@@ -107,42 +107,24 @@ class ClockMap:
         return 0.0 if line is None else line.slope
 
     def offset(self, local: float) -> float:
-        """Offset of our clock from the autopilot's [s]; NaN before the first samples.
-
-        Args:
-            local: Time on our clock [s].
-        """
+        """Offset of our clock from the autopilot's [s]; NaN before the first samples."""
         line = self._line
         return float("nan") if line is None else line.at(local)
 
     def to_local(self, remote: float, now: float) -> float:
-        """Time on our clock of a stamp of the autopilot, never later than `now`; `now` while not synchronised [s].
-
-        Args:
-            remote: The stamp [s].
-            now: On our clock [s].
-        """
+        """Time on our clock of a stamp of the autopilot, never later than `now`; `now` while not synchronised [s]."""
         line = self._line
         if line is None:
             return now
         return min(now, remote + line.at(min(now, remote + line.at(now))))
 
     def ahead(self, remote: float, now: float) -> float:
-        """How far a stamp of the autopilot lies after `now` [s]; −∞ while not synchronised.
-
-        Args:
-            remote: The stamp [s].
-            now: On our clock [s].
-        """
+        """How far a stamp of the autopilot lies after `now` [s]; −∞ while not synchronised."""
         line = self._line
         return float("-inf") if line is None else remote + line.at(now) - now
 
     def ask(self, now_ns: int) -> int:
-        """Value for a request's `ts1`, to be recognised in its answer.
-
-        Args:
-            now_ns: On our clock [ns].
-        """
+        """Value for a request's `ts1`, to be recognised in its answer."""
         self._pending.append(now_ns)
         return now_ns
 
@@ -150,11 +132,6 @@ class ClockMap:
         """Take in an answer to a TIMESYNC request.
 
         Answers to other stations' requests, and second copies of one to ours, are not taken.
-
-        Args:
-            ts1: Of our request [ns].
-            tc1: The autopilot's clock [ns].
-            now_ns: When it was received, on our clock [ns].
         """
         if ts1 not in self._pending:
             return SyncResult.UNASKED

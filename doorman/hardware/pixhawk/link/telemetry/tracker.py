@@ -87,12 +87,7 @@ class Tracker:
         self._battery_id, self._battery_time, self._cells = math.inf, -math.inf, False
 
     def in_order(self, sequence: int, now: float) -> bool:
-        """Whether a message is neither a copy of the last one nor overtaken by it.
-
-        Args:
-            sequence: Its number, 0 … 255.
-            now: On this computer's monotonic clock [s].
-        """
+        """Whether a message is neither a copy of the last one nor overtaken by it."""
         if self._last_sequence is not None:
             last, heard = self._last_sequence
             step = (sequence - last) % 256
@@ -103,24 +98,13 @@ class Tracker:
         return True
 
     def take(self, message: Message, now: float) -> None:
-        """Take in a telemetry message of the autopilot; others are ignored.
-
-        Args:
-            message: The message.
-            now: When it was received, on this computer's monotonic clock [s].
-        """
+        """Take in a telemetry message of the autopilot; others are ignored."""
         handler = self._handlers.get(message.get_msgId())
         if handler is not None:
             handler(message, now)
 
     def heartbeat(self, message: Message, dialect: Dialect, now: float) -> None:
-        """Take in a heartbeat of the autopilot.
-
-        Args:
-            message: HEARTBEAT.
-            dialect: Of the autopilot.
-            now: On this computer's monotonic clock [s].
-        """
+        """Take in a heartbeat of the autopilot."""
         self.sample = replace(
             self.sample,
             mode=dialect.mode(message.custom_mode),
@@ -130,19 +114,11 @@ class Tracker:
         )
 
     def estimator(self, flags: int) -> None:
-        """Take in how the autopilot says that its estimator is: positions that it does not believe itself are not used.
-
-        Args:
-            flags: ESTIMATOR_STATUS_FLAGS.
-        """
+        """Take in how the autopilot says that its estimator is: positions that it does not believe itself are not used."""
         self._doubts, self._unsaid_until = 0 if flags & _LOCATED else self._doubts + 1, -math.inf
 
     def expect_estimator(self, now: float) -> None:
-        """Believe no position before the autopilot has said that it does itself, for a while.
-
-        Args:
-            now: On this computer's monotonic clock [s].
-        """
+        """Believe no position before the autopilot has said that it does itself, for a while."""
         self._doubts, self._unsaid_until = _DOUBTS - 1, now + _UNSAID
 
     def _newer(self, message: Message, now: float) -> bool:

@@ -49,24 +49,13 @@ class CompanionClock:
         self._by_timesync, self._least = by_timesync, math.inf
 
     def answer(self, sent_ns: int, companion_ns: int, now_ns: int) -> None:
-        """Take in an answer to our own TIMESYNC request.
-
-        Args:
-            sent_ns: When we asked, on the autopilot's clock [ns].
-            companion_ns: The companion's clock in its answer [ns].
-            now_ns: When the answer came, on the autopilot's clock [ns].
-        """
+        """Take in an answer to our own TIMESYNC request."""
         offset = ((sent_ns + now_ns) / 2 - companion_ns) * 1e-9
         self.offset = offset if self.answers == 0 else 0.8 * self.offset + 0.2 * offset
         self.answers += 1
 
     def stamp(self, companion_us: int, now: float) -> float:
-        """Time of a companion's stamp on the autopilot's clock [s].
-
-        Args:
-            companion_us: The stamp, which arrives now [µs].
-            now: On the autopilot's clock [s].
-        """
+        """Time of a companion's stamp on the autopilot's clock [s]."""
         stamp = companion_us * 1e-6
         if self._by_timesync:
             return stamp + self.offset if self.answers >= _ANSWERS_NEEDED else now

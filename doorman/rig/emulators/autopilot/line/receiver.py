@@ -64,11 +64,7 @@ class Receiver:
         }
 
     def take(self, message: Any) -> None:
-        """Act on a message; one to another system is ignored.
-
-        Args:
-            message: Of pymavlink.
-        """
+        """Act on a message; one to another system is ignored."""
         if getattr(message, "target_system", 0) in (0, self._system):
             self.received[message.get_type()] += 1
             self._handlers.get(message.get_type(), lambda message: None)(message)

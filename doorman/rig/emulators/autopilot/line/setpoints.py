@@ -24,13 +24,7 @@ _THRUST_AS_THRUST = 8
 
 
 def attitude_demand(dialect: Dialect, parameters: ParameterStore, message: Any) -> Demand | None:
-    """SET_ATTITUDE_TARGET.
-
-    Args:
-        dialect: Of the autopilot.
-        parameters: Of the autopilot.
-        message: As decoded.
-    """
+    """SET_ATTITUDE_TARGET."""
     mask, quaternion, thrust = message.type_mask, np.array(message.q) * FLIP_QUATERNION, message.thrust
     x = y = 0.0
     if mask & _THRUST_BODY and dialect.takes_body_thrust:
@@ -46,11 +40,7 @@ def attitude_demand(dialect: Dialect, parameters: ParameterStore, message: Any) 
 
 
 def position_demand(message: Any) -> Demand | None:
-    """SET_POSITION_TARGET_LOCAL_NED: a position, a velocity or both.
-
-    Args:
-        message: As decoded; only MAV_FRAME_LOCAL_NED is taken.
-    """
+    """SET_POSITION_TARGET_LOCAL_NED: a position, a velocity or both."""
     mask, yaw = message.type_mask, -message.yaw
     position, velocity, acceleration = (
         NOTHING if mask & ignored else np.array(values) * FLIP
@@ -69,11 +59,7 @@ def position_demand(message: Any) -> Demand | None:
 
 
 def _thrust_body(message: Any) -> Array:
-    """Extension of SET_ATTITUDE_TARGET that the dialect here does not have; zeros where it was not sent, or cut off as such.
-
-    Returns:
-        Normalised, in the body, z down, shape (3,).
-    """
+    """Extension of SET_ATTITUDE_TARGET that the dialect here does not have; zeros where it was not sent, or cut off as such."""
     frame = bytes(message.get_msgbuf())
     known, payload = message.unpacker.size, frame[10 : 10 + frame[1]] if frame[0] == 0xFD else b""
     return np.array(struct.unpack("<3f", payload[known : known + 12].ljust(12, b"\0")))

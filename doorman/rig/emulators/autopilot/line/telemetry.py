@@ -41,15 +41,7 @@ class Schedule:
         self._next: dict[int, float] = {}
 
     def set_interval(self, identifier: int, interval_us: float) -> bool:
-        """Take SET_MESSAGE_INTERVAL.
-
-        Args:
-            identifier: Of the message.
-            interval_us: Between two messages [µs]; −1 stops them.
-
-        Returns:
-            Whether the interval may be set.
-        """
+        """Take SET_MESSAGE_INTERVAL."""
         if identifier not in self._on_request:
             return False
         self._periods.pop(identifier, None)
@@ -58,11 +50,7 @@ class Schedule:
         return True
 
     def due(self, now: float) -> list[int]:
-        """Identifiers of the messages that are due.
-
-        Args:
-            now: The autopilot's time since boot [s].
-        """
+        """Identifiers of the messages that are due."""
         due = []
         for identifier, period in self._periods.items():
             at = self._next.get(identifier, now)
@@ -131,23 +119,12 @@ class Telemetry:
         self._brain.texts.clear()
 
     def tell(self, identifier: int) -> bool:
-        """Send the message that somebody asks for.
-
-        Args:
-            identifier: Of the message.
-
-        Returns:
-            Whether there was one to send.
-        """
+        """Send the message that somebody asks for."""
         asked = identifier in self._brain.dialect.on_request
         return asked and self._send_if_any(identifier, self._estimator.navigates)
 
     def send(self, message: Any) -> None:
-        """Send a message in its own name.
-
-        Args:
-            message: Of pymavlink.
-        """
+        """Send a message in its own name."""
         data = message.pack(self.mav)
         self.mav.seq = (self.mav.seq + 1) % 256
         self._transmit(data)

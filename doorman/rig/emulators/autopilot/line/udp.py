@@ -71,11 +71,7 @@ class FaultyUdp:
         return str(host), int(port)
 
     def wait(self, timeout: float) -> None:
-        """Wait until something can be read, or the time is over.
-
-        Args:
-            timeout: Longest time [s].
-        """
+        """Wait until something can be read, or the time is over."""
         self._time.readable([self._socket], max(0.0, timeout))
 
     def receive(self) -> list[bytes]:
@@ -91,11 +87,7 @@ class FaultyUdp:
         return datagrams
 
     def send(self, data: bytes) -> None:
-        """Send a message, now or after the delay.
-
-        Args:
-            data: Bytes of the message.
-        """
+        """Send a message, now or after the delay."""
         for piece in self._suffer(data, self._outgoing):
             heapq.heappush(self._waiting, (self._time.now() + self._outgoing.delay, next(self._ticket), piece))
         self.flush()

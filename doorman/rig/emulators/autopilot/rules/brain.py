@@ -75,11 +75,7 @@ class Brain:
     # ------------------------------------------------------------ requests
 
     def request_mode(self, mode: int) -> int:
-        """Answer DO_SET_MODE. PX4 accepts it on the ground even where the mode does not change: the heartbeat tells.
-
-        Args:
-            mode: `custom_mode`.
-        """
+        """Answer DO_SET_MODE. PX4 accepts it on the ground even where the mode does not change: the heartbeat tells."""
         if mode not in self.dialect.modes.values():
             return DENIED
         if self._available(mode):
@@ -93,11 +89,7 @@ class Brain:
         return ACCEPTED
 
     def request_take_off(self, height: float) -> int:
-        """Answer NAV_TAKEOFF: accepted only from the ground, armed, in `companion`.
-
-        Args:
-            height: Above home [m].
-        """
+        """Answer NAV_TAKEOFF: accepted only from the ground, armed, in `companion`."""
         if not self.dialect.lifts_off_by_command:
             return UNSUPPORTED
         if not self.is_in("companion") or not self.armed or not self.landed or not 0.0 < height < math.inf:
@@ -106,12 +98,7 @@ class Brain:
         return ACCEPTED
 
     def request_arming(self, arm: bool, forced: bool) -> int:
-        """Answer COMPONENT_ARM_DISARM.
-
-        Args:
-            arm: Whether to arm, rather than to disarm.
-            forced: Whether it is disarmed in the air, too.
-        """
+        """Answer COMPONENT_ARM_DISARM."""
         if not arm:
             if self.armed and not self.landed and not forced:
                 return self.dialect.refusal
@@ -130,14 +117,7 @@ class Brain:
         return reason is not None
 
     def pilot_mode(self, name: str) -> None:
-        """Turn the pilot's mode switch: it wins, and ends a failsafe, where the mode is available.
-
-        Args:
-            name: Of the mode, one of `Dialect.modes`.
-
-        Raises:
-            ValueError: if there is no such mode.
-        """
+        """Turn the pilot's mode switch: it wins, and ends a failsafe, where the mode is available."""
         if name not in self.dialect.modes:
             raise ValueError(f"unknown mode {name}: {', '.join(self.dialect.modes)}")
         if self._available(self.dialect.modes[name]):
@@ -145,11 +125,7 @@ class Brain:
             self._enter(self.dialect.modes[name])
 
     def kill(self, stop: bool) -> None:
-        """Turn the pilot's kill switch.
-
-        Args:
-            stop: Whether it stops the motors, or lets those of a vehicle that is still armed run again.
-        """
+        """Turn the pilot's kill switch."""
         self._killed_at = self._now if stop and self.armed else math.inf
 
     @property
@@ -163,11 +139,7 @@ class Brain:
         self._killed_at = math.inf
 
     def aim(self, demand: Demand | None) -> None:
-        """Follow a setpoint from now on.
-
-        Args:
-            demand: The setpoint; None if it was ill-defined: PX4 then hears nothing, and ArduPilot stops.
-        """
+        """Follow a setpoint from now on."""
         heard = self.dialect.heeds_stream or (self.is_in("companion") and self.armed)
         if heard and not (demand is None and self.dialect.heeds_stream):
             self._target, self._heard_at = demand or Demand(Task.VELOCITY), self._now
@@ -176,17 +148,7 @@ class Brain:
     # ------------------------------------------------------------ every step
 
     def update(self, now: float, estimate: Estimate, on_ground: bool, station_age: float) -> Demand:
-        """Think once.
-
-        Args:
-            now: Of its own clock [s].
-            estimate: What it believes.
-            on_ground: Whether the landing gear touches.
-            station_age: Since the last heartbeat of a ground station [s]; infinity before the first.
-
-        Returns:
-            What the vehicle is to do.
-        """
+        """Think once."""
         self._now, self._estimate, self._station_age = now, estimate, station_age
         task, climb = self.demand.task, float(estimate.velocity[2])
         self.landed = self._ground.landed(now, self.armed, self.landed, on_ground, task, climb)

@@ -26,27 +26,13 @@ class GroundWatch:
         """Since when a landing has stopped, and has stood on the ground [s]."""
 
     def landed(self, now: float, armed: bool, landed: bool, on_ground: bool, task: Task, climb: float) -> bool:
-        """Whether it is landed: on the ground, or stuck in a landing, and not about to leave.
-
-        Args:
-            now: Of the autopilot's clock [s].
-            armed: Whether it is armed.
-            landed: Whether it was landed until now.
-            on_ground: Whether the landing gear touches.
-            task: What the vehicle does now.
-            climb: Its upward velocity as estimated [m/s].
-        """
+        """Whether it is landed: on the ground, or stuck in a landing, and not about to leave."""
         halted = armed and task is Task.LAND and abs(climb) <= _STANDING
         self._halted_since = min(self._halted_since, now) if halted else math.inf
         stuck = now - self._halted_since > _STUCK
         return (on_ground or stuck) and (task in (Task.IDLE, Task.LAND) or not armed or landed)
 
     def is_over(self, now: float, stands: bool) -> bool:
-        """Whether a landing has stood for so long that the vehicle is to be disarmed.
-
-        Args:
-            now: Of the autopilot's clock [s].
-            stands: Whether it is landing, armed and landed.
-        """
+        """Whether a landing has stood for so long that the vehicle is to be disarmed."""
         self._stands_since = min(self._stands_since, now) if stands else math.inf
         return now - self._stands_since > self._parameters.get("COM_DISARM_LAND", _LAND_DETECTION)

@@ -35,12 +35,7 @@ class WayHome:
         self._speed, self._climbed, self._arrived = 0.0, False, False
 
     def demand(self, estimate: Estimate, now: float) -> Demand:
-        """What to do now: in the end it lands.
-
-        Args:
-            estimate: What the autopilot believes now.
-            now: The autopilot's time since boot [s].
-        """
+        """What to do now: in the end it lands."""
         dt, self.now = max(now - self.now, 0.0), now
         if self._climbed:
             self._arrived |= float(np.linalg.norm((self.home - estimate.position)[:2])) < _ARRIVED

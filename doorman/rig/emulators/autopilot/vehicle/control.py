@@ -56,16 +56,7 @@ class FlightController:
         """Where a landing began, shape (3,) [m]."""
 
     def actuate(self, demand: Demand, estimate: Estimate, max_force: float) -> tuple[float, Array]:
-        """Thrust and attitude for now.
-
-        Args:
-            demand: What to do; not to idle.
-            estimate: What the autopilot believes now.
-            max_force: Thrust of all rotors at most [N].
-
-        Returns:
-            Thrust [N], and [w, x, y, z], body to world, shape (4,).
-        """
+        """Thrust and attitude for now."""
         if demand.task is not Task.LAND:
             self._anchor = None
         if demand.task is Task.ATTITUDE:
@@ -93,15 +84,7 @@ class FlightController:
 
 
 def tilted(axis: tuple[float, float, float], yaw: float) -> Array:
-    """Attitude whose z axis points along a unit vector, with a heading: the least tilt, then the turn.
-
-    Args:
-        axis: Unit vector, not straight down, world frame.
-        yaw: Of the turn [rad].
-
-    Returns:
-        [w, x, y, z], body to world, shape (4,).
-    """
+    """Attitude whose z axis points along a unit vector, with a heading: the least tilt, then the turn."""
     x, y, z = axis
     w = math.sqrt(0.5 * (1.0 + z))
     return np.array(multiply((w, -y / (2.0 * w), x / (2.0 * w), 0.0), from_attitude((0.0, 0.0, yaw))))

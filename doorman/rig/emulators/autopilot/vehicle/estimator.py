@@ -85,11 +85,6 @@ class Estimator:
 
         ArduPilot sets the height that it believes soon after the first one to zero, unless it is armed. Poses are fused as they
         are, and the height that it tells is larger by that from then on. The height that PX4 tells sinks by the altitude.
-
-        Args:
-            now: The autopilot's time since boot [s].
-            armed: Whether the vehicle is armed.
-            place: The origin on earth.
         """
         self.origin = place
         if not self._needs_origin:
@@ -98,13 +93,7 @@ class Estimator:
             self._datum_due = now + _DATUM_DELAY
 
     def update(self, now: float, truth: PlantTruth, dt: float) -> Estimate:
-        """Estimate at a time.
-
-        Args:
-            now: The autopilot's time since boot [s].
-            truth: Of the vehicle now.
-            dt: Since the last call [s].
-        """
+        """Estimate at a time."""
         self._history.append((now, truth.position))
         while now - self._history[0][0] > _HISTORY:
             self._history.popleft()
@@ -124,13 +113,7 @@ class Estimator:
         return self.estimate
 
     def pose(self, now: float, stamp: float, position: Array) -> None:
-        """Fuse a pose.
-
-        Args:
-            now: The autopilot's time since boot [s].
-            stamp: When the pose was true, since boot [s].
-            position: Shape (3,), world frame [m].
-        """
+        """Fuse a pose."""
         if not self.vision or not self._history[0][0] <= stamp <= now + 0.05:
             return
         times, places = zip(*self._history, strict=True)

@@ -29,12 +29,7 @@ _NOTHING = 1e-6
 
 
 def thrust_share(normalised: float, k: float) -> float:
-    """f/f_max = u² of motors whose thrust is the signal squared.
-
-    Args:
-        normalised: τ, 0 … 1.
-        k: Of the autopilot's parameter, 0 … 1.
-    """
+    """f/f_max = u² of motors whose thrust is the signal squared."""
     if k < 1e-6:
         return normalised * normalised
     u = (math.sqrt((1.0 - k) ** 2 + 4.0 * k * normalised) - (1.0 - k)) / (2.0 * k)
@@ -42,24 +37,12 @@ def thrust_share(normalised: float, k: float) -> float:
 
 
 def normalised_thrust(share: float, k: float) -> float:
-    """τ of a share of the largest thrust, the inverse of `thrust_share`.
-
-    Args:
-        share: f/f_max, 0 … 1.
-        k: Of the autopilot's parameter, 0 … 1.
-    """
+    """τ of a share of the largest thrust, the inverse of `thrust_share`."""
     return k * share + (1.0 - k) * math.sqrt(share)
 
 
 def add_rotors(parameters: ParameterStore, positions: Array, axes: Array, moments: Array) -> None:
-    """Be set up for rotors.
-
-    Args:
-        parameters: To which their parameters are added.
-        positions: In the body, z up, shape (m, 3) [m].
-        axes: Unit vectors of the thrusts, in the body, z up, shape (m, 3).
-        moments: Drag by thrust, positive of counter-clockwise rotors, shape (m,) [m].
-    """
+    """Be set up for rotors."""
     parameters.add("CA_ROTOR_COUNT", len(positions), whole=True)
     rows = np.column_stack([positions * FLIP, axes * FLIP, moments])
     for i, row in enumerate(rows.tolist()):
@@ -68,13 +51,7 @@ def add_rotors(parameters: ParameterStore, positions: Array, axes: Array, moment
 
 
 def side_force(parameters: ParameterStore, share: tuple[float, float], full: float) -> tuple[float, float]:
-    """Force along the body's x and y axis, z up, that normalised thrust along them becomes [N].
-
-    Args:
-        parameters: Of the autopilot; without rotors among them, it makes none.
-        share: Normalised thrust, -1 … 1.
-        full: Thrust along z of all rotors at their most [N].
-    """
+    """Force along the body's x and y axis, z up, that normalised thrust along them becomes [N]."""
     if not any(share) or "CA_ROTOR_COUNT" not in parameters:
         return 0.0, 0.0
     rotors = [f"CA_ROTOR{i}_" for i in range(int(parameters["CA_ROTOR_COUNT"]))]

@@ -47,23 +47,13 @@ class AutopilotPlant(Protocol):
         """Weight [N]."""
 
     def command(self, thrust: float, quaternion: Array, side_force: tuple[float, float] = (0.0, 0.0)) -> None:
-        """Fly with a thrust, and a force to the side, towards an attitude, until the next command.
-
-        Args:
-            thrust: Along the body's z axis [N].
-            quaternion: [w, x, y, z], body to world, shape (4,).
-            side_force: Along the body's x and y axis [N].
-        """
+        """Fly with a thrust, and a force to the side, towards an attitude, until the next command."""
 
     def stop_motors(self) -> None:
         """Let the motors stand still, until the next command."""
 
     def advance(self, duration: float) -> None:
-        """Let time pass; does nothing if somebody else advances the plant.
-
-        Args:
-            duration: Time that passes [s].
-        """
+        """Let time pass; does nothing if somebody else advances the plant."""
 
     def truth(self) -> PlantTruth:
         """The vehicle as it is now."""
@@ -90,13 +80,7 @@ class SimplePlant:
         return self.mass * GRAVITY
 
     def command(self, thrust: float, quaternion: Array, side_force: tuple[float, float] = (0.0, 0.0)) -> None:
-        """Fly with a thrust towards an attitude, until the next command.
-
-        Args:
-            thrust: Along the body's z axis [N].
-            quaternion: [w, x, y, z], body to world, shape (4,).
-            side_force: Ignored: upright rotors make none [N].
-        """
+        """Fly with a thrust towards an attitude, until the next command."""
         self._wanted_force, self._wanted = max(0.0, thrust), quaternion / np.linalg.norm(quaternion)
 
     def stop_motors(self) -> None:
@@ -104,11 +88,7 @@ class SimplePlant:
         self._wanted_force = 0.0
 
     def advance(self, duration: float) -> None:
-        """Let time pass, in steps of at most 4 ms.
-
-        Args:
-            duration: Time that passes [s].
-        """
+        """Let time pass, in steps of at most 4 ms."""
         steps = max(1, math.ceil(duration / 0.004 - 1e-9))
         for _ in range(steps):
             self._step(duration / steps)
@@ -140,12 +120,5 @@ class SimplePlant:
 
 
 def thrust_axis(quaternion: Array) -> Array:
-    """The body's z axis in the world.
-
-    Args:
-        quaternion: [w, x, y, z], body to world, shape (4,).
-
-    Returns:
-        Unit vector, shape (3,), world frame.
-    """
+    """The body's z axis in the world."""
     return np.array(rotate(quaternion.tolist(), (0.0, 0.0, 1.0)))
