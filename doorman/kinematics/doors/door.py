@@ -166,7 +166,7 @@ class Door(LeafInWorld):
         return self._motion.weight_torque(self.weight, float(leaf[2]), float(normal[2]))
 
     def hinge_torque(self, door_angle: float, door_rate: float) -> float:
-        r"""Torque :math:`b\dot\alpha + \tau_c\tanh(\dot\alpha/\epsilon) + k(\alpha-\alpha_0) \pm \tau_p + G` against the motion."""
+        r"""Torque :math:`b\dot\alpha + \tau_c\tanh(\dot\alpha/\epsilon) + k(\alpha-\alpha_0) \pm \tau_p + G` against motion."""
         friction = self.friction * np.tanh(door_rate / self.friction_rate)
         spring = self.stiffness * (door_angle - self.rest_angle)
         return float(self.damping * door_rate + friction + spring + self.closing_torque) + self.weight_torque(
