@@ -103,9 +103,8 @@ class Replanner(Cddp):
         self._last_cost = self.cost if status.flyable else math.inf
 
     def _best(self, status: PlanStatus) -> PlanStatus:
-        best = super()._best(status)
+        best = status if self._aims else super()._best(status)
         self._note(best)
-        self._is_fallback = best is not status
         return best
 
     def _set_guess(
@@ -123,7 +122,11 @@ class Replanner(Cddp):
         The trajectory that costs less stays in the solver's memory, if both are usable; or that of `follow`, if neither is.
         """
         before, cost = (self.trajectory(), self.cost) if followed.usable else (None, math.inf)
-        status, iterations = self._aim(state, max_iterations, time_limit)
+        self._aims = True  # a guess without feedback is worth less than what was followed
+        try:
+            status, iterations = self._aim(state, max_iterations, time_limit)
+        finally:
+            self._aims = False
         if before is None or (status.usable and self.cost <= cost):
             return status, iterations
         self._put_back(*before)
@@ -135,13 +138,10 @@ class Replanner(Cddp):
         share = max(max_iterations // 2, 1)
         first, iterations = self.run(state, self._last_inputs, max_iterations=share, time_limit=time_limit)
         left = deadline - time.monotonic()
-        if (first.usable and not self._is_fallback) or iterations >= max_iterations or left <= 0.0:
+        if first.usable or iterations >= max_iterations or left <= 0.0:
             return first, iterations
-        states, kept, cost = self._work.nominal.states.copy(), self._work.nominal.inputs.copy(), self.cost
+        kept = self._work.nominal.inputs.copy()
         second, more = self.run(state, max_iterations=max_iterations - iterations, time_limit=left)
-        if first.usable and not (second.usable and self.cost <= cost):
-            self._put_back(states, kept)
-            return first, more
         if second.usable or not first.flyable or second is first:
             return second, more
         return self.run(state, kept, max_iterations=1, time_limit=max(deadline - time.monotonic(), _NO_TIME))
@@ -272,7 +272,7 @@ class Replanner(Cddp):
 
     def _forget_last(self) -> None:
         """There is no trajectory to follow."""
-        self._started, self._is_fallback, self._last_cost = False, False, math.inf
+        self._started, self._aims, self._last_cost = False, False, math.inf
         self._last_inputs, self._last_state = self._work.nominal.inputs.copy(), self._work.nominal.states[0].copy()
 
     def _compile_follow(self) -> None:
