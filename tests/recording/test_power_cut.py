@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import threading
 import time
 from pathlib import Path
 from typing import Any
@@ -73,6 +74,25 @@ def test_a_disk_that_takes_nothing_more_is_told_and_memory_keeps_the_rest(tmp_pa
     recording = recorder.recording()
     assert not recording.complete
     np.testing.assert_array_equal(recording["topic"]["state"][:, 0], np.arange(100) / 3)
+
+
+def test_a_disk_that_failed_once_is_told_though_it_works_again(tmp_path, monkeypatch):
+    """What the system did not write then, it does not write later: a second fsync says nothing of it."""
+    failed = threading.Event()
+
+    def broken_once(descriptor: int) -> None:
+        if not failed.is_set():
+            failed.set()
+            raise OSError(5, "Input/output error")
+
+    recorder = Recorder(tmp_path / "run.mcap", {})
+    monkeypatch.setattr(os, "fsync", broken_once)
+    for k in range(50):
+        recorder.write("topic", 0.1 * k, {"value": float(k)})
+    assert failed.wait(60.0)
+    recorder._syncer._thread.join(60.0)
+    with pytest.raises(RecordingError, match="Input/output error"):
+        recorder.close()
 
 
 def test_a_slow_disk_does_not_hold_up_whoever_writes(tmp_path, monkeypatch):

@@ -100,6 +100,14 @@ def test_a_fault_that_comes_again_is_found_again():
     assert [len(findings) for findings in found] == [1, 0, 0, 1]
 
 
+def test_a_fault_of_the_last_flight_is_found_again_in_the_next():
+    """It holds on the ground, too, and the assessor stays."""
+    assessor, bad = Assessor(LIMITS), replace(GOOD, authority=Authority.LOST)
+    looks = (bad, replace(bad, armed=False), bad)
+    found = [assessor.assess(replace(seen, now=100.0 + k)) for k, seen in enumerate(looks)]
+    assert [[finding.fault for finding in findings] for findings in found] == [[Fault.PILOT], [], [Fault.PILOT]]
+
+
 def test_the_gravest_comes_first():
     assessor, silent = Assessor(LIMITS), replace(GOOD, conditions=frozenset({EventKind.HEARTBEAT_LOST}))
     assert assessor.assess(silent) == []

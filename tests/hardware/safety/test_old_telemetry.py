@@ -1,0 +1,83 @@
+"""What the supervisor makes of an autopilot's state that is too old, while the cameras see the vehicle."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from doorman.hardware.dynamixel import BusState, ServoFault
+from doorman.hardware.mocap import PoseQuality
+from doorman.hardware.mocap.poses.sample import nothing_yet
+from doorman.hardware.pixhawk import Authority, EventKind, SampleStatus, VehicleSample
+from doorman.hardware.safety.observer import Observer
+from doorman.model import GRAVITY, Model
+
+STILL = np.zeros(3)
+
+
+class Vehicle:
+    """An observer of a vehicle that hovers, armed and commanded, in the cameras' view."""
+
+    def __init__(self, model: Model) -> None:
+        self.now = 100.0
+        self.status = SampleStatus.FRESH
+        self.pose = replace(
+            nothing_yet(), position=np.array([-1.0, 0.7, 1.3]), attitude=STILL, velocity=np.array([0.3, 0.0, 0.0]),
+            quality=PoseQuality.MEASURED,
+        )  # fmt: skip
+        autopilot = SimpleNamespace(
+            state=self._state,
+            status=lambda: SimpleNamespace(conditions=frozenset(), authority=Authority.ENGAGED),
+        )
+        links = SimpleNamespace(
+            clock=SimpleNamespace(now=lambda: self.now), autopilot=autopilot, holding=False, grip_failed=False,
+            servos=SimpleNamespace(read=lambda: SimpleNamespace(fault=ServoFault(0), state=BusState.FOLLOWING)),
+            mocap=SimpleNamespace(read=lambda: self.pose), config=SimpleNamespace(rate=250.0),
+        )  # fmt: skip
+        self.backend = SimpleNamespace(
+            links=links, commanding=True, thrust=model.vehicle.mass * GRAVITY,
+            attitude=np.full(3, math.nan), commanded_at=self.now, began_at=self.now, missed_ticks=0,
+        )  # fmt: skip
+        self._observer = Observer(model, self.backend)  # type: ignore[arg-type]
+
+    def _state(self) -> VehicleSample:
+        return VehicleSample(
+            status=self.status, position_time=self.now, position=self.pose.position, velocity=STILL, attitude=STILL,
+            armed=True,
+        )  # fmt: skip
+
+    def look(self, after: float = 0.02):
+        self.now += after
+        return self._observer.look()
+
+
+def test_an_old_state_says_nothing_of_a_force(model: Model) -> None:
+    vehicle = Vehicle(model)
+    vehicle.look()
+    assert math.isfinite(vehicle.look().force)
+    vehicle.status = SampleStatus.STALE
+    assert math.isnan(vehicle.look().force)
+
+
+def test_an_old_state_gives_way_to_the_cameras(model: Model) -> None:
+    vehicle = Vehicle(model)
+    assert vehicle.look().speed == 0.0
+    vehicle.status = SampleStatus.STALE
+    assert vehicle.look().speed == pytest.approx(0.3)
+    vehicle.pose = replace(vehicle.pose, quality=PoseQuality.LOST)
+    assert math.isnan(vehicle.look().speed)
+
+
+def test_a_state_that_is_new_for_a_moment_does_not_end_the_fault(model: Model) -> None:
+    """A link that limps passes one state now and then; only a third of a second of new ones is a link."""
+    vehicle = Vehicle(model)
+    vehicle.status = SampleStatus.STALE
+    vehicle.look()
+    vehicle.status = SampleStatus.FRESH
+    assert EventKind.STATE_STALE in vehicle.look(0.1).conditions
+    assert EventKind.STATE_STALE in vehicle.look(0.15).conditions
+    assert EventKind.STATE_STALE not in vehicle.look(0.15).conditions
