@@ -14,10 +14,11 @@ import pytest
 from doorman.recording import Recorder, Recording
 
 RECORDING_PROCESS = """
-    import sys, time
+    import signal, sys
     from pathlib import Path
     import numpy as np
     from doorman.recording import Recorder
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # who runs in the background may have inherited that it is ignored
     recorder = Recorder(Path(sys.argv[1]), {"seed": 7})
     state, k = np.arange(9) / 7, 0
     with recorder:

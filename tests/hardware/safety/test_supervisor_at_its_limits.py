@@ -113,8 +113,8 @@ def test_a_figure_just_inside_its_limit_is_none_and_just_outside_is_a_fault(watc
 def test_the_reason_is_the_fault_that_came_first(watch):
     """A second fault with the same action follows from the first one, as a rule; a graver one replaces it."""
     first, second, graver = (replace(GOOD, **BROKEN[fault]) for fault in (Fault.SPEED, Fault.FENCE, Fault.TILT))
-    for seen, at, reason in ((first, 2.0, Fault.SPEED), (second, 4.0, Fault.SPEED), (graver, 6.0, Fault.TILT)):
-        watch.look(seen, at)
-        watch.look(seen, at + 1.0)
+    for seen, at, reason in ((first, 2.0, Fault.SPEED), (second, 2.5, Fault.SPEED), (graver, 3.0, Fault.TILT)):
+        watch.look(seen, at)  # all within the time in which somebody must fly the vehicle back
+        watch.look(seen, at + 0.15)
         assert watch.supervisor.reason == reason.value
     assert {Fault.SPEED, Fault.FENCE, Fault.TILT} <= watch.faults

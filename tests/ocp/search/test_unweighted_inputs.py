@@ -10,6 +10,7 @@ from doorman import ocp
 from doorman.ocp.solvers.options import Hessian
 
 
+@pytest.mark.slow  # has kernels of its own
 @pytest.mark.parametrize("hessian", ["both", "gauss-newton"])
 def test_an_input_without_weight_goes_to_its_bound_until_the_goal_is_reached(hessian: Hessian) -> None:
     """ẋ = u, |u| ≤ 1, from 1: x falls by 0.1 a step. A second input, which only a term curves, is 0.5."""

@@ -38,6 +38,7 @@ def test_the_first_example_is_as_short_as_it_says() -> None:
     assert len([line for line in block.splitlines() if line]) <= 10
 
 
+@pytest.mark.docs
 def test_the_example_runs() -> None:
     path = ROOT / "examples" / "ocp_pendulum.py"
     ran = subprocess.run(
