@@ -88,7 +88,8 @@ def test_the_estimate_is_the_plain_one(model: Model, old: float) -> None:
 
 
 @pytest.mark.parametrize(
-    ("speed", "sensed"), [pytest.param(0.0, False, marks=pytest.mark.slow), (0.4, False), (0.0, True)]
+    ("speed", "sensed"),
+    [(0.4, True), *(pytest.param(*case, marks=pytest.mark.slow) for case in ((0.0, False), (0.4, False), (0.0, True)))],
 )
 def test_the_leafs_estimate_is_the_plain_one(model: Model, speed: float, sensed: bool) -> None:
     converter = StateConverter(model)
