@@ -42,12 +42,12 @@ test-quick: $(VENV)/.installed-for-test
 	$(MAKE) --jobs=2 $(LINT) warm
 	$(PYTEST) -n $(WORKERS) --dist worksteal $(CHOSEN) $(QUICK)
 
-#: make test       before each push: style, types, and every test but the slow ones; needs chromium: 6 to 10 minutes
+#: make test       before each push: style, types, and every test but the slow ones; needs chromium: 7 to 12 minutes
 test: $(VENV)/.installed-for-test
 	$(MAKE) --jobs=2 lint warm
 	$(PYTEST) -n $(WORKERS) --dist worksteal $(CHOSEN)
 
-#: make test-docs  before docs change: tutorials, how-to pages and examples are executed: some minutes
+#: make test-docs  before docs change: tutorials, how-to pages and examples are executed: 2 minutes
 test-docs: $(VENV)/.installed-for-test
 	$(PYTEST) -n $(WORKERS) --dist loadfile -m docs
 
