@@ -188,9 +188,11 @@ def test_the_leaf_is_where_the_door_is(model):
     told = FedMessage("estimate", 0, {"state": model.start_state, "tip_force": np.array([0.0, 0.0, 0.0])})
     (markers,) = [one.message for one in Translator(model).translate(told) if one.topic == "markers"]
     leaf, arrow = markers.markers
-    middle = [leaf.pose.position.x, leaf.pose.position.y]
+    middle = [leaf.pose.position.x, leaf.pose.position.y, leaf.pose.position.z]
     door, angle = model.door, model.start_angle
-    np.testing.assert_allclose(middle, (door.hinge_position + 0.5 * door.width * door.leaf_direction(angle))[:2])
+    foot = door.hinge_position + 0.5 * door.width * door.leaf_direction(angle)
+    np.testing.assert_allclose(middle, foot + [0.0, 0.0, 0.5 * door.height])
+    assert leaf.scale.z == pytest.approx(door.height)
     assert [arrow.points[0].x, arrow.points[0].y] == pytest.approx(list(model.coupling.contact_point(angle)[:2]))
 
 

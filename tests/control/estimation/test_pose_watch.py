@@ -58,3 +58,16 @@ def test_noise_that_moves_the_tips_force_too_much_is_told_of_a_push(noise: float
 
 def test_a_single_gap_does_not_count() -> None:
     assert watched(PUSH, 2.0, 0.001, 0.02, 100.0, gap=0.2).unfit() == ""
+
+
+def test_a_missing_pose_of_a_vehicle_that_flies_is_no_noise() -> None:
+    """At 1 m/s and 100 Hz, three poses with one missing between them bend by 1 cm; here that is two of three."""
+    watch, n = PoseWatch(PUSH), PUSH.n_arm
+    for k in (k for k in range(400) if k % 5 != 0):
+        taken = k / 100.0
+        place = np.array([taken, 0.0, 1.0])
+        watch.note(
+            Measurement(taken + 0.02, place, np.zeros(3), np.zeros(3), np.zeros(3), np.zeros(n), np.zeros(n), taken)
+        )
+    assert watch.judged
+    assert watch.unfit() == ""

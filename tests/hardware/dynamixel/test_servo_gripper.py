@@ -11,7 +11,7 @@ from doorman.exceptions import BackendError
 from doorman.hardware.dynamixel import ServoFault
 from doorman.hardware.dynamixel.wire.units import VELOCITY_UNIT
 from doorman.rig.emulators.servos.plant import LaggingJoints
-from doorman.rig.emulators.servos.unit import OVERLOAD, READY, READY_TO_GRIP, ServoSetup
+from doorman.rig.emulators.servos.unit import ENCODER, OVERLOAD, READY, READY_TO_GRIP, ServoSetup
 
 ARM = SLOW[:3]
 CLOSING = 0.6
@@ -104,6 +104,17 @@ def test_it_lets_go_when_a_servo_has_failed(hand, failed):
         assert fingers(hand) < 0.1, "without torque the spring opens it"
     hand.fly((ARM, 0.0), 0.8)
     assert fingers(hand) < 0.1
+
+
+def test_a_finger_whose_angle_is_lost_is_no_longer_driven(hand):
+    """The servo goes on as if nothing had happened, and would close again: its current is taken, and its torque."""
+    grip(hand)
+    with hand.emulator.lock:
+        hand.servo(4).trip(ENCODER)
+    hand.until(has(ServoFault.ENCODER), rates=(ARM, None))
+    hand.fly((ARM, None), 0.1)
+    assert hand.row(4, "goal current") == 0
+    wait_until_open(hand)
 
 
 def test_it_holds_on_when_the_user_falls_silent(hand):

@@ -70,6 +70,7 @@ def test_every_value_of_the_links_goes_where_it_belongs(written, pushing, tmp_pa
 {LINKS}ids = [5, 6, 7, 8, 9]
 directions = [1, -1, 1, 1, 1]
 zero_positions = [2000, 2001, 2002, 2003, 2004]
+homing_offsets = [0, 10, -20, 0, 30]
 [pixhawk.local_frame]
 origin = [1, 2, 0]
 yaw = 0.5
@@ -88,6 +89,7 @@ object_position = [0.01, 0, 0.05]
     assert config.servos.port == "/dev/arm" and config.pixhawk.connection == "udp:14600" and config.rate == 250.0
     assert config.servos.ids == (5, 6, 7, 8), "a push leaves the gripper's servo alone"
     assert (config.servos.directions, config.servos.zero_positions) == ((1, -1, 1, 1), (2000, 2001, 2002, 2003))
+    assert config.servos.homing_offsets == (0, 10, -20, 0)
     assert (config.pixhawk.local_frame.origin, config.pixhawk.local_frame.yaw) == ((1.0, 2.0, 0.0), 0.5)
     assert (config.pixhawk.rates.attitude, config.pixhawk.rates.heartbeat) == (50.0, 2.0)
     assert config.pixhawk.thrust_curve == ThrustCurve(0.4, 29.0)
@@ -95,6 +97,7 @@ object_position = [0.01, 0, 0.05]
     assert (config.mocap.connection, config.mocap.object_name) == ("udp:51002", "hexa")
     gripping = file.links(Model(Scenario()))
     assert gripping.servos.ids == (5, 6, 7, 8, 9) and gripping.servos.gripper
+    assert gripping.servos.homing_offsets == (0, 10, -20, 0, 30)
 
 
 def test_the_command_line_wins_over_the_file(written, pushing):

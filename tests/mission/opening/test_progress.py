@@ -28,14 +28,16 @@ def seen() -> tuple[Model, Estimate]:
     return model, Estimator(model, StateConverter(model)).update(measured, lift, Tie.GRIPPED, TICK)
 
 
-def watched(model: Model, first: Estimate, progress: Progress, off: float, since: float, seconds: float) -> float:
+def watched(
+    model: Model, first: Estimate, progress: Progress, off: float, since: float, seconds: float, held: bool = False
+) -> float:
     """A door that stands this far from the goal for so long; returns the time [s]."""
     state = first.state.copy()
     state[3:5] = model.goal_angle + off, 0.0
     now = since
     for _ in range(round(seconds / TICK)):
         now += TICK
-        progress.update(replace(first, time=now, state=state), False, TICK)
+        progress.update(replace(first, time=now, state=state), held, TICK)
     return now
 
 
@@ -50,3 +52,37 @@ def test_a_door_that_leaves_the_goal_has_time_to_come_back(
     now = watched(model, first, progress, beside, 0.0, 15.0)
     now = watched(model, first, progress, math.radians(3.2), now, 2.0)
     assert progress.stuck_for(now) == pytest.approx(stuck, abs=0.1)
+
+
+@pytest.mark.parametrize(("beside", "there"), [(1.0, True), (-1.0, True), (-1.9, True), (-2.5, False), (-10.0, False)])
+def test_a_pushed_door_is_open_where_it_is_held_near_the_goal(
+    seen: tuple[Model, Estimate], beside: float, there: bool
+) -> None:
+    """Degrees from the goal, positive before it: one that was pushed far past it was not opened as asked."""
+    model, first = seen
+    progress = Progress(model, pushes=True)
+    progress.resume(0.0)
+    now = watched(model, first, progress, math.radians(beside), 0.0, 5.0, held=True)
+    assert progress.done(now) is there
+
+
+def swinging(model: Model, first: Estimate, progress: Progress, amplitude: float, seconds: float) -> float:
+    """A gripped door that swings about the goal once in 1.3 s; returns the time [s]."""
+    pace = 2.0 * math.pi / 1.3
+    for k in range(round(seconds / TICK)):
+        now = (k + 1) * TICK
+        state = first.state.copy()
+        state[3] = model.goal_angle + amplitude * math.sin(pace * now)
+        state[4] = amplitude * pace * math.cos(pace * now)
+        progress.update(replace(first, time=now, state=state), False, TICK)
+    return now
+
+
+@pytest.mark.parametrize(("degrees", "seconds", "there"), [(1.8, 30.0, True), (1.8, 4.0, False), (2.5, 30.0, False)])
+def test_a_gripped_door_that_swings_about_the_goal_is_there_after_a_while(
+    seen: tuple[Model, Estimate], degrees: float, seconds: float, there: bool
+) -> None:
+    model, first = seen
+    progress = Progress(model, pushes=False)
+    progress.resume(0.0)
+    assert progress.done(swinging(model, first, progress, math.radians(degrees), seconds)) is there
