@@ -82,6 +82,8 @@ def test_a_gripped_door_that_passes_the_goal_is_left_to_its_friction(
 def test_a_gripped_door_that_stands_beyond_the_goal_is_pulled_back_however_noisy_its_rate(model: Model) -> None:
     _, _, told = carried(model, [0.06] + 10 * [-0.06], 0.0, noise=0.05)
     assert told == pytest.approx(-1.1, abs=0.15), "of the 1.8 N m that it was pushed with, and 0.7 are the most"
+    _, _, told = carried(model, [0.06] + 60 * [-0.06], 0.0)
+    assert told == pytest.approx(-1.1, abs=0.01), "for however long it sticks"
     _, _, told = carried(model, [0.06] + 10 * [-0.01], 0.0, noise=0.05)
     assert told < -1.7, "friction may hold it that near to the goal"
 
