@@ -201,6 +201,13 @@ def test_the_tables_of_settings_are_made_from_the_docstrings():
     assert made["LINKS"].read_text(encoding="utf-8") == made["links_page"](), "run: python docs/make_settings.py"
 
 
+def test_the_table_of_names_is_made_from_the_vocabulary():
+    made = runpy.run_path(str(ROOT / "docs" / "make_names.py"))
+    text = made["PAGE"].read_text(encoding="utf-8")
+    assert text == made["page"](text), "run: python docs/make_names.py"
+    assert text == made["page"](text.replace("| `thrust` |", "| `push` |"))
+
+
 def scenario_keys(table: type[BaseModel], prefix: str = "") -> dict[str, Any]:
     """Default by dotted key of every value in a scenario."""
     keys: dict[str, Any] = {}

@@ -2,6 +2,7 @@ r"""Analytic collision constraints h(x) ≤ 0 in symbols (the paper's hard const
 
 1. :math:`S^3_z,\ \ldots,\ S^n_z,\ d_z \le 0`: the arm stays below the body; an arm above it has the other sign.
 2. :math:`R_A\sqrt{n_x^2+n_y^2} - n^T d \le 0` with :math:`n = R^T n_D`: the rotor disc is clear of the leaf's plane.
+   :math:`n_x^2+n_y^2 = 1 - n_z^2`, and :math:`n^T d` is the distance of :math:`O_B` from the face.
 3. :math:`D_V\sin\alpha - D_w + R_A - a^T R d \le 0` and :math:`a^T R d - D_V\sin\alpha + R_A \le 0`: the disc is between the
    jambs; a is the direction of the closed leaf, the paper's y. The paper prints + D_w in the lower bound; it follows from
    :math:`P_y - P_{hy} \le D_w - R_A` that it is −.
@@ -30,8 +31,8 @@ from doorman.collision.surroundings import JAMBS, LEAF, PANEL, WALL, Surrounding
 from doorman.kinematics.task import Task
 from doorman.ocp.problem.terms import Constraint
 
-_LEAST_EXTENT = 1e-24
-"""Under the root: a disc parallel to the leaf has a slope, too."""
+_LEAST_EXTENT = 1e-12
+"""Under the root: a disc parallel to a plane has a slope, too."""
 _ROUNDING = 0.005
 """Of max(0, ·) at a corner [m]."""
 _NEVER = -1.0
@@ -40,14 +41,19 @@ _NEVER = -1.0
 
 def collision_constraints(task: Task, margin: Any = 0.0, surroundings: Surroundings = "doorway") -> list[Constraint]:
     """All collision constraints of a task with these surroundings."""
+    return [*arm_off_the_rotors(task, margin), *disc_constraints(task, margin, surroundings)]
+
+
+def disc_constraints(task: Task, margin: Any, surroundings: Surroundings) -> list[Constraint]:
+    """Rows of the rotor disc: clear of the leaf, and of what stands beside the door."""
     beside = {
         "doorway": disc_clear_of_jambs, "corners": disc_clear_of_corners, "wall": disc_clear_of_wall,
         "panel": disc_clear_of_panel,
     }  # fmt: skip
-    return [*arm_off_the_rotors(task, margin), disc_clear_of_leaf(task, margin), *beside[surroundings](task, margin)]
+    return [disc_clear_of_leaf(task, margin), *beside[surroundings](task, margin)]
 
 
-def arm_off_the_rotors(task: Any, margin: Any) -> list[Constraint]:
+def arm_off_the_rotors(task: Task, margin: Any) -> list[Constraint]:
     r"""Rows :math:`m - s z_i \le 0` with the arm's side s = ±1: every point is on that side of the rotors' plane.
 
     A point that is fixed to the body is not in its way.
@@ -62,17 +68,15 @@ def arm_off_the_rotors(task: Any, margin: Any) -> list[Constraint]:
 
 def disc_clear_of_leaf(task: Task, margin: Any) -> Constraint:
     """Row (2): the rotor disc, wherever it tilts, stays on its side of the leaf's plane."""
-    normal = task.tilt_rotation.T @ task.normal_in_heading
-    extent = (normal[0] ** 2 + normal[1] ** 2 + _LEAST_EXTENT) ** 0.5
-    return Constraint(LEAF, task.vehicle.radius * extent - normal.T @ task.tip_in_body + margin)
+    return Constraint(LEAF, disc_across(task, task.leaf.normal_in_heading) - task.before_leaf + margin)
 
 
 def disc_clear_of_jambs(task: Task, margin: Any) -> list[Constraint]:
     """Rows (3): the rotor disc stays inside the doorway's width."""
-    across, radius = task.across_doorway, task.vehicle.radius
+    across, half = task.across_doorway, task.half_width
     return [
-        Constraint(JAMBS[0], across - task.door.width + radius + margin),
-        Constraint(JAMBS[1], radius - across + margin),
+        Constraint(JAMBS[0], across - task.door.width + half + margin),
+        Constraint(JAMBS[1], half - across + margin),
     ]
 
 
@@ -95,17 +99,19 @@ def distances_to_corners(across: Any, into: Any, door: Any) -> tuple[Any, Any]:
 
 def disc_clear_of_wall(task: Task, margin: Any) -> list[Constraint]:
     """Row `wall`: the rotor disc, wherever it tilts, stays before the wall."""
-    facing = task.into_in_heading.T @ task.tilt_rotation[:, 2]
-    extent = (1 - facing**2 + _LEAST_EXTENT) ** 0.5
     nearest = task.into_doorway + task.door.frame_depth
-    return [Constraint(WALL, task.vehicle.radius * extent + nearest + margin)]
+    return [Constraint(WALL, disc_across(task, task.leaf.into_in_heading) + nearest + margin)]
 
 
 def disc_clear_of_panel(task: Task, margin: Any) -> list[Constraint]:
     """Row `panel`: the rotor disc, wherever it tilts, stays on its side of a panel that slides."""
-    facing = task.panel_in_heading.T @ task.tilt_rotation[:, 2]
-    extent = (1 - facing**2 + _LEAST_EXTENT) ** 0.5
-    return [Constraint(PANEL, task.vehicle.radius * extent - task.before_panel + margin)]
+    facing = task.leaf.in_heading(task.door.panel)
+    return [Constraint(PANEL, disc_across(task, facing) - task.before_panel + margin)]
+
+
+def disc_across(task: Task, direction: Any) -> Any:
+    r"""Half of what the rotor disc takes up along a direction of the leaf's frame, :math:`R_A\sqrt{1 - (n^T R e_3)^2}` [m]."""
+    return task.vehicle.radius * (1 - ca.dot(direction, task.tilt_rotation[:, 2]) ** 2 + _LEAST_EXTENT) ** 0.5
 
 
 def _positive(value: Any) -> Any:

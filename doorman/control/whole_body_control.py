@@ -96,11 +96,11 @@ class WholeBodyController:
             numbers, known.lever, angle, known.touching, known.resistance, known.friction_share, known.inertia,
             self.opening_rate, -known.door_rate, weight,
         )  # fmt: skip
-        face = numbers["mechanism.point"] + known.face_offset * numbers["mechanism.normal"]
+        offset = numbers.one("contact.offset") + known.face_offset
         side = {"actuation.side": self._side} if self._model.actuation.fully else {}
         return state, {
             **side,
-            **aims, "contact.stick": place, "vehicle.wind": known.wind, "mechanism.point": face,
+            **aims, "contact.stick": place, "vehicle.wind": known.wind, "contact.offset": offset,
             "vehicle.tilt_offset": self._tilt.offset, "reference.turned": self._tilt.offset + turned,
         }  # fmt: skip
 

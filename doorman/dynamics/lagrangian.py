@@ -29,15 +29,15 @@ import casadi as ca
 from doorman.dynamics.small_matrices import inverse_of_symmetric
 from doorman.kinematics.numbers import Numbers
 from doorman.kinematics.symbols import body_rates, euler_rates
-from doorman.kinematics.task import Task
+from doorman.kinematics.tied_task import TiedTask
 from doorman.kinematics.vehicles.arms.arm_pattern import ArmPattern
 from doorman.kinematics.vehicles.body_symbols import symmetric
 
 
-class LagrangianTask(Task):
+class LagrangianTask(TiedTask):
     """x = [Φ, α, Φ̇, α̇, H], u = [f_t, T, Ḣ_d]; `vehicle.inertia` is I_A of an arm without mass: xx, xy, xz, yy, yz, zz.
 
-    See `Task`.
+    See `TiedTask`.
     """
 
     def __init__(self, pattern: ArmPattern, point_names: tuple[str, ...], numbers: Numbers) -> None:
@@ -66,12 +66,12 @@ class LagrangianTask(Task):
     @cached_property
     def _lever(self) -> Any:
         """J, body axes [m]."""
-        return self.tilt_rotation.T @ self.lever_in_heading
+        return self.tilt_rotation.T @ self.leaf.lever_in_heading
 
     def _force_on_tip(self, turning: Any, swinging: Any) -> Any:
         """W for Ω̇ and α̈."""
         rates, tip, contact = self.body_rates, self.tip_from_center, self.contact
-        bent = contact.offset * self.normal_in_heading - contact.distance_from_hinge * self.leaf_in_heading
+        bent = contact.offset * self.leaf.normal_in_heading - contact.distance_from_hinge * self.leaf.leaf_in_heading
         of_contact = swinging * self._lever + self.door_rate**2 * (self.tilt_rotation.T @ bent)
         of_tip = ca.cross(turning, tip) + ca.cross(rates, ca.cross(rates, tip))
         lifted = self.weight * self.tilt_rotation.T[:, 2] - ca.vertcat(0, 0, self.thrust)

@@ -17,12 +17,12 @@ import casadi as ca
 
 from doorman.kinematics.numbers import Numbers
 from doorman.kinematics.symbols import euler_rates
-from doorman.kinematics.task import Task
+from doorman.kinematics.tied_task import TiedTask
 from doorman.kinematics.vehicles.arms.arm_pattern import ArmPattern
 
 
-class QuasiStaticTask(Task):
-    """x = [Φ, α, α̇, H], u = [f_t, Ω, Ḣ_d]; I_D is `door.moving_inertia`. See `Task`.
+class QuasiStaticTask(TiedTask):
+    """x = [Φ, α, α̇, H], u = [f_t, Ω, Ḣ_d]; I_D is `door.moving_inertia`. See `TiedTask`.
 
     A fully actuated vehicle has f_x and f_y as further inputs.
     """
@@ -38,6 +38,6 @@ class QuasiStaticTask(Task):
     @property
     def derivative(self) -> Any:
         """ẋ, (5 + n, 1)."""
-        torque = ca.dot(self.lever_in_heading, self.rotors_in_heading) - self.lifted - self.hinge_torque
+        torque = ca.dot(self.leaf.lever_in_heading, self.rotors_in_heading) - self.lifted - self.hinge_torque
         acceleration = torque / self.door.moving_inertia
         return ca.vertcat(euler_rates(self.attitude, self.body_rates), self.door_rate, acceleration, self.arm_rates)

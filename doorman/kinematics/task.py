@@ -1,10 +1,7 @@
-r"""A door task in symbols: what dynamics, constraints and costs are written with.
+r"""The vocabulary of a door task in symbols: what dynamics, constraints, costs and filters are written with.
 
-The tip is tied to the contact point, :math:`P + R\,d = P_h + D_V c(\alpha) - o\,n_D + D_H u`, hence
-:math:`\dot P = \dot\alpha J - R(\Omega\times d + J_d\dot H)` with the lever :math:`J = -D_V n_D - o\,c`. On a vertical hinge
-u is up, the leaf's direction :math:`c = [\cos\beta,\ \sin\beta,\ 0]^T` with its azimuth :math:`\beta = \psi_D + \sigma\alpha`,
-and :math:`n_D = \sigma[\sin\beta,\ -\cos\beta,\ 0]^T`: σ = ±1 is the door's hand and ψ_D the azimuth of a right angle's opening.
-`leaf_symbols` has all kinds of leaves.
+Every task has the names of `NAMES`, whatever its states are. In a `TiedTask` the tip is tied to the contact point, in
+`WholeBodyTask` the vehicle flies freely. The geometry of the leaf is `leaf_symbols`'.
 """
 
 from __future__ import annotations
@@ -12,12 +9,12 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from functools import cached_property
-from types import SimpleNamespace
+from types import MappingProxyType, SimpleNamespace
 from typing import Any, NoReturn
 
 import casadi as ca
 
-from doorman.kinematics.doors.leaf.leaf_symbols import CLOSED, VerticalLeaf, leaf_in_symbols
+from doorman.kinematics.doors.leaf.leaf_symbols import CLOSED
 from doorman.kinematics.numbers import Numbers
 from doorman.kinematics.symbols import arm_points, rotation_body_to_world
 from doorman.kinematics.vehicles.arms.arm_pattern import ArmPattern
@@ -25,11 +22,35 @@ from doorman.kinematics.vehicles.body_symbols import SymbolicBodies
 from doorman.kinematics.vehicles.vehicle import GRAVITY
 from doorman.ocp.symbolic_model import SymbolicModel
 
+NAMES: Mapping[str, str] = MappingProxyType({
+    "time": "time of the node [s]: since the plan's first node, plus `planner.update_time(…)`",
+    "position": "place of the vehicle's body frame [m]",
+    "velocity": "its velocity [m/s]",
+    "attitude": "roll, pitch and yaw of the vehicle [rad]",
+    "rotation": "rotation matrix, body to world",
+    "body_rates": "body rates in body axes [rad/s]",
+    "door_angle": "angle α of the door, π/2 where it is closed [rad]",
+    "door_rate": "its rate [rad/s]",
+    "opening": "how far the door is open, 0 where it is closed [rad, m of a slide]",
+    "opening_rate": "rate of `opening`, positive while the door opens [rad/s, m/s of a slide]",
+    "joint": "value of the URDF's joint of the door [rad or m]",
+    "arm_angles": "values of the arm's joints [rad, m of a slide]",
+    "arm_rates": "their rates, inputs [rad/s, m/s of a slide]",
+    "tip_position": "place of the arm's tip [m]",
+    "points": 'places of the arm\'s points by name, such as `points["tip"]` [m]',
+    "points_in_body": "the same in body axes, from the body frame [m]",
+    "contact_point": "point of the leaf that the tip is to touch [m]",
+    "contact_normal": "normal of the leaf's face, the way the tip pushes",
+    "normal_force": "force of the tip on the leaf along the normal, positive where it presses [N]",
+    "thrust": "thrust of the rotors, an input [N]",
+})  # fmt: skip
+"""What every task has, by name. Beside it stand the scenario's numbers: `vehicle.mass`, `door.width`, `contact.height`, …"""
+
 
 class Task(ABC):
     """Named CasADi expressions of vehicle and door, SI units, world frame unless the name says another.
 
-    Subclasses say what the state and the inputs are, and from them `derivative`, `body_rates` and `normal_force`.
+    Subclasses say what the state and the inputs are, and from them how they change.
 
     Args:
         pattern: Of the arm's constants.
@@ -41,8 +62,30 @@ class Task(ABC):
     """Symbols of x, (nx, 1)."""
     inputs: Any
     """Symbols of u, (nu, 1)."""
+    position: Any
+    """P of O_B, (3, 1) [m]."""
+    velocity: Any
+    """Ṗ of O_B, (3, 1) [m/s]."""
     body_rates: Any
     """Ω, (3, 1), body frame [rad/s]."""
+    tip_position: Any
+    """P_e, (3, 1) [m]."""
+    normal_force: Any
+    """Force of the tip on the door along its normal, positive where it presses [N]."""
+    position_from_hinge: Any
+    """P − P_h of O_B, (3, 1) [m]."""
+    before_leaf: Any
+    """Distance of O_B from the plane of the leaf's face, positive on the vehicle's side [m]."""
+    across_doorway: Any
+    r"""Distance of O_B from the hinge along the closed leaf, :math:`a^T(P-P_h)` [m]."""
+    into_doorway: Any
+    r"""Distance of O_B behind the hinge through the doorway, :math:`i^T(P-P_h)`, negative before it [m]."""
+    half_width: Any
+    """Half of what the rotor disc takes up across the doorway [m]."""
+    leaf: Any
+    """Geometry of the leaf, a `VerticalLeaf` or one of its kinds."""
+    tilt_rotation: Any
+    """Rotation of the body to the frame in which `leaf` has vectors `in_heading`, z up, (3, 3)."""
     vehicle: Any
     """Numbers of the vehicle: `mass`, `radius`, `max_thrust` [kg, m, N]."""
     door: Any
@@ -50,9 +93,7 @@ class Task(ABC):
     contact: Any
     """Numbers of the contact point: `distance_from_hinge`, `height`, and `offset` before the hinge's axis [m]."""
     limits: Any
-    """Numbers of the planner: `margin` [m], `least_cosine` of the tilt."""
-    push: Any
-    """Numbers of `[push]`, where the tip can only push."""
+    """Numbers of the planner, `margin` [m] among them."""
 
     def __init__(self, pattern: ArmPattern, point_names: tuple[str, ...], numbers: Numbers) -> None:
         self.time = ca.SX.sym("time")
@@ -72,7 +113,6 @@ class Task(ABC):
         named = {name: ca.SX.sym(name.replace(".", "_"), size) for name, size in numbers.sizes.items()}
         self.parameters = ca.vertcat(ca.SX(0, 1), *named.values())
         """Symbols of the numbers, (np, 1)."""
-        self._named = named
         for group in sorted({name.partition(".")[0] for name in named if "." in name}):
             setattr(self, group, _group(group, named))
         self.side_force = ca.SX.sym("side_force", 2) if "actuation.side" in named else ca.SX(2, 1)
@@ -90,17 +130,9 @@ class Task(ABC):
         if "bodies.masses" in named:
             self._bodies = SymbolicBodies(pattern, named["arm"], self.arm_angles, _group("bodies", named))
 
-    @property
     @abstractmethod
-    def derivative(self) -> Any:
-        """ẋ, (nx, 1)."""
-
     def symbolic_model(self, timed: bool = False) -> SymbolicModel:
-        """RK4 of ẋ; no step leads through the poles of the Euler angles."""
-        return SymbolicModel(
-            self.state, self.inputs, self.derivative, parameters=self.parameters,
-            node_parameters=self.time if timed else None, domain=ca.cos(self.attitude[1]),
-        )  # fmt: skip
+        """How the state changes."""
 
     def __getattr__(self, name: str) -> NoReturn:
         raise AttributeError(f"a task has no '{name}'; it has {', '.join(self.names())}", name=name, obj=self)
@@ -108,7 +140,7 @@ class Task(ABC):
     def names(self) -> list[str]:
         """Everything that an expression may use."""
         every = {*vars(self), *(each for kind in type(self).__mro__ for each in vars(kind))}
-        ours = {"names", "symbolic_model", "evaluated", "derivative", "parameters", "state", "inputs"}
+        ours = {"names", "symbolic_model", "evaluated", "derivative", "next_state", "parameters", "state", "inputs"}
         return sorted(each for each in every - ours if not each.startswith("_"))
 
     @cached_property
@@ -121,111 +153,45 @@ class Task(ABC):
         """R, body to world, (3, 3)."""
         return rotation_body_to_world(self.attitude)
 
-    @cached_property
-    def tilt_rotation(self) -> Any:
-        """Body to heading frame (z up, x along the vehicle's heading), (3, 3)."""
-        return rotation_body_to_world(ca.vertcat(self.attitude[:2], 0))
-
-    @cached_property
-    def _leaf(self) -> VerticalLeaf:
-        return leaf_in_symbols(self.door, self.contact, self.door_angle, self.attitude[2])
-
-    @property
-    def normal_in_heading(self) -> Any:
-        """n_D in the heading frame, (3, 1): of a vertical hinge only β − ψ enters."""
-        return self._leaf.normal_in_heading
-
-    @property
-    def leaf_in_heading(self) -> Any:
-        """`leaf_direction` in the heading frame, (3, 1)."""
-        return self._leaf.leaf_in_heading
-
     @property
     def opening(self) -> Any:
-        """How far the door is open [rad]."""
-        return CLOSED - self.door_angle
+        """How far the door is open [rad or m]."""
+        return self.door.opening_per_angle * (self.door_angle - CLOSED)
 
     @property
     def opening_rate(self) -> Any:
-        """Rate of `opening` [rad/s]."""
-        return -self.door_rate
+        """Rate of `opening` [rad/s or m/s]."""
+        return self.door.opening_per_angle * self.door_rate
+
+    @property
+    def joint(self) -> Any:
+        """Value of the URDF's joint [rad or m]."""
+        return self.door.closed + self.door.joint_per_angle * (self.door_angle - CLOSED)
 
     @property
     def leaf_direction(self) -> Any:
         """Direction from the hinge along the leaf, (3, 1)."""
-        return self._leaf.leaf_direction
+        return self.leaf.leaf_direction
 
     @property
     def contact_normal(self) -> Any:
         """n_D, the way the tip pushes, (3, 1)."""
-        return self._leaf.normal
+        return self.leaf.normal
 
     @property
-    def across_doorway(self) -> Any:
-        r"""Distance of O_B from the hinge along the closed leaf, :math:`a^T(P-P_h)` [m]."""
-        return self._leaf.across(self.rotation @ self.tip_in_body)
-
-    @property
-    def into_in_heading(self) -> Any:
-        """Direction from the vehicle's side through the closed leaf, in the heading frame, (3, 1)."""
-        return self._leaf.into_in_heading
-
-    @property
-    def into_doorway(self) -> Any:
-        r"""Distance of O_B behind the hinge through the doorway, :math:`i^T(P-P_h)`, negative before it [m]."""
-        return self._leaf.into(self.tilt_rotation @ self.tip_in_body)
-
-    @property
-    def panel_in_heading(self) -> Any:
-        """Normal of the panel that a slide's handle stands on, towards the vehicle, in the heading frame, (3, 1)."""
-        return self._leaf.in_heading(self.door.panel)
-
-    @property
-    def before_panel(self) -> Any:
-        """Distance of O_B from that panel [m]."""
-        return ca.dot(self.door.panel, self.position_from_hinge) - self.door.panel_distance
-
-    @property
-    def contact_from_hinge(self) -> Any:
-        """The contact point relative to P_h, (3, 1) [m]."""
-        return self._leaf.contact_from_hinge
+    def contact_point(self) -> Any:
+        """Point of the leaf that the tip is to touch, (3, 1) [m]."""
+        return self.door.hinge_position + self.leaf.contact_from_hinge
 
     @property
     def lever(self) -> Any:
         """J, how the door's angle moves the contact point, (3, 1) [m]."""
-        return self._leaf.lever
+        return self.leaf.lever
 
     @property
-    def lever_in_heading(self) -> Any:
-        """J in the heading frame, (3, 1) [m]."""
-        return self._leaf.lever_in_heading
-
-    @property
-    def contact_point(self) -> Any:
-        """Point where the tip touches the leaf, (3, 1) [m]."""
-        return self.door.hinge_position + self.contact_from_hinge
-
-    @property
-    def tip_position(self) -> Any:
-        """P_e, tied to the contact point, (3, 1) [m]."""
-        return self.contact_point
-
-    @cached_property
-    def position_from_hinge(self) -> Any:
-        """P − P_h of O_B, (3, 1) [m]."""
-        return self.contact_from_hinge - self.rotation @ self.tip_in_body
-
-    @property
-    def position(self) -> Any:
-        """P of O_B, (3, 1) [m]."""
-        return self.door.hinge_position + self.position_from_hinge
-
-    @cached_property
-    def velocity(self) -> Any:
-        """Ṗ of O_B, (3, 1) [m/s]."""
-        moved = ca.jtimes(self.tip_in_body, self.arm_angles, self.arm_rates)
-        in_body = ca.cross(self.body_rates, self.tip_in_body) + moved
-        return self.door_rate * self.lever - self.rotation @ in_body
+    def before_panel(self) -> Any:
+        """Distance of O_B from the panel that a slide's handle stands on [m]."""
+        return ca.dot(self.door.panel, self.position_from_hinge) - self.door.panel_distance
 
     @cached_property
     def points(self) -> Mapping[str, Any]:
@@ -237,38 +203,16 @@ class Task(ABC):
         """m_A g [N]."""
         return self.vehicle.mass * GRAVITY
 
-    @property
-    def thrust_along_normal(self) -> Any:
-        r"""The rotors' share along the normal, :math:`n_D^T R\,[f_x, f_y, f_t]^T` [N]; f_x and f_y are 0 of upright rotors."""
-        return ca.dot(self.normal_in_heading, self.rotors_in_heading)
-
     @cached_property
     def rotors_in_heading(self) -> Any:
-        """Force of the rotors in the heading frame, (3, 1) [N]."""
+        """Force of the rotors in the frame of `tilt_rotation`, (3, 1) [N]."""
         return self.thrust * self.tilt_rotation[:, 2] + self.tilt_rotation[:, :2] @ self.side_force
 
     @property
-    def lifted(self) -> Any:
-        """Torque that a tip makes which hangs on a lever with all of the vehicle's weight; 0 on a vertical hinge [N m]."""
-        return self._leaf.lift(self.weight)
-
-    @property
-    def normal_force(self) -> Any:
-        """Force of the tip on the door along its normal, positive where it presses [N]."""
-        return self.thrust_along_normal
-
-    @property
-    def hinge_torque(self) -> Any:
-        r"""τ in the sense of damping [N m].
-
-        .. math:: \tau = b\dot\alpha + \tau_c\tanh(\dot\alpha/\epsilon) + k(\alpha-\alpha_0) + \tau_d + G(\alpha)
-
-        G is that of the leaf's weight: 0 on a vertical hinge.
-        """
-        door, rate = self.door, self.door_rate
-        friction = door.friction * ca.tanh(rate / door.friction_rate)
-        spring = door.stiffness * (self.door_angle - door.rest_angle)
-        return door.damping * rate + friction + spring + door.disturbance + self._leaf.weight_torque
+    def hinge_torque_at_rest(self) -> Any:
+        r"""What acts on a leaf that stands, but friction: :math:`k(\alpha-\alpha_0) + \tau_d + G(\alpha)` [N m]."""
+        spring = self.door.stiffness * (self.door_angle - self.door.rest_angle)
+        return spring + self.door.disturbance + self.leaf.weight_torque
 
 
 def _symbols(*names: str) -> Any:

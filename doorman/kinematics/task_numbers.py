@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from numpy.typing import ArrayLike
 
 from doorman.kinematics.doors.door import Door
@@ -24,6 +26,11 @@ def task_numbers(vehicle: Vehicle, door: Door, distance_from_hinge: float, heigh
             "door.hinge_position": door.hinge_position,
             "door.azimuth": door.azimuth,
             "door.hand": door.hand,
+            "door.into": door.into,
+            "door.along": door.along,
+            "door.closed": door.closed,
+            "door.joint_per_angle": door.joint_rate(1.0),
+            "door.opening_per_angle": door.opening_of(0.5 * math.pi + 1.0),
             "door.frame_depth": door.frame_depth,
             "door.frame_back": door.frame_back,
             "door.width": door.width,
@@ -45,9 +52,7 @@ def _axes(door: Door) -> dict[str, ArrayLike]:
     """Further numbers of a door that does not turn about a vertical: which there are says how its leaf moves."""
     if door.vertical:
         return {}
-    numbers: dict[str, ArrayLike] = {
-        "door.into": door.into, "door.along": door.along, "door.up": door.up, "door.weight": door.weight,
-    }  # fmt: skip
+    numbers: dict[str, ArrayLike] = {"door.up": door.up, "door.weight": door.weight}
     if door.slides:
         numbers["door.slide"] = door.per_angle
     if door.panel is not None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from types import MappingProxyType
+from types import MappingProxyType, SimpleNamespace
 from typing import Any
 
 from doorman.exceptions import SolverError
@@ -79,6 +79,6 @@ def _resolved(term: Any, task: Any) -> Any:
         try:
             expression = expression(task)
         except AttributeError as error:
-            names = ", ".join(task.names())
-            raise SolverError("unknown name", field=term.name, given=error.name, allowed=names) from error
+            names = sorted(vars(error.obj)) if isinstance(error.obj, SimpleNamespace) else task.names()
+            raise SolverError("unknown name", field=term.name, given=error.name, allowed=", ".join(names)) from error
     return replace(term, expression=column(term.name, expression))

@@ -170,6 +170,11 @@ class Planner(CopiedWhole):
         self._given, self._fitted = dict(changes), False
 
     @property
+    def start_state(self) -> Array:
+        """The scenario's start at rest, as `plan` takes it: shape (nx,), see `planning.state_names`, SI units."""
+        return self.planning.start_state
+
+    @property
     def numbers(self) -> Numbers:
         """Numbers of the task, as the last plan took them."""
         return self._numbers

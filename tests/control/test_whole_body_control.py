@@ -108,7 +108,7 @@ def test_a_plan_begins_with_the_force_that_is_felt_wherever_the_tip_is_measured(
     assert force == pytest.approx(0.7, abs=1e-6) if touching else force < 0.4
     moved = state[:3] - now.position
     np.testing.assert_allclose(np.cross(moved, model.door.normal(math.pi / 2)), 0.0, atol=1e-12)
-    assert numbers["weight.force"] == (0.2 if touching else 0.0)
+    assert numbers["weights.force"] == (0.2 if touching else 0.0)
 
 
 def test_a_tip_that_friction_drags_sticks_behind_where_it_is(model: Model) -> None:

@@ -11,14 +11,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from doorman.collision.surroundings import Surroundings, rows_beside
+from doorman.collision.surroundings import rows_beside
 from doorman.exceptions import BackendError
 from doorman.kinematics.numbers import Numbers
-from doorman.kinematics.vehicles.arms.arm_pattern import ArmPattern
 from doorman.kinematics.vehicles.balance import balance_numbers
 from doorman.kinematics.vehicles.rotor_layout import rotor_layout
 from doorman.model import Model
-from doorman.planning.mechanism_numbers import mechanism_numbers
 
 Array = NDArray[np.float64]
 
@@ -33,49 +31,44 @@ and plans of one iteration do not converge there; residuals keep the distance in
 
 def whole_body_numbers(model: Model) -> Numbers:
     """Numbers of a scenario's task, by the names that `WholeBodyTask` knows them by: the tip touches and opens."""
-    vehicle, door, scenario = model.vehicle, model.door, model.scenario
+    vehicle, scenario = model.vehicle, model.scenario
     start, goal = model.start_state, model.goal_state
     scale = model.scale
     slope = (start - goal) / (start[3] - goal[3])
     balance = balance_numbers(vehicle)
     before = len(vehicle.point_names) + len(balance.get("balance.reaches", ()))
-    return Numbers({
+    return model.reduced.numbers.and_also({
         **balance, **_side_numbers(model),
-        "arm.numbers": ArmPattern.of(vehicle.arm)[1],
-        "vehicle.mass": vehicle.mass, "vehicle.radius": vehicle.radius,
         "vehicle.yaw_inertia": yaw_inertia(model),
         "vehicle.attitude_gain": model.attitude_loop.gain, "vehicle.rate_gain": model.attitude_loop.rate_gain,
         "vehicle.tilt_stiffness": tilt_stiffness(model), "vehicle.tilt_offset": np.zeros(2),
         "vehicle.wind": np.zeros(3),
-        **mechanism_numbers(model),
-        **_beside(model),
-        "mechanism.sense": math.copysign(1.0, goal[3] - start[3]),
-        "mechanism.inertia": door.inertia, "mechanism.damping": door.damping, "mechanism.friction": door.friction,
-        "mechanism.friction_rate": 0.02 * scale.rate, "mechanism.stiffness": door.stiffness, "mechanism.rest": door.rest_angle,
-        "mechanism.torque": 0.0, "mechanism.sticks": 0.0,
+        "door.friction_rate": 0.02 * scale.rate, "door.disturbance": 0.0, "door.sticks": 0.0,
         "contact.stiffness": 1500.0 * scale.stiffness, "contact.damping": 50.0 * scale.damping,
         "contact.smoothing": 1e-3 * scale.length,
         "contact.friction": scenario.push.friction_coefficient,
         "contact.stick": np.zeros(2), "contact.give": 0.004 * scale.length,
         "contact.slip_damping": 10.0 * scale.damping,
-        "limits.margin": scenario.planner.margin, "limits.width": door.width, "limits.force": 15.0 * scale.force,
+        "limits.margin": scenario.planner.margin, "limits.force": 15.0 * scale.force,
         "limits.speed": scenario.push.max_rate, "limits.deceleration": 0.0, "limits.rounding": 0.01,
         "limits.creep": 0.5 * (0.015 * scale.rate) ** 2,
         "limits.widened": np.concatenate([np.zeros(before), *_room_of_rows(model)]),
-        "reference.joint": goal[3], "reference.position": np.zeros(3), "reference.heading": [goal[2], slope[2]],
+        "reference.joint": goal[3], "reference.sense": math.copysign(1.0, goal[3] - start[3]),
+        "reference.position": np.zeros(3), "reference.heading": [goal[2], slope[2]],
         "reference.arm": goal[5:], "reference.arm_slope": slope[5:],
         "reference.depth": 0.02 * scale.length, "reference.approach_speed": 0.08 * scale.speed,
         "reference.approach_length": 0.08 * scale.length,
         "reference.opening_speed": scenario.push.max_rate, "reference.opening_length": 0.2, "reference.force": 0.0,
         "reference.least_force": 0.5 * scale.force, "reference.largest_force": 12.0 * scale.force,
-        "reference.turned": np.zeros(2), "reference.room": 0.03 * scale.length, "weight.near": 300.0 / scale.length**2,
+        "reference.turned": np.zeros(2), "reference.room": 0.03 * scale.length,
         "plan.time_step": scenario.planner.time_step,
-        "weight.place": 40.0 / scale.length**2, "weight.position": 0.0, "weight.heading": 16.0,
-        "weight.arm": 30.0,
-        "weight.approach": 1000.0 / scale.speed**2, "weight.opening": 100.0 / scale.rate**2,
-        "weight.force": 0.0, "weight.least_force": 0.0,
-        "weight.largest_force": 1.0 / scale.force**2, "weight.tilting": 300.0,
-        "weight.velocity_in_world": 0.3 / scale.speed**2, "weight.turning": 0.5 / scale.rate**2,
+        "weights.near": 300.0 / scale.length**2,
+        "weights.place": 40.0 / scale.length**2, "weights.position": 0.0, "weights.heading": 16.0,
+        "weights.arm": 30.0,
+        "weights.approach": 1000.0 / scale.speed**2, "weights.opening": 100.0 / scale.rate**2,
+        "weights.force": 0.0, "weights.least_force": 0.0,
+        "weights.largest_force": 1.0 / scale.force**2, "weights.tilting": 300.0,
+        "weights.velocity_in_world": 0.3 / scale.speed**2, "weights.turning": 0.5 / scale.rate**2,
     })  # fmt: skip
 
 
@@ -84,20 +77,6 @@ def _room_of_rows(model: Model) -> tuple[Array, Array]:
     scale, planes = model.scale, 1 + len(rows_beside(model.surroundings))
     units = np.array([scale.force, scale.rate, scale.rate**2])
     return np.full(planes, _ROOM[0] * scale.length), np.array(_ROOM[1:]) * units
-
-
-def _beside(model: Model) -> dict[str, Any]:
-    """Numbers of what stands beside the door, where it is not the jambs all the way."""
-    door = model.door
-    wall = {"beside.into": door.into, "beside.frame_depth": door.frame_depth}
-    of: dict[Surroundings, dict[str, Any]] = {
-        "doorway": {},
-        "wall": wall,
-        "corners": {**wall, "beside.frame_back": door.frame_back, "beside.width": door.width},
-    }
-    if door.panel is not None:
-        of["panel"] = {"beside.panel": door.from_doorway(door.panel[0]), "beside.panel_distance": door.panel[1]}
-    return of[model.surroundings]
 
 
 def _side_numbers(model: Model) -> dict[str, Any]:

@@ -75,7 +75,7 @@ class WholeBodyPlanning:
 
     def fitted(self, hinge: Hinge, margin: float, start: Array, given: Mapping[str, ArrayLike] = NOTHING) -> Numbers:
         """Numbers of a tip that opens the door, with the hinge as it is known. See `PlanningModel`."""
-        known: dict[str, Any] = {"mechanism.rest": self.model.door.rest_angle, "limits.margin": margin}
+        known: dict[str, Any] = {"door.rest_angle": self.model.door.rest_angle, "limits.margin": margin}
         if not self._follow_start <= given.keys():
             known |= self._fitting(hinge, start)
         return self.numbers.replaced({**known, **given})
@@ -99,8 +99,8 @@ class WholeBodyPlanning:
         known = at_the_leaf(numbers, lever, joint, touching, against, 1.0, hinge.inertia, rate, moves, weight)
         return {
             **known,
-            "mechanism.friction": hinge.friction, "mechanism.torque": hinge.disturbance,
-            "mechanism.damping": hinge.damping, "mechanism.stiffness": hinge.stiffness,
+            "door.friction": hinge.friction, "door.disturbance": hinge.disturbance,
+            "door.damping": hinge.damping, "door.stiffness": hinge.stiffness,
             "reference.turned": turned,
             **side,
         }  # fmt: skip
@@ -146,5 +146,5 @@ class WholeBodyPlanning:
 
     def swing(self, disturbance: float) -> Callable[[Array, Array], Array]:
         """The problem's own dynamics with the contact, without friction in the hinge. See `PlanningModel`."""
-        numbers = self.numbers.replaced({"mechanism.torque": disturbance, "mechanism.friction": 0.0})
+        numbers = self.numbers.replaced({"door.disturbance": disturbance, "door.friction": 0.0})
         return stepped(whole_body_problem(self.model, numbers))

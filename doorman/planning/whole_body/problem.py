@@ -42,28 +42,30 @@ oscillations."""
 def whole_body_problem(model: Model, numbers: Numbers | None = None, extras: Extras = NO_EXTRAS) -> Problem:
     """Optimal control problem of a scenario's vehicle, arm and door, from free flight to contact."""
     numbers, planner = numbers or whole_body_numbers(model), model.scenario.planner
-    make, beside = partial(_task, surroundings=model.surroundings), model.surroundings
-    text = task_text(f"whole body {beside}", make, model, numbers, _constraints, extras, _residuals)
+    beside = model.surroundings
+    rows, costs = partial(_constraints, surroundings=beside), partial(_residuals, surroundings=beside)
+    text = task_text(f"whole body {beside}", _task, model, numbers, rows, extras, costs)
     return printed_problem(text, planner.horizon_steps, planner.time_step, _cost(model), _bounds(model), numbers.vector)
 
 
-def _task(pattern: ArmPattern, point_names: tuple[str, ...], numbers: Numbers, surroundings: Surroundings) -> Any:
+def _task(pattern: ArmPattern, point_names: tuple[str, ...], numbers: Numbers) -> Any:
     from doorman.planning.whole_body.task import WholeBodyTask  # CasADi
 
-    return WholeBodyTask(pattern, point_names, numbers, surroundings)
+    return WholeBodyTask(pattern, point_names, numbers)
 
 
-def _constraints(task: Any) -> list[Constraint]:
+def _constraints(task: Any, surroundings: Surroundings) -> list[Constraint]:
     from doorman.planning.rotor_thrusts import rotor_thrusts  # CasADi
     from doorman.planning.whole_body.rows import constraints
 
-    return [*constraints(task), *rotor_thrusts(task.of.get("actuation"), task.thrust, task.side_force)]
+    rotors = rotor_thrusts(getattr(task, "actuation", None), task.thrust, task.side_force)
+    return [*constraints(task, surroundings), *rotors]
 
 
-def _residuals(task: Any) -> list[Residual]:
+def _residuals(task: Any, surroundings: Surroundings) -> list[Residual]:
     from doorman.planning.whole_body.rows import residuals  # CasADi
 
-    return residuals(task)
+    return residuals(task, surroundings)
 
 
 def _bounds(model: Model) -> Bounds:

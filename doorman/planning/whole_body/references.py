@@ -57,21 +57,21 @@ def at_the_leaf(
         depth = min(depth, depth_of(max(force, least_force, _LEAST_FORCE * scale.force), numbers))
     touch, friction = float(touching), sliding_share * resistance
     slows = friction * numbers.one("plan.time_step") / inertia
-    moves = numbers.one("mechanism.inertia") * fastest / (lever * scale.time)
+    moves = numbers.one("door.inertia") * fastest / (lever * scale.time)
     rate = min(scale.rate, max(fastest / _SHIPPED_RATE, 1.0))
     large = max(scale.force, min(moves / _SHIPPED_FORCE, 1.0))
     return {
-        "mechanism.friction": friction, "mechanism.sticks": float(slows > numbers.one("mechanism.friction_rate")),
-        "mechanism.torque": -(1.0 - sliding_share) * resistance,
-        "mechanism.damping": 0.0, "mechanism.stiffness": 0.0, "mechanism.inertia": inertia,
+        "door.friction": friction, "door.sticks": float(slows > numbers.one("door.friction_rate")),
+        "door.disturbance": -(1.0 - sliding_share) * resistance,
+        "door.damping": 0.0, "door.stiffness": 0.0, "door.inertia": inertia,
         "reference.depth": depth,
         "reference.opening_speed": opening_rate,
         "reference.opening_length": length,
         "reference.force": force, "reference.least_force": least_force,
-        "weight.approach": (1000.0 - 400.0 * touch) / scale.speed**2,
-        "weight.opening": 100.0 * (1.0 - touch * holds * (1.0 - _HOLD_OPENING)) / rate**2,
-        "weight.force": 0.2 * touch / large**2,
-        "weight.least_force": 2.0 * touch / scale.force**2,
+        "weights.approach": (1000.0 - 400.0 * touch) / scale.speed**2,
+        "weights.opening": 100.0 * (1.0 - touch * holds * (1.0 - _HOLD_OPENING)) / rate**2,
+        "weights.force": 0.2 * touch / large**2,
+        "weights.least_force": 2.0 * touch / scale.force**2,
     }  # fmt: skip
 
 

@@ -6,7 +6,8 @@ from typing import Any
 
 import casadi as ca
 
-from doorman.collision.constraints import arm_off_the_rotors
+from doorman.collision.constraints import collision_constraints, disc_constraints
+from doorman.collision.surroundings import Surroundings
 from doorman.kinematics.scale import Scale
 from doorman.ocp.problem.terms import Constraint, Residual
 from doorman.planning.static_moment import static_moment
@@ -16,16 +17,15 @@ _ROUNDED_FORCE, _ROUNDED_ROOM = 0.2, 0.01
 """Over which corners of the cost are rounded, for the shipped vehicle [N], [m]."""
 
 
-def constraints(task: WholeBodyTask) -> list[Constraint]:
+def constraints(task: WholeBodyTask, surroundings: Surroundings = "doorway") -> list[Constraint]:
     """Rows on states; every one has a number that widens it, so that it contains a start outside (`limits.widened`)."""
-    limits = task.of["limits"]
-    stoppable = 0.5 * task.joint_rate**2 - limits.deceleration * _positive(task.to_go, limits.rounding)
+    limits = task.limits
+    stoppable = 0.5 * task.door_rate**2 - limits.deceleration * _positive(task.to_go, limits.rounding)
     rows = [
         *static_moment(task),
-        *arm_off_the_rotors(task, limits.margin),
-        *(Constraint(f"disc clear of {name}", nearer, "m") for name, nearer in task.planes.items()),
+        *collision_constraints(task, limits.margin, surroundings),
         Constraint("tip presses too hard", task.spring_force - limits.force, "N", 30.0),
-        Constraint("too fast", task.opening_rate - limits.speed, "rad/s"),
+        Constraint("too fast", task.rate_to_goal - limits.speed, "rad/s"),
         Constraint("can be stopped", stoppable - limits.creep, "rad²/s²", 0.1),
     ]  # fmt: skip
     widened: list[Constraint] = []
@@ -38,18 +38,20 @@ def constraints(task: WholeBodyTask) -> list[Constraint]:
     return widened
 
 
-def residuals(task: WholeBodyTask) -> list[Residual]:
+def residuals(task: WholeBodyTask, surroundings: Surroundings = "doorway") -> list[Residual]:
     """Residuals that a plan keeps small; one of weight 0 counts for nothing."""
-    goes, weigh, free = task.of["reference"], task.of["weight"], 1 - task.touches
-    scale = Scale.of(task.of["vehicle"].radius, task.of["vehicle"].mass)
+    goes, weigh, free = task.reference, task.weights, 1 - task.touches
+    scale = Scale.of(task.vehicle.radius, task.vehicle.mass)
     force, room = _ROUNDED_FORCE * scale.force, _ROUNDED_ROOM * scale.length
-    off_goal = task.joint - goes.joint
+    off_goal = task.door_angle - goes.joint
     approach = goes.approach_speed * ca.tanh((goes.depth - task.depth) / goes.approach_length)
     opening = goes.opening_speed * ca.tanh(task.to_go / goes.opening_length)
-    level = [] if "actuation" not in task.of else [
-        Residual("side force", task.side_force - task.of["actuation"].side, task.of["actuation"].side_weight),
-        Residual("level", task.attitude[:2], task.of["actuation"].level_weight),
+    sides = getattr(task, "actuation", None)
+    level = [] if sides is None else [
+        Residual("side force", task.side_force - sides.side, sides.side_weight),
+        Residual("level", task.attitude[:2], sides.level_weight),
     ]  # fmt: skip
+    planes = ca.vertcat(*(row.expression for row in disc_constraints(task, task.limits.margin, surroundings)))
     return [
         *level,
         Residual("place on the face", task.place, weigh.place),
@@ -57,11 +59,11 @@ def residuals(task: WholeBodyTask) -> list[Residual]:
         Residual("heading", task.attitude[2] - goes.heading[0] - goes.heading[1] * off_goal, weigh.heading),
         Residual("arm", task.arm_angles - goes.arm - goes.arm_slope * off_goal, weigh.arm),
         Residual("approach", free * (task.closing_speed - approach), weigh.approach),
-        Residual("opening", task.opening_rate - opening, weigh.opening),
+        Residual("opening", task.rate_to_goal - opening, weigh.opening),
         Residual("force", task.normal_force - goes.force, weigh.force),
         Residual("least force", _positive(goes.least_force - task.normal_force, force), weigh.least_force),
         Residual("largest force", _positive(task.normal_force - goes.largest_force, force), weigh.largest_force),
-        Residual("near a plane", _positive(ca.vertcat(*task.planes.values()) + goes.room, room), weigh.near),
+        Residual("near a plane", _positive(planes + goes.room, room), weigh.near),
         Residual("tilting", task.tilt_command + goes.turned - task.attitude[:2], weigh.tilting),
         Residual("velocity in the world", task.velocity, weigh.velocity_in_world),
         Residual("turning", task.attitude_rates[2], weigh.turning),

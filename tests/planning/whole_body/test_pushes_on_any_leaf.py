@@ -39,7 +39,7 @@ class OnLeaf:
         self.model = Model(Scenario.load(f"shipped:{source}", keys))
         self.numbers = whole_body_numbers(self.model)
         pattern, _ = ArmPattern.of(self.model.vehicle.arm)
-        self.task = WholeBodyTask(pattern, self.model.vehicle.point_names, self.numbers, self.model.surroundings)
+        self.task = WholeBodyTask(pattern, self.model.vehicle.point_names, self.numbers)
 
     def function(self, expression: object) -> Callable[[Array, Numbers], Array]:
         task = self.task
@@ -64,7 +64,7 @@ def leaf(request: pytest.FixtureRequest) -> OnLeaf:
 def test_a_push_lowers_the_leafs_angle(leaf: OnLeaf) -> None:
     """Whatever the joint: the tip's force is the spring's along the normal, and makes its lever's torque."""
     model, angle = leaf.model, leaf.model.travel.start
-    quiet = leaf.numbers.replaced({"contact.friction": 0.0, "contact.slip_damping": 0.0, "mechanism.friction": 0.0})
+    quiet = leaf.numbers.replaced({"contact.friction": 0.0, "contact.slip_damping": 0.0, "door.friction": 0.0})
     change = leaf.function(ca.vertcat(leaf.task.rates_of_change, leaf.task.normal_force))
     pressed, free = change(leaf.at(angle, 0.002), quiet), change(leaf.at(angle, -50.0), quiet)
     force = pressed[7]
@@ -78,7 +78,7 @@ def test_a_push_lowers_the_leafs_angle(leaf: OnLeaf) -> None:
 
 def test_a_leaf_that_nobody_touches_moves_by_its_weight(leaf: OnLeaf) -> None:
     model, change = leaf.model, leaf.function(leaf.task.rates_of_change[6])
-    quiet = leaf.numbers.replaced({"mechanism.friction": 0.0})
+    quiet = leaf.numbers.replaced({"door.friction": 0.0})
     for angle in np.linspace(model.travel.start, model.travel.goal, 3):
         found = float(change(leaf.at(float(angle), -50.0), quiet)[0])
         assert found == pytest.approx(-model.door.weight_torque(float(angle)) / model.door.inertia, abs=2e-4)
@@ -87,7 +87,7 @@ def test_a_leaf_that_nobody_touches_moves_by_its_weight(leaf: OnLeaf) -> None:
 def test_rows_beside_the_leaf_are_the_models_own(leaf: OnLeaf) -> None:
     """For a level disc, whose tip is on the contact point."""
     model, points = leaf.model, len(leaf.model.vehicle.point_names)
-    margin, rows = leaf.numbers.one("limits.margin"), constraints(leaf.task)
+    margin, rows = leaf.numbers.one("limits.margin"), constraints(leaf.task, leaf.model.surroundings)
     narrow = leaf.numbers.replaced({"limits.widened": np.zeros(leaf.numbers.sizes["limits.widened"])})
     value = leaf.function(ca.vertcat(*(row.expression for row in rows)))
     assert len(rows) == model.n_constraints + 3
@@ -118,12 +118,12 @@ def test_a_light_leaf_stays_where_its_friction_holds_it() -> None:
     angle, step = flap.model.travel.start, flap.function(flap.task.next_state)
     weight = abs(flap.model.door.weight_torque(angle))
     assert weight > 1.5
-    held = flap.numbers.replaced({"mechanism.friction": 1.1 * weight, "mechanism.sticks": 1.0})
+    held = flap.numbers.replaced({"door.friction": 1.1 * weight, "door.sticks": 1.0})
     x = flap.at(angle, -50.0)
     for _ in range(50):
         x = step(x, held)
     assert abs(x[12] - angle) < 2e-3
-    loose = held.replaced({"mechanism.friction": 0.6 * weight})
+    loose = held.replaced({"door.friction": 0.6 * weight})
     fallen = step(flap.at(angle, -50.0), loose)
     time_step, inertia = flap.numbers.one("plan.time_step"), flap.model.door.inertia
     assert abs(fallen[13]) == pytest.approx(0.4 * weight * time_step / inertia, rel=0.02)

@@ -65,7 +65,7 @@ def numeric() -> Numeric:
 
 def quiet(numbers: Numbers) -> Numbers:
     """No friction in the hinge, and none at the tip."""
-    return numbers.replaced({"contact.friction": 0.0, "contact.slip_damping": 0.0, "mechanism.friction": 0.0})
+    return numbers.replaced({"contact.friction": 0.0, "contact.slip_damping": 0.0, "door.friction": 0.0})
 
 
 def test_a_hover_in_free_air_is_at_rest(numeric: Numeric) -> None:
@@ -88,7 +88,7 @@ def test_contact_force_is_the_slope_of_the_springs_energy(numeric: Numeric) -> N
     x = numeric.at_the_leaf(0.0015, attitude=np.array([0.05, 0.1, -0.4]))
     free = numeric.at_the_leaf(-1e3, attitude=x[3:6])
     felt = change(x, numeric.hover, numbers) - change(free, numeric.hover, numbers)
-    mass, inertia = numbers.one("vehicle.mass"), numbers.one("mechanism.inertia")
+    mass, inertia = numbers.one("vehicle.mass"), numbers.one("door.inertia")
     for index, force in ((0, mass * felt[0]), (1, mass * felt[1]), (2, mass * felt[2]),
                          (5, numbers.one("vehicle.yaw_inertia") * felt[5]), (12, inertia * felt[6])):  # fmt: skip
         step = np.zeros(len(x))
@@ -101,7 +101,7 @@ def test_contact_force_is_the_slope_of_the_springs_energy(numeric: Numeric) -> N
 def test_friction_stays_in_its_cone_and_holds_back(numeric: Numeric) -> None:
     task, numbers = numeric.task, numeric.numbers.replaced({"contact.friction": 0.5, "contact.slip_damping": 0.0})
     force, pressed = numeric.function(task.force), numeric.function(task.normal_force)
-    held = numeric.function(ca.vertcat(ca.dot(task.along, task.force), ca.dot(task.up_the_face, task.force)))
+    held = numeric.function(ca.vertcat(ca.dot(task.leaf_direction, task.force), ca.dot(task.leaf.up, task.force)))
     x = numeric.at_the_leaf(0.001)
     for stick in ([0.001, 0.0], [0.0, -0.01], [0.3, 0.4]):
         given = numbers.replaced({"contact.stick": stick})
@@ -161,7 +161,7 @@ def test_rows_of_arm_and_leaf_are_the_models_own(numeric: Numeric) -> None:
         level = math.sqrt(1.0 - rotation_body_to_world(attitude)[1, 2] ** 2) - 1.0  # the model's disc is level there
         np.testing.assert_allclose(found[4:6], own[4:6] + model.vehicle.radius * level, atol=1e-6)
     assert [row.name for row in rows[3:]] == [
-        "disc clear of face", "disc clear of latch jamb", "disc clear of hinge jamb", "tip presses too hard", "too fast",
+        "disc clear of leaf", "disc clear of latch jamb", "disc clear of hinge jamb", "tip presses too hard", "too fast",
         "can be stopped",
     ]  # fmt: skip
 
@@ -180,9 +180,9 @@ def test_widened_rows_contain_a_start_outside(numeric: Numeric) -> None:
 def test_a_leaf_within_the_stopping_row_rests_before_the_goal(numeric: Numeric) -> None:
     """The claim of the module: with no more force than (1 − η) of the resistance allows, the leaf stays in S."""
     share, friction, step = 0.2, 0.8, 2e-3
-    inertia, goal = numeric.numbers.one("mechanism.inertia"), numeric.numbers.one("reference.joint")
+    inertia, goal = numeric.numbers.one("door.inertia"), numeric.numbers.one("reference.joint")
     numbers = quiet(numeric.numbers).replaced(
-        {"mechanism.friction": friction, "mechanism.friction_rate": 1e-4, "mechanism.damping": 0.0,
+        {"door.friction": friction, "door.friction_rate": 1e-4, "door.damping": 0.0,
          "limits.deceleration": share * friction / inertia, "limits.rounding": 1e-6, "limits.creep": 0.0}
     )  # fmt: skip
     task = numeric.task
@@ -209,7 +209,7 @@ def test_a_plan_begins_with_the_force_that_is_felt(numeric: Numeric, force: floa
     assert float(numeric.function(task.spring_force)(x, numeric.hover, numbers)) == pytest.approx(force, rel=1e-9)
     dragged = np.array([0.3, -0.2]) * force
     stick = stick_place(np.zeros(2), dragged, force, numbers)
-    along = ca.vertcat(ca.dot(task.along, task.force), ca.dot(task.up_the_face, task.force))
+    along = ca.vertcat(ca.dot(task.leaf_direction, task.force), ca.dot(task.leaf.up, task.force))
     found = numeric.function(along)(x, numeric.hover, numbers.replaced({"contact.stick": stick}))
     np.testing.assert_allclose(found, dragged, rtol=1e-6)
 
@@ -232,7 +232,7 @@ def test_the_step_is_as_steep_as_its_jacobian(numeric: Numeric) -> None:
 def test_one_plan_touches_and_swings_on_its_own_model(numeric: Numeric) -> None:
     """Five centimetres of free air, then the swing: no phase, no contact lost, no leaf thrown, slow at the goal."""
     numbers = numeric.numbers.replaced(
-        {"mechanism.friction": 0.5, "mechanism.damping": 0.5, "weight.least_force": 2.0,
+        {"door.friction": 0.5, "door.damping": 0.5, "weights.least_force": 2.0,
          "limits.widened": WIDE}
     )  # fmt: skip
     solver = Hybrid(
@@ -309,7 +309,7 @@ def test_a_left_door_anywhere_moves_vehicle_and_leaf_as_the_mirror_image(numeric
 def test_the_plan_of_a_left_door_is_the_mirror_image(numeric: Numeric, left: Model) -> None:
     x, plans = numeric.at_the_leaf(-0.03, 1.4), []
     for model in (numeric.model, left):
-        numbers = whole_body_numbers(model).replaced({"mechanism.friction": 0.5, "limits.widened": WIDE})
+        numbers = whole_body_numbers(model).replaced({"door.friction": 0.5, "limits.widened": WIDE})
         solver = Hybrid(
             whole_body_problem(model, numbers),
             SolverOptions(largest_multiplier=100.0, hessian="gauss-newton", feasibility=2e-3),
@@ -332,8 +332,7 @@ def test_a_face_beside_the_hinges_axis_is_where_the_door_has_it(
     model = Model(Scenario.load("push", {"door.urdf": str(proud)}))
     assert model.door.surface_offset == pytest.approx(before, abs=1e-9)
     numbers, depth = whole_body_numbers(model), numeric.function(numeric.task.depth)
-    mechanism = numeric.task.mechanism
-    lever = numeric.function(mechanism.lever(mechanism.moved(numeric.task.joint, numeric.task.of["mechanism"].point)))
+    lever = numeric.function(numeric.task.lever)
     for angle in (math.pi / 2, 1.0, 0.4):
         posture = model.on_the_way(angle)
         place = model.coupling.vehicle_position(posture[:3], angle, posture[5:]) + 0.002 * model.door.normal(angle)

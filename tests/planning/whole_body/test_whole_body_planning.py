@@ -57,8 +57,8 @@ def test_the_force_of_a_state_at_the_leaf_is_that_of_the_contacts_spring(planner
 def test_the_numbers_that_fit_a_hinge_are_that_hinges(planner: Planner) -> None:
     hinge = Hinge(0.3, -0.7, 4.0, 0.2, 0.9)
     numbers = planner.planning.fitted(hinge, 0.05, planner.planning.start_state)
-    named = {"friction": 0.3, "torque": -0.7, "inertia": 4.0, "damping": 0.2, "stiffness": 0.9}
-    assert {name: numbers.one(f"mechanism.{name}") for name in named} == named
+    named = {"friction": 0.3, "disturbance": -0.7, "inertia": 4.0, "damping": 0.2, "stiffness": 0.9}
+    assert {name: numbers.one(f"door.{name}") for name in named} == named
     assert numbers.one("limits.margin") == 0.05
     assert numbers.one("reference.force") > 0.9 / 0.75  # it pushes against what resists
 

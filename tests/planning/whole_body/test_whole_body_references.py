@@ -28,7 +28,7 @@ def at_a_place(numbers: Numbers, place: np.ndarray, posture: np.ndarray, between
     return {
         "reference.position": place, "reference.heading": [float(posture[2]), 0.0],
         "reference.arm": posture[5:], "reference.arm_slope": np.zeros(4), "limits.widened": widened,
-        "weight.position": 30.0, "weight.velocity_in_world": 20.0, **{f"weight.{name}": 0.0 for name in nothing},
+        "weights.position": 30.0, "weights.velocity_in_world": 20.0, **{f"weights.{name}": 0.0 for name in nothing},
     }  # fmt: skip
 
 
@@ -84,7 +84,7 @@ class Flight:
         for _ in range(round(seconds / 0.02)):
             touching = self.force > 0.25
             rate = min(max(rate, -self.x[13]) + 0.06 * 0.02, 0.11) if touching else max(-self.x[13], 0.0)
-            inertia = self.first.one("mechanism.inertia")
+            inertia = self.first.one("door.inertia")
             lever = self.model.coupling.lever_length
             moves = -float(self.x[13])
             given = at_the_leaf(self.first, lever, float(self.x[12]), touching, RESISTANCE, 0.0, inertia, rate, moves)

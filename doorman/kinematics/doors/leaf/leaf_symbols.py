@@ -59,6 +59,11 @@ class VerticalLeaf:
         return self._door.hand * ca.vertcat(ca.sin(self.azimuth), -ca.cos(self.azimuth), 0)
 
     @property
+    def up(self) -> Any:
+        """U along the hinge, (3, 1), world frame."""
+        return ca.SX([0, 0, 1])
+
+    @property
     def into_in_heading(self) -> Any:
         """Through the closed leaf, (3, 1)."""
         turn = self._door.azimuth - self._yaw
@@ -69,12 +74,16 @@ class VerticalLeaf:
         """The contact point relative to P_h, (3, 1), world frame [m]."""
         contact = self._contact
         on_face = contact.distance_from_hinge * self.leaf_direction - contact.offset * self.normal
-        return on_face + ca.vertcat(0, 0, contact.height)
+        return on_face + contact.height * self.up
 
     @property
     def lever(self) -> Any:
-        """J, (3, 1), world frame [m]."""
+        """J of the contact point, (3, 1), world frame [m]."""
         return -self._contact.distance_from_hinge * self.normal - self._contact.offset * self.leaf_direction
+
+    def lever_at(self, from_hinge: Any) -> Any:
+        r"""J of any point of the leaf, :math:`\sigma u\times(x - P_h)`, (3, 1), world frame [m]."""
+        return self._door.hand * ca.cross(self.up, from_hinge)
 
     @cached_property
     def lever_in_heading(self) -> Any:
@@ -84,10 +93,9 @@ class VerticalLeaf:
 
     def across(self, tip: Any) -> Any:
         """Distance of O_B from the hinge along the closed leaf [m]."""
-        door, contact = self._door, self._contact
-        along = door.hand * (ca.cos(door.azimuth) * tip[1] - ca.sin(door.azimuth) * tip[0])
+        contact = self._contact
         of_contact = contact.distance_from_hinge * ca.sin(self._angle) + contact.offset * ca.cos(self._angle)
-        return of_contact - along
+        return of_contact - ca.dot(self._door.along, tip)
 
     def into(self, tip_in_heading: Any) -> Any:
         """Distance of O_B behind the hinge through the doorway, negative before it [m]."""
@@ -134,16 +142,14 @@ class AnyLeaf(VerticalLeaf):
         return self.in_heading(self.leaf_direction)
 
     @property
+    def up(self) -> Any:
+        """U along the hinge, (3, 1), world frame."""
+        return self._door.up
+
+    @property
     def into_in_heading(self) -> Any:
         """Through the closed leaf, (3, 1)."""
         return self.in_heading(self._door.into)
-
-    @cached_property
-    def contact_from_hinge(self) -> Any:
-        """The contact point relative to P_h, (3, 1), world frame [m]."""
-        contact = self._contact
-        on_face = contact.distance_from_hinge * self.leaf_direction - contact.offset * self.normal
-        return on_face + contact.height * self._door.up
 
     @cached_property
     def lever_in_heading(self) -> Any:
@@ -190,8 +196,12 @@ class SlidingLeaf(AnyLeaf):
 
     @property
     def lever(self) -> Any:
-        """J, (3, 1), world frame [m]."""
+        """J of the contact point, (3, 1), world frame [m]."""
         return -self._door.slide * self._door.into
+
+    def lever_at(self, from_hinge: Any) -> Any:
+        """J, the same of every point, (3, 1), world frame [m]."""
+        return self.lever
 
     @property
     def weight_torque(self) -> Any:
