@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from doorman.checks import number, numbers, vector
 from doorman.collision.reduced_model import ReducedModel
-from doorman.collision.surroundings import Surroundings
+from doorman.collision.rows.listed import Surroundings, kinds_of
 from doorman.dynamics.attitude_loop import AttitudeLoop
 from doorman.exceptions import DimensionError, ScenarioError
 from doorman.kinematics.coupling import Coupling, distance_in_doorway
@@ -77,7 +77,9 @@ class Model:
         for name, given in (("start.arm", scenario.start.arm), ("goal.arm", scenario.goal.arm)):
             self._check_arm(name, given)
         self.surroundings: Surroundings = self._surroundings()
-        """What stands beside the door, for the constraints of this task."""
+        """What stands beside the door."""
+        self.kinds = kinds_of(self.surroundings, self._reaches_the_lintel())
+        """Kinds of this task's collision constraints."""
         self.coupling = Coupling(self.vehicle, self.door, self._distance_from_hinge(), self._place[1])
         self.reduced = self._reduced(self.coupling.distance_from_hinge)
         """Dynamics and constraints in numbers; parameters of the kernels by name."""
@@ -114,6 +116,12 @@ class Model:
     def start_yaw(self) -> float:
         """ψ at the start [rad]."""
         return float(self.start_state[2])
+
+    @property
+    def largest_tilt(self) -> float:
+        """Of the body, as limits and controller allow it [rad]."""
+        limits, most = self.scenario.limits, self.scenario.control.max_tilt
+        return min(limits.tilt, most) if limits.enabled else most
 
     @property
     def n_constraints(self) -> int:
@@ -239,7 +247,7 @@ class Model:
 
     def _reduced(self, distance_from_hinge: float) -> ReducedModel:
         numbers = task_numbers(self.vehicle, self.door, distance_from_hinge, self._place[1])
-        return ReducedModel(self.vehicle, numbers, self.scenario.planner.time_step, self.surroundings)
+        return ReducedModel(self.vehicle, numbers, self.scenario.planner.time_step, self.kinds)
 
     def _hover_offset(self) -> Array:
         """Back along the leaf's normal; where that leads into a jamb, straight out of the doorway."""
@@ -299,6 +307,14 @@ class Model:
         fitted = self.scenario.contact.kind == "push" and self.scenario.contact.fit_doorway
         between = (behind_the_tip or fitted) and min(self.travel.start, self.travel.goal) > -_RIGHT_ANGLE
         return "doorway" if between or width < 2.0 * radius else "corners"
+
+    def _reaches_the_lintel(self) -> bool:
+        """Whether the disc of a vehicle in the doorway, with its tip on the contact point, could touch the lintel."""
+        arm, ends = self.vehicle.arm, np.abs([self.vehicle.lower_limits, self.vehicle.upper_limits]).max(axis=0)
+        reach = np.linalg.norm([*arm.links, arm.point_offsets[-1]], axis=1).sum() + ends[arm.slides].sum()
+        rim = self.vehicle.radius * math.sin(self.largest_tilt)
+        height = self.door.frame_height if self.surroundings == "doorway" else None
+        return height is not None and bool(self._place[1] + reach + rim > height)
 
     def _check_contact(self) -> None:
         door, contact = self.door, self.scenario.contact

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from doorman.collision.surroundings import Surroundings, row_names
+from doorman.collision.rows.listed import IN_A_DOORWAY, Kinds, row_names
 from doorman.copying import PerThread
 from doorman.kinematics.numbers import Numbers
 from doorman.kinematics.vehicles.arms.arm_pattern import ArmPattern
@@ -20,13 +20,13 @@ from doorman.ocp.kernels.printed.printed_problem import kept_text
 Array = NDArray[np.float64]
 
 
-def _printed(pattern: ArmPattern, point_names: tuple[str, ...], numbers: Numbers, surroundings: Surroundings) -> str:
+def _printed(pattern: ArmPattern, point_names: tuple[str, ...], numbers: Numbers, kinds: Kinds) -> str:
     """Module of the dynamics and the collision constraints."""
     from doorman.collision.constraints import collision_constraints  # CasADi: only where the text is not there yet
     from doorman.dynamics.quasi_static import QuasiStaticTask
 
     task = QuasiStaticTask(pattern, point_names, numbers)
-    return task.symbolic_model().text(collision_constraints(task, surroundings=surroundings))
+    return task.symbolic_model().text(collision_constraints(task, kinds=kinds))
 
 
 class ReducedModel:
@@ -36,18 +36,16 @@ class ReducedModel:
         vehicle: Whose arm it is.
         numbers: Of the task, see `task_numbers`.
         time_step: Of the RK4 integration [s].
-        surroundings: What stands beside the door.
+        kinds: Of the collision constraints.
     """
 
-    def __init__(
-        self, vehicle: Vehicle, numbers: Numbers, time_step: float, surroundings: Surroundings = "doorway"
-    ) -> None:
+    def __init__(self, vehicle: Vehicle, numbers: Numbers, time_step: float, kinds: Kinds = IN_A_DOORWAY) -> None:
         pattern, _ = ArmPattern.of(vehicle.arm)
-        key = f"reduced {surroundings} {pattern} {vehicle.point_names} {numbers.sizes}"
-        self._text = kept_text(key, lambda: _printed(pattern, vehicle.point_names, numbers, surroundings))
+        key = f"reduced {kinds} {pattern} {vehicle.point_names} {numbers.sizes}"
+        self._text = kept_text(key, lambda: _printed(pattern, vehicle.point_names, numbers, kinds))
         self.numbers, self.time_step = numbers, float(time_step)
         self.nx = 5 + vehicle.n_arm
-        self.row_names = row_names(vehicle.point_names, vehicle.arm.above, surroundings)
+        self.row_names = row_names(kinds, vehicle.point_names, vehicle.arm.above)
         self.n_rows = len(self.row_names)
         self._own: PerThread[Any] = PerThread()
 

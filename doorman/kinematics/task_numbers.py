@@ -43,6 +43,7 @@ def task_numbers(vehicle: Vehicle, door: Door, distance_from_hinge: float, heigh
             "door.stiffness": door.stiffness,
             "door.rest_angle": door.rest_angle,
             "door.disturbance": door.closing_torque,
+            **({} if door.frame_height is None else {"door.frame_height": door.frame_height}),
             **_axes(door),
         }
     )

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.collision.reduced_model import ReducedModel
-from doorman.collision.surroundings import JAMBS
+from doorman.collision.rows.jambs import JAMBS
 from doorman.kinematics.coupling import BESIDE
 from doorman.kinematics.doors.door import Door
 from doorman.kinematics.rotations import rotation_body_to_world

@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 from urdf_variants import write_arm_of
 
-from doorman.collision.constraint_names import arm_constraint_names
-from doorman.collision.constraints import arm_off_the_rotors
+from doorman.collision.constraints import collision_constraints
 from doorman.dynamics.quasi_static import QuasiStaticTask
 from doorman.kinematics.doors.door import Door
 from doorman.kinematics.task_numbers import task_numbers
@@ -43,9 +42,10 @@ def test_an_arm_stays_on_its_side_of_the_rotors(vehicle: Vehicle, rng: np.random
     pattern, _ = ArmPattern.of(vehicle.arm)
     numbers = task_numbers(vehicle, Door(urdf_directory() / "hinged_door.urdf"), 0.7, 0.8)
     task = QuasiStaticTask(pattern, vehicle.point_names, numbers)
-    rows = arm_off_the_rotors(task, MARGIN)
-    assert tuple(row.name for row in rows) == arm_constraint_names(vehicle.point_names, above)
-    assert all(f" {'above' if above else 'below'} body" in row.name for row in rows)
+    rows = collision_constraints(task, MARGIN, ("arm",))
+    assert [row.name for row in rows] == [
+        f"{name} {'above' if above else 'below'} body" for name in vehicle.point_names
+    ]
     h = ca.Function("h", [task.state, task.parameters], [ca.vertcat(*(row.expression for row in rows))])
     for posture in rng.uniform(-1.5, 1.5, (5, vehicle.n_arm)):
         heights = vehicle.point_positions(posture)[:, 2]

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from doorman.collision.audit import audit
-from doorman.collision.surroundings import JAMBS, WALL
+from doorman.collision.rows.jambs import JAMBS
+from doorman.collision.rows.wall import WALL
 from doorman.model import Model
 from doorman.scenario import Scenario
 

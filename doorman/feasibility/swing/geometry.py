@@ -6,7 +6,9 @@ import math
 
 import numpy as np
 
-from doorman.collision.surroundings import JAMBS, LEAF, WALL
+from doorman.collision.rows.jambs import JAMBS
+from doorman.collision.rows.leaf import LEAF
+from doorman.collision.rows.wall import WALL
 from doorman.feasibility.report import Finding, Severity, graded
 from doorman.feasibility.swing.room import Swing, best_swing
 from doorman.model import Model

@@ -7,7 +7,9 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from doorman.collision.surroundings import JAMBS, LEAF, WALL
+from doorman.collision.rows.jambs import JAMBS
+from doorman.collision.rows.leaf import LEAF
+from doorman.collision.rows.wall import WALL
 from doorman.feasibility.inputs.setup import joint_margin
 from doorman.feasibility.report import Finding, Severity, graded
 from doorman.model import Model

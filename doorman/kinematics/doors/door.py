@@ -133,6 +133,9 @@ class Door(LeafInWorld):
         """Plane beside the way of a slide's contact: normal in the doorway, and distance from P_h along it [m]; None without."""
         self.frame_depth, self.frame_back = leaf_on_joint.frame_depth(self.axes, leaf_size)
         """How far the jambs' boxes reach before the hinge axis, towards the vehicle, and how far behind it [m]."""
+        given = self.section.frame_height
+        self.frame_height = leaf_on_joint.frame_height(self.axes, leaf_size) if given is None else given
+        """Height of the opening above the leaf's lower edge; None without a lintel [m]."""
         hinge, arm = read_joints(urdf)[self.section.hinge], self.per_angle
         self.damping = arm**2 * float(hinge.damping if self.section.damping is None else self.section.damping)
         self.friction = arm * float(hinge.friction if self.section.friction is None else self.section.friction)

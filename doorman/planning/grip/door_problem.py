@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from doorman.collision.surroundings import Surroundings
+from doorman.collision.rows.listed import IN_A_DOORWAY, Kinds
 from doorman.kinematics.numbers import Numbers
 from doorman.kinematics.vehicles.arms.arm_pattern import ArmPattern
 from doorman.kinematics.vehicles.balance import balance_numbers
@@ -32,8 +32,8 @@ _SIDE_WEIGHT = 5.0
 def door_problem(model: Model, numbers: Numbers | None = None, extras: Extras = NO_EXTRAS) -> Problem:
     """Optimal control problem of a scenario: the paper's cost, dynamics and hard constraints."""
     numbers = numbers or door_numbers(model)
-    rows = partial(door_rows, surroundings=model.surroundings)
-    text = task_text(f"quasi-static {model.surroundings}", quasi_static_task, model, numbers, rows, extras)
+    rows = partial(door_rows, kinds=model.kinds)
+    text = task_text(f"quasi-static {model.kinds}", quasi_static_task, model, numbers, rows, extras)
     return scenario_problem(model, text, numbers)
 
 
@@ -60,14 +60,14 @@ def quasi_static_task(pattern: ArmPattern, point_names: tuple[str, ...], numbers
     return QuasiStaticTask(pattern, point_names, numbers)
 
 
-def door_rows(task: Any, surroundings: Surroundings = "doorway") -> list[Constraint]:
+def door_rows(task: Any, kinds: Kinds = IN_A_DOORWAY) -> list[Constraint]:
     """Collision constraints with margin, the tilt (angle between the body's and the world's z axis), and the rotors."""
     from doorman.collision.constraints import collision_constraints  # CasADi
     from doorman.planning.rotor_thrusts import rotor_thrusts  # CasADi
     from doorman.planning.static_moment import static_moment  # CasADi
 
     return [
-        *collision_constraints(task, task.limits.margin, surroundings),
+        *collision_constraints(task, task.limits.margin, kinds),
         Constraint("tilt", task.limits.least_cosine - task.tilt_rotation[2, 2]),
         *static_moment(task),
         *rotor_thrusts(getattr(task, "actuation", None), task.thrust, task.side_force),

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from doorman.collision.surroundings import Surroundings
+from doorman.collision.rows.listed import Kinds
 from doorman.dynamics.lagrangian_model import LagrangianModel, inertia_numbers
 from doorman.kinematics.numbers import Numbers
 from doorman.kinematics.vehicles.arms.arm_pattern import ArmPattern
@@ -40,8 +40,8 @@ def lagrangian_problem(model: Model, numbers: Numbers | None = None, extras: Ext
     """Optimal control problem of a scenario with the full dynamics."""
     numbers, planner = numbers or lagrangian_numbers(model), model.scenario.planner
     limited = "limits.body_rates" in numbers.sizes
-    name = f"lagrangian {model.surroundings}, body rates {'limited' if limited else 'free'}"
-    rows = partial(_limited_rows if limited else door_rows, surroundings=model.surroundings)
+    name = f"lagrangian {model.kinds}, body rates {'limited' if limited else 'free'}"
+    rows = partial(_limited_rows if limited else door_rows, kinds=model.kinds)
     text = task_text(name, _lagrangian_task, model, numbers, rows, extras)
     return printed_problem(
         text, planner.horizon_steps, planner.time_step, lagrangian_cost(model), lagrangian_bounds(model), numbers.vector
@@ -64,9 +64,9 @@ def _lagrangian_task(pattern: ArmPattern, point_names: tuple[str, ...], numbers:
     return LagrangianTask(pattern, point_names, numbers)
 
 
-def _limited_rows(task: Any, surroundings: Surroundings) -> list[Constraint]:
+def _limited_rows(task: Any, kinds: Kinds) -> list[Constraint]:
     """The door problem's constraints, and the body rates', which are no inputs here."""
-    return [*door_rows(task, surroundings), *(_rate(task, i, sign) for i in range(3) for sign in (1, -1))]
+    return [*door_rows(task, kinds), *(_rate(task, i, sign) for i in range(3) for sign in (1, -1))]
 
 
 def _rate(task: Any, axis: int, sign: int) -> Constraint:

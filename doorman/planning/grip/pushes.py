@@ -47,8 +47,7 @@ class LargestPushes:
     """
 
     def __init__(self, model: Model) -> None:
-        limits, most = model.scenario.limits, model.scenario.control.max_tilt
-        self._model, self._tilt = model, min(limits.tilt, most) if limits.enabled else most
+        self._model, self._tilt = model, model.largest_tilt
         self._everywhere = largest_push(model, self._tilt) if model.door.vertical else None
 
     def at(self, angle: float) -> float:

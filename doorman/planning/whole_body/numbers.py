@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from doorman.collision.surroundings import rows_beside
 from doorman.exceptions import BackendError
 from doorman.kinematics.numbers import Numbers
 from doorman.kinematics.vehicles.balance import balance_numbers
@@ -74,7 +73,7 @@ def whole_body_numbers(model: Model) -> Numbers:
 
 def _room_of_rows(model: Model) -> tuple[Array, Array]:
     """By how much rows are widened: the planes, and force, speed and stopping."""
-    scale, planes = model.scale, 1 + len(rows_beside(model.surroundings))
+    scale, planes = model.scale, model.n_constraints - len(model.vehicle.point_names)
     units = np.array([scale.force, scale.rate, scale.rate**2])
     return np.full(planes, _ROOM[0] * scale.length), np.array(_ROOM[1:]) * units
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from doorman.collision.surroundings import Surroundings
+from doorman.collision.rows.listed import Kinds
 from doorman.kinematics.numbers import Numbers
 from doorman.kinematics.vehicles.actuation import LEVEL
 from doorman.kinematics.vehicles.arms.arm_pattern import ArmPattern
@@ -42,9 +42,8 @@ oscillations."""
 def whole_body_problem(model: Model, numbers: Numbers | None = None, extras: Extras = NO_EXTRAS) -> Problem:
     """Optimal control problem of a scenario's vehicle, arm and door, from free flight to contact."""
     numbers, planner = numbers or whole_body_numbers(model), model.scenario.planner
-    beside = model.surroundings
-    rows, costs = partial(_constraints, surroundings=beside), partial(_residuals, surroundings=beside)
-    text = task_text(f"whole body {beside}", _task, model, numbers, rows, extras, costs)
+    rows, costs = partial(_constraints, kinds=model.kinds), partial(_residuals, kinds=model.kinds)
+    text = task_text(f"whole body {model.kinds}", _task, model, numbers, rows, extras, costs)
     return printed_problem(text, planner.horizon_steps, planner.time_step, _cost(model), _bounds(model), numbers.vector)
 
 
@@ -54,18 +53,18 @@ def _task(pattern: ArmPattern, point_names: tuple[str, ...], numbers: Numbers) -
     return WholeBodyTask(pattern, point_names, numbers)
 
 
-def _constraints(task: Any, surroundings: Surroundings) -> list[Constraint]:
+def _constraints(task: Any, kinds: Kinds) -> list[Constraint]:
     from doorman.planning.rotor_thrusts import rotor_thrusts  # CasADi
     from doorman.planning.whole_body.rows import constraints
 
     rotors = rotor_thrusts(getattr(task, "actuation", None), task.thrust, task.side_force)
-    return [*constraints(task, surroundings), *rotors]
+    return [*constraints(task, kinds), *rotors]
 
 
-def _residuals(task: Any, surroundings: Surroundings) -> list[Residual]:
+def _residuals(task: Any, kinds: Kinds) -> list[Residual]:
     from doorman.planning.whole_body.rows import residuals  # CasADi
 
-    return residuals(task, surroundings)
+    return residuals(task, kinds)
 
 
 def _bounds(model: Model) -> Bounds:

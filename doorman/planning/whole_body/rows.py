@@ -7,7 +7,7 @@ from typing import Any
 import casadi as ca
 
 from doorman.collision.constraints import collision_constraints, disc_constraints
-from doorman.collision.surroundings import Surroundings
+from doorman.collision.rows.listed import IN_A_DOORWAY, Kinds
 from doorman.kinematics.scale import Scale
 from doorman.ocp.problem.terms import Constraint, Residual
 from doorman.planning.static_moment import static_moment
@@ -17,13 +17,13 @@ _ROUNDED_FORCE, _ROUNDED_ROOM = 0.2, 0.01
 """Over which corners of the cost are rounded, for the shipped vehicle [N], [m]."""
 
 
-def constraints(task: WholeBodyTask, surroundings: Surroundings = "doorway") -> list[Constraint]:
+def constraints(task: WholeBodyTask, kinds: Kinds = IN_A_DOORWAY) -> list[Constraint]:
     """Rows on states; every one has a number that widens it, so that it contains a start outside (`limits.widened`)."""
     limits = task.limits
     stoppable = 0.5 * task.door_rate**2 - limits.deceleration * _positive(task.to_go, limits.rounding)
     rows = [
         *static_moment(task),
-        *collision_constraints(task, limits.margin, surroundings),
+        *collision_constraints(task, limits.margin, kinds),
         Constraint("tip presses too hard", task.spring_force - limits.force, "N", 30.0),
         Constraint("too fast", task.rate_to_goal - limits.speed, "rad/s"),
         Constraint("can be stopped", stoppable - limits.creep, "rad²/s²", 0.1),
@@ -38,7 +38,7 @@ def constraints(task: WholeBodyTask, surroundings: Surroundings = "doorway") -> 
     return widened
 
 
-def residuals(task: WholeBodyTask, surroundings: Surroundings = "doorway") -> list[Residual]:
+def residuals(task: WholeBodyTask, kinds: Kinds = IN_A_DOORWAY) -> list[Residual]:
     """Residuals that a plan keeps small; one of weight 0 counts for nothing."""
     goes, weigh, free = task.reference, task.weights, 1 - task.touches
     scale = Scale.of(task.vehicle.radius, task.vehicle.mass)
@@ -51,7 +51,7 @@ def residuals(task: WholeBodyTask, surroundings: Surroundings = "doorway") -> li
         Residual("side force", task.side_force - sides.side, sides.side_weight),
         Residual("level", task.attitude[:2], sides.level_weight),
     ]  # fmt: skip
-    planes = ca.vertcat(*(row.expression for row in disc_constraints(task, task.limits.margin, surroundings)))
+    planes = ca.vertcat(*(row.expression for row in disc_constraints(task, task.limits.margin, kinds)))
     return [
         *level,
         Residual("place on the face", task.place, weigh.place),

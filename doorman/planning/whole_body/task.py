@@ -56,7 +56,7 @@ from typing import Any
 
 import casadi as ca
 
-from doorman.collision.constraints import disc_across
+from doorman.collision.rows.kind import disc_across
 from doorman.kinematics.doors.leaf.leaf_symbols import VerticalLeaf, leaf_in_symbols
 from doorman.kinematics.numbers import Numbers
 from doorman.kinematics.symbols import body_rates

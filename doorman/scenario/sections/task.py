@@ -59,6 +59,8 @@ class DoorSection(Section):
     Default: from the URDF."""
     mass: Positive | None = None
     """Mass of the leaf, its inertia in proportion (the same doors) [kg]. Default: from the URDF."""
+    frame_height: Positive | None = None
+    """Height of the frame's opening above the leaf's lower edge; disc and arm stay below it [m]. Default: from the URDF."""
     damping: NonNegative | None = None
     """b, viscous damping of the hinge [N m s/rad]. Default: from the URDF."""
     friction: NonNegative | None = None

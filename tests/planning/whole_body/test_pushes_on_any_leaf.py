@@ -87,7 +87,7 @@ def test_a_leaf_that_nobody_touches_moves_by_its_weight(leaf: OnLeaf) -> None:
 def test_rows_beside_the_leaf_are_the_models_own(leaf: OnLeaf) -> None:
     """For a level disc, whose tip is on the contact point."""
     model, points = leaf.model, len(leaf.model.vehicle.point_names)
-    margin, rows = leaf.numbers.one("limits.margin"), constraints(leaf.task, leaf.model.surroundings)
+    margin, rows = leaf.numbers.one("limits.margin"), constraints(leaf.task, leaf.model.kinds)
     narrow = leaf.numbers.replaced({"limits.widened": np.zeros(leaf.numbers.sizes["limits.widened"])})
     value = leaf.function(ca.vertcat(*(row.expression for row in rows)))
     assert len(rows) == model.n_constraints + 3

@@ -48,6 +48,19 @@ def depth_beside(
     return -min(nearest), max(farthest)
 
 
+def height_below_lintel(
+    boxes: Iterable[tuple[Array, Array]], axes: Array, corner: Array, size: tuple[float, float]
+) -> float | None:
+    """Height of an upright door's opening, from the leaf's lower edge to the lowest box over it; None without one [m]."""
+    over = []
+    for placed, lengths in boxes:
+        center = axes @ (placed[:3, 3] - corner)
+        half = np.abs(axes @ placed[:3, :3]) @ lengths / 2
+        if not _is_beside(center, half, size, upright=True) and center[2] - half[2] > 0.5 * size[1]:
+            over.append(float(center[2] - half[2]))
+    return min(over, default=None)
+
+
 def _is_beside(center: Array, half: Array, size: tuple[float, float], upright: bool) -> bool:
     """Whether a box is beside the doorway: of an upright door all that does not span it, else what borders on it."""
     if upright:

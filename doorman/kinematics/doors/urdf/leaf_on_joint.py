@@ -12,7 +12,7 @@ import pinocchio
 from numpy.typing import NDArray
 
 from doorman.exceptions import UrdfError
-from doorman.kinematics.doors.urdf.beside import depth_beside, extents, fixed_boxes
+from doorman.kinematics.doors.urdf.beside import depth_beside, extents, fixed_boxes, height_below_lintel
 from doorman.kinematics.doors.urdf.convention import closed_value, meets
 from doorman.kinematics.urdf.elements import read_boxes, read_joints
 from doorman.kinematics.urdf.robot import link_index
@@ -152,6 +152,10 @@ class LeafOnJoint:
     def frame_depth(self, axes: Array, leaf: LeafSize) -> tuple[float, float]:
         """How far boxes beside the doorway, that do not move with the leaf, reach before and behind the hinge axis [m]."""
         return depth_beside(self.fixed_boxes(), axes, leaf.corner, leaf.sides[:2], self._upright)
+
+    def frame_height(self, axes: Array, leaf: LeafSize) -> float | None:
+        """Height of the opening above the leaf's lower edge; None where nothing of the frame is over it [m]."""
+        return height_below_lintel(self.fixed_boxes(), axes, leaf.corner, leaf.sides[:2]) if self._upright else None
 
     def frame(self, name: str, value: float) -> tuple[Array, Array]:
         """Origin and x axis of a frame on the leaf."""

@@ -1,0 +1,44 @@
+"""All kinds of collision constraints, by short names, and which of them a task has."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
+from typing import Literal
+
+from doorman.collision.rows.arm import Arm
+from doorman.collision.rows.corners import Corners
+from doorman.collision.rows.jambs import Jambs
+from doorman.collision.rows.kind import Kind
+from doorman.collision.rows.leaf import Leaf
+from doorman.collision.rows.lintel import Lintel
+from doorman.collision.rows.panel import Panel
+from doorman.collision.rows.wall import Wall
+
+Surroundings = Literal["doorway", "corners", "wall", "panel"]
+"""The vehicle is between the jambs all the way; it begins beside them; it stays before the wall; or beside what slides."""
+
+ARM = "arm"
+KINDS: Mapping[str, Kind] = MappingProxyType(
+    {
+        ARM: Arm(), "leaf": Leaf(), "doorway": Jambs(), "corners": Corners(), "wall": Wall(), "panel": Panel(),
+        "lintel": Lintel(),
+    }
+)  # fmt: skip
+"""Short name to rows. A new kind is a file beside `lintel`, a line here, and a word in `kinds_of`."""
+Kinds = tuple[str, ...]
+"""Short names of the kinds that a task has, in their order."""
+
+
+def kinds_of(surroundings: Surroundings, lintel: bool = False) -> Kinds:
+    """Kinds of a task with these surroundings, and with a lintel that vehicle or arm could reach."""
+    return (ARM, "leaf", surroundings, *(["lintel"] if lintel else []))
+
+
+IN_A_DOORWAY = kinds_of("doorway")
+"""The paper's."""
+
+
+def row_names(kinds: Kinds, points: Sequence[str], above: bool) -> tuple[str, ...]:
+    """Names of all rows, in their order."""
+    return tuple(name for kind in kinds for name in KINDS[kind].names(points, above))
