@@ -103,7 +103,7 @@ def test_plans_bound_the_static_moment(folder: Path, task: str, rng: np.random.G
     else:
         numbers = door_numbers(model)
         symbolic = quasi_static_task(pattern, model.vehicle.point_names, numbers)
-        rows = door_rows(symbolic, model.surroundings)
+        rows = door_rows(symbolic, model.kinds)
     (row,) = [row for row in rows if row.name == "static moment"]
     arm = model.start_arm + rng.uniform(-0.5, 0.5, 4)
     x = np.concatenate([np.zeros(int(symbolic.state.numel()) - 4), arm])
@@ -115,7 +115,7 @@ def test_plans_bound_the_static_moment(folder: Path, task: str, rng: np.random.G
 def test_an_arm_without_mass_has_no_such_row(model: Model) -> None:
     pattern, _ = ArmPattern.of(model.vehicle.arm)
     task = quasi_static_task(pattern, model.vehicle.point_names, door_numbers(model))
-    assert "static moment" not in {row.name for row in door_rows(task, model.surroundings)}
+    assert "static moment" not in {row.name for row in door_rows(task, model.kinds)}
 
 
 @pytest.mark.slow
