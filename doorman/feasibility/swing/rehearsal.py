@@ -6,7 +6,7 @@ constraints together; running the loop answers it. The motion is that of `Planni
 with the inertia that the push really moves. The hinge's friction is a torque against the swing that the planner knows of, as
 in flight, where an observer finds it: what it costs in force, and so in tilt and in room beside the leaf, is in the answer.
 A tip that can only push needs resistance: where the scenario names no friction, the rehearsal takes the prior mean of
-`estimation.friction` for it.
+`estimation.friction` for it. A grip begins where the tug by which it is tried leaves the leaf.
 """
 
 from __future__ import annotations
@@ -17,7 +17,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from doorman.control.tug import drawn_by_the_tug
 from doorman.exceptions import SingularityError
+from doorman.feasibility.resting import torques_at_rest
 from doorman.model import Model
 from doorman.planning.grip.pushes import push_state
 from doorman.planning.planner import Planner
@@ -25,17 +27,15 @@ from doorman.planning.planning_model import planning_model
 
 Array = NDArray[np.float64]
 
-DURATION = 12.0
-"""Of a rehearsal [s]."""
-PUSH_DURATION = 30.0
-"""Longest of one with a tip that can only push; it ends where the door comes to rest at the goal [s]."""
+DURATION, LONGEST = 12.0, 30.0
+"""Of a rehearsal, least with a grip, and most; between them it ends where the door has come to rest at the goal [s]."""
 
 _AJAR, _STANDS = 0.02, 1.1
 """A leaf that begins farther open [rad] has so many times the friction that holds it there."""
 _ALONG_THE_WAY = 20
 """Angles of the way at which the least resistance is looked for."""
 _AT_GOAL, _RESTS = math.radians(2.0), 5e-4
-"""A pushed door so near to the goal is at rest there if it is slower [rad], [rad/s]: it moves on by less than 0.1°."""
+"""A door so near to the goal is at rest there if it is slower [rad], [rad/s]: it moves on by less than 0.1°."""
 _FASTEST_DOOR = 20.0
 """Door rate at which a rehearsal is given up [rad/s]."""
 
@@ -97,6 +97,19 @@ def least_resistance(model: Model) -> float:
     return resistance(model) + min(travel.ahead(_drives(model, float(angle))) for angle in way)
 
 
+def _pressed(model: Model) -> Array:
+    """The start, with the attitude that presses on the leaf."""
+    return push_state(model, model.start_state, resistance(model) / model.coupling.lever_length)
+
+
+def _tugged(model: Model) -> Array:
+    """Where a tug leaves the leaf that the tip holds at the start."""
+    state = np.array(model.start_state)
+    way, rate = drawn_by_the_tug(model, *torques_at_rest(model, model.start_angle))
+    state[3:5] += way, rate
+    return state
+
+
 def rehearse(model: Model, duration: float | None = None) -> Rehearsal:
     """Run the planner on a model of the swing, one plan each time step.
 
@@ -110,14 +123,12 @@ def rehearse(model: Model, duration: float | None = None) -> Rehearsal:
     planning = planning_model(model)
     swing = planning.swing(against)
     time_step = model.scenario.planner.time_step
-    start = planning.start_state
-    if pushes:
-        push = resistance(model) / model.coupling.lever_length
-        start = planning.state(push_state(model, model.start_state, push), np.zeros(3))
-    target = model.goal_angle if pushes and duration is None else math.inf
+    least = 0.0 if pushes else scaled(DURATION, model)
     if duration is None:
-        duration = scaled(PUSH_DURATION if pushes else DURATION, model)
-    states, inputs = [start], []
+        duration = scaled(LONGEST, model)
+    else:
+        least = duration
+    states, inputs = [planning.state(_pressed(model) if pushes else _tugged(model), np.zeros(3))], []
     flown, ahead, unusable, failure = None, 0, 0, ""
     for _ in range(max(1, math.ceil(duration / time_step))):
         try:
@@ -137,7 +148,8 @@ def rehearse(model: Model, duration: float | None = None) -> Rehearsal:
             break
         states.append(following)
         inputs.append(flown.inputs[ahead])
-        if abs(door_angle - target) < _AT_GOAL and abs(door_rate) < _RESTS:
+        rests = abs(door_angle - model.goal_angle) < _AT_GOAL and abs(door_rate) < _RESTS
+        if rests and len(inputs) * time_step >= least - 0.5 * time_step:
             break
     inputs.append(inputs[-1] if inputs else planning.hover_input)
     times = np.arange(len(states), dtype=np.float64) * time_step
