@@ -1,13 +1,14 @@
-"""Compare the verdict of the check with the flight, on draws of the shipped scenarios.
+"""Compare the findings of the check that need no flight with the flight, on draws of the shipped scenarios.
 
 Usage: python benchmarks/check_and_flight.py [--draws 100] [--seed 1] [--out build/check_and_flight.jsonl]
 
-A draw is a shipped scenario with another start, goal, weights of the plan, thrust or mass of the leaf. It is checked and then
-flown, whatever the check says. A mismatch is a draw that is possible and does not open untouched, or one that is refused and
-does. The reality scenarios and the campaign are left out: no check considers wind, noise or an unknown door.
+A draw is a shipped scenario with another start, goal, weights of the plan, thrust or mass of the leaf. It is checked as by
+`doorman check --quick` and then flown, whatever the check says. A mismatch is a draw that is possible and does not open
+untouched, or one that is refused and does. `doorman check` itself flies, so that it has none of the former. The reality scenarios
+and the campaign are left out: no check considers wind, noise or an unknown door.
 
-One process flies one draw after the other, each about 10 s. Draws that the file has already are not flown again; `--show` only
-prints what it has.
+One process flies one draw after the other, each about 10 s. Draws that the file has already are not flown again. `--recheck`
+checks them again, and `--show` only prints what the file has.
 """
 
 from __future__ import annotations
@@ -69,21 +70,29 @@ def within(model: Model, opening: float) -> float:
     return round(min(max(opening, 0.0), most), 3)
 
 
+def checked(model: Model) -> dict[str, Any]:
+    """Verdict of the check alone."""
+    began = time.perf_counter()
+    report = check(model)
+    names = {
+        "errors": [finding.name for finding in report.errors],
+        "warnings": [finding.name for finding in report.warnings],
+    }
+    return {"possible": report.possible, **names, "check_s": round(time.perf_counter() - began, 1)}
+
+
 def flown(seed: int, number: int) -> dict[str, Any]:
     """Verdicts of check and flight about a draw."""
     source, keys = drawn(seed, number)
-    row: dict[str, Any] = {"draw": number, "source": source, "keys": keys}
-    began = time.perf_counter()
     model = Model(Scenario.load(f"shipped:{source}", keys))
-    report = check(model)
-    row |= {"possible": report.possible, "errors": [finding.name for finding in report.errors]}
-    row |= {"warnings": [finding.name for finding in report.warnings], "check_s": round(time.perf_counter() - began, 1)}
+    row = {"draw": number, "source": source, "keys": keys} | checked(model)
+    began = time.perf_counter()
     try:
         summary = simulate(model, force=True).summary or {}
     except DoormanError as error:
         return {**row, "flies": False, "words": f"failed: {error}"}
     flies, words = verdict(summary)
-    row |= {"flies": flies, "words": words, "flight_s": round(time.perf_counter() - began - row["check_s"], 1)}
+    row |= {"flies": flies, "words": words, "flight_s": round(time.perf_counter() - began, 1)}
     names = "outcome", "final_error", "collisions", "min_clearance_m", "max_constraint_violation_m", "duration_s"
     return row | {name: summary[name] for name in names}
 
@@ -110,7 +119,9 @@ def show(rows: list[dict[str, Any]]) -> None:
             print(f"    {', '.join(row['errors']) or '-'} | {error:.1f} off | {row['words']}")
     for name, count in sorted(Counter(kind(row) for row in rows).items()):
         print(f"{count:4d} {name}")
-    print(f"{sum(row['possible'] for row in rows):4d} possible, {sum(row['flies'] for row in rows)} fly, of {len(rows)}")
+    print(
+        f"{sum(row['possible'] for row in rows):4d} possible, {sum(row['flies'] for row in rows)} fly, of {len(rows)}"
+    )
 
 
 def main() -> None:
@@ -120,14 +131,17 @@ def main() -> None:
     parser.add_argument("--only", type=int, nargs="+", help="these draws alone")
     parser.add_argument("--seed", type=int, default=1, help="of the draws")
     parser.add_argument("--show", action="store_true", help="fly nothing")
+    parser.add_argument("--recheck", action="store_true", help="fly nothing, and check again what the file has")
     parser.add_argument("--out", type=Path, default=Path("build/check_and_flight.jsonl"), help="one line for each draw")
     given = parser.parse_args()
     warnings.simplefilter("ignore")
     given.out.parent.mkdir(parents=True, exist_ok=True)
     known = given.out.read_text(encoding="utf-8").splitlines() if given.out.exists() else []
-    rows = {row["draw"]: row for row in map(json.loads, known)}
+    rows: dict[int, dict[str, Any]] = {row["draw"]: row for row in map(json.loads, known)}
+    for row in rows.values() if given.recheck else ():
+        row |= checked(Model(Scenario.load(f"shipped:{row['source']}", row["keys"])))
     with given.out.open("a", encoding="utf-8") as file:
-        for number in () if given.show else given.only or range(given.draws):
+        for number in () if given.show or given.recheck else given.only or range(given.draws):
             if number not in rows:
                 rows[number] = flown(given.seed, number)
                 print(json.dumps(rows[number]), file=file, flush=True)

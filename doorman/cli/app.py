@@ -113,7 +113,9 @@ def check_command(
         bool,
         typer.Option("--audit", help="Also search for collisions that the constraints allow; takes some seconds."),
     ] = False,
-    quick: Annotated[bool, typer.Option("--quick", help="Do not fly it in simulation, which takes some seconds.")] = False,
+    quick: Annotated[
+        bool, typer.Option("--quick", help="Do not fly it in simulation, which takes some seconds.")
+    ] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the findings as JSON.")] = False,
 ) -> None:
     """Check whether a scenario can work, before any flight.

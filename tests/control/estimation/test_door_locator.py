@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-
 from urdf_variants import DOOR, write_edited
 
 from doorman import simulate
