@@ -16,7 +16,6 @@ from doorman.feasibility.resting import torques_at_rest
 from doorman.feasibility.swing.rehearsal import Rehearsal
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import Model
-from doorman.planning.hinge import Hinge
 from doorman.planning.limits import largest_push
 
 Array = NDArray[np.float64]
@@ -153,12 +152,11 @@ def _stays_at_the_start(model: Model) -> list[Finding]:
 
 def _true_hinge(model: Model) -> Finding:
     """The simulated hinge, which no planner is told of: what it resists with against what pushes and observes."""
-    control, door, hinge = model.scenario.control, model.true_door, Hinge.of(model.door)
+    control, door = model.scenario.control, model.true_door
     ends = model.start_angle, model.goal_angle
     sense = math.copysign(1.0, ends[1] - ends[0])
     resists = max(sense * torque + friction for torque, friction in (torques_at_rest(model, end) for end in ends))
-    resting = (hinge.torque_at_rest(end, model.door.rest_angle) + model.door.weight_torque(end) for end in ends)
-    told = hinge.friction + max(sense * torque for torque in resting)
+    told = model.door.friction + max(sense * model.door.hinge_torque(end, 0.0) for end in ends)
     push = largest_push(model, control.max_tilt) * model.coupling.lever_length
     most = push if model.scenario.contact.kind == "push" else control.max_door_disturbance
     observed = told + (most if control.door_observer_rate > 0.0 else 0.0)

@@ -79,22 +79,16 @@ def resistance(model: Model) -> float:
     """Friction that a rehearsal assumes in the joint; a leaf that begins ajar is held by it [N m]."""
     if model.scenario.contact.kind == "push" and model.door.friction == 0.0:
         ajar = model.door.opening_of(model.travel.start) > model.door.per_angle * _AJAR
-        holds = _STANDS * abs(_drives(model, model.travel.start)) if ajar else 0.0
+        holds = _STANDS * abs(model.door.hinge_torque(model.travel.start, 0.0)) if ajar else 0.0
         return max(float(model.scenario.estimation.friction[0]), holds)
     return model.door.friction
-
-
-def _drives(model: Model, angle: float) -> float:
-    """Torque of closer and weight at α, in the sense of damping [N m]."""
-    door = model.door
-    return door.closing_torque + door.stiffness * (angle - door.rest_angle) + door.weight_torque(angle)
 
 
 def least_resistance(model: Model) -> float:
     """Least torque that friction, closer and weight make against the way to the goal, negative where they drive the leaf on."""
     travel = model.travel
     way = np.linspace(travel.start, travel.goal, _ALONG_THE_WAY)
-    return resistance(model) + min(travel.ahead(_drives(model, float(angle))) for angle in way)
+    return resistance(model) + min(travel.ahead(model.door.hinge_torque(float(angle), 0.0)) for angle in way)
 
 
 def _pressed(model: Model) -> Array:
