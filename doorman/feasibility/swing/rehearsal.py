@@ -34,8 +34,8 @@ _AJAR, _STANDS = 0.02, 1.1
 """A leaf that begins farther open [rad] has so many times the friction that holds it there."""
 _ALONG_THE_WAY = 20
 """Angles of the way at which the least resistance is looked for."""
-_AT_GOAL, _RESTS = math.radians(2.0), 5e-4
-"""A door so near to the goal is at rest there if it is slower [rad], [rad/s]: it moves on by less than 0.1°."""
+_AT_GOAL, _RESTS = math.radians(1.0), 5e-4
+"""A door so near to the goal is at rest there if it is slower [rad], [rad/s]: it moves on by some tenths of a degree."""
 _FASTEST_DOOR = 20.0
 """Door rate at which a rehearsal is given up [rad/s]."""
 
