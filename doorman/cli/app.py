@@ -113,6 +113,9 @@ def check_command(
         bool,
         typer.Option("--audit", help="Also search for collisions that the constraints allow; takes some seconds."),
     ] = False,
+    quick: Annotated[
+        bool, typer.Option("--quick", help="Do not fly it in simulation, which takes some seconds.")
+    ] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the findings as JSON.")] = False,
 ) -> None:
     """Check whether a scenario can work, before any flight.
@@ -120,7 +123,8 @@ def check_command(
     The command checks masses and inertias, and loads the URDFs in MuJoCo if it is installed. It checks the arm's reach and joint
     limits, the rotor disc between the jambs along the whole swing, thrust and tilt for the force that the door needs, start and
     goal against the constraints, and the path from the hover to the leaf. A short rehearsal shows whether the planner opens the
-    door. Every finding names the number, its limit and what to change.
+    door. If nothing speaks against it, the command flies the scenario once in simulation: what is possible has been flown. Every
+    finding names the number, its limit and what to change.
 
     `doorman open`, `doorman fly` and `doorman.simulate` decide by the same findings. The exit status is 0 if the scenario is
     possible, 1 if it is not.
@@ -129,7 +133,7 @@ def check_command(
     def command() -> int:
         from doorman.cli.simulated.check import check_scenario
 
-        return check_scenario(scenario, settings or [], as_json, audit, vehicle)
+        return check_scenario(scenario, settings or [], as_json, audit, vehicle, quick)
 
     _leave(command, interrupted=INTERRUPTED)
 

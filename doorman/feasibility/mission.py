@@ -16,19 +16,14 @@ from doorman.feasibility.resting import torques_at_rest
 from doorman.feasibility.swing.rehearsal import Rehearsal
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import Model
-from doorman.planning.hinge import Hinge
 from doorman.planning.limits import largest_push
 
 Array = NDArray[np.float64]
 
 _LEAST_WAY = math.radians(1.5)
 """A shorter way is none: the mission takes such a door for one that is open [rad]."""
-_LETS_GO = 3.0
-"""A gripper has taken its load off a door so long after that has come to rest [s]."""
 _STANDS = 0.03
 """A leaf that is slower stands [rad/s]."""
-_TUGGED = math.radians(5.0)
-"""By which a tug may turn a leaf that stands open [rad]."""
 _LENIENCE = 0.003
 """By which a flight ends farther from a jamb than its rehearsal: it passes the goal by some tenths of a degree [m]."""
 _NEAR = 0.01
@@ -112,19 +107,12 @@ def _room_at_touch(model: Model) -> Finding:
 
 
 def _room_to_level(model: Model, rehearsal: Rehearsal) -> list[Finding]:
-    """A grip whose door stands is let go of where the vehicle, as it levels, would come too near to a jamb."""
+    """A grip whose door stands, or turns round, is let go of where the vehicle, as it levels, would come too near to a jamb."""
     if model.scenario.contact.kind != "grip" or rehearsal.failure or model.door.slides or model.door.lies:
         return []
     doorway, gaps = Doorway(model), []
-    angles, (start, goal) = rehearsal.states[:, 3], (model.start_angle, model.goal_angle)
-    on_the_way = np.abs(angles - start) > 0.5 * abs(goal - start)  # before that it has not begun to move
-    still = np.flatnonzero((np.abs(rehearsal.states[:, 4]) < _STANDS) & on_the_way)
-    until = rehearsal.times[still[0]] + _LETS_GO if len(still) else 0.0
-    first = np.array(rehearsal.states[0])
-    if start < 0.5 * math.pi - _TUGGED:  # a gripper is tried with a tug
-        first[3] += _TUGGED
-    standing = [first, *(rehearsal.states[k] for k in still if rehearsal.times[k] <= until)]
-    for state in standing[:: max(1, len(standing) // 100)] or [rehearsal.states[-1]]:
+    standing = rehearsal.states[np.abs(rehearsal.states[:, 4]) < _STANDS]
+    for state in standing[:: max(1, len(standing) // 100)] if len(standing) else rehearsal.states[-1:]:
         level = model.coupling.vehicle_position([0.0, 0.0, state[2]], float(state[3]), state[5:])
         gaps.append((doorway.gap_to_jambs(level, np.zeros(3)), float(state[3])))
     gap, angle = min(gaps)
@@ -136,8 +124,8 @@ def _room_to_level(model: Model, rehearsal: Rehearsal) -> list[Finding]:
             f"where the door stands at {math.degrees(angle):.1f}°, a level vehicle is {1e2 * gap:.1f} cm from a jamb; the "
             f"mission gives up below {1e2 * ROOM_TO_LEVEL:.1f} cm",
             gap, needed, "m",
-            "" if severity is Severity.OK else "choose a goal.arm and a goal.attitude whose yaw keep the disc farther "
-            "from the jambs at goal.door_angle, or a larger planner.margin",
+            "" if severity is Severity.OK else "choose arm and yaw of start or goal that keep the disc farther from the jambs "
+            "there, or a larger planner.margin",
         )
     ]  # fmt: skip
 
@@ -149,7 +137,7 @@ def _stays_at_the_start(model: Model) -> list[Finding]:
         return []
     torque, friction = torques_at_rest(model, angle)
     shuts = door.opening_of(angle - math.copysign(_LEAST_WAY, torque)) < door.opening_of(angle)
-    rests = shuts and door.opening_of(angle) < door.per_angle * _LEAST_WAY
+    rests = shuts and abs(angle - door.stop) < _LEAST_WAY
     ok, words = rests or abs(torque) <= friction, door.torque_in_words
     way = "presses it shut" if rests else "shuts it" if shuts else "opens it"
     return [
@@ -164,12 +152,11 @@ def _stays_at_the_start(model: Model) -> list[Finding]:
 
 def _true_hinge(model: Model) -> Finding:
     """The simulated hinge, which no planner is told of: what it resists with against what pushes and observes."""
-    control, door, hinge = model.scenario.control, model.true_door, Hinge.of(model.door)
+    control, door = model.scenario.control, model.true_door
     ends = model.start_angle, model.goal_angle
     sense = math.copysign(1.0, ends[1] - ends[0])
     resists = max(sense * torque + friction for torque, friction in (torques_at_rest(model, end) for end in ends))
-    resting = (hinge.torque_at_rest(end, model.door.rest_angle) + model.door.weight_torque(end) for end in ends)
-    told = hinge.friction + max(sense * torque for torque in resting)
+    told = model.door.friction + max(sense * model.door.hinge_torque(end, 0.0) for end in ends)
     push = largest_push(model, control.max_tilt) * model.coupling.lever_length
     most = push if model.scenario.contact.kind == "push" else control.max_door_disturbance
     observed = told + (most if control.door_observer_rate > 0.0 else 0.0)

@@ -1,6 +1,6 @@
 """Whether a closed gripper holds the leaf: a loose tip leaves its place there, and feels nothing of a change of its push.
 
-A tip that is pulled back through the place of the closed leaf is loose as well: the leaf stops there.
+A tip that is pulled back through the place of a leaf at its stop is loose as well.
 """
 
 from __future__ import annotations
@@ -9,12 +9,11 @@ import math
 from collections import deque
 
 from doorman.control.estimation.estimator import Estimate
+from doorman.control.tug import TUG
 from doorman.model import GRAVITY, Model
 
-TUG = 0.05
-"""Share of the weight with which a gripper is tried that has just closed;"""
-_MOVES = 0.015
-"""of a change of push or pull from which on the tip's force is looked at."""
+_MOVES = 0.3 * TUG
+"""Share of the weight, of a change of push or pull from which on the tip's force is looked at."""
 _WINDOW = 0.5
 """Time over which both are looked at, less their mean [s]: of a pull that brakes an opening door friction may take all."""
 _FELT = 0.25
@@ -27,9 +26,7 @@ its own centre, and the tip moves by 5 cm in 0.1 s. A held one seems to for 0.01
 _JUMP = 0.01
 """A place that is so far off one tick later has not moved: the frame of the poses has jumped, or a gap has ended [m]."""
 _BEHIND = 0.015
-"""Farther back than where the gripper closed, and than the closed leaf, no held tip comes [m]: it gives way by 1 mm at 5 N."""
-_CLOSED = math.radians(1.0)
-"""A leaf that begins nearer to its stop than this is closed [rad]."""
+"""Farther back than where the gripper closed, and than the leaf's stop, no held tip comes [m]: it gives way by 1 mm at 5 N."""
 
 
 class _Sums:
@@ -79,7 +76,7 @@ class GripWatch:
         self._poles = [0.0, 0.0, 0.0]
         self._recent: deque[tuple[float, float]] = deque()
         self._door, self._lever = model.door, model.coupling.lever_length
-        self._stops = _stops_where_closed(model)
+        self._stops = model.door.at_its_stop(model.start_angle)
         self._begin()
         self._gripped_at: float | None = None
 
@@ -98,7 +95,7 @@ class GripWatch:
         for pole in range(3):
             self._poles[pole] += _share(self._rate * time_step) * (push - self._poles[pole])
             push = self._poles[pole]
-        behind = -self._door.opening_of(estimate.tip_angle) * self._lever
+        behind = (self._door.opening_of(self._door.stop) - self._door.opening_of(estimate.tip_angle)) * self._lever
         if not closes:
             self._gripped_at = None
         elif self._gripped_at is None:
@@ -134,17 +131,10 @@ class GripWatch:
         return pushed > self._least and answered < _FELT**2 * pushed
 
     def _is_behind(self, behind: float) -> bool:
-        """Whether the tip is where a closed leaf would have had to come through its stop [m]."""
+        """Whether the tip is where the leaf would have had to come through its stop [m]."""
         return self._stops and behind > _BEHIND + max(self._gripped_at or 0.0, 0.0)
 
 
 def _share(steps: float) -> float:
     """Share that a low-pass takes over in so many of its time constants."""
     return 1.0 - math.exp(-steps)
-
-
-def _stops_where_closed(model: Model) -> bool:
-    """Whether the leaf is closed as the flight begins, and its joint goes no farther."""
-    door, start = model.door, model.start_angle
-    limits = door.opening_of(door.lower_limit), door.opening_of(door.upper_limit)
-    return door.lower_limit < door.upper_limit and max(abs(min(limits)), abs(door.opening_of(start))) < _CLOSED

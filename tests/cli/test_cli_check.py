@@ -11,9 +11,23 @@ from doorman.feasibility import Finding, Report, Severity
 
 
 def test_check_says_that_the_paper_is_possible():
-    result = run("check")
+    result = run("check", "--quick")
     assert result.exit_code == 0, result.output
     assert "possible" in result.stdout
+
+
+@pytest.mark.parametrize(
+    ("start", "possible"),
+    [pytest.param("contact", False), pytest.param("hover", False, marks=pytest.mark.slow), ("contact", True)],
+)
+def test_what_is_possible_has_been_flown(start, possible):
+    """The planner opens the door with these weights, and controller and mission cannot follow its plan."""
+    weights = [] if possible else ["--set", "planner.weights.state=[5,5,30,90,8,0.5,1,1,1]"]
+    result = run("check", "fig4", "--json", "--set", f"mission.start={start}", *weights)
+    findings = {one["name"]: one for one in json.loads(result.stdout)["findings"]}
+    assert findings["goal reached"]["severity"] == "ok"
+    assert (result.exit_code == 0) is possible and (findings["flight"]["severity"] == "ok") is possible
+    assert bool(findings["flight"]["advice"]) is not possible
 
 
 @pytest.mark.parametrize(("words", "asked"), [((), {}), (("--audit",), {"with_audit": True})])
@@ -22,7 +36,7 @@ def test_the_audit_is_made_where_it_is_asked_for(monkeypatch, words, asked):
     monkeypatch.setattr(
         "doorman.cli.simulated.check.check", lambda _, **options: made.append(options) or Report("paper", ())
     )
-    assert run("check", *words).exit_code == 0
+    assert run("check", "--quick", *words).exit_code == 0
     assert made == [asked]
 
 

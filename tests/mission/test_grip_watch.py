@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from urdf_variants import DOOR, write_edited
 
 from doorman import Model
 from doorman.mission.grip_watch import TUG, GripWatch, _Sums
@@ -116,6 +118,18 @@ def test_a_closed_leaf_does_not_come_back_through_its_stop(
         known = SimpleNamespace(push=0.0, normal_force=0.0, tip_angle=math.pi / 2 + behind / lever)
         found |= watch.is_loose(known, THERE, True, True, TICK)  # type: ignore[arg-type]
     assert found is loose
+
+
+@pytest.mark.parametrize(("stop", "loose"), [(1.6, True), (1.7, False)])
+def test_the_stop_is_where_the_joint_ends(stop: float, loose: bool, tmp_path: Path) -> None:
+    """A leaf that begins beyond closed, at the end of its joint or before it, and is pulled back by 2 cm."""
+    door = write_edited(tmp_path / "door.urdf", DOOR, ('upper="1.5708"', f'upper="{stop}"'))
+    model = Model(Scenario.load("paper", {"door.urdf": str(door), "contact.side": "push", "start.door_angle": 1.6}))
+    watch, angle = GripWatch(model), 1.6 + 0.02 / model.coupling.lever_length
+    known = SimpleNamespace(push=0.0, normal_force=0.0, tip_angle=1.6)
+    assert not any(watch.is_loose(known, THERE, True, True, TICK) for _ in range(50))  # type: ignore[arg-type]
+    known.tip_angle = angle
+    assert loose is any(watch.is_loose(known, THERE, True, True, TICK) for _ in range(100))  # type: ignore[arg-type]
 
 
 def test_a_leaf_that_begins_open_may_come_back() -> None:

@@ -11,19 +11,29 @@ from rich.table import Table
 from rich.text import Text
 
 from doorman.cli.task import check_links, load_task
+from doorman.cli.terminal.display import TYPICAL, flight_progress
 from doorman.feasibility import Finding, Severity, check
+from doorman.mission.settled import settled
 from doorman.model import Model
 
 _COLORS = {Severity.OK: "green", Severity.WARNING: "yellow", Severity.ERROR: "bold red"}
 
 
 def check_scenario(
-    source: str, settings: Sequence[str], as_json: bool, with_audit: bool = False, vehicle: str | None = None
+    source: str,
+    settings: Sequence[str],
+    as_json: bool,
+    with_audit: bool = False,
+    vehicle: str | None = None,
+    quick: bool = False,
 ) -> int:
-    """Check a scenario and print what was found."""
+    """Check a scenario, fly it if nothing speaks against it, and print what was found."""
     model = Model(load_task(source, settings, vehicle))
     check_links(model, vehicle)
     report = check(model, with_audit=True) if with_audit else check(model)
+    if not quick:
+        with flight_progress(TYPICAL, shown=not as_json) as on_progress:
+            report = settled(model, report, on_progress)
     if as_json:
         typer.echo(json.dumps(report.as_dict(), indent=2))
     else:

@@ -17,7 +17,7 @@ from doorman.cli.setup.feeding import fed
 from doorman.cli.simulated.check import findings_table
 from doorman.cli.simulated.live import live_view
 from doorman.cli.task import check_links, load_task
-from doorman.cli.terminal.display import flight_progress, print_run
+from doorman.cli.terminal.display import TYPICAL, flight_progress, print_run
 from doorman.exceptions import DoormanError
 from doorman.feasibility import Report, check
 from doorman.feasibility.swing.postures import unusual_postures
@@ -47,8 +47,6 @@ RUN_FILES = (
 
 _LONGEST = 3600.0
 """Longest flight [s]."""
-_TYPICAL = 35.0
-"""For the progress bar of a flight without an end of its own [s]."""
 
 
 def open_door(
@@ -70,7 +68,7 @@ def open_door(
     scenario = load_task(source, settings, vehicle)
     engine()  # what is missing is said before anything is checked
     with ExitStack() as claims:
-        with flight_progress(duration or _TYPICAL, shown=not as_json) as on_progress:
+        with flight_progress(duration or TYPICAL, shown=not as_json) as on_progress:
             model = Model(scenario)
             check_links(model, vehicle)
             report = check(model)

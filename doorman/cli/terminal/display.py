@@ -17,6 +17,8 @@ from rich.text import Text
 from doorman.compilation import KernelCounts
 from doorman.mission import OnProgress
 
+TYPICAL = 35.0
+"""For the progress bar of a flight without an end of its own [s]."""
 _REFRESH_INTERVAL = 0.2
 """Between two pictures of the progress bar [s]."""
 

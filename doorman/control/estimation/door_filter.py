@@ -89,7 +89,7 @@ class DoorFilter:
             lever, model.vehicle.mass * lever**2, door.rest_angle, door.closing_torque,
             *(share * inertia for share in _INERTIA_SHARES), settings.torque_time, settings.angle_noise,
             settings.push_noise_in_wind, settings.torque_deviation_in_wind, *settings.leaf_wind, settings.leaf_wind_share,
-            door.wind_lever, -1.0 if door.side == "push" else 1.0, door.lower_limit,
+            door.wind_lever, -1.0 if door.side == "push" else 1.0, door.lower_limit, door.stop,
         ]  # fmt: skip
         self.memory = DoorMemory(
             numbers=np.array(numbers),

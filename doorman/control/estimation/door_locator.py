@@ -6,8 +6,8 @@ A point of the leaf goes round the true hinge. With h, the hinge's offset from t
 
 The leaf is turned about the hinge by as much as it stood off its angle where the tip met it closed. From there on measurements
 are seen as if the door stood where the map has it, and commands are turned back: what plans and decides knows no other door.
-A tip that only pushes creeps on the leaf, and says nothing; it may touch the frame before (`frame_fit`). A leaf that starts open
-says nothing either: it gives way to the tip.
+A tip that only pushes creeps on the leaf, and says nothing; it may touch the frame before (`frame_fit`). A leaf that does not
+start at its joint's stop says nothing either: it gives way to the tip.
 
 Where the frame of the poses walks, h is known for the time of the last measurement, and walks on.
 """
@@ -34,8 +34,6 @@ _UNLIKELY = 4.0
 """A measurement that is so many deviations off is left out: the tip has slipped."""
 _ELSEWHERE, _AJAR = 3.0, 1.5
 """A leaf that is met so many deviations before its place is not the map's; one that is met so many behind it stands ajar."""
-_SHUT = 0.01
-"""A leaf that starts farther open is not at its stop: the tip moves it as it meets it [rad]."""
 _LOST = 0.2
 """A tip that leaves the leaf for so long comes back to another point of it [s]."""
 _SPEED, _TURN = 0.005, 0.01
@@ -55,8 +53,8 @@ class DoorLocator:
         self._model, self._door = model, model.door
         known = max(settings.door_place_deviation, settings.door_yaw_deviation) == 0.0
         self._start = model.start_angle
-        shut = abs(model.door.opening_of(self._start)) < _SHUT
-        self._works = model.scenario.contact.kind == "grip" and model.door.vertical and shut and not known
+        stopped = model.door.at_its_stop(self._start)
+        self._works = model.scenario.contact.kind == "grip" and model.door.vertical and stopped and not known
         self._shuts = -model.travel.sense  # of α, towards the start
         self._doubt = settings.door_place_deviation, settings.door_yaw_deviation
         self._known = np.zeros(3)  # h, world frame, and ρ

@@ -59,8 +59,6 @@ Array = NDArray[np.float64]
 
 _ON_LEAF = 0.5
 """Wind that is expected on the leaf, as a share of the vehicle's."""
-_STARTS_SHUT = 0.01
-"""A leaf that starts no farther open stands in its frame [rad or m]."""
 _QUICK = 8.0
 """Rate of the quick observer [rad/s]."""
 
@@ -127,7 +125,7 @@ class LeafEstimator:
             self._mass, self._lever, settings.vehicle_observer_rate, goal, door.rest_angle, start, most,
             self._lever * settings.angle_deviation, levers, door.closing_torque, model.travel.ahead(1.0), *door.up,
             size.force, size.torque, size.time, model.hinge_scale,
-            start if abs(door.opening_of(start)) < _STARTS_SHUT else math.inf, settings.tip_force_noise,
+            door.upper_limit, settings.tip_force_noise,
         ]  # fmt: skip
         memory = np.zeros(MEMORY)
         memory[FACE_VARIANCE], memory[CLOSED], memory[MET] = FACE_DEVIATION**2, 1.0, math.nan

@@ -93,8 +93,8 @@ def _finding(model: Model, shape: UrdfShape) -> Finding:
         f"hull of {shape.name}", Severity.ERROR if closed[0] or share >= _MUCH else Severity.WARNING,
         f"the convex hull of {what} closes the doorway: it is in the way of {closed.sum()} of {len(lines)} lines that the mesh "
         "leaves free", share, 0.0, "",
-        "collision shapes are convex: write boxes instead of the mesh, "
-        f"in link '{shape.link}' {'; '.join(boxes)}; or split it into convex meshes",
+        f"collision shapes are convex: write these lines in link '{shape.link}' instead of the mesh, {' '.join(boxes)}, "
+        "or split it into convex meshes",
     )  # fmt: skip
 
 
@@ -161,14 +161,15 @@ def _edge(mesh: _Solid, free: tuple[float, float], end: tuple[float, float]) -> 
 
 
 def _box(link: Array, center: Array, size: Array) -> str:
-    """A box of the doorway as a URDF's of a link."""
+    """A box of the doorway, ready for a link of a URDF."""
     rotation, place = link[:3, :3], _moved(link, center)
     if (np.minimum(np.abs(rotation), np.abs(1.0 - np.abs(rotation))) < _ALIGNED).all():
         size, turn = np.abs(rotation) @ size, ""
     else:
         rotation = rotation * [1.0, 1.0, np.linalg.det(rotation)]  # the doorway's axes may be left-handed
         turn = f' rpy="{_numbers(pinocchio.rpy.matrixToRpy(rotation))}"'
-    return f'<origin xyz="{_numbers(place)}"{turn}/> <box size="{_numbers(size)}"/>'
+    box = f'<geometry><box size="{_numbers(size)}"/></geometry>'
+    return f'<collision><origin xyz="{_numbers(place)}"{turn}/>{box}</collision>'
 
 
 def _numbers(values: Array) -> str:

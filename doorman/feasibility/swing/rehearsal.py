@@ -6,7 +6,7 @@ constraints together; running the loop answers it. The motion is that of `Planni
 with the inertia that the push really moves. The hinge's friction is a torque against the swing that the planner knows of, as
 in flight, where an observer finds it: what it costs in force, and so in tilt and in room beside the leaf, is in the answer.
 A tip that can only push needs resistance: where the scenario names no friction, the rehearsal takes the prior mean of
-`estimation.friction` for it.
+`estimation.friction` for it. A grip begins where the tug by which it is tried leaves the leaf.
 """
 
 from __future__ import annotations
@@ -17,7 +17,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from doorman.control.tug import drawn_by_the_tug
 from doorman.exceptions import SingularityError
+from doorman.feasibility.resting import torques_at_rest
 from doorman.model import Model
 from doorman.planning.grip.pushes import push_state
 from doorman.planning.planner import Planner
@@ -25,17 +27,15 @@ from doorman.planning.planning_model import planning_model
 
 Array = NDArray[np.float64]
 
-DURATION = 12.0
-"""Of a rehearsal [s]."""
-PUSH_DURATION = 30.0
-"""Longest of one with a tip that can only push; it ends where the door comes to rest at the goal [s]."""
+DURATION, LONGEST = 12.0, 30.0
+"""Of a rehearsal, least with a grip, and most; between them it ends where the door has come to rest at the goal [s]."""
 
 _AJAR, _STANDS = 0.02, 1.1
 """A leaf that begins farther open [rad] has so many times the friction that holds it there."""
 _ALONG_THE_WAY = 20
 """Angles of the way at which the least resistance is looked for."""
-_AT_GOAL, _RESTS = math.radians(2.0), 5e-4
-"""A pushed door so near to the goal is at rest there if it is slower [rad], [rad/s]: it moves on by less than 0.1°."""
+_AT_GOAL, _RESTS = math.radians(1.0), 5e-4
+"""A door so near to the goal is at rest there if it is slower [rad], [rad/s]: it moves on by some tenths of a degree."""
 _FASTEST_DOOR = 20.0
 """Door rate at which a rehearsal is given up [rad/s]."""
 
@@ -79,22 +79,29 @@ def resistance(model: Model) -> float:
     """Friction that a rehearsal assumes in the joint; a leaf that begins ajar is held by it [N m]."""
     if model.scenario.contact.kind == "push" and model.door.friction == 0.0:
         ajar = model.door.opening_of(model.travel.start) > model.door.per_angle * _AJAR
-        holds = _STANDS * abs(_drives(model, model.travel.start)) if ajar else 0.0
+        holds = _STANDS * abs(model.door.hinge_torque(model.travel.start, 0.0)) if ajar else 0.0
         return max(float(model.scenario.estimation.friction[0]), holds)
     return model.door.friction
-
-
-def _drives(model: Model, angle: float) -> float:
-    """Torque of closer and weight at α, in the sense of damping [N m]."""
-    door = model.door
-    return door.closing_torque + door.stiffness * (angle - door.rest_angle) + door.weight_torque(angle)
 
 
 def least_resistance(model: Model) -> float:
     """Least torque that friction, closer and weight make against the way to the goal, negative where they drive the leaf on."""
     travel = model.travel
     way = np.linspace(travel.start, travel.goal, _ALONG_THE_WAY)
-    return resistance(model) + min(travel.ahead(_drives(model, float(angle))) for angle in way)
+    return resistance(model) + min(travel.ahead(model.door.hinge_torque(float(angle), 0.0)) for angle in way)
+
+
+def _pressed(model: Model) -> Array:
+    """The start, with the attitude that presses on the leaf."""
+    return push_state(model, model.start_state, resistance(model) / model.coupling.lever_length)
+
+
+def _tugged(model: Model) -> Array:
+    """Where a tug leaves the leaf that the tip holds at the start."""
+    state = np.array(model.start_state)
+    way, rate = drawn_by_the_tug(model, *torques_at_rest(model, model.start_angle))
+    state[3:5] += way, rate
+    return state
 
 
 def rehearse(model: Model, duration: float | None = None) -> Rehearsal:
@@ -110,14 +117,12 @@ def rehearse(model: Model, duration: float | None = None) -> Rehearsal:
     planning = planning_model(model)
     swing = planning.swing(against)
     time_step = model.scenario.planner.time_step
-    start = planning.start_state
-    if pushes:
-        push = resistance(model) / model.coupling.lever_length
-        start = planning.state(push_state(model, model.start_state, push), np.zeros(3))
-    target = model.goal_angle if pushes and duration is None else math.inf
+    least = 0.0 if pushes else scaled(DURATION, model)
     if duration is None:
-        duration = scaled(PUSH_DURATION if pushes else DURATION, model)
-    states, inputs = [start], []
+        duration = scaled(LONGEST, model)
+    else:
+        least = duration
+    states, inputs = [planning.state(_pressed(model) if pushes else _tugged(model), np.zeros(3))], []
     flown, ahead, unusable, failure = None, 0, 0, ""
     for _ in range(max(1, math.ceil(duration / time_step))):
         try:
@@ -137,7 +142,8 @@ def rehearse(model: Model, duration: float | None = None) -> Rehearsal:
             break
         states.append(following)
         inputs.append(flown.inputs[ahead])
-        if abs(door_angle - target) < _AT_GOAL and abs(door_rate) < _RESTS:
+        rests = abs(door_angle - model.goal_angle) < _AT_GOAL and abs(door_rate) < _RESTS
+        if rests and len(inputs) * time_step >= least - 0.5 * time_step:
             break
     inputs.append(inputs[-1] if inputs else planning.hover_input)
     times = np.arange(len(states), dtype=np.float64) * time_step

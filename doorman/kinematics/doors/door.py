@@ -29,6 +29,8 @@ from doorman.scenario import DoorSection
 Side = Literal["push", "pull"]
 Array = NDArray[np.float64]
 
+_AT_ITS_STOP = 0.01
+"""A leaf that is nearer to its stop stands there: half a degree, as drawings round a right angle [rad]."""
 _ACROSS = math.cos(math.radians(5.0))
 """Least cosine between the leaf's normal and the contact frame's x axis."""
 
@@ -111,7 +113,12 @@ class Door(LeafInWorld):
         """1 where the hinge is on the right of somebody who looks along `into`, else −1."""
         self.azimuth = math.atan2(self.into[1], self.into[0])
         """Of `into`, about z from the world's x axis [rad]."""
-        self.lower_limit, self.upper_limit = sorted(self.angle_of_joint(end) for end in (lower, upper))
+        shut = self.closed if self.section.preload > 0.0 else lower if self._sense > 0.0 else upper
+        self.stop = self.angle_of_joint(shut)
+        """α where the leaf shuts no farther: where its joint ends, or closed if a closer presses it into its frame [rad]."""
+        self.lower_limit, self.upper_limit = sorted(
+            (self.stop, self.angle_of_joint(upper if self._sense > 0.0 else lower))
+        )
         """Of α [rad]."""
         self.mass, inertia = leaf_on_joint.mass_and_inertia()
         self.inertia = inertia * self.per_angle**2
@@ -150,6 +157,10 @@ class Door(LeafInWorld):
     def largest_opening(self) -> float:
         """Largest opening that the joint's limits leave [rad or m]."""
         return max(self.opening_of(self.lower_limit), self.opening_of(self.upper_limit))
+
+    def at_its_stop(self, door_angle: float) -> bool:
+        """Whether a leaf at α shuts no farther."""
+        return abs(door_angle - self.stop) < _AT_ITS_STOP
 
     def link_placements(self, door_angle: float) -> dict[str, Array]:
         """Placement of every link in the world."""

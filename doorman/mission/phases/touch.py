@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from doorman.control.estimation.estimator import Estimate, Tie
 from doorman.control.position_controller import Setpoint
-from doorman.mission.grip_watch import TUG
+from doorman.control.tug import TUG, TUGGING
 from doorman.mission.phases.attempt import Attempt
 from doorman.mission.phases.phase import GiveUp, MissionPhase, Next, Phase, Then
 from doorman.model import GRAVITY
@@ -20,9 +20,9 @@ from doorman.model import GRAVITY
 Array = NDArray[np.float64]
 
 _PRESSING = 0.5
-"""From the touch to the opening, or to the tug by which a gripper is tried [s],"""
-_TUGGING, _TURNING_ROUND = 0.9, 0.3
-"""which takes so long, of which the estimated force takes a part to follow from push to pull [s]."""
+"""From the touch to the opening, or to the tug by which a gripper is tried [s]."""
+_TURNING_ROUND = 0.3
+"""Part of the tug that the estimated force takes to follow from push to pull [s]."""
 _MISSING = math.radians(5.0)
 """A tip that gets so far beyond the leaf's place before it touches anything looks for it along its swing [rad],"""
 _SEARCH_SPEED = 0.08
@@ -76,7 +76,7 @@ class Touch(MissionPhase):
         then: Then = None
         if self._touched_at is not None:
             spent = estimate.time - self._touched_at
-            if spent >= _PRESSING and attempt.grips and spent < _PRESSING + _TUGGING:
+            if spent >= _PRESSING and attempt.grips and spent < _PRESSING + TUGGING:
                 return leaf.push(estimate, -self._tug), None
             if spent >= _PRESSING and (estimate.touching or attempt.grips):
                 attempt.unsure = self._beyond(estimate) > _MISSING

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from urdf_variants import DOOR, write_edited
 
 from doorman import simulate
 from doorman.control.estimation.door_locator import DoorLocator
@@ -74,6 +76,13 @@ def test_a_tip_that_pushes_and_a_map_that_is_trusted_say_nothing() -> None:
 
 def test_a_leaf_that_starts_open_says_nothing() -> None:
     locator = located(model_of("close"), (0.0, 0.0), 0.02)  # as a leaf that the tip has moved
+    assert not locator.offset.any() and locator.heading(0.0) == 0.0
+
+
+def test_a_leaf_that_the_tug_draws_through_the_closed_door_says_nothing(tmp_path: Path) -> None:
+    """A joint that goes on past closed: the leaf gives way to the tip, by 3 degrees here."""
+    open_ended = write_edited(tmp_path / "door.urdf", DOOR, ('upper="1.5708"', 'upper="1.7"'))
+    locator = located(model_of(door__urdf=str(open_ended)), (0.0, 0.0), 0.0, begins=-0.05)
     assert not locator.offset.any() and locator.heading(0.0) == 0.0
 
 

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
+from urdf_variants import DOOR, write_edited
 
 from doorman.control.estimation.door_filter import DoorFilter
 from doorman.control.estimation.leaf_estimator import LeafEstimate, LeafEstimator
@@ -121,6 +123,13 @@ def test_a_leaf_that_is_met_far_behind_its_place_is_ajar(model: Model) -> None:
     assert known.touching and abs(known.face_offset) < 0.01
     off = 0.07 / model.coupling.distance_from_hinge
     assert abs(known.door_angle - CLOSED) == pytest.approx(off, abs=0.02)
+
+
+@pytest.mark.parametrize(("upper", "touches"), [(1.5708, False), (1.7, True)])
+def test_no_leaf_is_met_before_the_end_of_its_joint(upper: float, touches: bool, tmp_path: Path) -> None:
+    door = write_edited(tmp_path / "door.urdf", DOOR, ('upper="1.5708"', f'upper="{upper}"'))
+    known = first_met(Model(Scenario.load("push", {"door.urdf": str(door)})), 0.066)
+    assert known.touching is touches
 
 
 def test_a_pull_in_contact_is_wind(model: Model) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 from urdf_variants import write_edited
 
@@ -14,13 +16,20 @@ from doorman.scenario import Scenario
 ORIGIN = '<origin xyz="0 0 0.01" rpy="0 0 1.5707963267948966"/>'
 
 
+LIMIT = '<limit lower="0" upper="1.9"'
+
+
+def leaning(path: Path, lower: float = 0.0) -> Model:
+    """A room door that its weight shuts with about 2 N m, as far as the lower limit of its joint."""
+    source = urdf_directory() / "door_with_handle.urdf"
+    limit = LIMIT, LIMIT.replace('"0"', f'"{lower}"')
+    urdf = write_edited(path, source, (ORIGIN, ORIGIN.replace("0 0 1.57", "-0.02 0 1.57")), limit)
+    return Model(Scenario.load("shipped:pull", {"door.urdf": str(urdf)}))
+
+
 @pytest.fixture(scope="module")
 def model(tmp_path_factory: pytest.TempPathFactory) -> Model:
-    """A room door that its weight shuts with about 2 N m."""
-    source = urdf_directory() / "door_with_handle.urdf"
-    path = tmp_path_factory.mktemp("door") / "door.urdf"
-    urdf = write_edited(path, source, (ORIGIN, ORIGIN.replace("0 0 1.57", "-0.02 0 1.57")))
-    return Model(Scenario.load("shipped:pull", {"door.urdf": str(urdf)}))
+    return leaning(tmp_path_factory.mktemp("door") / "door.urdf")
 
 
 def test_a_leaf_that_its_weight_shuts_stays_closed(model: Model) -> None:
@@ -28,6 +37,15 @@ def test_a_leaf_that_its_weight_shuts_stays_closed(model: Model) -> None:
     for tick in range(1, 1000):
         estimate.update(0.0, False, model.travel.start, 0.004 * tick, 0.004 * tick, 0.004)
     assert model.door.opening_of(estimate.angle) == pytest.approx(0.0, abs=1e-3)
+
+
+def test_a_leaf_that_its_weight_shuts_goes_on_to_the_end_of_its_joint(tmp_path: Path) -> None:
+    model = leaning(tmp_path / "door.urdf", -0.1)
+    assert model.door.closed == 0.0
+    estimate = DoorFilter(model, model.scenario.estimation)
+    for tick in range(1, 1000):
+        estimate.update(0.0, False, model.travel.start, 0.004 * tick, 0.004 * tick, 0.004)
+    assert model.door.opening_of(estimate.angle) == pytest.approx(-0.1, abs=1e-3)
 
 
 def test_a_leaf_that_its_weight_shuts_does_not_stay_open(model: Model) -> None:

@@ -56,7 +56,7 @@ _DRAWN_BACK, _FAR_BACK, _FADED, _CERTAIN = 0.02, 0.06, 0.4, 3.0
 """A tip that draws back by more than the first, while it feels less than the last, a share of what the hinge resists with."""
 _GHOST, _GHOST_RATE, _GHOST_SUM = 1.5, 0.06, 0.3
 """nor one whose leaf would be driven by more than the first [N m], in a cumulative sum;"""
-_LIGHTEST, _BEHIND, _STARTS_SHUT = 0.6, 0.02, 0.01
+_LIGHTEST, _BEHIND = 0.6, 0.02
 """nor one that is so far before a leaf that stands in its frame."""
 _SETTLED = 0.5
 """once the touch is older [s]."""
@@ -91,8 +91,7 @@ class PlainLeafEstimator:
         self._monitor.declare(model.scenario.mission.start == "contact")
         self._model, self._leaf, self._touched_at, self._last = model, model.door, 0.0, -math.inf
         self._opened = 0.0
-        shut = abs(model.door.opening_of(model.start_angle)) < _STARTS_SHUT
-        self._shut = model.start_angle if shut else math.inf
+        self._shut = model.door.upper_limit
         self._stood = -math.inf
         self._begin()
         self._wind, self._friction = PlainWind(size.force, self._hinge), np.zeros(2)

@@ -45,6 +45,28 @@ def test_a_door_on_the_left_is_gripped_open() -> None:
     flown("paper", 9.0, door__urdf="hinged_door_left", goal__attitude=[0.0, 0.0, 1.2217], mission__start="contact")
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("mirrored", "face", "lower", "upper", "opening"),
+    [(True, 0.0, -1.5, 1.7, 1.2217), (False, 0.05, -1.5, 1.7, 1.2217), (False, 0.0, 1.45, 3.1, 0.2618)],
+    ids=["left", "proud", "pulled"],
+)
+def test_a_joint_that_goes_on_past_closed(
+    mirrored: bool, face: float, lower: float, upper: float, opening: float, tmp_path: Path
+) -> None:
+    """The tug moves the leaf out of its frame, and says nothing of where the door stands."""
+    text = '<limit lower="-1.5" upper="1.5708"'
+    door = write_proud(tmp_path / "proud.urdf", face)
+    write_edited(door, door, (text, f'<limit lower="{lower}" upper="{upper}"'))
+    if mirrored:
+        door = write_mirrored(tmp_path / "left.urdf", door)
+    keys = {"door.urdf": str(door), "door.closed": 0.5 * math.pi, "goal.opening": opening}
+    side = {"contact.side": "pull" if lower > 0.0 else "push", "start.door_angle": None, "goal.door_angle": None}
+    summary = simulate(Scenario.load("paper", keys | side)).summary
+    assert summary is not None and summary["outcome"] == "completed" and summary["collisions"] == 0, summary
+    assert abs(summary["final_error"]) < 0.5
+
+
 def flown_towards(source: str, seed: int, **overrides: Any) -> None:
     """A door that comes towards the vehicle, or is shut, from hover to hover."""
     scenario = Scenario.load(f"shipped:{source}", {key.replace("__", "."): value for key, value in overrides.items()})

@@ -14,10 +14,10 @@ ANGLE, RATE, TORQUE, DAMPING, FRICTION, STIFFNESS, INERTIA, WIND_X, WIND_Y = ran
 STATES = 9
 (
     LEVER, VEHICLE_INERTIA, REST, PRELOAD, LIGHTEST, HEAVIEST, TORQUE_TIME, ANGLE_NOISE, PUSH_IN_WIND, TORQUE_IN_WIND,
-    TYPICAL_WIND, WIND_DEVIATION, WIND_SHARE, WIND_LEVER, CLOSES, END, NUMBERS,
-) = range(17)  # fmt: skip
+    TYPICAL_WIND, WIND_DEVIATION, WIND_SHARE, WIND_LEVER, CLOSES, END, STOP, NUMBERS,
+) = range(18)  # fmt: skip
 """Places in the numbers: constants of the model and of `[estimation]`; `CLOSES` is 1 or −1, the sense in which torques shut,
-`END` the lower limit of α."""
+`END` the lower limit of α, and `STOP` where the leaf shuts no farther."""
 SEEN, TOUCHED, PUSH_NOISE, TORQUE_DEVIATION, STOOD, SEALED, MEMORY = range(7)
 """Places in the memory: time of the last measurement, whether the leaf has been touched, noises, which wind adds to, whether the
 leaf stood, and where a seal held it (−∞ without)."""

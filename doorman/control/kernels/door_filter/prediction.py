@@ -29,7 +29,7 @@ from doorman.control.kernels.door_filter.memory import (
     WIND_X,
     WIND_Y,
 )
-from doorman.control.kernels.door_filter.standing import friction_holds, stop_where_closed
+from doorman.control.kernels.door_filter.standing import friction_holds, stop_where_shut
 from doorman.control.kernels.leaf import leaf_normal, leaf_weight
 
 Array = NDArray[np.float64]
@@ -70,7 +70,7 @@ def predict_door(
     if not touching and (rate * z[RATE] <= 0.0 or abs(rate) < 0.5 * MOVING) and friction_holds(numbers, leaf, z):
         rate = 0.0  # friction stops a free door, it does not drive it back
     z[RATE] = rate
-    stop_where_closed(numbers, leaf, z)
+    stop_where_shut(numbers, leaf, z)
     z[TORQUE] *= fade
 
 

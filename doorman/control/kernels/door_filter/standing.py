@@ -19,6 +19,7 @@ from doorman.control.kernels.door_filter.memory import (
     STATES,
     STIFFNESS,
     STOOD,
+    STOP,
     TORQUE,
     TORQUE_DEVIATION,
 )
@@ -87,8 +88,8 @@ def come_loose(numbers: Array, leaf: Array, memory: Array, z: Array, p: Array, p
 
 
 @kernel
-def stop_where_closed(numbers: Array, leaf: Array, z: Array) -> None:
-    """Stop a door that its closer or its weight presses shut where it is closed."""
+def stop_where_shut(numbers: Array, leaf: Array, z: Array) -> None:
+    """Stop a door that its closer or its weight presses shut where it shuts no farther."""
     known = numbers[PRELOAD] + leaf_weight(leaf, z[ANGLE])
-    if known != 0.0 and leaf[OPENS] * leaf[PER_ANGLE] * (z[ANGLE] - 0.5 * math.pi) < 0.0:
-        z[ANGLE], z[RATE] = 0.5 * math.pi, 0.0
+    if known != 0.0 and leaf[OPENS] * leaf[PER_ANGLE] * (z[ANGLE] - numbers[STOP]) < 0.0:
+        z[ANGLE], z[RATE] = numbers[STOP], 0.0

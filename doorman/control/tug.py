@@ -1,0 +1,24 @@
+"""The tug by which a gripper is tried: a leaf that is not at its stop comes with it."""
+
+from __future__ import annotations
+
+from doorman.model import GRAVITY, Model
+
+TUG = 0.05
+"""Share of the weight with which a gripper is tried that has just closed,"""
+TUGGING = 0.9
+"""for so long [s]."""
+
+
+def drawn_by_the_tug(model: Model, torque: float, friction: float) -> tuple[float, float]:
+    """How far a tug draws a leaf from the start towards the vehicle, and its rate by then [rad], [rad/s].
+
+    Torque of closer and weight in the sense of damping, and friction, are the true ones at the start.
+    """
+    lever, mass = model.coupling.lever_length, model.vehicle.mass
+    net = max(TUG * mass * GRAVITY * lever - torque - friction, 0.0)
+    rate = net / (model.door.inertia + mass * lever**2) * TUGGING
+    way, room = 0.5 * rate * TUGGING, model.door.upper_limit - model.start_angle
+    if model.door.endless or way < room:
+        return way, rate
+    return max(room, 0.0), 0.0

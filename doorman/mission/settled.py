@@ -1,0 +1,46 @@
+"""The flight that settles a check: what nothing speaks against is flown once in the plant, as the scenario states it."""
+
+from __future__ import annotations
+
+import dataclasses
+
+from doorman.exceptions import DoormanError
+from doorman.feasibility import Finding, Report
+from doorman.feasibility.report import graded
+from doorman.mission.mission import OnProgress
+from doorman.mission.simulate import simulate
+from doorman.model import Model
+from doorman.summary import verdict
+from doorman.summary.outcome import OPEN_TOLERANCE
+
+
+def settled(model: Model, report: Report, on_progress: OnProgress | None = None) -> Report:
+    """Fly a scenario that the check calls possible, from its start to its end, and add how that ended.
+
+    The plant is that of `simulate` with the seed 0: what is possible in the report has been flown, and nothing was touched.
+
+    Args:
+        model: Model of the scenario.
+        report: Of its check.
+        on_progress: Called once per planner period with time and estimated door angle.
+
+    Returns:
+        The report with the finding `flight`; as it was if the check refuses the scenario, or MuJoCo is not installed.
+    """
+    if not report.possible or "simulator" in {finding.name for finding in report.warnings}:
+        return report
+    per_angle, unit = model.door.per_angle, "rad" if model.door.unit == "rad" else "m"
+    error, advice = float("nan"), ""
+    try:
+        recording = simulate(model, on_progress=on_progress, force=True, report=report)
+        summary = recording.summary or {}
+        opened, words = verdict(summary)
+        error = abs(float(recording["truth"]["door_angle"][-1]) - model.goal_angle)
+    except DoormanError as failure:
+        opened, words = False, f"flown for 0 s: {failure}"
+    if not opened:
+        near = ", ".join(finding.name for finding in report.warnings)
+        advice = "watch it with doorman open --force" + (f"; the check warns of {near}" if near else "")
+        advice += "; begin nearer to the shipped scenarios in start, goal and planner.weights"
+    finding = Finding("flight", graded(opened), words, per_angle * error, per_angle * OPEN_TOLERANCE, unit, advice)
+    return dataclasses.replace(report, findings=(*report.findings, finding))
