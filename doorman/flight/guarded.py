@@ -91,7 +91,8 @@ class GuardedFlight(Uncopied):
         self.model, self.links, self._listener, self._recorder = model, links, say, recorder
         self.places = Places.of(model)
         self.backend = VehicleBackend(model, links)
-        self._observer, self._fall, self._rest = Observer(model, self.backend), FallWatch(), RestWatch()
+        self._observer = Observer(model, self.backend, oldest_pose(model.scenario.control))
+        self._fall, self._rest = FallWatch(), RestWatch()
         self._poses = PoseDelay()
         self.measured: dict[str, float] = {}
         """What was measured in hover, by name: hover thrust, slope and shape of the thrust, delay and latency of the poses."""
