@@ -50,10 +50,11 @@ class HeldTip:
         self._known: Array | None = None  # hx, hy, ρ, ζ
         self._covariance = np.zeros((4, 4))
         self._sum, self._count, self._since = np.zeros(3), 0, math.nan
-        self._misfit = 0.0
+        self.misfit = 0.0
+        """By how much the last average does not fit, in standard deviations."""
 
-    def take(self, position: Array, attitude: Array, arm_angles: Array, now: float) -> float:
-        """Take in what is measured; returns by how much the last average does not fit, in standard deviations."""
+    def take(self, position: Array, attitude: Array, arm_angles: Array, now: float) -> None:
+        """Take in what is measured at one time."""
         self._since = now if self._count == 0 else self._since
         self._sum = self._sum + position + self._coupling.tips(attitude[None], arm_angles[None])[0]
         self._count += 1
@@ -64,7 +65,6 @@ class HeldTip:
             else:
                 self._follow(away, now - self._since)
             self._sum, self._count = np.zeros(3), 0
-        return self._misfit
 
     def _begin(self, away: Array) -> None:
         radius = float(np.hypot(away[0], away[1]))
@@ -89,6 +89,6 @@ class HeldTip:
         gain = spread @ np.linalg.inv(variance)
         known = self._known - gain @ off
         place = float(np.hypot(known[0], known[1])) / math.sqrt(self._doubt) if self._doubt > 0.0 else 0.0
-        self._misfit = max(float(misfits.max()), place)
-        if self._misfit <= self._most:
+        self.misfit = max(float(misfits.max()), place)
+        if self.misfit <= self._most:
             self._known, self._covariance = known, self._covariance - gain @ spread.T

@@ -139,15 +139,16 @@ class Observer:
     def _fit(self, pose: PoseSample | None, servos: ServoSample, now: float) -> float:
         """By how much the held tip is not where it can be, in standard deviations."""
         held = self._held_tip
-        measured = pose is not None and pose.fresh and servos.fresh
-        if held is None or not self._backend.links.gripped or not measured:
-            if held is not None and not self._backend.links.gripped:
-                held.let_go()
+        if held is None:
             return math.nan
-        assert pose is not None
-        n = self._backend.model.n_arm
-        arm = servos.angles[:n] + (pose.time - servos.times[:n]) * servos.rates[:n]
-        return held.take(pose.position, pose.attitude, arm, now)
+        if not self._backend.links.gripped:
+            held.let_go()
+            return math.nan
+        if pose is not None and pose.fresh and servos.fresh:
+            n = self._backend.model.n_arm
+            arm = servos.angles[:n] + (pose.time - servos.times[:n]) * servos.rates[:n]
+            held.take(pose.position, pose.attitude, arm, now)
+        return held.misfit
 
     def _disobedience(self, sample: VehicleSample, conditions: Set[EventKind], now: float) -> float:
         """Angle by which the autopilot steers elsewhere than it is told, while the gripper holds on to the door."""

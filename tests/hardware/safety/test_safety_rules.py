@@ -130,7 +130,9 @@ def test_an_arm_that_nobody_commands_is_no_fault():
     assert assess(seen, 3.0) == []
 
 
-@pytest.mark.parametrize("name", ["speed", "tilt", "thrust_share", "force", "divergence", "disobedience", "battery", "pose_age", "misfit"])
+@pytest.mark.parametrize(
+    "name", ["speed", "tilt", "thrust_share", "force", "divergence", "disobedience", "battery", "pose_age", "misfit"]
+)
 def test_what_is_unknown_breaks_no_rule(name):
     assert assess(replace(GOOD, **{name: math.nan}), 3.0) == []
 

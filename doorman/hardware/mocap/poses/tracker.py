@@ -61,10 +61,14 @@ class PoseTracker:
                 self._run.clear()
                 self._filter.add(pose)
                 return self._sample(reading, pose)
-            self._book.strike(MocapFault.OUTLIER, reading.arrival, too_much or f"{math.hypot(*off):.3f} m off its course")
+            self._book.strike(
+                MocapFault.OUTLIER, reading.arrival, too_much or f"{math.hypot(*off):.3f} m off its course"
+            )
             self._collect(pose, off if pose.time - newest.time <= self._config.stale_after else None)
             if self._leap is not None and len(self._run) >= self._config.acquire_frames:
-                self._book.strike(MocapFault.JUMPED, reading.arrival, f"object seen {math.hypot(*self._leap):.3f} m away at once")
+                self._book.strike(
+                    MocapFault.JUMPED, reading.arrival, f"object seen {math.hypot(*self._leap):.3f} m away at once"
+                )
             return None
         self._collect(pose, None)
         begin = -math.inf if newest is None else newest.time + self._config.prediction_limit

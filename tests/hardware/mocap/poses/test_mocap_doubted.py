@@ -133,7 +133,9 @@ def test_a_vehicle_that_takes_off_after_a_jump_believes_its_cameras(seen: Rig, a
         assert seen.until(lambda sample: sample.usable).usable
 
 
-def test_poses_that_something_else_contradicts_are_lost_until_the_vehicle_stands(seen: Rig, autopilot: Inertial) -> None:
+def test_poses_that_something_else_contradicts_are_lost_until_the_vehicle_stands(
+    seen: Rig, autopilot: Inertial
+) -> None:
     seen.until_fresh()
     seen.receiver.distrust()
     seen.until_lost()
