@@ -121,5 +121,7 @@ class PoseTracker:
 
     def _sample(self, reading: Reading, pose: TimedPose) -> PoseSample:
         self._figures.pose(self._filter.lag, reading.frame_number, pose.position)
-        return measured(reading.time, pose.position, pose.quaternion, self._filter.velocity, self._filter.body_rates,
-                        reading.frame_number, self._figures.poses, self._track, self._shift, reading.arrival - reading.time)  # fmt: skip
+        return measured(
+            reading.time, pose.position, pose.quaternion, self._filter.velocity, self._filter.body_rates,
+            reading.frame_number, self._figures.poses, self._track, self._shift, reading.arrival - reading.time,
+        )  # fmt: skip
