@@ -1,7 +1,7 @@
 """What lies in flight: cameras that jump or drift, poses that come late, servos and grippers that do not tell the truth.
 
 Each flight has one lie, in one phase with contact. Nothing is touched, its cause is told, and none says that it is completed.
-A drift along the circle on which the held tip goes looks like a leaf that swings: those that may not be told are `MAY_PASS`.
+Only a gripper ties the tip to a circle: a drift is not told to a vehicle that pushes.
 """
 
 from __future__ import annotations
@@ -17,16 +17,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from flight_ends import found
 from flight_rig import SCENARIO, Flight, FlightRig, until
 
 from doorman.flight import End
 from doorman.hardware.safety import Fault
 
-pytestmark = pytest.mark.skipif(SCENARIO != "paper", reason="only a gripper ties the tip to a circle")
-
+GRIPS = SCENARIO == "paper"
 Injection = Callable[[FlightRig, Flight], object]
-JUMP, DRIFT = "rig.mocap.faults.jump", "rig.mocap.faults.jump"
+JUMP = "rig.mocap.faults.jump"
 STOPS = "rig.servos.plant._gripper._stops"
 """Angles between which the fingers can move."""
 OPEN_STOPS = (0.0, 0.8)
@@ -85,7 +83,7 @@ class Lie:
 
 
 JUMPED, DRIFTED, SLIPPED = (Fault.POSE_JUMPED,), (Fault.INCONSISTENT,), (Fault.SERVOS_JUMPED,)
-PHASES = {"touch": ("touch", 1.0), "swing": ("open", 1.5), "goal": ("open", 3.5), "release": ("release", 0.5)}
+PHASES = {"touch": ("touch", 1.0), "swing": ("open", 1.5), "release": ("release", 0.5)}
 
 
 def cases() -> dict[str, Lie]:
@@ -95,27 +93,32 @@ def cases() -> dict[str, Lie]:
         for axis, by in (("x", (size, 0.0, 0.0)), ("y", (0.0, size, 0.0)), ("-y", (0.0, -size, 0.0))):
             for when in ("touch", "swing", "release"):
                 made[f"jump {axis} {100 * size:g} cm, {when}"] = Lie(jump(*by), *PHASES[when], JUMPED)
-    for size in (0.01, 0.02, 0.05):
+    for size in (0.01, 0.02, 0.05) if GRIPS else ():
         for axis, by in (("x", (size, 0.0, 0.0)), ("y", (0.0, size, 0.0))):
             for when in ("touch", "swing", "release"):
                 made[f"drift {axis} {100 * size:g} cm/s, {when}"] = Lie(drift(*by), *PHASES[when], DRIFTED)
     for number, (servo, degrees) in enumerate((s, d) for s in (1, 2, 3, 4) for d in (5.0, -5.0, 15.0, -15.0)):
         when = ("swing", "touch", "release")[number % 3]
         made[f"servo {servo} {degrees:+g}°, {when}"] = Lie(turn(servo, degrees), *PHASES[when], SLIPPED)
-    for degrees in (26.0, -26.0):
-        made[f"gripper {degrees:+g}°, swing"] = Lie(turn(5, degrees), *PHASES["swing"], SLIPPED)
-    stuck = (Fault.GRIPPER,)
-    made["gripper stuck open, touch"] = Lie(stops(0.0, 0.1), "approach", 0.0, stuck)
-    made["gripper opens, swing"] = Lie(spring(3.0), *PHASES["swing"], stuck)
-    made["gripper stuck half open, touch"] = Lie(stops(0.0, HALF), "approach", 0.0, stuck)
-    made["gripper stuck half open, swing"] = Lie(stops(HALF, 0.8), *PHASES["swing"], stuck)
     for when in ("touch", "swing"):
         made[f"poses 60 ms late, {when}"] = Lie(late(0.06), *PHASES[when], (Fault.POSE_LATE,))
-    return made
+    return made | grippers() if GRIPS else made
+
+
+def grippers() -> dict[str, Lie]:
+    """A gripper that lies, or is stuck."""
+    stuck = (Fault.GRIPPER,)
+    return {
+        "gripper +26°, swing": Lie(turn(5, 26.0), *PHASES["swing"], SLIPPED),
+        "gripper -26°, swing": Lie(turn(5, -26.0), *PHASES["swing"], SLIPPED),
+        "gripper stuck open, touch": Lie(stops(0.0, 0.1), "approach", 0.0, stuck),
+        "gripper opens, swing": Lie(spring(3.0), *PHASES["swing"], stuck),
+        "gripper stuck half open, touch": Lie(stops(0.0, HALF), "approach", 0.0, stuck),
+        "gripper stuck half open, swing": Lie(stops(HALF, 0.8), *PHASES["swing"], stuck),
+    }
 
 
 LIES = cases()
-MAY_PASS: frozenset[str] = frozenset()
 ALL = os.environ.get("DOORMAN_LIES") == "all"
 QUICK = (
     "jump y 3 cm, swing", "jump x 10 cm, touch", "drift y 5 cm/s, swing", "drift x 2 cm/s, touch", "servo 2 -15°, touch",
@@ -127,14 +130,15 @@ QUICK = (
 @pytest.fixture(autouse=True)
 def fingers_as_they_were(rig: FlightRig):
     yield
-    rig.far.set(STOPS, OPEN_STOPS)
+    if GRIPS:
+        rig.far.set(STOPS, OPEN_STOPS)
 
 
 def down(rig: FlightRig) -> bool:
     return not rig.snapshot.motors
 
 
-@pytest.mark.parametrize("name", LIES if ALL else QUICK)
+@pytest.mark.parametrize("name", LIES if ALL else [name for name in QUICK if name in LIES])
 def test_what_lies_is_told_and_nothing_is_touched(
     rig: FlightRig, name: str, record_property: Callable[[str, object], None]
 ) -> None:
@@ -159,8 +163,6 @@ def test_what_lies_is_told_and_nothing_is_touched(
             stream.write(json.dumps(row) + "\n")
     assert not rig.collided, row
     assert report.end is End.LANDED, row
-    if name in MAY_PASS and not report.findings:
-        return
     assert not report.completed, row
     assert report.findings and report.findings[0].fault in lie.told, row
-    assert report.message.startswith(report.findings[0].fault.value) or found(report), row
+    assert report.message == report.findings[0].fault.value, row
