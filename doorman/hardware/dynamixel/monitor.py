@@ -136,9 +136,10 @@ class ServoMonitor:
         before, suspect = self._before, self._jumped_to
         if before is None:
             return False
-        rate = max(self._fastest, VELOCITY_UNIT * max(abs(telemetry.velocity), abs(before.velocity)))
+        told = VELOCITY_UNIT * max(abs(telemetry.velocity), abs(before.velocity))
+        most = PLAY + max(self._fastest, told) * (now - self.time) + told * self._config.latency
         ticks = abs(telemetry.position - before.position)
-        jumps = ticks * RADIANS_PER_TICK > PLAY + rate * (now - self.time)
+        jumps = ticks * RADIANS_PER_TICK > most
         jumps = jumps or (suspect is not None and abs(telemetry.position - suspect) < ticks)
         self._jumped_to = telemetry.position if jumps else None
         return jumps

@@ -139,6 +139,19 @@ def test_an_angle_that_turns_as_fast_as_it_may_or_says_does_not_jump(rate, step)
     assert not monitor.fault
 
 
+def test_a_question_that_was_held_up_is_no_jump():
+    """It is stamped before the computer hands it to the line."""
+    slow = config(latency=0.015)
+    monitor = ServoMonitor(slow, 0.0, 1000, 0)
+    take, rate = angles(monitor), 3.0
+    for k in range(40):
+        true = 1.0 + 0.005 * k
+        held_up = slow.latency if k == 20 else 0.0
+        position = 2048 + round(rate * (true + held_up - 1.0) / RADIANS_PER_TICK)
+        assert take(true, position, round(rate / VELOCITY_UNIT))
+    assert not monitor.fault
+
+
 # ---------------------------------------------------------------- units
 
 
