@@ -78,11 +78,12 @@ class Lie:
     phase: str
     after: float
     """In that phase [s]."""
-    told: tuple[Fault, ...]
-    """The first finding is one of these."""
+    told: Fault
+    """What is found first."""
+    felt: str = ""
+    """With which words the mission gives up, where it feels it before."""
 
 
-JUMPED, DRIFTED, SLIPPED = (Fault.POSE_JUMPED,), (Fault.INCONSISTENT,), (Fault.SERVOS_JUMPED,)
 PHASES = {"touch": ("touch", 1.0), "swing": ("open", 1.5), "release": ("release", 0.5)}
 
 
@@ -92,28 +93,28 @@ def cases() -> dict[str, Lie]:
     for size in (0.03, 0.1):
         for axis, by in (("x", (size, 0.0, 0.0)), ("y", (0.0, size, 0.0)), ("-y", (0.0, -size, 0.0))):
             for when in ("touch", "swing", "release"):
-                made[f"jump {axis} {100 * size:g} cm, {when}"] = Lie(jump(*by), *PHASES[when], JUMPED)
+                made[f"jump {axis} {100 * size:g} cm, {when}"] = Lie(jump(*by), *PHASES[when], Fault.POSE_JUMPED)
     for size in (0.01, 0.02, 0.05) if GRIPS else ():
         for axis, by in (("x", (size, 0.0, 0.0)), ("y", (0.0, size, 0.0))):
             for when in ("touch", "swing", "release"):
-                made[f"drift {axis} {100 * size:g} cm/s, {when}"] = Lie(drift(*by), *PHASES[when], DRIFTED)
+                made[f"drift {axis} {100 * size:g} cm/s, {when}"] = Lie(drift(*by), *PHASES[when], Fault.INCONSISTENT)
     for number, (servo, degrees) in enumerate((s, d) for s in (1, 2, 3, 4) for d in (5.0, -5.0, 15.0, -15.0)):
         when = ("swing", "touch", "release")[number % 3]
-        made[f"servo {servo} {degrees:+g}°, {when}"] = Lie(turn(servo, degrees), *PHASES[when], SLIPPED)
+        made[f"servo {servo} {degrees:+g}°, {when}"] = Lie(turn(servo, degrees), *PHASES[when], Fault.SERVOS_JUMPED)
     for when in ("touch", "swing"):
-        made[f"poses 60 ms late, {when}"] = Lie(late(0.06), *PHASES[when], (Fault.POSE_LATE,))
+        made[f"poses 60 ms late, {when}"] = Lie(late(0.06), *PHASES[when], Fault.POSE_LATE)
     return made | grippers() if GRIPS else made
 
 
 def grippers() -> dict[str, Lie]:
     """A gripper that lies, or is stuck."""
-    stuck = (Fault.GRIPPER,)
+    stuck, loose = Fault.GRIPPER, "the gripper does not hold the leaf"
     return {
-        "gripper +26°, swing": Lie(turn(5, 26.0), *PHASES["swing"], SLIPPED),
-        "gripper -26°, swing": Lie(turn(5, -26.0), *PHASES["swing"], SLIPPED),
-        "gripper stuck open, touch": Lie(stops(0.0, 0.1), "approach", 0.0, stuck),
-        "gripper opens, swing": Lie(spring(3.0), *PHASES["swing"], stuck),
-        "gripper stuck half open, touch": Lie(stops(0.0, HALF), "approach", 0.0, stuck),
+        "gripper +26°, swing": Lie(turn(5, 26.0), *PHASES["swing"], Fault.SERVOS_JUMPED),
+        "gripper -26°, swing": Lie(turn(5, -26.0), *PHASES["swing"], Fault.SERVOS_JUMPED),
+        "gripper stuck open, touch": Lie(stops(0.0, 0.1), "approach", 0.0, stuck, loose),
+        "gripper opens, swing": Lie(spring(3.0), *PHASES["swing"], stuck, loose),
+        "gripper stuck half open, touch": Lie(stops(0.0, HALF), "approach", 0.0, stuck, loose),
         "gripper stuck half open, swing": Lie(stops(HALF, 0.8), *PHASES["swing"], stuck),
     }
 
@@ -164,5 +165,7 @@ def test_what_lies_is_told_and_nothing_is_touched(
     assert not rig.collided, row
     assert report.end is End.LANDED, row
     assert not report.completed, row
-    assert report.findings and report.findings[0].fault in lie.told, row
-    assert report.message == report.findings[0].fault.value, row
+    if lie.felt and report.message == lie.felt:
+        return
+    assert report.findings and report.findings[0].fault is lie.told, row
+    assert report.message == lie.told.value, row
