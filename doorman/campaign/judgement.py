@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from doorman.scenario import CampaignSection
-from doorman.summary import COMPLETED, GIVEN_UP, GOAL_MISSED
+from doorman.summary import COMPLETED, GIVEN_UP, GOAL_MISSED, TOUCHED
 
 TOLERANCE = {"deg": 2.0, "m": 0.014}
 """Largest |final angle − target|, or of a slide its opening, by unit: 2° are 1.4 cm at a lever of 0.4 m."""
@@ -16,7 +16,7 @@ _WORDS: dict[str, Callable[[float], str]] = {
     "deg": lambda error: f"{error:+.1f}°",
     "m": lambda error: f"{1e2 * error:+.1f} cm",
 }
-_ENDS = (COMPLETED, GOAL_MISSED, GIVEN_UP)
+_ENDS = (COMPLETED, TOUCHED, GOAL_MISSED, GIVEN_UP)
 """Outcomes of missions that came to an end of their own."""
 
 
@@ -49,7 +49,7 @@ def judge(summary: Mapping[str, Any], campaign: CampaignSection | None = None) -
     outcome = summary["outcome"]
     if summary["collisions"]:
         reasons.append(f"{summary['collisions']} contacts other than tip and leaf")
-    if outcome != COMPLETED:
+    if outcome not in (COMPLETED, TOUCHED):
         said = summary["reason"]
         reasons.append(f"{outcome}: {said}" if said else str(outcome))
     if not abs(error) < TOLERANCE[unit]:

@@ -22,6 +22,7 @@ from doorman.flight.watches.hover import measure_hover
 from doorman.flight.watches.pose_delay import PoseDelay
 from doorman.flight.watches.rest import RestWatch, tells_of_crash
 from doorman.flight.way_back import WayBack, out_of_the_doorway
+from doorman.hardware.dynamixel import ServoFault
 from doorman.hardware.pixhawk import (
     Authority,
     EventKind,
@@ -44,6 +45,8 @@ _STARVED = 2.0
 """For links to become fresh before the autopilot is engaged [s]."""
 _ON_GROUND = 4.0
 """On the ground so long without disarming by itself, the vehicle is told to disarm [s]."""
+_RECOVERY = 5.0
+"""For servos that are set up again before a flight [s]."""
 _LAST_LOOK = 1.0
 """After the motors are told to have stopped: a vehicle that falls is on the ground then [s]."""
 
@@ -91,7 +94,8 @@ class GuardedFlight(Uncopied):
         self.model, self.links, self._listener, self._recorder = model, links, say, recorder
         self.places = Places.of(model)
         self.backend = VehicleBackend(model, links)
-        self._observer, self._fall, self._rest = Observer(model, self.backend), FallWatch(), RestWatch()
+        self._observer = Observer(model, self.backend, oldest_pose(model.scenario.control))
+        self._fall, self._rest = FallWatch(), RestWatch()
         self._poses = PoseDelay()
         self.measured: dict[str, float] = {}
         """What was measured in hover, by name: hover thrust, slope and shape of the thrust, delay and latency of the poses."""
@@ -115,6 +119,8 @@ class GuardedFlight(Uncopied):
         """Let the supervisor watch from now on."""
         self._armed_once = self._told_to_arm = False
         self.links.release()
+        if self.links.servos.read().fault & ServoFault.JUMPED and not self.links.autopilot.state().armed:
+            self.links.servos.recover(_RECOVERY)  # on the ground somebody may have turned the arm
         self.supervisor.start()
 
     def rise(self) -> str:

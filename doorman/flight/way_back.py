@@ -39,6 +39,8 @@ _LOST_ON_THE_WAY = 0.5
 """the same where nobody says whether they are, and where waiting adds to the error of dead reckoning [s]."""
 LOST_SPEED = 0.6
 """On the way back by dead reckoning, whose error grows with the time, and which PX4 gives up 5 s after the last pose [m/s]."""
+_BLIND = {Fault.POSE, Fault.POSE_JUMPED, Fault.DIVERGENCE, Fault.INCONSISTENT}
+"""After these the cameras do not say where the vehicle is, or the autopilot does not."""
 _HOLDING_PATIENCE = 30.0
 """For a gripper that does not open, as it cannot without its bus, before the vehicle lands with the door in its hand [s]."""
 
@@ -145,7 +147,7 @@ class WayBack:
                         self._links.servos.recover(_RECOVERY)
             self._note()
             self._links.clock.sleep(0.02)
-        return False
+        return self.may_go_on() and not self._links.surely_holding
 
     def _fly_out(self, yaw: float) -> bool:
         """Fly out of the doorway from here; returns False where the way is to be planned anew, since the position jumped."""
@@ -202,7 +204,7 @@ class WayBack:
     def _lost(self) -> bool:
         """Whether the way back is flown by dead reckoning, the autopilot's or ours."""
         found = {finding.fault for finding in self._supervisor.findings}
-        return not self._seen or not found.isdisjoint({Fault.POSE, Fault.DIVERGENCE})
+        return not self._seen or not found.isdisjoint(_BLIND)
 
     @property
     def _seen(self) -> bool:

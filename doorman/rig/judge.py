@@ -19,8 +19,9 @@ EPOCH = "epoch"
 
 
 def judge(truth: Recording, flight: Recording, model: Model) -> dict[str, Any]:
-    """Figures of a flight, as `doorman.summary.summarize` has them."""
-    return summarize(together(truth, flight), model)
+    """Figures of a flight, as `doorman.summary.summarize` has them. What is touched on the way back and at the landing counts."""
+    later = truth["truth"].time + _epochs_along(truth) - _epoch(flight) > float(flight["mission"].time[-1])
+    return summarize(together(truth, flight), model, int(truth["truth"]["collisions"][later].sum()))
 
 
 def together(truth: Recording, flight: Recording) -> Recording:

@@ -1,7 +1,16 @@
 """Summary of a run: the figures of `summary.json`, from the true states where a simulator recorded them."""
 
 from doorman.summary.figures import summarize
-from doorman.summary.outcome import COMPLETED, FLOWN, GIVEN_UP, GOAL_MISSED, OPEN_TOLERANCE, time_to_open, verdict
+from doorman.summary.outcome import (
+    COMPLETED,
+    FLOWN,
+    GIVEN_UP,
+    GOAL_MISSED,
+    OPEN_TOLERANCE,
+    TOUCHED,
+    time_to_open,
+    verdict,
+)
 from doorman.summary.plans import cold_plans
 
 __all__ = [
@@ -10,6 +19,7 @@ __all__ = [
     "GIVEN_UP",
     "GOAL_MISSED",
     "OPEN_TOLERANCE",
+    "TOUCHED",
     "cold_plans",
     "summarize",
     "time_to_open",

@@ -14,7 +14,16 @@ from doorman.model import Model
 from doorman.recording import Recording
 from doorman.simulation.reality.causes import true_causes
 from doorman.summary.estimates import estimates, largest_angle_error
-from doorman.summary.outcome import COMPLETED, GOAL_MISSED, STANDS, missed, rate_at_the_end, time_to_open, told_outcome
+from doorman.summary.outcome import (
+    COMPLETED,
+    GOAL_MISSED,
+    STANDS,
+    TOUCHED,
+    missed,
+    rate_at_the_end,
+    time_to_open,
+    told_outcome,
+)
 from doorman.summary.plans import planner_figures, realtime_factor
 from doorman.summary.safety import (
     collisions,
@@ -26,8 +35,8 @@ from doorman.summary.safety import (
 )
 
 
-def summarize(recording: Recording, model: Model) -> dict[str, Any]:
-    """Figures of a simulated run."""
+def summarize(recording: Recording, model: Model, touched_after: int = 0) -> dict[str, Any]:
+    """Figures of a simulated run, with contacts after the mission as far as they are known."""
     if "truth" not in recording:
         raise RecordingError(
             "no true states to judge the run by", field="topic", given="truth", allowed="a simulated run"
@@ -43,12 +52,15 @@ def summarize(recording: Recording, model: Model) -> dict[str, Any]:
     states = recording["mission"]["state"].tolist()
     if outcome == COMPLETED and opened_at is None:
         outcome, reason = GOAL_MISSED, missed(model.true_door, float(angle[-1]), target, moving, reason)
+    touches = collisions(recording) + touched_after
+    if outcome == COMPLETED and touches:
+        outcome, reason = TOUCHED, f"{touches} contacts other than tip and leaf"
     return {
         "outcome": outcome,
         "reason": reason,
         "attempts": attempts(states),
         "opened": opened_at is not None,
-        "went_through": outcome == COMPLETED and "through" in states,
+        "went_through": outcome in (COMPLETED, TOUCHED) and "through" in states,
         "final_door_angle_deg": math.degrees(float(angle[-1])),
         "target_door_angle_deg": math.degrees(target),
         **_where_it_ended(model.true_door, float(angle[-1]), target),
@@ -57,7 +69,7 @@ def summarize(recording: Recording, model: Model) -> dict[str, Any]:
         "duration_s": float(time[-1]),
         "max_constraint_violation_m": largest_violation(recording, model),
         "min_clearance_m": min_clearance(recording, model),
-        "collisions": collisions(recording),
+        "collisions": touches,
         "contact_fraction": contact_fraction(recording, 0.0),
         "contact_fraction_after_1s": contact_fraction(recording, 1.0),
         "max_pull_force_n": float(truth["max_pull"].max()),

@@ -19,9 +19,9 @@ _KEPT_CONTACT = 0.9
 """A smaller share of time in contact is worth a word in the verdict."""
 FLOWN = "flown to its end"
 """How the last message of a mission begins that went all its way; what it has seen of the door may follow."""
-COMPLETED, GOAL_MISSED, GIVEN_UP = "completed", "goal missed", "given up"
-"""Outcomes of a mission that went all its way and has opened the door in truth, of one that went all its way and has not, and of
-one that retreated to the hover instead."""
+COMPLETED, TOUCHED, GOAL_MISSED, GIVEN_UP = "completed", "touched", "goal missed", "given up"
+"""Outcomes of a mission that went all its way and has opened the door in truth, of one that has touched something else meanwhile,
+of one that went all its way and has not opened it, and of one that retreated to the hover instead."""
 _STANDS_FOR = 1.0
 STANDS = math.radians(0.5)
 """A door that is faster on average [rad/s] in so long a time [s] before the flight's end does not stay where it is."""

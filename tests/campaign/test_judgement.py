@@ -29,6 +29,7 @@ GOOD = {
         ({"final_error": 0.0139, "unit": "m"}, ""),
         ({"final_error": -0.021, "unit": "m"}, "-2.1 cm from the target"),
         ({"collisions": 3}, "3 contacts other than tip and leaf"),
+        ({"collisions": 3, "outcome": "touched", "reason": "3 contacts"}, "3 contacts other than tip and leaf"),
         ({"outcome": "given up", "reason": "contact was lost 9 times"}, "given up: contact was lost 9 times"),
         ({"outcome": "cut off", "reason": ""}, "cut off"),
         ({"outcome": None}, "None"),

@@ -16,12 +16,13 @@ from doorman.model import Model
 from doorman.recording import Recorder
 from doorman.recording.files.messages import Value
 from doorman.rig import Rig, RigSetup
+from doorman.rig.emulated import SPRING
 from doorman.rig.emulators.mocap.emulator import StreamFaults
 from doorman.scenario import Scenario
 
 _START = 300.0
 _ANSWER = 20.0
-_OF_FAULTS = "model number", "present temperature"
+_OF_FAULTS = "model number", "present temperature", "homing offset"
 """Registers of servos that faults change and nothing else puts right."""
 
 
@@ -55,6 +56,8 @@ class Served:
         rig.plant.block(0.0)
         rig.plant.draw_shut(0.0)
         rig.autopilot.battery.silent = False
+        if rig.gripper:
+            self.set_spring(SPRING)
         for servo, registers in self.registers.items():
             for name, value in registers.items():
                 self.set_register(servo, name, value)

@@ -178,6 +178,11 @@ class Flight:
         return self.session.phase, self.said, self.session.supervisor.findings, self.session.journal.lines[-12:]
 
     @property
+    def report(self) -> FlightReport | None:
+        """What became of it; None before its end."""
+        return self._report
+
+    @property
     def recording(self) -> Recording:
         return self.recorder.recording()
 

@@ -14,15 +14,17 @@ import pytest
 from flight_rig import free_port
 from virtual_time import CLOCK
 
+from doorman.control.estimation.pose_age import oldest_pose
 from doorman.exceptions import BackendError
 from doorman.hardware.interface import Command
 from doorman.hardware.pixhawk import Authority
-from doorman.hardware.safety import Action, Fault, Observation, Supervisor
+from doorman.hardware.safety import Action, Assessor, Fault, Observation, Observer, Supervisor
 from doorman.hardware.safety import supervisor as supervisor_module
 from doorman.hardware.vehicle import VehicleBackend, VehicleLinks, vehicle_config
 from doorman.hardware.vehicle.waiting import apart, await_links
 from doorman.model import Model
 from doorman.rig import Rig, RigSetup
+from doorman.rig.emulators.mocap.faults import StreamFaults
 from doorman.rig.plant import Snapshot
 from doorman.scenario import Scenario
 
@@ -61,13 +63,27 @@ class LinkedRig:
         """The plant as it is now."""
         return self._rig.plant.snapshot
 
+    @property
+    def cameras(self) -> StreamFaults:
+        """What is wrong with the cameras."""
+        return self._rig.mocap.stream.faults
+
+    def set_zero(self, servo: int, ticks: int) -> None:
+        """Of a servo."""
+        with self._rig.servos.lock:
+            self._rig.servos.servo(servo).memory.set("homing offset", ticks)
+
     def heal(self) -> None:
         """Bring the vehicle back to its pad, and let a mission command it."""
         self.links.release()
+        self._rig.mocap.stream.faults = StreamFaults()
+        for servo in range(1, self.model.n_arm + 2):
+            self.set_zero(servo, 0)
         until(lambda: not self.links.autopilot.state().armed, "disarmed")
         self._rig.plant.reset()
         CLOCK.sleep(0.5)
         until(lambda: apart(self.links) < 0.05, "cameras and autopilot agree")
+        until(lambda: not self.links.servos.recover(5.0), "servos set up again")
         until(lambda: self.links.servos.read().fresh, "fresh servos")
 
 
@@ -102,6 +118,49 @@ def hovering(rig: LinkedRig) -> Iterator[LinkedRig]:
 def watching(rig: LinkedRig) -> Supervisor:
     """A supervisor to whom all looks well, whatever is: only what it is told counts."""
     return Supervisor(rig.links, lambda: Observation(now=CLOCK.now(), commanding=False))
+
+
+def jumps(*by: float) -> Callable[[LinkedRig], None]:
+    return lambda rig: setattr(rig.cameras, "jump", by)
+
+
+def come_late(seconds: float) -> Callable[[LinkedRig], None]:
+    return lambda rig: setattr(rig.cameras, "delay", seconds)
+
+
+def turns(servo: int, degrees: float) -> Callable[[LinkedRig], None]:
+    return lambda rig: rig.set_zero(servo, round(degrees / 360.0 * 4096))
+
+
+@pytest.mark.parametrize(
+    ("lie", "fault", "within"),
+    [
+        (jumps(0.03, 0.0, 0.0), Fault.POSE_JUMPED, 0.25),
+        (come_late(0.06), Fault.POSE_LATE, 0.35),
+        (turns(2, 5.0), Fault.SERVOS_JUMPED, 0.1),
+    ],
+    ids=["jump", "late", "servo"],
+)
+def test_what_lies_is_found_first(hovering, lie, fault, within):
+    """By the true cause, and not by what follows from it."""
+    model, links = hovering.model, hovering.links
+    observer = Observer(model, VehicleBackend(model, links), oldest_pose(model.scenario.control))
+    assessor, found = Assessor(model.scenario.safety), []
+
+    def look(duration: float) -> None:
+        end = CLOCK.now() + duration
+        while CLOCK.now() < end:
+            found.extend(assessor.assess(replace(observer.look(), commanding=True, command_age=0.0)))
+            CLOCK.sleep(0.02)
+
+    look(1.0)
+    assert not found
+    began = CLOCK.now()
+    lie(hovering)
+    look(1.0)
+    assert found[0].fault is fault
+    assert found[0].action is Action.RETREAT
+    assert found[0].time - began <= within
 
 
 def test_abort_asks_the_mission_and_leaves_it_the_vehicle(hovering):

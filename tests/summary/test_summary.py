@@ -12,6 +12,8 @@ from doorman import Model, Recording, Scenario, simulate
 from doorman.collision.scene import CollisionScene
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.recording import Recorder
+from doorman.recording.recording import Topic
+from doorman.rig.judge import judge
 from doorman.summary import summarize, time_to_open, verdict
 
 KEYS = {
@@ -135,6 +137,27 @@ def test_a_mission_that_went_all_its_way_is_judged_by_where_the_door_is(
     assert summary["time_to_open_s"] is None and words in summary["reason"]
     good, sentence = verdict(summary)
     assert not good and "not opened" in sentence and words in sentence
+
+
+def test_a_flight_that_touched_something_is_not_completed(model: Model) -> None:
+    summary = summarize(made_up(model, OPENING, collisions=[0, 0, 2, 1, 0, 0]), model)
+    assert (summary["outcome"], summary["collisions"], summary["opened"]) == ("touched", 3, True)
+    assert "3 contacts" in summary["reason"]
+    good, sentence = verdict(summary)
+    assert not good and "touched" in sentence
+
+
+@pytest.mark.parametrize(("collisions", "outcome"), [([0] * 9, "completed"), ([0] * 7 + [4, 0], "touched")])
+def test_a_flight_in_the_rig_counts_what_is_touched_on_the_way_back(
+    model: Model, collisions: list[int], outcome: str
+) -> None:
+    def on_a_clock(run: Recording) -> Recording:
+        epoch = Topic("epoch", np.zeros(1), {"epoch": np.array([70.0])})
+        return Recording({**run, "epoch": epoch}, run.header, True)
+
+    truth = on_a_clock(made_up(model, [*OPENING, *OPENING[-1:].repeat(3)], collisions=collisions))
+    summary = judge(truth, on_a_clock(made_up(model, OPENING)), model)
+    assert (summary["outcome"], summary["collisions"]) == (outcome, sum(collisions))
 
 
 def test_what_a_mission_says_of_a_door_that_is_open_does_not_count(model: Model) -> None:

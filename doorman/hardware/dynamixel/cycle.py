@@ -61,7 +61,7 @@ class ServoCycle:
         self._goals = [0.0] * config.n_joints
         self._logged = [ServoFault.NONE] * config.n
         self._logged_bus = ServoFault.NONE
-        self.monitors = [ServoMonitor(config, link.now(), servo.model) for servo in ready]
+        self.monitors = [ServoMonitor(config, link.now(), servo.model, joint) for joint, servo in enumerate(ready)]
         self.bus_fault = ServoFault.NONE
         """What is wrong with the bus itself."""
         self.count = 0

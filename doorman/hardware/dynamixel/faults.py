@@ -50,6 +50,8 @@ class ServoFault(Flag):
     """The joint is outside its limits; it can only move back."""
     WRONG_MODEL = auto()
     """Another model answers than before."""
+    JUMPED = auto()
+    """The angle jumped by more than the servo can turn: its zero is another one now, or its encoder slips."""
 
     UNPLUGGED = auto()
     """Bus: the serial device is gone."""
@@ -87,6 +89,7 @@ LATCHED = (
     | ServoFault.SHOCK
     | ServoFault.OVERLOAD
     | ServoFault.WRONG_MODEL
+    | ServoFault.JUMPED
     | ServoFault.INTERNAL
 )
 """Every joint is commanded to zero velocity until `ServoBus.recover` succeeds."""

@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+import math
+
 from doorman.hardware.dynamixel.config import ServoConfig
 from doorman.hardware.dynamixel.faults import LATCHED, ServoFault
 from doorman.hardware.dynamixel.servo_clock import ServoClock
 from doorman.hardware.dynamixel.wire.link import Outcome, Reply
 from doorman.hardware.dynamixel.wire.registers import HardwareError
 from doorman.hardware.dynamixel.wire.telemetry import Telemetry
-from doorman.hardware.dynamixel.wire.units import CURRENT_UNITS
+from doorman.hardware.dynamixel.wire.units import CURRENT_UNITS, RADIANS_PER_TICK, VELOCITY_UNIT
 
 HYSTERESIS = 5.0
 """By which a hot servo must cool down [°C]."""
+PLAY = math.radians(1.0)
+"""By which play and noise let an angle jump, four times what the maker states [rad]."""
+_ANGLE_LIES = ServoFault.ENCODER | ServoFault.JUMPED
 _OUTCOMES = {
     Outcome.TIMEOUT: ServoFault.TIMEOUT,
     Outcome.CORRUPT: ServoFault.CORRUPT,
@@ -33,10 +38,16 @@ class ServoMonitor:
         config: Thresholds.
         now: When the servo was last known to be well [s].
         model: Its model number.
+        joint: Which joint it moves.
     """
 
-    def __init__(self, config: ServoConfig, now: float, model: int) -> None:
+    def __init__(self, config: ServoConfig, now: float, model: int, joint: int) -> None:
         self._config = config
+        self._fastest = float(config.limits[2][joint])
+        self._before: Telemetry | None = None
+        """From whose angle the next one goes on; None before any."""
+        self._jumped_to: int | None = None
+        """Where the last answer had jumped to [tick]."""
         self._current_unit = CURRENT_UNITS[model]
         self.clock = ServoClock()
         self.telemetry: Telemetry | None = None
@@ -63,10 +74,11 @@ class ServoMonitor:
             fault |= self.fault & (ServoFault.HOT | ServoFault.WARM | ServoFault.WATCHDOG)
         else:
             fault |= self._health(telemetry, reply.sent)
-            if fault & ServoFault.ENCODER:  # what it tells of itself is so, but for its angle
+            if (fault | self._latched) & _ANGLE_LIES:  # what it tells of itself is so, but for its angle
                 telemetry = None
         if telemetry is not None:
             self.telemetry, self.time = telemetry, reply.sent
+            self._before = telemetry
         else:
             fault |= self._lasting(reply.received)
         self.fault = fault | self._latched
@@ -80,7 +92,7 @@ class ServoMonitor:
     def recovered(self) -> None:
         """Forget latched faults: the servo was set up again. What was measured before is as old as it is."""
         self._latched = self._suspected = self.fault = ServoFault.NONE
-        self._strained_since = None
+        self._strained_since = self._before = self._jumped_to = None
         self.clock.restart()
 
     def condemn(self, fault: ServoFault) -> None:
@@ -109,10 +121,28 @@ class ServoMonitor:
                     fault |= meaning
         if not telemetry.torque_enable:
             fault |= ServoFault.TORQUE_OFF
+        if not fault & ServoFault.ENCODER and self._jumps(telemetry, now):
+            fault |= ServoFault.JUMPED
         self._latch(fault & LATCHED)
         if telemetry.bus_watchdog != self._config.watchdog_counts:  # it fired, or was cleared and not set again
             fault |= ServoFault.WATCHDOG
         return fault | self._heat(telemetry.temperature) | self._strain(telemetry.current, now)
+
+    def _jumps(self, telemetry: Telemetry, now: float) -> bool:
+        """Whether the angle is farther from the last one that was believed than the servo can have turned.
+
+        As time passes, it could have: an angle that is nearer to where the last one had jumped to has jumped with it.
+        """
+        before, suspect = self._before, self._jumped_to
+        if before is None:
+            return False
+        told = VELOCITY_UNIT * max(abs(telemetry.velocity), abs(before.velocity))
+        most = PLAY + max(self._fastest, told) * (now - self.time) + told * self._config.latency
+        ticks = abs(telemetry.position - before.position)
+        jumps = ticks * RADIANS_PER_TICK > most
+        jumps = jumps or (suspect is not None and abs(telemetry.position - suspect) < ticks)
+        self._jumped_to = telemetry.position if jumps else None
+        return jumps
 
     def _heat(self, temperature: int) -> ServoFault:
         fault = ServoFault.NONE

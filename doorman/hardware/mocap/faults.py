@@ -33,7 +33,7 @@ class MocapFault(Flag):
     OUTLIER = auto()
     """A pose lies beyond what speed and acceleration allow."""
     JUMPED = auto()
-    """The object was found again where it cannot have moved to."""
+    """The object is seen where it cannot have moved to."""
     DELAYED = auto()
     """Poses arrive late."""
     RATE = auto()

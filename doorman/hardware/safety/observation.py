@@ -39,6 +39,12 @@ class Observation:
     """Of the surroundings on the vehicle, estimated [N]."""
     pose: PoseQuality | None = None
     """None where the autopilot's own estimate is flown on."""
+    pose_jumped: bool = False
+    """Whether there is no usable pose because the cameras saw the vehicle jump."""
+    pose_age: float = math.nan
+    """Of a pose as the next one comes, over the oldest that the controller's gains bear."""
+    misfit: float = math.nan
+    """By how much pose, arm and door do not fit together while the gripper holds, in standard deviations."""
     divergence: float = math.nan
     """Between the cameras' and the autopilot's position [m]."""
     disobedience: float = math.nan

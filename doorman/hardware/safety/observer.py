@@ -14,8 +14,10 @@ from collections.abc import Set
 import numpy as np
 from numpy.typing import NDArray
 
-from doorman.hardware.mocap import PoseSample
+from doorman.hardware.dynamixel import ServoSample
+from doorman.hardware.mocap import MocapFault, PoseSample
 from doorman.hardware.pixhawk import EventKind, SampleStatus, VehicleSample
+from doorman.hardware.safety.held_tip import HeldTip
 from doorman.hardware.safety.obedience import Obedience
 from doorman.hardware.safety.observation import Observation
 from doorman.hardware.vehicle.backend import VehicleBackend
@@ -71,10 +73,12 @@ class Observer:
     Args:
         model: Model of the scenario.
         backend: What the mission flies; its links are looked at, never waited for.
+        oldest_pose: Age of a pose, as the next one comes, that the controller's gains bear [s].
     """
 
-    def __init__(self, model: Model, backend: VehicleBackend) -> None:
-        self._backend = backend
+    def __init__(self, model: Model, backend: VehicleBackend, oldest_pose: float = math.inf) -> None:
+        self._backend, self._oldest_pose = backend, oldest_pose
+        self._held_tip = HeldTip.of(model)
         self._max_thrust = model.vehicle.max_thrust
         self._force = ForceEstimator(model.vehicle.mass)
         self._obedience = Obedience()
@@ -89,6 +93,7 @@ class Observer:
         commanding = backend.commanding
         thrust = backend.thrust if commanding else math.nan
         pose = None if links.mocap is None else links.mocap.read()
+        fit = self._fit(pose, servos, now)
         usable = pose is not None and pose.usable
         stale = sample.status is not SampleStatus.FRESH
         seen: PoseSample | VehicleSample = pose if pose is not None and usable and stale else sample
@@ -107,6 +112,9 @@ class Observer:
             thrust_share=thrust / self._max_thrust,
             force=self._force.update(sample, math.nan if stale else thrust),
             pose=None if pose is None else pose.quality,
+            pose_jumped=pose is not None and not usable and MocapFault.JUMPED in pose.fault,
+            pose_age=self._pose_age(pose),
+            misfit=fit,
             divergence=float(np.linalg.norm(pose.position - sample.position))
             if pose is not None and usable and not stale
             else math.nan,
@@ -119,6 +127,28 @@ class Observer:
             command_age=now - max(backend.commanded_at, backend.began_at),
             missed_ticks=self._missed(now),
         )
+
+    def _pose_age(self, pose: PoseSample | None) -> float:
+        """Age of the newest pose as the next one comes, over the oldest that the gains bear."""
+        if pose is None or pose.count == 0:
+            return math.nan
+        mocap = self._backend.links.config.mocap
+        assert mocap is not None, "whose poses these are"
+        return (pose.lateness + self._backend.pose_delay + mocap.period) / self._oldest_pose
+
+    def _fit(self, pose: PoseSample | None, servos: ServoSample, now: float) -> float:
+        """By how much the held tip is not where it can be, in standard deviations."""
+        held = self._held_tip
+        if held is None:
+            return math.nan
+        if not self._backend.links.gripped:
+            held.let_go()
+            return math.nan
+        if pose is not None and pose.fresh and servos.fresh:
+            n = self._backend.model.n_arm
+            arm = servos.angles[:n] + (pose.time - servos.times[:n]) * servos.rates[:n]
+            held.take(pose.position, pose.attitude, arm, now)
+        return held.misfit
 
     def _disobedience(self, sample: VehicleSample, conditions: Set[EventKind], now: float) -> float:
         """Angle by which the autopilot steers elsewhere than it is told, while the gripper holds on to the door."""

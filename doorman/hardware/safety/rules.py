@@ -38,6 +38,9 @@ class Fault(Enum):
     TELEMETRY = "the autopilot is silent, but the cameras see the vehicle"
     TELEMETRY_GRIPPING = "the autopilot is silent while the gripper holds the door"
     POSE = "the cameras have lost the vehicle"
+    POSE_JUMPED = "the cameras see the vehicle jump"
+    POSE_LATE = "the poses come too late"
+    INCONSISTENT = "pose, arm and door do not fit together: cameras or joint angles have drifted, or the gripper slips"
     DIVERGENCE = "cameras and autopilot disagree on the position"
     DISOBEDIENCE = "the autopilot does not follow commands while the gripper holds the door"
     TILT = "the vehicle tilts too far"
@@ -53,6 +56,7 @@ class Fault(Enum):
     SERVOS_DISCONNECTED = "the servos' device is gone"
     GRIPPER = "the gripper does not hold or let go of the door, or its servo has failed"
     SERVOS_FAILED = "a servo has failed"
+    SERVOS_JUMPED = "a servo's angle has jumped"
     SERVOS_STOPPED = "the arm does not follow"
     OPERATOR_ABORT = "the operator has given the mission up"
     OPERATOR_LAND = "the operator wants to land"
@@ -118,8 +122,13 @@ RULES: tuple[Rule, ...] = (
     Rule(Fault.STATE, 0.3, Action.RETREAT, "STATE_STALE, and no usable pose", _unseen(EventKind.STATE_STALE)),
     Rule(Fault.HEARTBEAT, 1.5, Action.RETREAT, "HEARTBEAT_LOST, unless only the cameras see the vehicle",
          _unseen(EventKind.HEARTBEAT_LOST)),
+    Rule(Fault.POSE_JUMPED, 0.0, Action.RETREAT, "pose LOST, and JUMPED", lambda seen, _: seen.pose_jumped),
     Rule(Fault.POSE, 0.05, Action.RETREAT, "pose LOST or NONE, or MOCAP_LOST",
          lambda seen, _: seen.pose in (PoseQuality.LOST, PoseQuality.NONE) or EventKind.MOCAP_LOST in seen.conditions),
+    Rule(Fault.POSE_LATE, 0.2, Action.RETREAT, "in a mission, age of the poses over the oldest that the gains bear above",
+         _above("pose_age", "pose_age", in_mission=True), ("pose_age",)),
+    Rule(Fault.INCONSISTENT, 0.2, Action.RETREAT, "misfit of the held tip, in standard deviations, above",
+         _above("misfit", "misfit"), ("misfit",)),
     Rule(Fault.BATTERY_CRITICAL, 1.0, Action.RETREAT, "charge below",
          lambda seen, limits: seen.battery < limits.critical_battery, ("critical_battery",)),
     Rule(Fault.CONTROLLER, 1.0, Action.RETREAT, "in a mission, age of the last command above",
@@ -129,6 +138,8 @@ RULES: tuple[Rule, ...] = (
     Rule(Fault.FORCE, 0.2, Action.RETREAT, "force of the surroundings above", _above("force", "force"), ("force",)),
     Rule(Fault.THRUST, 0.5, Action.RETREAT, "share of the largest thrust above", _above("thrust_share", "thrust_share"),
          ("thrust_share",)),
+    Rule(Fault.SERVOS_JUMPED, 0.03, Action.RETREAT, "a servo's angle JUMPED",
+         lambda seen, _: bool(seen.servo_fault & ServoFault.JUMPED)),
     Rule(Fault.SERVOS_DISCONNECTED, 0.1, Action.RETREAT, "servos DISCONNECTED or STOPPED",
          lambda seen, _: seen.servo_state in (BusState.DISCONNECTED, BusState.STOPPED)),
     Rule(Fault.GRIPPER, 0.1, Action.RETREAT, "gripper does not follow its command", lambda seen, _: seen.grip_failed),

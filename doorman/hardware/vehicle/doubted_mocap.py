@@ -5,10 +5,14 @@ markers may have moved, or one arm of a hexarotor is taken for the next. The aut
 fractions of a degree in such a gap. Poses far from it are lost ones, for controller, supervisor and for the autopilot itself,
 which they would drag along. Where the cameras have followed the body without a gap since both agreed, it is the autopilot that
 errs, and only their poses can bring it back.
+
+Poses that have jumped from one frame to the next are lost ones, by however little: the cameras' frame, the markers or the body
+are not those by which the vehicle took off. They are believed again once they have jumped back.
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -44,6 +48,12 @@ class DoubtedMocap(MocapReceiver):
         super().__init__(config, clock)
         self._autopilot = autopilot
         self._doubted, self._agreed = False, 0
+        self._shift: tuple[float, float, float] = (0.0, 0.0, 0.0)
+        self._distrusted = False
+
+    def distrust(self) -> None:
+        """Something else contradicts the poses: they are lost until the vehicle is disarmed."""
+        self._distrusted = True
 
     @property
     def doubted(self) -> bool:
@@ -60,8 +70,11 @@ class DoubtedMocap(MocapReceiver):
 
     def _judged(self, pose: PoseSample) -> PoseSample:
         state = self._autopilot.state()
-        if not state.armed:
-            self._doubted, self._agreed = False, pose.track  # on the ground it learns from the cameras where it is
+        if not state.armed:  # on the ground it learns from the cameras where it is
+            self._doubted = self._distrusted = False
+            self._agreed, self._shift = pose.track, pose.shift
+        elif self._distrusted or math.dist(pose.shift, self._shift) > self.config.position_slack:
+            self._doubted = True
         elif pose.usable and state.status is SampleStatus.FRESH:
             apart = float(np.linalg.norm(pose.position - state.position))
             turned = between(pose.quaternion, state.quaternion)

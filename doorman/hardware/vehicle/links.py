@@ -216,6 +216,16 @@ class VehicleLinks(Uncopied):
         return False
 
     @property
+    def gripped(self) -> bool:
+        """Whether the gripper was told to close, and holds."""
+        return self._grip_told is not None and self._grip_told[0] and self.holding
+
+    @property
+    def surely_holding(self) -> bool:
+        """Whether the fingers are closed, whatever they were told; half open ones hold nothing that pulls."""
+        return self.holding and bool(self.servos.read().angles[-1] > CLOSED)
+
+    @property
     def grip_failed(self) -> bool:
         """Whether the gripper does not do what it was told long enough ago, or its servo has failed while it holds."""
         if self._grip_told is None:

@@ -28,6 +28,11 @@ class SafetySection(Section):
     """Thrust above this share of the largest counts as saturated."""
     force: Positive = 18.0
     """Largest force of the surroundings on the vehicle [N]."""
+    pose_age: Positive = 1.0
+    """Largest age of the poses as the next one comes, over the oldest that the controller's gains bear."""
+    misfit: Positive = 3.0
+    """Largest misfit of the held tip with its way about the hinge, in standard deviations: of the angle that the tip
+    measures, and of the hinge's place."""
     divergence: Positive = 0.15
     """Largest distance between the cameras' and the autopilot's position [m]."""
     disobedience: Positive = 0.2

@@ -26,7 +26,8 @@ from doorman.hardware.dynamixel.wire.telemetry import BLOCK_SIZE
 from doorman.rig.emulators.servos.packets import HEADER, Instruction, InstructionStream, checksum, status_packet
 
 IDS = (1, 2, 3, 4)
-CONFIG = ServoConfig("nowhere", [-3.1] * 4, [3.1] * 4, [3.1] * 4, ids=IDS)
+CONFIG = ServoConfig("nowhere", [-3.1] * 4, [3.1] * 4, [1e9] * 4, ids=IDS)
+"""Its joints may be anywhere at any time: what is read is judged, not how they move."""
 BLOCK = struct.Struct("<iihBBHBBH")
 WATCHDOG = CONFIG.watchdog_counts
 STEPS_ALLOWED = 400

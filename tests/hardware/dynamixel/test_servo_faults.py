@@ -70,6 +70,25 @@ def test_servo_that_does_not_know_its_angle(rig):
     assert_moving(rig)
 
 
+@pytest.mark.parametrize("degrees", [5.0, -5.0, 15.0, -15.0])
+def test_servo_whose_angle_jumps(rig, degrees):
+    """It does not know itself that its zero is another one."""
+    before = rig.fly(SLOW, 0.05)[-1]
+    rig.set_row(3, "homing offset", round(degrees / 360.0 * 4096))
+    sample = rig.until(has(ServoFault.JUMPED), rates=SLOW)
+    assert sample.cycle - before.cycle <= 3
+    rig.until(holds, rates=SLOW)
+    assert_stopped(rig)
+    sample = rig.until(has(ServoFault.MISSING), rates=SLOW)
+    assert sample.angles[2] == pytest.approx(before.angles[2], abs=0.02), "the one before the jump"
+    assert sample.times[2] < sample.times[0] - 0.9 * rig.config.missing_after, "it ages"
+    assert [bool(fault & ServoFault.JUMPED) for fault in sample.faults] == [False, False, True, False]
+    rig.set_row(3, "homing offset", 0)
+    assert rig.bus.recover() == ()
+    rig.until(follows, rates=SLOW)
+    assert_moving(rig)
+
+
 def test_a_supply_that_dips_where_the_servo_shuts_down_by_it(make_rig, make_emulator):
     """Only a reboot brings its torque back then."""
     careful = [ServoSetup(number, {**READY, "shutdown": 0x35}) for number in (1, 2, 3, 4)]

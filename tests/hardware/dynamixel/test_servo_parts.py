@@ -75,7 +75,7 @@ def test_a_restarted_servo_shows_zeros_and_is_told_from_one_that_is_set_up():
 
 
 def test_what_was_measured_before_a_servo_was_set_up_again_stays_as_old_as_it_is():
-    monitor = ServoMonitor(config(), 0.0, 1000)
+    monitor = ServoMonitor(config(), 0.0, 1000, 0)
     healthy = Telemetry(2048, 0, 0, 0, 30, 120, 1, config().watchdog_counts, 77)
     data = b"".join(register.encode(value) for register, value in zip(BLOCK, dataclasses.astuple(healthy), strict=True))
     assert monitor.take(Reply(Outcome.OK, 1.0, 1.001, data=data)) == healthy
@@ -87,7 +87,7 @@ def test_what_was_measured_before_a_servo_was_set_up_again_stays_as_old_as_it_is
 
 
 def test_the_angle_of_a_servo_without_its_encoder_is_not_taken():
-    monitor = ServoMonitor(config(), 0.0, 1000)
+    monitor = ServoMonitor(config(), 0.0, 1000, 0)
 
     def take(time, **changes):
         healthy = Telemetry(2048, 0, 0, 0, 30, 120, 1, config().watchdog_counts, int(1e3 * time))
@@ -103,6 +103,53 @@ def test_the_angle_of_a_servo_without_its_encoder_is_not_taken():
     assert monitor.fault & ServoFault.HOT and monitor.fault & ServoFault.MISSING, "its health is"
     assert not monitor.fault & ServoFault.WATCHDOG
     assert monitor.latched == ServoFault.ENCODER
+
+
+def angles(monitor: ServoMonitor):
+    """Takes in angles of a servo at a time, and returns what is believed."""
+
+    def take(time, position, velocity=0):
+        row = Telemetry(position, velocity, 0, 0, 30, 120, 1, config().watchdog_counts, int(1e3 * time))
+        data = b"".join(register.encode(value) for register, value in zip(BLOCK, dataclasses.astuple(row), strict=True))
+        return monitor.take(Reply(Outcome.OK, time, time + 0.001, data=data))
+
+    return take
+
+
+def test_one_angle_that_jumps_is_left_out_and_two_in_a_row_are_a_fault():
+    monitor = ServoMonitor(config(), 0.0, 1000, 0)
+    take = angles(monitor)
+    assert take(1.0, 2048)
+    assert take(1.005, 2148) is None
+    assert monitor.fault == ServoFault.JUMPED and not monitor.latched, "one answer in 65536 is damaged unseen"
+    assert take(1.01, 2050)
+    assert not monitor.fault
+    assert take(1.015, 2148) is None
+    assert take(1.02, 2147) is None
+    assert monitor.latched == ServoFault.JUMPED
+    assert take(1.2, 2147) is None, "by now it could have turned so far"
+
+
+@pytest.mark.parametrize(("rate", "step"), [(3.0, 0.005), (-3.0, 0.01), (3.0, 0.1), (6.0, 0.005)])
+def test_an_angle_that_turns_as_fast_as_it_may_or_says_does_not_jump(rate, step):
+    monitor = ServoMonitor(config(), 0.0, 1000, 0)
+    take = angles(monitor)
+    for k in range(40):
+        assert take(1.0 + k * step, 2048 + round(rate * k * step / RADIANS_PER_TICK), round(rate / VELOCITY_UNIT))
+    assert not monitor.fault
+
+
+def test_a_question_that_was_held_up_is_no_jump():
+    """It is stamped before the computer hands it to the line."""
+    slow = config(latency=0.015)
+    monitor = ServoMonitor(slow, 0.0, 1000, 0)
+    take, rate = angles(monitor), 3.0
+    for k in range(40):
+        true = 1.0 + 0.005 * k
+        held_up = slow.latency if k == 20 else 0.0
+        position = 2048 + round(rate * (true + held_up - 1.0) / RADIANS_PER_TICK)
+        assert take(true, position, round(rate / VELOCITY_UNIT))
+    assert not monitor.fault
 
 
 # ---------------------------------------------------------------- units

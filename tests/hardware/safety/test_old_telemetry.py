@@ -34,7 +34,7 @@ class Vehicle:
             status=lambda: SimpleNamespace(conditions=frozenset(), authority=Authority.ENGAGED),
         )
         links = SimpleNamespace(
-            clock=SimpleNamespace(now=lambda: self.now), autopilot=autopilot, holding=False, grip_failed=False,
+            clock=SimpleNamespace(now=lambda: self.now), autopilot=autopilot, holding=False, gripped=False, grip_failed=False,
             servos=SimpleNamespace(read=lambda: SimpleNamespace(fault=ServoFault(0), state=BusState.FOLLOWING)),
             mocap=SimpleNamespace(read=lambda: self.pose), config=SimpleNamespace(rate=250.0),
         )  # fmt: skip

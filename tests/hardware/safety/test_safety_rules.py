@@ -121,7 +121,7 @@ def test_nothing_is_found_on_the_ground():
 
 
 def test_rules_of_the_mission_rest_while_none_flies():
-    for fault in (Fault.CONTROLLER, Fault.DEADLINES, Fault.SERVOS_STOPPED):
+    for fault in (Fault.CONTROLLER, Fault.DEADLINES, Fault.SERVOS_STOPPED, Fault.POSE_LATE):
         assert assess(replace(GOOD, **BROKEN[fault], commanding=False), 3.0) == []
 
 
@@ -130,7 +130,9 @@ def test_an_arm_that_nobody_commands_is_no_fault():
     assert assess(seen, 3.0) == []
 
 
-@pytest.mark.parametrize("name", ["speed", "tilt", "thrust_share", "force", "divergence", "disobedience", "battery"])
+@pytest.mark.parametrize(
+    "name", ["speed", "tilt", "thrust_share", "force", "divergence", "disobedience", "battery", "pose_age", "misfit"]
+)
 def test_what_is_unknown_breaks_no_rule(name):
     assert assess(replace(GOOD, **{name: math.nan}), 3.0) == []
 
@@ -141,6 +143,7 @@ def test_every_limit_is_used():
         "fence_high": ((9.0, 9.0, 9.0), Fault.FENCE), "tilt": (3.0, Fault.TILT), "speed": (9.0, Fault.SPEED),
         "thrust_share": (2.0, Fault.THRUST), "force": (99.0, Fault.FORCE), "divergence": (9.0, Fault.DIVERGENCE),
         "disobedience": (3.0, Fault.DISOBEDIENCE), "missed_ticks": (2.0, Fault.DEADLINES), "command_age": (9.0, Fault.CONTROLLER),
+        "pose_age": (2.0, Fault.POSE_LATE), "misfit": (9.0, Fault.INCONSISTENT),
         "low_battery": (0.12, Fault.BATTERY_LOW), "critical_battery": (0.01, Fault.BATTERY_CRITICAL),
     }  # fmt: skip
     assert set(wide) | {"fence_low"} == set(SafetySection.model_fields)

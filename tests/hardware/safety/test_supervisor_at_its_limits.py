@@ -22,6 +22,8 @@ AT = (-1.0, 0.7, 1.3)
 BOUNDS: list[tuple[Fault, str, Any, Any]] = [
     (Fault.TILT, "tilt", 0.599, 0.601),
     (Fault.DIVERGENCE, "divergence", 0.149, 0.151),
+    (Fault.POSE_LATE, "pose_age", 0.99, 1.01),
+    (Fault.INCONSISTENT, "misfit", 2.99, 3.01),
     (Fault.DISOBEDIENCE, "disobedience", 0.199, 0.201),
     (Fault.BATTERY_CRITICAL, "battery", 0.101, 0.099),
     (Fault.BATTERY_LOW, "battery", 0.201, 0.199),

@@ -68,6 +68,10 @@ class PoseSample:
     """Of a predicted pose, the measurement that it was carried on from."""
     track: int = 0
     """Grows by one whenever the body is found again after a gap longer than `stale_after`: it may be another body then."""
+    shift: Vector = (0.0, 0.0, 0.0)
+    """By how much the body has been seen to jump in all, without a gap in which it can have moved, world frame [m]."""
+    lateness: float = 0.0
+    """Age with which it arrived [s]."""
 
     @property
     def usable(self) -> bool:
@@ -119,11 +123,14 @@ def measured(
     frame_number: int,
     count: int,
     track: int = 0,
+    shift: Vector = (0.0, 0.0, 0.0),
+    lateness: float = 0.0,
 ) -> PoseSample:
     """Sample of a new measurement."""
     return PoseSample(
         time, read_only(position), read_only(to_attitude(quaternion)), read_only(quaternion), read_only(velocity),
-        read_only(body_rates), frame_number, count, MocapFault.NONE, 0.0, True, PoseQuality.MEASURED, track=track,
+        read_only(body_rates), frame_number, count, MocapFault.NONE, 0.0, True, PoseQuality.MEASURED, track=track, shift=shift,
+        lateness=lateness,
     )  # fmt: skip
 
 

@@ -109,6 +109,44 @@ def test_a_body_within_reach_that_is_taken_for_it_after_a_moment_is_doubted(seen
     assert seen.receiver.doubted
 
 
+@pytest.mark.parametrize("jump", [(0.03, 0.0, 0.0), (0.0, 0.1, 0.0)])
+def test_poses_that_jump_are_lost_until_they_jump_back(seen: Rig, jump: tuple[float, float, float]) -> None:
+    """They are near to where the autopilot is, and will be nearer once it has taken them in."""
+    seen.until_fresh()
+    before = seen.receiver.read().track
+    seen.emulator.faults.jump = jump
+    seen.until(lambda sample: sample.track > before)
+    end = CLOCK.now() + 1.0
+    while CLOCK.now() < end:
+        assert not seen.receiver.wait(seen.receiver.read(), 1.0).usable
+    seen.heal()
+    seen.until_fresh()
+
+
+def test_a_vehicle_that_takes_off_after_a_jump_believes_its_cameras(seen: Rig, autopilot: Inertial) -> None:
+    autopilot.armed = False
+    before = seen.receiver.read().track
+    seen.emulator.faults.jump = (0.1, 0.0, 0.0)
+    seen.until(lambda sample: sample.track > before)
+    autopilot.armed = True
+    for _ in range(20):
+        assert seen.until(lambda sample: sample.usable).usable
+
+
+def test_poses_that_something_else_contradicts_are_lost_until_the_vehicle_stands(
+    seen: Rig, autopilot: Inertial
+) -> None:
+    seen.until_fresh()
+    seen.receiver.distrust()
+    seen.until_lost()
+    CLOCK.sleep(1.0)
+    assert not seen.receiver.read().usable
+    autopilot.armed = False
+    seen.until_fresh()
+    autopilot.armed = True
+    seen.until_fresh()
+
+
 def test_a_vehicle_whose_markers_are_taken_for_each_other_is_lost(seen: Rig, autopilot: Inertial) -> None:
     """A hexarotor looks the same after a sixth of a turn."""
     autopilot.turn = 0.8 * BELIEVED_TURN

@@ -1,0 +1,94 @@
+r"""Whether pose, joint angles and door fit together while the gripper holds the leaf.
+
+A held tip t goes round the hinge at its height. With the hinge off the map by h, which is stated to be about 0,
+
+.. math:: \|t - p_h - h\| = \rho, \qquad t_z = \zeta
+
+A Kalman filter knows h, ρ and ζ from what was measured before. A measurement that is many standard deviations off, or one that
+needs a hinge so far from the map, does not fit: the cameras' frame or a joint angle drifts, or the tip slips.
+
+A drift along the circle looks like a leaf that swings. It shows once the leaf has turned.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from doorman.model import Model
+
+Array = NDArray[np.float64]
+
+EVERY = 0.1
+"""Between measurements, each an average: the noise of poses is a new one by then [s]."""
+
+
+class HeldTip:
+    """Follows one tip from the moment at which the gripper holds.
+
+    Args:
+        model: Model of the scenario; its hinge is plumb.
+    """
+
+    def __init__(self, model: Model) -> None:
+        settings = model.scenario.estimation
+        self._coupling, self._hinge = model.coupling, model.door.hinge_position
+        self._noise = (settings.angle_noise * model.coupling.lever_length) ** 2
+        self._doubt, self._walk = settings.door_place_deviation**2, settings.frame_walk**2
+        self._most = model.scenario.safety.misfit
+        self.let_go()
+
+    @classmethod
+    def of(cls, model: Model) -> HeldTip | None:
+        """For a scenario; None where no tip is held, or the hinge is not plumb."""
+        return cls(model) if model.scenario.contact.kind == "grip" and model.door.vertical else None
+
+    def let_go(self) -> None:
+        """The gripper does not hold any more."""
+        self._known: Array | None = None  # hx, hy, ρ, ζ
+        self._covariance = np.zeros((4, 4))
+        self._sum, self._count, self._since = np.zeros(3), 0, math.nan
+        self.misfit = 0.0
+        """By how much the last average does not fit, in standard deviations."""
+
+    def take(self, position: Array, attitude: Array, arm_angles: Array, now: float) -> None:
+        """Take in what is measured at one time."""
+        self._since = now if self._count == 0 else self._since
+        self._sum = self._sum + position + self._coupling.tips(attitude[None], arm_angles[None])[0]
+        self._count += 1
+        if now - self._since >= EVERY:
+            away = self._sum / self._count - self._hinge
+            if self._known is None:
+                self._begin(away)
+            else:
+                self._follow(away, now - self._since)
+            self._sum, self._count = np.zeros(3), 0
+
+    def _begin(self, away: Array) -> None:
+        radius = float(np.hypot(away[0], away[1]))
+        slope = np.array([-away[0] / radius, -away[1] / radius])  # of ρ by h
+        self._known = np.array([0.0, 0.0, radius, away[2]])
+        self._covariance[:2, :2] = self._doubt * np.eye(2)
+        self._covariance[:2, 2] = self._covariance[2, :2] = self._doubt * slope
+        self._covariance[2, 2] = self._doubt + self._noise
+        self._covariance[3, 3] = self._noise
+
+    def _follow(self, away: Array, elapsed: float) -> None:
+        assert self._known is not None
+        self._covariance[0, 0] += self._walk * elapsed
+        self._covariance[1, 1] += self._walk * elapsed
+        from_hinge = away[:2] - self._known[:2]
+        radius = float(np.hypot(from_hinge[0], from_hinge[1]))
+        rows = np.array([[*(-from_hinge / radius), -1.0, 0.0], [0.0, 0.0, 0.0, -1.0]])
+        off = np.array([radius - self._known[2], away[2] - self._known[3]])
+        spread = self._covariance @ rows.T
+        variance = rows @ spread + self._noise * np.eye(2)
+        misfits = np.abs(off) / np.sqrt(np.diag(variance))
+        gain = spread @ np.linalg.inv(variance)
+        known = self._known - gain @ off
+        place = float(np.hypot(known[0], known[1])) / math.sqrt(self._doubt) if self._doubt > 0.0 else 0.0
+        self.misfit = max(float(misfits.max()), place)
+        if self.misfit <= self._most:
+            self._known, self._covariance = known, self._covariance - gain @ spread.T

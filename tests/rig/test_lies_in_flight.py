@@ -1,0 +1,171 @@
+"""What lies in flight: cameras that jump or drift, poses that come late, servos and grippers that do not tell the truth.
+
+Each flight has one lie, in one phase with contact. Nothing is touched, its cause is told, and none says that it is completed.
+Only a gripper ties the tip to a circle: a drift is not told to a vehicle that pushes.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+from flight_rig import SCENARIO, Flight, FlightRig, until
+
+from doorman.flight import End
+from doorman.hardware.safety import Fault
+
+GRIPS = SCENARIO == "paper"
+Injection = Callable[[FlightRig, Flight], object]
+JUMP = "rig.mocap.faults.jump"
+STOPS = "rig.servos.plant._gripper._stops"
+"""Angles between which the fingers can move."""
+OPEN_STOPS = (0.0, 0.8)
+HALF = 0.45
+"""Angle at which a gripper is stuck: neither open nor closed [rad]."""
+
+
+def jump(*by: float) -> Injection:
+    """The cameras see the vehicle elsewhere from now on [m]."""
+    return lambda rig, _: rig.far.set(JUMP, by)
+
+
+def drift(*rate: float) -> Injection:
+    """The cameras' frame moves from now on [m/s]."""
+
+    def inject(rig: FlightRig, flight: Flight) -> None:
+        def move() -> None:
+            began = time.monotonic()
+            while flight.report is None and (spent := time.monotonic() - began) < 30.0:
+                rig.far.set(JUMP, tuple(spent * part for part in rate))
+                time.sleep(0.05)
+
+        threading.Thread(target=move, daemon=True).start()
+
+    return inject
+
+
+def turn(servo: int, degrees: float) -> Injection:
+    """A servo has another zero from now on."""
+    return lambda rig, _: rig.far.call("set_register", servo, "homing offset", round(degrees / 360.0 * 4096))
+
+
+def late(seconds: float) -> Injection:
+    return lambda rig, _: rig.far.set("rig.mocap.faults.delay", seconds)
+
+
+def spring(current: float) -> Injection:
+    """A spring that the gripper's servo cannot work against [A]."""
+    return lambda rig, _: rig.far.call("set_spring", current)
+
+
+def stops(low: float, high: float) -> Injection:
+    return lambda rig, _: rig.far.set(STOPS, (low, high))
+
+
+@dataclass(frozen=True)
+class Lie:
+    """One lie, where it begins, and as what it is told."""
+
+    inject: Injection
+    phase: str
+    after: float
+    """In that phase [s]."""
+    told: Fault
+    """What is found first."""
+    felt: str = ""
+    """With which words the mission gives up, where it feels it before."""
+
+
+PHASES = {"touch": ("touch", 1.0), "swing": ("open", 1.5), "release": ("release", 0.5)}
+
+
+def cases() -> dict[str, Lie]:
+    """All flights, by name."""
+    made: dict[str, Lie] = {}
+    for size in (0.03, 0.1):
+        for axis, by in (("x", (size, 0.0, 0.0)), ("y", (0.0, size, 0.0)), ("-y", (0.0, -size, 0.0))):
+            for when in ("touch", "swing", "release"):
+                made[f"jump {axis} {100 * size:g} cm, {when}"] = Lie(jump(*by), *PHASES[when], Fault.POSE_JUMPED)
+    for size in (0.01, 0.02, 0.05) if GRIPS else ():
+        for axis, by in (("x", (size, 0.0, 0.0)), ("y", (0.0, size, 0.0))):
+            for when in ("touch", "swing", "release"):
+                made[f"drift {axis} {100 * size:g} cm/s, {when}"] = Lie(drift(*by), *PHASES[when], Fault.INCONSISTENT)
+    for number, (servo, degrees) in enumerate((s, d) for s in (1, 2, 3, 4) for d in (5.0, -5.0, 15.0, -15.0)):
+        when = ("swing", "touch", "release")[number % 3]
+        made[f"servo {servo} {degrees:+g}°, {when}"] = Lie(turn(servo, degrees), *PHASES[when], Fault.SERVOS_JUMPED)
+    for when in ("touch", "swing"):
+        made[f"poses 60 ms late, {when}"] = Lie(late(0.06), *PHASES[when], Fault.POSE_LATE)
+    return made | grippers() if GRIPS else made
+
+
+def grippers() -> dict[str, Lie]:
+    """A gripper that lies, or is stuck."""
+    stuck, loose = Fault.GRIPPER, "the gripper does not hold the leaf"
+    return {
+        "gripper +26°, swing": Lie(turn(5, 26.0), *PHASES["swing"], Fault.SERVOS_JUMPED),
+        "gripper -26°, swing": Lie(turn(5, -26.0), *PHASES["swing"], Fault.SERVOS_JUMPED),
+        "gripper stuck open, touch": Lie(stops(0.0, 0.1), "approach", 0.0, stuck, loose),
+        "gripper opens, swing": Lie(spring(3.0), *PHASES["swing"], stuck, loose),
+        "gripper stuck half open, touch": Lie(stops(0.0, HALF), "approach", 0.0, stuck, loose),
+        "gripper stuck half open, swing": Lie(stops(HALF, 0.8), *PHASES["swing"], stuck),
+    }
+
+
+LIES = cases()
+ALL = os.environ.get("DOORMAN_LIES") == "all"
+QUICK = (
+    "jump y 3 cm, swing", "jump x 10 cm, touch", "drift y 5 cm/s, swing", "drift x 2 cm/s, touch", "servo 2 -15°, touch",
+    "gripper +26°, swing", "gripper stuck half open, swing", "poses 60 ms late, swing",
+)  # fmt: skip
+"""One of each kind; DOORMAN_LIES=all in the environment has all of them flown."""
+
+
+@pytest.fixture(autouse=True)
+def fingers_as_they_were(rig: FlightRig):
+    yield
+    if GRIPS:
+        rig.far.set(STOPS, OPEN_STOPS)
+
+
+def down(rig: FlightRig) -> bool:
+    return not rig.snapshot.motors
+
+
+@pytest.mark.parametrize("name", LIES if ALL else [name for name in QUICK if name in LIES])
+def test_what_lies_is_told_and_nothing_is_touched(
+    rig: FlightRig, name: str, record_property: Callable[[str, object], None]
+) -> None:
+    lie = LIES[name]
+    flight = rig.flight().begin().until_phase(lie.phase)
+    time.sleep(lie.after)
+    phase, angle, began = flight.session.phase, math.degrees(rig.snapshot.truth.door_angle), time.monotonic()
+    lie.inject(rig, flight)
+    report = flight.end()
+    until(lambda: down(rig), f"motors off: {flight.told()}")
+    truth = rig.snapshot.truth
+    row = {
+        "case": name, "phase": phase, "door": round(angle, 1), "end": report.end.name, "completed": report.completed,
+        "message": report.message, "findings": [(one.fault.name, round(one.time - began, 2)) for one in report.findings],
+        "touched": sorted(rig.collided), "place": truth.position.round(2).tolist(),
+        "door at the end": round(float(np.degrees(truth.door_angle)), 1),
+    }  # fmt: skip
+    for key, value in row.items():
+        record_property(key, value)
+    if table := os.environ.get("DOORMAN_LIES_TABLE"):
+        with Path(table).open("a", encoding="utf-8") as stream:
+            stream.write(json.dumps(row) + "\n")
+    assert not rig.collided, row
+    assert report.end is End.LANDED, row
+    assert not report.completed, row
+    if lie.felt and report.message == lie.felt:
+        return
+    assert report.findings and report.findings[0].fault is lie.told, row
+    assert report.message == lie.told.value, row
