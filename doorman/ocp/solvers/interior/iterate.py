@@ -67,6 +67,7 @@ def search(model: object, work: Workspace, interior: Interior, max_iterations: i
             rows.first_slacks(work, interior)
             rows.measure(model, work, interior)
             numbers[NUMBER.FIRST] = numbers[NUMBER.INFEASIBILITY]
+            damp(work, interior)
         elif rows.error(work, interior, 0.0) <= _TOLERANCE:
             rows.export_multipliers(work, interior)
             return CONVERGED
@@ -94,6 +95,18 @@ def begin(model: object, work: Workspace, interior: Interior) -> None:
     interior.costates[:, :] = 0.0
     interior.duals[:, :] = 0.0
     interior.numbers[:] = 0.0
+
+
+@kernel
+def damp(work: Workspace, interior: Interior) -> None:
+    """Damp the first steps by the bounds of inputs that an undamped one would cross."""
+    regularization = 0.0
+    for _ in range(_SWEEPS):
+        if newton.sweep(work, interior, regularization):
+            newton.step_along(work, interior)
+            rows.raise_reached(work, interior)
+            return
+        regularization = max(100.0 * regularization, _FIRST_REGULARIZATION * interior.numbers[NUMBER.SCALE])
 
 
 @kernel

@@ -56,11 +56,10 @@ def push_inside(work: Workspace) -> None:
 def first_slacks(work: Workspace, interior: Interior) -> None:
     """Set the first slacks and multipliers, and the scale of the cost.
 
-    Rows and bounds of states that are far off begin at their centre, z = τ/s. With more they would weigh on the first steps as
-    active ones do, all of them together more than the cost. Bounds of inputs begin above it: they damp the first steps.
+    Rows and bounds that are far off begin at their centre, z = τ/s. With more they would weigh on the first steps as active
+    ones do, all of them together more than the cost.
     """
-    numbers, steepest, nx = interior.numbers, 0.0, len(work.sizes.states)
-    first = work.sizes.rows + work.sizes.end_rows + work.sizes.input_rows
+    numbers, steepest = interior.numbers, 0.0
     for k in range(interior.gradients.shape[0]):
         for i in range(interior.gradients.shape[1]):
             steepest = max(steepest, abs(interior.gradients[k, i]))
@@ -72,9 +71,24 @@ def first_slacks(work: Workspace, interior: Interior) -> None:
             interior.slacks[k, i] = max(-interior.values[k, i], _PUSH)
             interior.duals[k, i] = 0.0
             if interior.applies[k, i] and not interior.equal[i]:
-                of_input = i >= first and work.program.bounded[i - first] >= nx
-                centre = numbers[NUMBER.BARRIER] / interior.slacks[k, i]
-                interior.duals[k, i] = scale if of_input else min(scale, centre)
+                interior.duals[k, i] = min(scale, numbers[NUMBER.BARRIER] / interior.slacks[k, i])
+
+
+@kernel
+def raise_reached(work: Workspace, interior: Interior) -> None:
+    """Set the first multipliers of those bounds of inputs to the scale of the cost that the step would cross at some node.
+
+    They damp the first steps. A bound that is farther off changes nothing.
+    """
+    nx, first = len(work.sizes.states), work.sizes.rows + work.sizes.end_rows + work.sizes.input_rows
+    for i in range(first, interior.values.shape[1]):
+        if work.program.bounded[i - first] >= nx:
+            reached = False
+            for k in range(interior.values.shape[0]):
+                reached |= bool(interior.applies[k, i]) and interior.slacks[k, i] + interior.slack_steps[k, i] <= 0.0
+            for k in range(interior.values.shape[0] if reached else 0):
+                if interior.applies[k, i]:
+                    interior.duals[k, i] = interior.numbers[NUMBER.SCALE]
 
 
 @kernel
