@@ -10,6 +10,13 @@ from doorman.ocp.solvers.iterations.nominal import total_cost
 from doorman.ocp.solvers.result import RESULT
 from doorman.ocp.solvers.workspace import Workspace
 
+FIRST_PENALTY = 30.0
+"""First penalty w of equalities, in units of the scaled cost: a guess may be far from them, or unable to reach them to first
+order, and multipliers that then grow at once bend the Lagrangian more than the cost does."""
+LARGEST_PENALTY = 1e7
+"""With so much, multipliers follow in one step more than Newton's."""
+_NEARER = 0.1
+_DEARER = 10.0
 _PUSH = 0.01
 """First slacks and distances of inputs from their bounds are no smaller: share of the room between bounds, at most 1."""
 _RELAXED = 1e-8
@@ -66,12 +73,40 @@ def first_slacks(work: Workspace, interior: Interior) -> None:
     scale = max(1.0, 0.01 * steepest)
     numbers[NUMBER.SCALE] = scale
     numbers[NUMBER.BARRIER] = 0.1 * scale
+    numbers[NUMBER.PENALTY] = FIRST_PENALTY * scale
+    numbers[NUMBER.UNEQUAL] = np.inf
     for k in range(interior.values.shape[0]):
         for i in range(interior.values.shape[1]):
             interior.slacks[k, i] = max(-interior.values[k, i], _PUSH)
             interior.duals[k, i] = 0.0
             if interior.applies[k, i] and not interior.equal[i]:
                 interior.duals[k, i] = min(scale, numbers[NUMBER.BARRIER] / interior.slacks[k, i])
+    price_equalities(interior)
+
+
+@kernel
+def price_equalities(interior: Interior) -> None:
+    """Multipliers y + w c that the augmented Lagrangian gives the equalities."""
+    for k in range(interior.values.shape[0]):
+        for i in range(interior.values.shape[1]):
+            if interior.applies[k, i] and interior.equal[i]:
+                penalty = interior.numbers[NUMBER.PENALTY]
+                interior.duals[k, i] = interior.estimates[k, i] + penalty * interior.values[k, i]
+
+
+@kernel
+def move_estimates(interior: Interior) -> None:
+    """Take the multipliers y + w c for the next y; equalities that have not come nearer to zero cost more from then on."""
+    numbers, worst = interior.numbers, 0.0
+    for k in range(interior.values.shape[0]):
+        for i in range(interior.values.shape[1]):
+            if interior.applies[k, i] and interior.equal[i]:
+                interior.estimates[k, i] = interior.duals[k, i]
+                worst = max(worst, abs(interior.values[k, i]))
+    if worst > _NEARER * numbers[NUMBER.UNEQUAL]:
+        numbers[NUMBER.PENALTY] = min(_DEARER * numbers[NUMBER.PENALTY], LARGEST_PENALTY * numbers[NUMBER.SCALE])
+    numbers[NUMBER.UNEQUAL] = worst
+    price_equalities(interior)
 
 
 @kernel
@@ -94,7 +129,7 @@ def raise_reached(work: Workspace, interior: Interior) -> None:
 @kernel
 def measure(model: object, work: Workspace, interior: Interior) -> None:
     """Infeasibility θ and barrier function φ of the nominal trajectory, after its linearisation and `fill_values`."""
-    infeasibility, logarithms = 0.0, 0.0
+    infeasibility, logarithms, equalities = 0.0, 0.0, 0.0
     nx = len(work.sizes.states)
     for k in range(work.nominal.inputs.shape[0]):
         for i in range(nx):
@@ -102,19 +137,23 @@ def measure(model: object, work: Workspace, interior: Interior) -> None:
     for k in range(interior.values.shape[0]):
         for i in range(interior.values.shape[1]):
             if interior.applies[k, i] and interior.equal[i]:
-                infeasibility += abs(interior.values[k, i])
+                c = interior.values[k, i]
+                equalities += (interior.estimates[k, i] + 0.5 * interior.numbers[NUMBER.PENALTY] * c) * c
             elif interior.applies[k, i]:
                 infeasibility += abs(interior.values[k, i] + interior.slacks[k, i])
                 logarithms += np.log(interior.slacks[k, i])
     cost = total_cost(model, work, work.nominal)
     work.result[RESULT.COST] = cost
     interior.numbers[NUMBER.INFEASIBILITY] = infeasibility
-    interior.numbers[NUMBER.BARRIER_COST] = cost - interior.numbers[NUMBER.BARRIER] * logarithms
+    interior.numbers[NUMBER.BARRIER_COST] = cost - interior.numbers[NUMBER.BARRIER] * logarithms + equalities
 
 
 @kernel
 def error(work: Workspace, interior: Interior, barrier: float) -> float:
-    """Largest residual of the conditions of the barrier problem, in units of the scaled cost."""
+    """Largest residual of the conditions of the barrier problem, in units of the scaled cost; of the problem itself for τ = 0.
+
+    Equalities hold only in the problem itself, barrier problems have an augmented Lagrangian for them.
+    """
     nx, nu, n = len(work.sizes.states), len(work.sizes.inputs), work.nominal.inputs.shape[0]
     r, scale, worst = interior.residual, interior.numbers[NUMBER.SCALE], 0.0
     for k in range(n + 1):
@@ -137,7 +176,8 @@ def error(work: Workspace, interior: Interior, barrier: float) -> float:
             worst = max(worst, abs(r[i]))
         for i in range(interior.values.shape[1]):
             if interior.applies[k, i] and interior.equal[i]:
-                worst = max(worst, scale * abs(interior.values[k, i]))
+                if barrier == 0.0:
+                    worst = max(worst, scale * abs(interior.values[k, i]))
             elif interior.applies[k, i]:
                 slack = interior.slacks[k, i]
                 worst = max(worst, abs(slack * interior.duals[k, i] - barrier))
