@@ -19,6 +19,8 @@ _NEARER = 0.1
 _DEARER = 10.0
 _PUSH = 0.01
 """First slacks and distances of inputs from their bounds are no smaller: share of the room between bounds, at most 1."""
+_STEPS = 10.0
+"""A bound of an input is in reach if it lies within so many first steps: the order of magnitude is what a first step is good for."""
 _RELAXED = 1e-8
 """Rows may be violated by so much, so that there is an inside."""
 
@@ -111,6 +113,48 @@ def move_estimates(interior: Interior) -> None:
 
 @kernel
 def raise_reached(work: Workspace, interior: Interior) -> None:
+    """Set the first multipliers of inputs' bounds to the scale of the cost where the step says that these bounds may be reached.
+
+    They damp the first steps. Bounds that are far off for the step damp nothing: a solve without them goes the same way.
+    """
+    nx, first = len(work.sizes.states), work.sizes.rows + work.sizes.end_rows + work.sizes.input_rows
+    for a in range(nx, nx + len(work.sizes.inputs)):
+        reached = False
+        for i in range(first, interior.values.shape[1]):
+            for k in range(interior.input_steps.shape[0] if work.program.bounded[i - first] == a else 0):
+                reached |= interior.slacks[k, i] + _STEPS * interior.slack_steps[k, i] <= 0.0
+        for i in range(first, interior.values.shape[1]):
+            for k in range(interior.input_steps.shape[0] if reached and work.program.bounded[i - first] == a else 0):
+                interior.duals[k, i] = interior.numbers[NUMBER.SCALE]
+
+
+@kernel
+def price_equalities(interior: Interior) -> None:
+    """Multipliers y + w c that the augmented Lagrangian gives the equalities."""
+    for k in range(interior.values.shape[0]):
+        for i in range(interior.values.shape[1]):
+            if interior.applies[k, i] and interior.equal[i]:
+                penalty = interior.numbers[NUMBER.PENALTY]
+                interior.duals[k, i] = interior.estimates[k, i] + penalty * interior.values[k, i]
+
+
+@kernel
+def move_estimates(interior: Interior) -> None:
+    """Take the multipliers y + w c for the next y; equalities that have not come nearer to zero cost more from then on."""
+    numbers, worst = interior.numbers, 0.0
+    for k in range(interior.values.shape[0]):
+        for i in range(interior.values.shape[1]):
+            if interior.applies[k, i] and interior.equal[i]:
+                interior.estimates[k, i] = interior.duals[k, i]
+                worst = max(worst, abs(interior.values[k, i]))
+    if worst > _NEARER * numbers[NUMBER.UNEQUAL]:
+        numbers[NUMBER.PENALTY] = min(_DEARER * numbers[NUMBER.PENALTY], LARGEST_PENALTY * numbers[NUMBER.SCALE])
+    numbers[NUMBER.UNEQUAL] = worst
+    price_equalities(interior)
+
+
+@kernel
+def raise_reached(work: Workspace, interior: Interior) -> None:
     """Set the first multipliers of those bounds of inputs to the scale of the cost that the step would cross at some node.
 
     They damp the first steps. A bound that is farther off changes nothing.
@@ -120,7 +164,7 @@ def raise_reached(work: Workspace, interior: Interior) -> None:
         if work.program.bounded[i - first] >= nx:
             reached = False
             for k in range(interior.values.shape[0]):
-                reached |= bool(interior.applies[k, i]) and interior.slacks[k, i] + interior.slack_steps[k, i] <= 0.0
+                reached |= bool(interior.applies[k, i]) and interior.slacks[k, i] + _STEPS * interior.slack_steps[k, i] <= 0.0
             for k in range(interior.values.shape[0] if reached else 0):
                 if interior.applies[k, i]:
                     interior.duals[k, i] = interior.numbers[NUMBER.SCALE]
