@@ -26,8 +26,8 @@ if TYPE_CHECKING:  # the types of the names below; no layer hides an import here
     from doorman.ocp.symbolic_model import SymbolicModel
 
 __all__ = [
-    "AugmentedLagrangian", "Bounds", "Cddp", "Constraint", "Cost", "FreeTime", "Hybrid", "Iterate", "PlanStatus", "Problem", "PythonModel",
-    "QuadraticCost", "Residual", "Solution", "Solver", "SolverOptions", "SymbolicModel", "runge_kutta",
+    "AugmentedLagrangian", "Bounds", "Cddp", "Constraint", "Cost", "FreeTime", "Hybrid", "Iterate", "PlanStatus", "Problem",
+    "PythonModel", "QuadraticCost", "Residual", "Solution", "Solver", "SolverOptions", "SymbolicModel", "runge_kutta",
 ]  # fmt: skip
 
 _MODULES = {

@@ -104,12 +104,14 @@ class SymbolicModel:
             second_derivatives: Print the Hessian of the Lagrangian, too: solvers then search by `SolverOptions.hessian`.
                 Without it they compile sooner. If not given, they are printed unless they would take minutes to compile, as
                 with more than some fifteen states.
+            free_time: Bounds and cost of the duration, where the solver chooses it.
 
         Returns:
             The problem.
 
         Raises:
-            SolverError: if an expression contains an unknown symbol or an operation without translation, or a name twice.
+            SolverError: if an expression contains an unknown symbol or an operation without translation, or a name twice, or
+                the guess of a free time is outside its bounds.
             DimensionError: if a size does not fit.
         """
         check_count("horizon", horizon, 1)
@@ -126,7 +128,10 @@ class SymbolicModel:
         check_guess(free_time, horizon * time_step)
         if self.integrator == "discrete":
             raise SolverError(
-                "discrete dynamics have no duration", field="free_time", given=self.integrator, allowed='"rk4" or "euler"'
+                "discrete dynamics have no duration",
+                field="free_time",
+                given=self.integrator,
+                allowed='"rk4" or "euler"',
             )
         first = np.eye(horizon + 1, 1)
         hidden = hidden_numbers(cost, time_step, free_time)
@@ -157,7 +162,11 @@ class SymbolicModel:
         return module_text(self._expressions(constraints, costs), second_derivatives)
 
     def _free_text(
-        self, constraints: Sequence[Constraint], costs: Sequence[Cost | Residual], second_derivatives: bool | None, full: bool
+        self,
+        constraints: Sequence[Constraint],
+        costs: Sequence[Cost | Residual],
+        second_derivatives: bool | None,
+        full: bool,
     ) -> str:
         """Text of a problem whose duration is free: that of a model with its stretch."""
         whole = Stretched.of(self.x, self.u, self.step, self.time_step, self.node_parameters, full)

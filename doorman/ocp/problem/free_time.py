@@ -27,6 +27,7 @@ from doorman.ocp.problem.terms import Cost, Residual
 
 Array = NDArray[np.float64]
 
+
 @dataclass(frozen=True, eq=False)
 class Stretched:
     """Symbols and expressions of a model with its stretch."""
@@ -104,10 +105,16 @@ def stretched_cost(cost: QuadraticCost) -> QuadraticCost:
 def stretched_bounds(bounds: Bounds, nx: int, nu: int, free_time: FreeTime, guess: float) -> Bounds:
     """Bounds with those of the stretch, as the ratio of durations to the guess."""
     own = bounds.of_sizes(nx, nu)
-    return Bounds(
-        np.append(own.state_lower, -np.inf), np.append(own.state_upper, np.inf),
-        np.append(own.input_lower, free_time.lower / guess), np.append(own.input_upper, free_time.upper / guess),
-    )  # fmt: skip
+    ends = (
+        (own.state_lower, -np.inf),
+        (own.state_upper, np.inf),
+        (own.input_lower, free_time.lower),
+        (own.input_upper, free_time.upper),
+    )
+    state_lower, state_upper, input_lower, input_upper = (np.append(np.asarray(given), more) for given, more in ends)
+    input_lower[-1] /= guess
+    input_upper[-1] /= guess
+    return Bounds(state_lower, state_upper, input_lower, input_upper)
 
 
 def check_guess(free_time: FreeTime, guess: float) -> None:

@@ -81,7 +81,10 @@ class FreeTime:
         number(self.weight, "free_time.weight")
         if not (0.0 < number(self.lower, "free_time.lower", "> 0 s") < self.upper):
             raise DimensionError(
-                "not a range of durations", field="free_time", given=(self.lower, self.upper), allowed="0 < lower < upper"
+                "not a range of durations",
+                field="free_time",
+                given=(self.lower, self.upper),
+                allowed="0 < lower < upper",
             )
 
 

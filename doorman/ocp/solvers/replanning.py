@@ -308,7 +308,8 @@ class Replanner(Cddp):
     def _forget_last(self) -> None:
         """There is no trajectory to follow."""
         self._started, self._last_cost, self._last_time_step = False, math.inf, self._problem.time_step
-        self._last_inputs, self._last_state = self._work.nominal.inputs.copy(), self._work.nominal.states[0].copy()
+        self._last_inputs: Array = self._work.nominal.inputs.copy()
+        self._last_state: Array = self._work.nominal.states[0].copy()
 
     def _compile_follow(self) -> None:
         follow(self._model, self._memory, self._problem.cost.state_goal.copy(), -1.0, 2, 1, 0, 0.0, True, 0.0)

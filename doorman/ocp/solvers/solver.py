@@ -96,7 +96,10 @@ class Solver(Engine):
         x = checked_state(state, self._problem)
         if time_step is not None and (self._problem.free_time is None or not number(time_step, "time_step") > 0.0):
             raise DimensionError(
-                "no guess of a free time", field="time_step", given=time_step, allowed="> 0 s, of a problem with free_time"
+                "no guess of a free time",
+                field="time_step",
+                given=time_step,
+                allowed="> 0 s, of a problem with free_time",
             )
         if warm_start is not None:
             if not (inputs is None and states is None and multipliers is None):

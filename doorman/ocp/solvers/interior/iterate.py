@@ -6,9 +6,9 @@ has none of it. The barrier problems
 .. math:: \min\ J - \tau \textstyle\sum_i \ln s_i\quad\text{s.t.}\quad e = 0,\ c + s = 0
 
 are solved for a falling τ. Equalities have an augmented Lagrangian Σ (y c + w c²/2) in J, whose y and w move with τ: from a
-guess that cannot reach them to first order, Newton's step for c = 0 has no use. A step is accepted where it lowers the infeasibility θ = Σ|e| + Σ|c + s| or the barrier function φ,
-compared with all pairs that the search has left behind. Methods: Wächter and Biegler 2006 (barrier, filter, regularisation);
-Vanroye et al. 2023 (the same by Riccati sweeps).
+guess that cannot reach them to first order, Newton's step for c = 0 is of no use. A step is accepted where it lowers the
+infeasibility θ = Σ|e| + Σ|c + s| or the barrier function φ, compared with all pairs that the search has left behind. Methods:
+Wächter and Biegler 2006 (barrier, filter, regularisation); Vanroye et al. 2023 (the same by Riccati sweeps).
 """
 
 from __future__ import annotations

@@ -65,7 +65,8 @@ class Interior(NamedTuple):
         values, slacks, duals, estimates, slack_steps, dual_steps = (np.zeros((n + 1, rows)) for _ in range(6))
         return cls(
             applies=_applies(work), equal=_equalities(work), values=values, slacks=slacks, duals=duals,
-            estimates=estimates, slack_steps=slack_steps, dual_steps=dual_steps, costates=np.zeros((n, nx)), next_costates=np.zeros((n, nx)),
+            estimates=estimates, slack_steps=slack_steps, dual_steps=dual_steps,
+            costates=np.zeros((n, nx)), next_costates=np.zeros((n, nx)),
             gradients=np.zeros((n + 1, nx + nu)), hessians=np.zeros((n + 1, nx + nu, nx + nu)),
             behind=np.zeros((n, nx, narrow)), state_steps=np.zeros((n + 1, nx)), input_steps=np.zeros((n, nu)),
             residual=np.zeros(nx + nu), filter=np.zeros((FILTER_SIZE, 2)), numbers=np.zeros(len(Number._fields)),

@@ -5,8 +5,8 @@ With slacks, c + s = 0, and multipliers z, s z = τ, eliminated, every row adds
 .. math:: w\,c_z^T c_z\ \text{to the Hessian},\quad \big(\tau/s + w (c + s)\big)\,c_z^T\ \text{to the gradient},\quad w = z/s
 
 Equalities have no slack but a penalty w and multipliers y of either sign: the step is Newton's for the augmented Lagrangian, and
-w c + y takes the place of the gradient's factor. The Hessian is that of the Lagrangian. Where it is not convex enough for a minimum, a multiple of the identity is added, as in
-IPOPT (Wächter and Biegler 2006).
+w c + y takes the place of the gradient's factor. The Hessian is that of the Lagrangian. Where it is not convex enough for a
+minimum, a multiple of the identity is added, as in IPOPT (Wächter and Biegler 2006).
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ from doorman.ocp.solvers.sweeps.linear_algebra import copy_rows
 from doorman.ocp.solvers.sweeps.node_elimination import eliminate_inputs
 from doorman.ocp.solvers.sweeps.sweep import add_input_row
 from doorman.ocp.solvers.workspace import Workspace
+
 
 @kernel
 def expand(model: object, work: Workspace, interior: Interior) -> None:

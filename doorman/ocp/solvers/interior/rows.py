@@ -16,11 +16,13 @@ order, and multipliers that then grow at once bend the Lagrangian more than the 
 LARGEST_PENALTY = 1e7
 """With so much, multipliers follow in one step more than Newton's."""
 _NEARER = 0.1
+"""Equalities that are not down to this share when their multipliers move cost more from then on,"""
 _DEARER = 10.0
+"""by this factor."""
 _PUSH = 0.01
 """First slacks and distances of inputs from their bounds are no smaller: share of the room between bounds, at most 1."""
 _STEPS = 10.0
-"""A bound of an input is in reach if it lies within so many first steps: the order of magnitude is what a first step is good for."""
+"""A bound of an input is in reach if it lies within so many first steps: these are right to an order of magnitude."""
 _RELAXED = 1e-8
 """Rows may be violated by so much, so that there is an inside."""
 
@@ -126,48 +128,6 @@ def raise_reached(work: Workspace, interior: Interior) -> None:
         for i in range(first, interior.values.shape[1]):
             for k in range(interior.input_steps.shape[0] if reached and work.program.bounded[i - first] == a else 0):
                 interior.duals[k, i] = interior.numbers[NUMBER.SCALE]
-
-
-@kernel
-def price_equalities(interior: Interior) -> None:
-    """Multipliers y + w c that the augmented Lagrangian gives the equalities."""
-    for k in range(interior.values.shape[0]):
-        for i in range(interior.values.shape[1]):
-            if interior.applies[k, i] and interior.equal[i]:
-                penalty = interior.numbers[NUMBER.PENALTY]
-                interior.duals[k, i] = interior.estimates[k, i] + penalty * interior.values[k, i]
-
-
-@kernel
-def move_estimates(interior: Interior) -> None:
-    """Take the multipliers y + w c for the next y; equalities that have not come nearer to zero cost more from then on."""
-    numbers, worst = interior.numbers, 0.0
-    for k in range(interior.values.shape[0]):
-        for i in range(interior.values.shape[1]):
-            if interior.applies[k, i] and interior.equal[i]:
-                interior.estimates[k, i] = interior.duals[k, i]
-                worst = max(worst, abs(interior.values[k, i]))
-    if worst > _NEARER * numbers[NUMBER.UNEQUAL]:
-        numbers[NUMBER.PENALTY] = min(_DEARER * numbers[NUMBER.PENALTY], LARGEST_PENALTY * numbers[NUMBER.SCALE])
-    numbers[NUMBER.UNEQUAL] = worst
-    price_equalities(interior)
-
-
-@kernel
-def raise_reached(work: Workspace, interior: Interior) -> None:
-    """Set the first multipliers of those bounds of inputs to the scale of the cost that the step would cross at some node.
-
-    They damp the first steps. A bound that is farther off changes nothing.
-    """
-    nx, first = len(work.sizes.states), work.sizes.rows + work.sizes.end_rows + work.sizes.input_rows
-    for i in range(first, interior.values.shape[1]):
-        if work.program.bounded[i - first] >= nx:
-            reached = False
-            for k in range(interior.values.shape[0]):
-                reached |= bool(interior.applies[k, i]) and interior.slacks[k, i] + _STEPS * interior.slack_steps[k, i] <= 0.0
-            for k in range(interior.values.shape[0] if reached else 0):
-                if interior.applies[k, i]:
-                    interior.duals[k, i] = interior.numbers[NUMBER.SCALE]
 
 
 @kernel
