@@ -13,7 +13,7 @@ if TYPE_CHECKING:  # the types of the names below; no layer hides an import here
     from doorman.ocp.kernels import functions as functions
     from doorman.ocp.kernels.python_functions import runge_kutta
     from doorman.ocp.problem.costs import QuadraticCost
-    from doorman.ocp.problem.problem import Bounds, Problem
+    from doorman.ocp.problem.problem import Bounds, FreeTime, Problem
     from doorman.ocp.problem.terms import Constraint, Cost, Residual
     from doorman.ocp.python_model import PythonModel
     from doorman.ocp.solvers.al import AugmentedLagrangian
@@ -26,8 +26,8 @@ if TYPE_CHECKING:  # the types of the names below; no layer hides an import here
     from doorman.ocp.symbolic_model import SymbolicModel
 
 __all__ = [
-    "AugmentedLagrangian", "Bounds", "Cddp", "Constraint", "Cost", "Hybrid", "Iterate", "PlanStatus", "Problem", "PythonModel",
-    "QuadraticCost", "Residual", "Solution", "Solver", "SolverOptions", "SymbolicModel", "runge_kutta",
+    "AugmentedLagrangian", "Bounds", "Cddp", "Constraint", "Cost", "FreeTime", "Hybrid", "Iterate", "PlanStatus", "Problem",
+    "PythonModel", "QuadraticCost", "Residual", "Solution", "Solver", "SolverOptions", "SymbolicModel", "runge_kutta",
 ]  # fmt: skip
 
 _MODULES = {
@@ -36,6 +36,7 @@ _MODULES = {
     "Cddp": "solvers.cddp",
     "Constraint": "problem.terms",
     "Cost": "problem.terms",
+    "FreeTime": "problem.problem",
     "Hybrid": "solvers.hybrid",
     "Iterate": "solvers.telling",
     "PlanStatus": "solvers.solution",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any, NoReturn
 
 import casadi as ca
@@ -16,8 +17,9 @@ from doorman.ocp.kernels.printed.printed_problem import printed_problem
 from doorman.ocp.problem.columns import column
 from doorman.ocp.problem.costs import QuadraticCost
 from doorman.ocp.problem.expressions import Expressions
+from doorman.ocp.problem.free_time import Stretched, check_guess, hidden_numbers, stretched_bounds, stretched_cost
 from doorman.ocp.problem.integrators import INTEGRATORS, Integrator, discretized
-from doorman.ocp.problem.problem import Bounds, Problem, check_count
+from doorman.ocp.problem.problem import Bounds, FreeTime, Problem, check_count
 from doorman.ocp.problem.terms import Constraint, Cost, Residual
 
 
@@ -64,7 +66,8 @@ class SymbolicModel:
         self._rate, rate = right, ca.Function("rate", symbols, [right])
         self.step = discretized(lambda state: rate(state, *symbols[1:]), self.x, self.time_step, integrator, self.steps)
         """x⁺ in symbols, (nx, 1)."""
-        self._checked_step = self._inside(self._expression("domain", [] if domain is None else domain, inputs=False))
+        self._domain = self._expression("domain", [] if domain is None else domain, inputs=False)
+        self._checked_step = self._inside(self._domain)
 
     def __reduce__(self) -> NoReturn:
         raise TypeError(
@@ -85,12 +88,13 @@ class SymbolicModel:
         self, horizon: int, time_step: float, cost: QuadraticCost, *, bounds: Bounds | None = None,
         constraints: Sequence[Constraint] = (), costs: Sequence[Cost | Residual] = (),
         parameters: ArrayLike = (), node_parameters: ArrayLike | None = None, second_derivatives: bool | None = None,
+        free_time: FreeTime | None = None,
     ) -> Problem:  # fmt: skip
         """Problem of these dynamics; its kernels are compiled by the first solver of it, and kept on disk.
 
         Args:
             horizon: N, number of steps.
-            time_step: Δt [s].
+            time_step: Δt; with a free time, its guess [s].
             cost: Quadratic cost.
             bounds: Of states and inputs.
             constraints: Rows that must not be positive, lie between two ends, or are zero.
@@ -100,12 +104,14 @@ class SymbolicModel:
             second_derivatives: Print the Hessian of the Lagrangian, too: solvers then search by `SolverOptions.hessian`.
                 Without it they compile sooner. If not given, they are printed unless they would take minutes to compile, as
                 with more than some fifteen states.
+            free_time: Bounds and cost of the duration, where the solver chooses it.
 
         Returns:
             The problem.
 
         Raises:
-            SolverError: if an expression contains an unknown symbol or an operation without translation, or a name twice.
+            SolverError: if an expression contains an unknown symbol or an operation without translation, or a name twice, or
+                the guess of a free time is outside its bounds.
             DimensionError: if a size does not fit.
         """
         check_count("horizon", horizon, 1)
@@ -116,8 +122,25 @@ class SymbolicModel:
                 raise DimensionError("wrong length", field=name, given=found, allowed=str(size))
         shape = (horizon + 1, int(self.node_parameters.numel()))
         at_nodes = per_node(np.zeros(shape) if node_parameters is None else node_parameters, shape).copy()
-        text = self.text(constraints, costs, second_derivatives)
-        return printed_problem(text, horizon, time_step, cost, bounds, given, at_nodes)
+        if free_time is None:
+            text = self.text(constraints, costs, second_derivatives)
+            return printed_problem(text, horizon, time_step, cost, bounds, given, at_nodes)
+        check_guess(free_time, horizon * time_step)
+        if self.integrator == "discrete":
+            raise SolverError(
+                "discrete dynamics have no duration",
+                field="free_time",
+                given=self.integrator,
+                allowed='"rk4" or "euler"',
+            )
+        first = np.eye(horizon + 1, 1)
+        hidden = hidden_numbers(cost, time_step, free_time)
+        problem = printed_problem(
+            self._free_text(constraints, costs, second_derivatives, cost.is_full), horizon, time_step, stretched_cost(cost),
+            stretched_bounds(bounds or Bounds(), self.nx, self.nu, free_time, horizon * time_step),
+            np.concatenate([hidden, given]), np.concatenate([at_nodes, first], axis=1),
+        )  # fmt: skip
+        return replace(problem, free_time=free_time, hidden_parameters=len(hidden))
 
     def text(
         self,
@@ -137,6 +160,22 @@ class SymbolicModel:
             DimensionError: if a size does not fit.
         """
         return module_text(self._expressions(constraints, costs), second_derivatives)
+
+    def _free_text(
+        self,
+        constraints: Sequence[Constraint],
+        costs: Sequence[Cost | Residual],
+        second_derivatives: bool | None,
+        full: bool,
+    ) -> str:
+        """Text of a problem whose duration is free: that of a model with its stretch."""
+        whole = Stretched.of(self.x, self.u, self.step, self.time_step, self.node_parameters, full)
+        model = SymbolicModel(
+            whole.x, whole.u, whole.dynamics, parameters=ca.vertcat(whole.hidden, self.parameters),
+            node_parameters=whole.node_parameters, integrator="discrete", domain=self._domain,
+        )  # fmt: skip
+        _check_terms("costs", costs, (Cost, Residual))
+        return model.text(constraints, whole.costs(costs, full), second_derivatives)
 
     def _inside(self, domain: Any) -> Any:
         """x⁺ without a number in the rows that a violated domain depends on."""

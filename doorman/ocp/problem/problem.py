@@ -8,11 +8,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from doorman.checks import number
 from doorman.exceptions import DimensionError
 from doorman.ocp.problem.costs import QuadraticCost
 from doorman.one_line import OneLine
 
 Array = NDArray[np.float64]
+
+FIRST_GOAL = 2
+"""Place of the state's goal among the hidden parameters of a free time, after Δt and the weight of the duration."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -59,6 +63,31 @@ class Bounds(OneLine):
         return Bounds(**arrays)
 
 
+@dataclass(frozen=True)
+class FreeTime:
+    r"""A duration T of the horizon that the solver chooses.
+
+    J gets :math:`+ w T`, and costs of the stages become integrals over the chosen time. `horizon * time_step` is the guess of T.
+    """
+
+    lower: float
+    """Shortest duration, above 0 [s]."""
+    upper: float
+    """Longest duration; may be infinite [s]."""
+    weight: float = 1.0
+    """w, cost of a second [1/s]."""
+
+    def __post_init__(self) -> None:
+        number(self.weight, "free_time.weight")
+        if not (0.0 < number(self.lower, "free_time.lower", "> 0 s") < self.upper):
+            raise DimensionError(
+                "not a range of durations",
+                field="free_time",
+                given=(self.lower, self.upper),
+                allowed="0 < lower < upper",
+            )
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Problem(OneLine):
     r"""Minimise a cost subject to dynamics, constraints and bounds.
@@ -93,6 +122,11 @@ class Problem(OneLine):
     """Names for messages, of the rows of h, g and h_N in this order; numbered where none are given."""
     equalities: tuple[bool, ...] = ()
     """Which of these rows are zero instead of not positive; none if not given."""
+    free_time: FreeTime | None = None
+    """Where the duration is free; `time_step` then makes the guess of it. The last state is the stretch of the time step, and the
+    first value of the last input decides it: solvers neither take nor hand out these two."""
+    hidden_parameters: int = 0
+    """The model's first parameters that hold numbers of the problem, as a free time needs."""
 
     def __post_init__(self) -> None:
         for name, least in (
@@ -127,6 +161,16 @@ class Problem(OneLine):
     def nu(self) -> int:
         """Number of inputs."""
         return len(self.cost.input_goal)
+
+    @property
+    def given_states(self) -> int:
+        """Number of states that solvers take and hand out."""
+        return self.nx - (self.free_time is not None)
+
+    @property
+    def given_inputs(self) -> int:
+        """Number of inputs that solvers take and hand out."""
+        return self.nu - (self.free_time is not None)
 
 
 def check_count(field: str, given: object, least: int) -> None:

@@ -20,12 +20,14 @@ from doorman.ocp.solvers.arguments import copy_checked
 from doorman.ocp.solvers.iterations import cold_start, guess, nominal, rollout
 from doorman.ocp.solvers.iterations.augmented_lagrangian import PAUSED
 from doorman.ocp.solvers.iterations.careful import iterate_carefully
+from doorman.ocp.solvers.iterations.real_time import steer
 from doorman.ocp.solvers.kept import Kept
 from doorman.ocp.solvers.options import SolverOptions
 from doorman.ocp.solvers.parts import Multipliers
 from doorman.ocp.solvers.progress import compilation_told
 from doorman.ocp.solvers.result import RESULT
 from doorman.ocp.solvers.solution import PlanStatus
+from doorman.ocp.solvers.stretch import set_stretch
 from doorman.ocp.solvers.sweeps.stage_qp import StageQpSolver
 from doorman.ocp.solvers.telling import Teller
 from doorman.ocp.solvers.workspace import Workspace
@@ -55,6 +57,8 @@ class Engine(CopiedWhole, ABC):
         self._memory = held(self._work)
         self._qp = StageQpSolver(problem.nu, len(self._work.program.constraints))
         self._rollout_time, self._deadline, self._gave_up = 0.0, math.inf, False
+        self._prices: Multipliers | None = None
+        """Multipliers of the first guess, where they are given."""
         self._seen: Kept | None = None
         """The best feasible trajectory of the present solve that it has left behind."""
         self._given = False, False, False
@@ -89,17 +93,19 @@ class Engine(CopiedWhole, ABC):
 
     def _set_guess(
         self, state: Array, inputs: ArrayLike | None, states: ArrayLike | StateGuess | None,
-        multipliers: Multipliers | None,
+        multipliers: Multipliers | None, time_step: float | None = None,
     ) -> None:  # fmt: skip
         """Put what is given of a first guess into the workspace."""
-        work = self._work
+        work, problem = self._work, self._problem
         self._given = inputs is not None, states is not None, multipliers is not None
         if inputs is not None:
-            copy_checked("inputs", inputs, work.nominal.inputs)
+            copy_checked("inputs", inputs, work.nominal.inputs[:, : problem.given_inputs])
         if isinstance(states, str):
             self._draw_states(state, states, inputs is None)
         elif states is not None:
-            copy_checked("states", states, work.nominal.states)
+            copy_checked("states", states, work.nominal.states[:, : problem.given_states])
+        if problem.free_time is not None:
+            set_stretch(work.nominal, 1.0 if time_step is None else time_step / problem.time_step)
         for name in Multipliers._fields if multipliers is not None else ():
             copy_checked(f"multipliers.{name}", getattr(multipliers, name), getattr(work.multipliers, name))
 
@@ -215,6 +221,7 @@ class Engine(CopiedWhole, ABC):
         nominal.linearize(self._model, self._memory)
         nominal.measure_nominal(self._memory)
         nominal.nominal_cost(self._model, self._memory)
+        steer(self._model, self._memory)
         self._roll_out(0.0)
         self._accept()
 

@@ -36,11 +36,12 @@ class Kept:
         )  # fmt: skip
 
     @classmethod
-    def guess_of(cls, work: Workspace) -> Kept:
-        """The first guess of the present solve, without feedback and multipliers."""
+    def guess_of(cls, work: Workspace, multipliers: Multipliers | None) -> Kept:
+        """The first guess of the present solve, with the multipliers that were given and without feedback."""
         return cls(
             float(work.result[RESULT.GUESS]), work.guess.states.copy(), work.guess.inputs.copy(),
-            np.zeros_like(work.policy.gains), Multipliers(*(np.zeros_like(array) for array in work.multipliers)),
+            np.zeros_like(work.policy.gains),
+            multipliers or Multipliers(*(np.zeros_like(array) for array in work.multipliers)),
         )  # fmt: skip
 
     @property

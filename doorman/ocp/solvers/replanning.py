@@ -9,16 +9,24 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from doorman.checks import number, vector
+from doorman.checks import number
 from doorman.exceptions import DimensionError
-from doorman.ocp.solvers.arguments import checked_budget, read_only
+from doorman.ocp.solvers.arguments import checked_budget, checked_state, read_only
 from doorman.ocp.solvers.cddp import Cddp
 from doorman.ocp.solvers.engine import StateGuess
 from doorman.ocp.solvers.iterations import cold_start, guess, nominal, real_time, rollout
-from doorman.ocp.solvers.iterations.real_time import EXTRA_ITERATIONS, follow
+from doorman.ocp.solvers.iterations.real_time import (
+    EXTRA_ITERATIONS,
+    follow,
+    keep_better,
+    return_to_guess,
+    steer,
+)
+from doorman.ocp.solvers.kept import Kept
 from doorman.ocp.solvers.parts import Multipliers
 from doorman.ocp.solvers.result import RESULT
 from doorman.ocp.solvers.solution import PlanStatus
+from doorman.ocp.solvers.stretch import divide_rest, time_step_of
 from doorman.ocp.solvers.sweeps import sweep
 
 Array = NDArray[np.float64]
@@ -35,9 +43,6 @@ makes a start dearer by as much; the iteration then expects it."""
 
 _LATEST_SHIFT = 2
 """Steps of the previous trajectory in which the present state is looked for."""
-
-_FEW = 5
-"""Iterations of a replan that are over before anybody waits for an interrupt; more come back in between."""
 
 _RECOVERY_ITERATIONS = 40
 """Largest number of iterations of a replan that has to aim anew, where the caller gives no budget."""
@@ -64,19 +69,21 @@ class Replanner(Cddp):
         Without a trajectory to follow it is a solve from the input goal.
         """
         started = time.monotonic()
-        first = vector(state, self._problem.nx, "state")
+        first = checked_state(state, self._problem)
         if elapsed is not None:
             elapsed = number(elapsed, "elapsed", "a finite time [s]")
         budget = checked_budget(self._recovery_iterations() if max_iterations is None else max_iterations, time_limit)
         if not self._started:
             return self.run(first, max_iterations=budget, time_limit=time_limit)
         before, horizon = self._last_cost, self._problem.horizon
-        shift = -1.0 if elapsed is None else min(max(elapsed / self._problem.time_step, 0.0), horizon)
+        shift = -1.0 if elapsed is None else min(max(elapsed / self.time_step, 0.0), horizon)
         most, extra = (iterations, EXTRA_ITERATIONS) if max_iterations is None else (budget, 0)
-        status = self.follow(first, shift, _LATEST_SHIFT, most, time_limit, extra)
+        if self._problem.free_time is not None:
+            shift = self._divide_rest(first, shift)
+        status = self._follow(first, shift, _LATEST_SHIFT, most, time_limit, extra)
         done, left = self.iterations, time_limit - (time.monotonic() - started)
         if status is not PlanStatus.DIVERGED and self._is_dearer(before) and done < budget and left > 0.0:
-            status = self.follow(first, 0.0, _LATEST_SHIFT, min(iterations, budget - done), left, extra)
+            status = self._follow(first, 0.0, _LATEST_SHIFT, min(iterations, budget - done), left, extra)
             done, left = done + self.iterations, time_limit - (time.monotonic() - started)
         wild = self.change > JUMP or self._is_dearer(before) or self._is_far_off()
         if (not status.usable or wild) and done < budget and left > 0.0:
@@ -91,7 +98,8 @@ class Replanner(Cddp):
 
     def _is_dearer(self, before: float) -> bool:
         """Whether the rollout costs much more than the iteration expected, and than the trajectory before."""
-        return self.cost > _DEARER * max(before, float(self._work.result[RESULT.EXPECTED]))
+        result = self._work.result
+        return float(result[RESULT.ROLLED]) > _DEARER * max(before, float(result[RESULT.EXPECTED]))
 
     def _is_far_off(self) -> bool:
         """Whether the last sweep says that the trajectory is no optimum, where finding one anew takes little."""
@@ -103,16 +111,16 @@ class Replanner(Cddp):
         self._last_cost = self.cost if status.flyable else math.inf
 
     def _best(self, status: PlanStatus) -> PlanStatus:
-        best = status if self._aims else super()._best(status)
+        best = super()._best(status)
         self._note(best)
         return best
 
     def _set_guess(
         self, state: Array, inputs: ArrayLike | None, states: ArrayLike | StateGuess | None,
-        multipliers: Multipliers | None,
+        multipliers: Multipliers | None, time_step: float | None = None,
     ) -> None:  # fmt: skip
         self._started = False  # an interrupt leaves no trajectory to follow
-        super()._set_guess(state, inputs, states, multipliers)
+        super()._set_guess(state, inputs, states, multipliers, time_step)
 
     def aim_anew(
         self, state: Array, followed: PlanStatus, max_iterations: int, time_limit: float
@@ -121,30 +129,38 @@ class Replanner(Cddp):
 
         The trajectory that costs less stays in the solver's memory, if both are usable; or that of `follow`, if neither is.
         """
-        before, cost = (self.trajectory(), self.cost) if followed.usable else (None, math.inf)
-        self._aims = True  # a guess without feedback is worth less than what was followed
-        try:
-            status, iterations = self._aim(state, max_iterations, time_limit)
-        finally:
-            self._aims = False
-        if before is None or (status.usable and self.cost <= cost):
+        before = Kept.of(self._work, self.cost) if followed.usable else None
+        status, iterations = self._aim(state, max_iterations, time_limit)
+        if before is None or (status.usable and self.cost <= before.cost):
             return status, iterations
-        self._put_back(*before)
+        self._put_back_whole(before)
         return followed, iterations
 
     def _aim(self, state: Array, max_iterations: int, time_limit: float) -> tuple[PlanStatus, int]:
-        """Solve without a trajectory to fall back on."""
+        """Solve from the inputs before the last `follow`, and from the input goal."""
         deadline = time.monotonic() + time_limit
-        share = max(max_iterations // 2, 1)
-        first, iterations = self.run(state, self._last_inputs, max_iterations=share, time_limit=time_limit)
+        share, given, time_step = max(max_iterations // 2, 1), self._problem.given_inputs, self._last_time_step
+        first, iterations = self.run(
+            state, self._last_inputs[:, :given], max_iterations=share, time_limit=time_limit, time_step=time_step
+        )
         left = deadline - time.monotonic()
         if first.usable or iterations >= max_iterations or left <= 0.0:
             return first, iterations
-        kept = self._work.nominal.inputs.copy()
+        kept, time_step = self._work.nominal.inputs[:, :given].copy(), self.time_step
         second, more = self.run(state, max_iterations=max_iterations - iterations, time_limit=left)
         if second.usable or not first.flyable or second is first:
             return second, more
-        return self.run(state, kept, max_iterations=1, time_limit=max(deadline - time.monotonic(), _NO_TIME))
+        left = max(deadline - time.monotonic(), _NO_TIME)
+        return self.run(state, kept, max_iterations=1, time_limit=left, time_step=time_step)
+
+    def _divide_rest(self, state: Array, shift: float) -> float:
+        """Divide what is left of a free time anew; the shift that remains for `follow`, none."""
+        nominal, even = self._work.nominal, np.ones_like(state)
+        even[-1] = 0.0  # the stretch is no place
+        if shift < 0.0:
+            shift = guess.nearest_shift(nominal.states, state, even, _LATEST_SHIFT)
+        divide_rest(self._work, shift)
+        return 0.0
 
     def _put_back(self, states: Array, inputs: Array) -> None:
         """Take an earlier trajectory, without feedback and multipliers, for the nominal one, measured."""
@@ -165,27 +181,40 @@ class Replanner(Cddp):
 
         Full steps, no line search: after a jump of state or goal, `solve` or `aim_anew` finds what this may not.
         """
-        started = time.monotonic()
-        first, max_iterations = vector(state, self._problem.nx, "state"), checked_budget(max_iterations, time_limit)
+        first, max_iterations = checked_state(state, self._problem), checked_budget(max_iterations, time_limit)
         if math.isnan(shift):
             raise DimensionError("the shift is NaN", field="shift", given=shift, allowed="a number of steps")
+        return self._follow(first, shift, limit, max_iterations, time_limit, extra_iterations)
+
+    def _follow(
+        self, first: Array, shift: float, limit: int, max_iterations: int, time_limit: float, extra_iterations: int
+    ) -> PlanStatus:
+        """`follow` from a checked state; an interrupt leaves the trajectory before it."""
+        started = time.monotonic()
         work, options = self._work, self.options
         deadline, self._deadline, self._gave_up = started + time_limit, started + 0.5 * time_limit, False
         guessing = options.guess_active_sets
         np.copyto(self._last_inputs, work.nominal.inputs)
         np.copyto(self._last_state, work.nominal.states[0])
+        self._last_time_step = self.time_step
         steps = float(min(shift, self._problem.horizon))
-        arguments = first, steps, limit, max_iterations, extra_iterations, deadline, guessing
-        if max_iterations <= _FEW:
-            code = follow(self._model, self._memory, *arguments)
-        else:
+        arguments = first, steps, limit, max_iterations, extra_iterations, deadline, guessing, options.feasibility
+        try:
             code = self._teller.run("fast", lambda: follow(self._model, self._memory, *arguments), real_time.PAUSED)
-        if code < rollout.DONE or (code >= 0 and not self._resume(code)):
+            if code < rollout.DONE or (code >= 0 and not self._resume(code)):
+                if not work.result[RESULT.GUESS] < math.inf:
+                    self._go_back()
+                    return PlanStatus.DIVERGED
+                work.result[RESULT.ROLLED] = math.inf
+                return_to_guess(self._model, self._memory)
+            elif code >= 0:
+                self._accept()
+                keep_better(self._model, self._memory, options.feasibility)
+        except BaseException:
             self._go_back()
-            return PlanStatus.DIVERGED
+            steer(self._model, self._memory)
+            raise
         self._raise_failure()
-        if code >= 0:
-            self._accept()
         if work.result[RESULT.VIOLATION] <= options.feasibility:
             return PlanStatus.ITERATION_LIMIT
         return PlanStatus.RECOVERING if self._returns() else PlanStatus.INFEASIBLE
@@ -231,7 +260,13 @@ class Replanner(Cddp):
 
     def trajectory(self) -> tuple[Array, Array]:
         """Read-only copies of the last trajectory's states (N + 1, nx) and inputs (N, nu)."""
-        return read_only(self._work.nominal.states), read_only(self._work.nominal.inputs)
+        nominal, nx, nu = self._work.nominal, self._problem.given_states, self._problem.given_inputs
+        return read_only(nominal.states[:, :nx]), read_only(nominal.inputs[:, :nu])
+
+    @property
+    def time_step(self) -> float:
+        """Δt of the last trajectory [s]."""
+        return time_step_of(self._problem, self._work.nominal.inputs)
 
     def multipliers(self) -> Multipliers:
         """Read-only copies of the last trajectory's multipliers, for a warm start."""
@@ -251,7 +286,7 @@ class Replanner(Cddp):
             "backward": lambda: sweep.sweep(model, work, penalty, 0.0, self.problem.horizon - 1),
             "forward": lambda: sweep.step_along(work),
             "rollout": lambda: rollout.roll_out(model, work, -1, 0.0, True, 0),
-            "all kernels in one call": lambda: follow(model, work, state, 0.0, 1, 1, 0, math.inf, True),
+            "all kernels in one call": lambda: follow(model, work, state, 0.0, 1, 1, 0, math.inf, True, 0.0),
         }
 
     def _returns(self) -> bool:
@@ -272,9 +307,12 @@ class Replanner(Cddp):
 
     def _forget_last(self) -> None:
         """There is no trajectory to follow."""
-        self._started, self._aims, self._last_cost = False, False, math.inf
-        self._last_inputs, self._last_state = self._work.nominal.inputs.copy(), self._work.nominal.states[0].copy()
+        self._started, self._last_cost, self._last_time_step = False, math.inf, self._problem.time_step
+        self._last_inputs: Array = self._work.nominal.inputs.copy()
+        self._last_state: Array = self._work.nominal.states[0].copy()
 
     def _compile_follow(self) -> None:
-        follow(self._model, self._memory, self._problem.cost.state_goal.copy(), -1.0, 2, 1, 0, 0.0, True)
+        follow(self._model, self._memory, self._problem.cost.state_goal.copy(), -1.0, 2, 1, 0, 0.0, True, 0.0)
+        keep_better(self._model, self._memory, 0.0)
+        return_to_guess(self._model, self._memory)
         self._go_back()

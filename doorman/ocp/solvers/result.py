@@ -61,7 +61,11 @@ class Result(NamedTuple):
     RESUMES: int = 27
     """1 where iterations go on from their pause."""
     GUESS: int = 28
-    """J of the first guess in `Workspace.guess`; NaN where there is none yet."""
+    """J of the first guess in `Workspace.guess`; NaN where there is none yet, or where that of `follow` is not feasible."""
+    GUESS_PRICE: int = 29
+    """What the violations and defects of the guess of `follow` are worth at most."""
+    ROLLED: int = 30
+    """J of the last rollout of `follow`, also where its guess is better; ∞ where it violates something."""
 
 
 RESULT = Result()

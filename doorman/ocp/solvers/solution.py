@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from doorman.ocp.problem.problem import Problem
 from doorman.ocp.solvers.parts import Multipliers
+from doorman.ocp.solvers.stretch import with_stretch
 from doorman.ocp.solvers.sweeps.kkt import conditions
 from doorman.one_line import OneLine
 
@@ -79,10 +80,12 @@ class Solution(OneLine):
     """X, shape (N + 1, nx)."""
     inputs: Array
     """U, shape (N, nu)."""
+    time_step: float
+    """Δt, where the time is free the one that was found [s]."""
     gains: Array
     """Feedback u = U_k + K_k (x − X_k), shape (N, nu, nx)."""
     multipliers: Multipliers
-    """Of constraints and bounds."""
+    """Of constraints and bounds; where the time is free with a column more, that of the stretch."""
     cost: float
     """J of the trajectory."""
     violation: float
@@ -101,6 +104,11 @@ class Solution(OneLine):
     """How the solve ended, and whether the trajectory may be used."""
     timings: Timings
     """Where the time went."""
+
+    @property
+    def duration(self) -> float:
+        """Duration of the horizon [s]."""
+        return self.problem.horizon * self.time_step
 
     @property
     def solve_time(self) -> float:
@@ -125,7 +133,7 @@ class Solution(OneLine):
     @cached_property
     def kkt_residual(self) -> float:
         """Largest gradient of the Lagrangian by an input, with costates from the multipliers; computed when first asked for."""
-        return conditions(self.problem, self.states, self.inputs, self.multipliers)[0]
+        return self._conditions[0]
 
     @cached_property
     def costates(self) -> Array:
@@ -133,7 +141,12 @@ class Solution(OneLine):
 
         The Lagrangian has p_kᵀ (f(x_k, u_k) − x_{k+1}) in it: a push d on state k + 1 changes J by p_kᵀ d.
         """
-        return conditions(self.problem, self.states, self.inputs, self.multipliers)[1]
+        return self._conditions[1][:, : self.states.shape[1]]
+
+    @cached_property
+    def _conditions(self) -> tuple[float, Array]:
+        states, inputs = with_stretch(self.problem, self.states, self.inputs, self.time_step)
+        return conditions(self.problem, states, inputs, self.multipliers)
 
     def message(self) -> str:
         """One sentence on how the solve ended; where constraints are violated, which, where and by how much."""
@@ -154,7 +167,8 @@ def row_name(problem: Problem, row: int) -> str:
     names = []
     for what, size in (("state", problem.nx), ("input", problem.nu)):
         for i in range(size):
+            name = "the duration" if what == "input" and i == problem.given_inputs else f"{what} {i}"
             for end in ("upper", "lower"):
                 if np.isfinite(np.asarray(getattr(problem.bounds, f"{what}_{end}"))[i]):
-                    names.append(f"{end} bound of {what} {i}")
+                    names.append(f"{end} bound of {name}")
     return names[row - nh - nt - ng]

@@ -11,17 +11,19 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from doorman.checks import per_node, vector
+from doorman.checks import number, per_node, vector
 from doorman.exceptions import DimensionError, SolverError
 from doorman.numba_types.handles import separate
-from doorman.ocp.problem.problem import Problem
-from doorman.ocp.solvers.arguments import checked_budget, read_only
+from doorman.ocp.problem.problem import FIRST_GOAL, Problem
+from doorman.ocp.solvers.arguments import checked_budget, checked_state, read_only
 from doorman.ocp.solvers.batch import solve_all
 from doorman.ocp.solvers.engine import Engine, StateGuess
+from doorman.ocp.solvers.iterations.real_time import steer
 from doorman.ocp.solvers.kept import Kept
 from doorman.ocp.solvers.parts import Multipliers
 from doorman.ocp.solvers.result import RESULT
 from doorman.ocp.solvers.solution import PlanStatus, Solution, Timings
+from doorman.ocp.solvers.stretch import time_step_of
 from doorman.ocp.solvers.telling import Callback, Stopped
 
 Array = NDArray[np.float64]
@@ -65,6 +67,7 @@ class Solver(Engine):
         max_iterations: int = DEFAULT_ITERATIONS,
         time_limit: float = math.inf,
         callback: Callback | None = None,
+        time_step: float | None = None,
     ) -> Solution:
         """Solve from a first guess.
 
@@ -80,16 +83,24 @@ class Solver(Engine):
                 ProxQP is not asked any more [s].
             callback: Gets every iteration as an `Iterate`; where it returns something true, the solve ends with what there is.
                 A solve with one takes its kernels iteration by iteration. What it raises comes out of this.
+            time_step: Guess of a free time's step; the problem's if not given [s].
 
         Returns:
             The solution; its status says whether it may be used.
 
         Raises:
-            DimensionError: if an array has the wrong shape or is not finite, a budget is not positive, or a guess is given
-                twice.
+            DimensionError: if an array has the wrong shape or is not finite, a budget is not positive, a guess is given
+                twice, or a time step where the time is not free.
         """
         started = time.monotonic()
-        x = vector(state, self._problem.nx, "state")
+        x = checked_state(state, self._problem)
+        if time_step is not None and (self._problem.free_time is None or not number(time_step, "time_step") > 0.0):
+            raise DimensionError(
+                "no guess of a free time",
+                field="time_step",
+                given=time_step,
+                allowed="> 0 s, of a problem with free_time",
+            )
         if warm_start is not None:
             if not (inputs is None and states is None and multipliers is None):
                 raise DimensionError(
@@ -98,11 +109,13 @@ class Solver(Engine):
                     allowed="either warm_start, or inputs, states, multipliers",
                 )
             inputs, states, multipliers = warm_start.inputs, warm_start.states, warm_start.multipliers
+            time_step = warm_start.time_step
         self._teller.callback = callback
         try:
             status, iterations = self.run(
-                x, inputs, states=states, multipliers=multipliers, max_iterations=max_iterations, time_limit=time_limit
-            )
+                x, inputs, states=states, multipliers=multipliers, max_iterations=max_iterations, time_limit=time_limit,
+                time_step=time_step,
+            )  # fmt: skip
         finally:
             self._teller.callback = None
         return self._solution(status, iterations, time.monotonic() - started)
@@ -133,7 +146,8 @@ class Solver(Engine):
         Raises:
             DimensionError: if states have another shape or are not finite, or there are more or fewer warm starts than states.
         """
-        starts = [vector(state, self._problem.nx, f"states[{i}]") for i, state in enumerate(states)]
+        size = self._problem.given_states
+        starts = [vector(state, size, f"states[{i}]") for i, state in enumerate(states)]
         warm = [None] * len(starts) if warm_starts is None else list(warm_starts)
         if len(warm) != len(starts):
             raise DimensionError("wrong number", field="warm_starts", given=len(warm), allowed=str(len(starts)))
@@ -151,6 +165,7 @@ class Solver(Engine):
         multipliers: Multipliers | None = None,
         max_iterations: int = DEFAULT_ITERATIONS,
         time_limit: float = math.inf,
+        time_step: float | None = None,
     ) -> tuple[PlanStatus, int]:
         """Solve from a checked, contiguous state, and leave the result in the solver's memory. See `solve`.
 
@@ -161,6 +176,7 @@ class Solver(Engine):
             multipliers: First guess of the multipliers.
             max_iterations: Budget of iterations.
             time_limit: Budget of time [s].
+            time_step: First guess of a free time's step [s].
 
         Returns:
             How it ended, and the number of iterations.
@@ -170,7 +186,8 @@ class Solver(Engine):
         self._rollout_time, self._gave_up = 0.0, False
         self._work.result[RESULT.GUESS], self._seen = math.nan, None
         self._forget_failures()
-        self._set_guess(state, inputs, states, multipliers)
+        self._set_guess(state, inputs, states, multipliers, time_step)
+        self._prices = None if multipliers is None else Multipliers(*(array.copy() for array in self._work.multipliers))
         try:
             status, iterations = self._solve(state, max_iterations, deadline)
         except Stopped:
@@ -208,7 +225,11 @@ class Solver(Engine):
         Raises:
             DimensionError: if it has another shape or is not finite.
         """
-        self._work.weights.state_goal[:] = vector(state_goal, self._problem.nx, "state_goal")
+        size = self._problem.given_states
+        goal = vector(state_goal, size, "state_goal")
+        self._work.weights.state_goal[:size] = goal
+        if self._problem.free_time is not None:
+            self._model.content.parameters[FIRST_GOAL : FIRST_GOAL + size] = goal
         self._numbers_are_new = True
 
     def update_parameters(self, parameters: ArrayLike | None = None, node_parameters: ArrayLike | None = None) -> None:
@@ -230,20 +251,23 @@ class Solver(Engine):
                 allowed="a problem of a SymbolicModel; update_model takes others",
             )  # fmt: skip
         if parameters is not None:
-            model.parameters[:] = vector(parameters, len(model.parameters), "parameters")
+            own = model.parameters[self._problem.hidden_parameters :]
+            own[:] = vector(parameters, len(own), "parameters")
         if node_parameters is not None:
-            model.node_parameters[:] = per_node(node_parameters, model.node_parameters.shape)
+            of_node = model.node_parameters[:, : model.node_parameters.shape[1] - (self._problem.free_time is not None)]
+            of_node[:] = per_node(node_parameters, of_node.shape)
         self._numbers_are_new = True
 
     def _solution(self, status: PlanStatus, iterations: int, total: float) -> Solution:
         """Solution of the nominal trajectory, which was measured last."""
-        work, result = self._work, self._work.result
+        work, result, nx, nu = self._work, self._work.result, self._problem.given_states, self._problem.given_inputs
         finite = math.isfinite(result[RESULT.INFEASIBILITY])
         return Solution(
             problem=self.problem,
-            states=read_only(work.nominal.states),
-            inputs=read_only(work.nominal.inputs),
-            gains=read_only(work.policy.gains[:, :, : self._problem.nx]),
+            states=read_only(work.nominal.states[:, :nx]),
+            inputs=read_only(work.nominal.inputs[:, :nu]),
+            time_step=time_step_of(self._problem, work.nominal.inputs),
+            gains=read_only(work.policy.gains[:, :nu, :nx]),
             multipliers=Multipliers(*(read_only(array) for array in work.multipliers)),
             cost=float(result[RESULT.COST]) if status.flyable else math.inf,
             violation=float(result[RESULT.VIOLATION]) if finite else math.inf,
@@ -274,9 +298,10 @@ class Solver(Engine):
         """Status of the best feasible trajectory that was seen, the guess included, which is the nominal one from then on."""
         result, work = self._work.result, self._work
         found = float(result[RESULT.COST]) if status.usable else math.inf
-        others, self._seen = [self._seen] if self._seen is not None else [], None
+        seen, self._seen = self._seen, None
+        others = [seen] if seen is not None else []
         if result[RESULT.GUESS] < found:
-            others.append(Kept.guess_of(work))
+            others.append(Kept.guess_of(work, self._prices))
         least = min((other.cost + _CHEAPER * (1.0 + abs(other.cost)) for other in others), default=math.inf)
         if not least < found or status is PlanStatus.INVALID_STATE:
             return status
@@ -287,6 +312,8 @@ class Solver(Engine):
             within = self._feasible() and result[RESULT.DEFECT] <= self.options.feasibility
             worth = other.cost + _CHEAPER * (1.0 + abs(other.cost)) + price * float(result[RESULT.INFEASIBILITY])
             if within and worth < found:
+                if other is not seen:  # the guess itself has no feedback
+                    steer(self._model, self._memory)
                 return PlanStatus.ITERATION_LIMIT
         self._put_back_whole(own)
         return status

@@ -5,6 +5,8 @@ from __future__ import annotations
 import signal
 import threading
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from typing import Any
 
@@ -75,7 +77,7 @@ def test_the_barrier_ends_at_its_least_value_on_every_scale(solver: ocp.Hybrid) 
 def test_solves_come_back_at_any_price(scale: float) -> None:
     system = scaled(cart_pole(), scale)
     solver = ocp.Hybrid(system.problem())
-    found = finished(lambda: [solver.solve(start, max_iterations=60) for start in system.starts(10, seed=5)])
+    found = finished(lambda: [solver.solve(start, max_iterations=60) for start in system.starts(20, seed=5)])
     assert all(solution.usable for solution in found)
 
 
@@ -105,10 +107,9 @@ class _Interrupted(Exception):
     pass
 
 
-def test_an_interrupt_ends_a_solve_between_two_iterations() -> None:
-    """The signal comes during the first linearisation; the solve does not go on to its end before Python sees it."""
-    variant = Variant(speed=0.5)
-    solver = ocp.Hybrid(variant.problem())
+@contextmanager
+def interrupted(solver: ocp.Hybrid) -> Iterator[None]:
+    """A signal comes during the first linearisation of what runs inside, and has to come out of it."""
     probe = solver._model.content.probe
     probe[:] = [0.0, 10.0, 0.0, time.monotonic() + 60.0]
 
@@ -127,14 +128,39 @@ def test_an_interrupt_ends_a_solve_between_two_iterations() -> None:
     try:
         thread.start()
         with pytest.raises(_Interrupted):
-            solver.solve(variant.start)
+            yield
     finally:
         thread.join()
         signal.signal(signal.SIGUSR1, before)
+        probe[1] = -1.0
+
+
+def test_an_interrupt_ends_a_solve_between_two_iterations() -> None:
+    """The solve does not go on to its end before Python sees the signal."""
+    variant = Variant(speed=0.5)
+    solver = ocp.Hybrid(variant.problem())
+    with interrupted(solver):
+        solver.solve(variant.start)
     assert solver._work.result[RESULT.ITERATIONS] == 1.0
-    probe[1] = -1.0
     status, _ = solver.replan(np.array(variant.start))  # there is nothing to follow: a solve from nothing
     assert status is ocp.PlanStatus.CONVERGED
+
+
+@pytest.mark.parametrize("iterations", [1, 40])
+def test_an_interrupt_of_a_replan_leaves_the_trajectory_before_it(iterations: int) -> None:
+    variant = Variant(speed=0.5)
+    solver = ocp.Hybrid(variant.problem())
+    solver.solve(variant.start)
+    states, inputs = solver.trajectory()
+    elsewhere = np.array(variant.start) + [0.3, 0.1, 0.0]
+    with interrupted(solver):
+        solver.replan(elsewhere, elapsed=0.0, iterations=iterations)
+    for left, before in zip(solver.trajectory(), (states, inputs), strict=True):
+        np.testing.assert_allclose(left, before, atol=1e-12)
+    assert solver._started and np.abs(solver._work.policy.gains).max() > 0.0
+    status, _ = solver.replan(elsewhere, elapsed=0.0, iterations=iterations)
+    assert status.usable
+    np.testing.assert_allclose(solver.trajectory()[0][0], elsewhere)
 
 
 def test_an_interrupt_ends_what_other_threads_solve() -> None:

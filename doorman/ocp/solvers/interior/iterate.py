@@ -5,9 +5,10 @@ has none of it. The barrier problems
 
 .. math:: \min\ J - \tau \textstyle\sum_i \ln s_i\quad\text{s.t.}\quad e = 0,\ c + s = 0
 
-are solved for a falling τ. A step is accepted where it lowers the infeasibility θ = Σ|e| + Σ|c + s| or the barrier function φ,
-compared with all pairs that the search has left behind. Methods: Wächter and Biegler 2006 (barrier, filter, regularisation);
-Vanroye et al. 2023 (the same by Riccati sweeps).
+are solved for a falling τ. Equalities have an augmented Lagrangian Σ (y c + w c²/2) in J, whose y and w move with τ: from a
+guess that cannot reach them to first order, Newton's step for c = 0 is of no use. A step is accepted where it lowers the
+infeasibility θ = Σ|e| + Σ|c + s| or the barrier function φ, compared with all pairs that the search has left behind. Methods:
+Wächter and Biegler 2006 (barrier, filter, regularisation); Vanroye et al. 2023 (the same by Riccati sweeps).
 """
 
 from __future__ import annotations
@@ -67,6 +68,7 @@ def search(model: object, work: Workspace, interior: Interior, max_iterations: i
             rows.first_slacks(work, interior)
             rows.measure(model, work, interior)
             numbers[NUMBER.FIRST] = numbers[NUMBER.INFEASIBILITY]
+            damp(work, interior)
         elif rows.error(work, interior, 0.0) <= _TOLERANCE:
             rows.export_multipliers(work, interior)
             return CONVERGED
@@ -93,7 +95,20 @@ def begin(model: object, work: Workspace, interior: Interior) -> None:
     rows.fill_values(work, interior)
     interior.costates[:, :] = 0.0
     interior.duals[:, :] = 0.0
+    interior.estimates[:, :] = 0.0
     interior.numbers[:] = 0.0
+
+
+@kernel
+def damp(work: Workspace, interior: Interior) -> None:
+    """Damp the first steps by the bounds of inputs that an undamped one would cross."""
+    regularization = 0.0
+    for _ in range(_SWEEPS):
+        if newton.sweep(work, interior, regularization):
+            newton.step_along(work, interior)
+            rows.raise_reached(work, interior)
+            return
+        regularization = max(100.0 * regularization, _FIRST_REGULARIZATION * interior.numbers[NUMBER.SCALE])
 
 
 @kernel
@@ -103,9 +118,13 @@ def lower_barrier(model: object, work: Workspace, interior: Interior) -> None:
     least = 0.1 * _TOLERANCE * scale
     for _ in range(_LOWERINGS):
         barrier = numbers[NUMBER.BARRIER]
-        if barrier <= least or rows.error(work, interior, barrier) > _CENTRED * barrier / scale:
+        lowest = barrier <= least
+        if (lowest and work.sizes.equalities == 0) or rows.error(work, interior, barrier) > _CENTRED * barrier / scale:
             return
-        numbers[NUMBER.BARRIER] = max(least, min(0.2 * barrier, scale * (barrier / scale) ** 1.5))
+        if not lowest:
+            numbers[NUMBER.BARRIER] = max(least, min(0.2 * barrier, scale * (barrier / scale) ** 1.5))
+        if work.sizes.equalities > 0:
+            rows.move_estimates(interior)
         numbers[NUMBER.ENTRIES] = 0.0
         rows.measure(model, work, interior)
 
@@ -192,12 +211,11 @@ def take_multipliers(interior: Interior, part: float) -> None:
             interior.costates[k, i] += part * (interior.next_costates[k, i] - interior.costates[k, i])
     for k in range(interior.duals.shape[0]):
         for i in range(interior.duals.shape[1]):
-            if interior.applies[k, i] and interior.equal[i]:
-                interior.duals[k, i] += part * interior.dual_steps[k, i]
-            elif interior.applies[k, i]:
+            if interior.applies[k, i] and not interior.equal[i]:
                 centre = barrier / interior.slacks[k, i]
                 dual = interior.duals[k, i] + reach * interior.dual_steps[k, i]
                 interior.duals[k, i] = min(max(dual, 1e-10 * centre), 1e10 * centre)
+    rows.price_equalities(interior)
 
 
 @kernel

@@ -31,7 +31,9 @@ class Interior(NamedTuple):
     slacks: Array
     """s > 0, with c + s = 0 in the end."""
     duals: Array
-    """z > 0; of equalities of either sign."""
+    """z > 0; of equalities of either sign, y + w c."""
+    estimates: Array
+    """y of the equalities, which move where a barrier problem is solved."""
     slack_steps: Array
     dual_steps: Array
     costates: Array
@@ -60,10 +62,11 @@ class Interior(NamedTuple):
         """Memory for the sizes of a workspace."""
         n, nu = work.nominal.inputs.shape
         nx, narrow, rows = len(work.sizes.states), len(work.sizes.narrow), work.program.active.shape[1]
-        values, slacks, duals, slack_steps, dual_steps = (np.zeros((n + 1, rows)) for _ in range(5))
+        values, slacks, duals, estimates, slack_steps, dual_steps = (np.zeros((n + 1, rows)) for _ in range(6))
         return cls(
-            applies=_applies(work), equal=_equalities(work), values=values, slacks=slacks, duals=duals, slack_steps=slack_steps,
-            dual_steps=dual_steps, costates=np.zeros((n, nx)), next_costates=np.zeros((n, nx)),
+            applies=_applies(work), equal=_equalities(work), values=values, slacks=slacks, duals=duals,
+            estimates=estimates, slack_steps=slack_steps, dual_steps=dual_steps,
+            costates=np.zeros((n, nx)), next_costates=np.zeros((n, nx)),
             gradients=np.zeros((n + 1, nx + nu)), hessians=np.zeros((n + 1, nx + nu, nx + nu)),
             behind=np.zeros((n, nx, narrow)), state_steps=np.zeros((n + 1, nx)), input_steps=np.zeros((n, nu)),
             residual=np.zeros(nx + nu), filter=np.zeros((FILTER_SIZE, 2)), numbers=np.zeros(len(Number._fields)),
@@ -78,9 +81,9 @@ class Number(NamedTuple):
     SCALE: int = 1
     """What counts as 1 of the cost."""
     INFEASIBILITY: int = 2
-    """θ: sum of defects and of |c + s|."""
+    """θ: sum of defects and of |c + s|, without equalities."""
     BARRIER_COST: int = 3
-    """φ: J − τ Σ ln s."""
+    """φ: J − τ Σ ln s + Σ (y c + w c²/2), the last of equalities."""
     SLOPE: int = 4
     """Slope of φ along the last Newton step."""
     PRIMAL: int = 5
@@ -93,6 +96,10 @@ class Number(NamedTuple):
     """θ at the start."""
     TRIED: int = 9
     """Regularisation with which an iteration goes on that has paused; 0 at its beginning."""
+    PENALTY: int = 10
+    """w of the equalities."""
+    UNEQUAL: int = 11
+    """Largest |c| of the equalities when their multipliers last moved."""
 
 
 NUMBER = Number()

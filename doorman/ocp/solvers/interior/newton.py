@@ -4,9 +4,9 @@ With slacks, c + s = 0, and multipliers z, s z = τ, eliminated, every row adds
 
 .. math:: w\,c_z^T c_z\ \text{to the Hessian},\quad \big(\tau/s + w (c + s)\big)\,c_z^T\ \text{to the gradient},\quad w = z/s
 
-Equalities have no slack, and multipliers y of either sign: w is large, and w c + y takes the place of the gradient's factor. The
-Hessian is that of the Lagrangian. Where it is not convex enough for a minimum, a multiple of the identity is added, as in
-IPOPT (Wächter and Biegler 2006).
+Equalities have no slack but a penalty w and multipliers y of either sign: the step is Newton's for the augmented Lagrangian, and
+w c + y takes the place of the gradient's factor. The Hessian is that of the Lagrangian. Where it is not convex enough for a
+minimum, a multiple of the identity is added, as in IPOPT (Wächter and Biegler 2006).
 """
 
 from __future__ import annotations
@@ -22,10 +22,6 @@ from doorman.ocp.solvers.sweeps.linear_algebra import copy_rows
 from doorman.ocp.solvers.sweeps.node_elimination import eliminate_inputs
 from doorman.ocp.solvers.sweeps.sweep import add_input_row
 from doorman.ocp.solvers.workspace import Workspace
-
-PENALTY = 1e7
-"""Weight of equalities, in units of the scaled cost: their multipliers follow the method of multipliers, which with so much takes
-one step more than Newton's."""
 
 
 @kernel
@@ -54,7 +50,7 @@ def expand(model: object, work: Workspace, interior: Interior) -> None:
 def weight(interior: Interior, k: int, i: int) -> float:
     """Weight w of a row: z/s, or the penalty of an equality."""
     if interior.equal[i]:
-        return float(PENALTY * interior.numbers[NUMBER.SCALE])
+        return float(interior.numbers[NUMBER.PENALTY])
     return float(interior.duals[k, i] / interior.slacks[k, i])
 
 
@@ -62,7 +58,7 @@ def weight(interior: Interior, k: int, i: int) -> float:
 def force(interior: Interior, k: int, i: int) -> float:
     """What a row adds to the gradient, in units of its own slope times its weight."""
     if interior.equal[i]:
-        return float(interior.values[k, i] + interior.duals[k, i] / weight(interior, k, i))
+        return float(interior.values[k, i] + interior.estimates[k, i] / interior.numbers[NUMBER.PENALTY])
     return float(
         interior.numbers[NUMBER.BARRIER] / interior.duals[k, i] + interior.values[k, i] + interior.slacks[k, i]
     )
@@ -203,7 +199,7 @@ def step_rows(work: Workspace, interior: Interior, k: int) -> float:
                 index = program.bounded[i - nh - nt - ng]
                 change = program.side[i - nh - nt - ng] * step[index if index < nx else index + 1]
             if interior.equal[i]:
-                interior.dual_steps[k, i] = weight(interior, k, i) * (interior.values[k, i] + change)
+                slope += interior.duals[k, i] * change
                 continue
             slack, dual = interior.slacks[k, i], interior.duals[k, i]
             slack_step = -interior.values[k, i] - slack - change

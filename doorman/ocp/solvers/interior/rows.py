@@ -10,8 +10,19 @@ from doorman.ocp.solvers.iterations.nominal import total_cost
 from doorman.ocp.solvers.result import RESULT
 from doorman.ocp.solvers.workspace import Workspace
 
+FIRST_PENALTY = 30.0
+"""First penalty w of equalities, in units of the scaled cost: a guess may be far from them, or unable to reach them to first
+order, and multipliers that then grow at once bend the Lagrangian more than the cost does."""
+LARGEST_PENALTY = 1e7
+"""With so much, multipliers follow in one step more than Newton's."""
+_NEARER = 0.1
+"""Equalities that are not down to this share when their multipliers move cost more from then on,"""
+_DEARER = 10.0
+"""by this factor."""
 _PUSH = 0.01
 """First slacks and distances of inputs from their bounds are no smaller: share of the room between bounds, at most 1."""
+_STEPS = 10.0
+"""A bound of an input is in reach if it lies within so many first steps: these are right to an order of magnitude."""
 _RELAXED = 1e-8
 """Rows may be violated by so much, so that there is an inside."""
 
@@ -56,31 +67,73 @@ def push_inside(work: Workspace) -> None:
 def first_slacks(work: Workspace, interior: Interior) -> None:
     """Set the first slacks and multipliers, and the scale of the cost.
 
-    Rows and bounds of states that are far off begin at their centre, z = τ/s. With more they would weigh on the first steps as
-    active ones do, all of them together more than the cost. Bounds of inputs begin above it: they damp the first steps.
+    Rows and bounds that are far off begin at their centre, z = τ/s. With more they would weigh on the first steps as active
+    ones do, all of them together more than the cost.
     """
-    numbers, steepest, nx = interior.numbers, 0.0, len(work.sizes.states)
-    first = work.sizes.rows + work.sizes.end_rows + work.sizes.input_rows
+    numbers, steepest = interior.numbers, 0.0
     for k in range(interior.gradients.shape[0]):
         for i in range(interior.gradients.shape[1]):
             steepest = max(steepest, abs(interior.gradients[k, i]))
     scale = max(1.0, 0.01 * steepest)
     numbers[NUMBER.SCALE] = scale
     numbers[NUMBER.BARRIER] = 0.1 * scale
+    numbers[NUMBER.PENALTY] = FIRST_PENALTY * scale
+    numbers[NUMBER.UNEQUAL] = np.inf
     for k in range(interior.values.shape[0]):
         for i in range(interior.values.shape[1]):
             interior.slacks[k, i] = max(-interior.values[k, i], _PUSH)
             interior.duals[k, i] = 0.0
             if interior.applies[k, i] and not interior.equal[i]:
-                of_input = i >= first and work.program.bounded[i - first] >= nx
-                centre = numbers[NUMBER.BARRIER] / interior.slacks[k, i]
-                interior.duals[k, i] = scale if of_input else min(scale, centre)
+                interior.duals[k, i] = min(scale, numbers[NUMBER.BARRIER] / interior.slacks[k, i])
+    price_equalities(interior)
+
+
+@kernel
+def price_equalities(interior: Interior) -> None:
+    """Multipliers y + w c that the augmented Lagrangian gives the equalities."""
+    for k in range(interior.values.shape[0]):
+        for i in range(interior.values.shape[1]):
+            if interior.applies[k, i] and interior.equal[i]:
+                penalty = interior.numbers[NUMBER.PENALTY]
+                interior.duals[k, i] = interior.estimates[k, i] + penalty * interior.values[k, i]
+
+
+@kernel
+def move_estimates(interior: Interior) -> None:
+    """Take the multipliers y + w c for the next y; equalities that have not come nearer to zero cost more from then on."""
+    numbers, worst = interior.numbers, 0.0
+    for k in range(interior.values.shape[0]):
+        for i in range(interior.values.shape[1]):
+            if interior.applies[k, i] and interior.equal[i]:
+                interior.estimates[k, i] = interior.duals[k, i]
+                worst = max(worst, abs(interior.values[k, i]))
+    if worst > _NEARER * numbers[NUMBER.UNEQUAL]:
+        numbers[NUMBER.PENALTY] = min(_DEARER * numbers[NUMBER.PENALTY], LARGEST_PENALTY * numbers[NUMBER.SCALE])
+    numbers[NUMBER.UNEQUAL] = worst
+    price_equalities(interior)
+
+
+@kernel
+def raise_reached(work: Workspace, interior: Interior) -> None:
+    """Set the first multipliers of inputs' bounds to the scale of the cost where the step says that these bounds may be reached.
+
+    They damp the first steps. Bounds that are far off for the step damp nothing: a solve without them goes the same way.
+    """
+    nx, first = len(work.sizes.states), work.sizes.rows + work.sizes.end_rows + work.sizes.input_rows
+    for a in range(nx, nx + len(work.sizes.inputs)):
+        reached = False
+        for i in range(first, interior.values.shape[1]):
+            for k in range(interior.input_steps.shape[0] if work.program.bounded[i - first] == a else 0):
+                reached |= interior.slacks[k, i] + _STEPS * interior.slack_steps[k, i] <= 0.0
+        for i in range(first, interior.values.shape[1]):
+            for k in range(interior.input_steps.shape[0] if reached and work.program.bounded[i - first] == a else 0):
+                interior.duals[k, i] = interior.numbers[NUMBER.SCALE]
 
 
 @kernel
 def measure(model: object, work: Workspace, interior: Interior) -> None:
     """Infeasibility θ and barrier function φ of the nominal trajectory, after its linearisation and `fill_values`."""
-    infeasibility, logarithms = 0.0, 0.0
+    infeasibility, logarithms, equalities = 0.0, 0.0, 0.0
     nx = len(work.sizes.states)
     for k in range(work.nominal.inputs.shape[0]):
         for i in range(nx):
@@ -88,19 +141,23 @@ def measure(model: object, work: Workspace, interior: Interior) -> None:
     for k in range(interior.values.shape[0]):
         for i in range(interior.values.shape[1]):
             if interior.applies[k, i] and interior.equal[i]:
-                infeasibility += abs(interior.values[k, i])
+                c = interior.values[k, i]
+                equalities += (interior.estimates[k, i] + 0.5 * interior.numbers[NUMBER.PENALTY] * c) * c
             elif interior.applies[k, i]:
                 infeasibility += abs(interior.values[k, i] + interior.slacks[k, i])
                 logarithms += np.log(interior.slacks[k, i])
     cost = total_cost(model, work, work.nominal)
     work.result[RESULT.COST] = cost
     interior.numbers[NUMBER.INFEASIBILITY] = infeasibility
-    interior.numbers[NUMBER.BARRIER_COST] = cost - interior.numbers[NUMBER.BARRIER] * logarithms
+    interior.numbers[NUMBER.BARRIER_COST] = cost - interior.numbers[NUMBER.BARRIER] * logarithms + equalities
 
 
 @kernel
 def error(work: Workspace, interior: Interior, barrier: float) -> float:
-    """Largest residual of the conditions of the barrier problem, in units of the scaled cost."""
+    """Largest residual of the conditions of the barrier problem, in units of the scaled cost; of the problem itself for τ = 0.
+
+    Equalities hold only in the problem itself, barrier problems have an augmented Lagrangian for them.
+    """
     nx, nu, n = len(work.sizes.states), len(work.sizes.inputs), work.nominal.inputs.shape[0]
     r, scale, worst = interior.residual, interior.numbers[NUMBER.SCALE], 0.0
     for k in range(n + 1):
@@ -123,7 +180,8 @@ def error(work: Workspace, interior: Interior, barrier: float) -> float:
             worst = max(worst, abs(r[i]))
         for i in range(interior.values.shape[1]):
             if interior.applies[k, i] and interior.equal[i]:
-                worst = max(worst, scale * abs(interior.values[k, i]))
+                if barrier == 0.0:
+                    worst = max(worst, scale * abs(interior.values[k, i]))
             elif interior.applies[k, i]:
                 slack = interior.slacks[k, i]
                 worst = max(worst, abs(slack * interior.duals[k, i] - barrier))

@@ -18,11 +18,19 @@ from doorman.compilation import kernel
 from doorman.numba_types.clock import clock
 from doorman.ocp.solvers.iterations import guess
 from doorman.ocp.solvers.iterations.augmented_lagrangian import direction
-from doorman.ocp.solvers.iterations.nominal import linearize, move, save, take_multipliers, total_cost
-from doorman.ocp.solvers.iterations.rollout import take_rollout
+from doorman.ocp.solvers.iterations.cold_start import forget_policy
+from doorman.ocp.solvers.iterations.nominal import (
+    linearize,
+    measure_nominal,
+    move,
+    save,
+    take_multipliers,
+    total_cost,
+)
+from doorman.ocp.solvers.iterations.rollout import DONE, take_rollout
 from doorman.ocp.solvers.result import RESULT
 from doorman.ocp.solvers.sweeps.active_set import classify
-from doorman.ocp.solvers.workspace import Workspace
+from doorman.ocp.solvers.workspace import Workspace, copy_trajectory
 
 Array = NDArray[np.float64]
 
@@ -39,6 +47,8 @@ _ENOUGH = 0.005
 """An iteration that changes an input by more, weighted by its cost, is followed by another one."""
 _PRICE = 1e-6
 """One whose change of the multipliers costs more is, too, relative to 1 + |J|."""
+_CHEAPER = 1e-7
+"""The guess is better where it costs less by more than this, relative to 1 + |J|."""
 _FAR = 1e-5
 """A third one follows where the second changed an input's cost by more, relative to 1 + |J|."""
 
@@ -54,8 +64,12 @@ def follow(
     extra_iterations: int,
     deadline: float,
     guessing: bool,
+    feasibility: float,
 ) -> int:
-    """Shift, iterate and roll out; a rollout that comes to its end is the nominal trajectory from then on."""
+    """Shift, iterate and roll out; a rollout that comes to its end is the nominal trajectory from then on.
+
+    A guess that satisfies everything comes back itself where the rollout is worse, see `keep_better`.
+    """
     first = 0
     if work.result[RESULT.RESUMES] > 0.0:
         first = int(work.result[RESULT.ITERATIONS])
@@ -71,6 +85,9 @@ def follow(
             break
         if done > first and before > work.result[RESULT.PAUSE]:
             return PAUSED
+        linearize(model, work)
+        if done == 0:
+            keep_guess(model, work, feasibility)
         if not iterate_once(model, work, deadline if done > 0 else np.inf):
             return NO_SWEEP
         work.result[RESULT.ITERATIONS] = done + 1.0
@@ -80,14 +97,59 @@ def follow(
     work.result[RESULT.NEAR] = 1.0
     code = int(take_rollout(model, work, guessing))
     work.result[RESULT.NEAR] = 0.0
+    if code == DONE:
+        keep_better(model, work, feasibility)
     return code
 
 
 @kernel
-def iterate_once(model: object, work: Workspace, deadline: float) -> bool:
-    """One iteration with the full step."""
-    penalty = work.settings.penalty
+def keep_guess(model: object, work: Workspace, feasibility: float) -> None:
+    """Keep the nominal trajectory, after its linearisation, if it satisfies dynamics and constraints."""
+    result, nx = work.result, len(work.sizes.states)
+    result[RESULT.GUESS] = np.nan
+    for k in range(work.nominal.inputs.shape[0]):
+        for i in range(nx):
+            if not abs(work.linear.jacobians[k, i, nx]) <= feasibility:
+                return
+    measure_nominal(work)
+    if result[RESULT.VIOLATION] <= feasibility:
+        copy_trajectory(work.nominal, work.guess)
+        result[RESULT.GUESS] = total_cost(model, work, work.nominal)
+        result[RESULT.GUESS_PRICE] = result[RESULT.INFEASIBILITY]
+
+
+@kernel
+def keep_better(model: object, work: Workspace, feasibility: float) -> None:
+    """Take the kept guess back if the nominal trajectory, a rollout, violates something or costs more."""
+    result = work.result
+    result[RESULT.ROLLED] = result[RESULT.COST] if result[RESULT.VIOLATION] <= feasibility else np.inf
+    worth = result[RESULT.GUESS] + result[RESULT.COSTATE] * result[RESULT.GUESS_PRICE]
+    if worth + _CHEAPER * (1.0 + abs(worth)) < result[RESULT.ROLLED]:
+        return_to_guess(model, work)
+
+
+@kernel
+def return_to_guess(model: object, work: Workspace) -> None:
+    """Make the kept guess the nominal trajectory, with the feedback of a sweep around it."""
+    copy_trajectory(work.guess, work.nominal)
     linearize(model, work)
+    steer(model, work)
+    measure_nominal(work)
+    work.result[RESULT.COST] = work.result[RESULT.GUESS]
+
+
+@kernel
+def steer(model: object, work: Workspace) -> None:
+    """Feedback around the nominal trajectory, after its linearisation; none where no sweep goes through."""
+    mark_active(work, work.settings.penalty)
+    if direction(model, work, work.settings.penalty, 1, 0.0, np.inf) < 0:
+        forget_policy(work)
+
+
+@kernel
+def iterate_once(model: object, work: Workspace, deadline: float) -> bool:
+    """One iteration with the full step, after a linearisation."""
+    penalty = work.settings.penalty
     mark_active(work, penalty)
     settled = direction(model, work, penalty, work.settings.sweeps, 0.0, deadline)
     work.result[RESULT.SETTLED] = settled
