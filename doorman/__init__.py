@@ -44,7 +44,7 @@ _MODULES = {
 }
 
 _PACKAGES = (
-    "campaign", "cli", "collision", "compilation", "control", "dynamics", "exceptions", "feasibility", "flight", "hardware",
+    "campaign", "cli", "collision", "compilation", "control", "dynamics", "estimation", "exceptions", "feasibility", "flight", "hardware",
     "kinematics", "learning", "mission", "model", "numba_types", "ocp", "planning", "postures", "recording", "rig", "ros2",
     "scenario", "signals", "simulation", "summary", "visualization",
 )  # fmt: skip
