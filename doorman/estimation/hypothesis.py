@@ -1,7 +1,7 @@
 r"""Hypotheses: what a filter of the bank takes for true, beside the model.
 
-Each hypothesis may have dynamics and noise of its own, and rows: :math:`g(x, u, p) = 0 \pm \sigma` narrows the state, :math:`g \ge 0`
-does not. A row that does not hold makes the hypothesis less likely: for each independent look it costs
+Each hypothesis may have dynamics and noise of its own, and rows: :math:`g(x, u, p) = 0 \pm \sigma` narrows the state,
+:math:`g \ge 0` does not. A row that does not hold makes the hypothesis less likely: for each independent look it costs
 
 .. math:: \tfrac12 \max(g^2 - G P G^T, 0) / (G P G^T + \sigma^2)
 

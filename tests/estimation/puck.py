@@ -32,7 +32,8 @@ def puck_filter(rails: int = 1) -> Filter:
     hypotheses = [
         Hypothesis("free"),
         Hypothesis(
-            "rail", dynamics=rail, noise=p[1] * ca.DM(RAIL_NOISE), holds=[Row("rail", x[3] - 0.1 * x[2] ** 2, RAIL, lasts=RAIL_LASTS)],
+            "rail", dynamics=rail, noise=p[1] * ca.DM(RAIL_NOISE),
+            holds=[Row("rail", x[3] - 0.1 * x[2] ** 2, RAIL, lasts=RAIL_LASTS)],
             limits=[Row("forward", x[2], FORWARD, lasts=RAIL_LASTS)],
         ),
     ]  # fmt: skip

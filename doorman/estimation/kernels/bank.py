@@ -1,7 +1,7 @@
 r"""A bank of filters that switch among hypotheses (interacting multiple model).
 
-Within h, hypothesis i changes to j with the chance :math:`\pi_{ij} = (1 - e^{-s_i h})\,r_{ij} / s_i`, where :math:`r_{ij}` are the
-rates of switching and :math:`s_i` their sum. Each filter begins with the mixture
+Within h, hypothesis i changes to j with the chance :math:`\pi_{ij} = (1 - e^{-s_i h})\,r_{ij} / s_i`, where :math:`r_{ij}` are
+the rates of switching and :math:`s_i` their sum. Each filter begins with the mixture
 
 .. math::
     c_j = \sum_i \pi_{ij} p_i,\quad \mu_i = \pi_{ij} p_i / c_j,\quad \bar x_j = \sum_i \mu_i x_i,\quad
