@@ -99,13 +99,13 @@ class Filter:
             checked_names(field, list(names))
         switching = {} if switching is None else switching
         self._check_hypotheses("switching", [name for pair in switching for name in pair])
-        for each in outputs:
+        for each in (*outputs, *measurements):
             self._check_hypotheses(f"{each.name}.under", each.under)
         self._allowed = self._checked_situations(allowed)
         if not longest_step > 0.0:
             raise DimensionError("not a time", field="longest_step", given=longest_step, allowed="> 0 s")
         functions = functions_of(model, measurements, hypotheses, switching, outputs)
-        self._sizes = [each.rows for each in functions[4 * len(hypotheses) :]]
+        self._sizes = [each.rows for each in functions[4 * len(hypotheses) :: len(hypotheses)]]
         self._memory = memory_of(
             text_of(model, functions, hypotheses, measurements), functions, model, measurements, len(hypotheses),
             len(outputs), vector(parameters, int(model.parameters.numel()), "parameters"), whole(ticks, "ticks", 3),
@@ -225,6 +225,19 @@ class Filter:
             MappingProxyType({name: _fixed(mean) for name, mean in zip(self._hypotheses, memory.means, strict=True)}),
             MappingProxyType(dict(zip(self._outputs, outputs, strict=True))),
         )  # fmt: skip
+
+    def acted(self, inputs: ArrayLike) -> None:
+        """Say what acts since the last step, where it is known better than it was: an attitude that came late.
+
+        Args:
+            inputs: As in `step`, (m,).
+
+        Raises:
+            DoormanError: if their number does not fit, or one is not finite.
+        """
+        memory = self._memory
+        known = vector(inputs, memory.coming.size, "inputs")
+        memory.kept_inputs[memory.places[LAST] % memory.kept_times.size] = known
 
     @property
     def log_likelihood(self) -> float:

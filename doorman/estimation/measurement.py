@@ -6,7 +6,8 @@ r"""Measurements: what a sensor reads of the state, in CasADi expressions.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import Any
 
 from doorman.exceptions import DoormanError
@@ -25,6 +26,7 @@ class Measurement:
         expression: h of the model's symbols, (r, 1).
         deviation: σ of each row, (r, 1), or one for all [unit of the row]: numbers, or expressions.
         gate: Largest square root of the NIS. A reading beyond it under every hypothesis is refused.
+        under: Other expressions under some hypotheses, by their names: an accelerometer feels a contact only where there is one.
 
     Raises:
         DoormanError: if the gate is no positive number.
@@ -34,6 +36,7 @@ class Measurement:
     expression: Any
     deviation: Any
     gate: float = math.inf
+    under: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         if not self.gate > 0.0:

@@ -41,7 +41,7 @@ def puck_filter(rails: int = 1) -> Filter:
         ProcessModel(x, u, free, p[1] * ca.DM(NOISE), parameters=p, lower=[-np.inf] * 4 + [-3.0]),
         measurements=[
             Measurement("radar", radar, MEASURED, gate=GATE),
-            Measurement("speed", speed, SPEED),
+            Measurement("speed", speed, SPEED, under={"rail": 1.1 * speed} if rails else {}),
         ],
         hypotheses=hypotheses[: 1 + rails], switching=RATES if rails else None,
         outputs=[Output("side_force", x[3] * x[4], under={"rail": 2 * x[4]} if rails else {})],

@@ -144,6 +144,17 @@ def test_situations_leave_the_hypotheses_that_they_allow():
     assert 0.0 < bank.estimate().probabilities["free"] < 0.1
 
 
+def test_inputs_that_are_known_late_act_as_if_they_had_been_known():
+    bank = puck_filter()
+    ends = []
+    for known in (U, np.zeros(2)):
+        bank.start(0.0, START, DEVIATIONS, inputs=known)
+        bank.acted(U)
+        bank.step(STEP, U)
+        ends.append(bank.estimate().mean)
+    assert ends[0].tobytes() == ends[1].tobytes()
+
+
 def test_a_state_stays_above_its_end():
     bank = puck_filter()
     bank.start(0.0, [*START[:4], -2.999], [*DEVIATIONS[:4], 3.0], situation="table")
@@ -206,6 +217,7 @@ def test_a_hypothesis_that_no_situation_allows_is_named():
         {"hypotheses": [Hypothesis("not a name")]},
         {"measurements": [Measurement("place", ca.SX.sym("other"), 1.0)]},
         {"measurements": [Measurement("place", ca.SX(2, 1), [1.0, 2.0, 3.0])]},
+        {"measurements": [Measurement("place", 0.0, 1.0, under={"gripped": 0.0})]},
         {"outputs": [Output("force", 1.0, under={"gripped": 0.0})]},
         {"parameters": [1.0]},
         {"ticks": 1},
@@ -225,6 +237,7 @@ def test_misuse_of_a_running_filter_is_an_error():
         lambda: bank.measure("lidar", 0.01, [1.0]),
         lambda: bank.measure("radar", 0.01, [1.0, 2.0, 3.0]),
         lambda: bank.step(0.01, [1.0]),
+        lambda: bank.acted([math.nan, 0.0]),
         lambda: bank.allow("kitchen"),
         lambda: bank.score("lidar"),
         lambda: bank.start(0.0, START[:3], DEVIATIONS),

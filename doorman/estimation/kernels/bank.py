@@ -138,18 +138,18 @@ def _hold(memory: FilterMemory, j: int, inputs: Array, h: float) -> float:
 def fuse(memory: FilterMemory, kind: int, values: Array, inputs: Array) -> bool:
     """Fuse a measurement at its own time; whether it passed the gate."""
     count = memory.means.shape[0]
-    function = MEASURE * count + kind
-    rows = memory.rows[function, 0]
+    first = (MEASURE + kind) * count
+    rows = memory.rows[first, 0]
     nearest, scores = np.inf, memory.scores[SCORES + SCORES_OF_EACH * kind :]
     for j in range(count):
         if memory.weights[j] > 0.0:
             memory.other_means[j] = memory.means[j]
             memory.other_covariances[j] = memory.covariances[j]
-            call_printed(memory.addresses[function], memory.means[j], inputs, memory.parameters, 0.0, memory.out)
+            call_printed(memory.addresses[first + j], memory.means[j], inputs, memory.parameters, 0.0, memory.out)
             for row in range(rows):
                 memory.innovations[row] = values[row] - memory.out[row]
                 memory.variances[row] = memory.out[rows + row]
-            distance, spreads = fuse_rows(memory, j, function, 2 * rows, rows)
+            distance, spreads = fuse_rows(memory, j, first + j, 2 * rows, rows)
             memory.distances[j], memory.logs[j] = distance, -0.5 * (distance + spreads + rows * _LOG_TURN)
             if np.isfinite(memory.logs[j]):
                 nearest = min(nearest, distance)

@@ -11,7 +11,7 @@ Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 PREDICT, HOLD, SWITCH, OUTPUT, MEASURE = range(5)
-"""Kinds of printed functions. Of M hypotheses, function kind · M + j is that of the j-th; 4 M + k reads measurement k."""
+"""Kinds of printed functions. Of M hypotheses, function kind · M + j is that of the j-th; (4 + k) M + j reads measurement k."""
 FIRST, LAST, STARTED, STORED, BROKEN, PLACES = range(6)
 """Oldest and newest tick that is kept, whether there is a bank, how many measurements are stored, and how often a filter of the
 bank has lost its meaning in this step."""
@@ -26,9 +26,9 @@ class FilterMemory(NamedTuple):
     """With M hypotheses, n states, m inputs, K measurements of at most r rows, T kept ticks and L stored measurements."""
 
     addresses: Indices
-    """Of the printed functions, shape (4 M + K,)."""
+    """Of the printed functions, shape (4 M + K M,)."""
     rows: Indices
-    """Rows of each function, and how many of them are equalities, shape (4 M + K, 2)."""
+    """Rows of each function, and how many of them are equalities, shape (4 M + K M, 2)."""
     slope_ends: Indices
     """Where each row of a Jacobian ends among the nonzeros, beginning with 0."""
     slope_columns: Indices

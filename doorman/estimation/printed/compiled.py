@@ -24,7 +24,7 @@ def memory_of(
     """Fresh memory."""
     module = load(text)
     n, m, kinds = model.size, int(model.inputs.numel()), len(measurements)
-    read = functions[len(functions) - kinds :]
+    read = functions[4 * hypotheses :]
     widest = max([each.rows for each in functions], default=1)
     places = [each.places() for each in functions]
     stored = ticks * max(kinds, 1)

@@ -37,7 +37,7 @@ def functions_of(
         *(_held(model, each) for each in hypotheses),
         *(_rates(model, each, hypotheses, switching) for each in hypotheses),
         *(_outputs(model, each, outputs) for each in hypotheses),
-        *(_measurement(model, each) for each in measurements),
+        *(each for measurement in measurements for each in _measurement(model, measurement, hypotheses)),
     ]
 
 
@@ -54,7 +54,9 @@ def text_of(
     )  # fmt: skip
     symbols["h"] = model.time_step
     return (
-        "\n\n\n".join(part.strip("\n") for part in (head, *(each.text(symbols) for each in functions if each.size)))
+        "\n\n\n".join(
+            part.strip("\n") for part in (head, *(each.text(symbols) for each in dict.fromkeys(functions) if each.size))
+        )
         + "\n"
     )
 
@@ -112,12 +114,23 @@ def _outputs(model: ProcessModel, hypothesis: Hypothesis, outputs: Sequence[Outp
     return Function(f"output_{hypothesis.name}", [column], ca.jacobian(column, model.state))
 
 
-def _measurement(model: ProcessModel, measurement: Measurement) -> Function:
+def _measurement(model: ProcessModel, measurement: Measurement, hypotheses: Sequence[Hypothesis]) -> list[Function]:
+    """One function for each hypothesis, the same for all that the measurement does not name."""
     rows = checked_column(measurement.name, measurement.expression, model.symbols)
     if not rows.numel():
         raise DimensionError("no rows", field=measurement.name, given=0, allowed="at least 1")
     deviation = _for_each(f"{measurement.name}.deviation", measurement.deviation, model.symbols, rows.numel())
-    return Function(f"measure_{measurement.name}", [rows, deviation**2], ca.jacobian(rows, model.state))
+    name = f"measure_{measurement.name}"
+    common = Function(name, [rows, deviation**2], ca.jacobian(rows, model.state))
+    found = []
+    for each in hypotheses:
+        if each.name in measurement.under:
+            field = f"{measurement.name}.under[{each.name}]"
+            own = checked_column(field, measurement.under[each.name], model.symbols, rows.numel())
+            found.append(Function(f"{name}_under_{each.name}", [own, deviation**2], ca.jacobian(own, model.state)))
+        else:
+            found.append(common)
+    return found
 
 
 def _for_each(field: str, given: Any, known: Any, size: int) -> Any:
