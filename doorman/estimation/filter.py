@@ -152,7 +152,7 @@ class Filter:
         memory, n = self._memory, self._model.size
         weights = self._weights(probabilities)
         memory.means[:] = vector(mean, n, "mean")
-        memory.covariances[:] = _covariance(deviations, n)
+        memory.covariances[:, :, :n] = _covariance(deviations, n)
         memory.coming[:] = 0.0 if inputs is None else vector(inputs, memory.coming.size, "inputs")
         memory.allowed[:] = self._mask(situation)
         memory.weights[:] = weights
@@ -220,7 +220,7 @@ class Filter:
         bank.combine_outputs(self._handle)
         outputs = zip(memory.output.tolist(), np.sqrt(memory.output_variance.clip(0.0)).tolist(), strict=True)
         return FilterEstimate(
-            self.time, _fixed(memory.mean), _fixed(memory.covariance),
+            self.time, _fixed(memory.mean), _fixed(memory.covariance[:, : memory.mean.size]),
             MappingProxyType(dict(zip(self._hypotheses, memory.weights.tolist(), strict=True))),
             MappingProxyType({name: _fixed(mean) for name, mean in zip(self._hypotheses, memory.means, strict=True)}),
             MappingProxyType(dict(zip(self._outputs, outputs, strict=True))),

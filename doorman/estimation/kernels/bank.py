@@ -33,8 +33,9 @@ from doorman.estimation.kernels.memory import (
     SWITCH,
     FilterMemory,
 )
-from doorman.estimation.kernels.moments import fuse_rows, has_meaning, predict, spread_of
+from doorman.estimation.kernels.moments import FOUR, fuse_rows, has_meaning, predict, spread_of
 from doorman.estimation.kernels.printed_functions import call_printed
+from doorman.numba_types.lanes import load, store
 
 Array = NDArray[np.float64]
 
@@ -71,18 +72,11 @@ def _mix(memory: FilterMemory, inputs: Array, h: float) -> None:
             for i in range(count):
                 if memory.chances[i, j] != 0.0:
                     mean[k] += memory.chances[i, j] / reached * memory.means[i, k]
-        for k in range(n):
-            for other in range(n):
-                covariance[k, other] = 0.0
+        covariance[:, :] = 0.0
         for i in range(count):
             if memory.chances[i, j] != 0.0:
                 share = memory.chances[i, j] / reached
-                for k in range(n):
-                    away = memory.means[i, k] - mean[k]
-                    for other in range(n):
-                        covariance[k, other] += share * (
-                            memory.covariances[i, k, other] + away * (memory.means[i, other] - mean[other])
-                        )
+                add_moments(memory, share, memory.means[i], memory.covariances[i], mean, covariance)
     for j in range(count):
         memory.weights[j] = memory.logs[j]
         if memory.weights[j] > 0.0:
@@ -222,12 +216,24 @@ def combine(memory: FilterMemory) -> None:
                 memory.mean[k] += memory.weights[j] * memory.means[j, k]
     for j in range(count):
         if memory.weights[j] > 0.0:
-            for k in range(n):
-                away = memory.means[j, k] - memory.mean[k]
-                for other in range(n):
-                    memory.covariance[k, other] += memory.weights[j] * (
-                        memory.covariances[j, k, other] + away * (memory.means[j, other] - memory.mean[other])
-                    )
+            add_moments(
+                memory, memory.weights[j], memory.means[j], memory.covariances[j], memory.mean, memory.covariance
+            )
+
+
+@kernel
+def add_moments(
+    memory: FilterMemory, share: float, mean: Array, covariance: Array, of_all: Array, total: Array
+) -> None:
+    """Add one filter's share of a mixture's covariance."""
+    away = memory.gain
+    for k in range(mean.shape[0]):
+        away[k] = mean[k] - of_all[k]
+    for k in range(mean.shape[0]):
+        own = away[k]
+        for other in range(0, total.shape[1], 4):
+            spread = load(covariance, (k, other), FOUR) + own * load(away, other, FOUR)
+            store(total, (k, other), load(total, (k, other), FOUR) + share * spread)
 
 
 @kernel

@@ -23,7 +23,9 @@ FUSED, REFUSED, INNOVATION, SCORES_OF_EACH = range(4)
 
 
 class FilterMemory(NamedTuple):
-    """With M hypotheses, n states, m inputs, K measurements of at most r rows, T kept ticks and L stored measurements."""
+    """Rows of covariances, (n, w), are filled up with zeros to whole registers of four; so are gain and row.
+
+    With M hypotheses, n states, m inputs, K measurements of at most r rows, T kept ticks and L stored measurements."""
 
     addresses: Indices
     """Of the printed functions, shape (4 M + K M,)."""
@@ -45,7 +47,7 @@ class FilterMemory(NamedTuple):
     means: Array
     """Of the bank now, shape (M, n)."""
     covariances: Array
-    """Shape (M, n, n)."""
+    """Shape (M, n, w)."""
     weights: Array
     """Probabilities of the hypotheses, shape (M,)."""
     allowed: Array
@@ -91,11 +93,11 @@ class FilterMemory(NamedTuple):
     before: Array
     """Mean before the rows of one measurement, shape (n,)."""
     row: Array
-    """P hᵀ, shape (n,)."""
+    """P hᵀ, shape (w,)."""
     gain: Array
     half: Array
     half_across: Array
-    """Scratch, shape (n, n)."""
+    """Scratch, shape (n, w)."""
     mean: Array
     """Of all hypotheses together, shape (n,)."""
     covariance: Array

@@ -4,7 +4,8 @@ r"""Mean and covariance of one filter: prediction, and rows fused one by one.
     P^+ = F P F^T + Q,\qquad S = h P h^T + r,\quad K = P h^T / S,\quad P \leftarrow (I - K h) P (I - K h)^T + r K K^T .
 
 Rows have independent noise, so that one after the other is the same as all at once. The last form (Joseph's) is symmetric, and
-positive for any K. Jacobians are sparse: only their nonzeros are multiplied.
+positive for any K. Jacobians are sparse: only their nonzeros are multiplied. Rows of matrices are filled up with zeros to whole
+registers.
 """
 
 from __future__ import annotations
@@ -15,8 +16,12 @@ from numpy.typing import NDArray
 from doorman.compilation import kernel
 from doorman.estimation.kernels.memory import PREDICT, FilterMemory
 from doorman.estimation.kernels.printed_functions import call_printed
+from doorman.numba_types.lanes import load, store, zero
 
 Array = NDArray[np.float64]
+
+FOUR = (0,) * 4
+"""Width of a register, as kernels take it."""
 
 _SLACK = 1e-9
 """Relative rounding that a covariance's 2 × 2 minors may have."""
@@ -32,11 +37,11 @@ def predict(memory: FilterMemory, j: int, inputs: Array, h: float) -> None:
     half, across = memory.half, memory.half_across
     for i in range(n):
         mean[i] = memory.out[i]
-    _times_rows(memory, n, ends, columns, covariance, half)
+    _times_rows(memory.out, n, ends, columns, covariance, half)
     for i in range(n):
         for k in range(n):
             across[k, i] = half[i, k]
-    _times_rows(memory, n, ends, columns, across, half)
+    _times_rows(memory.out, n, ends, columns, across, half)
     for i in range(n):
         for k in range(i + 1):
             covariance[i, k] = 0.5 * (half[i, k] + half[k, i])
@@ -50,15 +55,14 @@ def predict(memory: FilterMemory, j: int, inputs: Array, h: float) -> None:
 
 
 @kernel
-def _times_rows(memory: FilterMemory, n: int, ends: Array, columns: Array, matrix: Array, product: Array) -> None:
+def _times_rows(out: Array, n: int, ends: Array, columns: Array, matrix: Array, product: Array) -> None:
     """F times a matrix."""
     for i in range(n):
-        for k in range(n):
-            product[i, k] = 0.0
-        for e in range(ends[i], ends[i + 1]):
-            slope, column = memory.out[n + e], columns[e]
-            for k in range(n):
-                product[i, k] += slope * matrix[column, k]
+        for k in range(0, matrix.shape[1], 4):
+            total = zero(FOUR)
+            for e in range(ends[i], ends[i + 1]):
+                total += out[n + e] * load(matrix, (columns[e], k), FOUR)
+            store(product, (i, k), total)
 
 
 @kernel
@@ -87,15 +91,14 @@ def fuse_rows(memory: FilterMemory, j: int, function: int, first: int, count: in
 @kernel
 def spread_of(memory: FilterMemory, covariance: Array, ends: Array, columns: Array, first: int, row: int) -> float:
     """Variance h P hᵀ of a row; P hᵀ stays in the memory."""
-    n, spread, product = covariance.shape[0], 0.0, memory.row
-    for i in range(n):
-        product[i] = 0.0
+    spread, product, out = 0.0, memory.row, memory.out
+    for k in range(0, covariance.shape[1], 4):
+        total = zero(FOUR)
+        for e in range(ends[row], ends[row + 1]):
+            total += out[first + e] * load(covariance, (columns[e], k), FOUR)
+        store(product, k, total)
     for e in range(ends[row], ends[row + 1]):
-        slope, column = memory.out[first + e], columns[e]
-        for i in range(n):
-            product[i] += slope * covariance[column, i]
-    for e in range(ends[row], ends[row + 1]):
-        spread += memory.out[first + e] * product[columns[e]]
+        spread += out[first + e] * product[columns[e]]
     return spread
 
 
@@ -104,16 +107,17 @@ def _narrow(
     memory: FilterMemory, covariance: Array, ends: Array, columns: Array, first: int, row: int, variance: float
 ) -> None:
     """Joseph's form of what a row leaves of a covariance."""
-    n, gain = covariance.shape[0], memory.gain
+    n, gain, product = covariance.shape[0], memory.gain, memory.row
     for i in range(n):
-        for k in range(n):
-            covariance[i, k] -= gain[i] * memory.row[k]
+        own = gain[i]
+        for k in range(0, covariance.shape[1], 4):
+            store(covariance, (i, k), load(covariance, (i, k), FOUR) - own * load(product, k, FOUR))
         left = 0.0
         for e in range(ends[row], ends[row + 1]):
             left += covariance[i, columns[e]] * memory.out[first + e]
-        left = variance * gain[i] - left
-        for k in range(n):
-            covariance[i, k] += left * gain[k]
+        left = variance * own - left
+        for k in range(0, covariance.shape[1], 4):
+            store(covariance, (i, k), load(covariance, (i, k), FOUR) + left * load(gain, k, FOUR))
     for i in range(n):
         for k in range(i):
             covariance[i, k] = covariance[k, i] = 0.5 * (covariance[i, k] + covariance[k, i])

@@ -24,6 +24,7 @@ def memory_of(
     """Fresh memory."""
     module = load(text)
     n, m, kinds = model.size, int(model.inputs.numel()), len(measurements)
+    w = n + -n % 4
     read = functions[4 * hypotheses :]
     widest = max([each.rows for each in functions], default=1)
     places = [each.places() for each in functions]
@@ -38,18 +39,18 @@ def memory_of(
         noise_places=padded([each.noise_places() for each in functions if each.noise is not None]),
         gates=np.array([each.gate**2 for each in measurements]), lower=np.array(model.lower), upper=np.array(model.upper),
         parameters=parameters,
-        means=zeros((hypotheses, n)), covariances=zeros((hypotheses, n, n)), weights=zeros(hypotheses),
+        means=zeros((hypotheses, n)), covariances=zeros((hypotheses, n, w)), weights=zeros(hypotheses),
         allowed=np.ones(hypotheses), scores=zeros(SCORES + SCORES_OF_EACH * kinds),
         kept_times=zeros(ticks), kept_inputs=zeros((ticks, m)), kept_allowed=zeros((ticks, hypotheses)),
-        kept_means=zeros((ticks, hypotheses, n)), kept_covariances=zeros((ticks, hypotheses, n, n)),
+        kept_means=zeros((ticks, hypotheses, n)), kept_covariances=zeros((ticks, hypotheses, n, w)),
         kept_weights=zeros((ticks, hypotheses)), kept_scores=zeros((ticks, SCORES + SCORES_OF_EACH * kinds)),
         places=zeros(PLACES, dtype=np.int64), clocks=zeros(CLOCKS), stamps=zeros(stored),
         kinds=zeros(stored, dtype=np.int64), values=zeros((stored, max([each.rows for each in read], default=1))),
         was_refused=zeros(stored, dtype=np.int64), reading=zeros(max([each.rows for each in read], default=1)),
         coming=zeros(m),
         out=zeros(max(each.size for each in functions)), chances=zeros((hypotheses, hypotheses)),
-        other_means=zeros((hypotheses, n)), other_covariances=zeros((hypotheses, n, n)), logs=zeros(hypotheses),
-        distances=zeros(hypotheses), innovations=zeros(widest), variances=zeros(widest), before=zeros(n), row=zeros(n),
-        gain=zeros(n), half=zeros((n, n)), half_across=zeros((n, n)), mean=zeros(n), covariance=zeros((n, n)),
+        other_means=zeros((hypotheses, n)), other_covariances=zeros((hypotheses, n, w)), logs=zeros(hypotheses),
+        distances=zeros(hypotheses), innovations=zeros(widest), variances=zeros(widest), before=zeros(n), row=zeros(w),
+        gain=zeros(w), half=zeros((n, w)), half_across=zeros((n, w)), mean=zeros(n), covariance=zeros((n, w)),
         output=zeros(outputs), output_variance=zeros(outputs),
     )  # fmt: skip
