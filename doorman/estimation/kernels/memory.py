@@ -25,7 +25,8 @@ FUSED, REFUSED, INNOVATION, SCORES_OF_EACH = range(4)
 class FilterMemory(NamedTuple):
     """Rows of covariances, (n, w), are filled up with zeros to whole registers of four; so are gain and row.
 
-    With M hypotheses, n states, m inputs, K measurements of at most r rows, T kept ticks and L stored measurements."""
+    With M hypotheses, n states, m inputs, K measurements of at most r rows, T kept ticks and L stored measurements.
+    """
 
     addresses: Indices
     """Of the printed functions, shape (4 M + K M,)."""
