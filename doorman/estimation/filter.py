@@ -99,8 +99,9 @@ class Filter:
             checked_names(field, list(names))
         switching = {} if switching is None else switching
         self._check_hypotheses("switching", [name for pair in switching for name in pair])
-        for each in (*outputs, *measurements):
-            self._check_hypotheses(f"{each.name}.under", each.under)
+        special = [(each.name, each.under) for each in outputs] + [(each.name, each.under) for each in measurements]
+        for name, under in special:
+            self._check_hypotheses(f"{name}.under", under)
         self._allowed = self._checked_situations(allowed)
         if not longest_step > 0.0:
             raise DimensionError("not a time", field="longest_step", given=longest_step, allowed="> 0 s")
