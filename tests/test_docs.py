@@ -124,7 +124,10 @@ def test_the_toml_of_the_readme_and_the_docs_is_a_scenario(tmp_path):
 # ---------------------------------------------------------------- how-to pages
 
 
-RUN = [*sorted((ROOT / "docs" / "how-to").glob("*.md")), ROOT / "docs" / "viewing.md", ROOT / "docs" / "scenario.md"]
+RUN = [
+    *sorted((ROOT / "docs" / "how-to").glob("*.md")),
+    *(ROOT / "docs" / f"{name}.md" for name in ("viewing", "scenario", "estimation")),
+]
 
 
 @pytest.mark.docs

@@ -27,9 +27,9 @@ pytestmark = pytest.mark.docs
 
 ROOT = Path(__file__).parent.parent
 PUBLIC = ["doorman", *(f"doorman.{name}" for name in (
-    "campaign", "feasibility", "flight", "hardware.dynamixel", "hardware.mocap", "hardware.pixhawk", "hardware.safety",
-    "hardware.vehicle", "hardware.vehicle_file", "learning", "mission", "ocp", "recording", "recording.merging", "rig", "ros2",
-    "scenario", "simulation", "visualization",
+    "campaign", "estimation", "feasibility", "flight", "hardware.dynamixel", "hardware.mocap", "hardware.pixhawk",
+    "hardware.safety", "hardware.vehicle", "hardware.vehicle_file", "learning", "mission", "ocp", "recording",
+    "recording.merging", "rig", "ros2", "scenario", "simulation", "visualization",
 ))]  # fmt: skip
 """Packages that export names."""
 _INSIDE = ("doorman.cli", "doorman.compilation", "doorman.rig.emulators", "doorman.summary")

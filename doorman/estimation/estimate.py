@@ -1,0 +1,45 @@
+"""What a filter knows at one time."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class FilterEstimate:
+    """Mean and covariance of all hypotheses together, and how likely each of them is; arrays are read-only."""
+
+    time: float
+    """[s]."""
+    mean: Array
+    """Shape (n,)."""
+    covariance: Array
+    """Shape (n, n)."""
+    probabilities: Mapping[str, float]
+    """By hypothesis."""
+    means: Mapping[str, Array]
+    """Mean under each hypothesis."""
+    outputs: Mapping[str, tuple[float, float]]
+    """Value and deviation of each output."""
+
+    @property
+    def deviations(self) -> Array:
+        """Of the states, shape (n,)."""
+        return np.sqrt(np.diag(self.covariance))
+
+
+@dataclass(frozen=True)
+class MeasurementScore:
+    """How one kind of measurement fared since the start."""
+
+    fused: int
+    refused: int
+    mean_nis: float
+    """Mean normalised innovation squared of what was fused: the number of its rows, if model and noise are right. NaN before the
+    first."""

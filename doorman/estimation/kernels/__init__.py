@@ -1,0 +1,1 @@
+"""Kernels of a bank of filters: any model, any measurements."""

@@ -1,0 +1,1 @@
+"""A filter's expressions, printed as a module of kernels."""
