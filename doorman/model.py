@@ -100,7 +100,7 @@ class Model:
         """How the vehicle makes a force: with a tilted thrust, or with a level body."""
         self.attitude_loop = AttitudeLoop(scenario.vehicle.attitude_lag)
         """How roll and pitch follow what is commanded."""
-        self.hover_input = frozen([self.vehicle.mass * GRAVITY, *np.zeros(3 + self.n_arm)])
+        self.hover_input = frozen([self.vehicle.weight, *np.zeros(3 + self.n_arm)])
 
     @property
     def start_angle(self) -> float:

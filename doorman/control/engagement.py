@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from doorman.kinematics.vehicles.balance import balance_of
-from doorman.model import GRAVITY, Model
+from doorman.model import Model
 
 _LEAST_SHARE = 0.2
 """Of the settings: a vehicle whose rotors have less left still has to turn."""
@@ -40,7 +40,7 @@ def _share(model: Model) -> float:
     settings, pushes = model.scenario.control, model.goal_angle < model.start_angle
     nose_down = np.array([-1.0 if pushes else 1.0, 0.0])
     room = balance.room_towards(model.vehicle.center_of_mass(model.start_arm), nose_down)
-    torque = model.vehicle.mass * GRAVITY * room
+    torque = model.vehicle.weight * room
     inertia = float(model.vehicle.inertia(model.start_arm)[1, 1])
     answered = torque / (inertia * model.attitude_loop.stiffness)
     return min(max(answered / settings.engage_pitch, _LEAST_SHARE), 1.0)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.kinematics.rotations import euler_rates
-from doorman.model import GRAVITY, Model
+from doorman.model import Model
 
 Array = NDArray[np.float64]
 
@@ -37,7 +37,7 @@ class TurningAid:
     def __init__(self, model: Model) -> None:
         self._coupling, self._door = model.coupling, model.door
         self._inertia = float(model.vehicle.inertia(model.start_arm)[2, 2])
-        self._most = _MOST * model.vehicle.mass * GRAVITY
+        self._most = _MOST * model.vehicle.weight
         self._integral = 0.0
 
     def force(

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from doorman.control.estimation.leaf_estimator import LeafEstimate
 from doorman.control.observers.tilt_observer import TiltObserver
-from doorman.model import GRAVITY, Model
+from doorman.model import Model
 from doorman.planning.plan import Plan
 from doorman.planning.whole_body.contact import depth_of, stick_place, tip_on_face, turned_by, whole_body_state
 from doorman.planning.whole_body.numbers import whole_body_numbers  # fmt: skip
@@ -52,7 +52,7 @@ class WholeBodyController:
         self._model, self._numbers = model, whole_body_numbers(model)
         self._ramp = _RAMP * model.scale.rate**2
         self._free_air = _FREE_AIR * model.vehicle.radius
-        self._least_grip = _LEAST_GRIP * model.vehicle.mass * GRAVITY
+        self._least_grip = _LEAST_GRIP * model.vehicle.weight
         self.opening_rate = 0.0
         """Asked for now [rad/s]."""
         self._arm_rates, self._side = np.zeros(model.n_arm), np.zeros(2)

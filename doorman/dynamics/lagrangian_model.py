@@ -23,7 +23,7 @@ from doorman.kinematics.numbers import Numbers
 from doorman.kinematics.rotations import regular_state, regular_step, rotation_body_to_world, skew
 from doorman.kinematics.task_numbers import task_numbers
 from doorman.kinematics.vehicles.arms.arm_pattern import ArmPattern
-from doorman.kinematics.vehicles.vehicle import GRAVITY, Vehicle
+from doorman.kinematics.vehicles.vehicle import Vehicle
 
 Array = NDArray[np.float64]
 
@@ -112,7 +112,7 @@ class LagrangianModel:
         kinetic = 0.5 * x[4:8] @ self.mass_matrix(x[:4], x[8:]) @ x[4:8]
         center = rotation_body_to_world(x[:3]) @ vehicle.center_of_mass(x[8:])
         height = self.coupling.vehicle_position(x[:3], x[3], x[8:])[2] + center[2]
-        return float(kinetic + vehicle.mass * GRAVITY * height + 0.5 * door.stiffness * (x[3] - door.rest_angle) ** 2)
+        return float(kinetic + vehicle.weight * height + 0.5 * door.stiffness * (x[3] - door.rest_angle) ** 2)
 
     def contact_force(self, state: ArrayLike, inputs: ArrayLike) -> Array:
         r"""Force of the tip on the door, :math:`f_t R e_3 - m_A g e_3 - m_A a` with the centre of mass' acceleration a."""

@@ -63,7 +63,7 @@ def lift_left(layout: RotorLayout, torque: Array) -> float:
 
 def _thrust_reserve(model: Model, layout: RotorLayout) -> Finding:
     """Thrust in hand over the weight, while the vehicle answers the touch."""
-    weight = model.vehicle.mass * GRAVITY
+    weight = model.vehicle.weight
     ratio = model.vehicle.max_thrust / weight
     turn, why = _first_turn(model)
     lift = lift_left(layout, hover_wrench(model)[1:3] + np.array([0.0, _turning_torque(model, turn)]))
@@ -91,7 +91,7 @@ def _first_turn(model: Model) -> tuple[float, str]:
         allowed = max(engagement.lead(0.0), engagement.lead(_ENGAGED) - engagement.lead(0.0))
         return min(allowed, FIRST_TURN), "as the first plans do with the tip tied"
     stop = control.velocity_gain[0] * model.scenario.mission.touch_speed / GRAVITY
-    push = model.scenario.mission.touch_force / (model.vehicle.mass * GRAVITY)
+    push = model.scenario.mission.touch_force / model.vehicle.weight
     return min(max(stop, push), FIRST_TURN), "as the controller does when the touch stops the tip"
 
 
@@ -112,14 +112,14 @@ def _carried(model: Model) -> float:
     limits = np.where(model.vehicle.torque_limits > 0.0, model.vehicle.torque_limits, np.inf)
     limits = np.maximum(limits - np.abs(weight_on_joints(model, model.start_state)), 0.0)
     holds = np.divide(limits, levers, out=np.full_like(limits, np.inf), where=levers > 1e-9)
-    return min(float(holds.min(initial=np.inf)), model.vehicle.mass * GRAVITY)
+    return min(float(holds.min(initial=np.inf)), model.vehicle.weight)
 
 
 def _center_of_mass(model: Model, layout: RotorLayout) -> Finding:
     r"""In free flight the rotors alone hold :math:`c \times f_t e_3` of a centre of mass c beside O_B, and the weight."""
     centers = [model.vehicle.center_of_mass(arm) for arm in (model.start_arm, model.goal_arm)]
     center = max(centers, key=lambda place: float(np.linalg.norm(place)))
-    offset, weight = float(np.linalg.norm(center)), model.vehicle.mass * GRAVITY
+    offset, weight = float(np.linalg.norm(center)), model.vehicle.weight
     lift = min(lift_left(layout, weight * np.array([place[1], -place[0]])) for place in centers)
     severity = graded(offset <= _OFFSET, Severity.WARNING if lift >= weight else Severity.ERROR)
     message = (
@@ -135,4 +135,4 @@ def _center_of_mass(model: Model, layout: RotorLayout) -> Finding:
 def weight_on_joints(model: Model, state: Array) -> Array:
     r"""Torques of the arm's own weight on its joints, :math:`m g\,J_c^T R^T e_3`."""
     up = rotation_body_to_world(state[:3])[2]
-    return np.asarray(model.vehicle.mass * GRAVITY * up @ model.vehicle.center_of_mass_jacobian(state[5:]))
+    return np.asarray(model.vehicle.weight * up @ model.vehicle.center_of_mass_jacobian(state[5:]))

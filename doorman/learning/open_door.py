@@ -13,7 +13,7 @@ from doorman.checks import numbers
 from doorman.copying import Uncopied
 from doorman.exceptions import BackendError, DimensionError, DoormanError
 from doorman.learning.reward import RewardWeights, Step, reward_terms
-from doorman.model import GRAVITY, Model
+from doorman.model import Model
 from doorman.scenario import Scenario
 from doorman.signals import Command, Measurement
 from doorman.simulation import SimulatedBackend, Truth
@@ -77,7 +77,7 @@ class OpenDoorEnv(Uncopied, gymnasium.Env[Array, Array]):
         self._weights = weights or RewardWeights()
         self._goal = self._model.goal_angle
         self._contact = self._model.coupling.contact_point(self._model.start_angle)
-        self._weight = self._model.vehicle.mass * GRAVITY
+        self._weight = self._model.vehicle.weight
         self._arm_rates = np.asarray(self._model.vehicle.rate_limits, dtype=np.float64)
         self._backend: SimulatedBackend | None = None
         self._yaw = 0.0

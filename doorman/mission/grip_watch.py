@@ -10,7 +10,7 @@ from collections import deque
 
 from doorman.control.estimation.estimator import Estimate
 from doorman.control.tug import TUG
-from doorman.model import GRAVITY, Model
+from doorman.model import Model
 
 _MOVES = 0.3 * TUG
 """Share of the weight, of a change of push or pull from which on the tip's force is looked at."""
@@ -71,7 +71,7 @@ class GripWatch:
     """
 
     def __init__(self, model: Model) -> None:
-        self._least = (_MOVES * model.vehicle.mass * GRAVITY) ** 2
+        self._least = (_MOVES * model.vehicle.weight) ** 2
         self._rate = model.scenario.estimation.vehicle_observer_rate
         self._poles = [0.0, 0.0, 0.0]
         self._recent: deque[tuple[float, float]] = deque()

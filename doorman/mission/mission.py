@@ -67,8 +67,8 @@ class Mission(Uncopied):
         self._last_time: float | None = None
         self._opened_at: float | None = None
         self._last_setpoint: Setpoint | None = None
-        self._rotors = np.array([0.0, 0.0, model.vehicle.mass * GRAVITY])
-        self._lift = LiftScale(model.vehicle.mass * GRAVITY, model.vehicle.max_thrust)
+        self._rotors = np.array([0.0, 0.0, model.vehicle.weight])
+        self._lift = LiftScale(model.vehicle.weight, model.vehicle.max_thrust)
         self._abort_reason = ""
 
     @property
@@ -170,7 +170,7 @@ class Mission(Uncopied):
             thrust = Thrust(planned.thrust, planned.attitude, made, estimate.wind, False)
         self._flew_plan = planned is not None
         if at_the_leaf:
-            command = limited(command, self.model.vehicle.mass * GRAVITY, self.model.scenario.control.max_push)
+            command = limited(command, self.model.vehicle.weight, self.model.scenario.control.max_push)
         elif tie is Tie.FREE:
             self._lift.learn(float(outer[2]), elapsed)
         scaled = self._lift.scaled(command)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.kinematics.vehicles.actuation import LEVEL
-from doorman.model import GRAVITY, Model
+from doorman.model import Model
 from doorman.ocp.problem.problem import Bounds
 
 Array = NDArray[np.float64]
@@ -70,7 +70,7 @@ def largest_push(model: Model, tilt: float, door_angle: float | None = None) -> 
     if door_angle is None:
         way = np.linspace(model.travel.start, model.travel.goal, 1 if model.door.vertical else _ALONG_THE_WAY)
         return min(largest_push(model, tilt, float(angle)) for angle in way)
-    weight, upwards = model.vehicle.mass * GRAVITY, -model.travel.sense * float(model.door.normal(door_angle)[2])
+    weight, upwards = model.vehicle.weight, -model.travel.sense * float(model.door.normal(door_angle)[2])
     level, slope = math.sqrt(1.0 - upwards**2), math.tan(tilt)
     if model.actuation.push is not None:
         return model.actuation.push / max(level, 1e-3)

@@ -7,7 +7,6 @@ from numpy.typing import NDArray
 
 from doorman.hardware.quaternions import from_attitude, multiply, to_attitude
 from doorman.hardware.vehicle.gripper import CLOSED, OPEN, SHUT
-from doorman.model import GRAVITY
 from doorman.rig.emulators.autopilot.vehicle.plant import PlantTruth
 from doorman.rig.emulators.mocap.stream import BodyPose
 from doorman.rig.emulators.servos.plant import LaggingJoints, ServoMotion
@@ -34,7 +33,7 @@ class RigVehicle:
     @property
     def weight(self) -> float:
         """Weight [N]."""
-        return self._plant.model.vehicle.mass * GRAVITY
+        return self._plant.model.vehicle.weight
 
     def command(self, thrust: float, quaternion: Array, side_force: tuple[float, float] = (0.0, 0.0)) -> None:
         """Fly with a thrust, and a force to the side, towards an attitude, until the next command."""

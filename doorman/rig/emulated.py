@@ -19,7 +19,7 @@ from doorman.hardware.dynamixel.wire.registers import BAUD_CODES
 from doorman.hardware.mocap import MocapConfig
 from doorman.hardware.pixhawk.wire.signing import load_key
 from doorman.hardware.vehicle import VehicleConfig
-from doorman.model import GRAVITY, Model
+from doorman.model import Model
 from doorman.recording import Recorder
 from doorman.rig.adapters import RigArm, RigBody, RigVehicle
 from doorman.rig.emulators.autopilot import EmulatedAutopilot
@@ -177,7 +177,7 @@ class Rig(Uncopied):
                 vision=with_mocap,
                 start_up=2.0,
                 heartbeat_rate=self.setup.heartbeat_rate,
-                hover_thrust=model.vehicle.mass * GRAVITY / model.vehicle.max_thrust,
+                hover_thrust=model.vehicle.weight / model.vehicle.max_thrust,
                 motors=self.setup.motors,
                 seed=self.setup.seed,
                 clock=clock,

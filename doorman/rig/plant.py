@@ -14,7 +14,7 @@ from doorman.copying import Uncopied
 from doorman.exceptions import BackendError
 from doorman.hardware.vehicle.places import Places
 from doorman.kinematics.rotations import rotation_body_to_world
-from doorman.model import GRAVITY, Model
+from doorman.model import Model
 from doorman.recording import Recorder
 from doorman.rig.landing_gear import LandingGear
 from doorman.rig.sitl.rotor_pilot import RotorPilot
@@ -288,7 +288,7 @@ class RigPlant(Uncopied):
         self._simulator.set_grip(False)
         data, to_root = plant.data, np.linalg.inv(plant.root_to_base)
         rotation = rotation_body_to_world([0.0, 0.0, self.places.yaw])
-        sunk = self.model.vehicle.mass * GRAVITY / self.gear.stiffness
+        sunk = self.model.vehicle.weight / self.gear.stiffness
         data.qpos[:3] = self.places.pad - [0.0, 0.0, sunk] + rotation @ to_root[:3, 3]
         engine().mju_mat2Quat(data.qpos[3:7], (rotation @ to_root[:3, :3]).ravel())
         data.qpos[plant.arm_positions] = self.model.start_arm

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from doorman.copying import Uncopied
 from doorman.exceptions import BackendError
 from doorman.kinematics.rotations import SMALLEST_COSINE, quaternion_of
-from doorman.model import GRAVITY, Model
+from doorman.model import Model
 from doorman.numba_types.handles import held
 from doorman.simulation.plant.contact import TOUCH, ContactReader, Gripper
 from doorman.simulation.plant.engine import addresses, check_stability, engine
@@ -90,7 +90,7 @@ class Simulator(Uncopied):
         self._command, self._tip, self._state = self._own.command, self._own.tip, self._own.truth
         self._counts = self._own.engine.contacts
         self._parts = truth_parts(model.n_arm, self.layout.count)
-        self.set_command(model.vehicle.mass * GRAVITY, model.start_state[:3], np.zeros(model.n_arm))
+        self.set_command(model.vehicle.weight, model.start_state[:3], np.zeros(model.n_arm))
         self._thrust, self._drag = true_thrust(model, self.plant, self.layout), drag(model, self.plant, self.layout)
         self._strains = true.gripper_force is not None
         varies = disturbance, self._thrust, self._drag, true.gripper_force, self._hinge.vary or None

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from command_line import assert_bad_input, run
 
-from doorman import Model, Scenario, simulate
+from doorman import Scenario, simulate
 from doorman.feasibility import check
 
 CASES = Path(__file__).parent
@@ -50,7 +50,14 @@ def test_what_can_be_flown_is_possible(file: str) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("file", "finding"), [("doors/valve", "room along the swing"), ("hollow/task", "hull of frame")]
+    ("file", "finding"),
+    [
+        ("doors/valve", "room along the swing"),
+        ("doors/hatch", "force on the door"),
+        ("doors/contact_near_latch", "room along the swing"),
+        ("vehicles/stick", "reach"),
+        ("hollow/task", "hull of frame"),
+    ],
 )
 def test_what_cannot_be_flown_is_refused_with_its_reason(file: str, finding: str) -> None:
     report = check(CASES / f"{file}.toml")
@@ -62,6 +69,8 @@ def test_what_cannot_be_flown_is_refused_with_its_reason(file: str, finding: str
 @pytest.mark.parametrize(
     ("file", "most_off", "seed"),
     [
+        ("doors/left", 0.6, 0),
+        ("doors/off50", 0.6, 0),
         ("doors/tilt0.05", 1.0, 0),
         ("doors/drawer", 1.0, 0),
         ("contact/proud_push", 1.0, 0),

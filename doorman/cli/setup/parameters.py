@@ -22,7 +22,7 @@ from doorman.hardware.pixhawk.parameters.file import (
 )
 from doorman.hardware.vehicle import Places
 from doorman.hardware.vehicle_file import VehicleFile
-from doorman.model import GRAVITY, Model
+from doorman.model import Model
 
 LONGEST_DELAY = 0.25
 """That ArduPilot takes [s]."""
@@ -47,7 +47,7 @@ def print_parameters(
     model = Model(file.scenario(source, parse_overrides(settings)))
     places = Places.of(model)
     figures = VehicleFigures(
-        model.vehicle.mass * GRAVITY, model.vehicle.max_thrust, model.scenario.safety.low_battery,
+        model.vehicle.weight, model.vehicle.max_thrust, model.scenario.safety.low_battery,
         float(places.hover[2] - places.pad[2]),
     )  # fmt: skip
     config = PixhawkConfig("udp:14540", mocap=True, hover_force=figures.weight)

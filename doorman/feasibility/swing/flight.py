@@ -15,7 +15,7 @@ from doorman.feasibility.report import Finding, Severity, graded
 from doorman.feasibility.swing.geometry import inertia_in_words, shortest_swing
 from doorman.feasibility.swing.rehearsal import Rehearsal, least_resistance
 from doorman.kinematics.rotations import rotation_body_to_world
-from doorman.model import GRAVITY, Model
+from doorman.model import Model
 from doorman.planning.own_motion import rotor_force
 
 Array = NDArray[np.float64]
@@ -156,7 +156,7 @@ def _forces(model: Model, rehearsal: Rehearsal) -> list[Finding]:
     torques = []
     for state, inputs in _every(model, rehearsal):
         rotation = rotation_body_to_world(state[:3])
-        force = rotation @ rotor_force(inputs, model.n_arm) - np.array([0.0, 0.0, model.vehicle.mass * GRAVITY])
+        force = rotation @ rotor_force(inputs, model.n_arm) - np.array([0.0, 0.0, model.vehicle.weight])
         by_force = model.vehicle.tip_jacobian(state[5:]).T @ rotation.T @ force
         torques.append(np.abs(by_force) + np.abs(weight_on_joints(model, state)))
     pull = _pull(model, max(0.0, -float(rehearsal.normal_forces.min())))

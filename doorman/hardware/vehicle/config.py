@@ -21,7 +21,7 @@ from doorman.hardware.vehicle import gripper
 from doorman.hardware.vehicle.settings import with_settings
 from doorman.kinematics.vehicles.rotor_layout import rotor_layout
 from doorman.kinematics.vehicles.vehicle import Vehicle
-from doorman.model import GRAVITY, Model
+from doorman.model import Model
 
 Array = NDArray[np.float64]
 
@@ -132,7 +132,7 @@ def vehicle_config(
                            allowed=f"{_SLOWEST_MOCAP:g} to {_FASTEST_MOCAP:g} 1/s")  # fmt: skip
     config = VehicleConfig(
         pixhawk=PixhawkConfig(
-            pixhawk, setpoints=setpoints, mocap=mocap is not None, hover_force=vehicle.mass * GRAVITY,
+            pixhawk, setpoints=setpoints, mocap=mocap is not None, hover_force=vehicle.weight,
             rates=Rates(setpoint=rate), timeouts=Timeouts(mocap=0.5), on_mocap_loss=on_mocap_loss,
             signing_key=signing_key, write_parameters=write_parameters, min_battery=model.scenario.safety.low_battery,
             local_frame=LocalFrame((x, y, z), yaw), rotors=_tilted_rotors(model),

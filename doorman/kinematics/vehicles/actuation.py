@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from doorman.exceptions import BackendError
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.kinematics.vehicles.rotor_layout import RotorLayout, rotor_layout
-from doorman.kinematics.vehicles.vehicle import GRAVITY, Vehicle
+from doorman.kinematics.vehicles.vehicle import Vehicle
 
 Array = NDArray[np.float64]
 
@@ -147,7 +147,7 @@ class BodyForce(Actuation):
 
 def actuation_of(vehicle: Vehicle, torque_per_thrust: float) -> Actuation:
     """What a vehicle's rotors can do."""
-    weight = vehicle.mass * GRAVITY
+    weight = vehicle.weight
     try:
         layout = rotor_layout(vehicle, torque_per_thrust)
     except BackendError:

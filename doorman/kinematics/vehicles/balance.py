@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from doorman.exceptions import BackendError
 from doorman.kinematics.urdf.robot import frozen
 from doorman.kinematics.vehicles.rotor_layout import RotorLayout, rotor_layout
-from doorman.kinematics.vehicles.vehicle import GRAVITY, Vehicle
+from doorman.kinematics.vehicles.vehicle import Vehicle
 
 Array = NDArray[np.float64]
 
@@ -85,4 +85,4 @@ def balance_of(vehicle: Vehicle) -> Balance | None:
         layout = rotor_layout(vehicle, torque_per_thrust=1.0)  # it scales yaw alone
     except BackendError:
         return None
-    return Balance.of(layout, vehicle.mass * GRAVITY)
+    return Balance.of(layout, vehicle.weight)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from doorman.exceptions import BackendError
 from doorman.kinematics.urdf.robot import frozen
-from doorman.kinematics.vehicles.vehicle import GRAVITY, Vehicle
+from doorman.kinematics.vehicles.vehicle import Vehicle
 
 Array = NDArray[np.float64]
 
@@ -107,7 +107,7 @@ def rotor_layout(vehicle: Vehicle, torque_per_thrust: float) -> RotorLayout:
         limits = np.full(RING_SIZE, vehicle.max_thrust / RING_SIZE)
     frozen_axes = None if axes is None or not axes[:, :2].any() else frozen(axes)
     layout = RotorLayout(frozen(positions), frozen(directions), frozen(limits), torque_per_thrust, frozen_axes)
-    if layout.rank == 6 and _side_room(layout, vehicle.mass * GRAVITY) >= _LEAST_SIDE * vehicle.mass * GRAVITY:
+    if layout.rank == 6 and _side_room(layout, vehicle.weight) >= _LEAST_SIDE * vehicle.weight:
         layout = replace(layout, fully_actuated=True)
     _check_steering(layout, vehicle)
     return layout

@@ -77,6 +77,11 @@ class Vehicle:
         return self._own.get(self.model.createData)
 
     @property
+    def weight(self) -> float:
+        """Of vehicle and arm, m_A g [N]."""
+        return self.mass * GRAVITY
+
+    @property
     def propeller_reach(self) -> float:
         """Largest distance of a propeller's tip from the body's z axis, as far as the URDF shows propellers; else zero [m]."""
         return propeller_reach(self.urdf, self.model, self._base_placement())
@@ -218,7 +223,7 @@ class Vehicle:
             return float(self.names.max_thrust)
         if self.rotors:
             return float(sum(rotor.max_thrust * rotor.axis[2] for rotor in self.rotors))
-        return 2.0 * self.mass * GRAVITY
+        return 2.0 * self.weight
 
     def _arm_geometry(self) -> ArmGeometry:
         pinocchio.framesForwardKinematics(self.model, self._data, np.zeros(self.n_arm))

@@ -15,7 +15,6 @@ from doorman.control.position_controller import Setpoint
 from doorman.control.tug import TUG, TUGGING
 from doorman.mission.phases.attempt import Attempt
 from doorman.mission.phases.phase import GiveUp, MissionPhase, Next, Phase, Then
-from doorman.model import GRAVITY
 
 Array = NDArray[np.float64]
 
@@ -40,7 +39,7 @@ class Touch(MissionPhase):
         super().__init__(attempt, estimate, before)
         in_contact = before is None
         self._touched_at = estimate.time - _PRESSING if in_contact else None
-        self._tug = TUG * attempt.model.vehicle.mass * GRAVITY
+        self._tug = TUG * attempt.model.vehicle.weight
         attempt.leaf.begin(attempt.model.start_yaw)
         attempt.estimator.contact.expect()
         if in_contact:

@@ -12,7 +12,7 @@ from doorman.collision.rows.listed import IN_A_DOORWAY, Kinds
 from doorman.kinematics.numbers import Numbers
 from doorman.kinematics.vehicles.arms.arm_pattern import ArmPattern
 from doorman.kinematics.vehicles.balance import balance_numbers
-from doorman.model import GRAVITY, Model
+from doorman.model import Model
 from doorman.ocp.kernels.printed.printed_problem import printed_problem
 from doorman.ocp.problem.costs import QuadraticCost
 from doorman.ocp.problem.problem import Problem
@@ -80,7 +80,7 @@ def door_cost(model: Model) -> QuadraticCost:
     A vehicle of another size has the paper's weights of forces, rates and times in its own units: it does the same, larger.
     """
     n, side = model.n_arm, np.zeros(2 if model.actuation.fully else 0)
-    weight = model.vehicle.mass * GRAVITY
+    weight = model.vehicle.weight
     time, force = model.scale.time, model.scale.force
     by_state = np.array([*_PAPER_STATE_WEIGHTS, *([0.05] + [0.1] * n)[:n]])
     by_state[4] *= time**2

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.kinematics.rotations import rotation_body_to_world
-from doorman.model import GRAVITY, Model
+from doorman.model import Model
 from doorman.ocp.solvers.solution import PlanStatus
 from doorman.planning.hinge import Hinge
 from doorman.planning.limits import largest_push
@@ -22,7 +22,7 @@ _AT_GOAL = 0.05
 def push_along_normal(model: Model, states: Array, inputs: Array) -> Array:
     r"""Push of the rotors along the door's normal, :math:`n_D^T (f_t R e_3 - m_A g e_3)`."""
     roll, pitch, yaw, angle = states[: len(inputs), :4].T
-    door, weight = model.door, model.vehicle.mass * GRAVITY
+    door, weight = model.door, model.vehicle.weight
     normals = door.normals(angle)
     ahead = np.cos(yaw) * normals[:, 0] + np.sin(yaw) * normals[:, 1]
     left = np.cos(yaw) * normals[:, 1] - np.sin(yaw) * normals[:, 0]
@@ -97,7 +97,7 @@ def push_state(model: Model, state: Array, push: float) -> Array:
     start, yaw, normal = state.copy(), float(state[2]), model.door.normal(float(state[3]))
     forward = push * (math.cos(yaw) * normal[0] + math.sin(yaw) * normal[1])
     left = push * (math.cos(yaw) * normal[1] - math.sin(yaw) * normal[0])
-    weight = model.vehicle.mass * GRAVITY + push * normal[2]
+    weight = model.vehicle.weight + push * normal[2]
     start[0] = math.atan2(-left, math.hypot(forward, weight))
     start[1] = math.atan2(forward, weight)
     return start

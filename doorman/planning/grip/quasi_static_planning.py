@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from doorman.kinematics.numbers import Numbers
 from doorman.kinematics.rotations import rotation_body_to_world
-from doorman.model import GRAVITY, Model
+from doorman.model import Model
 from doorman.ocp.problem.problem import Problem
 from doorman.ocp.solvers.options import SolverOptions
 from doorman.planning.composition import NO_EXTRAS, NOTHING, Extras
@@ -66,7 +66,7 @@ class QuasiStaticPlanning(GripPlanning):
     def force_on_door(self, reduced: Array, rotors: Array, acceleration: Array) -> Array:
         r"""The thrust's, :math:`F_R = f_t R e_3 - m_A g e_3`: the vehicle's own inertia is unknown to this model."""
         force: Array = rotation_body_to_world(reduced[:3]) @ rotors
-        force[2] -= self.model.vehicle.mass * GRAVITY
+        force[2] -= self.model.vehicle.weight
         return force
 
     def swing(self, disturbance: float) -> Callable[[Array, Array], Array]:

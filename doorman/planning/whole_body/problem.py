@@ -13,7 +13,7 @@ from doorman.collision.rows.listed import Kinds
 from doorman.kinematics.numbers import Numbers
 from doorman.kinematics.vehicles.actuation import LEVEL
 from doorman.kinematics.vehicles.arms.arm_pattern import ArmPattern
-from doorman.model import GRAVITY, Model
+from doorman.model import Model
 from doorman.ocp.kernels.printed.printed_problem import printed_problem
 from doorman.ocp.problem.costs import QuadraticCost
 from doorman.ocp.problem.problem import Bounds, Problem
@@ -71,7 +71,7 @@ def _bounds(model: Model) -> Bounds:
     """Of `[limits]`, `control.max_tilt` and the vehicle; a calm arm and yaw torque whatever these allow."""
     vehicle, limits, free = model.vehicle, model.scenario.limits, np.full(14, np.inf)
     rates = np.minimum(vehicle.rate_limits, ARM_RATE * model.scale.rate)
-    largest, least = model.scenario.control.max_tilt, LEAST_THRUST * vehicle.mass * GRAVITY
+    largest, least = model.scenario.control.max_tilt, LEAST_THRUST * vehicle.weight
     if limits.enabled:
         rates = np.minimum(rates, math.inf if limits.joint_rates is None else limits.joint_rates)
         largest, least = min(largest, limits.tilt), max(least, limits.min_thrust)
@@ -91,7 +91,7 @@ def _cost(model: Model) -> QuadraticCost:
     n, scale = model.n_arm, model.scale
     side = 2 if model.actuation.fully else 0
     none: Any = np.zeros(14 + n)
-    hover = np.concatenate([[model.vehicle.mass * GRAVITY], np.zeros(3 + n + side)])
+    hover = np.concatenate([[model.vehicle.weight], np.zeros(3 + n + side)])
     weights = np.full(14 + n, STATE_WEIGHT)
     units = np.array([scale.force, 1.0, 1.0, scale.torque, *[scale.rate] * n, *[scale.force] * side])
     inputs = np.array([*INPUT_WEIGHTS, *[ARM_WEIGHT] * n, *[SIDE_COST] * side])

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from doorman.exceptions import ScenarioError
 from doorman.kinematics.doors.door import Door
 from doorman.kinematics.rotations import rotation_body_to_world
-from doorman.model import GRAVITY, Model
+from doorman.model import Model
 from doorman.simulation.plant.assembly import DOOR, VEHICLE, assemble, first_contact
 from doorman.simulation.plant.contact import calibrate
 from doorman.simulation.plant.faults import build_fault
@@ -179,7 +179,7 @@ def _gap(mujoco: Any, plant: Plant) -> float:
 
 def hover_wrench(model: Model) -> Array:
     """Thrust and torques that hold the vehicle in its start posture: m g and c × f_t e₃ for its centre of mass c."""
-    thrust = model.vehicle.mass * GRAVITY
+    thrust = model.vehicle.weight
     center = model.vehicle.center_of_mass(model.start_arm)
     return np.array([thrust, *np.cross(center, [0.0, 0.0, thrust])])
 

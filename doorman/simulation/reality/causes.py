@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from doorman.model import GRAVITY, Model
+from doorman.model import Model
 from doorman.recording import Recording
 
 SLIPPED, NEVER_CLOSED = "the gripper slipped", "the gripper never closed"
@@ -62,7 +62,7 @@ def _of_door(truth: Any, model: Model) -> list[str]:
 
 def _of_air(truth: Any, model: Model) -> list[str]:
     true, found = model.scenario.simulation, []
-    weight = model.vehicle.mass * GRAVITY
+    weight = model.vehicle.weight
     if "outer_force" in truth and float(truth["outer_force"].max()) > _WIND_SHARE * weight:
         found.append(WIND)
     if max(abs(true.gust.draught_leaf), abs(true.gust.draught_vehicle)) > 0.5 * _WIND_SHARE * weight:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.kinematics.rotations import rotation_body_to_world
-from doorman.model import GRAVITY, Model
+from doorman.model import Model
 from doorman.recording import Recording
 from doorman.summary.flown_constraints import flown_constraints
 from doorman.visualization.figures.phases import tied
@@ -128,7 +128,7 @@ def _draw_tip_force(axes: Axes, recording: Recording, model: Model) -> None:
 
 def planned_normal_force(states: Array, inputs: Array, model: Model) -> Array:
     """Force that the plan wants on the door along its normal, n_Dᵀ(f_t R e₃ − m g e₃)."""
-    weight = np.array([0.0, 0.0, model.vehicle.mass * GRAVITY])
+    weight = np.array([0.0, 0.0, model.vehicle.weight])
     force = np.full(len(states), np.nan)
     for k in np.flatnonzero(np.isfinite(states).all(axis=1)):
         lift = inputs[k, 0] * rotation_body_to_world(states[k, :3])[:, 2]
@@ -143,7 +143,7 @@ def _draw_thrust(axes: Axes, recording: Recording, model: Model) -> None:
     command = recording["command"]
     axes.plot(command.time, command["thrust"], color=BLACK, linewidth=1.0, label="commanded", zorder=3)
     axes.axhline(model.vehicle.max_thrust, color=RED, linestyle="--", linewidth=1.2, label="limit")
-    axes.axhline(model.vehicle.mass * GRAVITY, color=GREEN, linewidth=1.0, label="weight")
+    axes.axhline(model.vehicle.weight, color=GREEN, linewidth=1.0, label="weight")
     axes.set_ylim(0.0, 1.08 * model.vehicle.max_thrust)
     axes.grid(alpha=0.3)
 

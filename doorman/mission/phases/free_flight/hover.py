@@ -11,7 +11,6 @@ from doorman.mission.motion import Glide, arm_rates_to
 from doorman.mission.phases.attempt import Attempt
 from doorman.mission.phases.phase import GiveUp, MissionPhase, Next, Phase, Then
 from doorman.mission.since import since
-from doorman.model import GRAVITY
 
 Array = NDArray[np.float64]
 
@@ -63,7 +62,7 @@ class Hover(MissionPhase):
         reason = f"the vehicle did not come to hover still within {self.longest:g} s"
         if self._strayed:
             reason += f": it moved by up to {1e2 * self._strayed:.0f} cm"
-        if self._felt > _STRONG * self.attempt.model.vehicle.mass * GRAVITY:
+        if self._felt > _STRONG * self.attempt.model.vehicle.weight:
             reason += f", and felt wind of up to {self._felt:.1f} N"
         return GiveUp(reason)
 
