@@ -28,13 +28,13 @@ _SWITCH = {
     "switch.stop": 1.0,  # leaves that come to rest, or begin to move [1/s]
 }
 _NOISE = {
-    "noise.velocity": 0.045,  # rough air and errors of thrust [m/s per √s]
+    "noise.velocity": 0.03,  # rough air and errors of thrust [m/s per √s]
     "noise.wind": 0.15,  # of 1 N that varies by 15 % within a second [N per √s]
     "noise.rate": 0.05,  # forces on the leaf that are not in the model [rad/s per √s]
     "noise.resistance": 0.35,  # wind on the leaf, and friction that differs by place [N m per √s]
     "noise.inertia": 0.05,  # of its logarithm [1 per √s]
     "noise.face": 1e-4,  # [m per √s]
-    "noise.friction": 3.0,  # of the tip [N per √s]
+    "noise.friction": 1.5,  # of the tip [N per √s]
 }
 _START = {
     "start.velocity": 0.05, "start.wind": 0.5, "start.joint": 0.02, "start.joint_rate": 0.01, "start.resistance": 0.6,

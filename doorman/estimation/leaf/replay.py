@@ -17,7 +17,6 @@ from doorman.estimation.leaf.hypotheses import FREE, TOUCHING
 from doorman.estimation.leaf.leaf_filter import AT_THE_LEAF, AWAY, HELD, leaf_filter
 from doorman.estimation.leaf.numbers import first_state, leaf_numbers
 from doorman.estimation.status import Status
-from doorman.kinematics.numbers import Numbers
 from doorman.model import Model
 from doorman.recording import Recording
 
@@ -168,8 +167,3 @@ def _situations(recording: Recording, times: Array) -> list[str]:
         (HELD if held[k] and phases[i] != "touch" else AT_THE_LEAF) if i >= 0 and phases[i] in _AT_THE_LEAF else AWAY
         for k, i in enumerate(at)
     ]
-
-
-def changed(numbers: Numbers, changes: dict[str, float]) -> Numbers:
-    """Numbers with others for some names."""
-    return numbers.replaced(changes)
