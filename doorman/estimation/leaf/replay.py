@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -82,7 +83,8 @@ def replay_leaf(recording: Recording, model: Model, changes: dict[str, float] | 
     situations = _situations(recording, measured.time[new])
     mean, deviations = first_state(model, numbers, measured["position"][new[0]])
     bank.start(pose_time[new[0]], mean, deviations, probabilities={FREE: 1.0}, inputs=inputs[0], situation=AWAY)
-    rows, situation = [], AWAY
+    rows: list[tuple[Any, ...]] = []
+    situation, found = AWAY, bank.estimate()
     for k in range(1, len(new)):
         at = float(pose_time[new[k]])
         if situations[k] != situation:
