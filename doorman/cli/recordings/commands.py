@@ -155,10 +155,13 @@ def _estimate_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..
         ] = None,
         as_json: _Json = False,
     ) -> None:
-        """Replay a recorded run's poses and commands through the filter at the leaf, and draw what it knows.
+        """Replay a recorded run's poses and commands through a filter of vehicle and leaf, and draw what it knows.
 
-        The command prints the log-likelihood and the mean normalised innovation squared, and with the truth of a simulation the
-        normalised error squared of the leaf. The picture shows estimate, two deviations and truth (estimate.png).
+        The command prints the log-likelihood and the mean normalised innovation squared (NIS) of the poses. With the truth of a
+        simulation it also prints the mean normalised error squared (NEES) of the leaf's angle and rate. The picture shows angle,
+        normal force, two deviations of each, truth, and the probability of each hypothesis (estimate.png).
+
+        No flight uses this filter. Its model has an arm without mass, no turning wind, and no wind on the leaf.
         """
 
         def command() -> int:

@@ -26,6 +26,7 @@ def estimate_run(run: Path | None, changes: list[str], out: Path | None, as_json
     say_what_is_missing(recording, err=as_json)
     found = replay_leaf(recording, Model(recorded_scenario(recording, file)), dict(map(_change, changes)))
     picture = (out or file.parent) / "estimate.png"
+    picture.parent.mkdir(parents=True, exist_ok=True)
     _draw(recording, found, picture)
     figures = _figures(recording, found) | {"picture": str(picture)}
     lines = [f"{name}: {value}" for name, value in figures.items()]

@@ -42,6 +42,9 @@ _START = {
 }  # fmt: skip
 """Deviations before the first touch, SI units."""
 
+TUNED = ("sensor.pose", *_TOUCH, *_SWITCH, *_NOISE, *_START)
+"""Names of what is no fact of vehicle or door."""
+
 
 def leaf_numbers(model: Model, pose_deviation: float) -> Numbers:
     """Numbers of a scenario, of its shipped size; lengths, forces and torques grow with the vehicle."""

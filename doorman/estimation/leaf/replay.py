@@ -16,8 +16,9 @@ from numpy.typing import NDArray
 from doorman.estimation.estimate import MeasurementScore
 from doorman.estimation.leaf.hypotheses import FREE, TOUCHING
 from doorman.estimation.leaf.leaf_filter import AT_THE_LEAF, AWAY, HELD, leaf_filter
-from doorman.estimation.leaf.numbers import first_state, leaf_numbers
+from doorman.estimation.leaf.numbers import TUNED, first_state, leaf_numbers
 from doorman.estimation.status import Status
+from doorman.exceptions import DoormanError, RecordingError
 from doorman.model import Model
 from doorman.recording import Recording
 
@@ -34,6 +35,9 @@ _TURNING_WINDOW = 0.04
 
 _STILL = 200
 """Poses that tell the noise of poses."""
+
+_LEAST = 10
+"""Poses below which nothing tells their noise."""
 
 
 @dataclass(frozen=True)
@@ -69,13 +73,19 @@ def replay_leaf(recording: Recording, model: Model, changes: dict[str, float] | 
     Args:
         recording: With the topics measurement, command and mission.
         model: Of the recorded scenario.
-        changes: Other values of `leaf_numbers`, by name.
+        changes: Other values of `leaf_numbers`, by name: those of `TUNED`.
 
     Returns:
         What the filter would have known.
+
+    Raises:
+        DoormanError: if the arm has mass, a name or a value of the changes cannot be, or the recording lacks what is replayed.
     """
+    _check(recording, model, changes or {})
     measured, pose_time = recording["measurement"], recording["measurement"]["pose_time"]
     new = np.flatnonzero(np.concatenate([[True], np.diff(pose_time) > 1e-9]) & (pose_time >= 0.0))
+    if len(new) < _LEAST:
+        raise RecordingError("too few poses", field="measurement", given=len(new), allowed=f"{_LEAST} or more")
     numbers = leaf_numbers(model, _pose_deviation(measured["position"][new]))
     numbers = numbers.replaced(changes or {})
     bank = leaf_filter(model, numbers)
@@ -111,6 +121,26 @@ def replay_leaf(recording: Recording, model: Model, changes: dict[str, float] | 
         probabilities[:, [name in TOUCHING for name in names]].sum(axis=1), probabilities, names,
         np.array([row[3] for row in rows]), np.array([row[4] for row in rows]), bank.log_likelihood, bank.score("pose"),
     )  # fmt: skip
+
+
+def _check(recording: Recording, model: Model, changes: dict[str, float]) -> None:
+    """What the replay cannot take."""
+    if not model.vehicle.bodies.balanced:
+        raise DoormanError(
+            "the filter at the leaf takes the base as the centre of mass", file=model.vehicle.urdf, field="vehicle.urdf",
+            given="an arm with mass", allowed="an arm without mass",
+        )  # fmt: skip
+    for name, value in changes.items():
+        if name not in TUNED:
+            raise DoormanError("no such number", field=name, allowed=", ".join(TUNED))
+        if not (math.isfinite(value) and value > 0.0):
+            raise DoormanError("not a deviation, rate or time", field=name, given=value, allowed="a number above 0")
+    for topic in ("measurement", "command", "mission"):
+        if topic not in recording:
+            raise RecordingError(
+                "the recording lacks what the filter replays", field="topic", given=f"no {topic}",
+                allowed="a run of doorman open or doorman fly",
+            )  # fmt: skip
 
 
 def _pose_deviation(positions: Array) -> float:
@@ -161,7 +191,9 @@ def _at(times: Array, known: Array, values: Array) -> Array:
 
 def _situations(recording: Recording, times: Array) -> list[str]:
     """What the mission's phase leaves possible at each time."""
-    phases, began = recording["mission"]["state"], recording["mission"].time
+    mission = recording["mission"]
+    flown = mission["state"] != "end"  # says why the run ended, and is no phase
+    phases, began = mission["state"][flown], mission.time[flown]
     gripped = recording["command"]["grip"].astype(bool)
     at = np.searchsorted(began, times, side="right") - 1
     held = gripped[np.clip(np.searchsorted(recording["command"].time, times) - 1, 0, None)]
