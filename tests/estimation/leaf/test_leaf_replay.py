@@ -85,6 +85,17 @@ def test_a_door_on_the_left_is_estimated_as_its_image(recording, found):
     assert left.log_likelihood == pytest.approx(found.log_likelihood, abs=1e-3)
 
 
+def test_a_grip_from_the_start_holds_the_leaf():
+    model = Model(Scenario.load("paper", AT_THE_LEAF))
+    held = simulate(model, 3.0, seed=1)
+    found = replay_leaf(held, model)
+    error = found.joint - np.interp(found.time, held["truth"].time, held["truth"]["door_angle"])
+    assert np.ptp(held["truth"]["door_angle"]) > np.radians(1.5)
+    assert np.degrees(np.abs(error)).max() < 1.0
+    assert found.probabilities[-1, found.hypotheses.index("gripped")] == 1.0
+    assert 2.0 < found.poses.mean_nis < 4.5
+
+
 def test_another_number_changes_what_is_believed(recording, model, found):
     doubted = replay_leaf(recording, model, {"noise.wind": 3.0})
     assert (doubted.deviations[-1, 6:9] > 2.0 * found.deviations[-1, 6:9]).all()
