@@ -26,7 +26,19 @@ def test_help_is_a_page_of_documentation():
 
 
 def test_every_command_gives_its_result_as_json():
-    for command in ("open", "check", "warmup", "rig", "fly", "campaign", "view", "export", "plot", "replay"):
+    for command in (
+        "open",
+        "check",
+        "warmup",
+        "rig",
+        "fly",
+        "campaign",
+        "view",
+        "export",
+        "plot",
+        "replay",
+        "estimate",
+    ):
         assert command in run("--help").output
         assert "--json" in run(command, "--help").output, command
 

@@ -155,7 +155,7 @@ def test_no_cell_is_taken_for_a_formula(tmp_path):
     assert list(rows[0])[3:5] == ["words[1]", "'=2+2"]
 
 
-@pytest.mark.parametrize("command", ["export", "plot", "replay", "view"])
+@pytest.mark.parametrize("command", ["estimate", "export", "plot", "replay", "view"])
 def test_a_run_that_is_not_there_is_bad_input(command, tmp_path):
     for given, words in ((tmp_path / "none", "no such run"), (tmp_path, "not the folder of one run")):
         result = run(command, given)
@@ -297,7 +297,7 @@ def test_the_summary_of_a_loaded_recording_is_computed_when_asked_for(flight, re
 
 def test_the_newest_run_is_taken_by_default_and_named(flight, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    for command in ("view", "export", "plot", "replay"):
+    for command in ("view", "export", "plot", "replay", "estimate"):
         result = run(command)
         assert result.exit_code == 2 and "no run there yet" in result.stderr
     data = (flight / "recording.mcap").read_bytes()

@@ -1,4 +1,4 @@
-"""`doorman view`, `export`, `plot`, `replay`, `merge` and `layout`: their arguments and their help."""
+"""`doorman view`, `export`, `plot`, `replay`, `estimate`, `merge` and `layout`: their arguments and their help."""
 
 from __future__ import annotations
 
@@ -31,6 +31,7 @@ def add_run_commands(app: typer.Typer, leave: Callable[[Callable[[], int]], None
     app.command("export", rich_help_panel=panels.LOOK)(_export_command(leave))
     app.command("plot", rich_help_panel=panels.LOOK)(_plot_command(leave))
     app.command("replay", rich_help_panel=panels.LOOK)(_replay_command(leave))
+    app.command("estimate", rich_help_panel=panels.LOOK)(_estimate_command(leave))
     app.command("merge", rich_help_panel=panels.LOOK)(_merge_command(leave))
     app.command("layout", rich_help_panel=panels.LOOK)(_layout_command(leave))
 
@@ -140,6 +141,37 @@ def _replay_command(leave: Callable[[Callable[[], int]], None]) -> Callable[...,
         leave(command)
 
     return replay
+
+
+def _estimate_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., None]:
+    def estimate(
+        run: _Run = None,
+        changes: Annotated[
+            list[str] | None,
+            typer.Option("--set", metavar="NAME=NUMBER", help="A number of the filter, such as noise.wind=0.3."),
+        ] = None,
+        out: Annotated[
+            Path | None, typer.Option(metavar="DIR", help="Folder for the picture.", show_default="the recording's")
+        ] = None,
+        as_json: _Json = False,
+    ) -> None:
+        """Replay a recorded run's poses and commands through a filter of vehicle and leaf, and draw what it knows.
+
+        The command prints the log-likelihood and the mean normalised innovation squared (NIS) of the poses. With the truth of a
+        simulation it also prints the mean normalised error squared (NEES) of the leaf's angle and rate. The picture shows angle,
+        normal force, two deviations of each, truth, and the probability of each hypothesis (estimate.png).
+
+        No flight uses this filter. Its model has an arm without mass, no turning wind, and no wind on the leaf.
+        """
+
+        def command() -> int:
+            from doorman.cli.recordings.estimate import estimate_run
+
+            return estimate_run(run, changes or [], out, as_json)
+
+        leave(command)
+
+    return estimate
 
 
 def _merge_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., None]:

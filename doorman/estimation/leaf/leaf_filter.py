@@ -1,0 +1,50 @@
+"""The bank of a task: of a tip that pushes, or grips."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from doorman.estimation.filter import Filter
+from doorman.estimation.leaf.hypotheses import (
+    FREE,
+    GRIPPED,
+    PUSHING,
+    STANDING,
+    free,
+    gripped,
+    noise_of,
+    pushing,
+    standing,
+    switching,
+)
+from doorman.estimation.leaf.motion import LeafMotion
+from doorman.estimation.measurement import Measurement
+from doorman.estimation.model import ProcessModel
+from doorman.estimation.output import Output
+from doorman.kinematics.numbers import Numbers
+from doorman.kinematics.vehicles.arms.arm_pattern import ArmPattern
+from doorman.model import Model
+
+AWAY, AT_THE_LEAF, HELD = "away", "at_the_leaf", "held"
+"""Situations: nothing is near, the tip may touch, the gripper has closed."""
+
+
+def leaf_filter(model: Model, numbers: Numbers) -> Filter:
+    """Filter of a scenario's vehicle and door; see `LeafMotion` for its states and inputs."""
+    motion = LeafMotion(ArmPattern.of(model.vehicle.arm)[0], numbers)
+    grips = model.scenario.contact.kind == "grip"
+    hypotheses = [free(motion), pushing(motion), standing(motion), *([gripped(motion)] if grips else [])]
+    names = tuple(each.name for each in hypotheses)
+    least, most = np.full(16, -np.inf), np.full(16, np.inf)
+    least[12], most[12] = np.log(0.02 * model.door.inertia), np.log(20.0 * model.door.inertia)
+    force = Output("normal_force", motion.force_on_moving, under={FREE: 0.0, STANDING: motion.force_on_standing})
+    return Filter(
+        ProcessModel(
+            motion.state, motion.inputs, motion.dynamics(0, 0, 1), noise_of(motion), parameters=motion.parameters,
+            lower=least, upper=most,
+        ),
+        measurements=[Measurement("pose", motion.position, motion.of["sensor"].pose, gate=8.0)],
+        hypotheses=hypotheses, switching=switching(motion, names), outputs=[force],
+        allowed={AWAY: [FREE], AT_THE_LEAF: [FREE, PUSHING, STANDING], **({HELD: [GRIPPED]} if grips else {})},
+        parameters=numbers.vector, ticks=24, longest_step=1.0,
+    )  # fmt: skip

@@ -1,0 +1,203 @@
+"""A recorded flight through the filter at the leaf: its poses and commands, as they were measured and sent.
+
+The filter runs at the poses' time. Attitude and arm between two poses are the mean of both; the gyroscope, which is not late,
+says how the vehicle turns. What is known now follows from the newest pose by the leaf's own rate.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from doorman.estimation.estimate import MeasurementScore
+from doorman.estimation.leaf.hypotheses import FREE, TOUCHING
+from doorman.estimation.leaf.leaf_filter import AT_THE_LEAF, AWAY, HELD, leaf_filter
+from doorman.estimation.leaf.numbers import TUNED, first_state, leaf_numbers
+from doorman.estimation.status import Status
+from doorman.exceptions import DoormanError, RecordingError
+from doorman.model import Model
+from doorman.recording import Recording
+
+Array = NDArray[np.float64]
+
+_AT_THE_LEAF = ("touch", "open", "hold", "recover", "take_back", "release")
+"""Phases of a mission in which the tip may touch."""
+
+_MOTOR_LAG = 0.03
+"""Usual lag of a rotor's thrust [s]."""
+
+_TURNING_WINDOW = 0.04
+"""Time over which the gyroscope's change is taken: shorter, and its noise moves a tip of 0.6 m by more than a newton [s]."""
+
+_STILL = 200
+"""Poses that tell the noise of poses."""
+
+_LEAST = 10
+"""Poses below which nothing tells their noise."""
+
+
+@dataclass(frozen=True)
+class LeafReplay:
+    """Estimate at every pose; arrays have a row for each."""
+
+    time: Array
+    """When the pose came, shape (k,) [s]."""
+    pose_time: Array
+    """When it was true, shape (k,) [s]."""
+    mean: Array
+    """Of the states, at the pose's time, shape (k, 16)."""
+    deviations: Array
+    """Shape (k, 16)."""
+    joint: Array
+    """q when the pose came, shape (k,) [rad or m]."""
+    touching: Array
+    """Probability that the tip touches, shape (k,)."""
+    probabilities: Array
+    """Of each hypothesis, shape (k, M)."""
+    hypotheses: tuple[str, ...]
+    normal_force: Array
+    """λ and its deviation, shape (k, 2) [N]."""
+    statuses: Array
+    """`Status` of every step, shape (k,)."""
+    log_likelihood: float
+    poses: MeasurementScore
+
+
+def replay_leaf(recording: Recording, model: Model, changes: dict[str, float] | None = None) -> LeafReplay:
+    """Run the filter on a recording.
+
+    Args:
+        recording: With the topics measurement, command and mission.
+        model: Of the recorded scenario.
+        changes: Other values of `leaf_numbers`, by name: those of `TUNED`.
+
+    Returns:
+        What the filter would have known.
+
+    Raises:
+        DoormanError: if the arm has mass, a name or a value of the changes cannot be, or the recording lacks what is replayed.
+    """
+    _check(recording, model, changes or {})
+    measured, pose_time = recording["measurement"], recording["measurement"]["pose_time"]
+    new = np.flatnonzero(np.concatenate([[True], np.diff(pose_time) > 1e-9]) & (pose_time >= 0.0))
+    if len(new) < _LEAST:
+        raise RecordingError("too few poses", field="measurement", given=len(new), allowed=f"{_LEAST} or more")
+    numbers = leaf_numbers(model, _pose_deviation(measured["position"][new]))
+    numbers = numbers.replaced(changes or {})
+    bank = leaf_filter(model, numbers)
+    inputs = _inputs(recording, pose_time[new], new)
+    situations = _situations(recording, measured.time[new])
+    mean, deviations = first_state(model, numbers, measured["position"][new[0]])
+    bank.start(pose_time[new[0]], mean, deviations, probabilities={FREE: 1.0}, inputs=inputs[0], situation=AWAY)
+    rows: list[tuple[Any, ...]] = []
+    situation, found = AWAY, bank.estimate()
+    for k in range(1, len(new)):
+        at = float(pose_time[new[k]])
+        if situations[k] != situation:
+            situation = situations[k]
+            bank.allow(situation)
+        bank.acted(0.5 * (inputs[k - 1] + inputs[k]))
+        told = bank.measure("pose", at, measured["position"][new[k]])
+        status = max(told, bank.step(at, inputs[k]))
+        if status in (Status.LOST, Status.NOT_STARTED, Status.CLOCK):
+            kept = (mean, deviations) if not rows else (rows[-1][0], rows[-1][1])
+            bank.start(at, *kept, inputs=inputs[k], situation=situation)
+        found = bank.estimate()
+        rows.append((
+            found.mean, found.deviations, np.array(list(found.probabilities.values())), found.outputs["normal_force"],
+            status,
+        ))  # fmt: skip
+    means = np.array([row[0] for row in rows])
+    probabilities = np.array([row[2] for row in rows])
+    names = tuple(found.probabilities)
+    came = measured.time[new[1:]]
+    return LeafReplay(
+        came, pose_time[new[1:]], means, np.array([row[1] for row in rows]),
+        means[:, 9] + means[:, 10] * (came - pose_time[new[1:]]),
+        probabilities[:, [name in TOUCHING for name in names]].sum(axis=1), probabilities, names,
+        np.array([row[3] for row in rows]), np.array([row[4] for row in rows]), bank.log_likelihood, bank.score("pose"),
+    )  # fmt: skip
+
+
+def _check(recording: Recording, model: Model, changes: dict[str, float]) -> None:
+    """What the replay cannot take."""
+    if not model.vehicle.bodies.balanced:
+        raise DoormanError(
+            "the filter at the leaf takes the base as the centre of mass", file=model.vehicle.urdf, field="vehicle.urdf",
+            given="an arm with mass", allowed="an arm without mass",
+        )  # fmt: skip
+    for name, value in changes.items():
+        if name not in TUNED:
+            raise DoormanError("no such number", field=name, allowed=", ".join(TUNED))
+        if not (math.isfinite(value) and value > 0.0):
+            raise DoormanError("not a deviation, rate or time", field=name, given=value, allowed="a number above 0")
+    for topic in ("measurement", "command", "mission"):
+        if topic not in recording:
+            raise RecordingError(
+                "the recording lacks what the filter replays", field="topic", given=f"no {topic}",
+                allowed="a run of doorman open or doorman fly",
+            )  # fmt: skip
+
+
+def _pose_deviation(positions: Array) -> float:
+    """Noise of a position's components, from second differences of the first poses: the vehicle hovers."""
+    bends = np.diff(positions[:_STILL], n=2, axis=0)
+    return float(max(1.4826 * np.median(np.abs(bends)) / math.sqrt(6.0), 1e-4))
+
+
+def _inputs(recording: Recording, times: Array, new: NDArray[np.int64]) -> Array:
+    """What acts at every pose, shape (k, m): as `LeafMotion` takes it."""
+    measured, command = recording["measurement"], recording["command"]
+    sent = np.column_stack([command["side_force"], command["thrust"]])
+    rotors = _lagged(sent, command.time)
+    gyro, now = measured["body_rates"], measured.time
+    half = 0.5 * _TURNING_WINDOW
+    smooth = _mean_over(gyro, now, half)
+    turning = (_at(times + half, now, smooth) - _at(times - half, now, smooth)) / _TURNING_WINDOW
+    late = measured.time[new] <= times + half  # the gyroscope has not gone so far yet
+    turning[late] = ((_at(times, now, smooth) - _at(times - _TURNING_WINDOW, now, smooth)) / _TURNING_WINDOW)[late]
+    attitude = np.column_stack([measured["attitude"][new][:, :2], np.unwrap(measured["attitude"][new][:, 2])])
+    return np.column_stack([
+        _at(times, command.time, rotors), attitude, _at(times, now, smooth), turning, measured["arm_angles"][new],
+        measured["arm_rates"][new],
+    ])  # fmt: skip
+
+
+def _lagged(sent: Array, time: Array) -> Array:
+    """Force of rotors that follow a command with their lag."""
+    made = sent.copy()
+    for k in range(1, len(sent)):
+        kept = math.exp(-(time[k] - time[k - 1]) / _MOTOR_LAG)
+        made[k] = kept * made[k - 1] + (1.0 - kept) * sent[k - 1]
+    return made
+
+
+def _mean_over(values: Array, time: Array, window: float) -> Array:
+    """Mean over the past window, shape as values."""
+    sums = np.concatenate([np.zeros((1, values.shape[1])), np.cumsum(values, axis=0)])
+    first = np.searchsorted(time, time - window)
+    last = np.arange(1, len(time) + 1)
+    return np.asarray((sums[last] - sums[first]) / (last - first)[:, None])
+
+
+def _at(times: Array, known: Array, values: Array) -> Array:
+    """Values at other times, between the two next to each."""
+    return np.column_stack([np.interp(times, known, column) for column in values.T])
+
+
+def _situations(recording: Recording, times: Array) -> list[str]:
+    """What the mission's phase leaves possible at each time."""
+    mission = recording["mission"]
+    flown = mission["state"] != "end"  # says why the run ended, and is no phase
+    phases, began = mission["state"][flown], mission.time[flown]
+    gripped = recording["command"]["grip"].astype(bool)
+    at = np.searchsorted(began, times, side="right") - 1
+    held = gripped[np.clip(np.searchsorted(recording["command"].time, times) - 1, 0, None)]
+    return [
+        (HELD if held[k] and phases[i] != "touch" else AT_THE_LEAF) if i >= 0 and phases[i] in _AT_THE_LEAF else AWAY
+        for k, i in enumerate(at)
+    ]
