@@ -6,7 +6,6 @@ Every task has the names of `NAMES`, whatever its states are. In a `TiedTask` th
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from functools import cached_property
 from types import MappingProxyType, SimpleNamespace
@@ -20,7 +19,6 @@ from doorman.kinematics.symbols import arm_points, rotation_body_to_world
 from doorman.kinematics.vehicles.arms.arm_pattern import ArmPattern
 from doorman.kinematics.vehicles.body_symbols import SymbolicBodies
 from doorman.kinematics.vehicles.vehicle import GRAVITY
-from doorman.ocp.symbolic_model import SymbolicModel
 
 NAMES: Mapping[str, str] = MappingProxyType({
     "time": "time of the node [s]: since the plan's first node, plus `planner.update_time(…)`",
@@ -47,7 +45,7 @@ NAMES: Mapping[str, str] = MappingProxyType({
 """What every task has, by name. Beside it stand the scenario's numbers: `vehicle.mass`, `door.width`, `contact.height`, …"""
 
 
-class Task(ABC):
+class Task:
     """Named CasADi expressions of vehicle and door, SI units, world frame unless the name says another.
 
     Subclasses say what the state and the inputs are, and from them how they change.
@@ -129,10 +127,6 @@ class Task(ABC):
         self._bodies: SymbolicBodies | None = None
         if "bodies.masses" in named:
             self._bodies = SymbolicBodies(pattern, named["arm"], self.arm_angles, _group("bodies", named))
-
-    @abstractmethod
-    def symbolic_model(self, timed: bool = False) -> SymbolicModel:
-        """How the state changes."""
 
     def __getattr__(self, name: str) -> NoReturn:
         raise AttributeError(f"a task has no '{name}'; it has {', '.join(self.names())}", name=name, obj=self)

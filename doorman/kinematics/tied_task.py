@@ -8,7 +8,7 @@ the lever :math:`J = -D_V n_D - o\,c`. On a vertical hinge u is up, the leaf's d
 
 from __future__ import annotations
 
-from abc import abstractmethod
+from abc import ABC, abstractmethod
 from functools import cached_property
 from typing import Any
 
@@ -20,7 +20,7 @@ from doorman.kinematics.task import Task
 from doorman.ocp.symbolic_model import SymbolicModel
 
 
-class TiedTask(Task):
+class TiedTask(Task, ABC):
     """Vectors with `in_heading` in their names are in the frame that looks along the vehicle's heading, z up. See `Task`."""
 
     @property

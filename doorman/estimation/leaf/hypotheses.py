@@ -20,17 +20,17 @@ _ROUNDING = 0.02
 
 def free(motion: LeafMotion) -> Hypothesis:
     """The tip is not behind the face, and feels nothing; the leaf moves by itself."""
-    contact, noise = motion.of["contact"], motion.of["noise"]
-    slowed = ca.fmax(motion.resistance, 0) * ca.tanh(motion.opening_rate / _ROUNDING) / motion.inertia
+    contact, noise = motion.contact, motion.noise
+    slowed = ca.fmax(motion.resistance, 0) * ca.tanh(motion.rate_to_goal / _ROUNDING) / motion.inertia
     return Hypothesis(
-        FREE, motion.dynamics(0, -motion.of["mechanism"].sense * slowed, contact.settles), _noise(motion, 0, noise.rate),
+        FREE, motion.dynamics(0, -motion.reference.sense * slowed, contact.settles), _noise(motion, 0, noise.rate),
         limits=[Row("outside", motion.gap, contact.inside, contact.lasts)],
     )  # fmt: skip
 
 
 def pushing(motion: LeafMotion) -> Hypothesis:
     """The tip is on the face and moves with it; it presses and does not pull."""
-    contact, force = motion.of["contact"], motion.force_on_moving
+    contact, force = motion.contact, motion.force_on_moving
     return Hypothesis(
         PUSHING, motion.dynamics(force, motion.pushed(force), contact.friction_lasts), holds=_on_the_face(motion, force),
         limits=[Row("presses", force, contact.pull, contact.lasts)],
@@ -39,18 +39,20 @@ def pushing(motion: LeafMotion) -> Hypothesis:
 
 def standing(motion: LeafMotion) -> Hypothesis:
     """The tip is on a leaf that rests: what it presses with says nothing of the resistance."""
-    contact, force = motion.of["contact"], motion.force_on_standing
+    contact, force = motion.contact, motion.force_on_standing
     return Hypothesis(
-        STANDING, motion.dynamics(force, -motion.joint_rate / contact.settles, contact.friction_lasts),
-        _noise(motion, motion.of["noise"].friction, 0.1 * motion.of["noise"].rate),
+        STANDING, motion.dynamics(force, -motion.door_rate / contact.settles, contact.friction_lasts),
+        _noise(motion, motion.noise.friction, 0.1 * motion.noise.rate),
         holds=_on_the_face(motion, force), limits=[Row("presses", force, contact.pull, contact.lasts)],
     )  # fmt: skip
 
 
 def gripped(motion: LeafMotion) -> Hypothesis:
     """The tip's place on the leaf is fixed; it presses or pulls."""
-    contact, force = motion.of["contact"], motion.force_on_moving
-    slips = ca.vertcat(ca.dot(motion.along, motion.slip_velocity), ca.dot(motion.up_the_face, motion.slip_velocity))
+    contact, force = motion.contact, motion.force_on_moving
+    slips = ca.vertcat(
+        ca.dot(motion.leaf_direction, motion.slip_velocity), ca.dot(motion.leaf.up, motion.slip_velocity)
+    )
     return Hypothesis(
         GRIPPED, motion.dynamics(force, motion.pushed(force), contact.friction_lasts),
         holds=[*_on_the_face(motion, force), Row("fixed", slips, contact.gap_rate, contact.lasts)],
@@ -59,11 +61,11 @@ def gripped(motion: LeafMotion) -> Hypothesis:
 
 def stopped(motion: LeafMotion) -> Hypothesis:
     """The tip is on something that does not move, and is not the leaf."""
-    contact, force = motion.of["contact"], motion.force_on_standing
-    slowed = ca.fmax(motion.resistance, 0) * ca.tanh(motion.opening_rate / _ROUNDING) / motion.inertia
+    contact, force = motion.contact, motion.force_on_standing
+    slowed = ca.fmax(motion.resistance, 0) * ca.tanh(motion.rate_to_goal / _ROUNDING) / motion.inertia
     return Hypothesis(
-        STOPPED, motion.dynamics(force, -motion.of["mechanism"].sense * slowed, contact.friction_lasts),
-        holds=[Row("rests", ca.dot(motion.normal, motion.tip_velocity), contact.gap_rate, contact.lasts)],
+        STOPPED, motion.dynamics(force, -motion.reference.sense * slowed, contact.friction_lasts),
+        holds=[Row("rests", ca.dot(motion.outward, motion.tip_velocity), contact.gap_rate, contact.lasts)],
         limits=[
             Row("presses", force, contact.pull, contact.lasts), Row("outside", motion.gap, contact.inside, contact.lasts),
         ],
@@ -72,7 +74,7 @@ def stopped(motion: LeafMotion) -> Hypothesis:
 
 def switching(motion: LeafMotion, names: tuple[str, ...]) -> dict[tuple[str, str], Any]:
     """Rates among hypotheses: a tip touches where it is near, and a leaf stops or moves on."""
-    switch = motion.of["switch"]
+    switch = motion.switch
     touching = [name for name in names if name in TOUCHING]
     closeness = 0.5 * (1 + ca.tanh(2 * (switch.near - motion.gap) / switch.near))
     rates: dict[tuple[str, str], Any] = {}
@@ -86,11 +88,11 @@ def switching(motion: LeafMotion, names: tuple[str, ...]) -> dict[tuple[str, str
 
 def noise_of(motion: LeafMotion) -> Any:
     """Noise of a tip that touches."""
-    return _noise(motion, motion.of["noise"].friction, motion.of["noise"].rate)
+    return _noise(motion, motion.noise.friction, motion.noise.rate)
 
 
 def _noise(motion: LeafMotion, friction: Any, rate: Any) -> Any:
-    noise = motion.of["noise"]
+    noise = motion.noise
     return ca.vertcat(
         ca.SX.zeros(3), *[noise.velocity] * 3, *[noise.wind] * 3, 0, rate, noise.resistance, noise.inertia, noise.face,
         friction, friction,
@@ -99,7 +101,7 @@ def _noise(motion: LeafMotion, friction: Any, rate: Any) -> Any:
 
 def _on_the_face(motion: LeafMotion, force: Any) -> list[Row]:
     """Tip and face touch, as far as the tip's compliance lets them."""
-    contact = motion.of["contact"]
+    contact = motion.contact
     return [
         Row("touches", motion.gap + force / contact.stiffness, contact.gap, contact.lasts),
         Row("moves_along", motion.gap_rate, contact.gap_rate, contact.lasts),

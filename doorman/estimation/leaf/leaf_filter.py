@@ -31,7 +31,7 @@ AWAY, AT_THE_LEAF, HELD = "away", "at_the_leaf", "held"
 
 def leaf_filter(model: Model, numbers: Numbers) -> Filter:
     """Filter of a scenario's vehicle and door; see `LeafMotion` for its states and inputs."""
-    motion = LeafMotion(ArmPattern.of(model.vehicle.arm)[0], numbers)
+    motion = LeafMotion(ArmPattern.of(model.vehicle.arm)[0], model.vehicle.point_names, numbers)
     grips = model.scenario.contact.kind == "grip"
     hypotheses = [free(motion), pushing(motion), standing(motion), *([gripped(motion)] if grips else [])]
     names = tuple(each.name for each in hypotheses)
@@ -43,7 +43,7 @@ def leaf_filter(model: Model, numbers: Numbers) -> Filter:
             motion.state, motion.inputs, motion.dynamics(0, 0, 1), noise_of(motion), parameters=motion.parameters,
             lower=least, upper=most,
         ),
-        measurements=[Measurement("pose", motion.position, motion.of["sensor"].pose, gate=8.0)],
+        measurements=[Measurement("pose", motion.position, motion.sensor.pose, gate=8.0)],
         hypotheses=hypotheses, switching=switching(motion, names), outputs=[force],
         allowed={AWAY: [FREE], AT_THE_LEAF: [FREE, PUSHING, STANDING], **({HELD: [GRIPPED]} if grips else {})},
         parameters=numbers.vector, ticks=24, longest_step=1.0,

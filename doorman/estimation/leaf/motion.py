@@ -19,16 +19,13 @@ a leaf that stands. These are the equations of `doorman.planning.whole_body.task
 from __future__ import annotations
 
 from functools import cached_property
-from types import SimpleNamespace
 from typing import Any
 
 import casadi as ca
 
 from doorman.kinematics.numbers import Numbers
-from doorman.kinematics.symbols import arm_points
 from doorman.kinematics.vehicles.arms.arm_pattern import ArmPattern
 from doorman.kinematics.vehicles.vehicle import GRAVITY
-from doorman.planning.mechanism import mechanism_in_symbols
 from doorman.planning.whole_body.tip_on_face import TipOnFace
 
 
@@ -37,41 +34,38 @@ class LeafMotion(TipOnFace):
 
     Args:
         pattern: Of the arm's constants.
+        point_names: Of the arm's points, the tip last.
         numbers: Their names and sizes become symbols, see `leaf_numbers`.
     """
 
-    def __init__(self, pattern: ArmPattern, numbers: Numbers) -> None:
-        n, symbol = pattern.n_joints, ca.SX.sym
+    reference: Any
+    """Numbers of the goal: `sense` of the way there."""
+    noise: Any
+    """Numbers of the process noise."""
+    sensor: Any
+    """Numbers of the sensors' noise."""
+    switch: Any
+    """Numbers of the switching among hypotheses."""
+
+    def __init__(self, pattern: ArmPattern, point_names: tuple[str, ...], numbers: Numbers) -> None:
+        super().__init__(pattern, point_names, numbers)
+        symbol = ca.SX.sym
         self.position, self.velocity, self.wind = (symbol(name, 3) for name in ("position", "velocity", "wind"))
-        self.joint, self.joint_rate = symbol("joint"), symbol("joint_rate")
         self.resistance, self.log_inertia = symbol("resistance"), symbol("log_inertia")
         self.face_offset, self.friction_force = symbol("face_offset"), symbol("friction_force", 2)
         self.state = ca.vertcat(
-            self.position, self.velocity, self.wind, self.joint, self.joint_rate, self.resistance, self.log_inertia,
+            self.position, self.velocity, self.wind, self.door_angle, self.door_rate, self.resistance, self.log_inertia,
             self.face_offset, self.friction_force,
         )  # fmt: skip
-        self.rotors, self.attitude, self.body_rates = (symbol(name, 3) for name in ("rotors", "attitude", "body_rate"))
-        self.turning = symbol("turning", 3)
-        self.arm_angles, self.arm_rates = symbol("arm_angle", n), symbol("arm_rate", n)
+        self.rotors, self.body_rates, self.turning = (symbol(name, 3) for name in ("rotors", "body_rate", "turning"))
         self.inputs = ca.vertcat(
             self.rotors, self.attitude, self.body_rates, self.turning, self.arm_angles, self.arm_rates
         )
-        named = {name: symbol(name.replace(".", "_"), size) for name, size in numbers.sizes.items()}
-        self.parameters = ca.vertcat(*named.values())
-        self.of = {
-            group: SimpleNamespace(
-                **{name.partition(".")[2]: each for name, each in named.items() if name.startswith(f"{group}.")}
-            )
-            for group in {name.partition(".")[0] for name in named}
-        }
-        self.tip_in_body = arm_points(pattern, named["arm.numbers"], self.arm_angles)[-1]
-        self.mechanism = mechanism_in_symbols(self.of["mechanism"])
 
     @cached_property
-    def tip_velocity(self) -> Any:
-        """Velocity of the tip, (3, 1) [m/s]."""
-        moved = ca.jtimes(self.tip_in_body, self.arm_angles, self.arm_rates)
-        return self.velocity + self.rotation @ (ca.cross(self.body_rates, self.tip_in_body) + moved)
+    def outward(self) -> Any:
+        """n, away from the face, (3, 1)."""
+        return -self.contact_normal
 
     @cached_property
     def gap(self) -> Any:
@@ -84,9 +78,9 @@ class LeafMotion(TipOnFace):
         return -self.closing_speed
 
     @cached_property
-    def opening_rate(self) -> Any:
-        """Rate of the mechanism in the sense of opening [rad/s or m/s]."""
-        return self.of["mechanism"].sense * self.joint_rate
+    def rate_to_goal(self) -> Any:
+        """Rate of α towards the goal [rad/s]."""
+        return self.reference.sense * self.door_rate
 
     @cached_property
     def inertia(self) -> Any:
@@ -96,13 +90,13 @@ class LeafMotion(TipOnFace):
     @cached_property
     def friction(self) -> Any:
         """F_t of the tip on the face, (3, 1) [N]."""
-        return self.friction_force[0] * self.along + self.friction_force[1] * self.up_the_face
+        return self.friction_force[0] * self.leaf_direction + self.friction_force[1] * self.leaf.up
 
     @cached_property
     def acceleration_without(self) -> Any:
         """Acceleration a₀ without a normal force, (3, 1) [m/s²]."""
         weight = ca.vertcat(0, 0, GRAVITY)
-        return (self.rotation @ self.rotors + self.wind - self.friction) / self.of["vehicle"].mass - weight
+        return (self.rotation @ self.rotors + self.wind - self.friction) / self.vehicle.mass - weight
 
     @cached_property
     def rest_of_gap(self) -> Any:
@@ -110,39 +104,37 @@ class LeafMotion(TipOnFace):
         tip = self.tip_in_body
         turned = ca.cross(self.turning, tip) + ca.cross(self.body_rates, ca.cross(self.body_rates, tip))
         moved = ca.jtimes(
-            self.gap_rate, ca.vertcat(self.position, self.joint), ca.vertcat(self.velocity, self.joint_rate)
+            self.gap_rate, ca.vertcat(self.position, self.door_angle), ca.vertcat(self.velocity, self.door_rate)
         )
-        return moved + ca.dot(self.normal, self.rotation @ turned)
-
-    @cached_property
-    def _lever(self) -> Any:
-        return self.mechanism.lever(self.tip)
+        return moved + ca.dot(self.outward, self.rotation @ turned)
 
     @cached_property
     def _pulled(self) -> Any:
         """Torque on the mechanism beside the normal force's [N m, or N]."""
-        return ca.dot(self._lever, self.friction) - self.of["mechanism"].sense * self.resistance
+        return ca.dot(self.lever_of_tip, self.friction) - self.reference.sense * self.resistance
 
     @cached_property
     def force_on_moving(self) -> Any:
         """λ on a leaf that moves with the tip [N]."""
-        across = ca.dot(self.normal, self._lever)
-        drive = ca.dot(self.normal, self.acceleration_without) + self.rest_of_gap - across * self._pulled / self.inertia
-        return -drive / (1 / self.of["vehicle"].mass + across**2 / self.inertia)
+        across = ca.dot(self.outward, self.lever_of_tip)
+        drive = (
+            ca.dot(self.outward, self.acceleration_without) + self.rest_of_gap - across * self._pulled / self.inertia
+        )
+        return -drive / (1 / self.vehicle.mass + across**2 / self.inertia)
 
     @cached_property
     def force_on_standing(self) -> Any:
         """λ on what does not move [N]."""
-        return -self.of["vehicle"].mass * (ca.dot(self.normal, self.acceleration_without) + self.rest_of_gap)
+        return -self.vehicle.mass * (ca.dot(self.outward, self.acceleration_without) + self.rest_of_gap)
 
     def dynamics(self, force: Any, joint_acceleration: Any, friction_lasts: Any) -> Any:
         """ẋ with a normal force; the tip's friction fades within `friction_lasts` [s]."""
-        acceleration = self.acceleration_without + force * self.normal / self.of["vehicle"].mass
+        acceleration = self.acceleration_without + force * self.outward / self.vehicle.mass
         return ca.vertcat(
-            self.velocity, acceleration, ca.SX.zeros(3), self.joint_rate, joint_acceleration, ca.SX.zeros(3),
+            self.velocity, acceleration, ca.SX.zeros(3), self.door_rate, joint_acceleration, ca.SX.zeros(3),
             -self.friction_force / friction_lasts,
         )  # fmt: skip
 
     def pushed(self, force: Any) -> Any:
         """Acceleration of the mechanism under a normal force [rad/s² or m/s²]."""
-        return (self._pulled - ca.dot(self._lever, self.normal) * force) / self.inertia
+        return (self._pulled - ca.dot(self.lever_of_tip, self.outward) * force) / self.inertia

@@ -7,9 +7,7 @@ import math
 import numpy as np
 
 from doorman.kinematics.numbers import Numbers
-from doorman.kinematics.vehicles.arms.arm_pattern import ArmPattern
 from doorman.model import Model
-from doorman.planning.mechanism_numbers import mechanism_numbers
 
 _TOUCH = {
     "contact.gap": 2e-3,  # deviation of tip and face while they touch: attitude's noise on the tip's lever [m]
@@ -55,11 +53,8 @@ def leaf_numbers(model: Model, pose_deviation: float) -> Numbers:
         "face": scale.length, "friction": scale.force, "joint_rate": scale.rate,
     }  # fmt: skip
     tuned = {**_TOUCH, **_SWITCH, **_NOISE, **_START}
-    return Numbers({
-        "arm.numbers": ArmPattern.of(model.vehicle.arm)[1],
-        "vehicle.mass": model.vehicle.mass,
-        **mechanism_numbers(model),
-        "mechanism.sense": math.copysign(1.0, model.goal_state[3] - model.start_state[3]),
+    return model.reduced.numbers.and_also({
+        "reference.sense": math.copysign(1.0, model.goal_state[3] - model.start_state[3]),
         "sensor.pose": pose_deviation,
         "contact.stiffness": 1500.0 * scale.stiffness,
         **{name: value * units.get(name.partition(".")[2], 1.0) for name, value in tuned.items()},

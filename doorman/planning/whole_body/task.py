@@ -57,7 +57,6 @@ from typing import Any
 import casadi as ca
 
 from doorman.collision.rows.kind import disc_across
-from doorman.kinematics.doors.leaf.leaf_symbols import VerticalLeaf, leaf_in_symbols
 from doorman.kinematics.numbers import Numbers
 from doorman.kinematics.symbols import body_rates
 from doorman.kinematics.vehicles.arms.arm_pattern import ArmPattern
@@ -95,14 +94,9 @@ class WholeBodyTask(TipOnFace):
         self.inputs = ca.vertcat(self.thrust, self.tilt_command, self.yaw_torque, self.arm_rates, *side)
 
     @cached_property
-    def leaf(self) -> VerticalLeaf:
-        """Geometry of the leaf, in the world's axes."""
-        return leaf_in_symbols(self.door, self.contact, self.door_angle, 0)
-
-    @cached_property
-    def tilt_rotation(self) -> Any:
-        """Body to world, (3, 3)."""
-        return self.rotation
+    def body_rates(self) -> Any:
+        """Ω, (3, 1), body frame [rad/s]."""
+        return body_rates(self.attitude, self.attitude_rates)
 
     @cached_property
     def position_from_hinge(self) -> Any:

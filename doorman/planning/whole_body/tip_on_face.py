@@ -7,22 +7,25 @@ from typing import Any
 
 import casadi as ca
 
-from doorman.kinematics.symbols import body_rates
+from doorman.kinematics.doors.leaf.leaf_symbols import VerticalLeaf, leaf_in_symbols
 from doorman.kinematics.task import Task
 
 
 class TipOnFace(Task):
     """Named expressions of the contact between the tip of a vehicle that flies freely and the leaf. See `Task`."""
 
-    attitude_rates: Any
-    """Φ̇, (3, 1) [rad/s]."""
     contact: Any
     """Numbers of contact point and contact: `stiffness`, `damping`, `smoothing`, `friction`, `stick`, …, too."""
 
     @cached_property
-    def body_rates(self) -> Any:
-        """Ω, (3, 1), body frame [rad/s]."""
-        return body_rates(self.attitude, self.attitude_rates)
+    def leaf(self) -> VerticalLeaf:
+        """Geometry of the leaf, in the world's axes."""
+        return leaf_in_symbols(self.door, self.contact, self.door_angle, 0)
+
+    @cached_property
+    def tilt_rotation(self) -> Any:
+        """Body to world, (3, 3)."""
+        return self.rotation
 
     @cached_property
     def tip_position(self) -> Any:

@@ -19,7 +19,7 @@ def test_under_the_force_the_gap_does_not_bend_and_momentum_is_kept(task):
     """The gap bends by nothing over two small steps of the motion, and what the tip loses the leaf gains."""
     model = Model(task)
     numbers = leaf_numbers(model, 1e-3)
-    motion = LeafMotion(ArmPattern.of(model.vehicle.arm)[0], numbers)
+    motion = LeafMotion(ArmPattern.of(model.vehicle.arm)[0], model.vehicle.point_names, numbers)
     rng = np.random.default_rng(4)
     x = 0.1 * rng.normal(size=16)
     x[9], x[12] = model.start_state[3] + 0.2, np.log(model.door.inertia)
@@ -45,6 +45,6 @@ def test_under_the_force_the_gap_does_not_bend_and_momentum_is_kept(task):
     assert of(rate_of, x) == pytest.approx((of(gap_of, ahead) - of(gap_of, behind)) / (2 * H), abs=1e-6)
     assert (of(rate_of, ahead) - of(rate_of, behind)) / (2 * H) == pytest.approx(0.0, abs=1e-5)
     found, pressed = moved(x, u, numbers.vector).full()[:, 0], of(force_of, x)
-    alone = ca.Function("a", arguments, [motion.acceleration_without, motion.normal])(x, u, numbers.vector)
+    alone = ca.Function("a", arguments, [motion.acceleration_without, motion.outward])(x, u, numbers.vector)
     without, normal = (each.full()[:, 0] for each in alone)
     assert model.vehicle.mass * (found[3:6] - without) == pytest.approx(pressed * normal, abs=1e-9)
