@@ -10,12 +10,13 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
-from typing import Any, NoReturn
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from doorman.checks import number, numbers, vector, whole
+from doorman.copying import Uncopied
 from doorman.estimation.estimate import FilterEstimate, MeasurementScore
 from doorman.estimation.expressions import checked_names
 from doorman.estimation.hypothesis import Hypothesis
@@ -46,7 +47,7 @@ _ROUNDING = 1e-9
 """Relative error of a symmetric covariance that is given."""
 
 
-class Filter:
+class Filter(Uncopied):
     r"""State, covariance and probabilities of hypotheses, from commands and late measurements.
 
     Of hypotheses i and j with rates of switching :math:`r_{ij}`, each filter begins every interval h with the mixture of all,
@@ -113,9 +114,6 @@ class Filter:
         )  # fmt: skip
         self._memory.clocks[LONGEST_STEP] = longest_step
         self._handle = held(self._memory)
-
-    def __reduce__(self) -> NoReturn:
-        raise TypeError("a Filter cannot be copied or pickled: make another one of the same expressions")
 
     @property
     def time(self) -> float:
