@@ -50,7 +50,7 @@ def estimate_figure(recording: Recording, model: Model, found: LeafReplay) -> Fi
         angle.plot(truth.time, unit * _opening(model, truth["door_angle"]), color=BLACK, linestyle=":", label="truth")
         force.plot(truth.time, truth["tip_normal_force"], color=BLACK, linestyle=":", linewidth=0.8, label="truth")
     angle.set_ylabel("opening [m]" if door.slides else "opening [°]")
-    force.set_ylabel("force of the tip along the normal [N]")
+    force.set_ylabel("normal force [N]")
     chance.set_ylabel("probability")
     chance.set_xlabel("time [s]")
     chance.grid(alpha=0.3)
