@@ -20,6 +20,7 @@ from numpy.typing import NDArray  # noqa: E402
 from suite.estimate_flights import GROUPS, flights  # noqa: E402
 
 from doorman import flown  # noqa: E402
+from doorman.estimation.leaf.numbers import JOINT
 from doorman.estimation.leaf.replay import replay_leaf  # noqa: E402
 from doorman.model import Model  # noqa: E402
 from doorman.recording import Recording  # noqa: E402
@@ -53,7 +54,7 @@ def row(name: str, recording: Recording, changes: dict[str, float]) -> str:
     def rms(of: NDArray[np.float64]) -> str:
         return f"{np.sqrt(np.mean((of - force)[span] ** 2)):.2f}"
 
-    inside = np.mean((np.abs(found.joint - angle) < 2.0 * found.deviations[:, 9])[span])
+    inside = np.mean((np.abs(found.joint - angle) < 2.0 * found.deviations[:, JOINT])[span])
     cells = [
         name, outcome, errors(found.joint), errors(estimate["state"][then, 3]), right(found.touching > 0.5),
         right(estimate["touching"][then].astype(bool)), rms(found.normal_force[:, 0]),

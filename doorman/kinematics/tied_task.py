@@ -87,15 +87,10 @@ class TiedTask(Task, ABC):
         """R_A, as the paper takes the disc for level between the jambs [m]."""
         return self.vehicle.radius
 
-    @property
-    def thrust_along_normal(self) -> Any:
-        r"""The rotors' share along the normal, :math:`n_D^T R\,[f_x, f_y, f_t]^T` [N]; f_x and f_y are 0 of upright rotors."""
-        return ca.dot(self.leaf.normal_in_heading, self.rotors_in_heading)
-
     @cached_property
     def normal_force(self) -> Any:
-        """The rotors' push, as these models take it for the tip's force [N]."""
-        return self.thrust_along_normal
+        r"""The rotors' share along the normal, :math:`n_D^T R\,[f_x, f_y, f_t]^T`, which these models take for the tip's [N]."""
+        return ca.dot(self.leaf.normal_in_heading, self.rotors_in_heading)
 
     @property
     def lifted(self) -> Any:

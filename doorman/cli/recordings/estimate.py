@@ -10,6 +10,7 @@ import numpy as np
 import typer
 
 from doorman.cli.recordings.recorded import chosen_recording, recorded_scenario, say_what_is_missing
+from doorman.estimation.leaf.numbers import JOINT, JOINT_RATE
 from doorman.estimation.leaf.replay import LeafReplay, replay_leaf
 from doorman.exceptions import DoormanError
 from doorman.model import Model
@@ -17,8 +18,7 @@ from doorman.recording import Recording
 from doorman.visualization.figures.estimate import estimate_figure
 from doorman.visualization.style import save
 
-_JOINT = slice(9, 11)
-"""Place of q and its rate among the states."""
+_LEAF = [JOINT, JOINT_RATE]
 
 
 def estimate_run(run: Path | None, changes: list[str], out: Path | None, as_json: bool) -> int:
@@ -57,7 +57,7 @@ def _nees(recording: Recording, found: LeafReplay) -> Any:
     """Of the leaf's angle and rate at the poses' time, as if both were independent."""
     truth = recording["truth"]
     errors = np.column_stack([
-        found.mean[:, _JOINT][:, i] - np.interp(found.pose_time, truth.time, truth[name])
+        found.mean[:, _LEAF[i]] - np.interp(found.pose_time, truth.time, truth[name])
         for i, name in enumerate(("door_angle", "door_rate"))
     ])  # fmt: skip
-    return ((errors / found.deviations[:, _JOINT]) ** 2).sum(axis=1)
+    return ((errors / found.deviations[:, _LEAF]) ** 2).sum(axis=1)

@@ -9,9 +9,9 @@ import casadi as ca
 from doorman.estimation.hypothesis import Hypothesis, Row
 from doorman.estimation.leaf.motion import LeafMotion
 
-FREE, PUSHING, STANDING, GRIPPED, STOPPED = "free", "pushing", "standing", "gripped", "stopped"
+FREE, PUSHING, STANDING, GRIPPED = "free", "pushing", "standing", "gripped"
 
-TOUCHING = (PUSHING, STANDING, GRIPPED, STOPPED)
+TOUCHING = (PUSHING, STANDING, GRIPPED)
 """Those in which the tip feels a force."""
 
 _ROUNDING = 0.02
@@ -59,19 +59,6 @@ def gripped(motion: LeafMotion) -> Hypothesis:
     )  # fmt: skip
 
 
-def stopped(motion: LeafMotion) -> Hypothesis:
-    """The tip is on something that does not move, and is not the leaf."""
-    contact, force = motion.contact, motion.force_on_standing
-    slowed = ca.fmax(motion.resistance, 0) * ca.tanh(motion.rate_to_goal / _ROUNDING) / motion.inertia
-    return Hypothesis(
-        STOPPED, motion.dynamics(force, -motion.reference.sense * slowed, contact.friction_lasts),
-        holds=[Row("rests", ca.dot(motion.outward, motion.tip_velocity), contact.gap_rate, contact.lasts)],
-        limits=[
-            Row("presses", force, contact.pull, contact.lasts), Row("outside", motion.gap, contact.inside, contact.lasts),
-        ],
-    )  # fmt: skip
-
-
 def switching(motion: LeafMotion, names: tuple[str, ...]) -> dict[tuple[str, str], Any]:
     """Rates among hypotheses: a tip touches where it is near, and a leaf stops or moves on."""
     switch = motion.switch
@@ -79,8 +66,7 @@ def switching(motion: LeafMotion, names: tuple[str, ...]) -> dict[tuple[str, str
     closeness = 0.5 * (1 + ca.tanh(2 * (switch.near - motion.gap) / switch.near))
     rates: dict[tuple[str, str], Any] = {}
     for name in touching:
-        near = switch.far if name == STOPPED else switch.far + switch.make * closeness
-        rates[FREE, name] = near / len(touching)
+        rates[FREE, name] = (switch.far + switch.make * closeness) / len(touching)
         rates[name, FREE] = switch.lose
         rates.update({(name, other): switch.stop for other in touching if other != name})
     return rates

@@ -18,6 +18,7 @@ from doorman.estimation.leaf.hypotheses import (
     switching,
 )
 from doorman.estimation.leaf.motion import LeafMotion
+from doorman.estimation.leaf.numbers import LOG_INERTIA
 from doorman.estimation.measurement import Measurement
 from doorman.estimation.model import ProcessModel
 from doorman.estimation.output import Output
@@ -36,7 +37,7 @@ def leaf_filter(model: Model, numbers: Numbers) -> Filter:
     hypotheses = [free(motion), pushing(motion), standing(motion), *([gripped(motion)] if grips else [])]
     names = tuple(each.name for each in hypotheses)
     least, most = np.full(16, -np.inf), np.full(16, np.inf)
-    least[12], most[12] = np.log(0.02 * model.door.inertia), np.log(20.0 * model.door.inertia)
+    least[LOG_INERTIA], most[LOG_INERTIA] = np.log(0.02 * model.door.inertia), np.log(20.0 * model.door.inertia)
     force = Output("normal_force", motion.force_on_moving, under={FREE: 0.0, STANDING: motion.force_on_standing})
     return Filter(
         ProcessModel(

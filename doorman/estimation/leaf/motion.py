@@ -38,8 +38,6 @@ class LeafMotion(TipOnFace):
         numbers: Their names and sizes become symbols, see `leaf_numbers`.
     """
 
-    reference: Any
-    """Numbers of the goal: `sense` of the way there."""
     noise: Any
     """Numbers of the process noise."""
     sensor: Any
@@ -76,11 +74,6 @@ class LeafMotion(TipOnFace):
     def gap_rate(self) -> Any:
         """Its rate [m/s]."""
         return -self.closing_speed
-
-    @cached_property
-    def rate_to_goal(self) -> Any:
-        """Rate of α towards the goal [rad/s]."""
-        return self.reference.sense * self.door_rate
 
     @cached_property
     def inertia(self) -> Any:

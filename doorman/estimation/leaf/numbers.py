@@ -9,6 +9,9 @@ import numpy as np
 from doorman.kinematics.numbers import Numbers
 from doorman.model import Model
 
+JOINT, JOINT_RATE, RESISTANCE, LOG_INERTIA = 9, 10, 11, 12
+"""Places of q, its rate, ρ and ln I in the state."""
+
 _TOUCH = {
     "contact.gap": 2e-3,  # deviation of tip and face while they touch: attitude's noise on the tip's lever [m]
     "contact.gap_rate": 0.02,  # of their speed [m/s]
@@ -64,8 +67,8 @@ def leaf_numbers(model: Model, pose_deviation: float) -> Numbers:
 def first_state(model: Model, numbers: Numbers, position: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """What is believed before the first touch, and its deviations."""
     mean = np.zeros(16)
-    mean[:3], mean[9] = position, model.start_state[3]
-    mean[11], mean[12] = 0.5 * model.scale.torque, math.log(model.door.inertia)
+    mean[:3], mean[JOINT] = position, model.start_state[3]
+    mean[RESISTANCE], mean[LOG_INERTIA] = 0.5 * model.scale.torque, math.log(model.door.inertia)
     one = numbers.one
     deviations = np.array([
         *[one("sensor.pose")] * 3, *[one("start.velocity")] * 3, *[one("start.wind")] * 3, one("start.joint"),

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from doorman.estimation.estimate import MeasurementScore
 from doorman.estimation.leaf.hypotheses import FREE, TOUCHING
 from doorman.estimation.leaf.leaf_filter import AT_THE_LEAF, AWAY, HELD, leaf_filter
-from doorman.estimation.leaf.numbers import TUNED, first_state, leaf_numbers
+from doorman.estimation.leaf.numbers import JOINT, JOINT_RATE, TUNED, first_state, leaf_numbers
 from doorman.estimation.status import Status
 from doorman.exceptions import DoormanError, RecordingError
 from doorman.model import Model
@@ -117,7 +117,7 @@ def replay_leaf(recording: Recording, model: Model, changes: dict[str, float] | 
     came = measured.time[new[1:]]
     return LeafReplay(
         came, pose_time[new[1:]], means, np.array([row[1] for row in rows]),
-        means[:, 9] + means[:, 10] * (came - pose_time[new[1:]]),
+        means[:, JOINT] + means[:, JOINT_RATE] * (came - pose_time[new[1:]]),
         probabilities[:, [name in TOUCHING for name in names]].sum(axis=1), probabilities, names,
         np.array([row[3] for row in rows]), np.array([row[4] for row in rows]), bank.log_likelihood, bank.score("pose"),
     )  # fmt: skip

@@ -71,12 +71,12 @@ def _bounds(model: Model) -> Bounds:
     """Of `[limits]`, `control.max_tilt` and the vehicle; a calm arm and yaw torque whatever these allow."""
     vehicle, limits, free = model.vehicle, model.scenario.limits, np.full(14, np.inf)
     rates = np.minimum(vehicle.rate_limits, ARM_RATE * model.scale.rate)
-    largest, least = model.scenario.control.max_tilt, LEAST_THRUST * vehicle.weight
+    least = LEAST_THRUST * vehicle.weight
     if limits.enabled:
         rates = np.minimum(rates, math.inf if limits.joint_rates is None else limits.joint_rates)
-        largest, least = min(largest, limits.tilt), max(least, limits.min_thrust)
+        least = max(least, limits.min_thrust)
     actuation = model.actuation
-    largest = min(largest, LEVEL) if actuation.fully else largest
+    largest = min(model.largest_tilt, LEVEL) if actuation.fully else model.largest_tilt
     side = np.full(2 if actuation.fully else 0, np.inf)  # bounded by the rotors' rows
     tilt = [largest, largest, yaw_torque(model)]
     return Bounds(

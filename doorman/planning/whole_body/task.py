@@ -75,8 +75,6 @@ class WholeBodyTask(TipOnFace):
 
     plan: Any
     """Numbers of the plan: `time_step` [s]."""
-    reference: Any
-    """Numbers of what a plan is drawn to, see `references`."""
     weights: Any
     """Numbers by which residuals count."""
 
@@ -186,11 +184,6 @@ class WholeBodyTask(TipOnFace):
             self.position + h * velocity, self.attitude + h * attitude_rates, velocity, attitude_rates,
             self.door_angle + h * door_rate, door_rate, self.arm_angles + h * self.arm_rates,
         )  # fmt: skip
-
-    @cached_property
-    def rate_to_goal(self) -> Any:
-        """Rate of α towards the goal [rad/s]."""
-        return self.reference.sense * self.door_rate
 
     @cached_property
     def to_go(self) -> Any:

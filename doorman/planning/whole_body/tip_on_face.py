@@ -17,6 +17,14 @@ class TipOnFace(Task):
     contact: Any
     """Numbers of contact point and contact: `stiffness`, `damping`, `smoothing`, `friction`, `stick`, …, too."""
 
+    reference: Any
+    """Numbers of the goal: `sense` of the way there; of a plan all that it is drawn to, see `references`."""
+
+    @cached_property
+    def rate_to_goal(self) -> Any:
+        """Rate of α towards the goal [rad/s]."""
+        return self.reference.sense * self.door_rate
+
     @cached_property
     def leaf(self) -> VerticalLeaf:
         """Geometry of the leaf, in the world's axes."""

@@ -5,15 +5,13 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from doorman.estimation.leaf.numbers import JOINT
 from doorman.estimation.leaf.replay import LeafReplay
 from doorman.model import Model
 from doorman.recording import Recording
 from doorman.visualization.style import BLACK, BLUE, CYCLE, Figure, flight_name
 
 Array = NDArray[np.float64]
-
-_ANGLE = 9
-"""Place of the leaf's angle in the states."""
 
 
 def estimate_figure(recording: Recording, model: Model, found: LeafReplay) -> Figure:
@@ -29,8 +27,9 @@ def estimate_figure(recording: Recording, model: Model, found: LeafReplay) -> Fi
     """
     figure = Figure(figsize=(9.0, 7.0), layout="constrained")
     angle, force, chance = figure.subplots(3, 1, sharex=True)
-    door, unit = model.door, 1.0 if model.door.slides else 180.0 / np.pi
-    joint, deviation = _opening(model, found.joint), found.deviations[:, _ANGLE]
+    door = model.door
+    unit = 1.0 if door.slides else 180.0 / np.pi
+    joint, deviation = _opening(model, found.joint), found.deviations[:, JOINT]
     pressed, spread = found.normal_force.T
     for axes, value, band in (
         (angle, unit * joint, 2.0 * unit * door.per_angle * deviation),
