@@ -24,8 +24,8 @@ from doorman.dynamics.attitude_loop import AttitudeLoop
 Array = NDArray[np.float64]
 
 
-USUAL_MOTOR_LAG = 0.03
-"""Time constant of motors for which the gains below are tuned [s]."""
+_DAMPED = 2.0
+"""The derivative makes 1 + K_d at least so many times κ_r T for motors of lag T: the rate loop is damped to 0.7."""
 
 
 @dataclass(frozen=True)
@@ -44,25 +44,42 @@ class AttitudeGains:
     """[rad/s]; yaw is slow because drag torque is small: at this rate the rotors can still stop the turn in time."""
     derivative_cutoff: float = 377.0
     """Bandwidth of the low-pass on dΩ/dt [rad/s]."""
+    dead_time: float = 0.0
+    """After which a set point of the attitude reaches the loop [s]."""
 
     @classmethod
-    def of(cls, loop: AttitudeLoop, motor_lag: float) -> AttitudeGains:
-        """Gains about x and y of a loop with a lag; with these motors it is no quicker than the usual one with its own.
+    def of(cls, loop: AttitudeLoop, motor_lag: float, overshoot: float | None = None) -> AttitudeGains:
+        r"""Gains about x and y of a loop with a lag and a dead time, as of an autopilot tuned for its motors.
+
+        Without motors a step of the attitude overshoots by :math:`e^{-\pi\zeta/\sqrt{1 - \zeta^2}}` with
+        :math:`\kappa_r = 4\zeta^2\kappa_a`.
 
         Args:
-            loop: The vehicle's loop.
+            loop: The loop.
             motor_lag: Time constant of the motors [s].
+            overshoot: Of a step, as a share of it; the usual shape of `AttitudeLoop` if not given.
         """
-        most = max(USUAL_MOTOR_LAG / motor_lag, 1.0) if motor_lag > 0.0 else math.inf
-        quick, usual = min(loop.quickness, most), cls()
+        usual = cls()
+        rate_gain = loop.rate_gain if overshoot is None else 4.0 * _damping(overshoot) ** 2 * loop.gain
+        derivative = max(usual.derivative[0], _DAMPED * rate_gain * motor_lag - 1.0)
+        rate = rate_gain * (1.0 + derivative)
 
-        def scaled(values: tuple[float, float, float], factor: float) -> tuple[float, float, float]:
-            return factor * values[0], factor * values[1], values[2]
+        def tilt(value: float, usually: tuple[float, float, float]) -> tuple[float, float, float]:
+            return value, value, usually[2]
 
         return replace(
-            usual, attitude=scaled(usual.attitude, quick), rate=scaled(usual.rate, quick),
-            integral=scaled(usual.integral, quick**2),
+            usual, attitude=tilt(loop.gain, usual.attitude), rate=tilt(rate, usual.rate),
+            integral=tilt(0.1 * rate * loop.gain, usual.integral), derivative=tilt(derivative, usual.derivative),
+            dead_time=loop.dead_time,
         )  # fmt: skip
+
+
+def _damping(overshoot: float) -> float:
+    """ζ of a loop of second order by the overshoot of a step."""
+    if overshoot <= 0.0:
+        return 1.0
+    decay = -math.log(overshoot)
+    return decay / math.hypot(math.pi, decay)
 
 
 class AttitudeParameters(NamedTuple):
