@@ -18,6 +18,7 @@ from doorman.control.estimation.present import present_attitude
 from doorman.control.position_controller import PositionController, Setpoint, Thrust
 from doorman.control.push_limit import limited
 from doorman.control.state_converter import StateConverter
+from doorman.control.under_way import Later, UnderWay
 from doorman.copying import Uncopied
 from doorman.exceptions import DoormanError
 from doorman.hardware.interface import Backend
@@ -57,6 +58,7 @@ class Mission(Uncopied):
             model.vehicle.mass, GRAVITY, model.vehicle.max_thrust, settings.control, model.actuation
         )
         self._engagement = Engagement(model)
+        self._under_way = UnderWay(model.attitude_loop, model.vehicle.mass)
         self._locator = DoorLocator(model)
         self._estimator = Estimator(model, self.converter)
         self._sequence = Sequence(model, self.converter, self._schedule, self._estimator, self._note_phase)
@@ -160,7 +162,9 @@ class Mission(Uncopied):
                 self._controller.resume(estimate.position, estimate.velocity, estimate.wind)
             self._change_smoothly(setpoint, estimate)
             self._controller.reach = self._lift.reach
-            thrust = self._controller.update(estimate.position, estimate.velocity, setpoint, elapsed)
+            later = self._later(estimate, setpoint, seen, measurement.body_rates)
+            place, velocity = estimate.position, estimate.velocity
+            thrust = self._controller.update(place, velocity, setpoint, elapsed, later, force)
             attitude = self._engaged(thrust.attitude, now, float(estimate.attitude[1]))
             ahead, left, up = self.model.actuation.body_force(thrust.force, seen)
             command = Command(float(up), attitude, setpoint.arm_rates, action.grip, (float(ahead), float(left)))
@@ -175,12 +179,20 @@ class Mission(Uncopied):
             self._lift.learn(float(outer[2]), elapsed)
         scaled = self._lift.scaled(command)
         self._rotors = self._lift.made(command, scaled)
+        self._under_way.note(now, scaled.attitude)
+        if self._whole_body is not None:
+            self._whole_body.note(now, command, float(measurement.attitude[2]))
         told = self._locator.told(scaled)
         backend.command(told)
         self._estimator.tell(scaled.attitude)
         self._record(measured, estimate, setpoint, thrust, told)
         self._locator.update(measured, at_the_leaf and estimate.touching, tie is Tie.GRIPPED, elapsed)
         return estimate.door_angle
+
+    def _later(self, estimate: Estimate, setpoint: Setpoint, seen: np.ndarray, body_rates: np.ndarray) -> Later:
+        """Where the vehicle will be when what is sent now shows."""
+        outer = self._controller.observer.estimate - setpoint.force
+        return self._under_way.later(estimate.time, seen, body_rates, estimate.velocity, self._rotors, outer)
 
     def _learn_frame(self) -> None:
         """Once the frame has been touched, the door stands where that is."""

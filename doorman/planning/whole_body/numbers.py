@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.collision.surroundings import Surroundings, rows_beside
+from doorman.dynamics.attitude_loop import AttitudeLoop
 from doorman.exceptions import BackendError
 from doorman.kinematics.numbers import Numbers
 from doorman.kinematics.vehicles.arms.arm_pattern import ArmPattern
@@ -44,8 +45,7 @@ def whole_body_numbers(model: Model) -> Numbers:
         "arm.numbers": ArmPattern.of(vehicle.arm)[1],
         "vehicle.mass": vehicle.mass, "vehicle.radius": vehicle.radius,
         "vehicle.yaw_inertia": yaw_inertia(model),
-        "vehicle.attitude_gain": model.attitude_loop.gain, "vehicle.rate_gain": model.attitude_loop.rate_gain,
-        "vehicle.tilt_stiffness": tilt_stiffness(model), "vehicle.tilt_offset": np.zeros(2),
+        **loop_numbers(model, model.attitude_loop), "vehicle.tilt_offset": np.zeros(2),
         "vehicle.wind": np.zeros(3),
         **mechanism_numbers(model),
         **_beside(model),
@@ -127,6 +127,14 @@ def yaw_inertia(model: Model) -> float:
     return float(model.vehicle_inertia[2, 2] - model.vehicle.mass * center[:2] @ center[:2])
 
 
-def tilt_stiffness(model: Model) -> Array:
-    """Torque with which the vehicle's attitude loop answers a tilt about the body's x and y axis [N m/rad]."""
-    return np.asarray(model.attitude_loop.stiffness * model.vehicle_inertia.diagonal()[:2])
+def tilt_stiffness(model: Model, loop: AttitudeLoop | None = None) -> Array:
+    """Torque with which an attitude loop, the vehicle's if none is given, answers a tilt about the body's x and y axis [N m/rad]."""
+    return np.asarray((loop or model.attitude_loop).stiffness * model.vehicle_inertia.diagonal()[:2])
+
+
+def loop_numbers(model: Model, loop: AttitudeLoop) -> dict[str, Any]:
+    """Numbers of an attitude loop, by name."""
+    return {
+        "vehicle.attitude_gain": loop.gain, "vehicle.rate_gain": loop.rate_gain,
+        "vehicle.tilt_stiffness": tilt_stiffness(model, loop),
+    }  # fmt: skip
