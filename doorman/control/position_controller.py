@@ -59,6 +59,8 @@ class Setpoint(OneLine):
     """Force of the rotors along `normal`, in place of position control there [N]."""
     max_tilt: float | None = None
     """Largest tilt, in place of the settings' [rad]."""
+    nudge: Array | None = None
+    """Roll and pitch beside what position control asks for, shape (2,) [rad]."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)

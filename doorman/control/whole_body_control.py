@@ -162,8 +162,11 @@ class WholeBodyController:
         force = known.normal_force * door.normal(angle) + known.friction_force[0] * along + known.friction_force[1] * up
         return turned_by(self._model, known.attitude, known.arm_angles, force, self._loop)
 
-    def follow(self, plan: Plan, time: float, measured_yaw: float, time_step: float) -> Command:
-        """What the vehicle is to do at a time of a plan; after its end, what it does last."""
+    def follow(self, plan: Plan, time: float, measured_yaw: float, yaw_rate: float, time_step: float) -> Command:
+        """What the vehicle is to do at a time of a plan; after its end, what it does last.
+
+        A heading, too, is followed when the dead time has passed, in which the vehicle turns on.
+        """
         last = len(plan.inputs) - 1
         planned = plan.inputs[min(int(time / plan.time_step + 1e-6), last)]
         later = min(int((time + _AHEAD) / plan.time_step), last)
@@ -171,7 +174,7 @@ class WholeBodyController:
         lead = min(max(float(turning), -_MOST_TURN), _MOST_TURN)
         self._followed = planned
         attitude = tilted(planned[1], planned[2], lead)
-        attitude[2] += measured_yaw
+        attitude[2] += measured_yaw + self._loop.dead_time * yaw_rate
         share = 1.0 - math.exp(-time_step / _ARM_TIME)
         self._arm_rates = self._arm_rates + share * (planned[4 : 4 + self._model.n_arm] - self._arm_rates)
         if not self._model.actuation.fully:

@@ -18,8 +18,8 @@ from dataclasses import dataclass
 
 USUAL_LAG = 0.1
 """Of a Pixhawk with default gains on motors with a lag of 0.03 s [s]."""
-LARGE_LAG = 0.15
-"""One that is worth a word: with PX4 and ArduPilot, contact held at 0.11 to 0.13 s and was lost at 0.2 s [s]."""
+TESTED_LAG, TESTED_DEAD_TIME = 0.25, 0.1
+"""Loops up to these open doors in simulation by contact, with what is believed of them measured in hover [s]; docs/decisions/017."""
 
 
 @dataclass(frozen=True)

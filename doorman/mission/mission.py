@@ -7,6 +7,7 @@ import math
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import asdict
 
 import numpy as np
 
@@ -64,7 +65,7 @@ class Mission(Uncopied):
         self._sequence = Sequence(model, self.converter, self._schedule, self._estimator, self._note_phase)
         pushes = settings.contact.kind == "push"
         self._whole_body = WholeBodyFlight(model, self.converter, self._schedule) if pushes else None
-        self._flew_plan = False
+        self._flew_plan = self._loop_is_known = False
         self._started = 0.0
         self._last_time: float | None = None
         self._opened_at: float | None = None
@@ -153,6 +154,7 @@ class Mission(Uncopied):
             self._sequence.attempt.poses.note(measured)
         action = self._sequence.step(estimate, measurement.body_rates, elapsed)
         self._learn_frame()
+        self._learn_loop(now)
         setpoint, at_the_leaf, tie = action.setpoint, self._sequence.at_the_leaf, self._sequence.tie
         planned = None
         if self._whole_body is not None:
@@ -166,6 +168,8 @@ class Mission(Uncopied):
             place, velocity = estimate.position, estimate.velocity
             thrust = self._controller.update(place, velocity, setpoint, elapsed, later, force)
             attitude = self._engaged(thrust.attitude, now, float(estimate.attitude[1]))
+            if setpoint.nudge is not None:
+                attitude = attitude + np.array([*setpoint.nudge, 0.0])
             ahead, left, up = self.model.actuation.body_force(thrust.force, seen)
             command = Command(float(up), attitude, setpoint.arm_rates, action.grip, (float(ahead), float(left)))
         else:
@@ -180,6 +184,8 @@ class Mission(Uncopied):
         scaled = self._lift.scaled(command)
         self._rotors = self._lift.made(command, scaled)
         self._under_way.note(now, scaled.attitude)
+        if (test := self._sequence.attempt.loop_test).runs:
+            test.note(now, scaled.attitude, seen, measurement.pose_time)
         if self._whole_body is not None:
             self._whole_body.note(now, command, float(measurement.attitude[2]))
         told = self._locator.told(scaled)
@@ -202,6 +208,17 @@ class Mission(Uncopied):
         self._locator.learn(frame)
         if self._whole_body is not None:
             self._whole_body.know_the_face()
+
+    def _learn_loop(self, now: float) -> None:
+        """Once the attitude loop has been measured, this flight's plans and controllers count on what was found."""
+        found = self._sequence.attempt.loop_test.measured
+        if found is None or self._loop_is_known:
+            return
+        self._loop_is_known = True
+        for user in (self.converter, self._under_way, self._whole_body):
+            if user is not None:
+                user.fly_by(found.loop)
+        self.recorder.write("attitude_loop", now, asdict(found))
 
     def _change_smoothly(self, setpoint: Setpoint, estimate: Estimate) -> None:
         """From force back to position control: the observer begins with the wind, not with what it took the door for."""

@@ -84,4 +84,5 @@ class WholeBodyFlight:
         current = self._schedule.update(now, wanted)
         if current is None:
             return None
-        return self._controller.follow(current.plan, now - current.start, float(measurement.attitude[2]), time_step)
+        yaw, yaw_rate = float(measurement.attitude[2]), float(known.attitude_rates[2])
+        return self._controller.follow(current.plan, now - current.start, yaw, yaw_rate, time_step)
