@@ -1,6 +1,6 @@
 """How flights go behind attitude loops that nobody told them of: a grid of lags and dead times.
 
-    python benchmarks/attitude_loops.py [--scenarios push paper] [--seeds 1 2] [--lags ...] [--dead-times ...] [--set KEY=VALUE ...]
+    python benchmarks/attitude_loops.py [--scenarios push paper] [--seeds 1 2] [--lags ...] [--dead-times ...] [--set KEY=VALUE]
 
 One line a flight: what came of it, the door's last angle, the loop that the hover measured, how far the vehicle sank, and what
 touched what. The last line counts. `--set mission.measure_attitude=false` flies by what is believed instead of what is measured.
@@ -61,7 +61,9 @@ def main() -> None:
     parser.add_argument("--dead-times", nargs="+", type=float, default=DEAD_TIMES)
     parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE")
     given = parser.parse_args()
-    settings = {key: tomllib.loads(f"x = {value}")["x"] for key, _, value in (each.partition("=") for each in given.set)}
+    settings = {
+        key: tomllib.loads(f"x = {value}")["x"] for key, _, value in (each.partition("=") for each in given.set)
+    }
     counts: dict[str, int] = {}
     for name, seed, lag, dead in itertools.product(given.scenarios, given.seeds, given.lags, given.dead_times):
         loop = {"simulation.attitude_lag": lag, "simulation.attitude_dead_time": dead}

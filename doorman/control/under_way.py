@@ -83,7 +83,9 @@ class UnderWay:
         """Take in an attitude that is commanded from now on."""
         note_sent(self._ring, self._numbers, now, attitude)
 
-    def later(self, now: float, attitude: Array, body_rates: Array, velocity: Array, rotors: Array, outer: Array) -> Later:
+    def later(
+        self, now: float, attitude: Array, body_rates: Array, velocity: Array, rotors: Array, outer: Array
+    ) -> Later:
         """Where the vehicle will be when what is sent now shows.
 
         Args:

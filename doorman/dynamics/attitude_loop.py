@@ -19,7 +19,7 @@ from dataclasses import dataclass
 USUAL_LAG = 0.1
 """Of a Pixhawk with default gains on motors with a lag of 0.03 s [s]."""
 TESTED_LAG, TESTED_DEAD_TIME = 0.25, 0.1
-"""Loops up to these open doors in simulation by contact, with what is believed of them measured in hover [s]; docs/decisions/013."""
+"""Loops up to these were flown in contact, with what is believed of them measured in hover [s]; docs/decisions/013."""
 
 
 @dataclass(frozen=True)

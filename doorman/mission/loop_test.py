@@ -77,10 +77,10 @@ class LoopTest:
         for axis, name in enumerate(("roll", "pitch")):
             lag, dead = float(self.measured.lag[axis]), float(self.measured.dead_time[axis])
             if lag > TESTED_LAG:
+                px4, ardupilot = name.upper(), _SHORT[name]
                 return (
                     f"{name} lags {1e3 * lag:.0f} ms behind its commands; tested up to {1e3 * TESTED_LAG:.0f} ms: raise "
-                    f"MC_{name.upper()}_P and MC_{name.upper()}RATE_K (PX4), or ATC_ANG_{_SHORT[name]}_P and ATC_RAT_{_SHORT[name]}_P "
-                    "(ArduPilot)"
+                    f"MC_{px4}_P and MC_{px4}RATE_K (PX4), or ATC_ANG_{ardupilot}_P and ATC_RAT_{ardupilot}_P (ArduPilot)"
                 )
             if dead > TESTED_DEAD_TIME:
                 return (

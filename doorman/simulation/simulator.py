@@ -131,7 +131,7 @@ class Simulator(Uncopied):
             side_force: Body force along x and y, shape (2,) [N]; rotors that cannot make it take no notice.
         """
         self._command[0] = thrust
-        self._late.give(self._steps, quaternion_of(attitude))
+        self._late.give(self._steps, np.array(quaternion_of(attitude)))
         self._command[5:7] = side_force
         self._command[7:] = arm_rates
 

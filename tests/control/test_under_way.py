@@ -37,7 +37,9 @@ def test_prediction_is_what_the_model_does(yaw: float) -> None:
     """By commands that are known until then; of a vehicle at another heading, turned."""
     horizon = BELIEVED.dead_time + BELIEVED.lag
     after = round(horizon / TICK)
-    commands = np.concatenate([0.1 * np.sin(9.0 * TICK * np.arange(100)), np.full(after, 0.1 * math.sin(9.0 * TICK * 99))])
+    commands = np.concatenate(
+        [0.1 * np.sin(9.0 * TICK * np.arange(100)), np.full(after, 0.1 * math.sin(9.0 * TICK * 99))]
+    )
     pitch, rate = flown(BELIEVED, commands)
     under_way = UnderWay(BELIEVED, MASS)
     for k in range(100):

@@ -54,7 +54,9 @@ def test_the_simulated_loop_lags_by_the_number(lag: float) -> None:
 @pytest.mark.parametrize("lag", [0.03, 0.1, 0.25])
 def test_any_motors_and_lag_make_a_loop_that_settles(lag: float, motor_lag: float) -> None:
     """A loop is tuned for its motors: quick ones of slow motors overshoot, and settle."""
-    pitches = np.array(answered(AttitudeGains.of(AttitudeLoop(lag), motor_lag), motor_lag, 0.05, 12.0 * max(lag, 2.0 * motor_lag)))
+    pitches = np.array(
+        answered(AttitudeGains.of(AttitudeLoop(lag), motor_lag), motor_lag, 0.05, 12.0 * max(lag, 2.0 * motor_lag))
+    )
     assert pitches[-1] == pytest.approx(0.05, rel=0.02)
     assert pitches.max() < 0.05 * 1.35
 

@@ -3,7 +3,7 @@ r"""Lag and dead time of the attitude loop from what roll and pitch did after kn
 .. math::
     \min_{\tau, d, b}\ \sum_t \big(\phi(t) - b - \phi_\tau(t - d)\big)^2
 
-with :math:`\phi_\tau` the answer of `AttitudeLoop` of lag τ to the commands: a bank of loops runs along with the flight, and every
+with :math:`\phi_\tau` the answer of `AttitudeLoop` of lag τ to the commands: a bank of loops runs along with the flight, and each
 tick compares what is seen with what each of them had a dead time ago. The deviations follow from the curvature of the sum.
 """
 
@@ -112,7 +112,7 @@ class LoopFit:
 
 
 def _least(spread: Array, count: int) -> tuple[float, float, float, float, float]:
-    """Lag, dead time and their deviations at the least of a table of mean squares, of a parabola through it and its neighbours."""
+    """Lag, dead time and their deviations at the least of a table of mean squares, by a parabola through its neighbours."""
     row, column = np.unravel_index(int(spread.argmin()), spread.shape)
     i = min(max(int(row), 1), spread.shape[0] - 2)
     j = min(max(int(column), 1), spread.shape[1] - 2)

@@ -1,6 +1,7 @@
 r"""Observer of how far roll and pitch settle beside what is commanded, for reasons that the plan does not know.
 
-The attitude loop that plans count on, with what the tip's force is known to turn the vehicle by, :math:`b_F`, and an offset b (the command is the one that acts by now):
+The attitude loop that plans count on, with what the tip's force is known to turn the vehicle by, :math:`b_F`,
+and an offset b (the command is the one that acts by now):
 
 .. math:: \dot\phi = \omega,\qquad \dot\omega = \kappa_r\big(\kappa_a(\phi_c + b_F + b - \phi) - \omega\big),\qquad \dot b = 0
 

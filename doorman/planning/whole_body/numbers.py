@@ -128,7 +128,7 @@ def yaw_inertia(model: Model) -> float:
 
 
 def tilt_stiffness(model: Model, loop: AttitudeLoop | None = None) -> Array:
-    """Torque with which an attitude loop, the vehicle's if none is given, answers a tilt about the body's x and y axis [N m/rad]."""
+    """Torque with which a loop, the vehicle's if none is given, answers a tilt about the body's x and y axis [N m/rad]."""
     return np.asarray((loop or model.attitude_loop).stiffness * model.vehicle_inertia.diagonal()[:2])
 
 

@@ -171,7 +171,7 @@ class MissionSection(Section):
     them."""
     measure_attitude: bool = True
     """Whether the hover before the door measures lag and dead time of the attitude loop, by steps of 1.7° in 4 s. Plans and
-    controllers of the flight count on them, in place of `vehicle.attitude_lag`; the flight gives up where they were never tested."""
+    controllers count on them, in place of `vehicle.attitude_lag`; the flight gives up where they were never tested."""
     approach_speed: Positive = 0.15
     """Speed of the approach [m/s]."""
     touch_distance: Positive = 0.06
