@@ -42,7 +42,9 @@ def test_lag_and_dead_time_of_both_axes(loop: AttitudeLoop, rate: float) -> None
     found = measured((loop, other), 0.002, rate)
     for axis, true in enumerate((loop, other)):
         assert found.lag[axis] == pytest.approx(true.lag, abs=0.008 + 0.11 * true.lag)
-        assert found.dead_time[axis] == pytest.approx(true.dead_time, abs=0.011)
+        assert found.dead_time[axis] == pytest.approx(true.dead_time, abs=0.021)
+        late = found.lag[axis] + found.dead_time[axis]
+        assert late == pytest.approx(true.lag + true.dead_time, abs=0.008 + 0.05 * true.lag)
     assert (found.explained > 0.8).all()
     assert found.loop.lag == pytest.approx(found.lag.mean())
 
