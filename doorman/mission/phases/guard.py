@@ -15,8 +15,8 @@ _DOUBT = 0.1
 _PAST = math.radians(10.0)
 """A leaf that is so far beyond the goal cannot be brought back by a push [rad]."""
 _SUNK = 0.1
-"""By which the tip of the shipped vehicle may be below its place on the leaf [m]: plans keep it there. What sinks has no thrust
-left, or no hold of its attitude."""
+"""By which the shipped vehicle may be lower than at its touch, beside what the leaf itself moves [m]: plans keep it there. What sinks
+has no thrust left, or no hold of its attitude."""
 _MOVING = 0.03
 """A vehicle that grips a door which is faster does not let go of it to get away from leaf or jamb [rad/s]."""
 
@@ -31,6 +31,7 @@ class Guard:
     def __init__(self, attempt: Attempt) -> None:
         self._attempt = attempt
         self._clear_at = self._high_at = 0.0
+        self._above: tuple[int, float] | None = None
 
     def begin(self, now: float) -> None:
         """Begin, with the rotors clear of leaf and jambs."""
@@ -63,10 +64,12 @@ class Guard:
         return self._attempt.model.door.in_words(estimate.door_angle, 0)
 
     def _sunk(self, estimate: Estimate) -> float:
-        """By how much the tip is below the place on the leaf where it should be [m]."""
-        coupling = self._attempt.model.coupling
-        tip = estimate.position + coupling.tips(estimate.attitude[None], estimate.arm_angles[None])[0]
-        return float((coupling.contact_point(estimate.door_angle) - tip)[2])
+        """By how much the vehicle is lower above its contact point than when this attempt touched [m]."""
+        attempt = self._attempt
+        above = float((estimate.position - attempt.model.coupling.contact_point(estimate.door_angle))[2])
+        if self._above is None or self._above[0] != attempt.number:
+            self._above = attempt.number, above
+        return self._above[1] - above
 
     def _nearness(self, estimate: Estimate, searching: bool) -> tuple[bool, bool]:
         """Whether the rotors come near the leaf, and near a jamb."""

@@ -27,6 +27,9 @@ _SHIPPED_YAW_TORQUE = 0.25
 """[N m]."""
 SIDE_WEIGHT, LEVEL_WEIGHT = 0.3, 300.0
 """Of a change of the force to the side, of the shipped vehicle, and of roll and pitch, of a fully actuated vehicle."""
+_TILTING = 300.0
+"""Weight of how far a commanded tilt is ahead of the tilt. A quick loop turns by the same error at a higher rate: there the rate that
+is commanded is weighed."""
 _ROOM = (0.03, 1e3, 1.0, 1.0)
 """By which rows are widened for the shipped vehicle: planes, force, speed and stopping. Noise moves a start across tight rows,
 and plans of one iteration do not converge there; residuals keep the distance instead."""
@@ -74,7 +77,7 @@ def whole_body_numbers(model: Model) -> Numbers:
         "weight.arm": 30.0,
         "weight.approach": 1000.0 / scale.speed**2, "weight.opening": 100.0 / scale.rate**2,
         "weight.force": 0.0, "weight.least_force": 0.0,
-        "weight.largest_force": 1.0 / scale.force**2, "weight.tilting": 300.0,
+        "weight.largest_force": 1.0 / scale.force**2,
         "weight.velocity_in_world": 0.3 / scale.speed**2, "weight.turning": 0.5 / scale.rate**2,
     })  # fmt: skip
 
@@ -137,4 +140,5 @@ def loop_numbers(model: Model, loop: AttitudeLoop) -> dict[str, Any]:
     return {
         "vehicle.attitude_gain": loop.gain, "vehicle.rate_gain": loop.rate_gain,
         "vehicle.tilt_stiffness": tilt_stiffness(model, loop),
+        "weight.tilting": _TILTING * max(loop.quickness, 1.0) ** 2,
     }  # fmt: skip
