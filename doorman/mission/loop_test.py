@@ -24,6 +24,8 @@ DURATION = 2.0 * (_QUIET + _AXIS)
 """Of the test [s]."""
 _EXPLAINED = 0.5
 """Share of the motion that a fit explains at least, to count: wind moves the vehicle, too."""
+_ALIKE = 0.05
+"""By which lag and dead time together may differ between roll and pitch, to count: gusts and gaps in the poses spoil a fit [s]."""
 
 
 class LoopTest:
@@ -67,7 +69,10 @@ class LoopTest:
             return
         self.done = True
         found = self._fit.fitted()
-        if found is not None and (found.explained > _EXPLAINED).all():
+        if found is None or not (found.explained > _EXPLAINED).all():
+            return
+        late = found.lag + found.dead_time
+        if abs(float(late[0] - late[1])) < _ALIKE + 0.2 * float(late.mean()):
             self.measured = found
 
     def unfit(self) -> str:

@@ -211,8 +211,9 @@ class Mission(Uncopied):
 
     def _learn_loop(self, now: float) -> None:
         """Once the attitude loop has been measured, this flight's plans and controllers count on what was found."""
-        found = self._sequence.attempt.loop_test.measured
-        if found is None or self._loop_is_known:
+        test = self._sequence.attempt.loop_test
+        found = test.measured
+        if found is None or self._loop_is_known or test.unfit():
             return
         self._loop_is_known = True
         for user in (self.converter, self._under_way, self._whole_body):
