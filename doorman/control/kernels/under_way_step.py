@@ -57,7 +57,7 @@ def tilt_of(up: Array, sy: float, cy: float) -> tuple[float, float]:
 
 @kernel
 def carry_ahead(ring: Array, numbers: Array, given: Array, out: Array) -> None:
-    """By how much position and velocity change along the world's x and y within the horizon, beyond what the velocity now does."""
+    """By how much position and velocity change along the world's x and y within the horizon, beside what the velocity does."""
     for k in range(4):
         out[k] = 0.0
     roll, pitch, yaw = given[ATTITUDE], given[ATTITUDE + 1], given[ATTITUDE + 2]
