@@ -25,7 +25,7 @@ DURATION = 2.0 * (_QUIET + _AXIS)
 _EXPLAINED = 0.5
 """Share of the motion that a fit explains at least, to count: wind moves the vehicle, too."""
 _ALIKE = 0.05
-"""By which lag and dead time together may differ between roll and pitch, to count: gusts and gaps in the poses spoil a fit [s]."""
+"""By which lag and dead time together may differ between roll and pitch, to count: gusts and gaps in the poses spoil fits [s]."""
 
 
 class LoopTest:

@@ -15,8 +15,8 @@ _DOUBT = 0.1
 _PAST = math.radians(10.0)
 """A leaf that is so far beyond the goal cannot be brought back by a push [rad]."""
 _SUNK = 0.1
-"""By which the shipped vehicle may be lower than at its touch, beside what the leaf itself moves [m]: plans keep it there. What sinks
-has no thrust left, or no hold of its attitude."""
+"""By which the shipped vehicle may be lower than at its touch, beside what the leaf itself moves [m]: plans keep it there. What
+sinks has no thrust left, or no hold of its attitude."""
 _MOVING = 0.03
 """A vehicle that grips a door which is faster does not let go of it to get away from leaf or jamb [rad/s]."""
 

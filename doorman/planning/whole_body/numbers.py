@@ -28,8 +28,8 @@ _SHIPPED_YAW_TORQUE = 0.25
 SIDE_WEIGHT, LEVEL_WEIGHT = 0.3, 300.0
 """Of a change of the force to the side, of the shipped vehicle, and of roll and pitch, of a fully actuated vehicle."""
 _TILTING = 300.0
-"""Weight of how far a commanded tilt is ahead of the tilt. A quick loop turns by the same error at a higher rate: there the rate that
-is commanded is weighed."""
+"""Weight of how far a commanded tilt is ahead of the tilt. A quick loop turns by the same error at a higher rate: there the rate
+that is commanded is weighed."""
 _ROOM = (0.03, 1e3, 1.0, 1.0)
 """By which rows are widened for the shipped vehicle: planes, force, speed and stopping. Noise moves a start across tight rows,
 and plans of one iteration do not converge there; residuals keep the distance instead."""
