@@ -98,7 +98,7 @@ class Model:
         self.vehicle_inertia = frozen(self.vehicle.inertia(self.goal_arm))
         self.actuation = actuation_of(self.vehicle, scenario.simulation.torque_per_thrust)
         """How the vehicle makes a force: with a tilted thrust, or with a level body."""
-        self.attitude_loop = AttitudeLoop(scenario.vehicle.attitude_lag)
+        self.attitude_loop = AttitudeLoop(scenario.vehicle.attitude_lag, scenario.vehicle.attitude_dead_time)
         """How roll and pitch follow what is commanded."""
         self.hover_input = frozen([self.vehicle.weight, *np.zeros(3 + self.n_arm)])
 

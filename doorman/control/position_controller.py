@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from doorman.control.kernels.control_step import ACTING, FREE, GIVEN, MEMORY, wanted_force
 from doorman.control.observers.disturbance_observer import DisturbanceObserver
+from doorman.control.under_way import Later
 from doorman.kinematics.vehicles.actuation import Actuation, TiltedThrust
 from doorman.kinematics.vehicles.actuation import attitude_of_force as attitude_of_force
 from doorman.kinematics.vehicles.actuation import saturate as saturate
@@ -29,6 +30,8 @@ from doorman.scenario import ControlSection
 
 Array = NDArray[np.float64]
 
+_LEVEL = np.array([1.0, 1.0, 0.0])
+"""Along the ground: thrust has no lag to speak of."""
 _MOST_LIFT = 0.024
 """By which δ̂ of a tip on the leaf may differ up or down from that of free flight, as a share of the weight: without, one that has
 slipped hops, and a vehicle that grips hangs on the handle."""
@@ -56,6 +59,8 @@ class Setpoint(OneLine):
     """Force of the rotors along `normal`, in place of position control there [N]."""
     max_tilt: float | None = None
     """Largest tilt, in place of the settings' [rad]."""
+    nudge: Array | None = None
+    """Roll and pitch beside what position control asks for, shape (2,) [rad]."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -105,13 +110,34 @@ class PositionController:
         gains = *settings.position_gain, *settings.velocity_gain
         self._numbers = np.array([mass, mass * gravity, _MOST_LIFT * mass * gravity, *gains])
         self._memory, self._given, self._found = np.zeros(MEMORY), np.zeros(GIVEN), np.zeros(6)
+        self._planned = np.zeros(3)
+        """Force of the tip on the door that was planned last."""
         kept = self.observer.memory.copy(), self._numbers, self._memory.copy(), self._given
         wanted_force(*kept, 0.0, False, 0.0, self._found)  # compiles: nothing is in flight
 
-    def update(self, position: Array, velocity: Array, setpoint: Setpoint, time_step: float) -> Thrust:
-        """One period of control."""
+    def update(
+        self, position: Array, velocity: Array, setpoint: Setpoint, time_step: float, later: Later | None = None,
+        made: Array | None = None,
+    ) -> Thrust:  # fmt: skip
+        """One period of control.
+
+        Args:
+            position: P, shape (3,), world frame [m].
+            velocity: Ṗ, shape (3,), world frame [m/s].
+            setpoint: Where the vehicle should be.
+            time_step: Since the last period [s].
+            later: What the commands under way make of the vehicle; it is corrected where it will be. Nothing, if not given.
+            made: Force of the rotors since the last period, shape (3,), world frame [N]. What was asked for, if not given.
+        """
         pushes = setpoint.push is not None
-        seen = position, velocity, setpoint.position, setpoint.velocity, setpoint.acceleration
+        wanted_at, wanted_speed = setpoint.position, setpoint.velocity
+        if later is not None:
+            wanted_at = wanted_at + self._beside(later.horizon * wanted_speed * _LEVEL - later.moved, setpoint)
+            wanted_speed = wanted_speed - self._beside(later.gained, setpoint)
+        if made is not None:
+            self._memory[ACTING : ACTING + 3] = made - self._weight - self._planned
+        self._planned = setpoint.force
+        seen = position, velocity, wanted_at, wanted_speed, setpoint.acceleration
         np.concatenate((*seen, setpoint.force, setpoint.normal), out=self._given)
         observer, push = self.observer.memory, setpoint.push or 0.0
         wanted_force(observer, self._numbers, self._memory, self._given, time_step, pushes, push, self._found)
@@ -127,8 +153,13 @@ class PositionController:
             saturated=bool(np.abs(force - wanted).max() > 1e-9),
         )
 
+    @staticmethod
+    def _beside(way: Array, setpoint: Setpoint) -> Array:
+        """A way without its share along the normal of a leaf that the tip touches: that holds the vehicle there."""
+        return way - float(setpoint.normal @ way) * setpoint.normal
+
     def resume(self, position: Array, velocity: Array, wind: Array) -> None:
         """Begin anew, bumpless, where something else flew the vehicle."""
         self.observer.resume(position, velocity, wind)
-        self._memory[ACTING : ACTING + 3] = 0.0
+        self._memory[ACTING : ACTING + 3] = self._planned = np.zeros(3)
         self._memory[FREE : FREE + 3] = self.observer.estimate

@@ -11,6 +11,7 @@ from doorman.control.kernels.leaf import leaf_numbers
 from doorman.control.kernels.on_leaf import vehicle_on_leaf
 from doorman.control.kernels.tip import ARM, tip_on_leaf
 from doorman.control.position_controller import Setpoint
+from doorman.dynamics.attitude_loop import AttitudeLoop
 from doorman.kinematics.coupling import VehicleMotion
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.kinematics.vehicles.arms.arm import ArmParameters
@@ -22,12 +23,12 @@ from doorman.signals import Measurement
 Array = NDArray[np.float64]
 
 
-def look_aheads(model: Model) -> tuple[float, float]:
+def look_aheads(model: Model, loop: AttitudeLoop | None = None) -> tuple[float, float]:
     """How much ahead of the state acceleration and attitude are taken from the plan [s].
 
-    The settings say it, or the attitude loop's lag.
+    The settings say it, or the attitude loop: the vehicle's, if none is given.
     """
-    settings, loop = model.scenario.control, model.attitude_loop
+    settings, loop = model.scenario.control, loop or model.attitude_loop
     acceleration, attitude = settings.acceleration_look_ahead, settings.attitude_look_ahead
     return (
         loop.acceleration_look_ahead if acceleration is None else acceleration,
@@ -50,12 +51,16 @@ class StateConverter:
         self._given, self._tip = np.zeros(ARM + 2 * model.n_arm), np.zeros(6)
         self._contact = np.array([*model.door.up, self._coupling.distance_from_hinge, self._coupling.height])
         self._rate_limits = np.asarray(model.vehicle.rate_limits)
-        self._acceleration_ahead, self._attitude_ahead = look_aheads(model)
+        self.fly_by(model.attitude_loop)
         rest = np.zeros(3)
         self.on_leaf(np.array(model.start_state), rest, np.zeros(model.n_arm))  # compiles: nothing is in flight
         self._coupling.vehicle_motion(model.start_state, rest, np.zeros(model.n_arm))
         tip_on_leaf(self._arm, self._leaf, self._coupling.lever_length, self._given, self._tip)
         self._coupling.tips(rest[None], np.zeros((1, model.n_arm)))
+
+    def fly_by(self, loop: AttitudeLoop) -> None:
+        """Believe another attitude loop from now on."""
+        self._acceleration_ahead, self._attitude_ahead = look_aheads(self.model, loop)
 
     def state(
         self,

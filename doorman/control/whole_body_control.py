@@ -1,12 +1,14 @@
 r"""From what is known at the leaf to the start of a whole-body plan, and from the plan to commands.
 
-A plan begins where the contact's spring makes the estimated force: :math:`P + (\delta(\hat\lambda) - \delta)\,n_D`, as a
-millimetre of noise would be newtons. It is followed by its inputs, at the time at which they act.
+What is known now is where the contact's spring makes the estimated force: :math:`P + (\delta(\hat\lambda) - \delta)\,n_D`, as a
+millimetre of noise would be newtons. A plan begins where the inputs that were sent, and have not acted yet, take the vehicle from
+there within the dead time of the attitude loop. It is followed by its inputs, at the time at which they are sent.
 """
 
 from __future__ import annotations
 
 import math
+from collections import deque
 from typing import Any
 
 import numpy as np
@@ -14,10 +16,11 @@ from numpy.typing import NDArray
 
 from doorman.control.estimation.leaf_estimator import LeafEstimate
 from doorman.control.observers.tilt_observer import TiltObserver
+from doorman.dynamics.attitude_loop import AttitudeLoop
 from doorman.model import Model
 from doorman.planning.plan import Plan
 from doorman.planning.whole_body.contact import depth_of, stick_place, tip_on_face, turned_by, whole_body_state
-from doorman.planning.whole_body.numbers import whole_body_numbers  # fmt: skip
+from doorman.planning.whole_body.numbers import loop_numbers, whole_body_numbers
 from doorman.planning.whole_body.references import at_the_leaf
 from doorman.signals import Command
 
@@ -37,6 +40,10 @@ _ARM_TIME = 0.1
 """Low-pass of the joint rates [s]: they differ from plan to plan by noise, which would rattle the tip until friction lets go."""
 _SIDE_TIME = 0.05
 """Low-pass of the force to the side [s], as of rotors."""
+_KEPT = 1024
+"""Inputs that are kept: of half a second at the fastest controller."""
+_ROUNDED = 1e-6
+"""By which times of ticks may be off [s]."""
 _YAW_RATE = 11
 """Its place in the state."""
 
@@ -58,6 +65,16 @@ class WholeBodyController:
         self._arm_rates, self._side = np.zeros(model.n_arm), np.zeros(2)
         self._turned: tuple[LeafEstimate | None, Array] = None, np.zeros(2)  # of the last `aim`
         self._tilt = TiltObserver(model.attitude_loop, model.scenario.control.max_tilt)
+        self._sent: deque[tuple[float, Array]] = deque(maxlen=_KEPT)
+        """Inputs of the model, as they were sent."""
+        self._followed: Array | None = None
+        """Input of the plan that is followed, until it is sent."""
+        self.fly_by(model.attitude_loop)
+
+    def fly_by(self, loop: AttitudeLoop) -> None:
+        """Believe another attitude loop from now on."""
+        self._loop, self._loop_numbers = loop, loop_numbers(self._model, loop)
+        self._tilt.fly_by(loop)
 
     def forget(self) -> None:
         """Begin anew: door and arm stand."""
@@ -65,7 +82,7 @@ class WholeBodyController:
         self._arm_rates, self._side = np.zeros(self._model.n_arm), np.zeros(2)
         self._tilt.forget()
 
-    def aim(self, known: LeafEstimate, time_step: float) -> None:
+    def aim(self, known: LeafEstimate, now: float, time_step: float) -> None:
         """Let the opening rate that is asked for grow in contact, and fall to the door's where the tip has lost it.
 
         What turns the vehicle beside its commands is watched meanwhile.
@@ -76,7 +93,39 @@ class WholeBodyController:
         elif opening < self.opening_rate:
             self.opening_rate = max(opening, 0.0)
         self._turned = known, self._turned_by(known)
-        self._tilt.update(known.attitude[:2], self._turned[1], time_step)
+        self._tilt.update(known.attitude[:2], self._acting(known, now), self._turned[1], time_step)
+
+    def note(self, now: float, command: Command, measured_yaw: float) -> None:
+        """Take in what is sent now, by a plan or not, as an input of the model."""
+        turn, followed = measured_yaw - float(command.attitude[2]), self._followed
+        roll, pitch, _ = tilted(float(command.attitude[0]), float(command.attitude[1]), turn)
+        inputs = np.zeros(4 + self._model.n_arm + (2 if self._model.actuation.fully else 0))
+        inputs[:3], inputs[3] = (command.thrust, roll, pitch), 0.0 if followed is None else followed[3]
+        inputs[4 : 4 + self._model.n_arm] = command.arm_rates
+        if self._model.actuation.fully:
+            inputs[-2:] = command.side_force
+        self._sent.append((now, inputs))
+        self._followed = None
+
+    def under_way(self, now: float) -> list[Array]:
+        """Inputs that have not acted yet, each for one step of a plan, oldest first."""
+        step, dead = self._numbers.one("plan.time_step"), self._loop.dead_time
+        count = round(dead / step)
+        due, inputs = now - dead + step * np.arange(count), list[Array]()
+        sent = iter(self._sent)
+        current, following = None, next(sent, None)
+        for time in due.tolist():
+            while following is not None and (current is None or following[0] <= time + _ROUNDED):
+                current, following = following[1], next(sent, None)
+            if current is not None:
+                inputs.append(current)
+        return inputs
+
+    def _acting(self, known: LeafEstimate, now: float) -> Array:
+        """Roll and pitch that are commanded by what acts now, shape (2,) [rad]; the measured ones before anything does."""
+        time = now - self._loop.dead_time + _ROUNDED
+        acting = next((inputs for sent, inputs in reversed(self._sent) if sent <= time), None)
+        return known.attitude[:2] if acting is None else acting[1:3]
 
     def start(self, known: LeafEstimate) -> tuple[Array, dict[str, Any]]:
         """What a plan begins with, and aims for."""
@@ -99,7 +148,7 @@ class WholeBodyController:
         offset = numbers.one("contact.offset") + known.face_offset
         side = {"actuation.side": self._side} if self._model.actuation.fully else {}
         return state, {
-            **side,
+            **side, **self._loop_numbers,
             **aims, "contact.stick": place, "vehicle.wind": known.wind, "contact.offset": offset,
             "vehicle.tilt_offset": self._tilt.offset, "reference.turned": self._tilt.offset + turned,
         }  # fmt: skip
@@ -111,18 +160,21 @@ class WholeBodyController:
         door, angle = self._model.door, known.door_angle
         along, up = door.face(angle)
         force = known.normal_force * door.normal(angle) + known.friction_force[0] * along + known.friction_force[1] * up
-        return turned_by(self._model, known.attitude, known.arm_angles, force)
+        return turned_by(self._model, known.attitude, known.arm_angles, force, self._loop)
 
-    def follow(self, plan: Plan, time: float, measured_yaw: float, time_step: float) -> Command:
-        """What the vehicle is to do at a time of a plan; after its end, what it does last."""
+    def follow(self, plan: Plan, time: float, measured_yaw: float, yaw_rate: float, time_step: float) -> Command:
+        """What the vehicle is to do at a time of a plan; after its end, what it does last.
+
+        A heading, too, is followed when the dead time has passed, in which the vehicle turns on.
+        """
         last = len(plan.inputs) - 1
         planned = plan.inputs[min(int(time / plan.time_step + 1e-6), last)]
         later = min(int((time + _AHEAD) / plan.time_step), last)
         turning = plan.states[later + 1, _YAW_RATE] / self._model.scenario.control.yaw_gain
         lead = min(max(float(turning), -_MOST_TURN), _MOST_TURN)
-        self._tilt.tell(planned[1:3])
+        self._followed = planned
         attitude = tilted(planned[1], planned[2], lead)
-        attitude[2] += measured_yaw
+        attitude[2] += measured_yaw + self._loop.dead_time * yaw_rate
         share = 1.0 - math.exp(-time_step / _ARM_TIME)
         self._arm_rates = self._arm_rates + share * (planned[4 : 4 + self._model.n_arm] - self._arm_rates)
         if not self._model.actuation.fully:

@@ -7,6 +7,7 @@ import math
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import asdict
 
 import numpy as np
 
@@ -18,6 +19,7 @@ from doorman.control.estimation.present import present_attitude
 from doorman.control.position_controller import PositionController, Setpoint, Thrust
 from doorman.control.push_limit import limited
 from doorman.control.state_converter import StateConverter
+from doorman.control.under_way import Later, UnderWay
 from doorman.copying import Uncopied
 from doorman.exceptions import DoormanError
 from doorman.hardware.interface import Backend
@@ -57,12 +59,13 @@ class Mission(Uncopied):
             model.vehicle.mass, GRAVITY, model.vehicle.max_thrust, settings.control, model.actuation
         )
         self._engagement = Engagement(model)
+        self._under_way = UnderWay(model.attitude_loop, model.vehicle.mass)
         self._locator = DoorLocator(model)
         self._estimator = Estimator(model, self.converter)
         self._sequence = Sequence(model, self.converter, self._schedule, self._estimator, self._note_phase)
         pushes = settings.contact.kind == "push"
         self._whole_body = WholeBodyFlight(model, self.converter, self._schedule) if pushes else None
-        self._flew_plan = False
+        self._flew_plan = self._loop_is_known = False
         self._started = 0.0
         self._last_time: float | None = None
         self._opened_at: float | None = None
@@ -151,6 +154,7 @@ class Mission(Uncopied):
             self._sequence.attempt.poses.note(measured)
         action = self._sequence.step(estimate, measurement.body_rates, elapsed)
         self._learn_frame()
+        self._learn_loop(now)
         setpoint, at_the_leaf, tie = action.setpoint, self._sequence.at_the_leaf, self._sequence.tie
         planned = None
         if self._whole_body is not None:
@@ -160,8 +164,12 @@ class Mission(Uncopied):
                 self._controller.resume(estimate.position, estimate.velocity, estimate.wind)
             self._change_smoothly(setpoint, estimate)
             self._controller.reach = self._lift.reach
-            thrust = self._controller.update(estimate.position, estimate.velocity, setpoint, elapsed)
+            later = self._later(estimate, setpoint, seen, measurement.body_rates)
+            place, velocity = estimate.position, estimate.velocity
+            thrust = self._controller.update(place, velocity, setpoint, elapsed, later, force)
             attitude = self._engaged(thrust.attitude, now, float(estimate.attitude[1]))
+            if setpoint.nudge is not None:
+                attitude = attitude + np.array([*setpoint.nudge, 0.0])
             ahead, left, up = self.model.actuation.body_force(thrust.force, seen)
             command = Command(float(up), attitude, setpoint.arm_rates, action.grip, (float(ahead), float(left)))
         else:
@@ -175,12 +183,22 @@ class Mission(Uncopied):
             self._lift.learn(float(outer[2]), elapsed)
         scaled = self._lift.scaled(command)
         self._rotors = self._lift.made(command, scaled)
+        self._under_way.note(now, scaled.attitude)
+        if (test := self._sequence.attempt.loop_test).runs:
+            test.note(now, scaled.attitude, seen, measurement.pose_time)
+        if self._whole_body is not None:
+            self._whole_body.note(now, command, float(measurement.attitude[2]))
         told = self._locator.told(scaled)
         backend.command(told)
         self._estimator.tell(scaled.attitude)
         self._record(measured, estimate, setpoint, thrust, told)
         self._locator.update(measured, at_the_leaf and estimate.touching, tie is Tie.GRIPPED, elapsed)
         return estimate.door_angle
+
+    def _later(self, estimate: Estimate, setpoint: Setpoint, seen: np.ndarray, body_rates: np.ndarray) -> Later:
+        """Where the vehicle will be when what is sent now shows."""
+        outer = self._controller.observer.estimate - setpoint.force
+        return self._under_way.later(estimate.time, seen, body_rates, estimate.velocity, self._rotors, outer)
 
     def _learn_frame(self) -> None:
         """Once the frame has been touched, the door stands where that is."""
@@ -190,6 +208,18 @@ class Mission(Uncopied):
         self._locator.learn(frame)
         if self._whole_body is not None:
             self._whole_body.know_the_face()
+
+    def _learn_loop(self, now: float) -> None:
+        """Once the attitude loop has been measured, this flight's plans and controllers count on what was found."""
+        test = self._sequence.attempt.loop_test
+        found = test.measured
+        if found is None or self._loop_is_known or test.unfit():
+            return
+        self._loop_is_known = True
+        for user in (self.converter, self._under_way, self._whole_body):
+            if user is not None:
+                user.fly_by(found.loop)
+        self.recorder.write("attitude_loop", now, asdict(found))
 
     def _change_smoothly(self, setpoint: Setpoint, estimate: Estimate) -> None:
         """From force back to position control: the observer begins with the wind, not with what it took the door for."""

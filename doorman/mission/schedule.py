@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
@@ -44,6 +44,8 @@ class Wanted(NamedTuple):
     """References and weights of a whole-body plan, by name: one iteration follows them."""
     goal: float | None = None
     """Where a gripped door is to go; the scenario's goal if not given [rad]."""
+    under_way: Sequence[Array] = ()
+    """Inputs that were sent and have not acted yet, each for one step of the plan, shape (nu,)."""
 
 
 @dataclass(frozen=True)
@@ -58,6 +60,7 @@ class _Order:
     time_limit: float
     numbers: Mapping[str, Any] | None
     goal: float | None
+    under_way: Sequence[Array]
     epoch: int
     """Orders from before the schedule forgot are of no use any more."""
 
@@ -65,6 +68,8 @@ class _Order:
 @dataclass(frozen=True)
 class _Answer:
     order: _Order
+    state: Array
+    """That the plan starts from: the order's, carried on by what was under way."""
     plan: Plan
     normal_force: Array
     user_rows: dict[str, float]
@@ -84,7 +89,7 @@ def _made_of(answer: _Answer) -> dict[str, Any]:
     order = answer.order
     if order.numbers is None:
         return {}
-    return {"whole_state": order.state, "numbers": answer.numbers, "elapsed": answer.elapsed}
+    return {"whole_state": answer.state, "numbers": answer.numbers, "elapsed": answer.elapsed}
 
 
 @dataclass
@@ -158,9 +163,9 @@ class PlanSchedule:
             self._take(answer, now)
         if now >= self._next - 1e-9 and (thread is None or not thread.busy):
             self._next = max(self._next + self.period, now)
-            state, hinge, numbers, goal = wanted()
+            state, hinge, numbers, goal, under_way = wanted()
             margin, limit = self.planner.settings.margin, math.inf if thread is None else _LONGEST
-            order = _Order(now, state, hinge, margin, not self._started, limit, numbers, goal, self._epoch)
+            order = _Order(now, state, hinge, margin, not self._started, limit, numbers, goal, under_way, self._epoch)
             self._started = True
             if thread is None:
                 self._take(self._carry_out(order), now + (0.0 if order.cold else self.latency_periods * self.period))
@@ -192,24 +197,25 @@ class PlanSchedule:
         planner.update_goal(order.goal)
         elapsed, self._planned = order.time - self._planned, order.time
         if order.numbers is None:
-            make = planner.plan if order.cold else planner.replan
-            plan = make(order.state, time_limit=order.time_limit)
+            state, make = order.state, planner.plan if order.cold else planner.replan
+            plan = make(state, time_limit=order.time_limit)
         else:
-            plan = self._follow(order, order.numbers, elapsed)
+            planner.update_numbers(order.numbers)
+            state = planner.carried(order.state, order.under_way)
+            plan = self._follow(order, state, elapsed)
         forces, rows = planner.normal_forces(plan), planner.user_rows()
-        return _Answer(order, plan, forces, rows, planner.numbers.vector, elapsed)
+        return _Answer(order, state, plan, forces, rows, planner.numbers.vector, elapsed)
 
-    def _follow(self, order: _Order, numbers: Mapping[str, Any], elapsed: float) -> Plan:
+    def _follow(self, order: _Order, state: Array, elapsed: float) -> Plan:
         """`planner.iterations` from the plan before, on new references; one that leads nowhere is made anew."""
         planner = self.planner
-        planner.update_numbers(numbers)
         if not order.cold:
             plan = planner.replan(
-                order.state, elapsed, max_iterations=planner.settings.iterations, time_limit=order.time_limit
+                state, elapsed, max_iterations=planner.settings.iterations, time_limit=order.time_limit
             )
             if plan.flyable:
                 return plan
-        return planner.plan(order.state, time_limit=order.time_limit)
+        return planner.plan(state, time_limit=order.time_limit)
 
     def _take(self, answer: _Answer, available_at: float) -> None:
         order, plan = answer.order, answer.plan

@@ -11,6 +11,7 @@ from doorman.control.estimation.estimator import Estimate
 from doorman.control.estimation.leaf_estimator import LeafEstimate, LeafEstimator
 from doorman.control.state_converter import StateConverter
 from doorman.control.whole_body_control import WholeBodyController
+from doorman.dynamics.attitude_loop import AttitudeLoop
 from doorman.mission.schedule import PlanSchedule, Wanted
 from doorman.model import Model
 from doorman.planning.hinge import Hinge
@@ -55,6 +56,14 @@ class WholeBodyFlight:
         """From now on the door stands where it is believed: a leaf that is met elsewhere stands ajar."""
         self._estimator.know_the_face()
 
+    def fly_by(self, loop: AttitudeLoop) -> None:
+        """Believe another attitude loop from now on."""
+        self._controller.fly_by(loop)
+
+    def note(self, now: float, command: Command, yaw: float) -> None:
+        """Take in what is sent now, in every phase."""
+        self._controller.note(now, command, yaw)
+
     def command(self, measurement: Measurement, at_the_leaf: bool, time_step: float) -> Command | None:
         """What the vehicle is to do now."""
         known = self._known
@@ -65,14 +74,15 @@ class WholeBodyFlight:
             self._at_the_leaf = True
             self._controller.forget()
             self._schedule.forget()
-        self._controller.aim(known, time_step)
+        self._controller.aim(known, measurement.time, time_step)
 
         def wanted() -> Wanted:
             state, numbers = self._controller.start(known)
-            return Wanted(state, self._hinge, numbers)
+            return Wanted(state, self._hinge, numbers, under_way=self._controller.under_way(now))
 
         now = measurement.time
         current = self._schedule.update(now, wanted)
         if current is None:
             return None
-        return self._controller.follow(current.plan, now - current.start, float(measurement.attitude[2]), time_step)
+        yaw, yaw_rate = float(measurement.attitude[2]), float(known.attitude_rates[2])
+        return self._controller.follow(current.plan, now - current.start, yaw, yaw_rate, time_step)

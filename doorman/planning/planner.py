@@ -21,6 +21,7 @@ from doorman.ocp.solvers.options import SolverOptions
 from doorman.ocp.solvers.solution import PlanStatus, row_name
 from doorman.planning.composition import Extras
 from doorman.planning.hinge import Hinge
+from doorman.planning.own_motion import stepped
 from doorman.planning.plan import Plan
 from doorman.planning.planning_model import planning_model
 from doorman.scenario import Scenario
@@ -68,6 +69,7 @@ class Planner(CopiedWhole):
                 largest_multiplier=LARGEST_PRICE, hessian="gauss-newton", feasibility=self.planning.tolerance
             ),
         )
+        self._step = stepped(self.solver.problem)
         self._fitted = False
         self._numbers = self.planning.numbers
         self.update_time(0.0)
@@ -210,6 +212,28 @@ class Planner(CopiedWhole):
         self.solver.update_parameters(self._numbers.vector)
         self.solver.update_goal(self.planning.goal(state, self._hinge, self._goal_angle))
         self._fitted = True
+
+    def carried(self, state: ArrayLike, under_way: Sequence[Array]) -> Array:
+        """The state once inputs that were given before have acted: a plan of what is sent now begins there.
+
+        Args:
+            state: x, shape (nx,).
+            under_way: Inputs in the order in which they act, each for one step of the plan, shape (nu,).
+
+        Returns:
+            The state by the planner's own model, shape (nx,).
+
+        Raises:
+            DimensionError: if the state has another shape or is not finite.
+            SingularityError: if its pitch is not inside ±90°.
+        """
+        x = self.planning.check_state(state)
+        if not len(under_way):
+            return x
+        self._fit(x)
+        for inputs in under_way:
+            x = self._step(x, inputs)
+        return x
 
     def plan(self, state: ArrayLike, *, max_iterations: int = COLD_ITERATIONS, time_limit: float = math.inf) -> Plan:
         """Plan from hover inputs until converged.

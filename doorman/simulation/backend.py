@@ -13,6 +13,7 @@ from doorman.recording import Recorder
 from doorman.simulation.gusts import Gust, together
 from doorman.simulation.hand import Hand
 from doorman.simulation.plant.onboard.attitude_loop import AttitudeGains
+from doorman.simulation.reality.command_link import CommandLink
 from doorman.simulation.sensors import Sensors
 from doorman.simulation.simulator import Disturbance, DisturbanceSource, Simulator
 from doorman.simulation.truth import Truth
@@ -30,7 +31,7 @@ class SimulatedBackend(Backend):
         recorder: Gets a message `truth` at every tick.
         realtime: Whether `read` waits so that simulated time does not run ahead of the wall clock.
         disturbance: What else acts on the plant, beside the scenario's gusts and its hand.
-        gains: Of the onboard attitude loop.
+        gains: Of the onboard attitude loop; those of `simulation.attitude_*` if not given.
     """
 
     def __init__(
@@ -54,6 +55,7 @@ class SimulatedBackend(Backend):
         self._gains = gains
         self._simulator: Simulator | None = None
         self._sensors: Sensors | None = None
+        self._link: CommandLink[Command] | None = None
         self._truth: Truth | None = None
         self._ticks = 0
         self._wall_start = 0.0
@@ -80,6 +82,7 @@ class SimulatedBackend(Backend):
         self._simulator = Simulator(self.model, self.period / self.steps_per_period, self._disturbances(), self._gains)
         simulation = self.model.scenario.simulation
         self._sensors = Sensors(simulation.noise, self.seed, simulation.sensors, simulation.servo_backlash)
+        self._link = CommandLink(simulation.command_rate, simulation.command_jitter, self.seed)
         self._truth = self._simulator.truth()
         self._ticks = 0
 
@@ -94,7 +97,7 @@ class SimulatedBackend(Backend):
         """
         simulator = self._opened()
         if self._ticks > 0:
-            simulator.advance(self.steps_per_period)
+            self._advance(simulator)
         elif self._realtime:
             self._wall_start = time.monotonic()
         self._truth = simulator.truth()
@@ -127,13 +130,33 @@ class SimulatedBackend(Backend):
             raise BackendError(f"not a command: {error}", field="command") from error
         if not math.isfinite(thrust):
             raise BackendError("not finite", field="command.thrust", given=thrust, allowed="finite numbers")
-        simulator.set_command(thrust, attitude, arm_rates, side_force)
-        simulator.set_grip(bool(command.grip))
+        assert self._link is not None
+        checked = Command(thrust, attitude, arm_rates, bool(command.grip), (float(side_force[0]), float(side_force[1])))
+        self._link.send(simulator.time, checked)
+        self._follow(simulator)
 
     def stop(self) -> None:
         """Let go of the plant; the last `truth` stays. May be called twice."""
         self._simulator = None
         self._sensors = None
+
+    def _follow(self, simulator: Simulator) -> None:
+        """Take what the link has brought."""
+        assert self._link is not None
+        if (command := self._link.arrived(simulator.time)) is None:
+            return
+        simulator.set_command(command.thrust, command.attitude, command.arm_rates, command.side_force)
+        simulator.set_grip(command.grip)
+
+    def _advance(self, simulator: Simulator) -> None:
+        """One period; a command that comes between two ticks is taken then."""
+        assert self._link is not None
+        if self._link.is_plain:
+            simulator.advance(self.steps_per_period)
+            return
+        for _ in range(self.steps_per_period):
+            self._follow(simulator)
+            simulator.advance(1)
 
     def _disturbances(self) -> DisturbanceSource | None:
         """The caller's disturbance, the scenario's gusts and its hand together."""

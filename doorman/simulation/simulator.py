@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from doorman.copying import Uncopied
+from doorman.dynamics.attitude_loop import AttitudeLoop
 from doorman.exceptions import BackendError
 from doorman.kinematics.rotations import SMALLEST_COSINE, quaternion_of
 from doorman.model import Model
@@ -19,6 +20,7 @@ from doorman.simulation.plant.contact import TOUCH, ContactReader, Gripper
 from doorman.simulation.plant.engine import addresses, check_stability, engine
 from doorman.simulation.plant.hinge_torques import HingeTorques
 from doorman.simulation.plant.onboard.attitude_loop import AttitudeGains, AttitudeParameters
+from doorman.simulation.plant.onboard.late_attitude import LateAttitude
 from doorman.simulation.plant.onboard.rotors import MixerParameters, RotorLayout, rotor_layout
 from doorman.simulation.plant.onboard.servos import ServoParameters
 from doorman.simulation.plant.onboard.step import OnboardParameters
@@ -54,7 +56,7 @@ class Simulator(Uncopied):
         model: The model.
         time_step: Of the physics [s].
         disturbance: What else acts on the plant.
-        gains: Of the attitude loop.
+        gains: Of the attitude loop; those of `simulation.attitude_*` if not given.
 
     Raises:
         BackendError: if MuJoCo is missing or cannot build the plant, or the rotors cannot steer.
@@ -85,12 +87,15 @@ class Simulator(Uncopied):
         self._contacts = ContactReader(self._mujoco, self.plant.engine_model, data, *shapes, self._gripper)
         self._hinge = HingeTorques(model, self.plant)
         self._tip_on_frame = _tip_on_frame(self.plant)
+        gains = gains or simulated_gains(model)
         self._own = self._parameters(gains)
+        self._late = LateAttitude(round(gains.dead_time / time_step))
         self._stepping = held(self._own)
         self._command, self._tip, self._state = self._own.command, self._own.tip, self._own.truth
         self._counts = self._own.engine.contacts
         self._parts = truth_parts(model.n_arm, self.layout.count)
-        self.set_command(model.vehicle.weight, model.start_state[:3], np.zeros(model.n_arm))
+        self._command[0] = model.vehicle.weight
+        self._command[1:5] = quaternion_of(model.start_state[:3])
         self._thrust, self._drag = true_thrust(model, self.plant, self.layout), drag(model, self.plant, self.layout)
         self._strains = true.gripper_force is not None
         varies = disturbance, self._thrust, self._drag, true.gripper_force, self._hinge.vary or None
@@ -114,7 +119,7 @@ class Simulator(Uncopied):
     def set_command(
         self, thrust: float, attitude: ArrayLike, arm_rates: ArrayLike, side_force: ArrayLike = (0.0, 0.0)
     ) -> None:
-        """Set what the onboard loop follows from the next physics step on.
+        """Set what the onboard loop follows from the next physics step on; the attitude only when its dead time has passed.
 
         Args:
             thrust: f_t [N].
@@ -123,7 +128,7 @@ class Simulator(Uncopied):
             side_force: Body force along x and y, shape (2,) [N]; rotors that cannot make it take no notice.
         """
         self._command[0] = thrust
-        self._command[1:5] = quaternion_of(attitude)
+        self._late.give(self._steps, np.array(quaternion_of(attitude)))
         self._command[5:7] = side_force
         self._command[7:] = arm_rates
 
@@ -163,7 +168,8 @@ class Simulator(Uncopied):
         while steps > 0:
             if not self._at_once:
                 self._act()
-            taken = take_steps(self._stepping, steps if self._at_once else 1)
+            most = self._late.act(self._steps, self._command[1:5], steps if self._at_once else 1)
+            taken = take_steps(self._stepping, most)
             self._steps += taken
             steps -= taken
             if self._counts[0] > self._counts[1]:
@@ -212,7 +218,7 @@ class Simulator(Uncopied):
             outer_force=self._outer_force,
         )
 
-    def _parameters(self, gains: AttitudeGains | None) -> StepParameters:
+    def _parameters(self, gains: AttitudeGains) -> StepParameters:
         plant = self.plant
         return StepParameters(
             engine=_engine_memory(self._mujoco, plant),
@@ -268,6 +274,13 @@ class Simulator(Uncopied):
         self._hinge.act(other)
 
 
+def simulated_gains(model: Model) -> AttitudeGains:
+    """Of the loop that the simulated vehicle has, whatever is believed of it."""
+    true = model.scenario.simulation
+    loop = AttitudeLoop(true.attitude_lag, true.attitude_dead_time)
+    return AttitudeGains.of(loop, true.motor_time_constant, true.attitude_overshoot)
+
+
 def _tip_on_frame(plant: Plant) -> frozenset[tuple[int, int]]:
     """Pairs of a shape of the tip and one that does not move, either way round."""
     engine_model = plant.engine_model
@@ -301,9 +314,8 @@ def _engine_memory(mujoco: Any, plant: Plant) -> Engine:
 
 
 def _onboard_parameters(
-    model: Model, plant: Plant, layout: RotorLayout, time_step: float, gains: AttitudeGains | None
+    model: Model, plant: Plant, layout: RotorLayout, time_step: float, gains: AttitudeGains
 ) -> OnboardParameters:
-    gains = gains or AttitudeGains.of(model.attitude_loop, model.scenario.simulation.motor_time_constant)
     attitude = AttitudeParameters.of(model.vehicle_inertia, layout.torque_authority, time_step, gains)
     attitude.memory[0] = np.linalg.solve(attitude.inertia, hover_wrench(model)[1:])  # trimmed: a hover is at rest
     return OnboardParameters(

@@ -11,12 +11,14 @@ import pytest
 from doorman.control.estimation.door_filter import HingeEstimate
 from doorman.control.estimation.leaf_estimator import LeafEstimate
 from doorman.control.whole_body_control import WholeBodyController, tilted
+from doorman.dynamics.attitude_loop import AttitudeLoop
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import GRAVITY, Model
 from doorman.planning.plan import Plan
 from doorman.planning.planner import Planner
 from doorman.planning.whole_body.contact import contact_forces, tip_on_face
 from doorman.scenario import Scenario
+from doorman.signals import Command
 
 Array = np.ndarray
 
@@ -59,7 +61,7 @@ def test_another_heading_keeps_the_direction_of_the_thrust(yaw: float) -> None:
 
 def test_before_the_leaf_it_carries_its_weight_and_goes_on(planner: Planner, model: Model) -> None:
     controller, now = WholeBodyController(model), known(model, 0.1)
-    command = controller.follow(planned(planner, controller, now), 0.0, float(now.attitude[2]), 0.004)
+    command = controller.follow(planned(planner, controller, now), 0.0, float(now.attitude[2]), 0.0, 0.004)
     up = command.thrust * rotation_body_to_world(command.attitude)[:, 2]
     assert up[2] == pytest.approx(model.vehicle.mass * GRAVITY, rel=0.1)
     assert up @ model.door.normal(math.pi / 2) > 0.0
@@ -70,7 +72,7 @@ def test_a_plan_is_followed_where_it_is_by_now_and_its_end_after_it(planner: Pla
     controller, now = WholeBodyController(model), known(model, 0.1)
     plan = planned(planner, controller, now)
     for time, node in ((0.0, 0), (0.0199, 0), (0.02, 1), (0.5, 25), (7.0, len(plan.inputs) - 1)):
-        command = controller.follow(plan, time, 0.3, 10.0)
+        command = controller.follow(plan, time, 0.3, 0.0, 10.0)
         assert command.thrust == plan.inputs[node, 0]
         np.testing.assert_allclose(command.arm_rates, plan.inputs[node, 4:], rtol=1e-12)
 
@@ -81,20 +83,20 @@ def test_joint_rates_that_differ_from_plan_to_plan_do_not_rattle_the_tip(planner
     for k in range(500):
         inputs = plan.inputs.copy()
         inputs[:, 4:] = 0.1 + (0.2 if (k // 3) % 2 else -0.2)  # another plan every third tick
-        asked.append(controller.follow(replace(plan, inputs=inputs), 0.0, 0.3, 0.004).arm_rates)
+        asked.append(controller.follow(replace(plan, inputs=inputs), 0.0, 0.3, 0.0, 0.004).arm_rates)
     later = np.array(asked[250:])
     np.testing.assert_allclose(later.mean(axis=0), 0.1, atol=0.01)
     assert later.std(axis=0).max() < 0.02
     controller.forget()
-    assert np.abs(controller.follow(plan, 0.0, 0.3, 0.0).arm_rates).max() == 0.0
+    assert np.abs(controller.follow(plan, 0.0, 0.3, 0.0, 0.0).arm_rates).max() == 0.0
 
 
 def test_the_rate_that_is_asked_for_grows_in_contact_and_falls_with_the_door(model: Model) -> None:
     controller, now = WholeBodyController(model), known(model, 0.0, touching=True)
     for _ in range(250):
-        controller.aim(now, 0.004)
+        controller.aim(now, 0.0, 0.004)
     assert controller.opening_rate == pytest.approx(0.06, abs=1e-6)
-    controller.aim(known(model, 0.01), 0.004)
+    controller.aim(known(model, 0.01), 0.0, 0.004)
     assert controller.opening_rate == 0.0
 
 
@@ -117,3 +119,32 @@ def test_a_tip_that_friction_drags_sticks_behind_where_it_is(model: Model) -> No
     place = tip_on_face(model, now.position, now.attitude, now.door_angle, now.arm_angles)[1]
     assert controller.start(dragged)[1]["contact.stick"][0] < place[0] - 5e-4
     np.testing.assert_allclose(controller.start(now)[1]["contact.stick"], place, atol=1e-9)
+
+
+def test_inputs_under_way_are_those_of_the_last_dead_time(planner: Planner, model: Model) -> None:
+    """One for each step of a plan, oldest first, in the heading of now; with another loop others."""
+    controller = WholeBodyController(model)
+    assert controller.under_way(0.0) == []
+    for k in range(200):
+        attitude = tilted(0.0, 1e-3 * k, 0.7)
+        controller.note(0.004 * k, Command(30.0 + k, attitude + [0.0, 0.0, 0.3], np.full(model.n_arm, 0.1)), 0.3)
+    now = 0.004 * 199
+    sent = controller.under_way(now)
+    assert len(sent) == round(model.attitude_loop.dead_time / planner.settings.time_step) == 3
+    for inputs, k in zip(sent, (184, 189, 194), strict=True):
+        np.testing.assert_allclose(inputs[:4], [30.0 + k, 0.0, 1e-3 * k, 0.0], atol=1e-9)
+        np.testing.assert_allclose(inputs[4:], 0.1)
+    controller.fly_by(AttitudeLoop(0.1, 0.0))
+    assert controller.under_way(now) == []
+
+
+def test_a_plan_begins_where_what_was_sent_leads(planner: Planner, model: Model) -> None:
+    """A tilt under way moves the state by the loop; a level hover that is under way leaves it where it is."""
+    controller, now = WholeBodyController(model), known(model, 0.3)
+    state, numbers = controller.start(now)
+    planner.update_numbers(numbers)
+    hover = np.array([model.vehicle.mass * GRAVITY, 0.0, 0.0, 0.0, *np.zeros(model.n_arm)])
+    np.testing.assert_allclose(planner.carried(state, [hover] * 3)[:12], state[:12], atol=2e-3)
+    tilted_ahead = planner.carried(state, [hover + np.eye(len(hover))[2] * 0.1] * 3)
+    assert 0.005 < tilted_ahead[4] < 0.1 and tilted_ahead[10] > 0.1
+    np.testing.assert_array_equal(planner.carried(state, []), state)

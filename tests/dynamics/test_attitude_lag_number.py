@@ -1,25 +1,27 @@
-"""One number of the attitude loop: what plans count on is what is simulated."""
+"""Numbers of the attitude loop: what a lag and an overshoot mean, in plans and in the simulated loop."""
 
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from doorman.control.state_converter import look_aheads
-from doorman.dynamics.attitude_loop import USUAL_LAG, AttitudeLoop
+from doorman.dynamics.attitude_loop import TESTED_LAG, USUAL_LAG, AttitudeLoop
 from doorman.feasibility.inputs.setup import setup_findings
 from doorman.model import Model
 from doorman.planning.whole_body.numbers import whole_body_numbers
 from doorman.scenario import Scenario
 from doorman.simulation.plant.onboard.attitude_loop import (
-    USUAL_MOTOR_LAG,
     AttitudeGains,
     AttitudeParameters,
     attitude_torque,
 )
 
+MOTOR_LAG = 0.03
+"""Of a loop of the usual lag [s]."""
 LAGS = [0.05, USUAL_LAG, 0.3]
 
 
@@ -42,27 +44,42 @@ def answered(gains: AttitudeGains, motor_lag: float, wanted: float, duration: fl
 @pytest.mark.parametrize("lag", LAGS)
 def test_the_simulated_loop_lags_by_the_number(lag: float) -> None:
     """After a step, 63 % of it is there when the lag has passed, as of a first-order lag."""
-    motors = USUAL_MOTOR_LAG * lag / USUAL_LAG
+    motors = MOTOR_LAG * lag / USUAL_LAG
     pitches = answered(AttitudeGains.of(AttitudeLoop(lag), motors), motors, 0.05, 12.0 * lag)
     passed = 0.001 * int(np.argmax(np.array(pitches) > 0.63 * 0.05))
     assert passed == pytest.approx(lag, rel=0.15)
     assert pitches[-1] == pytest.approx(0.05, rel=0.02)
 
 
-def test_slow_motors_keep_the_simulated_loop_from_being_quicker() -> None:
-    quick = AttitudeGains.of(AttitudeLoop(0.05), USUAL_MOTOR_LAG)
-    assert quick == AttitudeGains() == AttitudeGains.of(AttitudeLoop(USUAL_LAG), USUAL_MOTOR_LAG)
+@pytest.mark.parametrize("motor_lag", [0.02, 0.05])
+@pytest.mark.parametrize("lag", [0.03, 0.1, 0.25])
+def test_any_motors_and_lag_make_a_loop_that_settles(lag: float, motor_lag: float) -> None:
+    """A loop is tuned for its motors: quick ones of slow motors overshoot, and settle."""
+    pitches = np.array(
+        answered(AttitudeGains.of(AttitudeLoop(lag), motor_lag), motor_lag, 0.05, 12.0 * max(lag, 2.0 * motor_lag))
+    )
+    assert pitches[-1] == pytest.approx(0.05, rel=0.02)
+    assert pitches.max() < 0.05 * 1.35
 
 
-@pytest.mark.parametrize("lag", [0.1, 0.2])
+@pytest.mark.parametrize("overshoot", [0.05, 0.2])
+def test_overshoot_of_a_step(overshoot: float) -> None:
+    """By motors that add nothing; the integral adds a little."""
+    gains = AttitudeGains.of(AttitudeLoop(0.2), 0.002, overshoot)
+    pitches = answered(replace(gains, integral=(0.0, 0.0, 0.0)), 0.002, 0.05, 3.0)
+    assert max(pitches) / 0.05 - 1.0 == pytest.approx(overshoot, abs=0.03)
+
+
+@pytest.mark.parametrize("lag", [0.1, 0.28])
 def test_planner_look_aheads_and_check_use_it(lag: float) -> None:
     model = Model(Scenario.load("push", {"vehicle.attitude_lag": lag}))
     numbers = whole_body_numbers(model)
     assert numbers.one("vehicle.attitude_gain") == pytest.approx(1.0 / lag)
     assert numbers.one("vehicle.rate_gain") == pytest.approx(2.8 / lag)
-    assert look_aheads(model) == pytest.approx((1.2 * lag, 2.0 * lag))
+    dead = model.scenario.vehicle.attitude_dead_time
+    assert look_aheads(model) == pytest.approx((1.2 * lag + dead, 2.0 * lag + dead))
     (found,) = [one for one in setup_findings(model) if one.name == "attitude lag"]
-    assert (not found.advice) is (lag < 0.15)
+    assert (not found.advice) is (lag <= TESTED_LAG)
 
 
 def test_settings_of_the_look_aheads_win() -> None:

@@ -23,12 +23,12 @@ from doorman.cli.overrides import parse_overrides
 from doorman.cli.run_folder import new_folder
 from doorman.cli.setup.feeding import fed
 from doorman.cli.terminal.background_printer import BackgroundPrinter
-from doorman.dynamics.attitude_loop import LARGE_LAG
+from doorman.dynamics.attitude_loop import AttitudeLoop
 from doorman.exceptions import DoormanError, RecordingError
 from doorman.feasibility import check
 from doorman.flight import Check, End, FlightReport, FlightSession, Verdict, listen, preflight, ready, rehearse
 from doorman.flight.guarded import STOPPING
-from doorman.flight.watches.attitude_lag import recorded_lag
+from doorman.flight.watches.attitude_loop import recorded_loop
 from doorman.flown import carried_files, recorded_header
 from doorman.hardware.scheduling import real_time
 from doorman.hardware.vehicle import VehicleConfig, VehicleLinks
@@ -177,8 +177,8 @@ def _fly(
             except RecordingError as error:  # the disk is full: the flight has ended as it would have, and is reported
                 unwritten = str(error)
                 printer.print(f"The recording is not whole: {unwritten}")
-    lag = _attitude_lag(path) if links.config.pixhawk.setpoints == "attitude" and not unwritten else math.nan
-    _print_report(report, session, gap, path, lag, output)
+    loop = None if unwritten else _attitude_loop(path)
+    _print_report(report, session, gap, path, loop, output)
     return {
         "ready": True,
         "completed": report.completed,
@@ -187,18 +187,19 @@ def _fly(
         "recording": str(path),
         "unwritten": unwritten,
         "timing": timing,
-        "attitude_lag_s": None if math.isnan(lag) else lag,
+        "attitude_lag_s": None if loop is None else loop.lag,
+        "attitude_dead_time_s": None if loop is None else loop.dead_time,
         "hover": {name: value for name, value in session.flight.measured.items() if math.isfinite(value)},
         "journal": session.journal.lines,
     }
 
 
-def _attitude_lag(path: Path) -> float:
-    """Of a flight that was recorded [s]; NaN if the recording shows none."""
+def _attitude_loop(path: Path) -> AttitudeLoop | None:
+    """Of a flight that was recorded; None if it measured none."""
     try:
-        return recorded_lag(Recording.load(path))
+        return recorded_loop(Recording.load(path))
     except DoormanError:
-        return math.nan
+        return None
 
 
 class _StatusLine:
@@ -250,7 +251,7 @@ def _print_checks(checks: list[Check], output: Output) -> None:
 
 
 def _print_report(
-    report: FlightReport, session: FlightSession, gap: float, path: Path, lag: float, output: Output
+    report: FlightReport, session: FlightSession, gap: float, path: Path, loop: AttitudeLoop | None, output: Output
 ) -> None:
     say = partial(typer.echo, err=output != "words")
     ticks = session.backend.ticks
@@ -263,10 +264,10 @@ def _print_report(
         f"Ticks: {ticks.ticks}, {ticks.missed} missed, p99.9 {ticks.p99_9 * 1e3:.1f} ms off; "
         f"longest gap of setpoints {gap * 1e3:.0f} ms. Recording: {path}"
     )
-    if lag > LARGE_LAG:
+    if loop is not None:
         say(
-            f"The attitude lags {lag * 1e3:.0f} ms behind its setpoints: tune the autopilot's attitude and rate loops "
-            "(docs/hardware/pixhawk.md)."
+            f"The attitude begins to follow its setpoints after {loop.dead_time * 1e3:.0f} ms, and lags {loop.lag * 1e3:.0f} ms "
+            "(doorman vehicle learn writes both)."
         )
 
 

@@ -6,7 +6,7 @@ import json
 import shlex
 import signal
 import sys
-import threading
+import time
 from collections.abc import Mapping, Sequence
 from contextlib import nullcontext
 from pathlib import Path
@@ -55,9 +55,9 @@ def run_rig(
         motors=motors,
     )  # fmt: skip
     header = recorded_header(scenario) | {"rig": autopilot, "motors": motors}
-    over = threading.Event()
+    asked: list[int] = []  # no Event: this thread would wait for its own lock where the signal finds it in `wait`
     for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda *_: over.set())
+        signal.signal(number, lambda number, _: asked.append(number))
     with (
         nullcontext()
         if out is None
@@ -77,8 +77,8 @@ def run_rig(
                 words = f"Start {rig.pilot.program} in another terminal with\n{other}\n{words}"
             typer.echo(json.dumps(document) if as_json else words)
             sys.stdout.flush()
-            while not over.wait(_LOOK) and rig.plant.failure is None:
-                pass
+            while not asked and rig.plant.failure is None:
+                time.sleep(_LOOK)
         failure = rig.plant.failure
     if failure is not None:
         raise BackendError(f"the plant failed: {failure}")

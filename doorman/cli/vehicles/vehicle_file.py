@@ -14,7 +14,7 @@ from doorman.cli.overrides import parse_overrides
 from doorman.cli.recordings.recorded import chosen_recording
 from doorman.cli.terminal.numbers import real_numbers
 from doorman.exceptions import DoormanError, RecordingError
-from doorman.flight.watches.attitude_lag import recorded_lag
+from doorman.flight.watches.attitude_loop import recorded_loop
 from doorman.hardware.vehicle_file import VehicleFile, vehicle_template, write_values
 from doorman.hardware.vehicle_file.calibration import cameras_in_world, object_in_body, servo_zeros
 from doorman.kinematics.doors.door import Door
@@ -87,11 +87,11 @@ def write_learned(file: Path, run: Path | None, as_json: bool) -> int:
             values[f"{curve}.hover_voltage"] = round(float(hover["voltage"][-1]), 2)
     if "poses" in recording:
         values["mocap.latency"] = round(max(0.0, float(recording["poses"]["latency"][-1])), 4)
-    lag = recorded_lag(recording)
-    if 0.0 < lag <= _LARGEST_LAG:
-        values["vehicle.attitude_lag"] = round(lag, 3)
+    if (loop := recorded_loop(recording)) is not None:
+        values["vehicle.attitude_lag"] = round(loop.lag, 3)
+        values["vehicle.attitude_dead_time"] = round(loop.dead_time, 3)
     if not values:
-        raise RecordingError("measured neither the thrust in hover nor the lag of the attitude", file=path,
+        raise RecordingError("measured neither the thrust in hover nor the attitude loop", file=path,
                              allowed="a flight by doorman fly, with attitude setpoints")  # fmt: skip
     return _write(file, values, as_json)
 

@@ -9,6 +9,7 @@ from typing import TypeVar
 import numpy as np
 
 from doorman.control.estimation.pose_age import oldest_pose
+from doorman.dynamics.attitude_loop import TESTED_DEAD_TIME, TESTED_LAG
 from doorman.feasibility import Report
 from doorman.flight.ground.checks import Check, Verdict, row
 from doorman.flight.ground.judgements import (
@@ -63,6 +64,7 @@ def preflight(model: Model, links: VehicleLinks, findings: Report) -> list[Check
         _place(model, links),
         _computer(),
         judge_scenario(findings),
+        _attitude_loop(model, links),
     )
     return [row for group in groups for row in group]
 
@@ -169,6 +171,17 @@ def _place(model: Model, links: VehicleLinks) -> Iterator[Check]:
     off = float(np.linalg.norm(state.position[:2] - pad[:2]))
     yield row("place", off < _PLACE, f"{off:.2f} m from the pad at x {pad[0]:.2f}, y {pad[1]:.2f}",
                f"put the vehicle within {_PLACE:g} m of the pad")  # fmt: skip
+
+
+def _attitude_loop(model: Model, links: VehicleLinks) -> Iterator[Check]:
+    """How roll and pitch are believed to follow commands, until the hover has measured it."""
+    loop, mission = model.attitude_loop, model.scenario.mission
+    measures = mission.measure_attitude and mission.start == "hover" and links.config.pixhawk.setpoints == "attitude"
+    yield row("attitude loop", loop.lag <= TESTED_LAG and loop.dead_time <= TESTED_DEAD_TIME,
+               f"believed: lag {1e3 * loop.lag:.0f} ms, dead time {1e3 * loop.dead_time:.0f} ms; "
+               + ("the hover measures it before contact" if measures else "not measured in this flight"),
+               f"tune the autopilot's attitude loop: tested are {1e3 * TESTED_LAG:.0f} and {1e3 * TESTED_DEAD_TIME:.0f} ms",
+               Verdict.WARNING)  # fmt: skip
 
 
 def _computer() -> Iterator[Check]:

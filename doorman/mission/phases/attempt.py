@@ -9,6 +9,7 @@ from doorman.control.estimation.frame_fit import FrameFit
 from doorman.control.estimation.pose_watch import PoseWatch
 from doorman.control.passage import Passage, has_doorway
 from doorman.control.state_converter import StateConverter
+from doorman.mission.loop_test import LoopTest
 from doorman.mission.opening.at_the_leaf import AtTheLeaf
 from doorman.mission.opening.door_opening import DoorOpening
 from doorman.mission.opening.gripped import Opening
@@ -56,6 +57,8 @@ class Attempt:
         """Of contact."""
         self.poses = PoseWatch(model)
         """How old and noisy they are; of all attempts."""
+        self.loop_test = LoopTest(model)
+        """How the attitude follows its commands; of all attempts."""
         self.frame: FrameFit | None = None
         """Where the door stands, once the tip has touched its frame; of all attempts."""
 

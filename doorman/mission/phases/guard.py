@@ -1,4 +1,4 @@
-"""Where going on at the leaf would do harm: rotors near leaf or jamb, a silent planner, a leaf beyond the goal."""
+"""Where going on at the leaf would do harm: rotors near leaf or jamb, a silent planner, a leaf beyond the goal, sinking."""
 
 from __future__ import annotations
 
@@ -14,6 +14,9 @@ _DOUBT = 0.1
 """For which rotors must seem to meet something [s], but a leaf that is looked for: a gap in the poses moves it by centimetres."""
 _PAST = math.radians(10.0)
 """A leaf that is so far beyond the goal cannot be brought back by a push [rad]."""
+_SUNK = 0.1
+"""By which the shipped vehicle may be lower than at its touch, beside what the leaf itself moves [m]: plans keep it there. What
+sinks has no thrust left, or no hold of its attitude."""
 _MOVING = 0.03
 """A vehicle that grips a door which is faster does not let go of it to get away from leaf or jamb [rad/s]."""
 
@@ -27,11 +30,12 @@ class Guard:
 
     def __init__(self, attempt: Attempt) -> None:
         self._attempt = attempt
-        self._clear_at = 0.0
+        self._clear_at = self._high_at = 0.0
+        self._above: tuple[int, float] | None = None
 
     def begin(self, now: float) -> None:
         """Begin, with the rotors clear of leaf and jambs."""
-        self._clear_at = now
+        self._clear_at = self._high_at = now
 
     def judge(self, phase: MissionPhase, estimate: Estimate) -> GiveUp | None:
         """Whether the attempt must end now; once per tick."""
@@ -44,6 +48,10 @@ class Guard:
             return GiveUp(reason, for_good=False, at_once=not self._attempt.grips)
         if self._attempt.grips:
             return None
+        sunk = self._sunk(estimate)
+        self._high_at = estimate.time if sunk < _SUNK * self._attempt.model.scale.length else self._high_at
+        if estimate.time - self._high_at > _DOUBT:
+            return GiveUp(f"the vehicle has sunk by {1e2 * sunk:.0f} cm at {self._stands(estimate)}")
         if (late := self._attempt.schedule.overdue(estimate.time)) > SILENT:
             return GiveUp(f"the planner is silent for {late:.1f} s")
         past = LOST_PAST if phase.phase is Phase.RECOVER else _PAST
@@ -54,6 +62,14 @@ class Guard:
     def _stands(self, estimate: Estimate) -> str:
         """Where the door is, in words."""
         return self._attempt.model.door.in_words(estimate.door_angle, 0)
+
+    def _sunk(self, estimate: Estimate) -> float:
+        """By how much the vehicle is lower above its contact point than when this attempt touched [m]."""
+        attempt = self._attempt
+        above = float((estimate.position - attempt.model.coupling.contact_point(estimate.door_angle))[2])
+        if self._above is None or self._above[0] != attempt.number:
+            self._above = attempt.number, above
+        return self._above[1] - above
 
     def _nearness(self, estimate: Estimate, searching: bool) -> tuple[bool, bool]:
         """Whether the rotors come near the leaf, and near a jamb."""

@@ -7,6 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from doorman.dynamics.attitude_loop import AttitudeLoop
 from doorman.kinematics.numbers import Numbers
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import Model
@@ -43,13 +44,15 @@ def depths_in_face(model: Model, positions: Array, attitudes: Array, door_angles
     return np.asarray((door.normals(door_angles) * from_hinge).sum(axis=1) + door.contact_offset + ways)
 
 
-def turned_by(model: Model, attitude: Array, arm_angles: Array, force: Array) -> Array:
+def turned_by(
+    model: Model, attitude: Array, arm_angles: Array, force: Array, loop: AttitudeLoop | None = None
+) -> Array:  # fmt: skip
     """Roll and pitch beside the commanded ones that a force of the tip makes, until an integrator takes it up."""
     lever = model.coupling.tips(np.zeros((1, 3)), arm_angles[None])[0]
     if not model.vehicle.bodies.balanced:
         lever = lever - model.vehicle.center_of_mass(arm_angles)
     (x, y, z), (ahead, left, up) = lever.tolist(), (rotation_body_to_world(attitude).T @ force).tolist()
-    return np.asarray(np.array([z * left - y * up, x * up - z * ahead]) / tilt_stiffness(model))
+    return np.asarray(np.array([z * left - y * up, x * up - z * ahead]) / tilt_stiffness(model, loop))
 
 
 def tip_on_face(

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from doorman.dynamics.attitude_loop import AttitudeLoop
 from doorman.exceptions import BackendError
 from doorman.kinematics.numbers import Numbers
 from doorman.kinematics.vehicles.balance import balance_numbers
@@ -23,6 +24,9 @@ _SHIPPED_YAW_TORQUE = 0.25
 """[N m]."""
 SIDE_WEIGHT, LEVEL_WEIGHT = 0.3, 300.0
 """Of a change of the force to the side, of the shipped vehicle, and of roll and pitch, of a fully actuated vehicle."""
+_TILTING = 300.0
+"""Weight of how far a commanded tilt is ahead of the tilt. A quick loop turns by the same error at a higher rate: there the rate
+that is commanded is weighed."""
 _ROOM = (0.03, 1e3, 1.0, 1.0)
 """By which rows are widened for the shipped vehicle: planes, force, speed and stopping. Noise moves a start across tight rows,
 and plans of one iteration do not converge there; residuals keep the distance instead."""
@@ -39,8 +43,7 @@ def whole_body_numbers(model: Model) -> Numbers:
     return model.reduced.numbers.and_also({
         **balance, **_side_numbers(model),
         "vehicle.yaw_inertia": yaw_inertia(model),
-        "vehicle.attitude_gain": model.attitude_loop.gain, "vehicle.rate_gain": model.attitude_loop.rate_gain,
-        "vehicle.tilt_stiffness": tilt_stiffness(model), "vehicle.tilt_offset": np.zeros(2),
+        **loop_numbers(model, model.attitude_loop), "vehicle.tilt_offset": np.zeros(2),
         "vehicle.wind": np.zeros(3),
         "door.friction_rate": 0.02 * scale.rate, "door.disturbance": 0.0, "door.sticks": 0.0,
         "contact.stiffness": 1500.0 * scale.stiffness, "contact.damping": 50.0 * scale.damping,
@@ -66,7 +69,7 @@ def whole_body_numbers(model: Model) -> Numbers:
         "weights.arm": 30.0,
         "weights.approach": 1000.0 / scale.speed**2, "weights.opening": 100.0 / scale.rate**2,
         "weights.force": 0.0, "weights.least_force": 0.0,
-        "weights.largest_force": 1.0 / scale.force**2, "weights.tilting": 300.0,
+        "weights.largest_force": 1.0 / scale.force**2,
         "weights.velocity_in_world": 0.3 / scale.speed**2, "weights.turning": 0.5 / scale.rate**2,
     })  # fmt: skip
 
@@ -105,6 +108,15 @@ def yaw_inertia(model: Model) -> float:
     return float(model.vehicle_inertia[2, 2] - model.vehicle.mass * center[:2] @ center[:2])
 
 
-def tilt_stiffness(model: Model) -> Array:
-    """Torque with which the vehicle's attitude loop answers a tilt about the body's x and y axis [N m/rad]."""
-    return np.asarray(model.attitude_loop.stiffness * model.vehicle_inertia.diagonal()[:2])
+def tilt_stiffness(model: Model, loop: AttitudeLoop | None = None) -> Array:
+    """Torque with which a loop, the vehicle's if none is given, answers a tilt about the body's x and y axis [N m/rad]."""
+    return np.asarray((loop or model.attitude_loop).stiffness * model.vehicle_inertia.diagonal()[:2])
+
+
+def loop_numbers(model: Model, loop: AttitudeLoop) -> dict[str, Any]:
+    """Numbers of an attitude loop, by name."""
+    return {
+        "vehicle.attitude_gain": loop.gain, "vehicle.rate_gain": loop.rate_gain,
+        "vehicle.tilt_stiffness": tilt_stiffness(model, loop),
+        "weights.tilting": _TILTING * max(loop.quickness, 1.0) ** 2,
+    }  # fmt: skip

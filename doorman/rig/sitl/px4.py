@@ -43,6 +43,7 @@ AIRFRAME = 10016
 PARAMETERS = Path(__file__).with_name("px4.parm")
 """Parameters that PX4 starts with, but for the rotors'."""
 _PATIENCE = 0.5
+"""For which an answer is waited for, and for which one that talks of other things is listened to beyond that [s]."""
 _BACKLOG = 1_000_000
 """Without an answer to the states of so long, PX4 gets no more of them [µs]."""
 _ARMED = mavlink.MAV_MODE_FLAG_SAFETY_ARMED
@@ -210,11 +211,10 @@ class Px4Sitl(Uncopied):
     def _listen(self) -> bool:
         """Take the answer to the last state, and wait for it if the one before came in time; whether it is there."""
         deadline = time.monotonic() + (_PATIENCE if self._in_step else 0.0)
-        while self._peer is not None:
+        while self._peer is not None and (left := deadline - time.monotonic()) > -_PATIENCE:
             try:
                 data = self._peer.recv(4096)
             except BlockingIOError:
-                left = deadline - time.monotonic()
                 if self._heard >= self._told or left <= 0.0:
                     break
                 select.select([self._peer], [], [], left)

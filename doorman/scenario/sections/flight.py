@@ -16,10 +16,11 @@ class ControlSection(Section):
     position_look_ahead: NonNegative = 0.04
     """The setpoints of position and velocity are the plan this long after the measured state [s]."""
     acceleration_look_ahead: NonNegative | None = None
-    """Look-ahead of the acceleration fed forward [s]. Default: 1.2 times `vehicle.attitude_lag`."""
+    """Look-ahead of the acceleration fed forward [s]. Default: 1.2 times `vehicle.attitude_lag`, and
+    `vehicle.attitude_dead_time`; what the hover measures takes their place."""
     attitude_look_ahead: NonNegative | None = None
     """Look-ahead of yaw and of the force fed forward, which act through the attitude loop [s]. Default: twice
-    `vehicle.attitude_lag`."""
+    `vehicle.attitude_lag`, and `vehicle.attitude_dead_time`; likewise."""
     arm_look_ahead: Positive = 0.1
     """Joint rates are those that reach the plan's posture this long after the measured state [s]."""
     engage_pitch: Positive = 0.1
@@ -169,6 +170,9 @@ class MissionSection(Section):
     judge_poses: bool = True
     """Whether the hover before the door measures age and noise of the poses, and gives up where contact would not bear
     them."""
+    measure_attitude: bool = True
+    """Whether the hover before the door measures lag and dead time of the attitude loop, by steps of 1.7° in 4 s. Plans and
+    controllers count on them, in place of `vehicle.attitude_lag`; the flight gives up where they were never tested."""
     approach_speed: Positive = 0.15
     """Speed of the approach [m/s]."""
     touch_distance: Positive = 0.06

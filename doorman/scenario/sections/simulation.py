@@ -18,6 +18,10 @@ Leaning = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=-0.1, le=0
 Share = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=1)]
 Ratio = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0.2, le=5)]
 """Of a true figure to the one that the planner is told."""
+Lag = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, le=1)]
+"""Of an attitude loop [s]."""
+DeadTime = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=0.3)]
+"""After which a set point begins to act [s]."""
 Catch = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=100)]
 """Torque of seal or latch [N m]: 100 N m are more than any vehicle here pushes with."""
 FirstDegrees = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0.002, le=0.35)]
@@ -146,6 +150,17 @@ class SimulationSection(Section):
     """A plan is used this many planner periods after its state was measured."""
     motor_time_constant: NonNegative = 0.03
     """First-order lag of a rotor's thrust [s]."""
+    attitude_lag: Lag = 0.1
+    """True lag of the attitude loop behind set points of roll and pitch, whatever `vehicle.attitude_lag` believes; up to 1.
+    PX4 1.17 has 0.16 to 0.18 s, ArduPilot 4.6 0.02 to 0.07 s [s]."""
+    attitude_dead_time: DeadTime = 0.06
+    """True time after which a set point of the attitude begins to act; up to 0.3. Both autopilots have 0.05 to 0.08 s [s]."""
+    attitude_overshoot: Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=0.6)] = 0.01
+    """By which a step of the attitude overshoots, as a share of it, before the motors add to it; up to 0.6."""
+    command_rate: Positive | None = None
+    """Commands that the autopilot takes per second [1/s]. Default: every one."""
+    command_jitter: Share = 0.0
+    """Largest delay of a command, drawn evenly for each; commands never overtake each other; up to 1 [s]."""
     torque_per_thrust: Positive = 0.016
     """A rotor's drag torque over its thrust [m]."""
     thrust_scale: Ratio = 1.0

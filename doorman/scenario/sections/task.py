@@ -33,9 +33,12 @@ class VehicleSection(Section):
     max_thrust: Positive | None = None
     """Largest thrust of all rotors together [N]. Default: from the URDF."""
     rotors: RotorsSection = RotorsSection()
-    attitude_lag: Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, le=1)] = 0.1
-    """Lag of the autopilot's attitude loop behind its setpoints of roll and pitch. Plans, look-aheads, the simulated loop
-    and the check use it; the flight's own estimate starts from it [s]."""
+    attitude_lag: Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, le=1)] = 0.16
+    """Believed lag of the autopilot's attitude loop behind its setpoints of roll and pitch. Plans, look-aheads and the
+    check use it; the simulated loop has `simulation.attitude_lag` [s]."""
+    attitude_dead_time: Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=0.3)] = 0.06
+    """Believed time after which such a setpoint begins to act; up to 0.3. Plans begin, and the controller corrects, where the
+    commands under way take the vehicle in that time [s]."""
 
 
 _NAMES = {"joint": "hinge", "link": "leaf"}

@@ -18,10 +18,9 @@ def offset_found(moved: float, known: float, seconds: float, gain: float = 10.0)
     observer, tilt, rate = TiltObserver(loop, 0.25), 0.0, 0.0
     for k in range(round(seconds / STEP)):
         commanded = 0.1 * np.sin(3.0 * k * STEP)
-        observer.update(np.array([0.0, tilt]), np.array([0.0, known]), STEP)
-        observer.tell(np.array([0.0, commanded]))
         rate += STEP * 2.8 * gain * (gain * (commanded + moved - tilt) - rate)
         tilt += STEP * rate
+        observer.update(np.array([0.0, tilt]), np.array([0.0, commanded]), np.array([0.0, known]), STEP)
     assert observer.offset[0] == 0.0
     return float(observer.offset[1])
 
@@ -41,6 +40,6 @@ def test_it_is_bounded_and_forgotten() -> None:
     assert offset_found(0.6, 0.0, 3.0) == pytest.approx(0.5 * ControlSection().max_tilt)
     observer = TiltObserver(AttitudeLoop(0.1), 0.25)
     for _ in range(50):
-        observer.update(np.array([0.0, 0.1 * _]), np.zeros(2), STEP)
+        observer.update(np.array([0.0, 0.1 * _]), np.zeros(2), np.zeros(2), STEP)
     observer.forget()
     assert not observer.offset.any()

@@ -128,15 +128,12 @@ def test_points_of_another_door_are_refused(tmp_path):
     )
 
 
-def flight(path, lag, hover=True):
-    times = np.arange(0.0, 12.0, 0.01)
+def flight(path, lag=None, hover=True):
     with Recorder(path, {}, keep=False) as recorder:
         if hover:
             recorder.write("hover", 0.0, {"thrust": 0.4321, "force": 28.9, "voltage": 15.1})
-        for time in times.tolist():
-            tilt = [0.03 * math.sin(3.0 * at) * math.sin(0.7 * at) for at in (time, time - lag)]
-            recorder.write("command", time, {"attitude": [tilt[0], 0.0, 0.0]})
-            recorder.write("measurement", time, {"attitude": [tilt[1], 0.0, 0.0]})
+        if lag is not None:
+            recorder.write("attitude_loop", 6.0, {"lag": [lag - 0.01, lag + 0.01], "dead_time": [0.06, 0.08]})
     return str(path)
 
 
@@ -145,7 +142,7 @@ def test_a_flight_s_thrust_and_lag_are_learned(tmp_path):
     ran = run("vehicle", "learn", path, flight(tmp_path / "flight.mcap", 0.09))
     assert ran.exit_code == 0, ran.output
     values = VehicleFile.load(path).values
-    assert values["vehicle.attitude_lag"] == pytest.approx(0.09, abs=0.006)
+    assert (values["vehicle.attitude_lag"], values["vehicle.attitude_dead_time"]) == (0.09, 0.07)
     assert values["pixhawk.thrust_curve.hover_thrust"] == 0.4321
     assert values["pixhawk.thrust_curve.hover_force"] == 28.9
     assert values["pixhawk.thrust_curve.shape"] == 0.3 and "pixhawk.thrust_curve.hover_voltage" not in values

@@ -1,12 +1,15 @@
-"""To a hover before the door, until the vehicle is still there in the start's posture."""
+"""To a hover before the door, until the vehicle is still there in the start's posture, and its attitude loop is measured."""
 
 from __future__ import annotations
+
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from doorman.control.estimation.estimator import Estimate
 from doorman.control.position_controller import Setpoint
+from doorman.mission.loop_test import DURATION
 from doorman.mission.motion import Glide, arm_rates_to
 from doorman.mission.phases.attempt import Attempt
 from doorman.mission.phases.phase import GiveUp, MissionPhase, Next, Phase, Then
@@ -33,7 +36,7 @@ class Hover(MissionPhase):
         self.glide = known or Glide(estimate.position, estimate.yaw)
         self._still_since: float | None = None
         self._unread = attempt.settings.judge_poses
-        self._strayed, self._felt = 0.0, 0.0
+        self._strayed, self._felt, self._testing = 0.0, 0.0, False
 
     def step(self, estimate: Estimate, body_rates: Array, time_step: float) -> tuple[Setpoint, Then]:
         """Fly on; the approach follows once the vehicle is still, or the frame's touch, where that is asked for and not done."""
@@ -46,7 +49,7 @@ class Hover(MissionPhase):
             self._felt = max(self._felt, float(np.linalg.norm(estimate.wind[:2])))
         posed = np.abs(estimate.arm_angles - model.start_arm).max(initial=0.0) < 0.03
         self._still_since = since(self._still_since, bool(still and posed), estimate.time)
-        ready = self._still_since is not None and estimate.time - self._still_since >= STEADY
+        ready = self._testing or (self._still_since is not None and estimate.time - self._still_since >= STEADY)
         poses = self.attempt.poses
         if self._unread and poses.judged:
             self._unread = False
@@ -54,8 +57,19 @@ class Hover(MissionPhase):
                 return setpoint, GiveUp(unfit)
         if not ready or self._unread:
             return setpoint, None
+        test = self.attempt.loop_test
+        if not test.done:
+            self._testing = True
+            return replace(setpoint, nudge=test.step(estimate.time)), None
+        if unfit := test.unfit():
+            return setpoint, GiveUp(unfit)
         feels = bool(model.frame_places) and self.attempt.frame is None
         return setpoint, Next(Phase.TOUCH_FRAME if feels else Phase.APPROACH)
+
+    @property
+    def longest(self) -> float:
+        """Time-out; the test of the attitude loop does not count [s]."""
+        return super().longest + (DURATION if self._testing else 0.0)
 
     def time_out(self, estimate: Estimate) -> Next | GiveUp:
         """The end of the mission, which says what moved the vehicle."""

@@ -26,6 +26,8 @@ Array = NDArray[np.float64]
 
 USUAL_MOTOR_LAG = 0.03
 """Time constant of motors for which the gains below are tuned [s]."""
+USUAL_OVERSHOOT = 0.01
+"""Of a step, with κ_r = 2.8 κ_a, before the motors add to it."""
 
 
 @dataclass(frozen=True)
@@ -44,25 +46,39 @@ class AttitudeGains:
     """[rad/s]; yaw is slow because drag torque is small: at this rate the rotors can still stop the turn in time."""
     derivative_cutoff: float = 377.0
     """Bandwidth of the low-pass on dΩ/dt [rad/s]."""
+    dead_time: float = 0.0
+    """After which a set point of the attitude reaches the loop [s]."""
 
     @classmethod
-    def of(cls, loop: AttitudeLoop, motor_lag: float) -> AttitudeGains:
-        """Gains about x and y of a loop with a lag; with these motors it is no quicker than the usual one with its own.
+    def of(cls, loop: AttitudeLoop, motor_lag: float, overshoot: float = USUAL_OVERSHOOT) -> AttitudeGains:
+        r"""Gains about x and y of a loop with a lag; with these motors it is no quicker than the usual one with its own.
+
+        A step of the attitude overshoots by :math:`e^{-\pi\zeta/\sqrt{1 - \zeta^2}}`, with :math:`\kappa_r = 4\zeta^2\kappa_a`.
 
         Args:
-            loop: The vehicle's loop.
+            loop: The loop.
             motor_lag: Time constant of the motors [s].
+            overshoot: Of a step, as a share of it.
         """
         most = max(USUAL_MOTOR_LAG / motor_lag, 1.0) if motor_lag > 0.0 else math.inf
         quick, usual = min(loop.quickness, most), cls()
+        damped = (_damping(overshoot) / _damping(USUAL_OVERSHOOT)) ** 2
 
         def scaled(values: tuple[float, float, float], factor: float) -> tuple[float, float, float]:
             return factor * values[0], factor * values[1], values[2]
 
         return replace(
-            usual, attitude=scaled(usual.attitude, quick), rate=scaled(usual.rate, quick),
-            integral=scaled(usual.integral, quick**2),
+            usual, attitude=scaled(usual.attitude, quick), rate=scaled(usual.rate, damped * quick),
+            integral=scaled(usual.integral, damped * quick**2), dead_time=loop.dead_time,
         )  # fmt: skip
+
+
+def _damping(overshoot: float) -> float:
+    """ζ of a loop of second order by the overshoot of a step."""
+    if overshoot <= 0.0:
+        return 1.0
+    decay = -math.log(overshoot)
+    return decay / math.hypot(math.pi, decay)
 
 
 class AttitudeParameters(NamedTuple):

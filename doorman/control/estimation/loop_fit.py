@@ -1,0 +1,134 @@
+r"""Lag and dead time of the attitude loop from what roll and pitch did after known commands, by least squares.
+
+.. math::
+    \min_{\tau, d, b}\ \sum_t \big(\phi(t) - b - \phi_\tau(t - d)\big)^2
+
+with :math:`\phi_\tau` the answer of `AttitudeLoop` of lag τ to the commands: a bank of loops runs along with the flight, and each
+tick compares what is seen with what each of them had a dead time ago. The deviations follow from the curvature of the sum.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from doorman.dynamics.attitude_loop import AttitudeLoop
+
+Array = NDArray[np.float64]
+
+_LAGS = np.geomspace(0.015, 0.6, 24)
+"""Of the bank [s]."""
+_DELAYS = 0.01 * np.arange(21)
+"""[s]."""
+_COARSE = 0.4
+"""Of the quickest loop's rate gain: a step of the bank is no longer than this over it."""
+_CELL = 1.0 / math.sqrt(12.0)
+"""Deviation of what is spread evenly over a cell of the grid, as a share of its width."""
+
+
+@dataclass(frozen=True)
+class MeasuredLoop:
+    """Lag and dead time of roll and of pitch with their deviations, shape (2,) each [s]."""
+
+    lag: Array
+    dead_time: Array
+    lag_deviation: Array
+    dead_time_deviation: Array
+    explained: Array
+    """Share of what roll and pitch did that the fit explains, shape (2,)."""
+
+    @property
+    def loop(self) -> AttitudeLoop:
+        """One loop for both axes: their mean."""
+        return AttitudeLoop(float(self.lag.mean()), float(self.dead_time.mean()))
+
+
+class LoopFit:
+    """Takes in commands and what was seen, tick by tick.
+
+    Args:
+        duration: Longest time of the fit [s].
+        rate: Ticks per second [1/s].
+    """
+
+    def __init__(self, duration: float, rate: float) -> None:
+        most = math.ceil(1.5 * duration * rate) + 2
+        self._times, self._answers = np.zeros(most), np.zeros((most, len(_LAGS), 2))
+        self._count = self._compared = 0
+        loops = [AttitudeLoop(float(lag)) for lag in _LAGS]
+        self._gain = np.array([[loop.gain] for loop in loops])
+        self._rate_gain = np.array([[loop.rate_gain] for loop in loops])
+        self._rates, self._commanded = np.zeros((len(_LAGS), 2)), np.zeros(2)
+        self._off, self._square = np.zeros((2, len(_DELAYS), len(_LAGS), 2))
+        self._seen, self._seen_square, self._first = np.zeros(2), np.zeros(2), np.zeros(2)
+        self._poses = 0
+        self._pose_time = math.nan
+
+    def note(self, now: float, commanded: Array, seen: Array, pose_time: float) -> None:
+        """Take in roll and pitch that are seen now, and those that are commanded from now on."""
+        k = self._count
+        if k == len(self._times):
+            return
+        if k == 0:
+            self._answers[0], self._first = seen, seen.copy()
+        else:
+            self._answers[k] = self._advanced(self._answers[k - 1], now - float(self._times[k - 1]))
+        self._times[k], self._commanded = now, commanded.copy()
+        self._count = k + 1
+        if now - float(self._times[0]) < _DELAYS[-1]:
+            return
+        rows = np.searchsorted(self._times[: k + 1], now - _DELAYS + 1e-6, side="right") - 1
+        off = seen - self._answers[rows]
+        self._off += off
+        self._square += off * off
+        self._seen += seen - self._first
+        self._seen_square += (seen - self._first) ** 2
+        self._compared += 1
+        if pose_time != self._pose_time:
+            self._poses, self._pose_time = self._poses + 1, pose_time
+
+    def _advanced(self, tilt: Array, time_step: float) -> Array:
+        """Answer of every loop a tick later."""
+        count = max(1, math.ceil(time_step * float(self._rate_gain[0, 0]) / _COARSE))
+        step = time_step / count
+        for _ in range(count):
+            self._rates += step * self._rate_gain * (self._gain * (self._commanded - tilt) - self._rates)
+            tilt = tilt + step * self._rates
+        return tilt
+
+    def fitted(self) -> MeasuredLoop | None:
+        """The loop of each axis; None before anything was compared."""
+        if self._poses < 3:
+            return None
+        n = self._compared
+        spread = self._square / n - (self._off / n) ** 2
+        moved = self._seen_square / n - (self._seen / n) ** 2
+        rows = [_least(spread[:, :, axis], self._poses) for axis in (0, 1)]
+        lag, dead, lag_deviation, dead_deviation, least = np.array(rows).T
+        return MeasuredLoop(lag, dead, lag_deviation, dead_deviation, 1.0 - least / np.maximum(moved, 1e-12))
+
+
+def _least(spread: Array, count: int) -> tuple[float, float, float, float, float]:
+    """Lag, dead time and their deviations at the least of a table of mean squares, by a parabola through its neighbours."""
+    row, column = np.unravel_index(int(spread.argmin()), spread.shape)
+    i = min(max(int(row), 1), spread.shape[0] - 2)
+    j = min(max(int(column), 1), spread.shape[1] - 2)
+    near = spread[i - 1 : i + 2, j - 1 : j + 2]
+    slope = 0.5 * np.array([near[2, 1] - near[0, 1], near[1, 2] - near[1, 0]])
+    mixed = 0.25 * (near[2, 2] - near[2, 0] - near[0, 2] + near[0, 0])
+    bend = np.array([
+        [near[2, 1] - 2.0 * near[1, 1] + near[0, 1], mixed], [mixed, near[1, 2] - 2.0 * near[1, 1] + near[1, 0]]
+    ])  # fmt: skip
+    width = np.array([_DELAYS[1], _LAGS[j] * math.log(_LAGS[1] / _LAGS[0])])
+    least = max(float(spread.min()), 1e-12)
+    try:
+        step, covariance = np.clip(-np.linalg.solve(bend, slope), -1.0, 1.0), 2.0 * least / count * np.linalg.inv(bend)
+    except np.linalg.LinAlgError:
+        step, covariance = np.zeros(2), np.eye(2)
+    deviation = width * np.sqrt(np.clip(covariance.diagonal(), 0.0, 100.0) + (0.3 * _CELL) ** 2)
+    dead = max(float(_DELAYS[i] + step[0] * width[0]), 0.0)
+    lag = float(_LAGS[j] * (_LAGS[1] / _LAGS[0]) ** step[1])
+    return lag, dead, float(deviation[1]), float(deviation[0]), least

@@ -1,0 +1,35 @@
+"""Flights behind attitude loops that nobody told them of: measured in hover, flown by what was measured, or refused there."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from doorman import Scenario, simulate
+
+
+def flown(scenario: str, lag: float, dead: float, seed: int = 1, **settings: Any) -> dict[str, Any]:
+    loop = {"simulation.attitude_lag": lag, "simulation.attitude_dead_time": dead}
+    keys = {key.replace("__", "."): value for key, value in settings.items()}
+    summary = simulate(Scenario.load(f"shipped:{scenario}", {**loop, **keys}), seed=seed).summary
+    assert summary is not None and summary["collisions"] == 0
+    return summary
+
+
+@pytest.mark.parametrize(("lag", "dead", "words"), [(0.4, 0.05, ("lags", "250 ms", "MC_ROLL_P", "ATC_ANG_RLL_P")),
+                                                    (0.1, 0.16, ("after a command", "100 ms"))])  # fmt: skip
+def test_a_loop_that_was_never_tested_is_refused_in_hover(lag: float, dead: float, words: tuple[str, ...]) -> None:
+    summary = flown("push", lag, dead)
+    assert summary["outcome"] == "given up" and summary["attempts"] == 1
+    assert all(word in summary["reason"] for word in words), summary["reason"]
+    assert summary["contact_fraction"] == 0.0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("scenario", "lag", "dead"), [("push", 0.05, 0.07), ("push", 0.22, 0.08), ("paper", 0.1, 0.06)]
+)
+def test_loops_of_autopilots_open_the_door(scenario: str, lag: float, dead: float) -> None:
+    summary = flown(scenario, lag, dead)
+    assert summary["outcome"] == "completed" and abs(summary["final_error"]) < 2.5
