@@ -65,8 +65,13 @@ class WholeBodyController:
         self._arm_rates, self._side = np.zeros(model.n_arm), np.zeros(2)
         self._turned: tuple[LeafEstimate | None, Array] = None, np.zeros(2)  # of the last `aim`
         self._tilt = TiltObserver(model.attitude_loop, model.scenario.control.max_tilt)
+        self._prompt = np.array([0, *range(4, 4 + model.n_arm + (2 if model.actuation.fully else 0))])
+        """Places of the inputs that act at once."""
+        self._is_prompt = np.isin(np.arange(4 + model.n_arm + (2 if model.actuation.fully else 0)), self._prompt)
         self._sent: deque[tuple[float, Array]] = deque(maxlen=_KEPT)
         """Inputs of the model, as they were sent."""
+        self._waiting: deque[tuple[float, Array]] = deque()
+        """Thrust, joint rates and force to the side that are sent when the tilt they were planned with acts, and that time."""
         self._followed: Array | None = None
         """Input of the plan that is followed, until it is sent."""
         self.fly_by(model.attitude_loop)
@@ -80,6 +85,7 @@ class WholeBodyController:
         """Begin anew: door and arm stand."""
         self.opening_rate = 0.0
         self._arm_rates, self._side = np.zeros(self._model.n_arm), np.zeros(2)
+        self._waiting.clear()
         self._tilt.forget()
 
     def aim(self, known: LeafEstimate, now: float, time_step: float) -> None:
@@ -108,17 +114,25 @@ class WholeBodyController:
         self._followed = None
 
     def under_way(self, now: float) -> list[Array]:
-        """Inputs that have not acted yet, each for one step of a plan, oldest first."""
+        """Inputs that act before those of a plan that is made now, each the mean over one step of it, oldest first."""
         step, dead = self._numbers.one("plan.time_step"), self._loop.dead_time
-        count = round(dead / step)
-        due, inputs = now - dead + step * np.arange(count), list[Array]()
-        sent = iter(self._sent)
-        current, following = None, next(sent, None)
-        for time in due.tolist():
-            while following is not None and (current is None or following[0] <= time + _ROUNDED):
-                current, following = following[1], next(sent, None)
-            if current is not None:
-                inputs.append(current)
+        if not self._sent:
+            return []
+        sent, waiting, inputs = iter(self._sent), iter(self._waiting), list[Array]()
+        acting, next_tilt, next_prompt = next(sent)[1].copy(), next(sent, None), next(waiting, None)
+        acting[self._prompt] = self._sent[-1][1][self._prompt]
+        time = now
+        for end in (now + step * np.arange(1, 1 + round(dead / step))).tolist():
+            inputs.append(np.zeros_like(acting))
+            while time < end - _ROUNDED:
+                while next_tilt is not None and next_tilt[0] + dead <= time + _ROUNDED:
+                    acting, next_tilt = np.where(self._is_prompt, acting, next_tilt[1]), next(sent, None)
+                while next_prompt is not None and next_prompt[0] <= time + _ROUNDED:
+                    acting[self._prompt], next_prompt = next_prompt[1], next(waiting, None)
+                changes = [next_tilt[0] + dead] if next_tilt else []
+                until = min(end, *changes, *([next_prompt[0]] if next_prompt else []))
+                inputs[-1] += (until - time) / step * acting
+                time = until
         return inputs
 
     def _acting(self, known: LeafEstimate, now: float) -> Array:
@@ -162,12 +176,15 @@ class WholeBodyController:
         force = known.normal_force * door.normal(angle) + known.friction_force[0] * along + known.friction_force[1] * up
         return turned_by(self._model, known.attitude, known.arm_angles, force, self._loop)
 
-    def follow(self, plan: Plan, time: float, measured_yaw: float, yaw_rate: float, time_step: float) -> Command:
-        """What the vehicle is to do at a time of a plan; after its end, what it does last.
+    def follow(
+        self, plan: Plan, start: float, now: float, measured_yaw: float, yaw_rate: float, time_step: float
+    ) -> Command:
+        """What the vehicle is to do in a plan that started some time ago; after its end, what it does last.
 
-        A heading, too, is followed when the dead time has passed, in which the vehicle turns on.
+        A heading, too, is followed when the dead time has passed, in which the vehicle turns on. Thrust, joints and the force
+        to the side have no dead time: they wait for the tilt that they were planned with.
         """
-        last = len(plan.inputs) - 1
+        time, last = now - start, len(plan.inputs) - 1
         planned = plan.inputs[min(int(time / plan.time_step + 1e-6), last)]
         later = min(int((time + _AHEAD) / plan.time_step), last)
         turning = plan.states[later + 1, _YAW_RATE] / self._model.scenario.control.yaw_gain
@@ -175,14 +192,25 @@ class WholeBodyController:
         self._followed = planned
         attitude = tilted(planned[1], planned[2], lead)
         attitude[2] += measured_yaw + self._loop.dead_time * yaw_rate
+        n, prompt = self._model.n_arm, self._at_its_time(planned[self._prompt], now)
         share = 1.0 - math.exp(-time_step / _ARM_TIME)
-        self._arm_rates = self._arm_rates + share * (planned[4 : 4 + self._model.n_arm] - self._arm_rates)
+        self._arm_rates = self._arm_rates + share * (prompt[1 : 1 + n] - self._arm_rates)
         if not self._model.actuation.fully:
-            return Command(float(planned[0]), attitude, self._arm_rates.copy(), False)
+            return Command(float(prompt[0]), attitude, self._arm_rates.copy(), False)
         share = 1.0 - math.exp(-time_step / _SIDE_TIME)
-        self._side = self._side + share * (planned[-2:] - self._side)
+        self._side = self._side + share * (prompt[-2:] - self._side)
         ahead, left = self._side
-        return Command(float(planned[0]), attitude, self._arm_rates.copy(), False, (float(ahead), float(left)))
+        return Command(float(prompt[0]), attitude, self._arm_rates.copy(), False, (float(ahead), float(left)))
+
+    def _at_its_time(self, planned: Array, now: float) -> Array:
+        """Of what acts at once, that which was planned with the tilt that acts now."""
+        waiting = self._waiting
+        waiting.append((now + self._loop.dead_time, planned))
+        if waiting[0][0] > now + _ROUNDED:  # nothing planned acts yet
+            return self._sent[-1][1][self._prompt] if self._sent else planned
+        while len(waiting) > 1 and waiting[1][0] <= now + _ROUNDED:
+            waiting.popleft()
+        return waiting[0][1]
 
 
 def tilted(roll: float, pitch: float, yaw: float) -> Array:

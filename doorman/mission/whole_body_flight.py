@@ -85,4 +85,4 @@ class WholeBodyFlight:
         if current is None:
             return None
         yaw, yaw_rate = float(measurement.attitude[2]), float(known.attitude_rates[2])
-        return self._controller.follow(current.plan, now - current.start, yaw, yaw_rate, time_step)
+        return self._controller.follow(current.plan, current.start, now, yaw, yaw_rate, time_step)

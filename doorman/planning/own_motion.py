@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 from numpy.typing import NDArray
 
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import GRAVITY
-from doorman.numba_types.handles import held
+from doorman.numba_types.handles import held, separate
 from doorman.ocp.kernels import functions
 from doorman.ocp.problem.problem import Problem
 
@@ -29,13 +27,20 @@ def rotor_force(inputs: Array, n_arm: int) -> Array:
     return np.array([*(side if len(side) else (0.0, 0.0)), inputs[0]])
 
 
-def stepped(problem: Problem) -> Callable[[Array, Array], Array]:
-    """The dynamics of a problem, x⁺ = f(x, u)."""
-    model = held(problem.model)  # as one pointer: to pass a hundred arrays takes longer than the step
+class Motion:
+    """The dynamics of a problem, x⁺ = f(x, u), with numbers of its own."""
 
-    def step(state: Array, inputs: Array) -> Array:
+    def __init__(self, problem: Problem) -> None:
+        self._model = separate(problem.model)
+        self._held = held(self._model)  # as one pointer: to pass a hundred arrays takes longer than the step
+        self._first = problem.hidden_parameters
+
+    def know(self, numbers: Array) -> None:
+        """Take other numbers of a symbolic model."""
+        self._model.parameters[self._first :] = numbers
+
+    def __call__(self, state: Array, inputs: Array) -> Array:
+        """One step."""
         following = np.empty_like(state)
-        functions.step(model, state, inputs, following)
+        functions.step(self._held, state, inputs, following)
         return following
-
-    return step

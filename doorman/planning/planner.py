@@ -21,7 +21,7 @@ from doorman.ocp.solvers.options import SolverOptions
 from doorman.ocp.solvers.solution import PlanStatus, row_name
 from doorman.planning.composition import Extras
 from doorman.planning.hinge import Hinge
-from doorman.planning.own_motion import stepped
+from doorman.planning.own_motion import Motion
 from doorman.planning.plan import Plan
 from doorman.planning.planning_model import planning_model
 from doorman.scenario import Scenario
@@ -69,7 +69,7 @@ class Planner(CopiedWhole):
                 largest_multiplier=LARGEST_PRICE, hessian="gauss-newton", feasibility=self.planning.tolerance
             ),
         )
-        self._step = stepped(self.solver.problem)
+        self._motion = Motion(self.solver.problem)
         self._fitted = False
         self._numbers = self.planning.numbers
         self.update_time(0.0)
@@ -231,8 +231,11 @@ class Planner(CopiedWhole):
         if not len(under_way):
             return x
         self._fit(x)
+        self._motion.know(self._numbers.vector)
         for inputs in under_way:
-            x = self._step(x, inputs)
+            before, x = x, self._motion(x, inputs)
+            for angle, rate in self.planning.headings:
+                x[angle], x[rate] = before[angle] + self.settings.time_step * before[rate], before[rate]
         return x
 
     def plan(self, state: ArrayLike, *, max_iterations: int = COLD_ITERATIONS, time_limit: float = math.inf) -> Plan:

@@ -47,6 +47,8 @@ class PlanningModel(Protocol):
     """Whether `fitted` and `goal` depend on the start."""
     has_inertia: bool
     """Whether `force_on_door` takes the vehicle's acceleration."""
+    headings: tuple[tuple[int, int], ...]
+    """Places in the state of an angle and its rate that the autopilot's own loop holds, whatever torque a plan asks it for."""
     tolerance: float
     """Excess of a constraint up to which a plan may be used, in the constraint's unit."""
 

@@ -17,7 +17,7 @@ from doorman.planning.composition import NO_EXTRAS, NOTHING, Extras
 from doorman.planning.grip.grip_planning import GripPlanning
 from doorman.planning.grip.lagrangian_problem import at_rest, lagrangian_model, lagrangian_numbers, lagrangian_problem
 from doorman.planning.hinge import Hinge
-from doorman.planning.own_motion import force_left_to_the_door, stepped
+from doorman.planning.own_motion import Motion, force_left_to_the_door
 
 Array = NDArray[np.float64]
 
@@ -40,6 +40,7 @@ class LagrangianPlanning(GripPlanning):
         self.goal_state = frozen(at_rest(model.goal_state))
         self.hover_input = model.hover_input
         self.follows_start, self.has_inertia = False, True
+        self.headings: tuple[tuple[int, int], ...] = ()
         self.tolerance = SolverOptions().feasibility
         self.numbers = lagrangian_numbers(model)
 
@@ -74,4 +75,4 @@ class LagrangianPlanning(GripPlanning):
     def swing(self, disturbance: float) -> Callable[[Array, Array], Array]:
         """The full dynamics, without friction in the hinge. See `PlanningModel`."""
         numbers = self.numbers.replaced({"door.disturbance": disturbance, "door.friction": 0.0})
-        return stepped(lagrangian_problem(self.model, numbers))
+        return Motion(lagrangian_problem(self.model, numbers))

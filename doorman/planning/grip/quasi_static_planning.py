@@ -16,7 +16,7 @@ from doorman.planning.composition import NO_EXTRAS, NOTHING, Extras
 from doorman.planning.grip.door_problem import door_numbers, door_problem
 from doorman.planning.grip.grip_planning import GripPlanning
 from doorman.planning.hinge import Hinge
-from doorman.planning.own_motion import stepped
+from doorman.planning.own_motion import Motion
 
 Array = NDArray[np.float64]
 
@@ -39,6 +39,7 @@ class QuasiStaticPlanning(GripPlanning):
         self.goal_state = model.goal_state
         self.hover_input = np.concatenate([model.hover_input, np.zeros(2 if model.actuation.fully else 0)])
         self.follows_start = self.has_inertia = False
+        self.headings: tuple[tuple[int, int], ...] = ()
         self.tolerance = SolverOptions().feasibility
         self.numbers = door_numbers(model)
 
@@ -75,5 +76,5 @@ class QuasiStaticPlanning(GripPlanning):
         moving = model.door.inertia + model.vehicle.mass * model.coupling.lever_length**2
         known = {"door.moving_inertia": moving, "door.friction": 0.0, "door.disturbance": disturbance}
         if model.actuation.fully:
-            return stepped(door_problem(model, self.numbers.replaced(known)))
+            return Motion(door_problem(model, self.numbers.replaced(known)))
         return model.reduced.with_numbers(known).step

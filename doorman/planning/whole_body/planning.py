@@ -17,7 +17,7 @@ from doorman.ocp.solvers.solution import PlanStatus
 from doorman.planning.composition import NO_EXTRAS, NOTHING, Extras
 from doorman.planning.grip.pushes import LargestPushes, too_stiff
 from doorman.planning.hinge import Hinge
-from doorman.planning.own_motion import force_left_to_the_door, stepped
+from doorman.planning.own_motion import Motion, force_left_to_the_door
 from doorman.planning.whole_body.contact import contact_forces, depth_of, turned_by, whole_body_state
 from doorman.planning.whole_body.numbers import whole_body_numbers
 from doorman.planning.whole_body.problem import whole_body_problem
@@ -62,6 +62,7 @@ class WholeBodyPlanning:
         self.goal_state = self.state(model.goal_state, np.zeros(3))
         self.hover_input = np.concatenate([model.hover_input, np.zeros(2 if model.actuation.fully else 0)])
         self.follows_start = self.has_inertia = True
+        self.headings: tuple[tuple[int, int], ...] = ((5, 11),)
         self.tolerance = _TOLERANCE
         self._follow_start = frozenset(self._fitting(Hinge.of(model.door), self.start_state))
 
@@ -147,4 +148,4 @@ class WholeBodyPlanning:
     def swing(self, disturbance: float) -> Callable[[Array, Array], Array]:
         """The problem's own dynamics with the contact, without friction in the hinge. See `PlanningModel`."""
         numbers = self.numbers.replaced({"door.disturbance": disturbance, "door.friction": 0.0})
-        return stepped(whole_body_problem(self.model, numbers))
+        return Motion(whole_body_problem(self.model, numbers))
