@@ -129,8 +129,7 @@ class WholeBodyController:
                     acting, next_tilt = np.where(self._is_prompt, acting, next_tilt[1]), next(sent, None)
                 while next_prompt is not None and next_prompt[0] <= time + _ROUNDED:
                     acting[self._prompt], next_prompt = next_prompt[1], next(waiting, None)
-                changes = [next_tilt[0] + dead] if next_tilt else []
-                until = min(end, *changes, *([next_prompt[0]] if next_prompt else []))
+                until = min(end, next_tilt[0] + dead if next_tilt else end, next_prompt[0] if next_prompt else end)
                 inputs[-1] += (until - time) / step * acting
                 time = until
         return inputs
