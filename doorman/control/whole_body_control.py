@@ -78,8 +78,9 @@ class WholeBodyController:
 
     def fly_by(self, loop: AttitudeLoop) -> None:
         """Believe another attitude loop from now on."""
-        self._loop, self._loop_numbers = loop, loop_numbers(self._model, loop)
-        self._tilt.fly_by(loop)
+        self._loop = loop.resolved(self._numbers.one("plan.time_step"))
+        self._loop_numbers = loop_numbers(self._model, loop)
+        self._tilt.fly_by(self._loop)
 
     def forget(self) -> None:
         """Begin anew: door and arm stand."""

@@ -18,6 +18,8 @@ from dataclasses import dataclass
 
 USUAL_LAG = 0.1
 """Of a Pixhawk with default gains on motors with a lag of 0.03 s [s]."""
+_RATE_GAIN = 2.8
+"""κ_r by κ_a."""
 TESTED_LAG, TESTED_DEAD_TIME = 0.25, 0.1
 """Loops up to these were flown in contact, with what is believed of them measured in hover [s]; docs/decisions/016."""
 
@@ -30,6 +32,11 @@ class AttitudeLoop:
     """τ [s]."""
     dead_time: float = 0.0
     """d [s]."""
+
+    def resolved(self, time_step: float) -> AttitudeLoop:
+        """As steps of this length can follow it [s]: lag that is too short for them counts as dead time."""
+        lag = max(self.lag, _RATE_GAIN * time_step)
+        return AttitudeLoop(lag, max(self.dead_time + self.lag - lag, 0.0))
 
     @property
     def quickness(self) -> float:
@@ -44,7 +51,7 @@ class AttitudeLoop:
     @property
     def rate_gain(self) -> float:
         """κ_r of the rate loop with the rotors' lag: angular acceleration by the rate's error [1/s]."""
-        return 28.0 * self.quickness
+        return 10.0 * _RATE_GAIN * self.quickness
 
     @property
     def stiffness(self) -> float:

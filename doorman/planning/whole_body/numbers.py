@@ -115,6 +115,7 @@ def tilt_stiffness(model: Model, loop: AttitudeLoop | None = None) -> Array:
 
 def loop_numbers(model: Model, loop: AttitudeLoop) -> dict[str, Any]:
     """Numbers of an attitude loop, by name."""
+    loop = loop.resolved(model.scenario.planner.time_step)
     return {
         "vehicle.attitude_gain": loop.gain, "vehicle.rate_gain": loop.rate_gain,
         "vehicle.tilt_stiffness": tilt_stiffness(model, loop),

@@ -81,10 +81,11 @@ _PAST = 0.007
 
 @kernel
 def begin_leaf(e: LeafMemory) -> None:
-    """Forget where the leaf is, and what resists it: it may be anywhere since the last attempt."""
+    """Forget what resists the leaf: something went wrong. It stands where the tip left it, or farther on."""
     memory, door, first = e.memory, e.door, e.first
-    memory[SOUGHT] = 1.0
+    memory[SOUGHT], stands = 1.0, door.state[ANGLE]
     door.memory[:], door.state[:], door.covariance[:] = first.memory, first.state, first.covariance
+    door.state[ANGLE] = stands
     for observer in (e.torque, e.quick, e.bare):
         observer[HINGE_TORQUE], observer[HINGE_RATE], observer[ESTIMATE] = 0.0, math.nan, 0.0
     memory[STOOD] = -math.inf

@@ -24,10 +24,8 @@ from doorman.dynamics.attitude_loop import AttitudeLoop
 Array = NDArray[np.float64]
 
 
-USUAL_MOTOR_LAG = 0.03
-"""Time constant of motors for which the gains below are tuned [s]."""
-USUAL_OVERSHOOT = 0.01
-"""Of a step, with κ_r = 2.8 κ_a, before the motors add to it."""
+_DAMPED = 2.0
+"""The derivative makes 1 + K_d at least so many times κ_r T for motors of lag T: the rate loop is damped to 0.7."""
 
 
 @dataclass(frozen=True)
@@ -36,9 +34,9 @@ class AttitudeGains:
 
     attitude: tuple[float, float, float] = (10.0, 10.0, 4.0)
     """K_a [1/s]."""
-    rate: tuple[float, float, float] = (70.0, 70.0, 30.0)
-    """K_p [1/s]."""
-    integral: tuple[float, float, float] = (70.0, 70.0, 60.0)
+    rate: tuple[float, float, float] = (70.0, 70.0, 8.0)
+    """K_p [1/s]; yaw is soft, as with both autopilots (1 to 4): a firm loop asks small rotors for more torque than drag makes."""
+    integral: tuple[float, float, float] = (70.0, 70.0, 8.0)
     """K_i [1/s²]."""
     derivative: tuple[float, float, float] = (1.5, 1.5, 0.5)
     """K_d [-]."""
@@ -50,26 +48,29 @@ class AttitudeGains:
     """After which a set point of the attitude reaches the loop [s]."""
 
     @classmethod
-    def of(cls, loop: AttitudeLoop, motor_lag: float, overshoot: float = USUAL_OVERSHOOT) -> AttitudeGains:
-        r"""Gains about x and y of a loop with a lag; with these motors it is no quicker than the usual one with its own.
+    def of(cls, loop: AttitudeLoop, motor_lag: float, overshoot: float | None = None) -> AttitudeGains:
+        r"""Gains about x and y of a loop with a lag and a dead time, as of an autopilot tuned for its motors.
 
-        A step of the attitude overshoots by :math:`e^{-\pi\zeta/\sqrt{1 - \zeta^2}}`, with :math:`\kappa_r = 4\zeta^2\kappa_a`.
+        Without motors a step of the attitude overshoots by :math:`e^{-\pi\zeta/\sqrt{1 - \zeta^2}}` with
+        :math:`\kappa_r = 4\zeta^2\kappa_a`.
 
         Args:
             loop: The loop.
             motor_lag: Time constant of the motors [s].
-            overshoot: Of a step, as a share of it.
+            overshoot: Of a step, as a share of it; the usual shape of `AttitudeLoop` if not given.
         """
-        most = max(USUAL_MOTOR_LAG / motor_lag, 1.0) if motor_lag > 0.0 else math.inf
-        quick, usual = min(loop.quickness, most), cls()
-        damped = (_damping(overshoot) / _damping(USUAL_OVERSHOOT)) ** 2
+        usual = cls()
+        rate_gain = loop.rate_gain if overshoot is None else 4.0 * _damping(overshoot) ** 2 * loop.gain
+        derivative = max(usual.derivative[0], _DAMPED * rate_gain * motor_lag - 1.0)
+        rate = rate_gain * (1.0 + derivative)
 
-        def scaled(values: tuple[float, float, float], factor: float) -> tuple[float, float, float]:
-            return factor * values[0], factor * values[1], values[2]
+        def tilt(value: float, usually: tuple[float, float, float]) -> tuple[float, float, float]:
+            return value, value, usually[2]
 
         return replace(
-            usual, attitude=scaled(usual.attitude, quick), rate=scaled(usual.rate, damped * quick),
-            integral=scaled(usual.integral, damped * quick**2), dead_time=loop.dead_time,
+            usual, attitude=tilt(loop.gain, usual.attitude), rate=tilt(rate, usual.rate),
+            integral=tilt(0.1 * rate * loop.gain, usual.integral), derivative=tilt(derivative, usual.derivative),
+            dead_time=loop.dead_time,
         )  # fmt: skip
 
 
