@@ -24,6 +24,8 @@ from doorman.dynamics.attitude_loop import AttitudeLoop
 Array = NDArray[np.float64]
 
 
+_QUICKEST = 1.5
+"""A loop's lag is at least so many times that of its motors: what is quicker saturates them."""
 _DAMPED = 2.0
 """The derivative makes 1 + K_d at least so many times κ_r T for motors of lag T: the rate loop is damped to 0.7."""
 
@@ -59,7 +61,7 @@ class AttitudeGains:
             motor_lag: Time constant of the motors [s].
             overshoot: Of a step, as a share of it; the usual shape of `AttitudeLoop` if not given.
         """
-        usual = cls()
+        usual, loop = cls(), replace(loop, lag=max(loop.lag, _QUICKEST * motor_lag))
         rate_gain = loop.rate_gain if overshoot is None else 4.0 * _damping(overshoot) ** 2 * loop.gain
         derivative = max(usual.derivative[0], _DAMPED * rate_gain * motor_lag - 1.0)
         rate = rate_gain * (1.0 + derivative)
