@@ -164,7 +164,7 @@ class Mission(Uncopied):
                 self._controller.resume(estimate.position, estimate.velocity, estimate.wind)
             self._change_smoothly(setpoint, estimate)
             self._controller.reach = self._lift.reach
-            later = self._later(estimate, setpoint, seen, measurement.body_rates)
+            later = None if tie is Tie.GRIPPED else self._later(estimate, setpoint, seen, measurement.body_rates)
             place, velocity = estimate.position, estimate.velocity
             thrust = self._controller.update(place, velocity, setpoint, elapsed, later, force)
             attitude = self._engaged(thrust.attitude, now, float(estimate.attitude[1]))

@@ -209,9 +209,12 @@ class PlainLeafEstimator:
         return True, (self._start, 0.0)
 
     def _begin(self) -> None:
-        """Forget where the leaf is, and what resists it: it may be anywhere since the last attempt."""
+        """Forget what resists the leaf: something went wrong. It stands where the tip left it, or farther on."""
         self._sought = True
+        stands = self._door.angle if hasattr(self, "_door") else None
         self._door = DoorFilter(self._model, self._model.scenario.estimation)
+        if stands is not None:
+            self._door.meet(stands)
         rate = self._model.scenario.control.door_observer_rate
         most = self._most_resistance
         self._torque = PlainHinge(self._model, rate, most, whole=True)

@@ -19,13 +19,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from doorman.compilation import kernel
-from doorman.dynamics.attitude_loop import AttitudeLoop
+from doorman.dynamics.attitude_loop import USUAL_LAG, AttitudeLoop
 
 Array = NDArray[np.float64]
 
 
-_QUICKEST = 1.5
-"""A loop's lag is at least so many times that of its motors: what is quicker saturates them."""
+_QUICKEST, _USUAL_MOTORS = USUAL_LAG, 0.03
+"""No loop is quicker than the first with motors whose lag is the second [s]: without feed-forward it would saturate them."""
 _DAMPED = 2.0
 """The derivative makes 1 + K_d at least so many times κ_r T for motors of lag T: the rate loop is damped to 0.7."""
 
@@ -34,11 +34,11 @@ _DAMPED = 2.0
 class AttitudeGains:
     """Gains about the body's x, y and z axis, as accelerations: they fit every vehicle whose motors are fast enough."""
 
-    attitude: tuple[float, float, float] = (10.0, 10.0, 4.0)
+    attitude: tuple[float, float, float] = (10.0, 10.0, 2.8)
     """K_a [1/s]."""
-    rate: tuple[float, float, float] = (70.0, 70.0, 8.0)
+    rate: tuple[float, float, float] = (70.0, 70.0, 4.0)
     """K_p [1/s]; yaw is soft, as with both autopilots (1 to 4): a firm loop asks small rotors for more torque than drag makes."""
-    integral: tuple[float, float, float] = (70.0, 70.0, 8.0)
+    integral: tuple[float, float, float] = (70.0, 70.0, 4.0)
     """K_i [1/s²]."""
     derivative: tuple[float, float, float] = (1.5, 1.5, 0.5)
     """K_d [-]."""
@@ -61,7 +61,8 @@ class AttitudeGains:
             motor_lag: Time constant of the motors [s].
             overshoot: Of a step, as a share of it; the usual shape of `AttitudeLoop` if not given.
         """
-        usual, loop = cls(), replace(loop, lag=max(loop.lag, _QUICKEST * motor_lag))
+        usual, quickest = cls(), _QUICKEST * min(motor_lag / _USUAL_MOTORS, 1.0)
+        loop = replace(loop, lag=max(loop.lag, quickest))
         rate_gain = loop.rate_gain if overshoot is None else 4.0 * _damping(overshoot) ** 2 * loop.gain
         derivative = max(usual.derivative[0], _DAMPED * rate_gain * motor_lag - 1.0)
         rate = rate_gain * (1.0 + derivative)
