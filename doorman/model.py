@@ -22,7 +22,6 @@ from doorman.kinematics.scale import Scale
 from doorman.kinematics.task_numbers import task_numbers
 from doorman.kinematics.urdf.robot import frozen
 from doorman.kinematics.vehicles.actuation import actuation_of
-from doorman.kinematics.vehicles.vehicle import GRAVITY as GRAVITY
 from doorman.kinematics.vehicles.vehicle import Vehicle
 from doorman.postures.proposal import propose, start_arm
 from doorman.scenario import Scenario

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from doorman.copying import PerThread
 from doorman.exceptions import UrdfError
+from doorman.gravity import weight_of
 from doorman.kinematics.doors.leaf.leaf_in_world import LeafInWorld
 from doorman.kinematics.doors.leaf.leaf_motion import LeafMotion
 from doorman.kinematics.doors.leaf.sliding import Sliding
@@ -23,7 +24,6 @@ from doorman.kinematics.doors.variants.variant import write_door_variant
 from doorman.kinematics.links import joint_placements_along, links_of
 from doorman.kinematics.urdf.elements import read_joints
 from doorman.kinematics.urdf.robot import frozen, link_index, load_pinocchio
-from doorman.kinematics.vehicles.vehicle import GRAVITY
 from doorman.scenario import DoorSection
 
 Side = Literal["push", "pull"]
@@ -189,9 +189,9 @@ class Door(LeafInWorld):
 
     def _weight(self, center_of_mass: Array) -> Array:
         if self.slides:
-            return np.array([self.mass * GRAVITY * self.per_angle, 0.0])
+            return np.array([weight_of(self.mass) * self.per_angle, 0.0])
         away = center_of_mass - self.hinge_position
-        return self.mass * GRAVITY * np.array([away @ self.along, away @ self.into])
+        return weight_of(self.mass) * np.array([away @ self.along, away @ self.into])
 
     def _panel(self, leaf_on_joint: LeafOnJoint) -> tuple[Array, float] | None:
         if self.handle is None or not isinstance(leaf_on_joint, LeafOnSlide):
