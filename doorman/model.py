@@ -20,6 +20,7 @@ from doorman.kinematics.doors.variants.true_door import TrueDoor, is_another
 from doorman.kinematics.rotations import regular_state, regular_step
 from doorman.kinematics.scale import Scale
 from doorman.kinematics.task_numbers import task_numbers
+from doorman.kinematics.urdf.document import each_file_once
 from doorman.kinematics.urdf.robot import frozen
 from doorman.kinematics.vehicles.actuation import actuation_of
 from doorman.kinematics.vehicles.vehicle import Vehicle
@@ -52,6 +53,7 @@ class Model:
         ScenarioError: if the scenario's vectors do not fit the arm, or the contact point is off the leaf.
     """
 
+    @each_file_once()
     def __init__(self, scenario: Scenario | str | os.PathLike[str]) -> None:
         self.scenario = scenario = Scenario.of(scenario)
         self.vehicle = Vehicle(scenario.vehicle_urdf, scenario.vehicle)
