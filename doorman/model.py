@@ -311,10 +311,16 @@ class Model:
 
     def _reaches_the_lintel(self) -> bool:
         """Whether the disc of a vehicle in the doorway, with its tip on the contact point, could touch the lintel."""
+        passes, given = self.surroundings in ("doorway", "corners"), self.scenario.door.frame_height
+        if given is not None and not passes:
+            raise ScenarioError(
+                "the vehicle stays out of the doorway, where no lintel counts", file=self.scenario.source,
+                field="door.frame_height", given=given, allowed="none for this task",
+            )  # fmt: skip
         arm, ends = self.vehicle.arm, np.abs([self.vehicle.lower_limits, self.vehicle.upper_limits]).max(axis=0)
         reach = np.linalg.norm([*arm.links, arm.point_offsets[-1]], axis=1).sum() + ends[arm.slides].sum()
         rim = self.vehicle.radius * math.sin(self.largest_tilt)
-        height = self.door.frame_height if self.surroundings == "doorway" else None
+        height = self.door.frame_height if passes else None
         return height is not None and bool(self._place[1] + reach + rim > height)
 
     def _check_contact(self) -> None:
