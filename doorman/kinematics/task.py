@@ -14,7 +14,7 @@ from typing import Any, NoReturn
 import casadi as ca
 
 from doorman.gravity import weight_of
-from doorman.kinematics.doors.leaf.leaf_symbols import CLOSED
+from doorman.kinematics.doors.leaf.leaf_motion import CLOSED
 from doorman.kinematics.numbers import Numbers
 from doorman.kinematics.symbols import arm_points, rotation_body_to_world
 from doorman.kinematics.vehicles.arms.arm_pattern import ArmPattern

@@ -18,7 +18,6 @@ from doorman.control.estimation.contact_monitor import ContactMonitor
 from doorman.control.estimation.door_filter import DoorFilter, HingeEstimate
 from doorman.control.estimation.wind_filter import WindFilter
 from doorman.control.kernels.door_filter.memory import ANGLE
-from doorman.control.kernels.leaf import leaf_normal
 from doorman.control.kernels.leaf_estimator.contact import FACE_DEVIATION, begin_leaf
 from doorman.control.kernels.leaf_estimator.memory import (
     AT,
@@ -48,6 +47,7 @@ from doorman.control.kernels.wind_step import HINGE_CHANGES, wind_doubt
 from doorman.control.observers.door_observer import DoorObserver
 from doorman.control.observers.vehicle_observer import VehicleObserver
 from doorman.control.state_converter import StateConverter
+from doorman.kinematics.doors.leaf.leaf_kernels import leaf_normal
 from doorman.kinematics.rotations import euler_rates
 from doorman.kinematics.vehicles.arms.arm import ArmParameters
 from doorman.model import Model
