@@ -20,9 +20,9 @@ from doorman.kinematics.doors.variants.true_door import TrueDoor, is_another
 from doorman.kinematics.rotations import regular_state, regular_step
 from doorman.kinematics.scale import Scale
 from doorman.kinematics.task_numbers import task_numbers
+from doorman.kinematics.urdf.document import each_file_once
 from doorman.kinematics.urdf.robot import frozen
 from doorman.kinematics.vehicles.actuation import actuation_of
-from doorman.kinematics.vehicles.vehicle import GRAVITY as GRAVITY
 from doorman.kinematics.vehicles.vehicle import Vehicle
 from doorman.postures.proposal import propose, start_arm
 from doorman.scenario import Scenario
@@ -53,6 +53,7 @@ class Model:
         ScenarioError: if the scenario's vectors do not fit the arm, or the contact point is off the leaf.
     """
 
+    @each_file_once()
     def __init__(self, scenario: Scenario | str | os.PathLike[str]) -> None:
         self.scenario = scenario = Scenario.of(scenario)
         self.vehicle = Vehicle(scenario.vehicle_urdf, scenario.vehicle)
@@ -310,10 +311,16 @@ class Model:
 
     def _reaches_the_lintel(self) -> bool:
         """Whether the disc of a vehicle in the doorway, with its tip on the contact point, could touch the lintel."""
+        passes, given = self.surroundings in ("doorway", "corners"), self.scenario.door.frame_height
+        if given is not None and not passes:
+            raise ScenarioError(
+                "the vehicle stays out of the doorway, where no lintel counts", file=self.scenario.source,
+                field="door.frame_height", given=given, allowed="none for this task",
+            )  # fmt: skip
         arm, ends = self.vehicle.arm, np.abs([self.vehicle.lower_limits, self.vehicle.upper_limits]).max(axis=0)
         reach = np.linalg.norm([*arm.links, arm.point_offsets[-1]], axis=1).sum() + ends[arm.slides].sum()
         rim = self.vehicle.radius * math.sin(self.largest_tilt)
-        height = self.door.frame_height if self.surroundings == "doorway" else None
+        height = self.door.frame_height if passes else None
         return height is not None and bool(self._place[1] + reach + rim > height)
 
     def _check_contact(self) -> None:

@@ -1,6 +1,6 @@
 """Audit of the analytic constraints by exact geometry: does anything that they allow collide, and what do they forbid in vain?
 
-What the constraints do not know of: the arm's elbow against the leaf, and the disc against lintel and sill. The elbow stays on
+What the constraints do not know of: the arm's elbow against the leaf, and the disc against a sill. The elbow stays on
 the vehicle's side of the leaf up to the tilt t with L + z sin t = R_A cos t. L is the length of the links between the second
 joint, at depth z below O_B, and the last one. t is 0.68 rad (39°) for the shipped vehicle. The search of `audit` agrees: it
 finds no collision up to 0.65 rad, for any yaw and any posture within the joint limits, and elbows through the leaf from

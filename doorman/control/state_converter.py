@@ -7,12 +7,12 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from doorman.control.kernels.leaf import leaf_numbers
 from doorman.control.kernels.on_leaf import vehicle_on_leaf
 from doorman.control.kernels.tip import ARM, tip_on_leaf
 from doorman.control.position_controller import Setpoint
 from doorman.dynamics.attitude_loop import AttitudeLoop
 from doorman.kinematics.coupling import VehicleMotion
+from doorman.kinematics.doors.leaf.leaf_kernels import leaf_numbers
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.kinematics.vehicles.arms.arm import ArmParameters
 from doorman.model import Model

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from doorman.model import GRAVITY, Model
+from doorman.model import Model
 
 TUG = 0.05
 """Share of the weight with which a gripper is tried that has just closed,"""
@@ -16,7 +16,7 @@ def drawn_by_the_tug(model: Model, torque: float, friction: float) -> tuple[floa
     Torque of closer and weight in the sense of damping, and friction, are the true ones at the start.
     """
     lever, mass = model.coupling.lever_length, model.vehicle.mass
-    net = max(TUG * mass * GRAVITY * lever - torque - friction, 0.0)
+    net = max(TUG * model.vehicle.weight * lever - torque - friction, 0.0)
     rate = net / (model.door.inertia + mass * lever**2) * TUGGING
     way, room = 0.5 * rate * TUGGING, model.door.upper_limit - model.start_angle
     if model.door.endless or way < room:

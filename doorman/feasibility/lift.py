@@ -23,7 +23,7 @@ from doorman.control.engagement import Engagement
 from doorman.exceptions import BackendError
 from doorman.feasibility.report import Finding, Severity, graded
 from doorman.kinematics.rotations import rotation_body_to_world
-from doorman.model import GRAVITY, Model
+from doorman.model import Model
 from doorman.simulation.plant.onboard.attitude_loop import AttitudeGains
 from doorman.simulation.plant.onboard.rotors import RotorLayout, rotor_layout
 from doorman.simulation.plant.plant import hover_wrench
@@ -90,7 +90,7 @@ def _first_turn(model: Model) -> tuple[float, str]:
     if model.scenario.contact.kind == "grip":
         allowed = max(engagement.lead(0.0), engagement.lead(_ENGAGED) - engagement.lead(0.0))
         return min(allowed, FIRST_TURN), "as the first plans do with the tip tied"
-    stop = control.velocity_gain[0] * model.scenario.mission.touch_speed / GRAVITY
+    stop = model.vehicle.mass * control.velocity_gain[0] * model.scenario.mission.touch_speed / model.vehicle.weight
     push = model.scenario.mission.touch_force / model.vehicle.weight
     return min(max(stop, push), FIRST_TURN), "as the controller does when the touch stops the tip"
 

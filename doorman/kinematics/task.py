@@ -13,12 +13,12 @@ from typing import Any, NoReturn
 
 import casadi as ca
 
-from doorman.kinematics.doors.leaf.leaf_symbols import CLOSED
+from doorman.gravity import weight_of
+from doorman.kinematics.doors.leaf.leaf_motion import CLOSED
 from doorman.kinematics.numbers import Numbers
 from doorman.kinematics.symbols import arm_points, rotation_body_to_world
 from doorman.kinematics.vehicles.arms.arm_pattern import ArmPattern
 from doorman.kinematics.vehicles.body_symbols import SymbolicBodies
-from doorman.kinematics.vehicles.vehicle import GRAVITY
 
 NAMES: Mapping[str, str] = MappingProxyType({
     "time": "time of the node [s]: since the plan's first node, plus `planner.update_time(…)`",
@@ -195,7 +195,7 @@ class Task:
     @property
     def weight(self) -> Any:
         """m_A g [N]."""
-        return self.vehicle.mass * GRAVITY
+        return weight_of(self.vehicle.mass)
 
     @cached_property
     def rotors_in_heading(self) -> Any:

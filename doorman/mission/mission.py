@@ -22,13 +22,14 @@ from doorman.control.state_converter import StateConverter
 from doorman.control.under_way import Later, UnderWay
 from doorman.copying import Uncopied
 from doorman.exceptions import DoormanError
+from doorman.gravity import weight_of
 from doorman.hardware.interface import Backend
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.mission.phases.phase import Phase
 from doorman.mission.schedule import PlanSchedule
 from doorman.mission.sequence import Sequence
 from doorman.mission.whole_body_flight import WholeBodyFlight
-from doorman.model import GRAVITY, Model
+from doorman.model import Model
 from doorman.planning.planner import Planner
 from doorman.recording import Recorder
 from doorman.signals import Command, Measurement
@@ -56,7 +57,7 @@ class Mission(Uncopied):
             self._planner_for(model, planner), settings.simulation.planner_latency_periods, self.recorder
         )
         self._controller = PositionController(
-            model.vehicle.mass, GRAVITY, model.vehicle.max_thrust, settings.control, model.actuation
+            model.vehicle.mass, weight_of(1.0), model.vehicle.max_thrust, settings.control, model.actuation
         )
         self._engagement = Engagement(model)
         self._under_way = UnderWay(model.attitude_loop, model.vehicle.mass)

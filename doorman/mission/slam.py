@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from doorman.control.estimation.estimator import Estimate
-from doorman.model import GRAVITY
+from doorman.gravity import weight_of
 
 _THROWN_BACK = 0.4
 """A tip on the leaf that is faster, backwards, is thrown back by a slammed door [m/s],"""
@@ -42,7 +42,7 @@ class SlamDetector:
         if leaving:
             force = max(estimate.normal_force, 0.0)
             struck = struck or force > max(
-                _STRUCK * self._mass * GRAVITY, _ALONG * math.sqrt(estimate.tip_force.dot(estimate.tip_force))
+                _STRUCK * weight_of(self._mass), _ALONG * math.sqrt(estimate.tip_force.dot(estimate.tip_force))
             )
             speed -= _SOON * force / self._mass
         if not struck or speed >= -(_THROWN_BACK + retreating):

@@ -73,7 +73,9 @@ def task_text(
 
 
 def _resolved(term: Any, task: Any) -> Any:
-    """A term whose expression is one, and no function of the task any more."""
+    """A term whose expression is one, and no function of the task any more; it must depend on what the task plans."""
+    import casadi as ca
+
     expression = term.expression
     if callable(expression):
         try:
@@ -81,4 +83,12 @@ def _resolved(term: Any, task: Any) -> Any:
         except AttributeError as error:
             names = sorted(vars(error.obj)) if isinstance(error.obj, SimpleNamespace) else task.names()
             raise SolverError("unknown name", field=term.name, given=error.name, allowed=", ".join(names)) from error
-    return replace(term, expression=column(term.name, expression))
+    expression = column(term.name, expression)
+    moving = ca.vertcat(task.state, task.inputs)
+    if not ca.depends_on(expression, moving):
+        raise SolverError(
+            "does not apply to this task: no state and no input changes it", field=term.name,
+            given=", ".join(str(expression[i]) for i in range(expression.numel())),
+            allowed=f"an expression of {', '.join(str(each) for each in ca.symvar(moving))}",
+        )  # fmt: skip
+    return replace(term, expression=expression)

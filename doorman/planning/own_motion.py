@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from doorman.gravity import weight_of
 from doorman.kinematics.rotations import rotation_body_to_world
-from doorman.model import GRAVITY
 from doorman.numba_types.handles import held, separate
 from doorman.ocp.kernels import functions
 from doorman.ocp.problem.problem import Problem
@@ -17,7 +17,7 @@ Array = NDArray[np.float64]
 def force_left_to_the_door(mass: float, attitude: Array, rotors: Array, acceleration: Array) -> Array:
     r"""What the vehicle's motion leaves of the thrust, :math:`f_t R e_3 - m_A g e_3 - m_A \ddot P`."""
     force: Array = rotation_body_to_world(attitude) @ rotors - mass * acceleration
-    force[2] -= mass * GRAVITY
+    force[2] -= weight_of(mass)
     return force
 
 

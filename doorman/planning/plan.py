@@ -24,7 +24,8 @@ class Plan(OneLine):
     cost: float
     """J, the paper's cost; its goal leans against a disturbance of the hinge (`PlanningModel.goal`)."""
     max_violation: float
-    """Largest excess of a constraint, with the planner's margin, or of a bound, over 0 at nodes 1 … N [m, rad, N, rad/s]."""
+    """Largest excess of a hard limit over 0 at nodes 1 … N: of a constraint or a bound [the row's unit, divided by its scale].
+    Where the tip grips, the planner's margin is part of the limit; where it pushes, that of the rotor disc is soft."""
     iterations: int
     """Of the solver, linearisations and sweeps."""
     status: PlanStatus

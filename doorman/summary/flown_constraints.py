@@ -50,7 +50,7 @@ def _flown(model: Model, position: Array, attitude: Array, door_angle: Array, ar
     ways = np.array([door.way(angle) for angle in door_angle.tolist()])
     panel = {} if door.panel is None else {"panel": door.from_doorway(door.panel[0])}
     points: dict[str, Array] = {}
-    if vehicle.arm.above:
+    if vehicle.arm.above or "lintel_edge" in model.kinds:
         places = np.array([vehicle.point_positions(angles) for angles in arm_angles]).reshape(
             -1, len(vehicle.point_names), 3
         )

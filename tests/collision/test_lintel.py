@@ -16,12 +16,19 @@ from doorman.planning.planning_model import planning_model
 from doorman.summary.flown_constraints import flown_constraints
 
 HIGH = {"contact.height": 1.2}
+WIDE = {**HIGH, "goal.door_angle": -0.33}
 
 
 @pytest.fixture(scope="module", params=["paper", "push"])
 def model(request: pytest.FixtureRequest) -> Model:
     """A tip so high on the shipped door that the disc could touch the lintel."""
     return Model(Scenario.load(request.param, HIGH))
+
+
+@pytest.fixture(scope="module")
+def beside_jambs() -> Model:
+    """The same on a way that ends behind the jamb at the hinge."""
+    return Model(Scenario.load("paper", WIDE))
 
 
 def states_near_the_lintel(model: Model, count: int, rng: np.random.Generator) -> np.ndarray:
@@ -69,9 +76,44 @@ def test_what_it_allows_does_not_touch_the_lintel(model: Model, rng: np.random.G
             assert not [each for each in hit if "lintel" in each.second and each.distance < -1e-3]
 
 
-def test_every_planner_has_the_row(model: Model) -> None:
-    names = planning_model(model).problem(Extras()).constraint_names
-    assert sum(LINTEL in name for name in names) == 1
+def test_beside_jambs_the_disc_is_below_it_or_outside_of_the_wall(
+    beside_jambs: Model, rng: np.random.Generator
+) -> None:
+    """Wherever the vehicle is: what the row allows touches no lintel, and a level disc that it refuses does."""
+    model, first = beside_jambs, beside_jambs.constraint_names.index(LINTEL)
+    scene, door = CollisionScene(model.vehicle, model.door), model.door
+    assert model.surroundings == "corners" and "tip clear of lintel" in model.constraint_names[first:]
+    highest = door.hinge_position[2] + float(door.frame_height or math.nan)
+    seen = {"below": 0, "before": 0, "hit": 0}
+    for k in range(300):
+        place = door.hinge_position + door.from_doorway(np.array([rng.uniform(-0.8, 0.8), 0.6, 0.0]))
+        place[2] = highest + rng.uniform(-0.2, 0.2)
+        state = model.start_state.copy()
+        state[:2] = rng.uniform(-0.3, 0.3, 2) * (k % 2)
+        flown = flown_constraints(model, place[None], state[None, :3], state[None, 3], state[None, 5:])[0, first:]
+        hit = scene.collides(place, rotation_body_to_world(state[:3]), state[5:], float(state[3]))
+        touched = [each for each in hit if "lintel" in each.second and each.distance < -1e-3]
+        if flown.max() <= -1e-3:
+            assert not touched
+            seen["below" if place[2] < highest else "before"] += 1
+        elif flown[0] > 0.01 and k % 2 == 0 and place[2] < highest + 0.07:  # where the frame's upper member is
+            assert touched
+            seen["hit"] += 1
+    assert min(seen.values()) > 5, seen
+
+
+def test_its_row_beside_jambs_is_that_of_flown_poses(beside_jambs: Model, rng: np.random.Generator) -> None:
+    model, row = beside_jambs, beside_jambs.constraint_names.index(LINTEL)
+    for state in states_near_the_lintel(model, 10, rng):
+        place = model.coupling.vehicle_position(state[:3], float(state[3]), state[5:])
+        flown = flown_constraints(model, place[None], state[None, :3], state[None, 3], state[None, 5:])
+        np.testing.assert_allclose(model.constraints(state)[row:], flown[0, row:], atol=1e-9)
+
+
+def test_every_planner_has_the_row(model: Model, beside_jambs: Model) -> None:
+    for each in (model, beside_jambs):
+        names = planning_model(each).problem(Extras()).constraint_names
+        assert sum(LINTEL in name for name in names) == 1
 
 
 def test_a_plan_stays_below_it() -> None:

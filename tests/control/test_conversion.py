@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from doorman.control.state_converter import StateConverter
-from doorman.model import GRAVITY, Model
+from doorman.gravity import GRAVITY
+from doorman.model import Model
 from doorman.planning.plan import Plan
 from doorman.planning.planner import Planner
 from doorman.planning.planning_model import planning_model

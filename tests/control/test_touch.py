@@ -11,12 +11,13 @@ from paper_door import door_normal
 from doorman.control.doorway import Doorway
 from doorman.control.estimation.estimator import Estimate, Estimator, Tie
 from doorman.control.state_converter import StateConverter
+from doorman.gravity import GRAVITY
 from doorman.mission.opening.at_the_leaf import AtTheLeaf
 from doorman.mission.opening.swing import Swing
 from doorman.mission.phases.phase import Phase
 from doorman.mission.schedule import PlanSchedule
 from doorman.mission.sequence import Sequence
-from doorman.model import GRAVITY, Model
+from doorman.model import Model
 from doorman.planning.planner import Planner
 from doorman.recording import Recorder
 from doorman.scenario import Scenario

@@ -8,8 +8,9 @@ from paper_door import door_normal
 
 import doorman
 from doorman.control.turning_aid import TurningAid
+from doorman.gravity import GRAVITY
 from doorman.kinematics.rotations import rotation_body_to_world
-from doorman.model import GRAVITY, Model
+from doorman.model import Model
 from doorman.scenario import Scenario
 
 STILL = np.zeros(3)

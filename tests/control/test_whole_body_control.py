@@ -12,8 +12,9 @@ from doorman.control.estimation.door_filter import HingeEstimate
 from doorman.control.estimation.leaf_estimator import LeafEstimate
 from doorman.control.whole_body_control import WholeBodyController, tilted
 from doorman.dynamics.attitude_loop import AttitudeLoop
+from doorman.gravity import GRAVITY
 from doorman.kinematics.rotations import rotation_body_to_world
-from doorman.model import GRAVITY, Model
+from doorman.model import Model
 from doorman.planning.plan import Plan
 from doorman.planning.planner import Planner
 from doorman.planning.whole_body.contact import contact_forces, tip_on_face

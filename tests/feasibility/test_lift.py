@@ -7,7 +7,8 @@ import pytest
 
 from doorman.feasibility import Severity
 from doorman.feasibility.lift import lift_findings, lift_left
-from doorman.model import GRAVITY, Model
+from doorman.gravity import GRAVITY
+from doorman.model import Model
 from doorman.scenario import Scenario
 from doorman.simulation.plant.onboard.rotors import MixerParameters, mix, rotor_layout
 

@@ -11,8 +11,9 @@ import pytest
 
 from doorman.cli.vehicles.rig_demo import free_port
 from doorman.exceptions import BackendError
+from doorman.gravity import GRAVITY
 from doorman.kinematics.urdf.robot import frozen
-from doorman.model import GRAVITY, Model
+from doorman.model import Model
 from doorman.rig import Rig, RigSetup
 from doorman.rig.plant import RigPlant
 from doorman.rig.sitl.ardupilot import EXPO, FRAMES, FULL, ArduPilotSitl, Wiring

@@ -12,8 +12,9 @@ from pymavlink.dialects.v20 import common as mavlink
 
 from doorman.cli.vehicles.rig_demo import free_port
 from doorman.exceptions import BackendError
+from doorman.gravity import GRAVITY
 from doorman.kinematics.urdf.robot import frozen
-from doorman.model import GRAVITY, Model
+from doorman.model import Model
 from doorman.rig import Rig, RigSetup
 from doorman.rig.plant import RigPlant
 from doorman.rig.sitl.px4 import SIMULATOR_PORT, STATE_RATE, Px4Sitl

@@ -12,8 +12,8 @@ import pytest
 from urdf_variants import DOOR, write_edited
 
 from doorman import Model
+from doorman.gravity import GRAVITY
 from doorman.mission.grip_watch import TUG, GripWatch, _Sums
-from doorman.model import GRAVITY
 from doorman.scenario import Scenario
 
 TICK = 0.004

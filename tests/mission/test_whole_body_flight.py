@@ -11,10 +11,11 @@ from doorman import Planner, Scenario
 from doorman.cli.recordings.replay import replay_plans
 from doorman.control.estimation.estimator import Estimate, Estimator, Tie
 from doorman.control.state_converter import StateConverter
+from doorman.gravity import GRAVITY
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.mission.schedule import PlanSchedule
 from doorman.mission.whole_body_flight import WholeBodyFlight
-from doorman.model import GRAVITY, Model
+from doorman.model import Model
 from doorman.recording import Recorder
 from doorman.signals import Command, Measurement
 

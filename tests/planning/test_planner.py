@@ -12,7 +12,7 @@ from door_tasks import KINDS, model_of, planner_of, start_state
 
 from doorman import Model, Plan, Planner, PlanStatus, Scenario
 from doorman.exceptions import DimensionError, ScenarioError, SingularityError
-from doorman.model import GRAVITY
+from doorman.gravity import GRAVITY
 from doorman.ocp import SolverOptions
 from doorman.planning.grip.pushes import push_state
 from doorman.planning.hinge import Hinge

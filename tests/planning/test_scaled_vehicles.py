@@ -11,8 +11,8 @@ from urdf_variants import DOOR, VEHICLE, write_scaled
 
 from doorman import Model, Planner, Scenario
 from doorman.control.position_controller import PositionController, Setpoint
+from doorman.gravity import GRAVITY
 from doorman.kinematics.scale import Scale
-from doorman.model import GRAVITY
 
 SIZES = [0.75, 1.5]
 

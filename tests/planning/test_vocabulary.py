@@ -8,8 +8,8 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from doorman import Constraint, Model, Planner
-from doorman.exceptions import SolverError
+from doorman import Constraint, Model, Planner, Scenario
+from doorman.exceptions import ScenarioError, SolverError
 from doorman.kinematics.task import NAMES, Task
 from doorman.planning.planning_model import planning_model
 from doorman.resources import scenario_directory, shipped
@@ -68,6 +68,26 @@ def test_opening_is_that_of_the_door(scenario: str, sense: float) -> None:
 def test_a_wrong_name_lists_those_that_exist(scenario: str, wrong: Any, listed: str) -> None:
     with pytest.raises(SolverError, match=f"wrong: unknown name .given 'hight'; allowed: .*{listed}"):
         Planner(scenario, constraints=[Constraint("wrong", wrong)])
+
+
+@pytest.mark.parametrize(
+    ("scenario", "nothing"),
+    [
+        ("paper", lambda task: task.side_force[0] - 2.0),  # its rotors are level
+        ("push", lambda task: task.center_of_mass[2]),  # its arm has no mass
+        ("drawer", lambda task: task.contact_normal[2] - task.contact_normal[0]),  # a slide turns no face
+        ("hatch", lambda task: task.time - 3.0),
+    ],
+)
+def test_a_constraint_that_nothing_changes_is_refused_at_construction(scenario: str, nothing: Any) -> None:
+    with pytest.raises(SolverError, match="nothing: does not apply to this task.*allowed: .*thrust"):
+        Planner(scenario, constraints=[Constraint("nothing", nothing)])
+
+
+@pytest.mark.parametrize("scenario", ["pull", "drawer", "hatch"])
+def test_a_lintel_is_refused_where_the_task_stays_before_the_wall(scenario: str) -> None:
+    with pytest.raises(ScenarioError, match="door.frame_height"):
+        Model(Scenario.load(scenario, {"door.frame_height": 1.9}))
 
 
 def below_lintel(task: Any) -> Any:

@@ -7,8 +7,9 @@ import math
 import numpy as np
 
 from doorman.control.position_controller import PositionController, Setpoint
+from doorman.gravity import GRAVITY
 from doorman.hardware.interface import Command
-from doorman.model import GRAVITY, Model
+from doorman.model import Model
 from doorman.scenario import Scenario
 from doorman.simulation import SimulatedBackend
 

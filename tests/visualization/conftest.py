@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 from paper_door import door_normal
 
+from doorman.gravity import GRAVITY
 from doorman.kinematics.rotations import body_rate_matrix, rotation_body_to_world
-from doorman.model import GRAVITY, Model
+from doorman.model import Model
 from doorman.recording import Recorder, Recording
 
 

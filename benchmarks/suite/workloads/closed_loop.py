@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 import doorman
 from doorman.control.position_controller import PositionController
 from doorman.control.state_converter import StateConverter
-from doorman.model import GRAVITY
+from doorman.gravity import GRAVITY
 from suite import standstills
 from suite.board import Board, Layout
 from suite.session import Session

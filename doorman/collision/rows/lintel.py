@@ -25,8 +25,12 @@ class Lintel(Kind):
 
     def excess(self, task: Any, margin: Any) -> list[Any]:
         """See `Kind`."""
-        up, turned = task.leaf.up, task.tilt_rotation
+        up = task.leaf.up
         room = task.door.frame_height - margin - dot(up, task.position_from_hinge)
-        points = task.points_in_body.values() if task.arm_side > 0 else ()
-        higher = (dot(up, [dot(turned[i, :], place) for i in range(3)]) for place in points)
-        return [disc_across(task, up) - room, *(height - room for height in higher)]
+        points = turned_points(task) if task.arm_side > 0 else ()
+        return [disc_across(task, up) - room, *(dot(up, place) - room for place in points)]
+
+
+def turned_points(task: Any) -> list[list[Any]]:
+    """Places of the arm's points from O_B, in the frame of `tilt_rotation`."""
+    return [[dot(task.tilt_rotation[i, :], place) for i in range(3)] for place in task.points_in_body.values()]

@@ -12,6 +12,7 @@ from doorman.collision.rows.jambs import Jambs
 from doorman.collision.rows.kind import Kind
 from doorman.collision.rows.leaf import Leaf
 from doorman.collision.rows.lintel import Lintel
+from doorman.collision.rows.lintel_edge import LintelEdge
 from doorman.collision.rows.panel import Panel
 from doorman.collision.rows.wall import Wall
 
@@ -22,7 +23,7 @@ ARM = "arm"
 KINDS: Mapping[str, Kind] = MappingProxyType(
     {
         ARM: Arm(), "leaf": Leaf(), "doorway": Jambs(), "corners": Corners(), "wall": Wall(), "panel": Panel(),
-        "lintel": Lintel(),
+        "lintel": Lintel(), "lintel_edge": LintelEdge(),
     }
 )  # fmt: skip
 """Short name to rows. A new kind is a file beside `lintel`, a line here, and a word in `kinds_of`."""
@@ -32,7 +33,8 @@ Kinds = tuple[str, ...]
 
 def kinds_of(surroundings: Surroundings, lintel: bool = False) -> Kinds:
     """Kinds of a task with these surroundings, and with a lintel that vehicle or arm could reach."""
-    return (ARM, "leaf", surroundings, *(["lintel"] if lintel else []))
+    above = ["lintel" if surroundings == "doorway" else "lintel_edge"] if lintel else []
+    return (ARM, "leaf", surroundings, *above)
 
 
 IN_A_DOORWAY = kinds_of("doorway")

@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 
 from doorman.control.kernels.door_filter.memory import ANGLE, FRICTION, INERTIA, RATE, STATES, STIFFNESS, DoorMemory
 from doorman.control.kernels.door_filter.step import advance_door, hinge_of, pass_leaf
-from doorman.control.kernels.leaf import leaf_numbers
+from doorman.kinematics.doors.leaf.leaf_kernels import leaf_numbers
 from doorman.model import Model
 from doorman.scenario import EstimationSection
 

@@ -43,7 +43,7 @@ from doorman.control.state_converter import StateConverter
 from doorman.dynamics.attitude_loop import USUAL_LAG
 from doorman.kinematics.rotations import euler_rates
 from doorman.kinematics.vehicles.arms.arm import ArmParameters
-from doorman.model import GRAVITY, Model
+from doorman.model import Model
 from doorman.numba_types.handles import held, separate
 from doorman.one_line import OneLine
 from doorman.signals import Measurement
@@ -138,7 +138,7 @@ class Estimator:
         settings, lever, mass = model.scenario.estimation, model.coupling.lever_length, model.vehicle.mass
         self._model, self._converter = model, converter
         self._vehicle = VehicleObserver(mass, settings.vehicle_observer_rate)
-        self._weight = np.array([0.0, 0.0, mass * GRAVITY])
+        self._weight = np.array([0.0, 0.0, model.vehicle.weight])
         self.contact = ContactMonitor(settings.contact)
         grips = model.scenario.contact.kind == "grip"
         rates = settings.vehicle_observer_rate, settings.wind_rate

@@ -18,7 +18,6 @@ from doorman.control.estimation.contact_monitor import ContactMonitor
 from doorman.control.estimation.door_filter import DoorFilter, HingeEstimate
 from doorman.control.estimation.wind_filter import WindFilter
 from doorman.control.kernels.door_filter.memory import ANGLE
-from doorman.control.kernels.leaf import leaf_normal
 from doorman.control.kernels.leaf_estimator.contact import FACE_DEVIATION, begin_leaf
 from doorman.control.kernels.leaf_estimator.memory import (
     AT,
@@ -48,9 +47,10 @@ from doorman.control.kernels.wind_step import HINGE_CHANGES, wind_doubt
 from doorman.control.observers.door_observer import DoorObserver
 from doorman.control.observers.vehicle_observer import VehicleObserver
 from doorman.control.state_converter import StateConverter
+from doorman.kinematics.doors.leaf.leaf_kernels import leaf_normal
 from doorman.kinematics.rotations import euler_rates
 from doorman.kinematics.vehicles.arms.arm import ArmParameters
-from doorman.model import GRAVITY, Model
+from doorman.model import Model
 from doorman.numba_types.handles import held, separate
 from doorman.planning.limits import largest_push
 from doorman.signals import Measurement
@@ -111,7 +111,7 @@ class LeafEstimator:
         self._mass, self._lever = model.vehicle.mass, model.coupling.lever_length
         self._doubt = 0.0  # of the torque, as the wind in contact and the hinge's changes are doubted [N m]
         self._changes = HINGE_CHANGES * model.hinge_scale
-        self._weight_force = np.array([0.0, 0.0, self._mass * GRAVITY])
+        self._weight_force = np.array([0.0, 0.0, model.vehicle.weight])
         self._vehicle = VehicleObserver(self._mass, settings.vehicle_observer_rate)
         self._monitor = ContactMonitor(settings.contact)
         self._monitor.declare(model.scenario.mission.start == "contact")

@@ -51,7 +51,6 @@ from doorman.control.kernels.estimator_memory import (
 from doorman.control.kernels.grip_step import along_normal, push_of_a_grip, rate_of_a_grip
 from doorman.control.kernels.hinge_step import ESTIMATE, observe_hinge
 from doorman.control.kernels.hinge_step import RATE as HINGE_RATE
-from doorman.control.kernels.leaf import leaf_normal
 from doorman.control.kernels.tip import ARM, ATTITUDE, BODY_RATES, tip_on_leaf
 from doorman.control.kernels.tip import POSITION as MEASURED
 from doorman.control.kernels.tip import VELOCITY as MEASURED_VELOCITY
@@ -63,6 +62,7 @@ from doorman.control.kernels.vehicle_step import (
     VELOCITY,
     advance_vehicle,
 )
+from doorman.kinematics.doors.leaf.leaf_kernels import leaf_normal
 from doorman.kinematics.rotations import SMALLEST_COSINE
 
 Array = NDArray[np.float64]

@@ -6,10 +6,10 @@ import math
 
 from doorman.compilation import kernel
 from doorman.control.kernels.estimator_memory import BEYOND, LEVER, MASS, VEHICLE_RATE, WIND, EstimatorMemory
-from doorman.control.kernels.leaf import SLIDES, leaf_direction, leaf_normal
 from doorman.control.kernels.tip import POSITION as MEASURED
 from doorman.control.kernels.tip import VELOCITY as MEASURED_VELOCITY
 from doorman.control.kernels.vehicle_step import FORCE, LATE, OUTER_FORCE, SEEN, VELOCITY, advance_vehicle
+from doorman.kinematics.doors.leaf.leaf_kernels import TURN, leaf_direction, leaf_normal
 
 GRIP_POLES = 2.0
 """Poles of a gripping tip's observer in those of the vehicle's: no force is known that moves it, so that a light leaf which gains
@@ -58,8 +58,7 @@ def push_of_a_grip(e: EstimatorMemory, tip_angle: float, tip_rate: float, time_s
     for k in range(3):
         beyond += normal[k] * e.vehicle[VELOCITY + k]
         bends += bend[k] * e.vehicle[VELOCITY + k]
-    if e.door.leaf[SLIDES] != 0.0:
-        bends = 0.0
+    bends *= e.door.leaf[TURN]
     beyond += e.numbers[LEVER] * tip_rate
     change = 0.0 if math.isnan(e.memory[BEYOND]) else beyond - e.memory[BEYOND]
     e.memory[BEYOND] = beyond

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.compilation import kernel
-from doorman.control.kernels.leaf import leaf_weight
+from doorman.kinematics.doors.leaf.leaf_kernels import leaf_weight
 
 Array = NDArray[np.float64]
 

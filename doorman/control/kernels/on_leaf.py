@@ -6,7 +6,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.compilation import kernel
-from doorman.control.kernels.leaf import HINGE, OFFSET, PER_ANGLE, SLIDES, leaf_direction, leaf_normal
+from doorman.kinematics.doors.leaf.leaf_kernels import (
+    HINGE,
+    OFFSET,
+    SLIDE,
+    TURN,
+    contact_from_hinge,
+    leaf_before,
+    leaf_direction,
+    leaf_normal,
+    lever,
+)
 from doorman.kinematics.vehicles.arms.arm import ArmParameters, tip_motion
 
 Array = NDArray[np.float64]
@@ -23,14 +33,9 @@ def vehicle_on_leaf(
     tip_motion(arm, state[:3], body_rates, state[5:], arm_rates, out)
     angle, rate, distance, height = state[3], state[4], contact[DISTANCE], contact[DISTANCE + 1]
     normal, direction = leaf_normal(leaf, angle), leaf_direction(leaf, angle)
-    slides = leaf[SLIDES] != 0.0
-    before = leaf[OFFSET]
-    if slides:
-        before += leaf[PER_ANGLE] * (angle - 0.5 * np.pi)
+    before = leaf_before(leaf, angle)
     for k in range(3):
-        lever = -(distance * normal[k] + leaf[OFFSET] * direction[k])
-        if slides:
-            lever = -leaf[PER_ANGLE] * normal[k]
-        beside = distance * direction[k] - before * normal[k]
-        out[k] = leaf[HINGE + k] + beside + height * contact[UP + k] - out[k]
-        out[3 + k] = rate * lever - out[3 + k]
+        place = contact_from_hinge(distance, before, height, direction[k], normal[k], contact[UP + k])
+        moves = lever(leaf[TURN], leaf[SLIDE], distance, leaf[OFFSET], direction[k], normal[k])
+        out[k] = leaf[HINGE + k] + place - out[k]
+        out[3 + k] = rate * moves - out[3 + k]

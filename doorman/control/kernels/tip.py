@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.compilation import kernel
-from doorman.control.kernels.leaf import angle_of_point, leaf_normal
+from doorman.kinematics.doors.leaf.leaf_kernels import angle_of_point, leaf_normal
 from doorman.kinematics.vehicles.arms.arm import ArmParameters, tip_motion
 
 Array = NDArray[np.float64]

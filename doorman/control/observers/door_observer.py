@@ -20,7 +20,7 @@ import math
 import numpy as np
 
 from doorman.control.kernels.hinge_step import ESTIMATE, MEMORY, RATE, observe_hinge
-from doorman.control.kernels.leaf import leaf_numbers
+from doorman.kinematics.doors.leaf.leaf_kernels import leaf_numbers
 from doorman.model import Model
 
 

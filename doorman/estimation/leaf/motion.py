@@ -25,7 +25,6 @@ import casadi as ca
 
 from doorman.kinematics.numbers import Numbers
 from doorman.kinematics.vehicles.arms.arm_pattern import ArmPattern
-from doorman.kinematics.vehicles.vehicle import GRAVITY
 from doorman.planning.whole_body.tip_on_face import TipOnFace
 
 
@@ -88,8 +87,8 @@ class LeafMotion(TipOnFace):
     @cached_property
     def acceleration_without(self) -> Any:
         """Acceleration a₀ without a normal force, (3, 1) [m/s²]."""
-        weight = ca.vertcat(0, 0, GRAVITY)
-        return (self.rotation @ self.rotors + self.wind - self.friction) / self.vehicle.mass - weight
+        force = self.rotation @ self.rotors + self.wind - self.friction - ca.vertcat(0, 0, self.weight)
+        return force / self.vehicle.mass
 
     @cached_property
     def rest_of_gap(self) -> Any:

@@ -226,7 +226,7 @@ def _clearances(model: Model, rehearsal: Rehearsal) -> list[Finding]:
     ok = worst.distance > -TOLERANCE
     finding = Finding(
         "clearance along the swing", graded(ok), _near(worst), worst.distance, -TOLERANCE, "m",
-        "" if ok else "raise planner.margin; against elbow, lintel or sill, which the constraints do not know, change "
+        "" if ok else "raise planner.margin; against elbow or sill, which the constraints do not know, change "
         "contact.height, start.arm or goal.arm",
     )  # fmt: skip
     return [finding, *([_height(model, scene, states[::_EVERY_TENTH])] if ok else [])]

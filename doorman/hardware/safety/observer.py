@@ -14,6 +14,7 @@ from collections.abc import Set
 import numpy as np
 from numpy.typing import NDArray
 
+from doorman.gravity import weight_of
 from doorman.hardware.dynamixel import ServoSample
 from doorman.hardware.mocap import MocapFault, PoseSample
 from doorman.hardware.pixhawk import EventKind, SampleStatus, VehicleSample
@@ -22,7 +23,7 @@ from doorman.hardware.safety.obedience import Obedience
 from doorman.hardware.safety.observation import Observation
 from doorman.hardware.vehicle.backend import VehicleBackend
 from doorman.kinematics.rotations import rotation_body_to_world
-from doorman.model import GRAVITY, Model
+from doorman.model import Model
 
 Array = NDArray[np.float64]
 
@@ -61,7 +62,7 @@ class ForceEstimator:
             if step != 0.0:
                 self._force = np.zeros(3)
             return float(np.linalg.norm(self._force))
-        lift = thrust * rotation_body_to_world(sample.attitude)[:, 2] - np.array([0.0, 0.0, self._mass * GRAVITY])
+        lift = thrust * rotation_body_to_world(sample.attitude)[:, 2] - np.array([0.0, 0.0, weight_of(self._mass)])
         force = self._mass * (sample.velocity - last.velocity) / step - lift
         self._force = self._force + (1.0 - math.exp(-step / FORCE_LAG)) * (force - self._force)
         return float(np.linalg.norm(self._force))

@@ -10,6 +10,7 @@ import numpy as np
 
 from doorman.checks import vector
 from doorman.exceptions import BackendError, DimensionError
+from doorman.gravity import weight_of
 from doorman.hardware.interface import Backend, Command, Measurement
 from doorman.hardware.mocap import PoseSample
 from doorman.hardware.pixhawk import AttitudeSetpoint, PositionSetpoint
@@ -17,7 +18,7 @@ from doorman.hardware.vehicle.links import VehicleLinks
 from doorman.hardware.vehicle.measurement import compose
 from doorman.hardware.vehicle.ticker import Ticker, TickStatistics
 from doorman.kinematics.rotations import rotation_body_to_world
-from doorman.model import GRAVITY, Model
+from doorman.model import Model
 
 _FIRST_PATIENCE = 0.5
 """For all links to have something usable at the first tick: what was done just before may have kept their threads [s]."""
@@ -188,7 +189,9 @@ class VehicleBackend(Backend):
         measured = self._measured
         if measured is None:
             raise BackendError("position setpoints start from a measurement", allowed="read() before command()")
-        acceleration = thrust / self._mass * rotation_body_to_world(attitude)[:, 2] - np.array([0.0, 0.0, GRAVITY])
+        acceleration = thrust / self._mass * rotation_body_to_world(attitude)[:, 2] - np.array(
+            [0.0, 0.0, weight_of(1.0)]
+        )
         return PositionSetpoint(measured.position, float(attitude[2]), measured.velocity, acceleration)
 
     def _compose(self, now: float) -> Measurement:

@@ -12,10 +12,9 @@ from numpy.typing import NDArray
 
 from doorman.copying import PerThread
 from doorman.exceptions import UrdfError
+from doorman.gravity import weight_of
 from doorman.kinematics.doors.leaf.leaf_in_world import LeafInWorld
-from doorman.kinematics.doors.leaf.leaf_motion import LeafMotion
-from doorman.kinematics.doors.leaf.sliding import Sliding
-from doorman.kinematics.doors.leaf.turning import Turning
+from doorman.kinematics.doors.leaf.leaf_motion import SLIDE_RADIUS, weight_torque
 from doorman.kinematics.doors.urdf.convention import standing_joints
 from doorman.kinematics.doors.urdf.leaf_on_joint import LEANS, LeafOnJoint
 from doorman.kinematics.doors.urdf.leaf_on_slide import LeafOnSlide, read_leaf
@@ -23,7 +22,6 @@ from doorman.kinematics.doors.variants.variant import write_door_variant
 from doorman.kinematics.links import joint_placements_along, links_of
 from doorman.kinematics.urdf.elements import read_joints
 from doorman.kinematics.urdf.robot import frozen, link_index, load_pinocchio
-from doorman.kinematics.vehicles.vehicle import GRAVITY
 from doorman.scenario import DoorSection
 
 Side = Literal["push", "pull"]
@@ -90,8 +88,8 @@ class Door(LeafInWorld):
         """Whether the joint is a slide."""
         self.endless = leaf_on_joint.endless
         """Whether the joint is continuous, and nothing stops it at the ends of its range."""
-        self._motion: LeafMotion = Sliding() if self.slides else Turning()
-        self.per_angle = self._motion.per_angle
+        self.turn, self.slide = (0.0, SLIDE_RADIUS) if self.slides else (1.0, 0.0)
+        self.per_angle = self.turn + self.slide
         """Change of the joint's value for one of α: 1, or metres."""
         self.unit = leaf_on_joint.unit
         """Of the joint's value: `rad` or `m`."""
@@ -130,7 +128,7 @@ class Door(LeafInWorld):
         self.weight = frozen(self._weight(leaf_on_joint.center_of_mass(self.closed)))
         """Of the leaf, times the place of its centre of mass along leaf and normal, or times `per_angle`, shape (2,) [N m]."""
         self._center = self.in_doorway(leaf_on_joint.center_of_mass(self.closed) - self.hinge_position)
-        self.wind_lever = self._motion.wind_lever(self.width)
+        self.wind_lever = self.lever_length(0.5 * self.width)
         """Torque in the joint for each newton that a wind presses on the face with [m]."""
         self.handle = None if frame is None else self._handle(leaf_on_joint, frame)
         """Of the contact frame: D_V, D_H, and how far it lies before the hinge axis [m]."""
@@ -177,7 +175,7 @@ class Door(LeafInWorld):
         if self.vertical:
             return 0.0
         leaf, normal = self.leaf_direction(door_angle), self.normal(door_angle)
-        return self._motion.weight_torque(self.weight, float(leaf[2]), float(normal[2]))
+        return float(weight_torque(self.weight[0], self.weight[1], leaf[2], normal[2]))
 
     def hinge_torque(self, door_angle: float, door_rate: float) -> float:
         r"""Torque :math:`b\dot\alpha + \tau_c\tanh(\dot\alpha/\epsilon) + k(\alpha-\alpha_0) \pm \tau_p + G` against motion."""
@@ -189,9 +187,9 @@ class Door(LeafInWorld):
 
     def _weight(self, center_of_mass: Array) -> Array:
         if self.slides:
-            return np.array([self.mass * GRAVITY * self.per_angle, 0.0])
+            return np.array([weight_of(self.mass) * self.per_angle, 0.0])
         away = center_of_mass - self.hinge_position
-        return self.mass * GRAVITY * np.array([away @ self.along, away @ self.into])
+        return weight_of(self.mass) * np.array([away @ self.along, away @ self.into])
 
     def _panel(self, leaf_on_joint: LeafOnJoint) -> tuple[Array, float] | None:
         if self.handle is None or not isinstance(leaf_on_joint, LeafOnSlide):

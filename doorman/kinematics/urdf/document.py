@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import xml.etree.ElementTree as ElementTree
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
 from pathlib import Path
 
 from doorman.bounds import LARGEST_TEXT, read_bytes
@@ -17,6 +20,18 @@ MOST_ATTRIBUTES = 64
 """Of an element: libraries need the square of them."""
 LONGEST_ATTRIBUTE = 4096
 """Characters of a name, a text or a list of numbers."""
+_HELD: ContextVar[dict[Path, bytes] | None] = ContextVar("urdfs", default=None)
+"""What `each_file_once` has read so far."""
+
+
+@contextmanager
+def each_file_once() -> Iterator[None]:
+    """Read every URDF once inside: all that is made of a file sees the same bytes, whoever writes it meanwhile."""
+    token = _HELD.set(_HELD.get() or {})
+    try:
+        yield
+    finally:
+        _HELD.reset(token)
 
 
 def parse_document(path: Path, content: bytes) -> ElementTree.Element:
@@ -36,9 +51,15 @@ def parse_document(path: Path, content: bytes) -> ElementTree.Element:
 
 def read_content(path: Path) -> bytes:
     """Bytes of a file of bounded size."""
+    held = _HELD.get()
+    if held is not None and path in held:
+        return held[path]
     if not path.is_file():
         raise UrdfError("no such URDF file", file=path, field="file", given=str(path), allowed="an existing file")
-    return read_bytes(path, LARGEST_FILE, UrdfError)
+    content = read_bytes(path, LARGEST_FILE, UrdfError)
+    if held is not None:
+        held[path] = content
+    return content
 
 
 class _Builder(ElementTree.TreeBuilder):

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from doorman.checks import vector
 from doorman.copying import PerThread
 from doorman.exceptions import UrdfError
+from doorman.gravity import weight_of
 from doorman.kinematics.links import joint_placements_along, links_of
 from doorman.kinematics.urdf.robot import frame_index, frozen, link_index, load_pinocchio
 from doorman.kinematics.vehicles.arms.arm_chain import arm_chain, check_followers, standing_joints
@@ -21,15 +22,12 @@ from doorman.kinematics.vehicles.disc import disc_radius, propeller_reach
 from doorman.kinematics.vehicles.rotors import Rotor, read_rotors
 from doorman.scenario import VehicleSection
 
-__all__ = ["GRAVITY", "ArmGeometry", "Rotor", "Vehicle"]
+__all__ = ["ArmGeometry", "Rotor", "Vehicle"]
 
 Array = NDArray[np.float64]
 
 _LEVEL = 1e-3
 """Height above the rotors up to which an arm's root counts as level with them [m]."""
-
-GRAVITY = 9.81
-"""[m/s²]."""
 
 
 class Vehicle:
@@ -79,7 +77,7 @@ class Vehicle:
     @property
     def weight(self) -> float:
         """Of vehicle and arm, m_A g [N]."""
-        return self.mass * GRAVITY
+        return weight_of(self.mass)
 
     @property
     def propeller_reach(self) -> float:

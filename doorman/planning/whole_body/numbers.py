@@ -27,9 +27,6 @@ SIDE_WEIGHT, LEVEL_WEIGHT = 0.3, 300.0
 _TILTING = 300.0
 """Weight of how far a commanded tilt is ahead of the tilt. A quick loop turns by the same error at a higher rate: there the rate
 that is commanded is weighed."""
-_ROOM = (0.03, 1e3, 1.0, 1.0)
-"""By which rows are widened for the shipped vehicle: planes, force, speed and stopping. Noise moves a start across tight rows,
-and plans of one iteration do not converge there; residuals keep the distance instead."""
 
 
 def whole_body_numbers(model: Model) -> Numbers:
@@ -38,10 +35,8 @@ def whole_body_numbers(model: Model) -> Numbers:
     start, goal = model.start_state, model.goal_state
     scale = model.scale
     slope = (start - goal) / (start[3] - goal[3])
-    balance = balance_numbers(vehicle)
-    before = len(vehicle.point_names) + len(balance.get("balance.reaches", ()))
     return model.reduced.numbers.and_also({
-        **balance, **_side_numbers(model),
+        **balance_numbers(vehicle), **_side_numbers(model),
         "vehicle.yaw_inertia": yaw_inertia(model),
         **loop_numbers(model, model.attitude_loop), "vehicle.tilt_offset": np.zeros(2),
         "vehicle.wind": np.zeros(3),
@@ -51,17 +46,14 @@ def whole_body_numbers(model: Model) -> Numbers:
         "contact.friction": scenario.push.friction_coefficient,
         "contact.stick": np.zeros(2), "contact.give": 0.004 * scale.length,
         "contact.slip_damping": 10.0 * scale.damping,
-        "limits.margin": scenario.planner.margin, "limits.force": 15.0 * scale.force,
-        "limits.speed": scenario.push.max_rate, "limits.deceleration": 0.0, "limits.rounding": 0.01,
-        "limits.creep": 0.5 * (0.015 * scale.rate) ** 2,
-        "limits.widened": np.concatenate([np.zeros(before), *_room_of_rows(model)]),
+        "limits.margin": scenario.planner.margin, "limits.force": scenario.control.max_push,
         "reference.joint": goal[3], "reference.sense": math.copysign(1.0, goal[3] - start[3]),
         "reference.position": np.zeros(3), "reference.heading": [goal[2], slope[2]],
         "reference.arm": goal[5:], "reference.arm_slope": slope[5:],
         "reference.depth": 0.02 * scale.length, "reference.approach_speed": 0.08 * scale.speed,
         "reference.approach_length": 0.08 * scale.length,
         "reference.opening_speed": scenario.push.max_rate, "reference.opening_length": 0.2, "reference.force": 0.0,
-        "reference.least_force": 0.5 * scale.force, "reference.largest_force": 12.0 * scale.force,
+        "reference.least_force": 0.5 * scale.force,
         "reference.turned": np.zeros(2), "reference.room": 0.03 * scale.length,
         "plan.time_step": scenario.planner.time_step,
         "weights.near": 300.0 / scale.length**2,
@@ -69,16 +61,9 @@ def whole_body_numbers(model: Model) -> Numbers:
         "weights.arm": 30.0,
         "weights.approach": 1000.0 / scale.speed**2, "weights.opening": 100.0 / scale.rate**2,
         "weights.force": 0.0, "weights.least_force": 0.0,
-        "weights.largest_force": 1.0 / scale.force**2,
-        "weights.velocity_in_world": 0.3 / scale.speed**2, "weights.turning": 0.5 / scale.rate**2,
+        "weights.velocity_in_world": 0.3 / scale.speed**2,
+        "weights.turning": 0.5 / scale.rate**2,
     })  # fmt: skip
-
-
-def _room_of_rows(model: Model) -> tuple[Array, Array]:
-    """By how much rows are widened: the planes, and force, speed and stopping."""
-    scale, planes = model.scale, model.n_constraints - len(model.vehicle.point_names)
-    units = np.array([scale.force, scale.rate, scale.rate**2])
-    return np.full(planes, _ROOM[0] * scale.length), np.array(_ROOM[1:]) * units
 
 
 def _side_numbers(model: Model) -> dict[str, Any]:

@@ -30,7 +30,7 @@ _RESTING = 0.5
 _TOUCHES = 0.25
 """A tip touches that presses with so much of what carries the leaf, or of what the vehicle's tip rests with, twice."""
 _TOLERANCE = 2e-3
-"""Of rows that are widened by centimetres: one iteration leaves them so far off [m, rad/s]."""
+"""Of hard limits: one iteration leaves rows that are in use so far off [m, or 30 N]."""
 _PITCH = 4
 """Place of the pitch in the state."""
 _REDUCED = (3, 4, 5, 12, 13)

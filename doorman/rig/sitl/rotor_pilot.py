@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.exceptions import BackendError
+from doorman.gravity import weight_of
 from doorman.kinematics.rotations import rotation_body_to_world
-from doorman.model import GRAVITY
 from doorman.simulation.truth import Truth
 
 Array = NDArray[np.float64]
@@ -36,7 +36,7 @@ def listener(kind: socket.SocketKind, port: int) -> socket.socket:
 def specific_force(last: Truth, truth: Truth) -> Array:
     """Acceleration that accelerometers feel between two states, gravity included."""
     acceleration = (truth.velocity - last.velocity) / (truth.time - last.time)
-    return np.asarray(rotation_body_to_world(truth.attitude).T @ (acceleration + [0.0, 0.0, GRAVITY]))
+    return np.asarray(rotation_body_to_world(truth.attitude).T @ (acceleration + [0.0, 0.0, weight_of(1.0)]))
 
 
 class RotorPilot(Protocol):

@@ -40,7 +40,7 @@ class PlannerSection(Section):
     iterations: Annotated[int, Field(strict=True, ge=1, le=100)] = 1
     """Iterations of a warm plan; a cold one iterates until converged."""
     margin: Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=0.5)] = 0.03
-    """Tightens h ≤ 0 to h + margin ≤ 0 [m]."""
+    """Distance that plans keep: h + margin ≤ 0. Where the tip pushes, that of the rotor disc is soft (docs/push.md) [m]."""
     weights: WeightsSection = WeightsSection()
 
 

@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 
 from doorman.collision.tip_shapes import tip_link, tip_shapes
 from doorman.exceptions import BackendError, ScenarioError
+from doorman.gravity import weight_of
 from doorman.kinematics.doors.door import Door
 from doorman.kinematics.urdf.shapes import link_name
-from doorman.model import GRAVITY, Model
+from doorman.model import Model
 from doorman.simulation.plant.contact import FRICTION_IMPEDANCE_RATIO, add_contact
 from doorman.simulation.plant.hulls import read_spec
 from doorman.simulation.plant.onboard.rotors import RotorLayout
@@ -80,7 +81,7 @@ def _set_options(spec: Any, mujoco: Any, time_step: float) -> None:
     spec.compiler.fusestatic = False
     option = spec.option
     option.timestep = time_step
-    option.gravity = [0.0, 0.0, -GRAVITY]
+    option.gravity = [0.0, 0.0, -weight_of(1.0)]
     option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
     option.impratio = FRICTION_IMPEDANCE_RATIO

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from doorman.exceptions import ScenarioError
-from doorman.model import GRAVITY, Model
+from doorman.gravity import weight_of
+from doorman.model import Model
 from doorman.simulation.plant.plant import Plant
 from doorman.simulation.reality.door_catches import DoorCatches, has_catches
 
@@ -58,7 +59,7 @@ class HingeTorques:
         leaf = int(engine_model.dof_bodyid[self._index])
         center = plant.data.subtree_com[leaf] - door.hinge_position
         lever = float(center @ door.leaf_direction(plant.door_angle))
-        weight = float(engine_model.body_subtreemass[leaf]) * GRAVITY
+        weight = weight_of(float(engine_model.body_subtreemass[leaf]))
         catches = DoorCatches(model.scenario.simulation, door, self._friction, weight * lever)
         if catches.have_play:
             self._friction = self._frictions[self._index] = 0.0

@@ -14,7 +14,8 @@ from doorman.control.estimation.estimator import Estimator, Tie
 from doorman.control.observers.disturbance_observer import DisturbanceObserver
 from doorman.control.observers.vehicle_observer import VehicleObserver
 from doorman.control.state_converter import StateConverter
-from doorman.model import GRAVITY, Model
+from doorman.gravity import GRAVITY
+from doorman.model import Model
 from doorman.scenario import ContactStateSection, EstimationSection, Scenario
 from doorman.signals import Measurement
 

@@ -12,7 +12,8 @@ from urdf_variants import DOOR, write_edited
 from doorman.control.estimation.door_filter import DoorFilter
 from doorman.control.estimation.leaf_estimator import LeafEstimate, LeafEstimator
 from doorman.control.state_converter import StateConverter
-from doorman.model import GRAVITY, Model
+from doorman.gravity import GRAVITY
+from doorman.model import Model
 from doorman.planning.limits import largest_push
 from doorman.scenario import Scenario
 from doorman.signals import Measurement

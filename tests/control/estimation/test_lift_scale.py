@@ -7,8 +7,8 @@ import pytest
 
 from doorman.control.estimation.lift_scale import LiftScale
 from doorman.control.observers.vehicle_observer import VehicleObserver
+from doorman.gravity import GRAVITY
 from doorman.mission import simulate
-from doorman.model import GRAVITY
 from doorman.scenario import Scenario
 from doorman.signals import Command
 

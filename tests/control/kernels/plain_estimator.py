@@ -15,8 +15,9 @@ from doorman.control.kernels.grip_step import GRIP_POLES
 from doorman.control.kernels.vehicle_step import LATE
 from doorman.control.observers.vehicle_observer import VehicleObserver
 from doorman.control.state_converter import StateConverter
+from doorman.gravity import GRAVITY
 from doorman.kinematics.rotations import rotation_body_to_world
-from doorman.model import GRAVITY, Model
+from doorman.model import Model
 from doorman.signals import Measurement
 
 Array = np.ndarray

@@ -13,8 +13,9 @@ from doorman.control.estimation.door_filter import DoorFilter, HingeEstimate
 from doorman.control.estimation.leaf_estimator import LeafEstimate
 from doorman.control.observers.vehicle_observer import VehicleObserver
 from doorman.control.state_converter import StateConverter
+from doorman.gravity import GRAVITY
 from doorman.kinematics.rotations import euler_rates
-from doorman.model import GRAVITY, Model
+from doorman.model import Model
 from doorman.planning.limits import largest_push
 from doorman.signals import Measurement
 

@@ -14,7 +14,8 @@ from doorman.control.estimation.estimator import Estimator, Tie
 from doorman.control.estimation.leaf_estimator import LeafEstimator
 from doorman.control.state_converter import StateConverter
 from doorman.exceptions import DimensionError, SingularityError
-from doorman.model import GRAVITY, Model
+from doorman.gravity import GRAVITY
+from doorman.model import Model
 from doorman.signals import Measurement
 
 Array = np.ndarray

@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from doorman.control.kernels.leaf import angle_of_point, leaf_normal, leaf_numbers, leaf_weight
 from doorman.control.state_converter import StateConverter
 from doorman.exceptions import DimensionError
+from doorman.kinematics.doors.leaf.leaf_kernels import angle_of_point, leaf_normal, leaf_numbers, leaf_weight
 from doorman.model import Model
 from doorman.scenario import Scenario
 from doorman.signals import Measurement

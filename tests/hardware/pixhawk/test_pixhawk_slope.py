@@ -11,8 +11,9 @@ from hypothesis import strategies as st
 from pixhawk_rig import WEIGHT
 
 from doorman.flight.watches.hover import judge_slope
+from doorman.gravity import GRAVITY
 from doorman.hardware.pixhawk import AttitudeSetpoint, PositionSetpoint, ThrustCurve, VehicleSample
-from doorman.hardware.pixhawk.thrust.slope import BOB_TIME, GRAVITY, Slope, SlopeMeasurement, bob
+from doorman.hardware.pixhawk.thrust.slope import BOB_TIME, Slope, SlopeMeasurement, bob
 from doorman.rig.emulators.autopilot.vehicle.mixer import thrust_share
 
 AT = PositionSetpoint(np.array([-1.0, 0.5, 1.2]), 0.3)

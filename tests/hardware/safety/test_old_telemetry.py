@@ -9,12 +9,13 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from doorman.gravity import GRAVITY
 from doorman.hardware.dynamixel import BusState, ServoFault
 from doorman.hardware.mocap import PoseQuality
 from doorman.hardware.mocap.poses.sample import nothing_yet
 from doorman.hardware.pixhawk import Authority, EventKind, SampleStatus, VehicleSample
 from doorman.hardware.safety.observer import Observer
-from doorman.model import GRAVITY, Model
+from doorman.model import Model
 
 STILL = np.zeros(3)
 

@@ -10,11 +10,12 @@ import pytest
 from urdf_variants import VEHICLE, write_edited
 
 from doorman.exceptions import BackendError
+from doorman.gravity import GRAVITY
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.kinematics.vehicles.actuation import BodyForce, TiltedThrust, actuation_of
 from doorman.kinematics.vehicles.rotor_layout import RotorLayout, rotor_layout
 from doorman.kinematics.vehicles.vehicle import Vehicle
-from doorman.model import GRAVITY, Model
+from doorman.model import Model
 from doorman.resources import urdf_directory
 from doorman.scenario import Scenario
 from doorman.simulation.plant.engine import engine

@@ -10,8 +10,9 @@ import pytest
 
 from doorman.control.estimation.estimator import Estimate, Estimator, Tie
 from doorman.control.state_converter import StateConverter
+from doorman.gravity import GRAVITY
 from doorman.mission.opening.progress import Progress
-from doorman.model import GRAVITY, Model
+from doorman.model import Model
 from doorman.signals import Measurement
 
 TICK = 0.02

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from doorman import Model, Planner, Scenario
+from doorman.collision.rows.leaf import LEAF
 from doorman.exceptions import DimensionError, ScenarioError, SingularityError
 from doorman.ocp.problem.terms import Constraint
 from doorman.planning.hinge import Hinge
@@ -119,6 +120,45 @@ def test_a_gripper_is_not_planned_with_the_whole_body_nor_a_push_without() -> No
         with pytest.raises(ScenarioError) as caught:
             planning_model(Model(Scenario.load(name, {"planner.model": given})))
         assert caught.value.field == "planner.model" and caught.value.given == given
+
+
+def beside_the_leaf(planner: Planner, gap: float) -> np.ndarray:
+    """At rest, the arm drawn in, with so much air between rotor disc and leaf."""
+    x, door = planner.start_state.copy(), planner.model.door
+    x[14:] = [0.0, -0.5, 0.0, 0.0]
+    before = door.normal(float(x[12])) @ (planner.model.coupling.contact_point(float(x[12])) - x[:3])
+    x[:3] += (before - planner.model.vehicle.radius - gap) * door.normal(float(x[12]))
+    return x
+
+
+def test_the_margin_of_the_disc_is_soft_and_its_limit_hard(planner: Planner) -> None:
+    """A start within the margin is no violation, and is left; one that has the disc in the leaf is as much as it is deep."""
+    normal = planner.model.door.normal(planner.model.start_angle)
+    near = beside_the_leaf(planner, 0.01)
+    try:
+        planner.update_margin(0.01)
+        small = planner.plan(near)
+        planner.update_margin(0.2)
+        large = planner.plan(near)
+    finally:
+        planner.update_margin(planner.settings.margin)
+    assert small.usable and large.usable and large.violated == "" and large.max_violation <= 1e-6
+    assert (small.states[-1, :3] - large.states[-1, :3]) @ normal > 0.02
+    deep = planner.plan(beside_the_leaf(planner, -0.02))
+    assert not deep.usable and deep.violated.startswith(LEAF) and 0.015 < deep.max_violation < 0.025
+
+
+def test_no_plan_presses_harder_than_the_vehicle_is_allowed_to(planner: Planner) -> None:
+    drawn = {"reference.force": 8.0, "weights.force": 20.0}
+    planner.update_numbers(drawn)
+    free = planner.normal_forces(planner.plan(planner.start_state))
+    planner.update_numbers({**drawn, "limits.force": 3.0})
+    plan = planner.plan(planner.start_state)
+    held = planner.normal_forces(plan)
+    planner.update_numbers({})
+    assert free.max() > 4.0 and plan.usable and 2.5 < held.max() < 3.1
+    narrow = Model(Scenario.load("push", {"control.max_push": 3.0}))
+    assert planning_model(narrow).numbers.one("limits.force") == 3.0
 
 
 @pytest.mark.slow

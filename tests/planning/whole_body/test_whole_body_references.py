@@ -15,19 +15,14 @@ from doorman.planning.whole_body.numbers import whole_body_numbers
 from doorman.planning.whole_body.references import at_the_leaf
 
 RESISTANCE = 0.6
-JAMBS = slice(-5, -3)
-"""Their rows."""
 
 
-def at_a_place(numbers: Numbers, place: np.ndarray, posture: np.ndarray, between_jambs: bool) -> dict[str, object]:
-    """References and weights of a vehicle that leaves the leaf for a place; outside the doorway the jambs bound nothing."""
-    widened = numbers["limits.widened"].copy()
-    if not between_jambs:
-        widened[JAMBS] = 1e3
-    nothing = ("place", "approach", "opening", "force", "least_force", "largest_force", "near")
+def at_a_place(place: np.ndarray, posture: np.ndarray) -> dict[str, object]:
+    """References and weights of a vehicle that leaves the leaf for a place."""
+    nothing = ("place", "approach", "opening", "force", "least_force", "near")
     return {
         "reference.position": place, "reference.heading": [float(posture[2]), 0.0],
-        "reference.arm": posture[5:], "reference.arm_slope": np.zeros(4), "limits.widened": widened,
+        "reference.arm": posture[5:], "reference.arm_slope": np.zeros(4),
         "weights.position": 30.0, "weights.velocity_in_world": 20.0, **{f"weights.{name}": 0.0 for name in nothing},
     }  # fmt: skip
 
@@ -73,7 +68,7 @@ class Flight:
 
     def go(self, place: np.ndarray, posture: np.ndarray, most: int) -> int:
         for k in range(most):
-            self.step(at_a_place(self.first, place, posture, self.between_jambs))
+            self.step(at_a_place(place, posture))
             if np.linalg.norm(self.x[:3] - place) < 0.04 and np.linalg.norm(self.x[6:9]) < 0.05:
                 return k
         raise AssertionError(f"still {np.linalg.norm(self.x[:3] - place):.2f} m away")

@@ -30,7 +30,7 @@ from doorman.control.kernels.door_filter.memory import (
     WIND_Y,
 )
 from doorman.control.kernels.door_filter.standing import friction_holds, stop_where_shut
-from doorman.control.kernels.leaf import leaf_normal, leaf_weight
+from doorman.kinematics.doors.leaf.leaf_kernels import leaf_normal, leaf_weight
 
 Array = NDArray[np.float64]
 

@@ -23,7 +23,7 @@ from doorman.control.kernels.door_filter.memory import (
     TORQUE,
     TORQUE_DEVIATION,
 )
-from doorman.control.kernels.leaf import OPENS, PER_ANGLE, leaf_weight
+from doorman.kinematics.doors.leaf.leaf_kernels import OPENS, PER_ANGLE, leaf_weight
 
 Array = NDArray[np.float64]
 

@@ -39,7 +39,7 @@ from doorman.control.kernels.door_filter.memory import (
 )
 from doorman.control.kernels.door_filter.prediction import predict_door
 from doorman.control.kernels.door_filter.standing import come_loose, follow_standing, friction_holds
-from doorman.control.kernels.leaf import leaf_normal, leaf_weight
+from doorman.kinematics.doors.leaf.leaf_kernels import leaf_normal, leaf_weight
 
 Array = NDArray[np.float64]
 

@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from doorman.compilation import kernel
 from doorman.control.kernels.door_filter.memory import ANGLE, FRICTION, INERTIA, RATE, STIFFNESS
 from doorman.control.kernels.hinge_step import ESTIMATE
-from doorman.control.kernels.leaf import leaf_direction, leaf_weight
 from doorman.control.kernels.leaf_estimator.memory import (
     AHEAD,
     CLOSER,
@@ -24,6 +23,7 @@ from doorman.control.kernels.leaf_estimator.memory import (
     LeafMemory,
 )
 from doorman.control.kernels.wind_step import take_unexplained
+from doorman.kinematics.doors.leaf.leaf_kernels import leaf_direction, leaf_weight
 
 Array = NDArray[np.float64]
 

@@ -9,7 +9,6 @@ from doorman.control.kernels.attitude_step import rates_of_euler
 from doorman.control.kernels.door_filter.memory import ANGLE, INERTIA, RATE
 from doorman.control.kernels.door_filter.step import advance_door, pass_leaf, turn_wind
 from doorman.control.kernels.hinge_step import RATE as HINGE_RATE
-from doorman.control.kernels.leaf import SLIDES, leaf_normal
 from doorman.control.kernels.leaf_estimator.contact import find_contact, first_touch
 from doorman.control.kernels.leaf_estimator.forces import along, contact_force, friction_share
 from doorman.control.kernels.leaf_estimator.memory import (
@@ -46,6 +45,7 @@ from doorman.control.kernels.tip import ATTITUDE, BODY_RATES, tip_on_leaf
 from doorman.control.kernels.tip import VELOCITY as MEASURED_VELOCITY
 from doorman.control.kernels.vehicle_step import FORCE, OUTER_FORCE, POSITION, VELOCITY, advance_vehicle
 from doorman.control.kernels.wind_step import TURN, advance_wind
+from doorman.kinematics.doors.leaf.leaf_kernels import angle_of_face, leaf_normal
 from doorman.kinematics.rotations import SMALLEST_COSINE
 
 
@@ -66,7 +66,7 @@ def advance_leaf(
     tip_angle, tip_rate = tip_on_leaf(e.arm, door.leaf, numbers[LEVER], e.seen, e.tip)
     if not abs(tip_angle + tip_rate) < math.inf:  # isfinite subtracts, and sums that are subtracted cancel
         return NOT_FINITE
-    tip_angle -= angle_of_face(e)
+    tip_angle -= angle_of_face(e.door.leaf, memory[FACE], e.numbers[LEVER])
     normal = leaf_normal(door.leaf, door.state[ANGLE])
     push = along(normal, e.acting[FORCE : FORCE + 3])
     touching = find_contact(e, tip_angle, tip_rate, normal, reading, now, time_step, seeks)
@@ -101,13 +101,6 @@ def advance_leaf(
     found[DOOR_INERTIA], found[FACE_OFFSET] = door.state[INERTIA], memory[FACE]
     found[NORMAL_PULL] = presses(e, normal)
     return FOUND
-
-
-@kernel
-def angle_of_face(e: LeafMemory) -> float:
-    """By how much α of the tip is less as the face stands before its place; see `LeafMotion.angle_of_face` [rad]."""
-    share = e.memory[FACE] / e.numbers[LEVER]
-    return float(share if e.door.leaf[SLIDES] != 0.0 else math.asin(share))
 
 
 @kernel

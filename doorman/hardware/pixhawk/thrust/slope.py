@@ -19,12 +19,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from doorman.gravity import weight_of
 from doorman.hardware.pixhawk.sample import VehicleSample
 from doorman.hardware.pixhawk.setpoints import PositionSetpoint
 
 Array = NDArray[np.float64]
 
-GRAVITY = 9.81
 _HEIGHT, _ASIDE, _PERIOD = 0.04, 0.03, 1.2
 """Of the bob: a tenth of the weight, a tilt of 5°, and slow enough for telemetry of 20 messages a second [m], [m], [s]."""
 BOB_TIME = 2.25 * _PERIOD
@@ -76,7 +76,9 @@ class SlopeMeasurement:
         if len(times) < _ENOUGH_READINGS:
             return None
         gained = np.concatenate([[0.0], np.cumsum(np.diff(given[:, 0]) * _middles(given[:, 1] / hover_thrust - 1.0))])
-        fits = [_fit(times, velocities, GRAVITY * np.interp(times - delay, given[:, 0], gained)) for delay in _DELAYS]
+        fits = [
+            _fit(times, velocities, weight_of(1.0) * np.interp(times - delay, given[:, 0], gained)) for delay in _DELAYS
+        ]
         _, value, deviation = min(fits)
         return Slope(value, _CORRELATED * deviation)
 

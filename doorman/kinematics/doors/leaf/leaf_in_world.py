@@ -7,8 +7,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from doorman.kinematics.doors.leaf import leaf_motion as motion
 from doorman.kinematics.doors.leaf.joint_units import InJointUnits
-from doorman.kinematics.doors.leaf.leaf_motion import LeafMotion
 from doorman.kinematics.urdf.robot import frozen
 
 Array = NDArray[np.float64]
@@ -31,8 +31,10 @@ class LeafInWorld(InJointUnits):
     """Of α [rad]."""
     upper_limit: float
     """Of α [rad]."""
-    _motion: LeafMotion
-    """Of the leaf in the doorway."""
+    turn: float
+    """t of `leaf_motion`: 1 of a hinge, 0 of a slide."""
+    slide: float
+    """s of `leaf_motion`: 0 of a hinge [m]."""
     _center: Array
     """Centre of mass of the leaf where it is closed, from P_h in the doorway, shape (3,) [m]."""
 
@@ -45,19 +47,22 @@ class LeafInWorld(InJointUnits):
 
     def leaf_direction(self, door_angle: float) -> Array:
         """Unit vector c along the leaf from hinge to latch."""
-        return self._in_world(self._motion.leaf(door_angle))
+        angle = motion.turned(self.turn, door_angle)
+        return self._in_world(motion.leaf_in_doorway(math.cos(angle), math.sin(angle)))
 
     def normal(self, door_angle: float) -> Array:
         """Unit normal n_D of the leaf that points away from the vehicle; a growing α moves the leaf against it."""
-        return self._in_world(self._motion.normal(door_angle))
+        angle = motion.turned(self.turn, door_angle)
+        return self._in_world(motion.normal_in_doorway(math.cos(angle), math.sin(angle)))
 
     def normals(self, door_angles: Array) -> Array:
         """Unit normal n_D at many angles, see `normal`."""
-        return np.asarray(self._motion.normals(door_angles) @ self.axes[:2])
+        angles = motion.turned(self.turn, door_angles)
+        return np.stack(motion.normal_in_doorway(np.cos(angles), np.sin(angles)), axis=-1) @ self.axes[:2]
 
     def bend(self, door_angle: float) -> Array:
         """Change of the normal with α, dn_D/dα."""
-        return self._in_world(self._motion.bend(door_angle))
+        return self.turn * self.leaf_direction(door_angle)
 
     def _in_world(self, components: tuple[float, float]) -> Array:
         """A level vector from its components along `into` and `along`; by hand, for it is asked for at every step."""
@@ -79,8 +84,8 @@ class LeafInWorld(InJointUnits):
 
     def angle_of(self, offset: Array) -> float:
         """Angle α at which a point of the leaf's surface has an offset from P_h [rad]."""
-        middle = 0.5 * (self.lower_limit + self.upper_limit)
-        return self._motion.angle_of(float(offset @ self.into), float(offset @ self.along), self.contact_offset, middle)
+        middle, (into, along) = 0.5 * (self.lower_limit + self.upper_limit), (self.axes[:2] @ offset).tolist()
+        return motion.angle_of(self.turn, self.slide, into, along, self.contact_offset, middle)
 
     def in_doorway(self, vector: Array) -> Array:
         """A vector's components along `into`, along the closed leaf, and along `up`."""
@@ -92,35 +97,39 @@ class LeafInWorld(InJointUnits):
 
     def contact_point(self, door_angle: float, distance_from_hinge: float, height: float) -> Array:
         r"""Point of the leaf's surface, :math:`P_h + D_V c(\alpha) - o\,n_D(\alpha) + D_H u`, and the way of a slide."""
-        before = self.contact_offset + self._motion.way(door_angle)
-        beside = distance_from_hinge * self.leaf_direction(door_angle) - before * self.normal(door_angle)
-        return np.asarray(self.hinge_position + beside + height * self.up)
+        leaf, normal, before = self.leaf_direction(door_angle), self.normal(door_angle), self._before(door_angle)
+        return np.asarray(
+            self.hinge_position + motion.contact_from_hinge(distance_from_hinge, before, height, leaf, normal, self.up)
+        )
 
     def center_of_mass(self, door_angle: float) -> Array:
         """Centre of mass of the leaf."""
         into, along, up = self._center
-        before = self.way(door_angle) - into
-        beside = along * self.leaf_direction(door_angle) - before * self.normal(door_angle)
-        return np.asarray(self.hinge_position + beside + up * self.up)
+        leaf, normal, before = self.leaf_direction(door_angle), self.normal(door_angle), self.way(door_angle) - into
+        return np.asarray(self.hinge_position + motion.contact_from_hinge(along, before, up, leaf, normal, self.up))
 
     def way(self, door_angle: float) -> float:
         """How far a slide's face has moved towards the vehicle, from closed; 0 for a hinge [m]."""
-        return self._motion.way(door_angle)
+        return float(motion.way(self.slide, door_angle))
+
+    def _before(self, door_angle: float) -> float:
+        """How far the contact point lies before the hinge's axis [m]."""
+        return self.contact_offset + self.way(door_angle)
 
     def lever(self, door_angle: float, distance_from_hinge: float) -> Array:
         r"""How α moves the contact point, :math:`J = -D_V n_D - o\,c`, or :math:`-r\,i` of a slide."""
-        return self._in_world(self._motion.lever(door_angle, distance_from_hinge, self.contact_offset))
+        leaf, normal = self.leaf_direction(door_angle), self.normal(door_angle)
+        return np.asarray(motion.lever(self.turn, self.slide, distance_from_hinge, self.contact_offset, leaf, normal))
 
     def lever_length(self, distance_from_hinge: float) -> float:
         """Speed of the contact point along the normal for a unit rate of α: D_V, or `per_angle` [m]."""
-        return self._motion.lever_length(distance_from_hinge)
+        return float(motion.lever_length(self.turn, self.slide, distance_from_hinge))
 
     def angle_of_face(self, before: float, distance_from_hinge: float) -> float:
         """By how much α of a tip on the face is less if the face stands before its place [rad]."""
-        return self._motion.angle_of_face(before, distance_from_hinge)
+        return motion.angle_of_face(self.turn, self.slide, before, distance_from_hinge)
 
     def onto_face(self, point: Array, door_angle: float) -> Array:
         r"""A point moved along the leaf's normal to where it is touched, :math:`q + (n_D^T(P_h - q) - o)\,n_D`."""
         normal = self.normal(door_angle)
-        before = self.contact_offset + self._motion.way(door_angle)
-        return np.asarray(point + (normal @ (self.hinge_position - point) - before) * normal)
+        return np.asarray(point + (normal @ (self.hinge_position - point) - self._before(door_angle)) * normal)

@@ -1,4 +1,4 @@
-r"""A door's leaf in CasADi symbols, as `leaf_motion` has it in numbers: where its face looks, and what the contact point does.
+r"""A door's leaf in CasADi symbols, by the lines of `leaf_motion`: where its face looks, and what the contact point does.
 
 Which numbers a task has says how its leaf moves: a slide has `door.slide`, a hinge that is not vertical `door.up`. Vectors with
 `in_heading` in their names are in the frame that looks along the vehicle's heading, z up.
@@ -6,14 +6,12 @@ Which numbers a task has says how its leaf moves: a slide has `door.slide`, a hi
 
 from __future__ import annotations
 
-import math
 from functools import cached_property
 from typing import Any
 
 import casadi as ca
 
-CLOSED = 0.5 * math.pi
-"""α of the closed door [rad]."""
+from doorman.kinematics.doors.leaf import leaf_motion as motion
 
 
 class VerticalLeaf:
@@ -30,6 +28,8 @@ class VerticalLeaf:
 
     def __init__(self, door: Any, contact: Any, angle: Any, yaw: Any) -> None:
         self._door, self._contact, self._angle, self._yaw = door, contact, angle, yaw
+        self._slide: Any = getattr(door, "slide", 0.0)
+        self._turn = 0.0 if hasattr(door, "slide") else 1.0
 
     @cached_property
     def azimuth(self) -> Any:
@@ -40,23 +40,24 @@ class VerticalLeaf:
     def normal_in_heading(self) -> Any:
         """n_D, (3, 1)."""
         turn = self.azimuth - self._yaw
-        return self._door.hand * ca.vertcat(ca.sin(turn), -ca.cos(turn), 0)
+        return self._door.hand * ca.vertcat(*motion.normal_in_doorway(ca.cos(turn), ca.sin(turn)), 0)
 
     @cached_property
     def leaf_in_heading(self) -> Any:
         """c, (3, 1)."""
         turn = self.azimuth - self._yaw
-        return ca.vertcat(ca.cos(turn), ca.sin(turn), 0)
+        return ca.vertcat(*motion.leaf_in_doorway(ca.cos(turn), ca.sin(turn)), 0)
 
     @property
     def leaf_direction(self) -> Any:
         """c, (3, 1), world frame."""
-        return ca.vertcat(ca.cos(self.azimuth), ca.sin(self.azimuth), 0)
+        return ca.vertcat(*motion.leaf_in_doorway(ca.cos(self.azimuth), ca.sin(self.azimuth)), 0)
 
     @property
     def normal(self) -> Any:
         """n_D, (3, 1), world frame."""
-        return self._door.hand * ca.vertcat(ca.sin(self.azimuth), -ca.cos(self.azimuth), 0)
+        cosine, sine = ca.cos(self.azimuth), ca.sin(self.azimuth)
+        return self._door.hand * ca.vertcat(*motion.normal_in_doorway(cosine, sine), 0)
 
     @property
     def up(self) -> Any:
@@ -73,35 +74,43 @@ class VerticalLeaf:
     def contact_from_hinge(self) -> Any:
         """The contact point relative to P_h, (3, 1), world frame [m]."""
         contact = self._contact
-        on_face = contact.distance_from_hinge * self.leaf_direction - contact.offset * self.normal
-        return on_face + contact.height * self.up
+        before = contact.offset + motion.way(self._slide, self._angle)
+        return motion.contact_from_hinge(
+            contact.distance_from_hinge, before, contact.height, self.leaf_direction, self.normal, self.up
+        )
 
     @property
     def lever(self) -> Any:
         """J of the contact point, (3, 1), world frame [m]."""
-        return -self._contact.distance_from_hinge * self.normal - self._contact.offset * self.leaf_direction
+        return self._lever(self.leaf_direction, self.normal)
+
+    def _lever(self, leaf: Any, normal: Any) -> Any:
+        contact = self._contact
+        return motion.lever(self._turn, self._slide, contact.distance_from_hinge, contact.offset, leaf, normal)
 
     def lever_at(self, from_hinge: Any) -> Any:
-        r"""J of any point of the leaf, :math:`\sigma u\times(x - P_h)`, (3, 1), world frame [m]."""
-        return self._door.hand * ca.cross(self.up, from_hinge)
+        r"""J of any point of the leaf, :math:`t\,\sigma u\times(x - P_h) - s\,n`, (3, 1), world frame [m]."""
+        return self._turn * self._door.hand * ca.cross(self.up, from_hinge) - self._slide * self.normal
 
     @cached_property
     def lever_in_heading(self) -> Any:
         """J, (3, 1) [m]."""
-        contact = self._contact
-        return -contact.distance_from_hinge * self.normal_in_heading - contact.offset * self.leaf_in_heading
+        return self._lever(self.leaf_in_heading, self.normal_in_heading)
 
     def across(self, tip: Any) -> Any:
         """Distance of O_B from the hinge along the closed leaf [m]."""
-        contact = self._contact
-        of_contact = contact.distance_from_hinge * ca.sin(self._angle) + contact.offset * ca.cos(self._angle)
-        return of_contact - ca.dot(self._door.along, tip)
+        return self._contact_in_doorway[1] - ca.dot(self._door.along, tip)
 
     def into(self, tip_in_heading: Any) -> Any:
         """Distance of O_B behind the hinge through the doorway, negative before it [m]."""
-        contact = self._contact
-        of_contact = contact.distance_from_hinge * ca.cos(self._angle) - contact.offset * ca.sin(self._angle)
-        return of_contact - ca.dot(self.into_in_heading, tip_in_heading)
+        return self._contact_in_doorway[0] - ca.dot(self.into_in_heading, tip_in_heading)
+
+    @property
+    def _contact_in_doorway(self) -> list[Any]:
+        """The contact point from P_h, through the closed leaf and along it [m]."""
+        contact, turned = self._contact, (ca.cos(self._angle), ca.sin(self._angle))
+        parts = zip(motion.leaf_in_doorway(*turned), motion.normal_in_doorway(*turned), strict=True)
+        return [motion.contact_from_hinge(contact.distance_from_hinge, contact.offset, 0, *part, 0) for part in parts]
 
     def in_heading(self, vector: Any) -> Any:
         """Components of a vector in the frame that looks along the vehicle's heading, z up."""
@@ -119,17 +128,26 @@ class VerticalLeaf:
 
 
 class AnyLeaf(VerticalLeaf):
-    """On a hinge of any direction: the door's axes are numbers, `door.into`, `door.along` and `door.up`. See `VerticalLeaf`."""
+    """On a slide, or a hinge of any direction, by the axes `door.into`, `door.along` and `door.up`. See `VerticalLeaf`."""
+
+    @cached_property
+    def _turned(self) -> tuple[Any, Any]:
+        """Cosine and sine of α'."""
+        angle = motion.turned(self._turn, self._angle)
+        return ca.cos(angle), ca.sin(angle)
+
+    def _in_world(self, parts: tuple[Any, Any]) -> Any:
+        return parts[0] * self._door.into + parts[1] * self._door.along
 
     @cached_property
     def normal(self) -> Any:
         """n_D, (3, 1), world frame."""
-        return ca.sin(self._angle) * self._door.into - ca.cos(self._angle) * self._door.along
+        return self._in_world(motion.normal_in_doorway(*self._turned))
 
     @cached_property
     def leaf_direction(self) -> Any:
         """c, (3, 1), world frame."""
-        return ca.cos(self._angle) * self._door.into + ca.sin(self._angle) * self._door.along
+        return self._in_world(motion.leaf_in_doorway(*self._turned))
 
     @cached_property
     def normal_in_heading(self) -> Any:
@@ -171,45 +189,10 @@ class AnyLeaf(VerticalLeaf):
     @property
     def weight_torque(self) -> Any:
         """G of the leaf's own weight, in the sense of damping [N m]."""
-        return self._door.weight[1] * self.leaf_direction[2] - self._door.weight[0] * self.normal[2]
-
-
-class SlidingLeaf(AnyLeaf):
-    """On a slide: it keeps its direction, and moves by `door.slide` against `door.into` for a radian of α. See `VerticalLeaf`."""
-
-    @property
-    def normal(self) -> Any:
-        """n_D, (3, 1), world frame."""
-        return self._door.into
-
-    @property
-    def leaf_direction(self) -> Any:
-        """c, (3, 1), world frame."""
-        return self._door.along
-
-    @cached_property
-    def contact_from_hinge(self) -> Any:
-        """The contact point relative to P_h, (3, 1), world frame [m]."""
-        door, contact = self._door, self._contact
-        before = contact.offset + door.slide * (self._angle - CLOSED)
-        return contact.distance_from_hinge * door.along - before * door.into + contact.height * door.up
-
-    @property
-    def lever(self) -> Any:
-        """J of the contact point, (3, 1), world frame [m]."""
-        return -self._door.slide * self._door.into
-
-    def lever_at(self, from_hinge: Any) -> Any:
-        """J, the same of every point, (3, 1), world frame [m]."""
-        return self.lever
-
-    @property
-    def weight_torque(self) -> Any:
-        """G of the leaf's own weight, in the sense of damping [N m]."""
-        return -self._door.weight[0] * self.normal[2]
+        weight = self._door.weight
+        return motion.weight_torque(weight[0], weight[1], self.leaf_direction[2], self.normal[2])
 
 
 def leaf_in_symbols(door: Any, contact: Any, angle: Any, yaw: Any) -> VerticalLeaf:
     """The leaf of a task, by the numbers that it has."""
-    kind = SlidingLeaf if hasattr(door, "slide") else AnyLeaf if hasattr(door, "up") else VerticalLeaf
-    return kind(door, contact, angle, yaw)
+    return (AnyLeaf if hasattr(door, "up") else VerticalLeaf)(door, contact, angle, yaw)

@@ -8,9 +8,10 @@ from enum import Enum
 
 import numpy as np
 
+from doorman.gravity import weight_of
 from doorman.hardware.quaternions import from_attitude, multiply
 from doorman.rig.emulators.autopilot.vehicle.estimator import Estimate
-from doorman.rig.emulators.autopilot.vehicle.plant import GRAVITY, LEVEL, NOTHING, Array
+from doorman.rig.emulators.autopilot.vehicle.plant import LEVEL, NOTHING, Array
 
 _POSITION_GAIN, _VELOCITY_GAIN = 2.2, 3.2
 _MAX_SPEED, _LANDING_SPEED = np.array([1.5, 1.5, 1.0]), 0.6
@@ -76,11 +77,12 @@ class FlightController:
 
     def _force(self, acceleration: Array, yaw: float) -> tuple[float, Array]:
         x, y, z = acceleration.tolist()
-        vertical = max(0.3 * GRAVITY, GRAVITY + min(max(z, -5.0), 5.0))
+        fall = weight_of(1.0)
+        vertical = max(0.3 * fall, fall + min(max(z, -5.0), 5.0))
         scale = min(1.0, vertical * math.tan(_MAX_TILT) / max(1e-9, math.hypot(x, y)))
         x, y = scale * x, scale * y
         length = math.sqrt(x * x + y * y + vertical * vertical)
-        return self._weight * length / GRAVITY, tilted((x / length, y / length, vertical / length), yaw)
+        return self._weight * length / fall, tilted((x / length, y / length, vertical / length), yaw)
 
 
 def tilted(axis: tuple[float, float, float], yaw: float) -> Array:

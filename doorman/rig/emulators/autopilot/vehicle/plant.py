@@ -9,11 +9,11 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from doorman.gravity import weight_of
 from doorman.hardware.quaternions import conjugate, multiply, rotate
 
 Array = NDArray[np.float64]
 
-GRAVITY = 9.81
 FLIP = np.array([1.0, -1.0, -1.0])
 """NED or FRD of a world with z up or a body with z up, and back: half a turn about x."""
 LEVEL, NOTHING = np.array([1.0, 0.0, 0.0, 0.0]), np.zeros(3)
@@ -77,7 +77,7 @@ class SimplePlant:
     @property
     def weight(self) -> float:
         """Weight [N]."""
-        return self.mass * GRAVITY
+        return weight_of(self.mass)
 
     def command(self, thrust: float, quaternion: Array, side_force: tuple[float, float] = (0.0, 0.0)) -> None:
         """Fly with a thrust towards an attitude, until the next command."""
@@ -112,7 +112,7 @@ class SimplePlant:
         turned = np.array(multiply(self._quaternion.tolist(), [1.0, *(0.5 * dt * self._rates).tolist()]))
         self._quaternion = turned / np.linalg.norm(turned)
         force = self._force * thrust_axis(self._quaternion) - 0.3 * self._velocity
-        self._velocity = self._velocity + dt * (force / self.mass - np.array([0.0, 0.0, GRAVITY]))
+        self._velocity = self._velocity + dt * (force / self.mass - np.array([0.0, 0.0, weight_of(1.0)]))
         self._position = self._position + dt * self._velocity
         if self._position[2] <= self.ground:
             self._position[2] = self.ground
