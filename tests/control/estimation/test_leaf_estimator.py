@@ -306,11 +306,12 @@ def test_a_tip_that_does_not_seek_the_leaf_does_not_touch_it(model: Model) -> No
 def test_a_leaf_that_was_left_is_sought_where_it_stood(model: Model) -> None:
     vehicle, wind = Vehicle(model), np.zeros(3)
     pressed(vehicle, 1.2, wind)
-    opened = CLOSED - model.travel.ahead(0.4)
+    way = math.copysign(0.02, model.goal_angle - model.start_angle)
+    opened = CLOSED + 20 * way
     for k in range(1, 21):
-        on_the_way = [CLOSED - model.travel.ahead(0.02 * step) for step in (k - 1, k)]
+        on_the_way = [CLOSED + step * way for step in (k - 1, k)]
         push = wind - 1.2 * model.door.normal(on_the_way[0])
-        known = vehicle.fly(0.3, vehicle.at(0.0, on_the_way[0]), push, to=vehicle.at(0.0, on_the_way[1]), wanted=0.07)
+        known = vehicle.fly(0.5, vehicle.at(0.0, on_the_way[0]), push, to=vehicle.at(0.0, on_the_way[1]), wanted=0.04)
     assert known.touching and known.door_angle == pytest.approx(opened, abs=0.03)
     left = known.door_angle
     vehicle.fly(2.0, vehicle.at(0.0, opened), wind, seeks=False, to=vehicle.at(0.3))
