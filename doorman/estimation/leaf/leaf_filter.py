@@ -8,17 +8,18 @@ from doorman.estimation.filter import Filter
 from doorman.estimation.leaf.hypotheses import (
     FREE,
     GRIPPED,
+    HOLDING,
     PUSHING,
     STANDING,
     free,
     gripped,
-    noise_of,
+    holding,
     pushing,
     standing,
     switching,
 )
 from doorman.estimation.leaf.motion import LeafMotion
-from doorman.estimation.leaf.numbers import LOG_INERTIA
+from doorman.estimation.leaf.numbers import JOINT, PLACES, SIZE
 from doorman.estimation.measurement import Measurement
 from doorman.estimation.model import ProcessModel
 from doorman.estimation.output import Output
@@ -26,26 +27,29 @@ from doorman.kinematics.numbers import Numbers
 from doorman.kinematics.vehicles.arms.arm_pattern import ArmPattern
 from doorman.model import Model
 
-AWAY, AT_THE_LEAF, HELD = "away", "at_the_leaf", "held"
-"""Situations: nothing is near, the tip may touch, the gripper has closed."""
+AWAY, AT_THE_LEAF, CLOSING, HELD = "away", "at_the_leaf", "closing", "held"
+"""Situations: nothing is near, the tip may touch, the gripper closes where it meets the leaf, it has closed."""
 
 
 def leaf_filter(model: Model, numbers: Numbers) -> Filter:
     """Filter of a scenario's vehicle and door; see `LeafMotion` for its states and inputs."""
     motion = LeafMotion(ArmPattern.of(model.vehicle.arm)[0], model.vehicle.point_names, numbers)
     grips = model.scenario.contact.kind == "grip"
-    hypotheses = [free(motion), pushing(motion), standing(motion), *([gripped(motion)] if grips else [])]
+    hypotheses = [free(motion), pushing(motion), standing(motion), *([gripped(motion), holding(motion)] if grips else [])]
     names = tuple(each.name for each in hypotheses)
-    least, most = np.full(16, -np.inf), np.full(16, np.inf)
-    least[LOG_INERTIA], most[LOG_INERTIA] = np.log(0.02 * model.door.inertia), np.log(20.0 * model.door.inertia)
-    force = Output("normal_force", motion.force_on_moving, under={FREE: 0.0, STANDING: motion.force_on_standing})
+    least, most = np.full(SIZE, -np.inf), np.full(SIZE, np.inf)
+    inertia, play = PLACES["log_inertia"], numbers.one("start.joint")
+    least[inertia], most[inertia] = np.log(0.02 * model.door.inertia), np.log(20.0 * model.door.inertia)
+    least[JOINT], most[JOINT] = model.door.lower_limit - play, model.door.upper_limit + play
+    resting = [name for name in (STANDING, HOLDING) if name in names]
+    force = Output("normal_force", motion.force_on_moving, under={FREE: 0.0, **{name: motion.force_on_standing for name in resting}})
     return Filter(
         ProcessModel(
-            motion.state, motion.inputs, motion.dynamics(0, 0, 1), noise_of(motion), parameters=motion.parameters,
+            motion.state, motion.inputs, motion.dynamics(0, 0, 1), hypotheses[0].noise, parameters=motion.parameters,
             lower=least, upper=most,
         ),
         measurements=[Measurement("pose", motion.position, motion.sensor.pose, gate=8.0)],
         hypotheses=hypotheses, switching=switching(motion, names), outputs=[force],
-        allowed={AWAY: [FREE], AT_THE_LEAF: [FREE, PUSHING, STANDING], **({HELD: [GRIPPED]} if grips else {})},
+        allowed={AWAY: [FREE], AT_THE_LEAF: [FREE, PUSHING, STANDING], **({CLOSING: [FREE, GRIPPED, HOLDING], HELD: [GRIPPED, HOLDING]} if grips else {})},
         parameters=numbers.vector, ticks=24, longest_step=1.0,
     )  # fmt: skip

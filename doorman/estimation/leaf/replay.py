@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from doorman.estimation.estimate import MeasurementScore
 from doorman.estimation.leaf.hypotheses import FREE, TOUCHING
-from doorman.estimation.leaf.leaf_filter import AT_THE_LEAF, AWAY, HELD, leaf_filter
+from doorman.estimation.leaf.leaf_filter import AT_THE_LEAF, AWAY, CLOSING, HELD, leaf_filter
 from doorman.estimation.leaf.numbers import JOINT, JOINT_RATE, TUNED, first_state, leaf_numbers
 from doorman.estimation.status import Status
 from doorman.exceptions import DoormanError, RecordingError
@@ -33,6 +33,9 @@ _MOTOR_LAG = 0.03
 _TURNING_WINDOW = 0.04
 """Time over which the gyroscope's change is taken: shorter, and its noise moves a tip of 0.6 m by more than a newton [s]."""
 
+_ATTITUDE_LASTS = 0.25
+"""Time for which the gyroscope's attitude is better than that of the poses: until its bias shows [s]."""
+
 _STILL = 200
 """Poses that tell the noise of poses."""
 
@@ -49,7 +52,7 @@ class LeafReplay:
     pose_time: Array
     """When it was true, shape (k,) [s]."""
     mean: Array
-    """Of the states, at the pose's time, shape (k, 16)."""
+    """Of the states, at the pose's time, shape (k, n)."""
     deviations: Array
     """Shape (k, 16)."""
     joint: Array
@@ -160,11 +163,27 @@ def _inputs(recording: Recording, times: Array, new: NDArray[np.int64]) -> Array
     turning = (_at(times + half, now, smooth) - _at(times - half, now, smooth)) / _TURNING_WINDOW
     late = measured.time[new] <= times + half  # the gyroscope has not gone so far yet
     turning[late] = ((_at(times, now, smooth) - _at(times - _TURNING_WINDOW, now, smooth)) / _TURNING_WINDOW)[late]
-    attitude = np.column_stack([measured["attitude"][new][:, :2], np.unwrap(measured["attitude"][new][:, 2])])
+    seen = np.column_stack([measured["attitude"][new][:, :2], np.unwrap(measured["attitude"][new][:, 2])])
+    turned = np.concatenate([np.zeros((1, 3)), np.cumsum(gyro[:-1] * np.diff(now)[:, None], axis=0)])
     return np.column_stack([
-        _at(times, command.time, rotors), attitude, _at(times, now, smooth), turning, measured["arm_angles"][new],
+        _at(times, command.time, rotors), _steadied(times, seen, np.diff(_at(times, now, turned), axis=0)), _at(times, now, smooth), turning, measured["arm_angles"][new],
         measured["arm_rates"][new],
     ])  # fmt: skip
+
+
+def _steadied(times: Array, seen: Array, turned: Array) -> Array:
+    """Roll, pitch and yaw by the gyroscope, which the poses' attitude corrects, shape (k, 3)."""
+    found = seen.copy()
+    for k, turn in enumerate(turned):
+        roll, pitch, _ = before = found[k]
+        across = math.sin(roll) * turn[1] + math.cos(roll) * turn[2]
+        change = np.array([
+            turn[0] + math.tan(pitch) * across, math.cos(roll) * turn[1] - math.sin(roll) * turn[2],
+            across / math.cos(pitch),
+        ])  # fmt: skip
+        kept = math.exp(-(times[k + 1] - times[k]) / _ATTITUDE_LASTS)
+        found[k + 1] = kept * (before + change) + (1.0 - kept) * seen[k + 1]
+    return found
 
 
 def _lagged(sent: Array, time: Array) -> Array:
@@ -197,7 +216,8 @@ def _situations(recording: Recording, times: Array) -> list[str]:
     gripped = recording["command"]["grip"].astype(bool)
     at = np.searchsorted(began, times, side="right") - 1
     held = gripped[np.clip(np.searchsorted(recording["command"].time, times) - 1, 0, None)]
+    near = [i >= 0 and phases[i] in _AT_THE_LEAF for i in at]
     return [
-        (HELD if held[k] and phases[i] != "touch" else AT_THE_LEAF) if i >= 0 and phases[i] in _AT_THE_LEAF else AWAY
+        AWAY if not near[k] else AT_THE_LEAF if not held[k] else CLOSING if phases[i] == "touch" else HELD
         for k, i in enumerate(at)
     ]
