@@ -13,6 +13,8 @@ FREE, PUSHING, STANDING, GRIPPED, HOLDING = "free", "pushing", "standing", "grip
 
 TOUCHING = (PUSHING, STANDING, GRIPPED, HOLDING)
 """Those in which the tip feels a force."""
+RESTING = (STANDING, HOLDING)
+"""Those of them in which the leaf does not move."""
 
 _ROUNDING = 0.02
 """Rate below which a free leaf's friction fades [rad/s]: it must not chatter about rest."""
@@ -39,7 +41,7 @@ def pushing(motion: LeafMotion) -> Hypothesis:
     contact, force = motion.contact, motion.force_on_moving
     return Hypothesis(
         PUSHING, motion.dynamics(force, motion.pushed(force), contact.friction_lasts),
-        _noise(motion, _rubbing(motion, force), motion.noise.rate), holds=_on_the_face(motion, force),
+        _noise(motion, _rubbing(motion, force), motion.noise.rate), holds=_on_the_face(motion, force, motion.gap),
         limits=[Row("presses", force, contact.pull, contact.lasts)],
     )  # fmt: skip
 
@@ -50,7 +52,7 @@ def standing(motion: LeafMotion) -> Hypothesis:
     return Hypothesis(
         STANDING, motion.dynamics(force, -motion.door_rate / contact.settles, contact.friction_lasts),
         _noise(motion, _rubbing(motion, force), 0.1 * motion.noise.rate),
-        holds=_on_the_face(motion, force), limits=[Row("presses", force, contact.pull, contact.lasts)],
+        holds=_on_the_face(motion, force, motion.gap), limits=[Row("presses", force, contact.pull, contact.lasts)],
     )  # fmt: skip
 
 
@@ -73,13 +75,14 @@ def holding(motion: LeafMotion) -> Hypothesis:
 
 
 def switching(motion: LeafMotion, names: tuple[str, ...]) -> dict[tuple[str, str], Any]:
-    """Rates among hypotheses: a tip touches where it is near, and a leaf stops or moves on."""
+    """Rates among hypotheses: a tip touches where it is near, and a leaf stops or moves on. One that rests is met at rest."""
     switch = motion.switch
     touching = [name for name in names if name in TOUCHING]
+    moves = ca.tanh(motion.rate_to_goal / _ROUNDING) ** 2
     closeness = 0.5 * (1 + ca.tanh(2 * (switch.near - motion.gap) / switch.near))
     rates: dict[tuple[str, str], Any] = {}
     for name in touching:
-        rates[FREE, name] = (switch.far + switch.make * closeness) / len(touching)
+        rates[FREE, name] = (switch.far + switch.make * closeness) * (1 - moves if name in RESTING else moves)
         rates[name, FREE] = switch.lose
         rates.update({(name, other): switch.stop for other in touching if other != name})
     return rates
@@ -113,13 +116,13 @@ def _in_the_grip(motion: LeafMotion, force: Any) -> list[Row]:
     slips = ca.vertcat(
         ca.dot(motion.leaf_direction, motion.slip_velocity), ca.dot(motion.leaf.up, motion.slip_velocity)
     )
-    return [*_on_the_face(motion, force), Row("fixed", slips, motion.contact.gap_rate, motion.contact.lasts)]
+    return [*_on_the_face(motion, force, motion.gap - motion.reach), Row("fixed", slips, motion.contact.gap_rate, motion.contact.lasts)]
 
 
-def _on_the_face(motion: LeafMotion, force: Any) -> list[Row]:
-    """Tip and face touch, as far as the tip's compliance lets them."""
+def _on_the_face(motion: LeafMotion, force: Any, gap: Any) -> list[Row]:
+    """Tip and face keep their distance, as far as the tip's compliance lets them."""
     contact = motion.contact
     return [
-        Row("touches", motion.gap + force / contact.stiffness, contact.gap, contact.lasts),
+        Row("touches", gap + force / contact.stiffness, contact.gap, contact.lasts),
         Row("moves_along", motion.gap_rate, contact.gap_rate, contact.lasts),
     ]

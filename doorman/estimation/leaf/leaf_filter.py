@@ -10,6 +10,7 @@ from doorman.estimation.leaf.hypotheses import (
     GRIPPED,
     HOLDING,
     PUSHING,
+    RESTING,
     STANDING,
     free,
     gripped,
@@ -41,7 +42,7 @@ def leaf_filter(model: Model, numbers: Numbers) -> Filter:
     inertia, play = PLACES["log_inertia"], numbers.one("start.joint")
     least[inertia], most[inertia] = np.log(0.02 * model.door.inertia), np.log(20.0 * model.door.inertia)
     least[JOINT], most[JOINT] = model.door.lower_limit - play, model.door.upper_limit + play
-    resting = [name for name in (STANDING, HOLDING) if name in names]
+    resting = [name for name in RESTING if name in names]
     force = Output("normal_force", motion.force_on_moving, under={FREE: 0.0, **{name: motion.force_on_standing for name in resting}})
     return Filter(
         ProcessModel(

@@ -1,8 +1,9 @@
 r"""Vehicle, tip and leaf in symbols, as an estimate sees them: attitude and arm are measured well enough to be inputs.
 
-States :math:`[P, V, F_w, \omega_w, \ell, q, \dot q, \rho, \ln I, o, F_t]`: the wind's force on the vehicle (vertical too) and the
+States :math:`[P, V, F_w, \omega_w, \ell, q, \dot q, \rho, \ln I, o, o_g, F_t]`: the wind's force on the vehicle (vertical too) and the
 rate at which it turns, the lift that the rotors make beyond their command as a share of it, the mechanism, what resists its
-opening, its inertia, how far the face stands before where it is believed to be, and the tip's friction in the face. With the
+opening, its inertia, how far the face stands before where it is believed to be, how far
+before the face a gripper has closed, and the tip's friction in the face. With the
 rotors' commanded force f, the face's normal n, the lever J, the leaf's weight G and the sense s of opening, a tip that touches
 presses by λ:
 
@@ -59,7 +60,7 @@ class LeafMotion(TipOnFace):
             own[name] for name in ("position", "velocity", "wind", "wind_turn")
         )
         self.lift, self.resistance, self.log_inertia = (own[name] for name in ("lift", "resistance", "log_inertia"))
-        self.face_offset, self.friction_force = own["face"], own["friction"]
+        self.face_offset, self.reach, self.friction_force = own["face"], own["reach"], own["friction"]
         self.state = ca.vertcat(*own.values())
         self.rotors, self.body_rates, self.turning = (symbol(name, 3) for name in ("rotors", "body_rate", "turning"))
         self.inputs = ca.vertcat(

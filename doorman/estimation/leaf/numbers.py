@@ -12,7 +12,7 @@ from doorman.model import Model
 
 STATES = {
     "position": 3, "velocity": 3, "wind": 3, "wind_turn": 1, "lift": 1, "joint": 1, "joint_rate": 1, "resistance": 1,
-    "log_inertia": 1, "face": 1, "friction": 2,
+    "log_inertia": 1, "face": 1, "reach": 1, "friction": 2,
 }  # fmt: skip
 """Parts of the state in their order, and how many numbers each has; see `LeafMotion`."""
 _ENDS = dict(zip(STATES, itertools.accumulate(STATES.values()), strict=True))
@@ -53,13 +53,13 @@ _NOISE = {
 _START = {
     "start.velocity": 0.05, "start.wind": 0.5, "start.draught": 0.2, "start.wind_turn": 0.1, "start.lift": 0.02,
     "start.joint": 0.02, "start.joint_rate": 0.002, "start.resistance": 0.6, "start.log_inertia": 0.5, "start.face": 1e-3,
-    "start.friction": 0.1,
+    "start.reach": 0.02, "start.friction": 0.1,
 }  # fmt: skip
 """Deviations before the first touch, SI units."""
 
-_REACH, _STOP = 0.02, 3e-3
-"""Distance from the face at which a gripper may have closed, which holds the leaf from there [m]. Nothing tells it from a leaf
-that stands ajar: one that will be gripped stands at its stop, with this deviation [rad or m]."""
+_STOP = 3e-3
+"""Deviation of a leaf that will be gripped from its stop [rad or m]: nothing tells one that stands ajar from a gripper that has
+closed before the face."""
 
 TUNED = ("sensor.pose", *_TOUCH, *_SWITCH, *_NOISE, *_START)
 """Names of what is no fact of vehicle or door."""
@@ -71,11 +71,11 @@ def leaf_numbers(model: Model, pose_deviation: float) -> Numbers:
     units = {
         "gap": scale.length, "gap_rate": scale.speed, "pull": scale.force, "inside": scale.length, "near": scale.length,
         "velocity": scale.speed, "wind": scale.force, "draught": scale.force, "wind_turn": scale.rate, "rate": scale.rate,
-        "resistance": scale.torque, "face": scale.length, "friction": scale.force, "joint_rate": scale.rate,
+        "resistance": scale.torque, "face": scale.length, "reach": scale.length, "friction": scale.force, "joint_rate": scale.rate,
     }  # fmt: skip
     tuned = {**_TOUCH, **_SWITCH, **_NOISE, **_START}
     if model.scenario.contact.kind == "grip":
-        tuned["start.face"], tuned["start.joint"] = _REACH, _STOP
+        tuned["start.joint"] = _STOP
     return model.reduced.numbers.and_also({
         "reference.sense": math.copysign(1.0, model.goal_state[3] - model.start_state[3]),
         "sensor.pose": pose_deviation,
