@@ -89,15 +89,13 @@ def switching(motion: LeafMotion, names: tuple[str, ...]) -> dict[tuple[str, str
 
 
 def _noise(motion: LeafMotion, friction: Any, rate: Any, resistance: Any = None) -> Any:
-    """Each on its own, but the wind's strength, which varies in its direction: a column of its own."""
     noise = motion.noise
-    each = motion.column(
+    return motion.column(
         velocity=ca.repmat(noise.velocity, 3, 1), wind=ca.vertcat(noise.wind, noise.wind, noise.draught),
-        wind_turn=noise.wind_turn, lift=noise.lift, joint_rate=rate,
+        wind_turn=noise.wind_turn, gust=noise.gust * ca.sqrt(2 / noise.gust_lasts), lift=noise.lift, joint_rate=rate,
         resistance=noise.resistance if resistance is None else resistance, log_inertia=noise.inertia, face=noise.face,
         friction=ca.repmat(friction, 2, 1),
     )  # fmt: skip
-    return ca.horzcat(ca.diag(each), motion.column(wind=noise.gust * ca.vertcat(motion.wind[:2], 0)))
 
 
 def _rubbing(motion: LeafMotion, force: Any) -> Any:

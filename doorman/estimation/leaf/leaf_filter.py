@@ -44,13 +44,14 @@ def leaf_filter(model: Model, numbers: Numbers) -> Filter:
     least[JOINT], most[JOINT] = model.door.lower_limit - play, model.door.upper_limit + play
     resting = [name for name in RESTING if name in names]
     force = Output("normal_force", motion.force_on_moving, under={FREE: 0.0, **{name: motion.force_on_standing for name in resting}})
+    winds = [Output(f"wind_{axis}", motion.wind["xyz".index(axis)]) for axis in "xyz"]
     return Filter(
         ProcessModel(
             motion.state, motion.inputs, motion.dynamics(0, 0, 1), hypotheses[0].noise, parameters=motion.parameters,
             lower=least, upper=most,
         ),
         measurements=[Measurement("pose", motion.position, motion.sensor.pose, gate=8.0)],
-        hypotheses=hypotheses, switching=switching(motion, names), outputs=[force],
+        hypotheses=hypotheses, switching=switching(motion, names), outputs=[force, *winds],
         allowed={AWAY: [FREE], AT_THE_LEAF: [FREE, PUSHING, STANDING], **({CLOSING: [FREE, GRIPPED, HOLDING], HELD: [GRIPPED, HOLDING]} if grips else {})},
         parameters=numbers.vector, ticks=24, longest_step=1.0,
     )  # fmt: skip

@@ -1,14 +1,14 @@
 r"""Vehicle, tip and leaf in symbols, as an estimate sees them: attitude and arm are measured well enough to be inputs.
 
-States :math:`[P, V, F_w, \omega_w, \ell, q, \dot q, \rho, \ln I, o, o_g, F_t]`: the wind's force on the vehicle (vertical too) and the
-rate at which it turns, the lift that the rotors make beyond their command as a share of it, the mechanism, what resists its
+States :math:`[P, V, F_w, \omega_w, \xi, \ell, q, \dot q, \rho, \ln I, o, o_g, F_t]`: the wind's force on the vehicle (vertical too) and the
+rate at which it turns, the gust as a share of it, the lift that the rotors make beyond their command as a share of it, the mechanism, what resists its
 opening, its inertia, how far the face stands before where it is believed to be, how far
 before the face a gripper has closed, and the tip's friction in the face. With the
 rotors' commanded force f, the face's normal n, the lever J, the leaf's weight G and the sense s of opening, a tip that touches
 presses by λ:
 
 .. math::
-    m\,a = (1 + \ell) R f - m g e_3 + F_w + \lambda n - F_t,\qquad \dot F_w = \omega_w e_3 \times F_w,\qquad
+    m\,a = (1 + \ell) R f - m g e_3 + (1 + \xi) F_w + \lambda n - F_t,\qquad \dot F_w = \omega_w e_3 \times F_w,\qquad
     I\,\ddot q = J^T(F_t - \lambda n) - s\,\rho - G .
 
 An arm with mass has its centre at c: :math:`\dot V = a - R(\dot\Omega\times c + \Omega\times(\Omega\times c))`.
@@ -56,8 +56,8 @@ class LeafMotion(TipOnFace):
         symbol = ca.SX.sym
         own = {name: symbol(name, size) for name, size in STATES.items()}
         own |= {"joint": self.door_angle, "joint_rate": self.door_rate}
-        self.position, self.velocity, self.wind, self.wind_turn = (
-            own[name] for name in ("position", "velocity", "wind", "wind_turn")
+        self.position, self.velocity, self.mean_wind, self.wind_turn, self.gust = (
+            own[name] for name in ("position", "velocity", "wind", "wind_turn", "gust")
         )
         self.lift, self.resistance, self.log_inertia = (own[name] for name in ("lift", "resistance", "log_inertia"))
         self.face_offset, self.reach, self.friction_force = own["face"], own["reach"], own["friction"]
@@ -95,6 +95,11 @@ class LeafMotion(TipOnFace):
     def friction(self) -> Any:
         """F_t of the tip on the face, (3, 1) [N]."""
         return self.friction_force[0] * self.leaf_direction + self.friction_force[1] * self.leaf.up
+
+    @cached_property
+    def wind(self) -> Any:
+        """Of the moment, (3, 1) [N]; a gust is horizontal."""
+        return ca.vertcat((1 + self.gust) * self.mean_wind[:2], self.mean_wind[2])
 
     @cached_property
     def acceleration_without(self) -> Any:
@@ -140,7 +145,8 @@ class LeafMotion(TipOnFace):
         return self.column(
             position=self.velocity,
             velocity=self.acceleration_without + force * self.outward / self.vehicle.mass,
-            wind=self.wind_turn * ca.vertcat(-self.wind[1], self.wind[0], 0),
+            wind=self.wind_turn * ca.vertcat(-self.mean_wind[1], self.mean_wind[0], 0),
+            gust=-self.gust / self.noise.gust_lasts,
             joint=self.door_rate,
             joint_rate=joint_acceleration,
             friction=-self.friction_force / friction_lasts,

@@ -11,7 +11,7 @@ from doorman.kinematics.numbers import Numbers
 from doorman.model import Model
 
 STATES = {
-    "position": 3, "velocity": 3, "wind": 3, "wind_turn": 1, "lift": 1, "joint": 1, "joint_rate": 1, "resistance": 1,
+    "position": 3, "velocity": 3, "wind": 3, "wind_turn": 1, "gust": 1, "lift": 1, "joint": 1, "joint_rate": 1, "resistance": 1,
     "log_inertia": 1, "face": 1, "reach": 1, "friction": 2,
 }  # fmt: skip
 """Parts of the state in their order, and how many numbers each has; see `LeafMotion`."""
@@ -39,8 +39,9 @@ _SWITCH = {
 }
 _NOISE = {
     "noise.velocity": 0.02,  # rough air and errors of thrust [m/s per √s]
-    "noise.wind": 0.03,  # of still air [N per √s]
-    "noise.gust": 0.1,  # of wind, as a share of its strength [1 per √s]
+    "noise.wind": 0.03,  # of the mean wind [N per √s]
+    "noise.gust": 0.15,  # deviation of the wind's strength, as a share of its mean
+    "noise.gust_lasts": 1.0,  # for so long a gust stays [s]
     "noise.draught": 0.05,  # of vertical wind [N per √s]
     "noise.wind_turn": 4e-3,  # of the wind's turn rate [rad/s per √s]
     "noise.lift": 0.003,  # batteries sag: of the lift's share [1 per √s]
@@ -51,7 +52,7 @@ _NOISE = {
     "noise.face": 1e-4,  # [m per √s]
 }
 _START = {
-    "start.velocity": 0.05, "start.wind": 0.5, "start.draught": 0.2, "start.wind_turn": 0.1, "start.lift": 0.02,
+    "start.velocity": 0.05, "start.wind": 0.5, "start.draught": 0.2, "start.wind_turn": 0.1, "start.gust": 0.15, "start.lift": 0.02,
     "start.joint": 0.02, "start.joint_rate": 0.002, "start.resistance": 0.6, "start.log_inertia": 0.5, "start.face": 1e-3,
     "start.reach": 0.02, "start.friction": 0.1,
 }  # fmt: skip

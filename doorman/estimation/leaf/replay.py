@@ -64,6 +64,8 @@ class LeafReplay:
     hypotheses: tuple[str, ...]
     normal_force: Array
     """λ and its deviation, shape (k, 2) [N]."""
+    wind: Array
+    """On the vehicle, by components, each with its deviation, shape (k, 3, 2) [N]."""
     statuses: Array
     """`Status` of every step, shape (k,)."""
     log_likelihood: float
@@ -112,7 +114,7 @@ def replay_leaf(recording: Recording, model: Model, changes: dict[str, float] | 
         found = bank.estimate()
         rows.append((
             found.mean, found.deviations, np.array(list(found.probabilities.values())), found.outputs["normal_force"],
-            status,
+            [found.outputs[f"wind_{axis}"] for axis in "xyz"], status,
         ))  # fmt: skip
     means = np.array([row[0] for row in rows])
     probabilities = np.array([row[2] for row in rows])
@@ -122,7 +124,7 @@ def replay_leaf(recording: Recording, model: Model, changes: dict[str, float] | 
         came, pose_time[new[1:]], means, np.array([row[1] for row in rows]),
         means[:, JOINT] + means[:, JOINT_RATE] * (came - pose_time[new[1:]]),
         probabilities[:, [name in TOUCHING for name in names]].sum(axis=1), probabilities, names,
-        np.array([row[3] for row in rows]), np.array([row[4] for row in rows]), bank.log_likelihood, bank.score("pose"),
+        *(np.array([row[k] for row in rows]) for k in (3, 4, 5)), bank.log_likelihood, bank.score("pose"),
     )  # fmt: skip
 
 
