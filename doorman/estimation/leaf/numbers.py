@@ -38,12 +38,12 @@ _SWITCH = {
     "switch.stop": 1.0,  # leaves that come to rest, or begin to move [1/s]
 }
 _NOISE = {
-    "noise.velocity": 0.02,  # rough air and errors of thrust [m/s per √s]
+    "noise.velocity": 0.025,  # rough air and errors of thrust [m/s per √s]
     "noise.wind": 0.03,  # of the mean wind [N per √s]
     "noise.gust": 0.15,  # deviation of the wind's strength, as a share of its mean
     "noise.gust_lasts": 1.0,  # for so long a gust stays [s]
     "noise.draught": 0.05,  # of vertical wind [N per √s]
-    "noise.wind_turn": 4e-3,  # of the wind's turn rate [rad/s per √s]
+    "noise.wind_turn": 1e-3,  # of the wind's turn rate [rad/s per √s]
     "noise.lift": 0.003,  # batteries sag: of the lift's share [1 per √s]
     "noise.rate": 0.05,  # forces on the leaf that are not in the model [rad/s per √s]
     "noise.drawn": 0.3,  # share of the resistance that draws an open leaf back, a closer [√s]

@@ -24,7 +24,7 @@ from doorman.recording import Recording
 
 Array = NDArray[np.float64]
 
-_AT_THE_LEAF = ("touch", "open", "hold", "recover", "take_back", "release")
+_AT_THE_LEAF = ("touch", "open", "hold", "recover", "take_back", "release", "retreat")
 """Phases of a mission in which the tip may touch."""
 
 _MOTOR_LAG = 0.03
