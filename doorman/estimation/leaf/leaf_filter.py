@@ -32,8 +32,8 @@ AWAY, AT_THE_LEAF, CLOSING, HELD = "away", "at_the_leaf", "closing", "held"
 """Situations: nothing is near, the tip may touch, the gripper closes where it meets the leaf, it has closed."""
 
 
-def leaf_filter(model: Model, numbers: Numbers) -> Filter:
-    """Filter of a scenario's vehicle and door; see `LeafMotion` for its states and inputs."""
+def leaf_filter(model: Model, numbers: Numbers, feels: bool = False) -> Filter:
+    """Filter of a scenario's vehicle and door, and of a tip that `feels` its normal force; see `LeafMotion`."""
     motion = LeafMotion(ArmPattern.of(model.vehicle.arm)[0], model.vehicle.point_names, numbers)
     grips = model.scenario.contact.kind == "grip"
     hypotheses = [free(motion), pushing(motion), standing(motion), *([gripped(motion), holding(motion)] if grips else [])]
@@ -43,14 +43,18 @@ def leaf_filter(model: Model, numbers: Numbers) -> Filter:
     least[inertia], most[inertia] = np.log(0.02 * model.door.inertia), np.log(20.0 * model.door.inertia)
     least[JOINT], most[JOINT] = model.door.lower_limit - play, model.door.upper_limit + play
     resting = [name for name in RESTING if name in names]
-    force = Output("normal_force", motion.force_on_moving, under={FREE: 0.0, **{name: motion.force_on_standing for name in resting}})
+    under = {FREE: 0.0, **{name: motion.force_on_standing for name in resting}}
+    force = Output("normal_force", motion.force_on_moving, under=under)
+    felt = [Measurement("tip_force", motion.force_on_moving, motion.sensor.tip_force, gate=8.0, under=under)]
     winds = [Output(f"wind_{axis}", motion.wind["xyz".index(axis)]) for axis in "xyz"]
     return Filter(
         ProcessModel(
             motion.state, motion.inputs, motion.dynamics(0, 0, 1), hypotheses[0].noise, parameters=motion.parameters,
             lower=least, upper=most,
         ),
-        measurements=[Measurement("pose", motion.position, motion.sensor.pose, gate=8.0)],
+        measurements=[
+            Measurement("pose", motion.position, motion.sensor.pose, gate=8.0), *(felt if feels else []),
+        ],
         hypotheses=hypotheses, switching=switching(motion, names), outputs=[force, *winds],
         allowed={AWAY: [FREE], AT_THE_LEAF: [FREE, PUSHING, STANDING], **({CLOSING: [FREE, GRIPPED, HOLDING], HELD: [GRIPPED, HOLDING]} if grips else {})},
         parameters=numbers.vector, ticks=24, longest_step=1.0,

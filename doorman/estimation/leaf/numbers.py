@@ -62,7 +62,10 @@ _STOP = 3e-3
 """Deviation of a leaf that will be gripped from its stop [rad or m]: nothing tells one that stands ajar from a gripper that has
 closed before the face."""
 
-TUNED = ("sensor.pose", *_TOUCH, *_SWITCH, *_NOISE, *_START)
+_TIP_FORCE = 0.5
+"""Deviation of what a sensor in the tip reads from the force of a stiff contact [N]: the tip swings on its compliance."""
+
+TUNED = ("sensor.pose", "sensor.tip_force", *_TOUCH, *_SWITCH, *_NOISE, *_START)
 """Names of what is no fact of vehicle or door."""
 
 
@@ -80,6 +83,7 @@ def leaf_numbers(model: Model, pose_deviation: float) -> Numbers:
     return model.reduced.numbers.and_also({
         "reference.sense": math.copysign(1.0, model.goal_state[3] - model.start_state[3]),
         "sensor.pose": pose_deviation,
+        "sensor.tip_force": _TIP_FORCE * scale.force,
         "contact.stiffness": 1500.0 * scale.stiffness,
         **{
             name: value * (1.0 if name == "contact.friction" else units.get(name.partition(".")[2], 1.0))

@@ -39,6 +39,12 @@ _ATTITUDE_LASTS = 0.25
 _STILL = 200
 """Poses that tell the noise of poses."""
 
+_ENDED = (Status.LOST, Status.NOT_STARTED, Status.CLOCK)
+"""After these the filter begins anew, where it was."""
+
+_REFUSED_LONGEST = 0.1
+"""Time for which poses may be refused: they are not outliers if they go on, but a blow that the filter has not seen [s]."""
+
 _LEAST = 10
 """Poses below which nothing tells their noise."""
 
@@ -93,13 +99,14 @@ def replay_leaf(recording: Recording, model: Model, changes: dict[str, float] | 
         raise RecordingError("too few poses", field="measurement", given=len(new), allowed=f"{_LEAST} or more")
     numbers = leaf_numbers(model, _pose_deviation(measured["position"][new]))
     numbers = numbers.replaced(changes or {})
-    bank = leaf_filter(model, numbers)
-    inputs = _inputs(recording, pose_time[new], new)
     situations = _situations(recording, measured.time[new])
+    felt = _felt(recording, pose_time[new], situations) if "tip_sensor" in recording else None
+    bank = leaf_filter(model, numbers, felt is not None)
+    inputs = _inputs(recording, pose_time[new], new)
     mean, deviations = first_state(model, numbers, measured["position"][new[0]])
     bank.start(pose_time[new[0]], mean, deviations, probabilities={FREE: 1.0}, inputs=inputs[0], situation=AWAY)
     rows: list[tuple[Any, ...]] = []
-    situation, found = AWAY, bank.estimate()
+    situation, found, refused = AWAY, bank.estimate(), pose_time[new[0]]
     for k in range(1, len(new)):
         at = float(pose_time[new[k]])
         if situations[k] != situation:
@@ -107,10 +114,15 @@ def replay_leaf(recording: Recording, model: Model, changes: dict[str, float] | 
             bank.allow(situation)
         bank.acted(0.5 * (inputs[k - 1] + inputs[k]))
         told = bank.measure("pose", at, measured["position"][new[k]])
+        if felt is not None:
+            bank.measure("tip_force", at, felt[k : k + 1])
         status = max(told, bank.step(at, inputs[k]))
-        if status in (Status.LOST, Status.NOT_STARTED, Status.CLOCK):
-            kept = (mean, deviations) if not rows else (rows[-1][0], rows[-1][1])
-            bank.start(at, *kept, inputs=inputs[k], situation=situation)
+        refused = at if status != Status.REFUSED else refused
+        if status in _ENDED or at - refused > _REFUSED_LONGEST:
+            kept = np.array(mean if not rows else rows[-1][0])
+            kept[:3], doubt = measured["position"][new[k]], deviations if not rows else np.maximum(deviations, rows[-1][1])
+            bank.start(at, kept, doubt, inputs=inputs[k], situation=situation)
+            status, refused = max(status, Status.LOST), at
         found = bank.estimate()
         rows.append((
             found.mean, found.deviations, np.array(list(found.probabilities.values())), found.outputs["normal_force"],
@@ -186,6 +198,15 @@ def _steadied(times: Array, seen: Array, turned: Array) -> Array:
         kept = math.exp(-(times[k + 1] - times[k]) / _ATTITUDE_LASTS)
         found[k + 1] = kept * (before + change) + (1.0 - kept) * seen[k + 1]
     return found
+
+
+def _felt(recording: Recording, times: Array, situations: list[str]) -> Array:
+    """What the sensor in the tip reads at every pose, less what it has read where nothing touches, shape (k,) [N]."""
+    sensor = recording["tip_sensor"]
+    read = np.interp(times, sensor.time, sensor["force"])
+    away = np.array([situation == AWAY for situation in situations])
+    before = np.concatenate([[0.0], np.cumsum(away * read)[:-1]])
+    return np.asarray(read - before / np.maximum(np.concatenate([[0.0], np.cumsum(away)[:-1]]), 1.0))
 
 
 def _lagged(sent: Array, time: Array) -> Array:
