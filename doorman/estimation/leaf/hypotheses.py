@@ -111,10 +111,10 @@ def _gripping(motion: LeafMotion, force: Any) -> Any:
 
 def _in_the_grip(motion: LeafMotion, force: Any) -> list[Row]:
     """The tip does not move on the face."""
-    slips = ca.vertcat(
-        ca.dot(motion.leaf_direction, motion.slip_velocity), ca.dot(motion.leaf.up, motion.slip_velocity)
-    )
-    return [*_on_the_face(motion, force, motion.gap - motion.reach), Row("fixed", slips, motion.contact.gap_rate, motion.contact.lasts)]
+    return [
+        *_on_the_face(motion, force, motion.gap - motion.reach),
+        Row("fixed", motion.slip, motion.contact.gap_rate, motion.contact.lasts),
+    ]
 
 
 def _on_the_face(motion: LeafMotion, force: Any, gap: Any) -> list[Row]:

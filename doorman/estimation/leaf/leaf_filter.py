@@ -31,12 +31,20 @@ from doorman.model import Model
 AWAY, AT_THE_LEAF, CLOSING, HELD = "away", "at_the_leaf", "closing", "held"
 """Situations: nothing is near, the tip may touch, the gripper closes where it meets the leaf, it has closed."""
 
+WINDS, SLIPS = ("wind_x", "wind_y", "wind_z"), ("slip_along", "slip_up")
+"""Outputs beside `normal_force`: the wind on the vehicle [N], and the tip's velocity on the face [m/s]."""
+
 
 def leaf_filter(model: Model, numbers: Numbers, feels: bool = False) -> Filter:
     """Filter of a scenario's vehicle and door, and of a tip that `feels` its normal force; see `LeafMotion`."""
     motion = LeafMotion(ArmPattern.of(model.vehicle.arm)[0], model.vehicle.point_names, numbers)
     grips = model.scenario.contact.kind == "grip"
-    hypotheses = [free(motion), pushing(motion), standing(motion), *([gripped(motion), holding(motion)] if grips else [])]
+    hypotheses = [
+        free(motion),
+        pushing(motion),
+        standing(motion),
+        *([gripped(motion), holding(motion)] if grips else []),
+    ]
     names = tuple(each.name for each in hypotheses)
     least, most = np.full(SIZE, -np.inf), np.full(SIZE, np.inf)
     inertia, play = PLACES["log_inertia"], numbers.one("start.joint")
@@ -46,7 +54,8 @@ def leaf_filter(model: Model, numbers: Numbers, feels: bool = False) -> Filter:
     under = {FREE: 0.0, **{name: motion.force_on_standing for name in resting}}
     force = Output("normal_force", motion.force_on_moving, under=under)
     felt = [Measurement("tip_force", motion.force_on_moving, motion.sensor.tip_force, gate=8.0, under=under)]
-    winds = [Output(f"wind_{axis}", motion.wind["xyz".index(axis)]) for axis in "xyz"]
+    winds = [Output(name, motion.wind[k]) for k, name in enumerate(WINDS)]
+    slips = [Output(name, motion.slip[k]) for k, name in enumerate(SLIPS)]
     return Filter(
         ProcessModel(
             motion.state, motion.inputs, motion.dynamics(0, 0, 1), hypotheses[0].noise, parameters=motion.parameters,
@@ -55,7 +64,7 @@ def leaf_filter(model: Model, numbers: Numbers, feels: bool = False) -> Filter:
         measurements=[
             Measurement("pose", motion.position, motion.sensor.pose, gate=8.0), *(felt if feels else []),
         ],
-        hypotheses=hypotheses, switching=switching(motion, names), outputs=[force, *winds],
+        hypotheses=hypotheses, switching=switching(motion, names), outputs=[force, *winds, *slips],
         allowed={AWAY: [FREE], AT_THE_LEAF: [FREE, PUSHING, STANDING], **({CLOSING: [FREE, GRIPPED, HOLDING], HELD: [GRIPPED, HOLDING]} if grips else {})},
         parameters=numbers.vector, ticks=24, longest_step=1.0,
     )  # fmt: skip

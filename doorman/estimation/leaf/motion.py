@@ -97,6 +97,11 @@ class LeafMotion(TipOnFace):
         return self.friction_force[0] * self.leaf_direction + self.friction_force[1] * self.leaf.up
 
     @cached_property
+    def slip(self) -> Any:
+        """Velocity of the tip on the face, along and up, (2, 1) [m/s]."""
+        return ca.vertcat(ca.dot(self.leaf_direction, self.slip_velocity), ca.dot(self.leaf.up, self.slip_velocity))
+
+    @cached_property
     def wind(self) -> Any:
         """Of the moment, (3, 1) [N]; a gust is horizontal."""
         return ca.vertcat((1 + self.gust) * self.mean_wind[:2], self.mean_wind[2])

@@ -13,11 +13,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from doorman.estimation.estimate import MeasurementScore
-from doorman.estimation.leaf.hypotheses import FREE, TOUCHING
-from doorman.estimation.leaf.leaf_filter import AT_THE_LEAF, AWAY, CLOSING, HELD, leaf_filter
-from doorman.estimation.leaf.numbers import JOINT, JOINT_RATE, TUNED, first_state, leaf_numbers
-from doorman.estimation.status import Status
+from doorman.estimation.leaf.hypotheses import TOUCHING
+from doorman.estimation.leaf.leaf_filter import AT_THE_LEAF, AWAY, CLOSING, HELD, SLIPS, WINDS
+from doorman.estimation.leaf.numbers import JOINT, JOINT_RATE, TUNED, leaf_numbers
+from doorman.estimation.leaf.running import LeafRun
 from doorman.exceptions import DoormanError, RecordingError
 from doorman.model import Model
 from doorman.recording import Recording
@@ -39,11 +38,8 @@ _ATTITUDE_LASTS = 0.25
 _STILL = 200
 """Poses that tell the noise of poses."""
 
-_ENDED = (Status.LOST, Status.NOT_STARTED, Status.CLOCK)
-"""After these the filter begins anew, where it was."""
-
-_REFUSED_LONGEST = 0.1
-"""Time for which poses may be refused: they are not outliers if they go on, but a blow that the filter has not seen [s]."""
+_SLIPS = 5.0
+"""Deviations by which a tip moves on the face before it is said to slip."""
 
 _LEAST = 10
 """Poses below which nothing tells their noise."""
@@ -72,10 +68,17 @@ class LeafReplay:
     """λ and its deviation, shape (k, 2) [N]."""
     wind: Array
     """On the vehicle, by components, each with its deviation, shape (k, 3, 2) [N]."""
+    slip: Array
+    """Velocity of the tip on the face, along and up, each with its deviation, shape (k, 2, 2) [m/s]."""
+    slips: Array
+    """Whether the tip slips on the face, shape (k,)."""
     statuses: Array
-    """`Status` of every step, shape (k,)."""
+    """`Status` of every step, shape (k,): `LOST` where the filter began anew."""
     log_likelihood: float
-    poses: MeasurementScore
+    refused: int
+    """Poses beyond their gate under every hypothesis."""
+    mean_nis: float
+    """Of the poses."""
 
 
 def replay_leaf(recording: Recording, model: Model, changes: dict[str, float] | None = None) -> LeafReplay:
@@ -90,63 +93,40 @@ def replay_leaf(recording: Recording, model: Model, changes: dict[str, float] | 
         What the filter would have known.
 
     Raises:
-        DoormanError: if the arm has mass, a name or a value of the changes cannot be, or the recording lacks what is replayed.
+        DoormanError: if a name or a value of the changes cannot be, or the recording lacks what is replayed.
     """
-    _check(recording, model, changes or {})
+    _check(recording, changes or {})
     measured, pose_time = recording["measurement"], recording["measurement"]["pose_time"]
-    new = np.flatnonzero(np.concatenate([[True], np.diff(pose_time) > 1e-9]) & (pose_time >= 0.0))
+    whole = np.isfinite(np.column_stack([measured["position"], measured["attitude"], pose_time])).all(axis=1)
+    new = np.flatnonzero(np.concatenate([[True], np.diff(pose_time) > 1e-9]) & (pose_time >= 0.0) & whole)
     if len(new) < _LEAST:
         raise RecordingError("too few poses", field="measurement", given=len(new), allowed=f"{_LEAST} or more")
-    numbers = leaf_numbers(model, _pose_deviation(measured["position"][new]))
-    numbers = numbers.replaced(changes or {})
+    numbers = leaf_numbers(model, _pose_deviation(measured["position"][new])).replaced(changes or {})
     situations = _situations(recording, measured.time[new])
     felt = _felt(recording, pose_time[new], situations) if "tip_sensor" in recording else None
-    bank = leaf_filter(model, numbers, felt is not None)
     inputs = _inputs(recording, pose_time[new], new)
-    mean, deviations = first_state(model, numbers, measured["position"][new[0]])
-    bank.start(pose_time[new[0]], mean, deviations, probabilities={FREE: 1.0}, inputs=inputs[0], situation=AWAY)
+    run = LeafRun(model, numbers, pose_time[new[0]], measured["position"][new[0]], inputs[0], feels=felt is not None)
     rows: list[tuple[Any, ...]] = []
-    situation, found, refused = AWAY, bank.estimate(), pose_time[new[0]]
     for k in range(1, len(new)):
-        at = float(pose_time[new[k]])
-        if situations[k] != situation:
-            situation = situations[k]
-            bank.allow(situation)
-        bank.acted(0.5 * (inputs[k - 1] + inputs[k]))
-        told = bank.measure("pose", at, measured["position"][new[k]])
-        if felt is not None:
-            bank.measure("tip_force", at, felt[k : k + 1])
-        status = max(told, bank.step(at, inputs[k]))
-        refused = at if status != Status.REFUSED else refused
-        if status in _ENDED or at - refused > _REFUSED_LONGEST:
-            kept = np.array(mean if not rows else rows[-1][0])
-            kept[:3], doubt = measured["position"][new[k]], deviations if not rows else np.maximum(deviations, rows[-1][1])
-            bank.start(at, kept, doubt, inputs=inputs[k], situation=situation)
-            status, refused = max(status, Status.LOST), at
-        found = bank.estimate()
+        reading = None if felt is None else felt[k : k + 1]
+        status = run.step(float(pose_time[new[k]]), measured["position"][new[k]], inputs[k], situations[k], reading)
+        found = run.estimate
         rows.append((
-            found.mean, found.deviations, np.array(list(found.probabilities.values())), found.outputs["normal_force"],
-            [found.outputs[f"wind_{axis}"] for axis in "xyz"], status,
+            found.mean, found.deviations, list(found.probabilities.values()), found.outputs["normal_force"],
+            [found.outputs[name] for name in WINDS], [found.outputs[name] for name in SLIPS], status,
         ))  # fmt: skip
-    means = np.array([row[0] for row in rows])
-    probabilities = np.array([row[2] for row in rows])
-    names = tuple(found.probabilities)
-    came = measured.time[new[1:]]
+    mean, deviations, probabilities, force, wind, slip, statuses = (np.array(each) for each in zip(*rows, strict=True))
+    names, came = tuple(run.estimate.probabilities), measured.time[new[1:]]
+    touching = probabilities[:, [name in TOUCHING for name in names]].sum(axis=1)
+    slips = (touching > 0.5) & (((slip[:, :, 0] / slip[:, :, 1]) ** 2).sum(axis=1) > _SLIPS**2)
     return LeafReplay(
-        came, pose_time[new[1:]], means, np.array([row[1] for row in rows]),
-        means[:, JOINT] + means[:, JOINT_RATE] * (came - pose_time[new[1:]]),
-        probabilities[:, [name in TOUCHING for name in names]].sum(axis=1), probabilities, names,
-        *(np.array([row[k] for row in rows]) for k in (3, 4, 5)), bank.log_likelihood, bank.score("pose"),
+        came, pose_time[new[1:]], mean, deviations, mean[:, JOINT] + mean[:, JOINT_RATE] * (came - pose_time[new[1:]]),
+        touching, probabilities, names, force, wind, slip, slips, statuses, run.log_likelihood, run.refused, run.mean_nis,
     )  # fmt: skip
 
 
-def _check(recording: Recording, model: Model, changes: dict[str, float]) -> None:
+def _check(recording: Recording, changes: dict[str, float]) -> None:
     """What the replay cannot take."""
-    if not model.vehicle.bodies.balanced:
-        raise DoormanError(
-            "the filter at the leaf takes the base as the centre of mass", file=model.vehicle.urdf, field="vehicle.urdf",
-            given="an arm with mass", allowed="an arm without mass",
-        )  # fmt: skip
     for name, value in changes.items():
         if name not in TUNED:
             raise DoormanError("no such number", field=name, allowed=", ".join(TUNED))
@@ -169,9 +149,9 @@ def _pose_deviation(positions: Array) -> float:
 def _inputs(recording: Recording, times: Array, new: NDArray[np.int64]) -> Array:
     """What acts at every pose, shape (k, m): as `LeafMotion` takes it."""
     measured, command = recording["measurement"], recording["command"]
-    sent = np.column_stack([command["side_force"], command["thrust"]])
-    rotors = _lagged(sent, command.time)
-    gyro, now = measured["body_rates"], measured.time
+    sent_at, sent = _finite(command.time, np.column_stack([command["side_force"], command["thrust"]]))
+    rotors = _lagged(sent, sent_at)
+    now, gyro = _finite(measured.time, measured["body_rates"])
     half = 0.5 * _TURNING_WINDOW
     smooth = _mean_over(gyro, now, half)
     turning = (_at(times + half, now, smooth) - _at(times - half, now, smooth)) / _TURNING_WINDOW
@@ -180,9 +160,15 @@ def _inputs(recording: Recording, times: Array, new: NDArray[np.int64]) -> Array
     seen = np.column_stack([measured["attitude"][new][:, :2], np.unwrap(measured["attitude"][new][:, 2])])
     turned = np.concatenate([np.zeros((1, 3)), np.cumsum(gyro[:-1] * np.diff(now)[:, None], axis=0)])
     return np.column_stack([
-        _at(times, command.time, rotors), _steadied(times, seen, np.diff(_at(times, now, turned), axis=0)), _at(times, now, smooth), turning, measured["arm_angles"][new],
+        _at(times, sent_at, rotors), _steadied(times, seen, np.diff(_at(times, now, turned), axis=0)), _at(times, now, smooth), turning, measured["arm_angles"][new],
         measured["arm_rates"][new],
     ])  # fmt: skip
+
+
+def _finite(time: Array, values: Array) -> tuple[Array, Array]:
+    """Without the rows that hold NaN: they are lost."""
+    whole = np.isfinite(values).all(axis=1)
+    return time[whole], values[whole]
 
 
 def _steadied(times: Array, seen: Array, turned: Array) -> Array:
