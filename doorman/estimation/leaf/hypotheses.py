@@ -31,7 +31,7 @@ def free(motion: LeafMotion) -> Hypothesis:
     drawn = noise.drawn * resists * ca.tanh(motion.opening / _AJAR)
     return Hypothesis(
         FREE, motion.dynamics(0, -motion.reference.sense * resists * moves, contact.settles),
-        _noise(motion, 0, ca.sqrt((noise.rate * moves) ** 2 + drawn**2), noise.resistance * moves),
+        _noise(motion, 0, 0, ca.sqrt((noise.rate * moves) ** 2 + drawn**2), noise.resistance * moves),
         limits=[Row("outside", motion.gap, contact.inside, contact.lasts)],
     )  # fmt: skip
 
@@ -41,7 +41,7 @@ def pushing(motion: LeafMotion) -> Hypothesis:
     contact, force = motion.contact, motion.force_on_moving
     return Hypothesis(
         PUSHING, motion.dynamics(force, motion.pushed(force), contact.friction_lasts),
-        _noise(motion, _rubbing(motion, force), motion.noise.rate), holds=_on_the_face(motion, force, motion.gap),
+        _noise(motion, force, _rubbing(motion, force), motion.noise.rate), holds=_on_the_face(motion, force, motion.gap),
         limits=[Row("presses", force, contact.pull, contact.lasts)],
     )  # fmt: skip
 
@@ -51,7 +51,7 @@ def standing(motion: LeafMotion) -> Hypothesis:
     contact, force = motion.contact, motion.force_on_standing
     return Hypothesis(
         STANDING, motion.dynamics(force, -motion.door_rate / contact.settles, contact.friction_lasts),
-        _noise(motion, _rubbing(motion, force), 0.1 * motion.noise.rate),
+        _noise(motion, force, _rubbing(motion, force), 0.1 * motion.noise.rate),
         holds=_on_the_face(motion, force, motion.gap), limits=[Row("presses", force, contact.pull, contact.lasts)],
     )  # fmt: skip
 
@@ -61,7 +61,7 @@ def gripped(motion: LeafMotion) -> Hypothesis:
     force = motion.force_on_moving
     return Hypothesis(
         GRIPPED, motion.dynamics(force, motion.pushed(force), motion.contact.friction_lasts),
-        _noise(motion, _gripping(motion, force), motion.noise.rate), holds=_in_the_grip(motion, force),
+        _noise(motion, force, _gripping(motion, force), motion.noise.rate), holds=_in_the_grip(motion, force),
     )  # fmt: skip
 
 
@@ -70,7 +70,7 @@ def holding(motion: LeafMotion) -> Hypothesis:
     contact, force = motion.contact, motion.force_on_standing
     return Hypothesis(
         HOLDING, motion.dynamics(force, -motion.door_rate / contact.settles, contact.friction_lasts),
-        _noise(motion, _gripping(motion, force), 0.1 * motion.noise.rate), holds=_in_the_grip(motion, force),
+        _noise(motion, force, _gripping(motion, force), 0.1 * motion.noise.rate), holds=_in_the_grip(motion, force),
     )  # fmt: skip
 
 
@@ -88,10 +88,11 @@ def switching(motion: LeafMotion, names: tuple[str, ...]) -> dict[tuple[str, str
     return rates
 
 
-def _noise(motion: LeafMotion, friction: Any, rate: Any, resistance: Any = None) -> Any:
+def _noise(motion: LeafMotion, force: Any, friction: Any, rate: Any, resistance: Any = None) -> Any:
     noise = motion.noise
+    speed = ca.sqrt(noise.velocity**2 + (noise.bounce * force / motion.vehicle.mass) ** 2)
     return motion.column(
-        velocity=ca.repmat(noise.velocity, 3, 1), wind=ca.vertcat(noise.wind, noise.wind, noise.draught),
+        velocity=ca.repmat(speed, 3, 1), wind=ca.vertcat(noise.wind, noise.wind, noise.draught),
         wind_turn=noise.wind_turn, gust=noise.gust * ca.sqrt(2 / noise.gust_lasts), lift=noise.lift, joint_rate=rate,
         resistance=noise.resistance if resistance is None else resistance, log_inertia=noise.inertia, face=noise.face,
         friction=ca.repmat(friction, 2, 1),

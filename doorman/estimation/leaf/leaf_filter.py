@@ -39,12 +39,8 @@ def leaf_filter(model: Model, numbers: Numbers, feels: bool = False) -> Filter:
     """Filter of a scenario's vehicle and door, and of a tip that `feels` its normal force; see `LeafMotion`."""
     motion = LeafMotion(ArmPattern.of(model.vehicle.arm)[0], model.vehicle.point_names, numbers)
     grips = model.scenario.contact.kind == "grip"
-    hypotheses = [
-        free(motion),
-        pushing(motion),
-        standing(motion),
-        *([gripped(motion), holding(motion)] if grips else []),
-    ]
+    hypotheses = [each(motion) for each in (free, pushing, standing, *((gripped, holding) if grips else ()))]
+    gripping = {CLOSING: [FREE, GRIPPED, HOLDING], HELD: [GRIPPED, HOLDING]}
     names = tuple(each.name for each in hypotheses)
     least, most = np.full(SIZE, -np.inf), np.full(SIZE, np.inf)
     inertia, play = PLACES["log_inertia"], numbers.one("start.joint")
@@ -65,6 +61,6 @@ def leaf_filter(model: Model, numbers: Numbers, feels: bool = False) -> Filter:
             Measurement("pose", motion.position, motion.sensor.pose, gate=8.0), *(felt if feels else []),
         ],
         hypotheses=hypotheses, switching=switching(motion, names), outputs=[force, *winds, *slips],
-        allowed={AWAY: [FREE], AT_THE_LEAF: [FREE, PUSHING, STANDING], **({CLOSING: [FREE, GRIPPED, HOLDING], HELD: [GRIPPED, HOLDING]} if grips else {})},
+        allowed={AWAY: [FREE], AT_THE_LEAF: [FREE, PUSHING, STANDING], **(gripping if grips else {})},
         parameters=numbers.vector, ticks=24, longest_step=1.0,
     )  # fmt: skip

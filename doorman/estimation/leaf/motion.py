@@ -1,11 +1,10 @@
 r"""Vehicle, tip and leaf in symbols, as an estimate sees them: attitude and arm are measured well enough to be inputs.
 
-States :math:`[P, V, F_w, \omega_w, \xi, \ell, q, \dot q, \rho, \ln I, o, o_g, F_t]`: the wind's force on the vehicle (vertical too) and the
-rate at which it turns, the gust as a share of it, the lift that the rotors make beyond their command as a share of it, the mechanism, what resists its
-opening, its inertia, how far the face stands before where it is believed to be, how far
-before the face a gripper has closed, and the tip's friction in the face. With the
-rotors' commanded force f, the face's normal n, the lever J, the leaf's weight G and the sense s of opening, a tip that touches
-presses by λ:
+States :math:`[P, V, F_w, \omega_w, \xi, \ell, q, \dot q, \rho, \ln I, o, o_g, F_t]`: the mean wind on the vehicle (vertical
+too), the rate at which it turns, and a gust as a share of it; the lift of the rotors beyond their command, as a share of that;
+the mechanism, what resists its opening, and its inertia; how far the face stands before where it is believed to be, and how far
+before the face a gripper has closed; the tip's friction on the face. With the rotors' commanded force f, the face's normal n, the
+lever J, the leaf's weight G and the sense s of opening, a tip that touches presses by λ:
 
 .. math::
     m\,a = (1 + \ell) R f - m g e_3 + (1 + \xi) F_w + \lambda n - F_t,\qquad \dot F_w = \omega_w e_3 \times F_w,\qquad

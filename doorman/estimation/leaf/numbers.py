@@ -11,8 +11,8 @@ from doorman.kinematics.numbers import Numbers
 from doorman.model import Model
 
 STATES = {
-    "position": 3, "velocity": 3, "wind": 3, "wind_turn": 1, "gust": 1, "lift": 1, "joint": 1, "joint_rate": 1, "resistance": 1,
-    "log_inertia": 1, "face": 1, "reach": 1, "friction": 2,
+    "position": 3, "velocity": 3, "wind": 3, "wind_turn": 1, "gust": 1, "lift": 1, "joint": 1, "joint_rate": 1,
+    "resistance": 1, "log_inertia": 1, "face": 1, "reach": 1, "friction": 2,
 }  # fmt: skip
 """Parts of the state in their order, and how many numbers each has; see `LeafMotion`."""
 _ENDS = dict(zip(STATES, itertools.accumulate(STATES.values()), strict=True))
@@ -39,6 +39,7 @@ _SWITCH = {
 }
 _NOISE = {
     "noise.velocity": 0.025,  # rough air and errors of thrust [m/s per √s]
+    "noise.bounce": 0.02,  # of the normal force, as a share of it: the tip swings on its compliance [√s]
     "noise.wind": 0.03,  # of the mean wind [N per √s]
     "noise.gust": 0.15,  # deviation of the wind's strength, as a share of its mean
     "noise.gust_lasts": 1.0,  # for so long a gust stays [s]
@@ -52,9 +53,9 @@ _NOISE = {
     "noise.face": 1e-4,  # [m per √s]
 }
 _START = {
-    "start.velocity": 0.05, "start.wind": 0.5, "start.draught": 0.2, "start.wind_turn": 0.1, "start.gust": 0.15, "start.lift": 0.02,
-    "start.joint": 0.02, "start.joint_rate": 0.002, "start.resistance": 0.6, "start.log_inertia": 0.5, "start.face": 1e-3,
-    "start.reach": 0.02, "start.friction": 0.1,
+    "start.velocity": 0.05, "start.wind": 0.5, "start.draught": 0.2, "start.wind_turn": 0.1, "start.gust": 0.15,
+    "start.lift": 0.02, "start.joint": 0.02, "start.joint_rate": 2e-3, "start.resistance": 0.6, "start.log_inertia": 0.5,
+    "start.face": 1e-3, "start.reach": 0.02, "start.friction": 0.1,
 }  # fmt: skip
 """Deviations before the first touch, SI units."""
 
@@ -75,12 +76,15 @@ def leaf_numbers(model: Model, pose_deviation: float) -> Numbers:
     units = {
         "gap": scale.length, "gap_rate": scale.speed, "pull": scale.force, "inside": scale.length, "near": scale.length,
         "velocity": scale.speed, "wind": scale.force, "draught": scale.force, "wind_turn": scale.rate, "rate": scale.rate,
-        "resistance": scale.torque, "face": scale.length, "reach": scale.length, "friction": scale.force, "joint_rate": scale.rate,
+        "resistance": scale.torque, "face": scale.length, "reach": scale.length, "friction": scale.force,
+        "joint_rate": scale.rate,
     }  # fmt: skip
     tuned = {**_TOUCH, **_SWITCH, **_NOISE, **_START}
     if model.scenario.contact.kind == "grip":
         tuned["start.joint"] = _STOP
+    bodies = {} if model.vehicle.bodies.balanced else model.vehicle.bodies.numbers()
     return model.reduced.numbers.and_also({
+        **bodies,
         "reference.sense": math.copysign(1.0, model.goal_state[3] - model.start_state[3]),
         "sensor.pose": pose_deviation,
         "sensor.tip_force": _TIP_FORCE * scale.force,

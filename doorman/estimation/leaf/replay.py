@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from doorman.estimation.leaf.hypotheses import TOUCHING
+from doorman.estimation.leaf.hypotheses import PUSHING, STANDING, TOUCHING
 from doorman.estimation.leaf.leaf_filter import AT_THE_LEAF, AWAY, CLOSING, HELD, SLIPS, WINDS
 from doorman.estimation.leaf.numbers import JOINT, JOINT_RATE, TUNED, leaf_numbers
 from doorman.estimation.leaf.running import LeafRun
@@ -56,7 +56,7 @@ class LeafReplay:
     mean: Array
     """Of the states, at the pose's time, shape (k, n)."""
     deviations: Array
-    """Shape (k, 16)."""
+    """Shape (k, n)."""
     joint: Array
     """q when the pose came, shape (k,) [rad or m]."""
     touching: Array
@@ -71,7 +71,7 @@ class LeafReplay:
     slip: Array
     """Velocity of the tip on the face, along and up, each with its deviation, shape (k, 2, 2) [m/s]."""
     slips: Array
-    """Whether the tip slips on the face, shape (k,)."""
+    """Whether a tip that is not gripped slips on the face, shape (k,)."""
     statuses: Array
     """`Status` of every step, shape (k,): `LOST` where the filter began anew."""
     log_likelihood: float
@@ -118,7 +118,8 @@ def replay_leaf(recording: Recording, model: Model, changes: dict[str, float] | 
     mean, deviations, probabilities, force, wind, slip, statuses = (np.array(each) for each in zip(*rows, strict=True))
     names, came = tuple(run.estimate.probabilities), measured.time[new[1:]]
     touching = probabilities[:, [name in TOUCHING for name in names]].sum(axis=1)
-    slips = (touching > 0.5) & (((slip[:, :, 0] / slip[:, :, 1]) ** 2).sum(axis=1) > _SLIPS**2)
+    rubbing = probabilities[:, [name in (PUSHING, STANDING) for name in names]].sum(axis=1)
+    slips = (rubbing > 0.5) & (((slip[:, :, 0] / slip[:, :, 1]) ** 2).sum(axis=1) > _SLIPS**2)
     return LeafReplay(
         came, pose_time[new[1:]], mean, deviations, mean[:, JOINT] + mean[:, JOINT_RATE] * (came - pose_time[new[1:]]),
         touching, probabilities, names, force, wind, slip, slips, statuses, run.log_likelihood, run.refused, run.mean_nis,
@@ -159,8 +160,9 @@ def _inputs(recording: Recording, times: Array, new: NDArray[np.int64]) -> Array
     turning[late] = ((_at(times, now, smooth) - _at(times - _TURNING_WINDOW, now, smooth)) / _TURNING_WINDOW)[late]
     seen = np.column_stack([measured["attitude"][new][:, :2], np.unwrap(measured["attitude"][new][:, 2])])
     turned = np.concatenate([np.zeros((1, 3)), np.cumsum(gyro[:-1] * np.diff(now)[:, None], axis=0)])
+    attitude = _steadied(times, seen, np.diff(_at(times, now, turned), axis=0))
     return np.column_stack([
-        _at(times, sent_at, rotors), _steadied(times, seen, np.diff(_at(times, now, turned), axis=0)), _at(times, now, smooth), turning, measured["arm_angles"][new],
+        _at(times, sent_at, rotors), attitude, _at(times, now, smooth), turning, measured["arm_angles"][new],
         measured["arm_rates"][new],
     ])  # fmt: skip
 
