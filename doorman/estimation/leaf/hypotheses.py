@@ -9,7 +9,8 @@ import casadi as ca
 from doorman.estimation.hypothesis import Hypothesis, Row
 from doorman.estimation.leaf.motion import LeafMotion
 
-FREE, PUSHING, STANDING, GRIPPED, HOLDING = "free", "pushing", "standing", "gripped", "holding"
+FREE, BLOWN, PUSHING, STANDING = "free", "blown", "pushing", "standing"
+GRIPPED, HOLDING = "gripped", "holding"
 
 TOUCHING = (PUSHING, STANDING, GRIPPED, HOLDING)
 """Those in which the tip feels a force."""
@@ -26,12 +27,22 @@ _HELD = 0.1
 
 def free(motion: LeafMotion) -> Hypothesis:
     """The tip is not behind the face, and feels nothing; the leaf moves by itself."""
+    return _free(FREE, motion, motion.noise.wind)
+
+
+def blown(motion: LeafMotion) -> Hypothesis:
+    """The same while the wind jumps, which else passes for one that turns."""
+    return _free(BLOWN, motion, motion.noise.jump)
+
+
+def _free(name: str, motion: LeafMotion, wind: Any) -> Hypothesis:
     contact, noise = motion.contact, motion.noise
     moves, resists = ca.tanh(motion.rate_to_goal / _ROUNDING), ca.fmax(motion.resistance, 0) / motion.inertia
     drawn = noise.drawn * resists * ca.tanh(motion.opening / _AJAR)
+    rate = ca.sqrt((noise.rate * moves) ** 2 + drawn**2)
     return Hypothesis(
-        FREE, motion.dynamics(0, -motion.reference.sense * resists * moves, contact.settles),
-        _noise(motion, 0, 0, ca.sqrt((noise.rate * moves) ** 2 + drawn**2), noise.resistance * moves),
+        name, motion.dynamics(0, -motion.reference.sense * resists * moves, contact.settles),
+        _noise(motion, 0, 0, rate, noise.resistance * moves, wind),
         limits=[Row("outside", motion.gap, contact.inside, contact.lasts)],
     )  # fmt: skip
 
@@ -80,7 +91,7 @@ def switching(motion: LeafMotion, names: tuple[str, ...]) -> dict[tuple[str, str
     touching = [name for name in names if name in TOUCHING]
     moves = ca.tanh(motion.rate_to_goal / _ROUNDING) ** 2
     closeness = 0.5 * (1 + ca.tanh(2 * (switch.near - motion.gap) / switch.near))
-    rates: dict[tuple[str, str], Any] = {}
+    rates: dict[tuple[str, str], Any] = {(FREE, BLOWN): switch.jump, (BLOWN, FREE): switch.calm}
     for name in touching:
         rates[FREE, name] = (switch.far + switch.make * closeness) * (1 - moves if name in RESTING else moves)
         rates[name, FREE] = switch.lose
@@ -88,11 +99,12 @@ def switching(motion: LeafMotion, names: tuple[str, ...]) -> dict[tuple[str, str
     return rates
 
 
-def _noise(motion: LeafMotion, force: Any, friction: Any, rate: Any, resistance: Any = None) -> Any:
+def _noise(motion: LeafMotion, force: Any, friction: Any, rate: Any, resistance: Any = None, wind: Any = None) -> Any:
     noise = motion.noise
+    wind = noise.wind if wind is None else wind
     speed = ca.sqrt(noise.velocity**2 + (noise.bounce * force / motion.vehicle.mass) ** 2)
     return motion.column(
-        velocity=ca.repmat(speed, 3, 1), wind=ca.vertcat(noise.wind, noise.wind, noise.draught),
+        velocity=ca.repmat(speed, 3, 1), wind=ca.vertcat(wind, wind, noise.draught),
         wind_turn=noise.wind_turn, gust=noise.gust * ca.sqrt(2 / noise.gust_lasts), lift=noise.lift, joint_rate=rate,
         resistance=noise.resistance if resistance is None else resistance, log_inertia=noise.inertia, face=noise.face,
         friction=ca.repmat(friction, 2, 1),

@@ -6,12 +6,14 @@ import numpy as np
 
 from doorman.estimation.filter import Filter
 from doorman.estimation.leaf.hypotheses import (
+    BLOWN,
     FREE,
     GRIPPED,
     HOLDING,
     PUSHING,
     RESTING,
     STANDING,
+    blown,
     free,
     gripped,
     holding,
@@ -39,7 +41,7 @@ def leaf_filter(model: Model, numbers: Numbers, feels: bool = False) -> Filter:
     """Filter of a scenario's vehicle and door, and of a tip that `feels` its normal force; see `LeafMotion`."""
     motion = LeafMotion(ArmPattern.of(model.vehicle.arm)[0], model.vehicle.point_names, numbers)
     grips = model.scenario.contact.kind == "grip"
-    hypotheses = [each(motion) for each in (free, pushing, standing, *((gripped, holding) if grips else ()))]
+    hypotheses = [each(motion) for each in (free, blown, pushing, standing, *((gripped, holding) if grips else ()))]
     gripping = {CLOSING: [FREE, GRIPPED, HOLDING], HELD: [GRIPPED, HOLDING]}
     names = tuple(each.name for each in hypotheses)
     least, most = np.full(SIZE, -np.inf), np.full(SIZE, np.inf)
@@ -47,7 +49,7 @@ def leaf_filter(model: Model, numbers: Numbers, feels: bool = False) -> Filter:
     least[inertia], most[inertia] = np.log(0.02 * model.door.inertia), np.log(20.0 * model.door.inertia)
     least[JOINT], most[JOINT] = model.door.lower_limit - play, model.door.upper_limit + play
     resting = [name for name in RESTING if name in names]
-    under = {FREE: 0.0, **{name: motion.force_on_standing for name in resting}}
+    under = {FREE: 0.0, BLOWN: 0.0, **{name: motion.force_on_standing for name in resting}}
     force = Output("normal_force", motion.force_on_moving, under=under)
     felt = [Measurement("tip_force", motion.force_on_moving, motion.sensor.tip_force, gate=8.0, under=under)]
     winds = [Output(name, motion.wind[k]) for k, name in enumerate(WINDS)]
@@ -61,6 +63,6 @@ def leaf_filter(model: Model, numbers: Numbers, feels: bool = False) -> Filter:
             Measurement("pose", motion.position, motion.sensor.pose, gate=8.0), *(felt if feels else []),
         ],
         hypotheses=hypotheses, switching=switching(motion, names), outputs=[force, *winds, *slips],
-        allowed={AWAY: [FREE], AT_THE_LEAF: [FREE, PUSHING, STANDING], **(gripping if grips else {})},
+        allowed={AWAY: [FREE, BLOWN], AT_THE_LEAF: [FREE, PUSHING, STANDING], **(gripping if grips else {})},
         parameters=numbers.vector, ticks=24, longest_step=1.0,
     )  # fmt: skip

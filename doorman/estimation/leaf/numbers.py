@@ -35,12 +35,15 @@ _SWITCH = {
     "switch.make": 30.0,  # touches of a near tip [1/s]
     "switch.far": 0.05,  # of one that is away [1/s]
     "switch.lose": 0.1,  # touches that end [1/s]
+    "switch.jump": 1e-3,  # winds that jump: rare, and plain when they do [1/s]
+    "switch.calm": 5.0,  # jumps that end [1/s]
     "switch.stop": 1.0,  # leaves that come to rest, or begin to move [1/s]
 }
 _NOISE = {
     "noise.velocity": 0.025,  # rough air and errors of thrust [m/s per √s]
     "noise.bounce": 0.02,  # of the normal force, as a share of it: the tip swings on its compliance [√s]
     "noise.wind": 0.03,  # of the mean wind [N per √s]
+    "noise.jump": 3.0,  # of one that jumps: by about 1 N in 0.1 s [N per √s]
     "noise.gust": 0.15,  # deviation of the wind's strength, as a share of its mean
     "noise.gust_lasts": 1.0,  # for so long a gust stays [s]
     "noise.draught": 0.05,  # of vertical wind [N per √s]
@@ -55,7 +58,7 @@ _NOISE = {
 _START = {
     "start.velocity": 0.05, "start.wind": 0.5, "start.draught": 0.2, "start.wind_turn": 0.1, "start.gust": 0.15,
     "start.lift": 0.02, "start.joint": 0.02, "start.joint_rate": 2e-3, "start.resistance": 0.6, "start.log_inertia": 0.5,
-    "start.face": 1e-3, "start.reach": 0.02, "start.friction": 0.1,
+    "start.face": 1.5e-3, "start.reach": 0.02, "start.friction": 0.1,
 }  # fmt: skip
 """Deviations before the first touch, SI units."""
 
@@ -75,9 +78,9 @@ def leaf_numbers(model: Model, pose_deviation: float) -> Numbers:
     scale = model.scale
     units = {
         "gap": scale.length, "gap_rate": scale.speed, "pull": scale.force, "inside": scale.length, "near": scale.length,
-        "velocity": scale.speed, "wind": scale.force, "draught": scale.force, "wind_turn": scale.rate, "rate": scale.rate,
-        "resistance": scale.torque, "face": scale.length, "reach": scale.length, "friction": scale.force,
-        "joint_rate": scale.rate,
+        "velocity": scale.speed, "wind": scale.force, "jump": scale.force, "draught": scale.force,
+        "wind_turn": scale.rate, "rate": scale.rate, "resistance": scale.torque, "face": scale.length,
+        "reach": scale.length, "friction": scale.force, "joint_rate": scale.rate,
     }  # fmt: skip
     tuned = {**_TOUCH, **_SWITCH, **_NOISE, **_START}
     if model.scenario.contact.kind == "grip":
@@ -90,7 +93,7 @@ def leaf_numbers(model: Model, pose_deviation: float) -> Numbers:
         "sensor.tip_force": _TIP_FORCE * scale.force,
         "contact.stiffness": 1500.0 * scale.stiffness,
         **{
-            name: value * (1.0 if name == "contact.friction" else units.get(name.partition(".")[2], 1.0))
+            name: value * (1.0 if name in ("contact.friction", "switch.jump") else units.get(name.partition(".")[2], 1.0))
             for name, value in tuned.items()
         },
     })  # fmt: skip
