@@ -16,6 +16,9 @@ from doorman.scenario import Scenario
 WIND, DOOR, SENSORS, HAND = "simulation.gust.", "simulation.door_", "simulation.sensors.", "simulation.hand."
 PUSH, GRIP = "push_campaign", "paper"
 
+_FACE = 1e-3
+"""Deviation of where the leaf's face stands, as the filter is told it [m]."""
+
 _STILL = {WIND + "vehicle": 0.0, WIND + "leaf": 0.0}
 
 
@@ -54,7 +57,7 @@ def flights(per_group: int) -> list[Flight]:
 
 
 def _drawn(group: str, number: int, scenario: str, own: dict[str, Any]) -> dict[str, Any]:
-    """A door and a wind by chance, then what the group is about."""
+    """A door whose face is not quite in its place, and a wind, by chance, then what the group is about."""
     rng = np.random.default_rng([69, number, *group.encode()])
     wind = rng.uniform(0.3, 1.5)
     draw = {
@@ -64,6 +67,7 @@ def _drawn(group: str, number: int, scenario: str, own: dict[str, Any]) -> dict[
     }  # fmt: skip
     if scenario == PUSH:
         draw[DOOR + "width"] = rng.uniform(1.1, 1.4)
+    draw[DOOR + "face_offset"] = rng.normal(0.0, _FACE)
     return {**{key: float(value) for key, value in draw.items()}, **own}
 
 

@@ -9,8 +9,8 @@ import pytest
 
 from doorman.control.under_way import UnderWay
 from doorman.dynamics.attitude_loop import AttitudeLoop
-from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.gravity import GRAVITY
+from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.scenario import ControlSection
 
 MASS, TICK = 3.0, 0.004

@@ -12,6 +12,7 @@ import typer
 from doorman.cli.recordings.recorded import chosen_recording, recorded_scenario, say_what_is_missing
 from doorman.estimation.leaf.numbers import JOINT, JOINT_RATE
 from doorman.estimation.leaf.replay import LeafReplay, replay_leaf
+from doorman.estimation.status import Status
 from doorman.exceptions import DoormanError
 from doorman.model import Model
 from doorman.recording import Recording
@@ -45,8 +46,9 @@ def _change(text: str) -> tuple[str, float]:
 
 def _figures(recording: Recording, found: LeafReplay) -> dict[str, Any]:
     figures: dict[str, Any] = {
-        "log_likelihood": round(found.log_likelihood, 1), "mean_nis_of_3": round(found.poses.mean_nis, 3),
-        "refused_poses": found.poses.refused,
+        "log_likelihood": round(found.log_likelihood, 1), "mean_nis_of_3": round(found.mean_nis, 3),
+        "refused_poses": found.refused, "begun_anew": int((found.statuses == Status.LOST).sum()),
+        "slips": int((np.diff(found.slips.astype(int), prepend=0) > 0).sum()),
     }  # fmt: skip
     if "truth" in recording:
         figures["mean_nees_of_2"] = round(float(np.mean(_nees(recording, found))), 3)

@@ -9,21 +9,40 @@ import casadi as ca
 from doorman.estimation.hypothesis import Hypothesis, Row
 from doorman.estimation.leaf.motion import LeafMotion
 
-FREE, PUSHING, STANDING, GRIPPED = "free", "pushing", "standing", "gripped"
+FREE, BLOWN, PUSHING, STANDING = "free", "blown", "pushing", "standing"
+GRIPPED, HOLDING = "gripped", "holding"
 
-TOUCHING = (PUSHING, STANDING, GRIPPED)
+TOUCHING = (PUSHING, STANDING, GRIPPED, HOLDING)
 """Those in which the tip feels a force."""
+RESTING = (STANDING, HOLDING)
+"""Those of them in which the leaf does not move."""
 
 _ROUNDING = 0.02
 """Rate below which a free leaf's friction fades [rad/s]: it must not chatter about rest."""
+_AJAR = 0.05
+"""Opening from which on a closer may draw the leaf back [rad or m]: one that is closed rests at its stop."""
+_HELD = 0.1
+"""Force across the face that a grip makes beside that of friction, as a share of the vehicle's weight."""
 
 
 def free(motion: LeafMotion) -> Hypothesis:
     """The tip is not behind the face, and feels nothing; the leaf moves by itself."""
+    return _free(FREE, motion, motion.noise.wind)
+
+
+def blown(motion: LeafMotion) -> Hypothesis:
+    """The same while the wind jumps, which else passes for one that turns."""
+    return _free(BLOWN, motion, motion.noise.jump)
+
+
+def _free(name: str, motion: LeafMotion, wind: Any) -> Hypothesis:
     contact, noise = motion.contact, motion.noise
-    slowed = ca.fmax(motion.resistance, 0) * ca.tanh(motion.rate_to_goal / _ROUNDING) / motion.inertia
+    moves, resists = ca.tanh(motion.rate_to_goal / _ROUNDING), ca.fmax(motion.resistance, 0) / motion.inertia
+    drawn = noise.drawn * resists * ca.tanh(motion.opening / _AJAR)
+    rate = ca.sqrt((noise.rate * moves) ** 2 + drawn**2)
     return Hypothesis(
-        FREE, motion.dynamics(0, -motion.reference.sense * slowed, contact.settles), _noise(motion, 0, noise.rate),
+        name, motion.dynamics(0, -motion.reference.sense * resists * moves, contact.settles),
+        _noise(motion, 0, 0, rate, noise.resistance * moves, wind),
         limits=[Row("outside", motion.gap, contact.inside, contact.lasts)],
     )  # fmt: skip
 
@@ -32,7 +51,8 @@ def pushing(motion: LeafMotion) -> Hypothesis:
     """The tip is on the face and moves with it; it presses and does not pull."""
     contact, force = motion.contact, motion.force_on_moving
     return Hypothesis(
-        PUSHING, motion.dynamics(force, motion.pushed(force), contact.friction_lasts), holds=_on_the_face(motion, force),
+        PUSHING, motion.dynamics(force, motion.pushed(force), contact.friction_lasts),
+        _noise(motion, force, _rubbing(motion, force), motion.noise.rate), holds=_on_the_face(motion, force, motion.gap),
         limits=[Row("presses", force, contact.pull, contact.lasts)],
     )  # fmt: skip
 
@@ -42,53 +62,78 @@ def standing(motion: LeafMotion) -> Hypothesis:
     contact, force = motion.contact, motion.force_on_standing
     return Hypothesis(
         STANDING, motion.dynamics(force, -motion.door_rate / contact.settles, contact.friction_lasts),
-        _noise(motion, motion.noise.friction, 0.1 * motion.noise.rate),
-        holds=_on_the_face(motion, force), limits=[Row("presses", force, contact.pull, contact.lasts)],
+        _noise(motion, force, _rubbing(motion, force), 0.1 * motion.noise.rate),
+        holds=_on_the_face(motion, force, motion.gap), limits=[Row("presses", force, contact.pull, contact.lasts)],
     )  # fmt: skip
 
 
 def gripped(motion: LeafMotion) -> Hypothesis:
     """The tip's place on the leaf is fixed; it presses or pulls."""
-    contact, force = motion.contact, motion.force_on_moving
-    slips = ca.vertcat(
-        ca.dot(motion.leaf_direction, motion.slip_velocity), ca.dot(motion.leaf.up, motion.slip_velocity)
-    )
+    force = motion.force_on_moving
     return Hypothesis(
-        GRIPPED, motion.dynamics(force, motion.pushed(force), contact.friction_lasts),
-        holds=[*_on_the_face(motion, force), Row("fixed", slips, contact.gap_rate, contact.lasts)],
+        GRIPPED, motion.dynamics(force, motion.pushed(force), motion.contact.friction_lasts),
+        _noise(motion, force, _gripping(motion, force), motion.noise.rate), holds=_in_the_grip(motion, force),
+    )  # fmt: skip
+
+
+def holding(motion: LeafMotion) -> Hypothesis:
+    """The tip grips a leaf that rests."""
+    contact, force = motion.contact, motion.force_on_standing
+    return Hypothesis(
+        HOLDING, motion.dynamics(force, -motion.door_rate / contact.settles, contact.friction_lasts),
+        _noise(motion, force, _gripping(motion, force), 0.1 * motion.noise.rate), holds=_in_the_grip(motion, force),
     )  # fmt: skip
 
 
 def switching(motion: LeafMotion, names: tuple[str, ...]) -> dict[tuple[str, str], Any]:
-    """Rates among hypotheses: a tip touches where it is near, and a leaf stops or moves on."""
+    """Rates among hypotheses: a tip touches where it is near, and a leaf stops or moves on. One that rests is met at rest."""
     switch = motion.switch
     touching = [name for name in names if name in TOUCHING]
+    moves = ca.tanh(motion.rate_to_goal / _ROUNDING) ** 2
     closeness = 0.5 * (1 + ca.tanh(2 * (switch.near - motion.gap) / switch.near))
-    rates: dict[tuple[str, str], Any] = {}
+    rates: dict[tuple[str, str], Any] = {(FREE, BLOWN): switch.jump, (BLOWN, FREE): switch.calm}
     for name in touching:
-        rates[FREE, name] = (switch.far + switch.make * closeness) / len(touching)
+        rates[FREE, name] = (switch.far + switch.make * closeness) * (1 - moves if name in RESTING else moves)
         rates[name, FREE] = switch.lose
         rates.update({(name, other): switch.stop for other in touching if other != name})
     return rates
 
 
-def noise_of(motion: LeafMotion) -> Any:
-    """Noise of a tip that touches."""
-    return _noise(motion, motion.noise.friction, motion.noise.rate)
-
-
-def _noise(motion: LeafMotion, friction: Any, rate: Any) -> Any:
+def _noise(motion: LeafMotion, force: Any, friction: Any, rate: Any, resistance: Any = None, wind: Any = None) -> Any:
     noise = motion.noise
-    return ca.vertcat(
-        ca.SX.zeros(3), *[noise.velocity] * 3, *[noise.wind] * 3, 0, rate, noise.resistance, noise.inertia, noise.face,
-        friction, friction,
+    wind = noise.wind if wind is None else wind
+    speed = ca.sqrt(noise.velocity**2 + (noise.bounce * force / motion.vehicle.mass) ** 2)
+    return motion.column(
+        velocity=ca.repmat(speed, 3, 1), wind=ca.vertcat(wind, wind, noise.draught),
+        wind_turn=noise.wind_turn, gust=noise.gust * ca.sqrt(2 / noise.gust_lasts), lift=noise.lift, joint_rate=rate,
+        resistance=noise.resistance if resistance is None else resistance, log_inertia=noise.inertia, face=noise.face,
+        friction=ca.repmat(friction, 2, 1),
     )  # fmt: skip
 
 
-def _on_the_face(motion: LeafMotion, force: Any) -> list[Row]:
-    """Tip and face touch, as far as the tip's compliance lets them."""
+def _rubbing(motion: LeafMotion, force: Any) -> Any:
+    """Noise with which the tip's friction takes any share of the normal force [N per √s]."""
+    contact = motion.contact
+    return contact.friction * ca.fmax(force, contact.pull) * ca.sqrt(2 / contact.friction_lasts)
+
+
+def _gripping(motion: LeafMotion, force: Any) -> Any:
+    """The same of a grip, which needs no normal force."""
+    return _rubbing(motion, ca.fabs(force) + _HELD * motion.weight)
+
+
+def _in_the_grip(motion: LeafMotion, force: Any) -> list[Row]:
+    """The tip does not move on the face."""
+    return [
+        *_on_the_face(motion, force, motion.gap - motion.reach),
+        Row("fixed", motion.slip, motion.contact.gap_rate, motion.contact.lasts),
+    ]
+
+
+def _on_the_face(motion: LeafMotion, force: Any, gap: Any) -> list[Row]:
+    """Tip and face keep their distance, as far as the tip's compliance lets them."""
     contact = motion.contact
     return [
-        Row("touches", motion.gap + force / contact.stiffness, contact.gap, contact.lasts),
+        Row("touches", gap + force / contact.stiffness, contact.gap, contact.lasts),
         Row("moves_along", motion.gap_rate, contact.gap_rate, contact.lasts),
     ]

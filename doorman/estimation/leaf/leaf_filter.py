@@ -6,19 +6,23 @@ import numpy as np
 
 from doorman.estimation.filter import Filter
 from doorman.estimation.leaf.hypotheses import (
+    BLOWN,
     FREE,
     GRIPPED,
+    HOLDING,
     PUSHING,
+    RESTING,
     STANDING,
+    blown,
     free,
     gripped,
-    noise_of,
+    holding,
     pushing,
     standing,
     switching,
 )
 from doorman.estimation.leaf.motion import LeafMotion
-from doorman.estimation.leaf.numbers import LOG_INERTIA
+from doorman.estimation.leaf.numbers import JOINT, PLACES, SIZE
 from doorman.estimation.measurement import Measurement
 from doorman.estimation.model import ProcessModel
 from doorman.estimation.output import Output
@@ -26,26 +30,39 @@ from doorman.kinematics.numbers import Numbers
 from doorman.kinematics.vehicles.arms.arm_pattern import ArmPattern
 from doorman.model import Model
 
-AWAY, AT_THE_LEAF, HELD = "away", "at_the_leaf", "held"
-"""Situations: nothing is near, the tip may touch, the gripper has closed."""
+AWAY, AT_THE_LEAF, CLOSING, HELD = "away", "at_the_leaf", "closing", "held"
+"""Situations: nothing is near, the tip may touch, the gripper closes where it meets the leaf, it has closed."""
+
+WINDS, SLIPS = ("wind_x", "wind_y", "wind_z"), ("slip_along", "slip_up")
+"""Outputs beside `normal_force`: the wind on the vehicle [N], and the tip's velocity on the face [m/s]."""
 
 
-def leaf_filter(model: Model, numbers: Numbers) -> Filter:
-    """Filter of a scenario's vehicle and door; see `LeafMotion` for its states and inputs."""
+def leaf_filter(model: Model, numbers: Numbers, feels: bool = False) -> Filter:
+    """Filter of a scenario's vehicle and door, and of a tip that `feels` its normal force; see `LeafMotion`."""
     motion = LeafMotion(ArmPattern.of(model.vehicle.arm)[0], model.vehicle.point_names, numbers)
     grips = model.scenario.contact.kind == "grip"
-    hypotheses = [free(motion), pushing(motion), standing(motion), *([gripped(motion)] if grips else [])]
+    hypotheses = [each(motion) for each in (free, blown, pushing, standing, *((gripped, holding) if grips else ()))]
+    gripping = {CLOSING: [FREE, GRIPPED, HOLDING], HELD: [GRIPPED, HOLDING]}
     names = tuple(each.name for each in hypotheses)
-    least, most = np.full(16, -np.inf), np.full(16, np.inf)
-    least[LOG_INERTIA], most[LOG_INERTIA] = np.log(0.02 * model.door.inertia), np.log(20.0 * model.door.inertia)
-    force = Output("normal_force", motion.force_on_moving, under={FREE: 0.0, STANDING: motion.force_on_standing})
+    least, most = np.full(SIZE, -np.inf), np.full(SIZE, np.inf)
+    inertia, play = PLACES["log_inertia"], numbers.one("start.joint")
+    least[inertia], most[inertia] = np.log(0.02 * model.door.inertia), np.log(20.0 * model.door.inertia)
+    least[JOINT], most[JOINT] = model.door.lower_limit - play, model.door.upper_limit + play
+    resting = [name for name in RESTING if name in names]
+    under = {FREE: 0.0, BLOWN: 0.0, **{name: motion.force_on_standing for name in resting}}
+    force = Output("normal_force", motion.force_on_moving, under=under)
+    felt = [Measurement("tip_force", motion.force_on_moving, motion.sensor.tip_force, gate=8.0, under=under)]
+    winds = [Output(name, motion.wind[k]) for k, name in enumerate(WINDS)]
+    slips = [Output(name, motion.slip[k]) for k, name in enumerate(SLIPS)]
     return Filter(
         ProcessModel(
-            motion.state, motion.inputs, motion.dynamics(0, 0, 1), noise_of(motion), parameters=motion.parameters,
+            motion.state, motion.inputs, motion.dynamics(0, 0, 1), hypotheses[0].noise, parameters=motion.parameters,
             lower=least, upper=most,
         ),
-        measurements=[Measurement("pose", motion.position, motion.sensor.pose, gate=8.0)],
-        hypotheses=hypotheses, switching=switching(motion, names), outputs=[force],
-        allowed={AWAY: [FREE], AT_THE_LEAF: [FREE, PUSHING, STANDING], **({HELD: [GRIPPED]} if grips else {})},
+        measurements=[
+            Measurement("pose", motion.position, motion.sensor.pose, gate=8.0), *(felt if feels else []),
+        ],
+        hypotheses=hypotheses, switching=switching(motion, names), outputs=[force, *winds, *slips],
+        allowed={AWAY: [FREE, BLOWN], AT_THE_LEAF: [FREE, PUSHING, STANDING], **(gripping if grips else {})},
         parameters=numbers.vector, ticks=24, longest_step=1.0,
     )  # fmt: skip

@@ -1,16 +1,20 @@
 r"""Vehicle, tip and leaf in symbols, as an estimate sees them: attitude and arm are measured well enough to be inputs.
 
-States :math:`[P, V, F_w, q, \dot q, \rho, \ln I, o, F_t]`: wind on the vehicle (vertical too), the mechanism, what resists its
-opening, its inertia, how far the face stands before where it is believed to be, and the tip's friction in the face. With the
-rotors' force f, the face's normal n, the lever J and the sense s of opening, a tip that touches presses by λ:
+States :math:`[P, V, F_w, \omega_w, \xi, \ell, q, \dot q, \rho, \ln I, o, o_g, F_t]`: the mean wind on the vehicle (vertical
+too), the rate at which it turns, and a gust as a share of it; the lift of the rotors beyond their command, as a share of that;
+the mechanism, what resists its opening, and its inertia; how far the face stands before where it is believed to be, and how far
+before the face a gripper has closed; the tip's friction on the face. With the rotors' commanded force f, the face's normal n, the
+lever J, the leaf's weight G and the sense s of opening, a tip that touches presses by λ:
 
 .. math::
-    m\,\dot V = R f - m g e_3 + F_w + \lambda n - F_t,\qquad I\,\ddot q = J^T(F_t - \lambda n) - s\,\rho .
+    m\,a = (1 + \ell) R f - m g e_3 + (1 + \xi) F_w + \lambda n - F_t,\qquad \dot F_w = \omega_w e_3 \times F_w,\qquad
+    I\,\ddot q = J^T(F_t - \lambda n) - s\,\rho - G .
 
+An arm with mass has its centre at c: :math:`\dot V = a - R(\dot\Omega\times c + \Omega\times(\Omega\times c))`.
 Tip and face keep their distance :math:`g = n^T(p_t - p(q)) - o`. From :math:`\ddot g = 0`
 
 .. math::
-    \lambda = -\frac{n^T a_0 + b - n^TJ\,(J^TF_t - s\rho)/I}{1/m + (n^TJ)^2/I},
+    \lambda = -\frac{n^T a_0 + b - n^TJ\,(J^TF_t - s\rho - G)/I}{1/m + (n^TJ)^2/I},
 
 with the acceleration :math:`a_0` without contact, and with b what turning and moving on add. The limit of an infinite inertia is
 a leaf that stands. These are the equations of `doorman.planning.whole_body.task` in the limit of a stiff contact.
@@ -23,6 +27,7 @@ from typing import Any
 
 import casadi as ca
 
+from doorman.estimation.leaf.numbers import STATES
 from doorman.kinematics.numbers import Numbers
 from doorman.kinematics.vehicles.arms.arm_pattern import ArmPattern
 from doorman.planning.whole_body.tip_on_face import TipOnFace
@@ -47,17 +52,22 @@ class LeafMotion(TipOnFace):
     def __init__(self, pattern: ArmPattern, point_names: tuple[str, ...], numbers: Numbers) -> None:
         super().__init__(pattern, point_names, numbers)
         symbol = ca.SX.sym
-        self.position, self.velocity, self.wind = (symbol(name, 3) for name in ("position", "velocity", "wind"))
-        self.resistance, self.log_inertia = symbol("resistance"), symbol("log_inertia")
-        self.face_offset, self.friction_force = symbol("face_offset"), symbol("friction_force", 2)
-        self.state = ca.vertcat(
-            self.position, self.velocity, self.wind, self.door_angle, self.door_rate, self.resistance, self.log_inertia,
-            self.face_offset, self.friction_force,
-        )  # fmt: skip
+        own = {name: symbol(name, size) for name, size in STATES.items()}
+        own |= {"joint": self.door_angle, "joint_rate": self.door_rate}
+        self.position, self.velocity, self.mean_wind, self.wind_turn, self.gust = (
+            own[name] for name in ("position", "velocity", "wind", "wind_turn", "gust")
+        )
+        self.lift, self.resistance, self.log_inertia = (own[name] for name in ("lift", "resistance", "log_inertia"))
+        self.face_offset, self.reach, self.friction_force = own["face"], own["reach"], own["friction"]
+        self.state = ca.vertcat(*own.values())
         self.rotors, self.body_rates, self.turning = (symbol(name, 3) for name in ("rotors", "body_rate", "turning"))
         self.inputs = ca.vertcat(
             self.rotors, self.attitude, self.body_rates, self.turning, self.arm_angles, self.arm_rates
         )
+
+    def column(self, **parts: Any) -> Any:
+        """A column like the state, of named parts; 0 where none is given."""
+        return ca.vertcat(*(parts.get(name, ca.SX.zeros(size)) for name, size in STATES.items()))
 
     @cached_property
     def outward(self) -> Any:
@@ -85,25 +95,39 @@ class LeafMotion(TipOnFace):
         return self.friction_force[0] * self.leaf_direction + self.friction_force[1] * self.leaf.up
 
     @cached_property
+    def slip(self) -> Any:
+        """Velocity of the tip on the face, along and up, (2, 1) [m/s]."""
+        return ca.vertcat(ca.dot(self.leaf_direction, self.slip_velocity), ca.dot(self.leaf.up, self.slip_velocity))
+
+    @cached_property
+    def wind(self) -> Any:
+        """Of the moment, (3, 1) [N]; a gust is horizontal."""
+        return ca.vertcat((1 + self.gust) * self.mean_wind[:2], self.mean_wind[2])
+
+    @cached_property
     def acceleration_without(self) -> Any:
-        """Acceleration a₀ without a normal force, (3, 1) [m/s²]."""
-        force = self.rotation @ self.rotors + self.wind - self.friction - ca.vertcat(0, 0, self.weight)
-        return force / self.vehicle.mass
+        """Acceleration a₀ of the body frame without a normal force, (3, 1) [m/s²]."""
+        rotors = self.rotation @ ((1 + self.lift) * self.rotors)
+        acceleration = (rotors + self.wind - self.friction - ca.vertcat(0, 0, self.weight)) / self.vehicle.mass
+        return acceleration - self.rotation @ self._turned(self.center_of_mass)
+
+    def _turned(self, arm: Any) -> Any:
+        """Acceleration of a point of the body relative to its frame, body axes, (3, 1) [m/s²]."""
+        return ca.cross(self.turning, arm) + ca.cross(self.body_rates, ca.cross(self.body_rates, arm))
 
     @cached_property
     def rest_of_gap(self) -> Any:
         """What turning and moving on add to the second derivative of the gap, b [m/s²]."""
-        tip = self.tip_in_body
-        turned = ca.cross(self.turning, tip) + ca.cross(self.body_rates, ca.cross(self.body_rates, tip))
         moved = ca.jtimes(
             self.gap_rate, ca.vertcat(self.position, self.door_angle), ca.vertcat(self.velocity, self.door_rate)
         )
-        return moved + ca.dot(self.outward, self.rotation @ turned)
+        return moved + ca.dot(self.outward, self.rotation @ self._turned(self.tip_in_body))
 
     @cached_property
     def _pulled(self) -> Any:
         """Torque on the mechanism beside the normal force's [N m, or N]."""
-        return ca.dot(self.lever_of_tip, self.friction) - self.reference.sense * self.resistance
+        own = self.reference.sense * self.resistance + self.leaf.weight_torque
+        return ca.dot(self.lever_of_tip, self.friction) - own
 
     @cached_property
     def force_on_moving(self) -> Any:
@@ -121,11 +145,15 @@ class LeafMotion(TipOnFace):
 
     def dynamics(self, force: Any, joint_acceleration: Any, friction_lasts: Any) -> Any:
         """ẋ with a normal force; the tip's friction fades within `friction_lasts` [s]."""
-        acceleration = self.acceleration_without + force * self.outward / self.vehicle.mass
-        return ca.vertcat(
-            self.velocity, acceleration, ca.SX.zeros(3), self.door_rate, joint_acceleration, ca.SX.zeros(3),
-            -self.friction_force / friction_lasts,
-        )  # fmt: skip
+        return self.column(
+            position=self.velocity,
+            velocity=self.acceleration_without + force * self.outward / self.vehicle.mass,
+            wind=self.wind_turn * ca.vertcat(-self.mean_wind[1], self.mean_wind[0], 0),
+            gust=-self.gust / self.noise.gust_lasts,
+            joint=self.door_rate,
+            joint_rate=joint_acceleration,
+            friction=-self.friction_force / friction_lasts,
+        )
 
     def pushed(self, force: Any) -> Any:
         """Acceleration of the mechanism under a normal force [rad/s² or m/s²]."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 
 import numpy as np
@@ -9,16 +10,24 @@ import numpy as np
 from doorman.kinematics.numbers import Numbers
 from doorman.model import Model
 
-JOINT, JOINT_RATE, RESISTANCE, LOG_INERTIA = 9, 10, 11, 12
-"""Places of q, its rate, ρ and ln I in the state."""
+STATES = {
+    "position": 3, "velocity": 3, "wind": 3, "wind_turn": 1, "gust": 1, "lift": 1, "joint": 1, "joint_rate": 1,
+    "resistance": 1, "log_inertia": 1, "face": 1, "reach": 1, "friction": 2,
+}  # fmt: skip
+"""Parts of the state in their order, and how many numbers each has; see `LeafMotion`."""
+_ENDS = dict(zip(STATES, itertools.accumulate(STATES.values()), strict=True))
+PLACES = {name: slice(_ENDS[name] - size, _ENDS[name]) for name, size in STATES.items()}
+JOINT, JOINT_RATE = PLACES["joint"].start, PLACES["joint_rate"].start
+SIZE = sum(STATES.values())
 
 _TOUCH = {
-    "contact.gap": 2e-3,  # deviation of tip and face while they touch: attitude's noise on the tip's lever [m]
-    "contact.gap_rate": 0.02,  # of their speed [m/s]
+    "contact.gap": 1e-3,  # deviation of tip and face while they touch: their shapes and compliance [m]
+    "contact.gap_rate": 5e-3,  # of their speed [m/s]
     "contact.pull": 0.15,  # pull that a tip which only pushes may seem to make, by errors of thrust [N]
     "contact.inside": 3e-3,  # by which a free tip may seem to be in the face [m]
     "contact.lasts": 0.05,  # for so long such an error stays: a few poses [s]
-    "contact.friction_lasts": 0.5,  # until the tip has slipped to where friction does nothing [s]
+    "contact.friction": 0.3,  # deviation of the tip's friction, as a share of the normal force
+    "contact.friction_lasts": 5.0,  # until a tip that creeps has lost the friction that it had [s]
     "contact.settles": 0.05,  # until a leaf that stops stands [s]
 }
 _SWITCH = {
@@ -26,24 +35,41 @@ _SWITCH = {
     "switch.make": 30.0,  # touches of a near tip [1/s]
     "switch.far": 0.05,  # of one that is away [1/s]
     "switch.lose": 0.1,  # touches that end [1/s]
+    "switch.jump": 1e-3,  # winds that jump: rare, and plain when they do [1/s]
+    "switch.calm": 5.0,  # jumps that end [1/s]
     "switch.stop": 1.0,  # leaves that come to rest, or begin to move [1/s]
 }
 _NOISE = {
-    "noise.velocity": 0.03,  # rough air and errors of thrust [m/s per √s]
-    "noise.wind": 0.15,  # of 1 N that varies by 15 % within a second [N per √s]
+    "noise.velocity": 0.025,  # rough air and errors of thrust [m/s per √s]
+    "noise.bounce": 0.02,  # of the normal force, as a share of it: the tip swings on its compliance [√s]
+    "noise.wind": 0.03,  # of the mean wind [N per √s]
+    "noise.jump": 3.0,  # of one that jumps: by about 1 N in 0.1 s [N per √s]
+    "noise.gust": 0.15,  # deviation of the wind's strength, as a share of its mean
+    "noise.gust_lasts": 1.0,  # for so long a gust stays [s]
+    "noise.draught": 0.05,  # of vertical wind [N per √s]
+    "noise.wind_turn": 1e-3,  # of the wind's turn rate [rad/s per √s]
+    "noise.lift": 0.003,  # batteries sag: of the lift's share [1 per √s]
     "noise.rate": 0.05,  # forces on the leaf that are not in the model [rad/s per √s]
+    "noise.drawn": 0.3,  # share of the resistance that draws an open leaf back, a closer [√s]
     "noise.resistance": 0.35,  # wind on the leaf, and friction that differs by place [N m per √s]
     "noise.inertia": 0.05,  # of its logarithm [1 per √s]
     "noise.face": 1e-4,  # [m per √s]
-    "noise.friction": 1.5,  # of the tip [N per √s]
 }
 _START = {
-    "start.velocity": 0.05, "start.wind": 0.5, "start.joint": 0.02, "start.joint_rate": 0.01, "start.resistance": 0.6,
-    "start.log_inertia": 0.5, "start.face": 2e-3, "start.friction": 0.1,
+    "start.velocity": 0.05, "start.wind": 0.5, "start.draught": 0.2, "start.wind_turn": 0.1, "start.gust": 0.15,
+    "start.lift": 0.02, "start.joint": 0.02, "start.joint_rate": 2e-3, "start.resistance": 0.6, "start.log_inertia": 0.5,
+    "start.face": 1.5e-3, "start.reach": 0.02, "start.friction": 0.1,
 }  # fmt: skip
 """Deviations before the first touch, SI units."""
 
-TUNED = ("sensor.pose", *_TOUCH, *_SWITCH, *_NOISE, *_START)
+_STOP = 3e-3
+"""Deviation of a leaf that will be gripped from its stop [rad or m]: nothing tells one that stands ajar from a gripper that has
+closed before the face."""
+
+_TIP_FORCE = 0.5
+"""Deviation of what a sensor in the tip reads from the force of a stiff contact [N]: the tip swings on its compliance."""
+
+TUNED = ("sensor.pose", "sensor.tip_force", *_TOUCH, *_SWITCH, *_NOISE, *_START)
 """Names of what is no fact of vehicle or door."""
 
 
@@ -52,27 +78,36 @@ def leaf_numbers(model: Model, pose_deviation: float) -> Numbers:
     scale = model.scale
     units = {
         "gap": scale.length, "gap_rate": scale.speed, "pull": scale.force, "inside": scale.length, "near": scale.length,
-        "velocity": scale.speed, "wind": scale.force, "rate": scale.rate, "resistance": scale.torque,
-        "face": scale.length, "friction": scale.force, "joint_rate": scale.rate,
+        "velocity": scale.speed, "wind": scale.force, "jump": scale.force, "draught": scale.force,
+        "wind_turn": scale.rate, "rate": scale.rate, "resistance": scale.torque, "face": scale.length,
+        "reach": scale.length, "friction": scale.force, "joint_rate": scale.rate,
     }  # fmt: skip
     tuned = {**_TOUCH, **_SWITCH, **_NOISE, **_START}
+    if model.scenario.contact.kind == "grip":
+        tuned["start.joint"] = _STOP
+    bodies = {} if model.vehicle.bodies.balanced else model.vehicle.bodies.numbers()
     return model.reduced.numbers.and_also({
+        **bodies,
         "reference.sense": math.copysign(1.0, model.goal_state[3] - model.start_state[3]),
         "sensor.pose": pose_deviation,
+        "sensor.tip_force": _TIP_FORCE * scale.force,
         "contact.stiffness": 1500.0 * scale.stiffness,
-        **{name: value * units.get(name.partition(".")[2], 1.0) for name, value in tuned.items()},
+        **{
+            name: value * (1.0 if name in ("contact.friction", "switch.jump") else units.get(name.partition(".")[2], 1.0))
+            for name, value in tuned.items()
+        },
     })  # fmt: skip
 
 
 def first_state(model: Model, numbers: Numbers, position: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """What is believed before the first touch, and its deviations."""
-    mean = np.zeros(16)
-    mean[:3], mean[JOINT] = position, model.start_state[3]
-    mean[RESISTANCE], mean[LOG_INERTIA] = 0.5 * model.scale.torque, math.log(model.door.inertia)
-    one = numbers.one
-    deviations = np.array([
-        *[one("sensor.pose")] * 3, *[one("start.velocity")] * 3, *[one("start.wind")] * 3, one("start.joint"),
-        one("start.joint_rate"), one("start.resistance"), one("start.log_inertia"), one("start.face"),
-        *[one("start.friction")] * 2,
-    ])  # fmt: skip
+    parts = {
+        "position": position, "joint": model.start_state[3], "resistance": 0.5 * model.scale.torque,
+        "log_inertia": math.log(model.door.inertia),
+    }  # fmt: skip
+    mean, deviations = np.zeros(SIZE), np.zeros(SIZE)
+    for name, place in PLACES.items():
+        mean[place] = parts.get(name, 0.0)
+        deviations[place] = numbers.one("sensor.pose" if name == "position" else f"start.{name}")
+    deviations[PLACES["wind"].stop - 1] = numbers.one("start.draught")
     return mean, deviations

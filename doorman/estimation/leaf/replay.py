@@ -13,18 +13,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from doorman.estimation.estimate import MeasurementScore
-from doorman.estimation.leaf.hypotheses import FREE, TOUCHING
-from doorman.estimation.leaf.leaf_filter import AT_THE_LEAF, AWAY, HELD, leaf_filter
-from doorman.estimation.leaf.numbers import JOINT, JOINT_RATE, TUNED, first_state, leaf_numbers
-from doorman.estimation.status import Status
+from doorman.estimation.leaf.hypotheses import PUSHING, STANDING, TOUCHING
+from doorman.estimation.leaf.leaf_filter import AT_THE_LEAF, AWAY, CLOSING, HELD, SLIPS, WINDS
+from doorman.estimation.leaf.numbers import JOINT, JOINT_RATE, TUNED, leaf_numbers
+from doorman.estimation.leaf.running import LeafRun
 from doorman.exceptions import DoormanError, RecordingError
 from doorman.model import Model
 from doorman.recording import Recording
 
 Array = NDArray[np.float64]
 
-_AT_THE_LEAF = ("touch", "open", "hold", "recover", "take_back", "release")
+_AT_THE_LEAF = ("touch", "open", "hold", "recover", "take_back", "release", "retreat")
 """Phases of a mission in which the tip may touch."""
 
 _MOTOR_LAG = 0.03
@@ -33,8 +32,14 @@ _MOTOR_LAG = 0.03
 _TURNING_WINDOW = 0.04
 """Time over which the gyroscope's change is taken: shorter, and its noise moves a tip of 0.6 m by more than a newton [s]."""
 
+_ATTITUDE_LASTS = 0.25
+"""Time for which the gyroscope's attitude is better than that of the poses: until its bias shows [s]."""
+
 _STILL = 200
 """Poses that tell the noise of poses."""
+
+_SLIPS = 5.0
+"""Deviations by which a tip moves on the face before it is said to slip."""
 
 _LEAST = 10
 """Poses below which nothing tells their noise."""
@@ -49,9 +54,9 @@ class LeafReplay:
     pose_time: Array
     """When it was true, shape (k,) [s]."""
     mean: Array
-    """Of the states, at the pose's time, shape (k, 16)."""
+    """Of the states, at the pose's time, shape (k, n)."""
     deviations: Array
-    """Shape (k, 16)."""
+    """Shape (k, n)."""
     joint: Array
     """q when the pose came, shape (k,) [rad or m]."""
     touching: Array
@@ -61,10 +66,19 @@ class LeafReplay:
     hypotheses: tuple[str, ...]
     normal_force: Array
     """λ and its deviation, shape (k, 2) [N]."""
+    wind: Array
+    """On the vehicle, by components, each with its deviation, shape (k, 3, 2) [N]."""
+    slip: Array
+    """Velocity of the tip on the face, along and up, each with its deviation, shape (k, 2, 2) [m/s]."""
+    slips: Array
+    """Whether a tip that is not gripped slips on the face, shape (k,)."""
     statuses: Array
-    """`Status` of every step, shape (k,)."""
+    """`Status` of every step, shape (k,): `LOST` where the filter began anew."""
     log_likelihood: float
-    poses: MeasurementScore
+    refused: int
+    """Poses beyond their gate under every hypothesis."""
+    mean_nis: float
+    """Of the poses."""
 
 
 def replay_leaf(recording: Recording, model: Model, changes: dict[str, float] | None = None) -> LeafReplay:
@@ -79,57 +93,41 @@ def replay_leaf(recording: Recording, model: Model, changes: dict[str, float] | 
         What the filter would have known.
 
     Raises:
-        DoormanError: if the arm has mass, a name or a value of the changes cannot be, or the recording lacks what is replayed.
+        DoormanError: if a name or a value of the changes cannot be, or the recording lacks what is replayed.
     """
-    _check(recording, model, changes or {})
+    _check(recording, changes or {})
     measured, pose_time = recording["measurement"], recording["measurement"]["pose_time"]
-    new = np.flatnonzero(np.concatenate([[True], np.diff(pose_time) > 1e-9]) & (pose_time >= 0.0))
+    whole = np.isfinite(np.column_stack([measured["position"], measured["attitude"], pose_time])).all(axis=1)
+    new = np.flatnonzero(np.concatenate([[True], np.diff(pose_time) > 1e-9]) & (pose_time >= 0.0) & whole)
     if len(new) < _LEAST:
         raise RecordingError("too few poses", field="measurement", given=len(new), allowed=f"{_LEAST} or more")
-    numbers = leaf_numbers(model, _pose_deviation(measured["position"][new]))
-    numbers = numbers.replaced(changes or {})
-    bank = leaf_filter(model, numbers)
-    inputs = _inputs(recording, pose_time[new], new)
+    numbers = leaf_numbers(model, _pose_deviation(measured["position"][new])).replaced(changes or {})
     situations = _situations(recording, measured.time[new])
-    mean, deviations = first_state(model, numbers, measured["position"][new[0]])
-    bank.start(pose_time[new[0]], mean, deviations, probabilities={FREE: 1.0}, inputs=inputs[0], situation=AWAY)
+    felt = _felt(recording, pose_time[new], situations) if "tip_sensor" in recording else None
+    inputs = _inputs(recording, pose_time[new], new)
+    run = LeafRun(model, numbers, pose_time[new[0]], measured["position"][new[0]], inputs[0], feels=felt is not None)
     rows: list[tuple[Any, ...]] = []
-    situation, found = AWAY, bank.estimate()
     for k in range(1, len(new)):
-        at = float(pose_time[new[k]])
-        if situations[k] != situation:
-            situation = situations[k]
-            bank.allow(situation)
-        bank.acted(0.5 * (inputs[k - 1] + inputs[k]))
-        told = bank.measure("pose", at, measured["position"][new[k]])
-        status = max(told, bank.step(at, inputs[k]))
-        if status in (Status.LOST, Status.NOT_STARTED, Status.CLOCK):
-            kept = (mean, deviations) if not rows else (rows[-1][0], rows[-1][1])
-            bank.start(at, *kept, inputs=inputs[k], situation=situation)
-        found = bank.estimate()
+        reading = None if felt is None else felt[k : k + 1]
+        status = run.step(float(pose_time[new[k]]), measured["position"][new[k]], inputs[k], situations[k], reading)
+        found = run.estimate
         rows.append((
-            found.mean, found.deviations, np.array(list(found.probabilities.values())), found.outputs["normal_force"],
-            status,
+            found.mean, found.deviations, list(found.probabilities.values()), found.outputs["normal_force"],
+            [found.outputs[name] for name in WINDS], [found.outputs[name] for name in SLIPS], status,
         ))  # fmt: skip
-    means = np.array([row[0] for row in rows])
-    probabilities = np.array([row[2] for row in rows])
-    names = tuple(found.probabilities)
-    came = measured.time[new[1:]]
+    mean, deviations, probabilities, force, wind, slip, statuses = (np.array(each) for each in zip(*rows, strict=True))
+    names, came = tuple(run.estimate.probabilities), measured.time[new[1:]]
+    touching = probabilities[:, [name in TOUCHING for name in names]].sum(axis=1)
+    rubbing = probabilities[:, [name in (PUSHING, STANDING) for name in names]].sum(axis=1)
+    slips = (rubbing > 0.5) & (((slip[:, :, 0] / slip[:, :, 1]) ** 2).sum(axis=1) > _SLIPS**2)
     return LeafReplay(
-        came, pose_time[new[1:]], means, np.array([row[1] for row in rows]),
-        means[:, JOINT] + means[:, JOINT_RATE] * (came - pose_time[new[1:]]),
-        probabilities[:, [name in TOUCHING for name in names]].sum(axis=1), probabilities, names,
-        np.array([row[3] for row in rows]), np.array([row[4] for row in rows]), bank.log_likelihood, bank.score("pose"),
+        came, pose_time[new[1:]], mean, deviations, mean[:, JOINT] + mean[:, JOINT_RATE] * (came - pose_time[new[1:]]),
+        touching, probabilities, names, force, wind, slip, slips, statuses, run.log_likelihood, run.refused, run.mean_nis,
     )  # fmt: skip
 
 
-def _check(recording: Recording, model: Model, changes: dict[str, float]) -> None:
+def _check(recording: Recording, changes: dict[str, float]) -> None:
     """What the replay cannot take."""
-    if not model.vehicle.bodies.balanced:
-        raise DoormanError(
-            "the filter at the leaf takes the base as the centre of mass", file=model.vehicle.urdf, field="vehicle.urdf",
-            given="an arm with mass", allowed="an arm without mass",
-        )  # fmt: skip
     for name, value in changes.items():
         if name not in TUNED:
             raise DoormanError("no such number", field=name, allowed=", ".join(TUNED))
@@ -152,19 +150,51 @@ def _pose_deviation(positions: Array) -> float:
 def _inputs(recording: Recording, times: Array, new: NDArray[np.int64]) -> Array:
     """What acts at every pose, shape (k, m): as `LeafMotion` takes it."""
     measured, command = recording["measurement"], recording["command"]
-    sent = np.column_stack([command["side_force"], command["thrust"]])
-    rotors = _lagged(sent, command.time)
-    gyro, now = measured["body_rates"], measured.time
+    sent_at, sent = _finite(command.time, np.column_stack([command["side_force"], command["thrust"]]))
+    rotors = _lagged(sent, sent_at)
+    now, gyro = _finite(measured.time, measured["body_rates"])
     half = 0.5 * _TURNING_WINDOW
     smooth = _mean_over(gyro, now, half)
     turning = (_at(times + half, now, smooth) - _at(times - half, now, smooth)) / _TURNING_WINDOW
     late = measured.time[new] <= times + half  # the gyroscope has not gone so far yet
     turning[late] = ((_at(times, now, smooth) - _at(times - _TURNING_WINDOW, now, smooth)) / _TURNING_WINDOW)[late]
-    attitude = np.column_stack([measured["attitude"][new][:, :2], np.unwrap(measured["attitude"][new][:, 2])])
+    seen = np.column_stack([measured["attitude"][new][:, :2], np.unwrap(measured["attitude"][new][:, 2])])
+    turned = np.concatenate([np.zeros((1, 3)), np.cumsum(gyro[:-1] * np.diff(now)[:, None], axis=0)])
+    attitude = _steadied(times, seen, np.diff(_at(times, now, turned), axis=0))
     return np.column_stack([
-        _at(times, command.time, rotors), attitude, _at(times, now, smooth), turning, measured["arm_angles"][new],
+        _at(times, sent_at, rotors), attitude, _at(times, now, smooth), turning, measured["arm_angles"][new],
         measured["arm_rates"][new],
     ])  # fmt: skip
+
+
+def _finite(time: Array, values: Array) -> tuple[Array, Array]:
+    """Without the rows that hold NaN: they are lost."""
+    whole = np.isfinite(values).all(axis=1)
+    return time[whole], values[whole]
+
+
+def _steadied(times: Array, seen: Array, turned: Array) -> Array:
+    """Roll, pitch and yaw by the gyroscope, which the poses' attitude corrects, shape (k, 3)."""
+    found = seen.copy()
+    for k, turn in enumerate(turned):
+        roll, pitch, _ = before = found[k]
+        across = math.sin(roll) * turn[1] + math.cos(roll) * turn[2]
+        change = np.array([
+            turn[0] + math.tan(pitch) * across, math.cos(roll) * turn[1] - math.sin(roll) * turn[2],
+            across / math.cos(pitch),
+        ])  # fmt: skip
+        kept = math.exp(-(times[k + 1] - times[k]) / _ATTITUDE_LASTS)
+        found[k + 1] = kept * (before + change) + (1.0 - kept) * seen[k + 1]
+    return found
+
+
+def _felt(recording: Recording, times: Array, situations: list[str]) -> Array:
+    """What the sensor in the tip reads at every pose, less what it has read where nothing touches, shape (k,) [N]."""
+    sensor = recording["tip_sensor"]
+    read = np.interp(times, sensor.time, sensor["force"])
+    away = np.array([situation == AWAY for situation in situations])
+    before = np.concatenate([[0.0], np.cumsum(away * read)[:-1]])
+    return np.asarray(read - before / np.maximum(np.concatenate([[0.0], np.cumsum(away)[:-1]]), 1.0))
 
 
 def _lagged(sent: Array, time: Array) -> Array:
@@ -197,7 +227,8 @@ def _situations(recording: Recording, times: Array) -> list[str]:
     gripped = recording["command"]["grip"].astype(bool)
     at = np.searchsorted(began, times, side="right") - 1
     held = gripped[np.clip(np.searchsorted(recording["command"].time, times) - 1, 0, None)]
+    near = [i >= 0 and phases[i] in _AT_THE_LEAF for i in at]
     return [
-        (HELD if held[k] and phases[i] != "touch" else AT_THE_LEAF) if i >= 0 and phases[i] in _AT_THE_LEAF else AWAY
+        AWAY if not near[k] else AT_THE_LEAF if not held[k] else CLOSING if phases[i] == "touch" else HELD
         for k, i in enumerate(at)
     ]
