@@ -1,9 +1,13 @@
-"""The tug by which a gripper is tried: a leaf that is not at its stop comes with it."""
+"""What follows the touch: a tip presses, and a gripper is tried by a tug. A leaf that is not at its stop comes with it."""
 
 from __future__ import annotations
 
 from doorman.model import GRAVITY, Model
 
+TOUCH_FORCE = 0.5
+"""With which the tip of the shipped vehicle presses after the touch: above what noise of poses passes for a touch [N]."""
+PRESSING = 0.5
+"""From the touch to the opening, or to the tug [s]."""
 TUG = 0.05
 """Share of the weight with which a gripper is tried that has just closed,"""
 TUGGING = 0.9

@@ -9,6 +9,7 @@ from interior_point import InteriorPointReference
 
 from doorman.model import Model
 from doorman.ocp import PlanStatus
+from doorman.planning.pace import time_constant_held
 from doorman.planning.plan import Plan
 from doorman.planning.planner import LARGEST_PRICE, Planner
 
@@ -18,7 +19,8 @@ PROBLEMS = [(name, kind, limits) for name, limits in CASES for kind in KINDS]
 def plain_cost(model: Model, plan: Plan) -> float:
     """J as in the paper, written out; weights are those of the paper's task."""
     n, dt = model.n_arm, plan.time_step
-    state_weights = np.array([5.0, 5.0, 3.0, 9.0, 8.0, *([0.05] + [0.1] * n)[:n]])
+    held = 9.0 * time_constant_held(model) ** 2
+    state_weights = np.array([5.0, 5.0, 3.0, 9.0, held, *([0.05] + [0.1] * n)[:n]])
     input_weights = np.array([0.1, 5.0, 5.0, 13.5, *[10.0] * n])
     cost = 0.5 * state_weights @ (plan.states[-1] - model.goal_state) ** 2
     for x, u in zip(plan.states[:-1], plan.inputs, strict=True):
