@@ -27,7 +27,7 @@ _LEAST_SHARE = 0.2
 """Of what carries the leaf, a tip that brakes it pushes with so much at least."""
 _LEAST_RESISTANCE, _LEAST_FORCE = 0.05, 0.15
 """Of a hinge, and of a tip at whose depth a plan aims, for the shipped vehicle [N m], [N]."""
-_SHIPPED_RATE, _SHIPPED_FORCE = 0.11, 0.83
+_SHIPPED_RATE, _SHIPPED_FORCE = 0.32, 2.4
 """Opening rate of the shipped push [rad/s], and the force at the tip that gives its leaf that rate in a second [N]."""
 
 
