@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from doorman.model import GRAVITY, Model
+from doorman.planning.pace import TUGGING
 
 TOUCH_FORCE = 0.5
 """With which the tip of the shipped vehicle presses after the touch: above what noise of poses passes for a touch [N]."""
-PRESSING = 0.5
-"""From the touch to the opening, or to the tug [s]."""
 TUG = 0.05
-"""Share of the weight with which a gripper is tried that has just closed,"""
-TUGGING = 0.9
-"""for so long [s]."""
+"""Share of the weight with which a gripper is tried that has just closed, for `TUGGING`."""
 
 
 def drawn_by_the_tug(model: Model, torque: float, friction: float) -> tuple[float, float]:

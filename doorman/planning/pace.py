@@ -19,10 +19,11 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-from doorman.control.tug import PRESSING, TUGGING
 from doorman.model import Model
 from doorman.planning.limits import largest_push
 
+PRESSING, TUGGING = 0.5, 0.9
+"""From the touch to the opening, or to the tug by which a gripper is tried, and the tug [s]."""
 OPEN = math.radians(2.0)
 """A leaf that is so near to the goal is open: there `goal.duration` ends [rad]."""
 _SPEEDING_UP = 0.12

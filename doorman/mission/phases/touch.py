@@ -12,9 +12,10 @@ from numpy.typing import NDArray
 
 from doorman.control.estimation.estimator import Estimate, Tie
 from doorman.control.position_controller import Setpoint
-from doorman.control.tug import PRESSING, TUG, TUGGING
+from doorman.control.tug import TUG
 from doorman.mission.phases.attempt import Attempt
 from doorman.mission.phases.phase import GiveUp, MissionPhase, Next, Phase, Then
+from doorman.planning.pace import PRESSING, TUGGING
 
 Array = NDArray[np.float64]
 
