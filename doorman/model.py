@@ -244,7 +244,7 @@ class Model:
     def _ratios(self) -> dict[str, float]:
         """Of the defaults that grow with vehicle and door, by unit."""
         size = self.scale
-        return {"force": size.force, "torque": size.torque, "length": size.length, "hinge": self.hinge_scale}
+        return {"force": size.force, "torque": size.torque, "length": size.length}
 
     def _reduced(self, distance_from_hinge: float) -> ReducedModel:
         numbers = task_numbers(self.vehicle, self.door, distance_from_hinge, self._place[1])

@@ -11,6 +11,8 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from doorman.planning.pace import time_constant_held
+
 
 @dataclass(frozen=True)
 class Reference:
@@ -109,9 +111,10 @@ class InteriorPointReference:
 
     def _weights(self) -> tuple[ca.DM, ca.DM, ca.DM]:
         given, n = self.model.scenario.planner.weights, self.model.n_arm
+        held = 9.0 * time_constant_held(self.model) ** 2
         arm = ([0.05] + [0.1] * n)[:n]
-        state = list(given.state or [5, 5, 3, 9, 8, *arm])
-        terminal = list(given.terminal or [5, 5, 3, 9, 8, *arm])
+        state = list(given.state or [5, 5, 3, 9, held, *arm])
+        terminal = list(given.terminal or [5, 5, 3, 9, held, *arm])
         return ca.DM(state), ca.DM(terminal), ca.DM(list(given.input or [0.1, 5, 5, 13.5, *[10.0] * n]))
 
     def _rk4(self, x: ca.SX, u: ca.SX) -> ca.SX:

@@ -47,7 +47,7 @@ def identity(campaign: Campaign) -> dict[str, Any]:
     """What two runs of a campaign must have in common to be rows of one table, for JSON."""
     scenario = campaign.scenario
     tables = portable(scenario)
-    for key in ("runs", "time_out", "low_friction"):
+    for key in ("runs", "time_out"):
         del tables["campaign"][key]
     urdfs = digests(carried_files(scenario))
     versions = dict(software())

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -23,17 +24,23 @@ from doorman.signals import Measurement
 Array = NDArray[np.float64]
 
 
-def look_aheads(model: Model, loop: AttitudeLoop | None = None) -> tuple[float, float]:
-    """How much ahead of the state acceleration and attitude are taken from the plan [s].
+@dataclass(frozen=True)
+class LookAheads:
+    """By how much later than the measured state a plan's parts are taken, as the loops that follow them lag behind [s]."""
 
-    The settings say it, or the attitude loop: the vehicle's, if none is given.
-    """
-    settings, loop = model.scenario.control, loop or model.attitude_loop
-    acceleration, attitude = settings.acceleration_look_ahead, settings.attitude_look_ahead
-    return (
-        loop.acceleration_look_ahead if acceleration is None else acceleration,
-        loop.look_ahead if attitude is None else attitude,
-    )
+    acceleration: float
+    """Of the acceleration fed forward."""
+    attitude: float
+    """Of yaw and of the force fed forward, which act through the attitude loop."""
+    position: float = 0.04
+    """Of position and velocity: two steps of a plan, which the position loop has caught up with by then."""
+    arm: float = 0.1
+    """Of the arm's posture: joint rates are those that reach it, as a servo does by then."""
+
+    @classmethod
+    def of(cls, loop: AttitudeLoop) -> LookAheads:
+        """Those that follow from lag and dead time of the vehicle's loop."""
+        return cls(loop.acceleration_look_ahead, loop.look_ahead)
 
 
 class StateConverter:
@@ -41,10 +48,12 @@ class StateConverter:
 
     Args:
         model: Model of the scenario.
+        ahead: What is taken how much ahead; as the scenario's vehicle lags if not given.
     """
 
-    def __init__(self, model: Model) -> None:
+    def __init__(self, model: Model, ahead: LookAheads | None = None) -> None:
         self.model = model
+        self._ahead = ahead or LookAheads.of(model.attitude_loop)
         self._planning = planning_model(model)
         self._coupling = model.coupling
         self._arm, self._leaf = ArmParameters.of(model.vehicle.arm), leaf_numbers(model.door)
@@ -60,7 +69,7 @@ class StateConverter:
 
     def fly_by(self, loop: AttitudeLoop) -> None:
         """Believe another attitude loop from now on."""
-        self._acceleration_ahead, self._attitude_ahead = look_aheads(self.model, loop)
+        self._ahead = LookAheads.of(loop)
 
     def state(
         self,
@@ -105,20 +114,20 @@ class StateConverter:
     def setpoint(self, plan: Plan, time: float, arm_angles: Array) -> Setpoint:
         """Setpoint for a time of the plan; after its end, the last state at rest.
 
-        Each part is taken from the plan as much later as the loop that follows it lags behind (`control.*_look_ahead`).
+        Each part is taken from the plan as much later as the loop that follows it lags behind (`LookAheads`).
         Joint rates lead from the measured posture to the plan's, so that a correction which the plan makes in its first
         step is not lost between two plans.
         """
-        settings = self.model.scenario.control
-        motion = self._motion(plan, time + settings.position_look_ahead)
-        posture = self._at(plan, time + settings.arm_look_ahead)[0][5:]
-        arm_rates = (posture - arm_angles) / settings.arm_look_ahead
+        ahead = self._ahead
+        motion = self._motion(plan, time + ahead.position)
+        posture = self._at(plan, time + ahead.arm)[0][5:]
+        arm_rates = (posture - arm_angles) / ahead.arm
         return Setpoint(
             position=motion.position,
             velocity=motion.velocity,
-            acceleration=self._acceleration(plan, time + self._acceleration_ahead),
-            yaw=self.heading(plan, time + self._attitude_ahead),
-            force=self._force(plan, time + self._attitude_ahead),
+            acceleration=self._acceleration(plan, time + ahead.acceleration),
+            yaw=self.heading(plan, time + ahead.attitude),
+            force=self._force(plan, time + ahead.attitude),
             normal=self.model.door.normal(self._at(plan, time)[0][3]),
             arm_rates=np.minimum(np.maximum(arm_rates, -self._rate_limits), self._rate_limits),
         )
@@ -132,8 +141,8 @@ class StateConverter:
         return float(self._at(plan, time)[0][2])
 
     def turning(self, plan: Plan, time: float) -> float:
-        """Rate ψ̇ that reaches the plan's heading after `control.attitude_look_ahead` [rad/s]; 0 without a look-ahead."""
-        ahead = self._attitude_ahead
+        """Rate ψ̇ that reaches the plan's heading after `LookAheads.attitude` [rad/s]; 0 without a look-ahead."""
+        ahead = self._ahead.attitude
         return (self.heading(plan, time + ahead) - self.heading(plan, time)) / ahead if ahead > 0.0 else 0.0
 
     def _motion(self, plan: Plan, time: float) -> VehicleMotion:

@@ -1,13 +1,14 @@
-"""The tug by which a gripper is tried: a leaf that is not at its stop comes with it."""
+"""What follows the touch: a tip presses, and a gripper is tried by a tug. A leaf that is not at its stop comes with it."""
 
 from __future__ import annotations
 
 from doorman.model import Model
+from doorman.planning.pace import TUGGING
 
+TOUCH_FORCE = 0.5
+"""With which the tip of the shipped vehicle presses after the touch: above what noise of poses passes for a touch [N]."""
 TUG = 0.05
-"""Share of the weight with which a gripper is tried that has just closed,"""
-TUGGING = 0.9
-"""for so long [s]."""
+"""Share of the weight with which a gripper is tried that has just closed, for `TUGGING`."""
 
 
 def drawn_by_the_tug(model: Model, torque: float, friction: float) -> tuple[float, float]:

@@ -20,14 +20,12 @@ from doorman.dynamics.attitude_loop import AttitudeLoop
 from doorman.model import Model
 from doorman.planning.plan import Plan
 from doorman.planning.whole_body.contact import depth_of, stick_place, tip_on_face, turned_by, whole_body_state
-from doorman.planning.whole_body.numbers import loop_numbers, whole_body_numbers
+from doorman.planning.whole_body.numbers import loop_numbers, push_pace, whole_body_numbers
 from doorman.planning.whole_body.references import at_the_leaf
 from doorman.signals import Command
 
 Array = NDArray[np.float64]
 
-_RAMP = 0.06
-"""Growth of the opening rate that is asked for, of the shipped vehicle [rad/s²]."""
 _FREE_AIR = -0.01
 """Depth of a tip that does not touch, at most, as a share of R_A."""
 _LEAST_GRIP = 0.0034
@@ -57,7 +55,7 @@ class WholeBodyController:
 
     def __init__(self, model: Model) -> None:
         self._model, self._numbers = model, whole_body_numbers(model)
-        self._ramp = _RAMP * model.scale.rate**2
+        self._ramp = push_pace(model).acceleration
         self._free_air = _FREE_AIR * model.vehicle.radius
         self._least_grip = _LEAST_GRIP * model.vehicle.weight
         self.opening_rate = 0.0

@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.control.engagement import Engagement
+from doorman.control.tug import TOUCH_FORCE
 from doorman.exceptions import BackendError
 from doorman.feasibility.report import Finding, Severity, graded
 from doorman.kinematics.rotations import rotation_body_to_world
@@ -31,7 +32,7 @@ from doorman.simulation.plant.plant import hover_wrench
 Array = NDArray[np.float64]
 
 FIRST_TURN = 0.1
-"""Tilt that plans ask of a vehicle whose grip is young: a stiffer start (control.engage_pitch) cuts it [rad]."""
+"""Tilt that plans ask of a vehicle whose grip is young: a stiffer start (`Engagement`) cuts it [rad]."""
 _ENGAGED = 0.5
 """In which a vehicle whose tip is tied follows its first tilt [s]."""
 _CLEAR = 1.3
@@ -91,7 +92,7 @@ def _first_turn(model: Model) -> tuple[float, str]:
         allowed = max(engagement.lead(0.0), engagement.lead(_ENGAGED) - engagement.lead(0.0))
         return min(allowed, FIRST_TURN), "as the first plans do with the tip tied"
     stop = model.vehicle.mass * control.velocity_gain[0] * model.scenario.mission.touch_speed / model.vehicle.weight
-    push = model.scenario.mission.touch_force / model.vehicle.weight
+    push = TOUCH_FORCE * model.scale.force / model.vehicle.weight
     return min(max(stop, push), FIRST_TURN), "as the controller does when the touch stops the tip"
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections import deque
 
+from doorman.control.estimation.beliefs import VEHICLE_OBSERVER_RATE
 from doorman.control.estimation.estimator import Estimate
 from doorman.control.tug import TUG
 from doorman.model import Model
@@ -72,7 +73,7 @@ class GripWatch:
 
     def __init__(self, model: Model) -> None:
         self._least = (_MOVES * model.vehicle.weight) ** 2
-        self._rate = model.scenario.estimation.vehicle_observer_rate
+        self._rate = VEHICLE_OBSERVER_RATE
         self._poles = [0.0, 0.0, 0.0]
         self._recent: deque[tuple[float, float]] = deque()
         self._door, self._lever = model.door, model.coupling.lever_length

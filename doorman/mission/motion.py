@@ -13,6 +13,10 @@ from doorman.mission.schedule import TimedPlan
 
 Array = NDArray[np.float64]
 
+TOUCH_DISTANCE = 0.06
+"""Between tip and leaf where the approach ends and the touch begins: more than the leaf's place is uncertain by [m]."""
+RETREAT_SPEED = 0.25
+"""Away from the door, and through the doorway [m/s]."""
 _ACCELERATION = 0.25
 """Of a reference motion [m/s²]."""
 _YAW_RATE = 0.4

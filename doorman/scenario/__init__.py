@@ -6,16 +6,8 @@ everything else in SI units.
 
 from doorman.scenario.scenario import Scenario
 from doorman.scenario.sections.campaign import CampaignSection, Distribution
-from doorman.scenario.sections.flight import (
-    ContactStateSection,
-    ControlSection,
-    EstimationSection,
-    MissionSection,
-    MissionTimeOutsSection,
-)
-from doorman.scenario.sections.planning import LimitsSection, PlannerSection, PushSection, WeightsSection
+from doorman.scenario.sections.laboratory import EstimationSection, SafetySection
 from doorman.scenario.sections.reality import RealitySection
-from doorman.scenario.sections.safety import SafetySection
 from doorman.scenario.sections.simulation import (
     GustSection,
     HandSection,
@@ -24,12 +16,25 @@ from doorman.scenario.sections.simulation import (
     SimulationSection,
     WashSection,
 )
-from doorman.scenario.sections.task import ContactSection, DoorSection, GoalSection, StartSection, VehicleSection
+from doorman.scenario.sections.task import (
+    ContactSection,
+    DoorSection,
+    GoalSection,
+    MissionSection,
+    MissionTimeOutsSection,
+    StartSection,
+)
+from doorman.scenario.sections.vehicle import (
+    ControlSection,
+    LimitsSection,
+    PlannerSection,
+    VehicleSection,
+    WeightsSection,
+)
 
 __all__ = [
     "CampaignSection",
     "ContactSection",
-    "ContactStateSection",
     "ControlSection",
     "Distribution",
     "DoorSection",
@@ -42,7 +47,6 @@ __all__ = [
     "MissionTimeOutsSection",
     "NoiseSection",
     "PlannerSection",
-    "PushSection",
     "RealitySection",
     "SafetySection",
     "Scenario",

@@ -9,6 +9,7 @@ from typing import Any, get_args
 from pydantic import BaseModel, ValidationError
 
 from doorman.exceptions import ScenarioError
+from doorman.scenario.gone import gone
 
 _ALLOWED = {
     "model_type": "a table",
@@ -35,6 +36,9 @@ def explain(root: type[BaseModel], error: ValidationError, path: Path | None = N
         said = first["msg"].removeprefix("Input should be ").removeprefix("Value error, ")
         words = _ALLOWED.get(first["type"]) or said
         return ScenarioError(f"wrong value{more}", file=path, field=field, given=first["input"], allowed=words)
+    if found_gone := gone(field, first["input"]):
+        key, words = found_gone
+        return ScenarioError(f"the key '{key}' is gone: {words}{more}", file=path, field=key, allowed="no such key")
     section: type[BaseModel] = root
     for part in first["loc"][:-1]:
         section = _below(section, str(part))

@@ -15,12 +15,11 @@ from doorman.scenario.errors import explain
 from doorman.scenario.files import SCENARIO, SHIPPED, URDF, absolute, locate, read_tables
 from doorman.scenario.plain import plain
 from doorman.scenario.sections.campaign import CampaignSection, Distribution
-from doorman.scenario.sections.flight import ControlSection, EstimationSection, MissionSection
-from doorman.scenario.sections.planning import LimitsSection, PlannerSection, PushSection
+from doorman.scenario.sections.laboratory import EstimationSection, SafetySection
 from doorman.scenario.sections.reality import RealitySection, under
-from doorman.scenario.sections.safety import SafetySection
 from doorman.scenario.sections.simulation import SimulationSection
-from doorman.scenario.sections.task import ContactSection, DoorSection, GoalSection, StartSection, VehicleSection
+from doorman.scenario.sections.task import ContactSection, DoorSection, GoalSection, MissionSection, StartSection
+from doorman.scenario.sections.vehicle import ControlSection, LimitsSection, PlannerSection, VehicleSection
 from doorman.scenario.sized_keys import SIZED
 from doorman.scenario.toml_text import toml_text
 from doorman.scenario.values import Section, hashed
@@ -39,17 +38,16 @@ class Scenario(Section):
         ScenarioError: if a key is unknown, or a value of wrong type or out of range.
     """
 
-    vehicle: VehicleSection = VehicleSection()
     door: DoorSection = DoorSection()
     contact: ContactSection = ContactSection()
     start: StartSection = StartSection()
     goal: GoalSection = GoalSection()
-    planner: PlannerSection = PlannerSection()
-    limits: LimitsSection = LimitsSection()
-    push: PushSection = PushSection()
-    control: ControlSection = ControlSection()
-    estimation: EstimationSection = EstimationSection()
     mission: MissionSection = MissionSection()
+    vehicle: VehicleSection = VehicleSection()
+    limits: LimitsSection = LimitsSection()
+    control: ControlSection = ControlSection()
+    planner: PlannerSection = PlannerSection()
+    estimation: EstimationSection = EstimationSection()
     safety: SafetySection = SafetySection()
     simulation: SimulationSection = SimulationSection()
     reality: RealitySection = RealitySection()

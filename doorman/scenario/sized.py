@@ -1,4 +1,4 @@
-"""Defaults that grow with the vehicle: forces in proportion to its weight, torques to weight and length, and those of a hinge.
+"""Defaults that grow with the vehicle: forces in proportion to its weight, torques to weight and length.
 
 The defaults of these keys are those of the shipped vehicle and door. What a scenario gives itself stays as it is.
 """

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from doorman.control.state_converter import StateConverter
+from doorman.control.state_converter import LookAheads, StateConverter
 from doorman.gravity import GRAVITY
 from doorman.model import Model
 from doorman.planning.plan import Plan
@@ -13,13 +13,13 @@ from doorman.planning.planner import Planner
 from doorman.planning.planning_model import planning_model
 from doorman.scenario import Scenario
 
-EXACT = {"control.position_look_ahead": 0.0, "control.attitude_look_ahead": 0.0, "control.acceleration_look_ahead": 0.0}
+EXACT = LookAheads(acceleration=0.0, attitude=0.0, position=0.0)
 
 
 @pytest.fixture(scope="module", params=["quasi_static", pytest.param("lagrangian", marks=pytest.mark.slow)])
 def planned(request: pytest.FixtureRequest) -> tuple[Model, Plan]:
     """A plan of the paper's task with each of the planner's models, and the scenario's model, without look-ahead."""
-    planner = Planner(Scenario.load("paper", EXACT | {"planner.model": request.param}))
+    planner = Planner(Scenario.load("paper", {"planner.model": request.param}))
     return planner.model, planner.plan(planning_model(planner.model).start_state)
 
 
@@ -30,7 +30,7 @@ def reduced(model: Model, plan: Plan, node: int) -> tuple[np.ndarray, np.ndarray
 
 def test_setpoint_at_a_node_is_the_plan(planned) -> None:
     model, plan = planned
-    converter = StateConverter(model)
+    converter = StateConverter(model, EXACT)
     for node in (0, 7, 30):
         state, inputs = reduced(model, plan, node)
         setpoint = converter.setpoint(plan, node * plan.time_step + 1e-12, state[5:])
@@ -45,7 +45,7 @@ def test_setpoint_at_a_node_is_the_plan(planned) -> None:
 
 def test_planned_force_moves_the_door_as_planned(planned) -> None:
     model, plan = planned
-    setpoint = StateConverter(model).setpoint(plan, 0.1, reduced(model, plan, 5)[0][5:])
+    setpoint = StateConverter(model, EXACT).setpoint(plan, 0.1, reduced(model, plan, 5)[0][5:])
     normal = setpoint.normal
     acceleration = -model.coupling.distance_from_hinge * float(normal @ setpoint.force) / model.door.inertia
     after, before = (reduced(model, plan, node)[0][4] for node in (7, 3))
@@ -56,7 +56,7 @@ def test_planned_force_moves_the_door_as_planned(planned) -> None:
 
 def test_after_its_end_a_plan_rests(planned) -> None:
     model, plan = planned
-    converter = StateConverter(model)
+    converter = StateConverter(model, EXACT)
     for late in (1.0, 1.5, 100.0):
         setpoint = converter.setpoint(plan, late, reduced(model, plan, 50)[0][5:])
         np.testing.assert_allclose(setpoint.velocity, 0.0, atol=1e-12)
@@ -67,15 +67,15 @@ def test_after_its_end_a_plan_rests(planned) -> None:
 
 def test_joint_rates_lead_to_the_plan_within_the_servos_limits(planned) -> None:
     model, plan = planned
-    converter = StateConverter(model)
-    ahead = reduced(model, plan, 5)[0][5:]  # arm_look_ahead is 0.1 s: five steps
+    converter = StateConverter(model, EXACT)
+    ahead = reduced(model, plan, 5)[0][5:]  # LookAheads.arm is 0.1 s: five steps
     rates = converter.setpoint(plan, 0.0, ahead - 0.01).arm_rates
     np.testing.assert_allclose(rates, 0.1, atol=1e-6)
     assert converter.setpoint(plan, 0.0, ahead + 2.0).arm_rates == pytest.approx(-model.vehicle.rate_limits)
 
 
 def test_hold_keeps_a_position(model) -> None:
-    setpoint = StateConverter(model).hold(np.array([1.0, 2.0, 3.0]), 0.4)
+    setpoint = StateConverter(model, EXACT).hold(np.array([1.0, 2.0, 3.0]), 0.4)
     np.testing.assert_array_equal(setpoint.position, [1.0, 2.0, 3.0])
     assert setpoint.yaw == 0.4
     assert not setpoint.velocity.any() and not setpoint.force.any() and not setpoint.arm_rates.any()

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from doorman.control.state_converter import look_aheads
+from doorman.control.state_converter import LookAheads
 from doorman.dynamics.attitude_loop import TESTED_LAG, USUAL_LAG, AttitudeLoop
 from doorman.feasibility.inputs.setup import setup_findings
 from doorman.model import Model
@@ -76,12 +76,7 @@ def test_planner_look_aheads_and_check_use_it(lag: float) -> None:
     numbers = whole_body_numbers(model)
     assert numbers.one("vehicle.attitude_gain") == pytest.approx(1.0 / lag)
     assert numbers.one("vehicle.rate_gain") == pytest.approx(2.8 / lag)
-    dead = model.scenario.vehicle.attitude_dead_time
-    assert look_aheads(model) == pytest.approx((1.2 * lag + dead, 2.0 * lag + dead))
+    dead, ahead = model.scenario.vehicle.attitude_dead_time, LookAheads.of(model.attitude_loop)
+    assert (ahead.acceleration, ahead.attitude) == pytest.approx((1.2 * lag + dead, 2.0 * lag + dead))
     (found,) = [one for one in setup_findings(model) if one.name == "attitude lag"]
     assert (not found.advice) is (lag <= TESTED_LAG)
-
-
-def test_settings_of_the_look_aheads_win() -> None:
-    given = {"control.acceleration_look_ahead": 0.0, "control.attitude_look_ahead": 0.31}
-    assert look_aheads(Model(Scenario.load("paper", given))) == (0.0, 0.31)

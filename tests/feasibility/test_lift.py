@@ -42,7 +42,5 @@ def test_the_reserve_is_what_flights_need() -> None:
 
 
 def test_the_reserve_follows_from_the_task() -> None:
-    gentle = ratio_needed("paper", control__engage_pitch=0.05, control__engage_rate=0.05)
-    assert gentle < 1.4, "flown: it opens the door with 1.4 times its weight"
-    slow = ratio_needed("push", mission__touch_speed=0.01, mission__touch_force=0.2)
-    assert slow < ratio_needed("push")
+    fast = ratio_needed("push", mission__touch_speed=0.12)
+    assert fast > ratio_needed("push")

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 from doorman import Model, Planner, PlanStatus, Scenario
+from doorman.control.engagement import ENGAGE_PITCH, ENGAGE_RATE
 from doorman.exceptions import BackendError, DoormanError
 from doorman.hardware.interface import Backend, Command, Measurement
 from doorman.kinematics.rotations import rotation_body_to_world
@@ -215,15 +216,14 @@ def test_a_plant_that_goes_on_is_planned_for_in_another_thread(model: Model, rea
 
 
 def test_pitch_is_let_go_gradually_roll_and_yaw_at_once(model: Model) -> None:
-    """The plan leans forward at once; what is commanded stays within engage_pitch + engage_rate t of what is measured."""
+    """The plan leans forward at once; what is commanded stays within ENGAGE_PITCH + ENGAGE_RATE t of what is measured."""
     backend, recorder = ScriptedBackend(model), Recorder(None, {})
     Mission(model, recorder=recorder).fly(backend, TUG + 1.0)
-    control = model.scenario.control
     begins, recording = opening(recorder)
     forces = recording["controller"]["force"][begins:]
     held = 0
     for k, (command, force) in enumerate(zip(backend.commands[begins:], forces, strict=True)):
-        reach = control.engage_pitch + control.engage_rate * TICK * k
+        reach = ENGAGE_PITCH + ENGAGE_RATE * TICK * k
         assert abs(command.attitude[1]) <= reach + 1e-12
         wanted = rotation_body_to_world(command.attitude)[:, 2]
         along = wanted @ force / np.linalg.norm(force)

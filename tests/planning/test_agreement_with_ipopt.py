@@ -9,6 +9,7 @@ from interior_point import InteriorPointReference
 
 from doorman.model import Model
 from doorman.ocp import PlanStatus
+from doorman.planning.pace import time_constant_held
 from doorman.planning.plan import Plan
 from doorman.planning.planner import LARGEST_PRICE, Planner
 
@@ -18,7 +19,8 @@ PROBLEMS = [(name, kind, limits) for name, limits in CASES for kind in KINDS]
 def plain_cost(model: Model, plan: Plan) -> float:
     """J as in the paper, written out; weights are those of the paper's task."""
     n, dt = model.n_arm, plan.time_step
-    state_weights = np.array([5.0, 5.0, 3.0, 9.0, 8.0, *([0.05] + [0.1] * n)[:n]])
+    held = 9.0 * time_constant_held(model) ** 2
+    state_weights = np.array([5.0, 5.0, 3.0, 9.0, held, *([0.05] + [0.1] * n)[:n]])
     input_weights = np.array([0.1, 5.0, 5.0, 13.5, *[10.0] * n])
     cost = 0.5 * state_weights @ (plan.states[-1] - model.goal_state) ** 2
     for x, u in zip(plan.states[:-1], plan.inputs, strict=True):
@@ -104,12 +106,12 @@ def test_the_problems_are_of_all_kinds() -> None:
     assert 2 <= hopeless <= 6
 
 
-@pytest.mark.parametrize(("name", "cost"), [("paper", 15.4407631), ("coarse", 15.4863841)])
+@pytest.mark.parametrize(("name", "cost"), [("paper", 15.1146637), ("coarse", 15.1650002)])
 @pytest.mark.parametrize("limits", [False, True])
 def test_cost_of_the_papers_start(name: str, limits: bool, cost: float) -> None:
-    """The limits are wide enough for the paper's task."""
+    """The limits are wide enough for the paper's task. The cold plan stops within 2e-8 of the least cost."""
     start = model_of(name, limits).start_state
-    assert planner_of(name, limits).plan(start).cost == pytest.approx(cost, rel=1e-8)
+    assert planner_of(name, limits).plan(start).cost == pytest.approx(cost, rel=1e-7)
     assert reference_of(name, limits).solve(start).cost == pytest.approx(cost, rel=1e-8)
 
 

@@ -26,13 +26,13 @@ def scaled(folder: Path, task: str, size: float) -> Model:
         "door.urdf": str(write_scaled(folder / "door.urdf", DOOR, size)),
         "contact.distance_from_hinge": 0.70 * size, "contact.height": 0.80 * size,
         "planner.time_step": 0.02 * time, "planner.margin": plain.planner.margin * size,
-        "push.max_rate": plain.push.max_rate / time, "simulation.torque_per_thrust": 0.016 * size,
+        "simulation.torque_per_thrust": 0.016 * size,
         "vehicle.attitude_lag": 0.1 * time,
         "limits.body_rates": tuple(rate / time for rate in plain.limits.body_rates),
     }  # fmt: skip
     if task == "paper":
         arm = [0.05, 0.1, 0.1, 0.1]
-        state = (5.0, 5.0, 3.0, 9.0, 8.0 * time**2, *arm)
+        state = (5.0, 5.0, 3.0, 9.0, 9.0 * (0.785 * time) ** 2, *arm)
         rates = [5.0 * time**2, 5.0 * time**2, 13.5 * time**2, *[10.0 * time**2] * 4]
         settings |= {"planner.weights.state": state, "planner.weights.terminal": tuple(time * each for each in state)}
         settings |= {"planner.weights.input": (0.1 / size**6, *rates)}

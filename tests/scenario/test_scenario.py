@@ -46,7 +46,7 @@ def test_the_paper_file_says_what_the_defaults_say():
     assert (
         paper.simulation.door_friction and defaults.simulation.door_friction is None
     )  # a door that stays where it is left
-    for section in ("vehicle", "door", "contact", "control", "push", "estimation", "mission"):
+    for section in ("vehicle", "door", "contact", "control", "estimation", "mission"):
         assert getattr(paper, section) == getattr(defaults, section), section
     assert paper.planner.model_copy(update={"weights": defaults.planner.weights}) == defaults.planner
 

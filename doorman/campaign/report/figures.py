@@ -50,6 +50,10 @@ METRICS = (
 )
 
 
+LOW_FRICTION = 0.5
+"""Doors with less true friction are also reported separately: pushes find them the hardest to stop [N m]."""
+
+
 def figures(rows: Sequence[Row], low_friction: float) -> dict[str, Any]:
     """Everything that the report says, for JSON."""
     slippery = [row for row in rows if row["friction"] is not None and row["friction"] < low_friction]

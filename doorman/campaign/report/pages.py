@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from doorman.campaign.folder import read_not_flown
-from doorman.campaign.report.figures import METRICS, figures
+from doorman.campaign.report.figures import LOW_FRICTION, METRICS, figures
 from doorman.campaign.results import DRAWN, Row
 from doorman.scenario import Scenario
 
@@ -21,7 +21,7 @@ def write_report(rows: Sequence[Row], scenario: Scenario, out: Path, planned: in
     from doorman.campaign.report.histograms import histograms  # needs the extra `viz`
     from doorman.visualization.files import save_as
 
-    found = figures(rows, scenario.campaign.low_friction)
+    found = figures(rows, LOW_FRICTION)
     found["not_flown"] = {str(run): why for run, why in read_not_flown(out).items()}
     (out / "report.json").write_text(json.dumps(found, indent=2) + "\n", encoding="utf-8")
     (out / "report.md").write_text(page(rows, found, scenario, planned), encoding="utf-8")

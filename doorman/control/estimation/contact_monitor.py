@@ -11,6 +11,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from doorman.control.estimation.beliefs import ContactThresholds
 from doorman.control.kernels.contact_step import (
     EXPECTED,
     LASTED,
@@ -21,7 +22,6 @@ from doorman.control.kernels.contact_step import (
     listen_to_noise,
     watch_contact,
 )
-from doorman.scenario import ContactStateSection
 
 Array = NDArray[np.float64]
 
@@ -33,7 +33,7 @@ class ContactMonitor:
         settings: Thresholds and times.
     """
 
-    def __init__(self, settings: ContactStateSection) -> None:
+    def __init__(self, settings: ContactThresholds) -> None:
         self.numbers = np.array([
             settings.touched_above, settings.touched_after, settings.certain_above, settings.certain_deviations,
             settings.arrived_within, settings.arrived_above, settings.arrived_deviations, settings.lost_below,

@@ -25,11 +25,11 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import NDArray
 
+from doorman.control.estimation.beliefs import Beliefs
 from doorman.control.kernels.door_filter.memory import ANGLE, FRICTION, INERTIA, RATE, STATES, STIFFNESS, DoorMemory
 from doorman.control.kernels.door_filter.step import advance_door, hinge_of, pass_leaf
 from doorman.kinematics.doors.leaf.leaf_kernels import leaf_numbers
 from doorman.model import Model
-from doorman.scenario import EstimationSection
 
 Array = NDArray[np.float64]
 
@@ -74,7 +74,7 @@ class DoorFilter:
         settings: Prior and noise.
     """
 
-    def __init__(self, model: Model, settings: EstimationSection) -> None:
+    def __init__(self, model: Model, settings: Beliefs) -> None:
         start, lever = model.start_angle, model.coupling.lever_length
         self._door = door = model.door
         inertia = door.inertia

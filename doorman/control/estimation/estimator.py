@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.control.center_of_mass import center_of_mass
+from doorman.control.estimation.beliefs import VEHICLE_OBSERVER_RATE, WIND_RATE, Beliefs, ContactThresholds
 from doorman.control.estimation.contact_monitor import ContactMonitor
 from doorman.control.estimation.door_filter import DoorFilter, HingeEstimate
 from doorman.control.estimation.present import present_attitude
@@ -135,13 +136,13 @@ class Estimator:
     """
 
     def __init__(self, model: Model, converter: StateConverter) -> None:
-        settings, lever, mass = model.scenario.estimation, model.coupling.lever_length, model.vehicle.mass
+        lever, mass = model.coupling.lever_length, model.vehicle.mass
         self._model, self._converter = model, converter
-        self._vehicle = VehicleObserver(mass, settings.vehicle_observer_rate)
+        self._vehicle = VehicleObserver(mass, VEHICLE_OBSERVER_RATE)
         self._weight = np.array([0.0, 0.0, model.vehicle.weight])
-        self.contact = ContactMonitor(settings.contact)
+        self.contact = ContactMonitor(ContactThresholds.of(model))
         grips = model.scenario.contact.kind == "grip"
-        rates = settings.vehicle_observer_rate, settings.wind_rate
+        rates = VEHICLE_OBSERVER_RATE, WIND_RATE
         self._numbers = np.array([lever, mass, *rates, model.door.inertia, grips])
         self._memory = np.zeros(MEMORY)
         self._memory[BEYOND] = math.nan
@@ -206,7 +207,7 @@ class Estimator:
     def lose_leaf(self) -> None:
         """Forget the leaf and its hinge: it may be anywhere, and what was learnt when something went wrong may be wrong."""
         control = self._model.scenario.control
-        self.door = DoorFilter(self._model, self._model.scenario.estimation)
+        self.door = DoorFilter(self._model, Beliefs.of(self._model))
         most = _NOISE * control.max_door_disturbance
         self._hinge_torque = DoorObserver(self._model, control.door_observer_rate, most)
         self.contact.declare(False)

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.control.center_of_mass import center_of_mass
+from doorman.control.estimation.beliefs import VEHICLE_OBSERVER_RATE, Beliefs, ContactThresholds
 from doorman.control.estimation.contact_monitor import ContactMonitor
 from doorman.control.estimation.door_filter import DoorFilter, HingeEstimate
 from doorman.control.estimation.wind_filter import WindFilter
@@ -106,31 +107,31 @@ class LeafEstimator:
     """
 
     def __init__(self, model: Model, converter: StateConverter) -> None:
-        settings, door, size = model.scenario.estimation, model.door, model.scale
+        beliefs, door, size = Beliefs.of(model), model.door, model.scale
         self._model, self._converter = model, converter
         self._mass, self._lever = model.vehicle.mass, model.coupling.lever_length
         self._doubt = 0.0  # of the torque, as the wind in contact and the hinge's changes are doubted [N m]
         self._changes = HINGE_CHANGES * model.hinge_scale
         self._weight_force = np.array([0.0, 0.0, model.vehicle.weight])
-        self._vehicle = VehicleObserver(self._mass, settings.vehicle_observer_rate)
-        self._monitor = ContactMonitor(settings.contact)
+        self._vehicle = VehicleObserver(self._mass, VEHICLE_OBSERVER_RATE)
+        self._monitor = ContactMonitor(ContactThresholds.of(model))
         self._monitor.declare(model.scenario.mission.start == "contact")
         self._wind = WindFilter(size.force, model.hinge_scale)
-        self._door = DoorFilter(model, settings)
+        self._door = DoorFilter(model, beliefs)
         most = largest_push(model, model.scenario.control.max_tilt) * self._lever
         """Torque of the largest push [N m]."""
         goal, start = model.goal_angle, model.start_angle
         levers = self._lever + _ON_LEAF * door.wind_lever
         numbers = [
-            self._mass, self._lever, settings.vehicle_observer_rate, goal, door.rest_angle, start, most,
-            self._lever * settings.angle_deviation, levers, door.closing_torque, model.travel.ahead(1.0), *door.up,
+            self._mass, self._lever, VEHICLE_OBSERVER_RATE, goal, door.rest_angle, start, most,
+            self._lever * beliefs.angle_deviation, levers, door.closing_torque, model.travel.ahead(1.0), *door.up,
             size.force, size.torque, size.time, model.hinge_scale,
-            door.upper_limit, settings.tip_force_noise,
+            door.upper_limit, model.scenario.estimation.tip_force_noise,
         ]  # fmt: skip
         memory = np.zeros(MEMORY)
         memory[FACE_VARIANCE], memory[CLOSED], memory[MET] = FACE_DEVIATION**2, 1.0, math.nan
         memory[LAST] = -math.inf
-        memory[READS], memory[OFFSET_VARIANCE] = math.nan, settings.tip_force_offset**2
+        memory[READS], memory[OFFSET_VARIANCE] = math.nan, model.scenario.estimation.tip_force_offset**2
         self._kept = self._parts(np.array(numbers), memory, most)
         self._held = held(self._kept)
         begin_leaf(self._held)
@@ -139,7 +140,7 @@ class LeafEstimator:
     def _parts(self, numbers: Array, memory: Array, most: float) -> LeafMemory:
         model, n = self._model, self._model.n_arm
         rate = model.scenario.control.door_observer_rate
-        first = DoorFilter(model, model.scenario.estimation).memory
+        first = DoorFilter(model, Beliefs.of(model)).memory
         torque, bare = (DoorObserver(model, rate, most, whole=True) for _ in range(2))
         quick = DoorObserver(model, max(rate, _QUICK), most, whole=True)
         return LeafMemory(

@@ -24,6 +24,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from doorman.control.estimation.beliefs import VEHICLE_OBSERVER_RATE
 from doorman.control.estimation.pose_age import crossover
 from doorman.control.observers.vehicle_observer import LATEST
 from doorman.model import Model
@@ -51,7 +52,7 @@ def velocity_noise(position_noise: float, latency: float, interval: float, rate:
 def force_noise(model: Model, position_noise: float, latency: float, interval: float) -> float:
     """σ_F of a tip that pushes."""
     scenario = model.scenario
-    speed = velocity_noise(position_noise, latency, interval, scenario.estimation.vehicle_observer_rate)
+    speed = velocity_noise(position_noise, latency, interval, VEHICLE_OBSERVER_RATE)
     return model.vehicle.mass * crossover(scenario.control) * speed
 
 

@@ -15,7 +15,7 @@ Array = NDArray[np.float64]
     TOUCHED_ABOVE, TOUCHED_AFTER, CERTAIN_ABOVE, CERTAIN_DEVIATIONS, ARRIVED_WITHIN, ARRIVED_ABOVE, ARRIVED_DEVIATIONS,
     LOST_BELOW, LOST_AFTER, NUMBERS,
 ) = range(10)  # fmt: skip
-"""Places in the numbers: the fields of `ContactStateSection`."""
+"""Places in the numbers: the fields of `ContactThresholds`."""
 TOUCHING, LASTED, VARIANCE, EXPECTED, MEMORY = range(5)
 """Places in the memory: the contact state, for how long the force has disagreed, variance of its noise, and whether a touch is
 expected."""

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from doorman.control.estimation.pose_age import oldest_pose
 from doorman.control.estimation.pose_noise import force_noise, most_force_noise
-from doorman.control.state_converter import look_aheads
+from doorman.control.state_converter import LookAheads
 from doorman.dynamics.attitude_loop import TESTED_LAG
 from doorman.feasibility.inputs.bodies import body_findings
 from doorman.feasibility.inputs.door import door_findings
@@ -216,15 +216,15 @@ def _planner_numbers(model: Model) -> Finding:
     scenario = model.scenario
     planner = scenario.planner
     horizon = planner.time_step * planner.horizon_steps
-    control = scenario.control
-    acceleration, attitude = look_aheads(model)
-    look_ahead = max(
-        control.position_look_ahead, acceleration + 2.0 * planner.time_step, attitude, control.arm_look_ahead
-    )
+    ahead = LookAheads.of(model.attitude_loop)
+    look_ahead = max(ahead.position, ahead.acceleration + 2.0 * planner.time_step, ahead.attitude, ahead.arm)
     used = look_ahead + scenario.simulation.planner_latency_periods / planner.rate
     severity, advice = Severity.OK, ""
     if used >= horizon:
-        severity, advice = Severity.ERROR, "raise planner.horizon_steps, or lower control.*_look_ahead"
+        severity, advice = (
+            Severity.ERROR,
+            "raise planner.horizon_steps, or use a vehicle with less vehicle.attitude_lag",
+        )
     elif horizon < _SHORTEST_HORIZON:
         severity, advice = Severity.WARNING, "raise planner.horizon_steps: the door must be braked within the horizon"
     elif planner.time_step > _LONGEST_STEP:

@@ -17,6 +17,9 @@ from doorman.feasibility.swing.rehearsal import Rehearsal, least_resistance
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import Model
 from doorman.planning.own_motion import rotor_force
+from doorman.planning.pace import LONGEST, duration_held
+from doorman.planning.whole_body.numbers import push_pace
+from doorman.planning.whole_body.references import BRAKES
 
 Array = NDArray[np.float64]
 
@@ -42,6 +45,7 @@ def flight_findings(model: Model, rehearsal: Rehearsal) -> list[Finding]:
         _thrust(model, rehearsal),
         *_forces(model, rehearsal),
         *stopping_findings(model),
+        *duration_findings(model),
         *_clearances(model, rehearsal),
     ]
 
@@ -193,21 +197,40 @@ def stopping_findings(model: Model) -> list[Finding]:
     """A tip that can only push needs a joint that stops the leaf: the speed from which it does, at the start."""
     if model.scenario.contact.kind != "push":
         return []
-    torque, push, lever, door = least_resistance(model), model.scenario.push, model.coupling.lever_length, model.door
-    deceleration = push.stopping_share * torque / (door.inertia + model.vehicle.mass * lever**2)
-    way = model.travel.length
-    speed = min(math.sqrt(2.0 * max(deceleration, 0.0) * way), push.max_rate)
-    needed = 2.0 * way / model.scenario.mission.time_out.open
-    ok = speed >= needed or _ends_at_its_stop(model)
-    known = "" if door.friction > 0.0 else " (unknown: the mean of estimation.friction)"
-    words = f"against {door.torque_in_words(torque)}{known} the door may be as fast as {door.rate_in_words(speed)}"
-    words += ", so that it stops by itself"
+    torque, door, longest = least_resistance(model), model.door, model.scenario.mission.time_out.open
+    takes = _pushed(model)
+    ok = takes <= longest or _ends_at_its_stop(model)
+    known = "" if door.friction > 0.0 else " (unknown: that of a usual hinge)"
+    words = f"against {door.torque_in_words(torque)}{known} the door stops by itself at the goal, {takes:.0f} s after the touch"
     if torque <= 0.0:
         words = f"weight or spring drive it on with {door.torque_in_words(-torque)} beyond its friction{known}"
     return [
         Finding(
-            "door can be stopped", graded(ok), words, speed, needed, "rad/s",
+            "door can be stopped", graded(ok), words, takes, longest, "s",
             "" if ok else 'set contact.kind = "grip": pushing cannot stop a door without resistance',
+        )
+    ]  # fmt: skip
+
+
+def _pushed(model: Model) -> float:
+    """Least time from the touch until a leaf is open that is pushed, and that its own hinge stops [s]."""
+    deceleration = BRAKES * least_resistance(model) / model.door.inertia
+    return push_pace(model, safe=True).duration(model.travel.length, deceleration) if deceleration > 0.0 else LONGEST
+
+
+def duration_findings(model: Model) -> list[Finding]:
+    """Whether a wanted duration is possible; nothing where the task is to be as fast as is safe."""
+    wanted = model.scenario.goal.duration
+    if wanted == "safe":
+        return []
+    least = _pushed(model) if model.scenario.contact.kind == "push" else duration_held(model)
+    ok = least <= wanted
+    how = "possible" if ok else "not possible: the flight is as fast as is safe"
+    return [
+        Finding(
+            "duration", graded(ok, Severity.WARNING),
+            f"{wanted:.1f} s from the touch to the goal are {how}; the least is about {least:.1f} s", wanted, least, "s",
+            "" if ok else f'set goal.duration to {math.ceil(least):d} or more, or to "safe"',
         )
     ]  # fmt: skip
 

@@ -6,7 +6,7 @@ constraints together; running the loop answers it. The motion is that of `Planni
 with the inertia that the push really moves. The hinge's friction is a torque against the swing that the planner knows of, as
 in flight, where an observer finds it: what it costs in force, and so in tilt and in room beside the leaf, is in the answer.
 A tip that can only push needs resistance: where the scenario names no friction, the rehearsal takes the prior mean of
-`estimation.friction` for it. A grip begins where the tug by which it is tried leaves the leaf.
+`Beliefs.friction` for it. A grip begins where the tug by which it is tried leaves the leaf.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from doorman.control.estimation.beliefs import Beliefs
 from doorman.control.tug import drawn_by_the_tug
 from doorman.exceptions import SingularityError
 from doorman.feasibility.resting import torques_at_rest
@@ -80,7 +81,7 @@ def resistance(model: Model) -> float:
     if model.scenario.contact.kind == "push" and model.door.friction == 0.0:
         ajar = model.door.opening_of(model.travel.start) > model.door.per_angle * _AJAR
         holds = _STANDS * abs(model.door.hinge_torque(model.travel.start, 0.0)) if ajar else 0.0
-        return max(float(model.scenario.estimation.friction[0]), holds)
+        return max(Beliefs.of(model).friction[0], holds)
     return model.door.friction
 
 

@@ -25,6 +25,10 @@ EVERY = 0.1
 """Between measurements, each an average: the noise of poses is a new one by then [s]."""
 
 
+_ANGLE_NOISE = 0.005
+"""Of the angle that a held tip measures: noise of poses and of joint angles together [rad]."""
+
+
 class HeldTip:
     """Follows one tip from the moment at which the gripper holds.
 
@@ -35,7 +39,7 @@ class HeldTip:
     def __init__(self, model: Model) -> None:
         settings = model.scenario.estimation
         self._coupling, self._hinge = model.coupling, model.door.hinge_position
-        self._noise = (settings.angle_noise * model.coupling.lever_length) ** 2
+        self._noise = (_ANGLE_NOISE * model.coupling.lever_length) ** 2
         self._doubt, self._walk = settings.door_place_deviation**2, settings.frame_walk**2
         self._most = model.scenario.safety.misfit
         self.let_go()

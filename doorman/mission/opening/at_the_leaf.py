@@ -81,7 +81,7 @@ class AtTheLeaf:
         self._pressed, self._beside = pressed, 0.0
         if estimate is not None and pressed > 0.0:
             along, _ = self._model.door.face(estimate.door_angle)
-            most = self._model.scenario.push.friction_coefficient * pressed
+            most = self._model.scenario.contact.friction * pressed
             self._beside = min(max(float(along @ estimate.tip_force), -most), most)
         self._yaw, self._was_fast, self._moved_at = yaw, False, None
         self._height = 0.0 if estimate is None else float(estimate.position[2])

@@ -14,6 +14,8 @@ STANDS = 0.01
 """A door whose average rate is smaller stands [rad/s]."""
 STILL_OPEN = math.radians(1.5)
 """A held door that is farther from the goal is pushed again, if it is not open enough [rad]."""
+HELD_WITHIN = 0.006
+"""A gripped door that stands within this of the goal is open: twice what the tip's angle is uncertain by [rad]."""
 SLOW = 0.005
 """A gripped door that is slower at the goal, for a while, is taken to stay there [rad/s],"""
 AT_GOAL = math.radians(0.9)
@@ -45,7 +47,7 @@ class Progress:
 
     def __init__(self, model: Model, pushes: bool) -> None:
         self._pushes = pushes
-        self._tolerance, self._hold_time = model.scenario.push.hold_tolerance, model.scenario.mission.hold_time
+        self._hold_time = model.scenario.mission.hold_time
         self._goal = model.goal_angle
         self._way = abs(model.start_angle - self._goal)
         self.rate = 0.0
@@ -78,9 +80,9 @@ class Progress:
         if abs(off) < self._nearest - _STEP:
             self._steps += math.isfinite(self._nearest) and abs(off) < self._way  # where it begins is no step
             self._nearest, self._got_on_at = abs(off), now
-        if abs(off) > self._tolerance and math.copysign(1.0, off) != self._side:
+        if abs(off) > HELD_WITHIN and math.copysign(1.0, off) != self._side:
             self._side, self.passes = math.copysign(1.0, off), self.passes + 1
-        self._good_since = since(self._good_since, abs(off) < self._tolerance and abs(self.rate) < 2.0 * SLOW, now)
+        self._good_since = since(self._good_since, abs(off) < HELD_WITHIN and abs(self.rate) < 2.0 * SLOW, now)
         self._slow_since = since(self._slow_since, abs(off) < self.at_goal and abs(self.rate) < SLOW, now)
         self._near_since = since(self._near_since, abs(off) < _NEAR, now)
         if self._near_since is not None:

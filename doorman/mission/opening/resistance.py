@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from doorman.control.estimation.estimator import Estimate
-from doorman.mission.opening.progress import AT_GOAL, NEARLY, SLOW, Progress
+from doorman.mission.opening.progress import AT_GOAL, HELD_WITHIN, NEARLY, SLOW, Progress
 from doorman.model import Model
 
 _SWINGS = 0.02
@@ -47,7 +47,6 @@ class Resistance:
         control = model.scenario.control
         self._progress = progress
         self._goal, self._travel = model.goal_angle, model.travel
-        self._tolerance = model.scenario.push.hold_tolerance
         self.is_open = False
         """Whether the door has been brought to the goal: friction may then hold it where it is near enough."""
         self._observed = control.door_observer_rate > 0.0
@@ -81,7 +80,7 @@ class Resistance:
         rests = estimate.hinge.friction >= _NO_FRICTION * self._hinge and (
             self.is_open or self._travel.ahead(off) > 0.0
         )
-        self._nudge(off, AT_GOAL if rests else self._tolerance, time_step)
+        self._nudge(off, AT_GOAL if rests else HELD_WITHIN, time_step)
         resists = self._travel.ahead(self._gripped(off, average, estimate) - self._stiction)
         return self._travel.ahead(min(resists, self._most))
 

@@ -9,6 +9,7 @@ from doorman.control.estimation.frame_fit import FrameFit
 from doorman.control.estimation.pose_watch import PoseWatch
 from doorman.control.passage import Passage, has_doorway
 from doorman.control.state_converter import StateConverter
+from doorman.control.tug import TOUCH_FORCE
 from doorman.mission.loop_test import LoopTest
 from doorman.mission.opening.at_the_leaf import AtTheLeaf
 from doorman.mission.opening.door_opening import DoorOpening
@@ -33,6 +34,8 @@ class Attempt:
         self.model, self.converter, self.schedule, self.estimator = model, converter, schedule, estimator
         self.settings = model.scenario.mission
         self.grips = model.scenario.contact.kind == "grip"
+        self.touch_force = TOUCH_FORCE * model.scale.force
+        """With which the tip presses after the touch [N]."""
         self.leaf = AtTheLeaf(model, converter)
         self.opening = self._make_opening()
         through = self.settings.then == "through" and has_doorway(model)

@@ -29,7 +29,7 @@ class Open(MissionPhase):
 
     def __init__(self, attempt: Attempt, estimate: Estimate, before: MissionPhase | None) -> None:
         super().__init__(attempt, estimate, before)
-        attempt.opening.resume(estimate.time, attempt.settings.touch_force)
+        attempt.opening.resume(estimate.time, attempt.touch_force)
         if not attempt.grips:
             attempt.estimator.contact.declare(True)
 

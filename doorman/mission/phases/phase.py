@@ -35,6 +35,13 @@ class Phase(Enum):
     DONE = "done"
 
 
+_LONGEST = {
+    Phase.HOVER: 15.0, Phase.TOUCH_FRAME: 90.0, Phase.TOUCH: 30.0, Phase.RECOVER: 6.0, Phase.TAKE_BACK: 20.0, Phase.RELEASE: 8.0,
+    Phase.RETREAT: 30.0, Phase.THROUGH: 60.0,
+}  # fmt: skip
+"""Time-outs of phases that take as long wherever they are flown: about three times what the slowest shipped task needs [s]."""
+
+
 @dataclass(frozen=True)
 class Next:
     """Another phase begins."""
@@ -130,7 +137,7 @@ class MissionPhase(ABC):
     @property
     def longest(self) -> float:
         """Time-out [s]."""
-        return float(getattr(self.attempt.settings.time_out, self.phase.value))
+        return _LONGEST.get(self.phase) or float(getattr(self.attempt.settings.time_out, self.phase.value))
 
     def time_out(self, estimate: Estimate) -> Next | GiveUp:
         """The phase that follows one that has lasted too long, or the end of the attempt."""

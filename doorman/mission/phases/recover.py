@@ -55,7 +55,7 @@ class Recover(MissionPhase):
         """Press gently where no plan is known yet."""
         if estimate.door_angle < self._nearest - _PROGRESS:
             self._nearest, self._progress_at = estimate.door_angle, estimate.time
-        setpoint = self.attempt.leaf.push(estimate, self.attempt.settings.touch_force)
+        setpoint = self.attempt.leaf.push(estimate, self.attempt.touch_force)
         return setpoint, Next(Phase.OPEN, "contact regained") if estimate.touching else None
 
     def time_out(self, estimate: Estimate) -> Next | GiveUp:

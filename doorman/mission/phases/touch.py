@@ -12,14 +12,13 @@ from numpy.typing import NDArray
 
 from doorman.control.estimation.estimator import Estimate, Tie
 from doorman.control.position_controller import Setpoint
-from doorman.control.tug import TUG, TUGGING
+from doorman.control.tug import TUG
 from doorman.mission.phases.attempt import Attempt
 from doorman.mission.phases.phase import GiveUp, MissionPhase, Next, Phase, Then
+from doorman.planning.pace import PRESSING, TUGGING
 
 Array = NDArray[np.float64]
 
-_PRESSING = 0.5
-"""From the touch to the opening, or to the tug by which a gripper is tried [s]."""
 _TURNING_ROUND = 0.3
 """Part of the tug that the estimated force takes to follow from push to pull [s]."""
 _MISSING = math.radians(5.0)
@@ -31,14 +30,14 @@ _OPENED_ALREADY = math.radians(1.5)
 
 
 class Touch(MissionPhase):
-    """Begins `touch_distance` before the leaf, or on it; the opening follows once the tip has pressed for long enough."""
+    """Begins `TOUCH_DISTANCE` before the leaf, or on it; the opening follows once the tip has pressed for long enough."""
 
     phase, at_the_leaf = Phase.TOUCH, True
 
     def __init__(self, attempt: Attempt, estimate: Estimate, before: MissionPhase | None) -> None:
         super().__init__(attempt, estimate, before)
         in_contact = before is None
-        self._touched_at = estimate.time - _PRESSING if in_contact else None
+        self._touched_at = estimate.time - PRESSING if in_contact else None
         self._tug = TUG * attempt.model.vehicle.weight
         attempt.leaf.begin(attempt.model.start_yaw)
         attempt.estimator.contact.expect()
@@ -62,7 +61,7 @@ class Touch(MissionPhase):
 
     def holds(self, now: float) -> bool:
         """Whether the tug has turned the force round."""
-        return self._touched_at is not None and now - self._touched_at >= _PRESSING + _TURNING_ROUND
+        return self._touched_at is not None and now - self._touched_at >= PRESSING + _TURNING_ROUND
 
     def searches(self, now: float) -> bool:
         """Whether the tip has not met the leaf yet."""
@@ -75,15 +74,15 @@ class Touch(MissionPhase):
         then: Then = None
         if self._touched_at is not None:
             spent = estimate.time - self._touched_at
-            if spent >= _PRESSING and attempt.grips and spent < _PRESSING + TUGGING:
+            if spent >= PRESSING and attempt.grips and spent < PRESSING + TUGGING:
                 return leaf.push(estimate, -self._tug), None
-            if spent >= _PRESSING and (estimate.touching or attempt.grips):
+            if spent >= PRESSING and (estimate.touching or attempt.grips):
                 attempt.unsure = self._beyond(estimate) > _MISSING
                 then = Next(Phase.OPEN)
-            elif spent >= _PRESSING:  # the leaf stands a little farther away than was believed
+            elif spent >= PRESSING:  # the leaf stands a little farther away than was believed
                 self._touched_at = None
             if estimate.touching or attempt.grips:
-                return leaf.push(estimate, attempt.settings.touch_force), then
+                return leaf.push(estimate, attempt.touch_force), then
         if attempt.model.travel.left(estimate.door_angle) <= -_OPENED_ALREADY:
             stands = attempt.model.door.in_words(estimate.door_angle, 0)
             return leaf.push(estimate, 0.0), GiveUp(f"the leaf has opened by itself: no leaf before {stands}")

@@ -19,6 +19,7 @@ from doorman.ocp.problem.problem import Problem
 from doorman.ocp.problem.terms import Constraint
 from doorman.planning.composition import NO_EXTRAS, Extras, task_text
 from doorman.planning.limits import least_cosine, reduced_bounds
+from doorman.planning.pace import time_constant_held
 from doorman.planning.weights import chosen_weights
 
 Array = NDArray[np.float64]
@@ -75,7 +76,7 @@ def door_rows(task: Any, kinds: Kinds = IN_A_DOORWAY) -> list[Constraint]:
 
 
 def door_cost(model: Model) -> QuadraticCost:
-    """The scenario's cost; the paper's weights where it gives none, extended to the arm's joints.
+    """The scenario's cost; where it gives no weights the paper's, extended to the arm's joints, at the pace of the scenario.
 
     A vehicle of another size has the paper's weights of forces, rates and times in its own units: it does the same, larger.
     """
@@ -83,7 +84,7 @@ def door_cost(model: Model) -> QuadraticCost:
     weight = model.vehicle.weight
     time, force = model.scale.time, model.scale.force
     by_state = np.array([*_PAPER_STATE_WEIGHTS, *([0.05] + [0.1] * n)[:n]])
-    by_state[4] *= time**2
+    by_state[4] = time_constant_held(model) ** 2 * by_state[3]
     by_input = np.array([*_PAPER_INPUT_WEIGHTS, *[10.0] * n]) * time**2
     by_input[0] /= time**2 * force**2
     return QuadraticCost(

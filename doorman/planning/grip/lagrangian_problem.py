@@ -27,6 +27,7 @@ from doorman.ocp.problem.terms import Constraint
 from doorman.planning.composition import NO_EXTRAS, Extras, task_text
 from doorman.planning.grip.door_problem import door_numbers, door_rows
 from doorman.planning.limits import lagrangian_bounds, largest_body_rates
+from doorman.planning.pace import time_constant_held
 from doorman.planning.weights import chosen_weights
 
 Array = NDArray[np.float64]
@@ -84,7 +85,8 @@ def lagrangian_cost(model: Model) -> QuadraticCost:
     n = model.n_arm
     scale = model.scale
     by_state = np.array([*_STATE_WEIGHTS, *([0.05] + [0.1] * n)[:n]])
-    by_state[4:8] *= scale.time**2
+    by_state[4:7] *= scale.time**2
+    by_state[7] = time_constant_held(model) ** 2 * by_state[3]
     by_input = np.array([*_INPUT_WEIGHTS, *[10.0] * n])
     by_input *= [1.0 / scale.force**2, *[1.0 / scale.torque**2] * 3, *[scale.time**2] * n]
     return QuadraticCost(

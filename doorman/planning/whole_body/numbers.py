@@ -17,11 +17,19 @@ from doorman.kinematics.numbers import Numbers
 from doorman.kinematics.vehicles.balance import balance_numbers
 from doorman.kinematics.vehicles.rotor_layout import rotor_layout
 from doorman.model import Model
+from doorman.planning.pace import Pace
 
 Array = NDArray[np.float64]
 
-_SHIPPED_YAW_TORQUE = 0.25
-"""[N m]."""
+_YAW_SHARE, _SHIPPED_YAW_TORQUE = 0.65, 0.25
+"""Share of the rotors' torque about the vertical, around half thrust, that plans count on, as tilting takes
+the rest. Where no rotor is known, the torque of the shipped vehicle [N m]."""
+ARM_WEIGHT = 50.0
+"""Of every joint rate beside the one that keeps step with the leaf, of the shipped vehicle. Cheaper arms rattle the tip: with a
+tenth of this, pushes above 4.5 N grow to oscillations."""
+_IMPACT, _STIFFNESS = 15.0, 1500.0
+"""Force with which a tip may hit a leaf that something stops, and stiffness of the contact that plans count on, for the shipped
+vehicle [N], [N/m]."""
 SIDE_WEIGHT, LEVEL_WEIGHT = 0.3, 300.0
 """Of a change of the force to the side, of the shipped vehicle, and of roll and pitch, of a fully actuated vehicle."""
 _TILTING = 300.0
@@ -35,15 +43,16 @@ def whole_body_numbers(model: Model) -> Numbers:
     start, goal = model.start_state, model.goal_state
     scale = model.scale
     slope = (start - goal) / (start[3] - goal[3])
+    pace = push_pace(model)
     return model.reduced.numbers.and_also({
         **balance_numbers(vehicle), **_side_numbers(model),
         "vehicle.yaw_inertia": yaw_inertia(model),
         **loop_numbers(model, model.attitude_loop), "vehicle.tilt_offset": np.zeros(2),
         "vehicle.wind": np.zeros(3),
         "door.friction_rate": 0.02 * scale.rate, "door.disturbance": 0.0, "door.sticks": 0.0,
-        "contact.stiffness": 1500.0 * scale.stiffness, "contact.damping": 50.0 * scale.damping,
+        "contact.stiffness": _STIFFNESS * scale.stiffness, "contact.damping": 50.0 * scale.damping,
         "contact.smoothing": 1e-3 * scale.length,
-        "contact.friction": scenario.push.friction_coefficient,
+        "contact.friction": scenario.contact.friction,
         "contact.stick": np.zeros(2), "contact.give": 0.004 * scale.length,
         "contact.slip_damping": 10.0 * scale.damping,
         "limits.margin": scenario.planner.margin, "limits.force": scenario.control.max_push,
@@ -52,18 +61,24 @@ def whole_body_numbers(model: Model) -> Numbers:
         "reference.arm": goal[5:], "reference.arm_slope": slope[5:],
         "reference.depth": 0.02 * scale.length, "reference.approach_speed": 0.08 * scale.speed,
         "reference.approach_length": 0.08 * scale.length,
-        "reference.opening_speed": scenario.push.max_rate, "reference.opening_length": 0.2, "reference.force": 0.0,
+        "reference.opening_speed": pace.rate, "reference.deceleration": pace.acceleration,
+        "reference.settling": pace.settling, "reference.force": 0.0,
         "reference.least_force": 0.5 * scale.force,
         "reference.turned": np.zeros(2), "reference.room": 0.03 * scale.length,
         "plan.time_step": scenario.planner.time_step,
         "weights.near": 300.0 / scale.length**2,
         "weights.place": 40.0 / scale.length**2, "weights.position": 0.0, "weights.heading": 16.0,
-        "weights.arm": 30.0,
+        "weights.arm": 30.0, "weights.arm_rate": ARM_WEIGHT / scale.rate**2,
         "weights.approach": 1000.0 / scale.speed**2, "weights.opening": 100.0 / scale.rate**2,
         "weights.force": 0.0, "weights.least_force": 0.0,
         "weights.velocity_in_world": 0.3 / scale.speed**2,
         "weights.turning": 0.5 / scale.rate**2,
     })  # fmt: skip
+
+
+def push_pace(model: Model, safe: bool = False) -> Pace:
+    """Of a leaf that is pushed: one that is stopped is hit with no more than an impact that it bears."""
+    return Pace.of(model, _IMPACT * model.scale.force, _STIFFNESS * model.scale.stiffness, safe)
 
 
 def _side_numbers(model: Model) -> dict[str, Any]:
@@ -84,7 +99,7 @@ def yaw_torque(model: Model) -> float:
         layout = rotor_layout(model.vehicle, model.scenario.simulation.torque_per_thrust)
     except BackendError:
         return _SHIPPED_YAW_TORQUE * model.scale.torque
-    return float(model.scenario.control.yaw_share * layout.torque_authority[2])
+    return float(_YAW_SHARE * layout.torque_authority[2])
 
 
 def yaw_inertia(model: Model) -> float:

@@ -34,9 +34,8 @@ INPUT_WEIGHTS = (0.3, 0.2, 0.2, 2.0)
 follow."""
 SIDE_COST = 1e-3
 """Of the force to the side itself."""
-ARM_WEIGHT = 50.0
-"""Of every joint rate, of the shipped vehicle. Cheaper arms rattle the tip: with a tenth of this, pushes above 4.5 N grow to
-oscillations."""
+ARM_COST = 1.0
+"""Of every joint rate itself, of the shipped vehicle: `weights.arm_rate` holds the arm calm."""
 
 
 def whole_body_problem(model: Model, numbers: Numbers | None = None, extras: Extras = NO_EXTRAS) -> Problem:
@@ -94,5 +93,5 @@ def _cost(model: Model) -> QuadraticCost:
     hover = np.concatenate([[model.vehicle.weight], np.zeros(3 + n + side)])
     weights = np.full(14 + n, STATE_WEIGHT)
     units = np.array([scale.force, 1.0, 1.0, scale.torque, *[scale.rate] * n, *[scale.force] * side])
-    inputs = np.array([*INPUT_WEIGHTS, *[ARM_WEIGHT] * n, *[SIDE_COST] * side])
+    inputs = np.array([*INPUT_WEIGHTS, *[ARM_COST] * n, *[SIDE_COST] * side])
     return QuadraticCost(weights, weights, inputs / units**2, none, hover)

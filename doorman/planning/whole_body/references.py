@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from doorman.kinematics.numbers import Numbers
 from doorman.kinematics.scale import Scale
+from doorman.planning.pace import rate_to_goal
 from doorman.planning.whole_body.contact import depth_of
 
 Array = NDArray[np.float64]
@@ -19,15 +20,14 @@ _AT_GOAL = 0.014
 _HOLD_LEAST, _HOLD_SLACK, _HOLD_OPENING = 0.3, 0.5, 0.4
 """Of a held door: least force as a share of what it resists with, the share of its friction by which the force is less than that,
 and the weight of its speed."""
-_BRAKED, _LONGEST = 1.155, 0.5
-"""The way in which a leaf slows down before the goal is this times ω²I/τ, as a third of what resists must do, and at most the
-second [rad]: of ω tanh(s/l) the deceleration is at most 0.385 ω²/l. The other two thirds are pushed against, or make up for an
-inertia or a resistance that is not as it is believed."""
+BRAKES = 2.0 / 3.0
+"""Share of what resists that slows a leaf down before the goal. The last third keeps the tip on the leaf,
+or makes up for an inertia or a resistance that is not as it is believed."""
 _LEAST_SHARE = 0.2
 """Of what carries the leaf, a tip that brakes it pushes with so much at least."""
 _LEAST_RESISTANCE, _LEAST_FORCE = 0.05, 0.15
 """Of a hinge, and of a tip at whose depth a plan aims, for the shipped vehicle [N m], [N]."""
-_SHIPPED_RATE, _SHIPPED_FORCE = 0.11, 0.83
+_SHIPPED_RATE, _SHIPPED_FORCE = 0.32, 2.4
 """Opening rate of the shipped push [rad/s], and the force at the tip that gives its leaf that rate in a second [N]."""
 
 
@@ -45,10 +45,10 @@ def at_the_leaf(
     steady, lifts = resistance / lever, weight_torque / lever
     carried = max(steady + lifts, 0.0)
     least, depth = numbers.one("reference.least_force"), numbers.one("reference.depth")
-    fastest, length = numbers.one("reference.opening_speed"), numbers.one("reference.opening_length")
-    braked = _BRAKED * fastest**2 * inertia / max(resistance + weight_torque, _LEAST_RESISTANCE * scale.torque)
-    length = min(max(braked, length), _LONGEST)
-    braking = inertia * _deceleration(opening_rate, door_rate, left, length, scale.time) / lever
+    fastest, slowing = numbers.one("reference.opening_speed"), numbers.one("reference.deceleration")
+    resists = max(resistance + weight_torque, _LEAST_RESISTANCE * scale.torque)
+    slowing, settling = min(BRAKES * resists / inertia, slowing), numbers.one("reference.settling")
+    braking = inertia * _deceleration(opening_rate, door_rate, left, slowing, settling, scale.time) / lever
     force = max(steady * (1.0 - holds * _HOLD_SLACK * sliding_share) + lifts - braking, _LEAST_SHARE * carried)
     least = min(least, 0.5 * force)
     least_force = (1.0 - holds) * least + holds * min(least, _HOLD_LEAST * carried)
@@ -66,7 +66,7 @@ def at_the_leaf(
         "door.damping": 0.0, "door.stiffness": 0.0, "door.inertia": inertia,
         "reference.depth": depth,
         "reference.opening_speed": opening_rate,
-        "reference.opening_length": length,
+        "reference.deceleration": slowing,
         "reference.force": force, "reference.least_force": least_force,
         "weights.approach": (1000.0 - 400.0 * touch) / scale.speed**2,
         "weights.opening": 100.0 * (1.0 - touch * holds * (1.0 - _HOLD_OPENING)) / rate**2,
@@ -75,14 +75,18 @@ def at_the_leaf(
     }  # fmt: skip
 
 
-def _deceleration(speed: float, door_rate: float, left: float, length: float, time: float) -> float:
-    r"""Of a leaf that slows down as the reference :math:`v(s) = \omega\tanh(s/l)` does, and comes back to it where it is faster.
+def _deceleration(speed: float, door_rate: float, left: float, slowing: float, settling: float, time: float) -> float:
+    r"""Of a leaf that slows down as the reference :math:`v(s)` does, and comes back to it where it is faster or slower.
 
-    .. math:: a = \min(\dot s, v)\,v'(s) + \max(\dot s - v, 0)/T
+    .. math:: a = \min(\dot s, v)\,v'(s) + (\dot s - v)/T
     """
-    share = math.tanh(max(left, 0.0) / length)
-    wanted, slope = speed * share, speed * (1.0 - share**2) / length
-    return max(min(door_rate, wanted), 0.0) * slope + max(door_rate - wanted, 0.0) / time
+    left = max(left, 0.0)
+    wanted, beyond = (float(rate_to_goal(s, speed, slowing, settling)) for s in (left, left + _STEP))
+    return max(max(min(door_rate, wanted), 0.0) * (beyond - wanted) / _STEP + (door_rate - wanted) / time, 0.0)
+
+
+_STEP = 1e-6
+"""Of the way over which the slope of v is taken [rad]."""
 
 
 def _scale(numbers: Numbers) -> Scale:

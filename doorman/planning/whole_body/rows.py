@@ -10,6 +10,7 @@ from doorman.collision.constraints import collision_constraints, disc_constraint
 from doorman.collision.rows.listed import ARM, IN_A_DOORWAY, Kinds
 from doorman.kinematics.scale import Scale
 from doorman.ocp.problem.terms import Constraint, Residual
+from doorman.planning.pace import rate_to_goal
 from doorman.planning.static_moment import static_moment
 from doorman.planning.whole_body.task import WholeBodyTask
 
@@ -40,7 +41,7 @@ def residuals(task: WholeBodyTask, kinds: Kinds = IN_A_DOORWAY) -> list[Residual
     force, room = _ROUNDED_FORCE * scale.force, _ROUNDED_ROOM * scale.length
     off_goal = task.door_angle - goes.joint
     approach = goes.approach_speed * ca.tanh((goes.depth - task.depth) / goes.approach_length)
-    opening = goes.opening_speed * ca.tanh(task.to_go / goes.opening_length)
+    opening = rate_to_goal(task.to_go, goes.opening_speed, goes.deceleration, goes.settling)
     sides = getattr(task, "actuation", None)
     level = [] if sides is None else [
         Residual("side force", task.side_force - sides.side, sides.side_weight),
@@ -53,6 +54,7 @@ def residuals(task: WholeBodyTask, kinds: Kinds = IN_A_DOORWAY) -> list[Residual
         Residual("place in the world", task.position - goes.position, weigh.position),
         Residual("heading", task.attitude[2] - goes.heading[0] - goes.heading[1] * off_goal, weigh.heading),
         Residual("arm", task.arm_angles - goes.arm - goes.arm_slope * off_goal, weigh.arm),
+        Residual("arm rate", task.arm_rates - goes.arm_slope * task.door_rate, weigh.arm_rate),
         Residual("approach", free * (task.closing_speed - approach), weigh.approach),
         Residual("opening", task.rate_to_goal - opening, weigh.opening),
         Residual("force", task.normal_force - goes.force, weigh.force),
@@ -60,7 +62,7 @@ def residuals(task: WholeBodyTask, kinds: Kinds = IN_A_DOORWAY) -> list[Residual
         Residual("near a plane", _positive(planes + goes.room, room), weigh.near),
         Residual("tilting", task.tilt_command + goes.turned - task.attitude[:2], weigh.tilting),
         Residual("velocity in the world", task.velocity, weigh.velocity_in_world),
-        Residual("turning", task.attitude_rates[2], weigh.turning),
+        Residual("turning", task.attitude_rates[2] - goes.heading[1] * task.door_rate, weigh.turning),
     ]  # fmt: skip
 
 

@@ -51,8 +51,6 @@ class CampaignSection(Section):
     """A success kept its tip on the leaf for this share of the time, from the first touch until it let go."""
     max_push_force: Positive = 15.0
     """A success never pushed the leaf with more [N]."""
-    low_friction: NonNegative = 0.5
-    """Doors with less true friction are also reported separately [N m]."""
     vary: dict[str, Distribution] = {}
     """What is drawn for every run: a table of the scenario's keys, each with `{ min = …, max = … }`, `{ choice = [ … ]
     }`, `{ mean = …, std = … }` or `{ same_as = … }`."""

@@ -184,15 +184,6 @@ class SimulationSection(Section):
     """Play of every servo; up to 0.2 [rad]."""
     tip_friction: NonNegative = 0.8
     """Friction coefficient between tip and leaf."""
-    tip_stiffness: Positive | None = None
-    """Compliance of a tip that pushes [N/m]. Default: 2000 for the shipped vehicle, growing with weight and R_A."""
-    tip_damping: Positive | None = None
-    """Damping of a tip that pushes [N s/m]. Default: 60 for the shipped vehicle, growing with weight and R_A."""
-    grip_stiffness: Positive | None = None
-    """Compliance of a tip that grips, in every direction [N/m]. Default: 5000 for the shipped vehicle, growing with
-    weight and R_A."""
-    grip_damping: Positive | None = None
-    """Damping of a tip that grips [N s/m]. Default: 100 for the shipped vehicle, growing with weight and R_A."""
     gripper_closes: Switch = True
     """Whether the gripper closes on command; if not, its tip only pushes."""
     gripper_force: Positive | None = None

@@ -1,45 +1,13 @@
-"""The task: vehicle, door, contact between them, start and goal."""
+"""The task: door, contact with it, start and goal, and the mission between them."""
 
 from __future__ import annotations
 
 import math
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field, field_validator, model_validator
 
 from doorman.scenario.values import Angle, DoorAngle, Name, NonNegative, Number, Pitch, Positive, Section, Switch
-
-
-class RotorsSection(Section):
-    """Rotors of a vehicle whose URDF does not name them."""
-
-    assume: Switch = False
-    """Whether six upright rotors on a ring are assumed where no rotor of the URDF has a thrust; else the check refuses that."""
-
-
-class VehicleSection(Section):
-    """Vehicle: its URDF and the names in it."""
-
-    urdf: Name = "hexarotor_arm"
-    """Name of a shipped URDF, or a path relative to the scenario's file."""
-    base_link: Name = "base_link"
-    """Link whose origin is O_B."""
-    tip: Name = "tip"
-    """Frame that touches the leaf."""
-    servos: tuple[Name, ...] | None = None
-    """Frames of joints 3 to n. Default: servo_3 to servo_n, else the joints."""
-    radius: Positive | None = None
-    """R_A, radius of the disc that holds the rotors [m]. Default: from the URDF's shapes or rotors."""
-    max_thrust: Positive | None = None
-    """Largest thrust of all rotors together [N]. Default: from the URDF."""
-    rotors: RotorsSection = RotorsSection()
-    attitude_lag: Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, le=1)] = 0.16
-    """Believed lag of the autopilot's attitude loop behind its setpoints of roll and pitch. Plans, look-aheads and the
-    check use it; the simulated loop has `simulation.attitude_lag` [s]."""
-    attitude_dead_time: Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=0.3)] = 0.06
-    """Believed time after which such a setpoint begins to act; up to 0.3. Plans begin, and the controller corrects, where the
-    commands under way take the vehicle in that time [s]."""
-
 
 _NAMES = {"joint": "hinge", "link": "leaf"}
 """Other names of keys of `[door]`."""
@@ -114,6 +82,8 @@ class ContactSection(Section):
     """Side of the leaf that the vehicle is on: `"push"`, from which the door is pushed open, or `"pull"`. Default: that
     of `frame`; else of a start or goal whose `door_angle` is beyond π/2; else `"pull"` of a slide, and `"push"` of a
     hinge."""
+    friction: Positive = 0.6
+    """μ between tip and leaf that a plan counts on."""
 
 
 class StartSection(Section):
@@ -146,3 +116,61 @@ class GoalSection(Section):
     """Value of the URDF's joint at the goal [rad, or m]. Default: in place of `door_angle` or `opening`."""
     arm: tuple[Angle, ...] | None = None
     """H at the goal, n angles [rad]. Default: found, see below."""
+    duration: Literal["safe"] | Positive = "safe"
+    """How long the opening should take, from the touch until the door is within 2° of the goal; or `"safe"`, as fast as is safe
+    (docs/theory.md#how-fast-a-leaf-goes) [s]."""
+
+    @field_validator("duration", mode="before")
+    @classmethod
+    def _time_or_safe(cls, value: Any) -> Any:
+        if value != "safe" and (
+            isinstance(value, bool) or not isinstance(value, (int, float)) or not 0.0 < value < math.inf
+        ):
+            raise ValueError('a time > 0 [s], or "safe"')
+        return value
+
+
+class MissionTimeOutsSection(Section):
+    """Longest time of every phase [s]."""
+
+    approach: Positive = 20.0
+    """Until the tip is 6 cm before the leaf [s]."""
+    open: Positive = 60.0
+    """Until the door stands at the goal, after every touch [s]."""
+    hold: Positive = 60.0
+    """On a vehicle: time for a person to take a door that would not stay; then the vehicle leaves [s]."""
+
+
+class MissionSection(Section):
+    """From hover to hover."""
+
+    start: Literal["hover", "contact"] = "hover"
+    """`"hover"`: away from the door; `"contact"`: with the tip on the leaf."""
+    then: Literal["return", "stay", "through"] = "return"
+    """What follows at the goal: `"return"` to a hover before the door, `"stay"` with the tip on the leaf, which holds
+    it, or `"through"` the doorway to a hover 1 m behind it. With `"stay"` a simulated mission ends there; a vehicle
+    holds the door for `time_out.hold`."""
+    hover_distance: Positive = 0.6
+    """Distance between tip and leaf before the approach [m]."""
+    touch_frame: bool = False
+    """Whether the tip first touches wall and frame beside a door that it is to push, to find where that stands."""
+    judge_poses: bool = True
+    """Whether the hover before the door measures age and noise of the poses, and gives up where contact would not bear
+    them."""
+    measure_attitude: bool = True
+    """Whether the hover before the door measures lag and dead time of the attitude loop, by steps of 1.7° in 4 s. Plans and
+    controllers count on them, in place of `vehicle.attitude_lag`; the flight gives up where they were never tested."""
+    approach_speed: Positive = 0.15
+    """Speed of the approach [m/s]."""
+    touch_speed: Positive = 0.04
+    """Speed of the touch [m/s]."""
+    hold_time: Positive = 1.0
+    """Time for which the door must stay at the goal before the vehicle lets it go [s]."""
+    hold_open: NonNegative = 3.0
+    """Time for which the vehicle holds a door whose closer would shut it on the vehicle [s]."""
+    recoveries: Annotated[int, Field(strict=True, ge=0, le=100)] = 20
+    """Largest number of losses of contact in an attempt."""
+    attempts: Annotated[int, Field(strict=True, ge=1, le=10)] = 2
+    """1 to 10: largest number of attempts from the hover; after a failure that may not happen again, the vehicle backs
+    out and comes again."""
+    time_out: MissionTimeOutsSection = MissionTimeOutsSection()

@@ -65,15 +65,9 @@ def add_contact(spec: Any, mujoco: Any, model: Model, tip: Any, leaf: Any) -> No
 
 def calibrate(engine_model: Any, tip_body: int, leaf_body: int, model: Model) -> None:
     """Give tie and pairs the compliance of a spring and a damper."""
-    simulation, size = model.scenario.simulation, model.scale
-    grip = (
-        _given(simulation.grip_stiffness, _GRIP[0] * size.stiffness),
-        _given(simulation.grip_damping, _GRIP[1] * size.damping),
-    )
-    tip = (
-        _given(simulation.tip_stiffness, _TIP[0] * size.stiffness),
-        _given(simulation.tip_damping, _TIP[1] * size.damping),
-    )
+    size = model.scale
+    grip = _GRIP[0] * size.stiffness, _GRIP[1] * size.damping
+    tip = _TIP[0] * size.stiffness, _TIP[1] * size.damping
     inverse_mass = engine_model.body_invweight0[tip_body, 0] + engine_model.body_invweight0[leaf_body, 0]
     scale = -(1.0 - IMPEDANCE) * inverse_mass
     impedance = np.array([IMPEDANCE, IMPEDANCE, 0.001, 0.5, 2.0])
@@ -82,10 +76,6 @@ def calibrate(engine_model: Any, tip_body: int, leaf_body: int, model: Model) ->
     engine_model.pair_solref[:] = scale * tip[0], scale * tip[1]
     engine_model.pair_solimp[:] = impedance
     engine_model.pair_solreffriction[:] = -1.0, -FRICTION_RATE * IMPEDANCE  # the engine divides by the impedance
-
-
-def _given(value: float | None, otherwise: float) -> float:
-    return otherwise if value is None else value
 
 
 class Gripper:

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from paper_door import door_normal
 
+from doorman.control.estimation.beliefs import Beliefs, ContactThresholds
 from doorman.control.estimation.contact_monitor import ContactMonitor
 from doorman.control.estimation.door_filter import ANGLE, FRICTION, STIFFNESS, DoorFilter
 from doorman.control.estimation.estimator import Estimator, Tie
@@ -16,7 +17,7 @@ from doorman.control.observers.vehicle_observer import VehicleObserver
 from doorman.control.state_converter import StateConverter
 from doorman.gravity import GRAVITY
 from doorman.model import Model
-from doorman.scenario import ContactStateSection, EstimationSection, Scenario
+from doorman.scenario import Scenario
 from doorman.signals import Measurement
 
 TICK = 0.004
@@ -134,13 +135,13 @@ def test_a_gap_is_bridged_by_the_model() -> None:
 
 
 def test_one_look_after_a_long_pause_is_not_lasting_evidence() -> None:
-    monitor = ContactMonitor(ContactStateSection())
+    monitor = ContactMonitor(ContactThresholds())
     monitor.declare(True)
     assert monitor.update(0.0, 0.2), "it has not been watched meanwhile"
 
 
 def test_a_standing_leaf_is_followed_through_a_long_pause(model: Model) -> None:
-    tracked = DoorFilter(model, model.scenario.estimation)
+    tracked = DoorFilter(model, Beliefs.of(model))
     start = tracked.angle
     for k in range(50):
         tracked.update(1.0, True, start, k * TICK, k * TICK, TICK)
@@ -150,7 +151,7 @@ def test_a_standing_leaf_is_followed_through_a_long_pause(model: Model) -> None:
 
 
 def test_contact_state_has_hysteresis_in_force_and_time() -> None:
-    settings = ContactStateSection()
+    settings = ContactThresholds()
     monitor = ContactMonitor(settings)
     between = 0.5 * (settings.touched_above + settings.lost_below)
     assert not any(monitor.update(between, TICK) for _ in range(100))
@@ -163,7 +164,7 @@ def test_contact_state_has_hysteresis_in_force_and_time() -> None:
 
 
 def test_a_force_that_noise_cannot_explain_counts_at_once(rng: np.random.Generator) -> None:
-    settings = ContactStateSection()
+    settings = ContactThresholds()
     calm, noisy = ContactMonitor(settings), ContactMonitor(settings)
     for _ in range(2000):
         calm.listen(0.02 * rng.standard_normal(), TICK)
@@ -178,7 +179,7 @@ def test_a_force_that_noise_cannot_explain_counts_at_once(rng: np.random.Generat
 
 
 def test_little_force_will_do_where_a_touch_is_expected_and_only_there() -> None:
-    settings = ContactStateSection()
+    settings = ContactThresholds()
     force, here, beyond = 1.1 * settings.arrived_above, 0.5 * settings.arrived_within, 2.0 * settings.arrived_within
 
     def calm() -> ContactMonitor:
@@ -240,7 +241,7 @@ def filtered(
 
     The vehicle feels a wind before the touch.
     """
-    door, generator = DoorFilter(model, EstimationSection()), np.random.default_rng(seed)
+    door, generator = DoorFilter(model, Beliefs()), np.random.default_rng(seed)
     strength = (swing.hinge["friction"] + swing.hinge["damping"] * 0.1) / swing.lever
     for tick in range(round(min(8.0, lost_after + 2.0) / TICK)):
         now = tick * TICK
@@ -278,7 +279,7 @@ def test_the_door_filter_follows_the_door_and_is_honest_about_its_hinge(model: M
 
 
 def test_the_hinge_is_known_better_after_than_before(model: Model) -> None:
-    before = DoorFilter(model, EstimationSection()).hinge()
+    before = DoorFilter(model, Beliefs()).hinge()
     after = filtered(model, Swing(model, **HINGES[0]), 1).hinge()
     assert after.friction_deviation < 0.6 * before.friction_deviation
     assert after.inertia_deviation < 0.9 * before.inertia_deviation
@@ -286,7 +287,7 @@ def test_the_hinge_is_known_better_after_than_before(model: Model) -> None:
 
 
 def test_what_friction_leaves_of_the_closer_has_its_own_deviation(model: Model) -> None:
-    door = DoorFilter(model, EstimationSection())
+    door = DoorFilter(model, Beliefs())
     door.state[ANGLE], door.state[FRICTION], door.state[STIFFNESS] = model.start_angle - 1.2, 0.8, 0.5
     pair = np.ix_([FRICTION, STIFFNESS], [FRICTION, STIFFNESS])
     door.covariance[pair] = [[0.16, -0.05], [-0.05, 0.09]]
@@ -299,22 +300,22 @@ def test_what_friction_leaves_of_the_closer_has_its_own_deviation(model: Model) 
 
 
 def test_a_door_that_stood_by_itself_is_not_predicted_to_shut(model: Model) -> None:
-    door = DoorFilter(model, EstimationSection())
+    door = DoorFilter(model, Beliefs())
     door.state[ANGLE], door.state[FRICTION], door.state[STIFFNESS] = model.start_angle - 1.2, 0.2, 0.5
     door.stays()
     for k in range(1000):
         door.update(0.0, False, 0.3, 0.004 * k, 0.004 * k, 0.004)
     assert door.angle == pytest.approx(model.start_angle - 1.2)
-    before = DoorFilter(model, EstimationSection())
+    before = DoorFilter(model, Beliefs())
     before.stays()
-    assert before.hinge() == DoorFilter(model, EstimationSection()).hinge(), "a strong friction is not changed"
+    assert before.hinge() == DoorFilter(model, Beliefs()).hinge(), "a strong friction is not changed"
 
 
 @pytest.mark.parametrize("inertia", [2.9, 5.3, 9.6])
 def test_a_door_that_comes_loose_with_a_jerk_is_not_taken_for_a_light_one(model: Model, inertia: float) -> None:
     """Swung and braked by a grip, seen 24 ms late: the rate lags behind where the filter begins to follow it."""
     swing = Swing(model, inertia=inertia, damping=0.3, friction=0.3, stiffness=0.0)
-    door, angles = DoorFilter(model, EstimationSection()), [swing.angle] * 6
+    door, angles = DoorFilter(model, Beliefs()), [swing.angle] * 6
     for tick in range(round(2.4 / TICK)):
         now = tick * TICK
         push = 6.0 if now < 1.2 else -3.5
@@ -329,7 +330,7 @@ def test_a_door_that_comes_loose_with_a_jerk_is_not_taken_for_a_light_one(model:
 def test_a_seal_says_nothing_of_the_hinge(model: Model, hinge: dict[str, float]) -> None:
     """It resists with 5 N m over 2°, and a push that overcomes it swings the leaf beyond."""
     swing = Swing(model, **hinge)
-    door, generator = DoorFilter(model, EstimationSection()), np.random.default_rng(3)
+    door, generator = DoorFilter(model, Beliefs()), np.random.default_rng(3)
     for tick in range(round(9.0 / TICK)):
         now, sealed = tick * TICK, math.pi / 2 - swing.angle < math.radians(2.0)
         swing.hinge = hinge | {"friction": 5.0 + hinge["friction"]} if sealed else hinge
@@ -422,7 +423,7 @@ def test_wind_on_the_leaf_does_not_pass_for_friction_where_the_vehicle_feels_it(
 
 def test_a_strong_wind_on_the_vehicle_is_expected_on_the_leaf_too(model: Model) -> None:
     def expected(felt: float, share: float) -> float:
-        door = DoorFilter(model, EstimationSection(leaf_wind=(1.0, 0.5), leaf_wind_share=share))
+        door = DoorFilter(model, Beliefs(leaf_wind=(1.0, 0.5), leaf_wind_share=share))
         door.update(0.3, True, math.pi / 2, 0.0, 0.0, TICK, wind=np.array([0.0, felt, 0.0]))
         return float(np.linalg.norm(door.state[7:]))
 
@@ -445,10 +446,10 @@ def test_a_door_that_was_lost_is_followed_by_the_model(model: Model) -> None:
 
 
 def test_a_standing_door_teaches_nothing(model: Model) -> None:
-    door = DoorFilter(model, EstimationSection())
+    door = DoorFilter(model, Beliefs())
     for tick in range(500):
         door.update(0.3, True, math.pi / 2, tick * TICK, tick * TICK, TICK)
-    assert door.hinge() == DoorFilter(model, EstimationSection()).hinge()
+    assert door.hinge() == DoorFilter(model, Beliefs()).hinge()
     assert door.angle == pytest.approx(math.pi / 2)
 
 

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from urdf_variants import DOOR, write_edited
 
+from doorman.control.estimation.beliefs import Beliefs
 from doorman.control.estimation.door_filter import DoorFilter
 from doorman.control.estimation.leaf_estimator import LeafEstimate, LeafEstimator
 from doorman.control.state_converter import StateConverter
@@ -365,7 +366,7 @@ def test_a_flap_that_stands_open_has_the_friction_that_its_weight_needs() -> Non
 @pytest.mark.parametrize(("beyond", "moves"), [(-0.02, True), (0.3, False)])
 def test_a_tip_beside_the_range_of_the_joint_has_not_passed_the_leaf(drawer: Model, beyond: float, moves: bool) -> None:
     """A tip that slipped off a drawer's front is farther in than the drawer can be."""
-    leaf = DoorFilter(drawer, drawer.scenario.estimation)
+    leaf = DoorFilter(drawer, Beliefs.of(drawer))
     first, end = leaf.angle, drawer.door.lower_limit
     leaf.passed(end - beyond)
     assert leaf.angle == pytest.approx(end - beyond if moves else first)

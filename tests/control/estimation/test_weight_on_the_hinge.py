@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 from urdf_variants import write_edited
 
+from doorman.control.estimation.beliefs import Beliefs
 from doorman.control.estimation.door_filter import DoorFilter
 from doorman.control.observers.door_observer import DoorObserver
 from doorman.model import Model
@@ -33,7 +34,7 @@ def model(tmp_path_factory: pytest.TempPathFactory) -> Model:
 
 
 def test_a_leaf_that_its_weight_shuts_stays_closed(model: Model) -> None:
-    estimate = DoorFilter(model, model.scenario.estimation)
+    estimate = DoorFilter(model, Beliefs.of(model))
     for tick in range(1, 1000):
         estimate.update(0.0, False, model.travel.start, 0.004 * tick, 0.004 * tick, 0.004)
     assert model.door.opening_of(estimate.angle) == pytest.approx(0.0, abs=1e-3)
@@ -42,14 +43,14 @@ def test_a_leaf_that_its_weight_shuts_stays_closed(model: Model) -> None:
 def test_a_leaf_that_its_weight_shuts_goes_on_to_the_end_of_its_joint(tmp_path: Path) -> None:
     model = leaning(tmp_path / "door.urdf", -0.1)
     assert model.door.closed == 0.0
-    estimate = DoorFilter(model, model.scenario.estimation)
+    estimate = DoorFilter(model, Beliefs.of(model))
     for tick in range(1, 1000):
         estimate.update(0.0, False, model.travel.start, 0.004 * tick, 0.004 * tick, 0.004)
     assert model.door.opening_of(estimate.angle) == pytest.approx(-0.1, abs=1e-3)
 
 
 def test_a_leaf_that_its_weight_shuts_does_not_stay_open(model: Model) -> None:
-    estimate = DoorFilter(model, model.scenario.estimation)
+    estimate = DoorFilter(model, Beliefs.of(model))
     estimate.meet(model.door.angle_of_opening(0.8))
     assert estimate.hinge().spare == pytest.approx(
         estimate.state[4] - abs(model.door.weight_torque(estimate.angle)) - estimate.state[5] * 0.8, abs=1e-9

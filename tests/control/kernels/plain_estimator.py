@@ -8,6 +8,7 @@ import numpy as np
 from plain_parts import PlainHinge, PlainMonitor, PlainResponse
 
 from doorman.control.center_of_mass import center_of_mass
+from doorman.control.estimation.beliefs import VEHICLE_OBSERVER_RATE, WIND_RATE, Beliefs, ContactThresholds
 from doorman.control.estimation.door_filter import DoorFilter
 from doorman.control.estimation.estimator import Estimate, Tie
 from doorman.control.estimation.present import present, present_posture
@@ -38,12 +39,11 @@ class PlainEstimator:
     """Estimates of one flight."""
 
     def __init__(self, model: Model, converter: StateConverter) -> None:
-        settings = model.scenario.estimation
         self._model, self._converter = model, converter
-        self._rate = settings.wind_rate
-        self._vehicle = VehicleObserver(model.vehicle.mass, settings.vehicle_observer_rate)
+        self._rate = WIND_RATE
+        self._vehicle = VehicleObserver(model.vehicle.mass, VEHICLE_OBSERVER_RATE)
         self._weight = np.array([0.0, 0.0, model.vehicle.mass * GRAVITY])
-        self.contact = PlainMonitor(settings.contact)
+        self.contact = PlainMonitor(ContactThresholds.of(model))
         self.lose_leaf()
         self._door_inertia = model.door.inertia
         self._lever = model.coupling.lever_length
@@ -129,7 +129,7 @@ class PlainEstimator:
     def lose_leaf(self) -> None:
         """Forget the leaf and its hinge: it may be anywhere, and what was learnt when something went wrong may be wrong."""
         control = self._model.scenario.control
-        self.door = DoorFilter(self._model, self._model.scenario.estimation)
+        self.door = DoorFilter(self._model, Beliefs.of(self._model))
         self._hinge_torque = PlainHinge(self._model, control.door_observer_rate, 2.0 * control.max_door_disturbance)
         self.contact.declare(False)
 

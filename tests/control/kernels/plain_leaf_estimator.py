@@ -9,6 +9,7 @@ import numpy as np
 from plain_parts import PlainHinge, PlainMonitor, PlainWind
 
 from doorman.control.center_of_mass import center_of_mass
+from doorman.control.estimation.beliefs import VEHICLE_OBSERVER_RATE, Beliefs, ContactThresholds
 from doorman.control.estimation.door_filter import DoorFilter, HingeEstimate
 from doorman.control.estimation.leaf_estimator import LeafEstimate
 from doorman.control.observers.vehicle_observer import VehicleObserver
@@ -71,7 +72,7 @@ class PlainLeafEstimator:
     """Estimates of one flight."""
 
     def __init__(self, model: Model, converter: StateConverter) -> None:
-        settings = model.scenario.estimation
+        settings = Beliefs.of(model)
         self._converter = converter
         self._mass, self._lever = model.vehicle.mass, model.coupling.lever_length
         self._doubt = 0.0  # of the torque, as the wind in contact is doubted [N m]
@@ -87,8 +88,8 @@ class PlainLeafEstimator:
             _QUICKENS * size.torque,
             model.hinge_scale,
         )
-        self._vehicle = VehicleObserver(self._mass, settings.vehicle_observer_rate)
-        self._monitor = PlainMonitor(settings.contact)
+        self._vehicle = VehicleObserver(self._mass, VEHICLE_OBSERVER_RATE)
+        self._monitor = PlainMonitor(ContactThresholds.of(model))
         self._monitor.declare(model.scenario.mission.start == "contact")
         self._model, self._leaf, self._touched_at, self._last = model, model.door, 0.0, -math.inf
         self._opened = 0.0
@@ -103,8 +104,8 @@ class PlainLeafEstimator:
         self._levers = (self._lever, _ON_LEAF * model.door.wind_lever)
         self._yaw = 0.0
         self._reads: list[float] | None = None
-        self._offset, self._offset_variance = 0.0, settings.tip_force_offset**2
-        self._reading_noise, self._fastest = settings.tip_force_noise**2, settings.vehicle_observer_rate
+        self._offset, self._offset_variance = 0.0, model.scenario.estimation.tip_force_offset**2
+        self._reading_noise, self._fastest = model.scenario.estimation.tip_force_noise**2, VEHICLE_OBSERVER_RATE
 
     def update(
         self, measured: Measurement, rotors: Array, time_step: float, seeks: bool, wanted: float
@@ -213,7 +214,7 @@ class PlainLeafEstimator:
         """Forget what resists the leaf: something went wrong. It stands where the tip left it, or farther on."""
         self._sought = True
         stands = self._door.angle if hasattr(self, "_door") else None
-        self._door = DoorFilter(self._model, self._model.scenario.estimation)
+        self._door = DoorFilter(self._model, Beliefs.of(self._model))
         if stands is not None:
             self._door.meet(stands)
         rate = self._model.scenario.control.door_observer_rate

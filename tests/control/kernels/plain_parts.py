@@ -6,11 +6,11 @@ import math
 
 import numpy as np
 
+from doorman.control.estimation.beliefs import ContactThresholds
 from doorman.control.kernels.wind_step import correct_wind, predict_wind
 from doorman.dynamics.attitude_loop import USUAL_LAG
 from doorman.kinematics.rotations import euler_rates
 from doorman.model import Model
-from doorman.scenario import ContactStateSection
 
 Array = np.ndarray
 
@@ -25,7 +25,7 @@ _NOISE_TIME = 0.7
 class PlainMonitor:
     """Whether the tip presses on the leaf."""
 
-    def __init__(self, settings: ContactStateSection) -> None:
+    def __init__(self, settings: ContactThresholds) -> None:
         self._settings = settings
         self._for = 0.0
         self._variance = _NOISE_AT_FIRST**2

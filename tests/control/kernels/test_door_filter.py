@@ -6,6 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from doorman.control.estimation.beliefs import Beliefs
 from doorman.control.estimation.door_filter import DoorFilter
 from doorman.control.kernels.door_filter.memory import (
     ANGLE,
@@ -27,9 +28,9 @@ class PlainFilter:
     """Plain twin of `DoorFilter.update` and `DoorFilter.hinge`."""
 
     def __init__(self, model: Model) -> None:
-        like = DoorFilter(model, model.scenario.estimation)
+        like = DoorFilter(model, Beliefs.of(model))
         self.z, self.p = like.state.copy(), like.covariance.copy()
-        self.door, self.settings, self.lever = model.door, model.scenario.estimation, model.coupling.lever_length
+        self.door, self.settings, self.lever = model.door, Beliefs.of(model), model.coupling.lever_length
         self.vehicle = model.vehicle.mass * self.lever**2
         self.seen, self.touched, self.stood, self.sealed = -math.inf, False, True, -math.inf
         self.push_noise, self.deviation = self.settings.push_noise, self.settings.torque_deviation
@@ -143,7 +144,7 @@ def flights(model: Model, seed: int):
     """Both filters, and what they take in: a touch, a swing, a loss, poses that are late, periods that are long."""
     random, sense = np.random.default_rng(seed), model.travel.sense
     wind, start = random.normal(0.0, 1.0, 3) * (seed % 2), model.start_angle
-    fast, plain, now = DoorFilter(model, model.scenario.estimation), PlainFilter(model), 0.0
+    fast, plain, now = DoorFilter(model, Beliefs.of(model)), PlainFilter(model), 0.0
     for k in range(400):
         time_step = 0.05 if k % 61 == 60 else 0.004
         now += time_step

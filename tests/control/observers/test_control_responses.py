@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,7 +11,7 @@ import pytest
 from doorman import Model, Planner, Scenario
 from doorman.control.observers.disturbance_observer import DisturbanceObserver
 from doorman.control.observers.door_observer import DoorObserver
-from doorman.control.state_converter import StateConverter, look_aheads
+from doorman.control.state_converter import LookAheads, StateConverter
 
 STEP = 0.002
 
@@ -64,9 +65,10 @@ def test_door_observer_knows_damping_spring_and_inertia() -> None:
 @pytest.mark.parametrize("time", [0.0, 0.05, 0.3])
 def test_acceleration_fed_forward_is_that_of_the_planned_motion(overrides: dict, time: float) -> None:
     """Also at the plan's beginning, where there is nothing before, and on coarse plans."""
-    planner = Planner(Scenario.load("paper", {"control.acceleration_look_ahead": 0.0, **overrides}))
+    planner = Planner(Scenario.load("paper", overrides))
     model, plan = planner.model, planner.plan(planner.model.start_state)
-    converter, dt, last = StateConverter(model), plan.time_step, len(plan.inputs)
+    at_once = replace(LookAheads.of(model.attitude_loop), acceleration=0.0)
+    converter, dt, last = StateConverter(model, at_once), plan.time_step, len(plan.inputs)
 
     def velocity(at: float) -> np.ndarray:
         node = min(int(at / dt), last - 1)
@@ -84,11 +86,10 @@ def test_acceleration_fed_forward_is_that_of_the_planned_motion(overrides: dict,
 @pytest.mark.parametrize("kind", ["position", "attitude", "arm"])
 def test_each_part_is_taken_as_much_later_as_its_loop_lags(model: Model, kind: str) -> None:
     planner = Planner(model)
-    plan, control = planner.plan(model.start_state), model.scenario.control
+    plan, ahead = planner.plan(model.start_state), LookAheads.of(model.attitude_loop)
     converter, now = StateConverter(model), 0.1
     found = converter.setpoint(plan, now, plan.states[5, 5:])
-    ahead = {"position": control.position_look_ahead, "attitude": look_aheads(model)[1], "arm": control.arm_look_ahead}
-    node = round((now + ahead[kind]) / plan.time_step)
+    node = round((now + getattr(ahead, kind)) / plan.time_step)
     state, inputs = plan.states[node], plan.inputs[node]
     if kind == "position":
         motion = model.coupling.vehicle_motion(state, inputs[1:4], inputs[4:])
@@ -98,5 +99,5 @@ def test_each_part_is_taken_as_much_later_as_its_loop_lags(model: Model, kind: s
         assert found.yaw == pytest.approx(state[2], abs=1e-9)
         np.testing.assert_allclose(found.force, converter.planned_force(state, inputs[0]), atol=0.2)
     else:
-        rates = (state[5:] - plan.states[5, 5:]) / control.arm_look_ahead
+        rates = (state[5:] - plan.states[5, 5:]) / ahead.arm
         np.testing.assert_allclose(found.arm_rates, rates, atol=1e-9)

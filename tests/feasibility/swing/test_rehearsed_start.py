@@ -8,12 +8,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from doorman.control.tug import TUG, TUGGING
+from doorman.control.tug import TUG
 from doorman.feasibility import Severity
 from doorman.feasibility.mission import mission_findings
 from doorman.feasibility.swing.flight import LARGEST_ERROR
 from doorman.feasibility.swing.rehearsal import rehearse
 from doorman.model import Model
+from doorman.planning.pace import TUGGING
 from doorman.scenario import Scenario
 
 

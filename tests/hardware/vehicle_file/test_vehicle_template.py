@@ -64,7 +64,7 @@ def test_every_key_stands_in_it(whole):
                 assert nested or re.search(rf"^(# )?{field.name}( =|:)", part, re.MULTILINE), f"{name}.{field.name}"
     for section in TABLES.model_fields:
         assert re.search(rf"^(# )?(\[{section}\]|{section} =)", whole, re.MULTILINE), section
-    assert "[estimation.contact]" in whole and "# [pixhawk.thrust_curve]" in whole
+    assert "# [pixhawk.thrust_curve]" in whole
 
 
 def test_every_key_has_the_docstring_of_its_field(whole):

@@ -13,6 +13,7 @@ from doorman.exceptions import DimensionError, ScenarioError
 from doorman.model import Model
 from doorman.ocp import Problem, QuadraticCost
 from doorman.planning.grip.door_problem import door_cost, door_numbers, door_problem
+from doorman.planning.pace import time_constant_held
 from doorman.scenario import Scenario
 
 GOOD: dict[str, Any] = {
@@ -78,9 +79,9 @@ def test_door_problem_of_the_paper() -> None:
     assert (problem.horizon, problem.time_step) == (50, 0.02)
     given = door_numbers(model).replaced({"limits.margin": 0.02, "door.disturbance": 0.3})
     np.testing.assert_array_equal(problem.model.parameters, given.vector)
-    weights = [5.0, 5.0, 3.0, 9.0, 8.0, 0.05, 0.1, 0.1, 0.1]
-    np.testing.assert_array_equal(problem.cost.state_weights, weights)
-    np.testing.assert_array_equal(problem.cost.terminal_weights, weights)
+    weights = [5.0, 5.0, 3.0, 9.0, 9.0 * 0.785**2, 0.05, 0.1, 0.1, 0.1]
+    np.testing.assert_allclose(problem.cost.state_weights, weights)
+    np.testing.assert_allclose(problem.cost.terminal_weights, weights)
     np.testing.assert_array_equal(problem.cost.input_weights, [0.1, 5.0, 5.0, 13.5, 10.0, 10.0, 10.0, 10.0])
     np.testing.assert_allclose(problem.cost.state_goal[:5], [0.0, 0.0, -1.2217304764, 0.3490658504, 0.0])
     np.testing.assert_allclose(problem.cost.input_goal, [29.43, *[0.0] * 7])
@@ -88,8 +89,10 @@ def test_door_problem_of_the_paper() -> None:
 
 @pytest.mark.parametrize(("name", "joints"), [("seven joints", 7)])
 def test_weights_extend_to_the_arm(name: str, joints: int) -> None:
-    cost = door_cost(model_of(name))
-    np.testing.assert_array_equal(cost.state_weights, [5.0, 5.0, 3.0, 9.0, 8.0, *([0.05] + [0.1] * joints)[:joints]])
+    model = model_of(name)
+    cost = door_cost(model)
+    held = 9.0 * time_constant_held(model) ** 2
+    np.testing.assert_allclose(cost.state_weights, [5.0, 5.0, 3.0, 9.0, held, *([0.05] + [0.1] * joints)[:joints]])
     np.testing.assert_array_equal(cost.input_weights, [0.1, 5.0, 5.0, 13.5, *[10.0] * joints])
 
 

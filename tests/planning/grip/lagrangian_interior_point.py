@@ -12,6 +12,8 @@ import casadi as ca
 import numpy as np
 from interior_point import InteriorPointReference, Reference, axis_rotation, rotation
 
+from doorman.planning.pace import time_constant_held
+
 
 class LagrangianReference(InteriorPointReference):
     """The same optimal control problem as `lagrangian_problem`, by multiple shooting and IPOPT.
@@ -85,7 +87,8 @@ class LagrangianReference(InteriorPointReference):
         """J, its weights written out: the paper's; 5, 5 and 13.5 on Φ̇, and 0.1 on torques."""
         n = self.model.n_arm
         arm = ([0.05] + [0.1] * n)[:n]
-        by_state = ca.DM([5, 5, 3, 9, 5, 5, 13.5, 8, *arm])
+        held = 9.0 * time_constant_held(self.model) ** 2
+        by_state = ca.DM([5, 5, 3, 9, 5, 5, 13.5, held, *arm])
         by_input = ca.DM([0.1, 0.1, 0.1, 0.1, *[10.0] * n])
         error = before - ca.repmat(ca.DM(self.state_goal), 1, self.n)
         effort = inputs - ca.repmat(ca.DM(self.input_goal), 1, self.n)

@@ -10,8 +10,9 @@ import pytest
 from doorman import Model, Planner, Scenario
 from doorman.control.way_out import in_the_doorway, way_out
 from doorman.kinematics.numbers import Numbers
+from doorman.planning.pace import rate_to_goal
 from doorman.planning.whole_body.contact import depth_of
-from doorman.planning.whole_body.numbers import whole_body_numbers
+from doorman.planning.whole_body.numbers import push_pace, whole_body_numbers
 from doorman.planning.whole_body.references import at_the_leaf
 
 RESISTANCE = 0.6
@@ -75,10 +76,12 @@ class Flight:
 
     def open(self, seconds: float) -> None:
         """Touch, swing and hold: nothing says which."""
-        rate = 0.0
+        rate, pace = 0.0, push_pace(self.model)
         for _ in range(round(seconds / 0.02)):
             touching = self.force > 0.25
-            rate = min(max(rate, -self.x[13]) + 0.06 * 0.02, 0.11) if touching else max(-self.x[13], 0.0)
+            rate = (
+                min(max(rate, -self.x[13]) + pace.acceleration * 0.02, pace.rate) if touching else max(-self.x[13], 0.0)
+            )
             inertia = self.first.one("door.inertia")
             lever = self.model.coupling.lever_length
             moves = -float(self.x[13])
@@ -128,20 +131,25 @@ def swinging(shipped: tuple[Model, Numbers], off: float, rate: float, resistance
     return at_the_leaf(numbers, lever, angle, True, resistance, 1.0, INERTIA, SPEED, rate)
 
 
+def wanted(shipped: tuple[Model, Numbers], off: float) -> float:
+    """Rate of the reference [rad/s]."""
+    slowing = float(swinging(shipped, off, 0.0)["reference.deceleration"])
+    return float(rate_to_goal(off, SPEED, slowing, shipped[1].one("reference.settling")))
+
+
 @pytest.mark.parametrize("off", [0.15, 0.3, 0.5])
 def test_the_force_of_a_swing_slows_the_leaf_down_as_the_reference_does(
     shipped: tuple[Model, Numbers], off: float
 ) -> None:
-    length = swinging(shipped, off, 0.0)["reference.opening_length"]
-    rate, later = (SPEED * math.tanh((off - 1e-6 * k) / length) for k in (0, 1))
+    rate, later = (wanted(shipped, off - 1e-6 * k) for k in (0, 1))
     force = swinging(shipped, off, rate)["reference.force"]
     gains = (force * shipped[0].coupling.lever_length - 0.3) / INERTIA
     assert gains == pytest.approx((later - rate) / (1e-6 / rate), rel=1e-3)
 
 
 def test_a_leaf_that_is_too_fast_is_pushed_less_and_one_that_is_slow_is_not(shipped: tuple[Model, Numbers]) -> None:
-    wanted = SPEED * math.tanh(0.2 / swinging(shipped, 0.2, 0.0)["reference.opening_length"])
-    slow, right, fast = (swinging(shipped, 0.2, rate) for rate in (0.0, wanted, wanted + 0.01))
+    goes = wanted(shipped, 0.2)
+    slow, right, fast = (swinging(shipped, 0.2, rate) for rate in (0.0, goes, goes + 0.01))
     carries = 0.3 / shipped[0].coupling.lever_length
     assert slow["reference.force"] == pytest.approx(carries)
     assert fast["reference.force"] < right["reference.force"] < carries

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from doorman.control.estimation.estimator import Estimate
 from doorman.control.position_controller import Setpoint
+from doorman.mission.motion import TOUCH_DISTANCE
 from doorman.mission.phases.attempt import Attempt
 from doorman.mission.phases.free_flight.hover import STEADY, fly_before_the_leaf
 from doorman.mission.phases.phase import MissionPhase, Next, Phase, Then
@@ -19,7 +20,7 @@ _HELD_UP = 0.03
 
 
 class Approach(MissionPhase):
-    """Flies to `touch_distance` before the leaf."""
+    """Flies to `TOUCH_DISTANCE` before the leaf."""
 
     phase = Phase.APPROACH
 
@@ -31,7 +32,7 @@ class Approach(MissionPhase):
 
     def step(self, estimate: Estimate, body_rates: Array, time_step: float) -> tuple[Setpoint, Then]:
         """Fly on; the touch follows there, or where something before the leaf's place holds the vehicle up."""
-        away = -self.attempt.settings.touch_distance * self.attempt.model.door.normal(estimate.door_angle)
+        away = -TOUCH_DISTANCE * self.attempt.model.door.normal(estimate.door_angle)
         setpoint, target = fly_before_the_leaf(self.attempt, self.glide, estimate, away, time_step)
         assert self.glide is not None
         waits = self.glide.near(target, 0.01)

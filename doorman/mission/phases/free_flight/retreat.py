@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from doorman.control.estimation.estimator import Estimate, Tie
 from doorman.control.position_controller import Setpoint
 from doorman.control.way_out import in_the_doorway, way_out
-from doorman.mission.motion import Glide, arm_rates_to
+from doorman.mission.motion import RETREAT_SPEED, Glide, arm_rates_to
 from doorman.mission.phases.attempt import Attempt
 from doorman.mission.phases.phase import GiveUp, MissionPhase, Next, Phase, Then
 
@@ -76,8 +76,7 @@ class Retreat(MissionPhase):
         near_wall = model.door.side == "pull"  # the arm, turned back, would sweep along it
         posture = model.on_the_way(meets) if within or near_wall else model.start_state
         rates = arm_rates_to(np.asarray(posture[5:]), estimate.arm_angles)
-        speed = model.scenario.mission.retreat_speed
-        setpoint = self.glide.to(target, float(posture[2]), speed, rates, time_step)
+        setpoint = self.glide.to(target, float(posture[2]), RETREAT_SPEED, rates, time_step)
         followed = within and estimate.touching
         if followed:  # gives way backwards only: beside it are the jambs
             along = model.door.along

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from doorman.control.estimation.estimator import Estimate
 from doorman.control.position_controller import Setpoint
-from doorman.mission.motion import Glide, arm_rates_to
+from doorman.mission.motion import RETREAT_SPEED, Glide, arm_rates_to
 from doorman.mission.phases.attempt import Attempt
 from doorman.mission.phases.phase import GiveUp, MissionPhase, Next, Phase, Then
 
@@ -42,7 +42,7 @@ class Through(MissionPhase):
         if self.attempt.aborted:
             self._way = [passage.entrance if passage.into(position) < 0.0 else passage.exit]
         target = self._way[0]
-        rates, speed = arm_rates_to(passage.arm, estimate.arm_angles), self.attempt.settings.retreat_speed
+        rates, speed = arm_rates_to(passage.arm, estimate.arm_angles), RETREAT_SPEED
         setpoint = self.glide.to(target, passage.yaw, speed, rates, time_step)
         off = float(np.linalg.norm(position - target))
         over = self.attempt.aborted and passage.outside(position)

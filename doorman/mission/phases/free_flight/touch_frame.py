@@ -10,7 +10,7 @@ from doorman.control.estimation.frame_fit import FrameFit, FrameTouch, fit_frame
 from doorman.control.position_controller import Setpoint
 from doorman.kinematics.doors.frame_places import FramePlace
 from doorman.mission.feeler import Feeler
-from doorman.mission.motion import Glide, arm_rates_to
+from doorman.mission.motion import TOUCH_DISTANCE, Glide, arm_rates_to
 from doorman.mission.phases.attempt import Attempt
 from doorman.mission.phases.phase import GiveUp, MissionPhase, Next, Phase, Then
 
@@ -108,7 +108,7 @@ class TouchFrame(MissionPhase):
     def _before(self, place: FramePlace) -> tuple[Array, float]:
         """O_B, shape (3,), world frame [m], and ψ [rad], with the tip before a place as far as that is doubted."""
         model, there, yaw = self._model, self._fit.placed(place), self._heading(place)
-        away = _DOUBTED * self._fit.deviation(place) + self.attempt.settings.touch_distance
+        away = _DOUBTED * self._fit.deviation(place) + TOUCH_DISTANCE
         tip = model.coupling.tips(np.array([[0.0, 0.0, yaw]]), model.start_arm[None])[0]
         return np.asarray(there.point - away * there.normal - tip), yaw
 

@@ -1,4 +1,4 @@
-"""What the supervisor of a flight allows."""
+"""The laboratory: where the vehicle may be, when the supervisor steps in, and how well the place of the door is known."""
 
 from __future__ import annotations
 
@@ -7,10 +7,27 @@ from typing import Annotated
 
 from pydantic import Field, model_validator
 
-from doorman.scenario.values import Number, Positive, Section
+from doorman.scenario.values import NonNegative, Number, Positive, Section
 
 _Share = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, le=1)]
 _Corner = tuple[Number, Number, Number]
+
+
+class EstimationSection(Section):
+    """How well the place of the door, the frame of the poses and the tip's force sensor are known."""
+
+    door_place_deviation: NonNegative = 0.015
+    """Standard deviation of the hinge's place from the URDF's, along either horizontal axis; with `door_yaw_deviation`
+    0 as well, the map is trusted [m]."""
+    door_yaw_deviation: NonNegative = 0.026
+    """Standard deviation of the doorway's heading [rad]."""
+    frame_walk: NonNegative = 0.0
+    """Standard deviation by which the frame of the poses walks in a second, along either horizontal axis; it grows with
+    the root of the time [m/s^½]."""
+    tip_force_noise: Positive = 0.05
+    """Standard deviation of the white noise of a force sensor in the tip, where there is one [N]."""
+    tip_force_offset: NonNegative = 0.2
+    """Standard deviation of that sensor's offset, until the readings of free flight tell it [N]."""
 
 
 class SafetySection(Section):
