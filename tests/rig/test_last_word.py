@@ -1,0 +1,84 @@
+"""What is said of a vehicle in the end, by cameras and tilt: on the real links, in virtual time."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+from linked_rig import LinkedRig
+from virtual_time import CLOCK
+
+from doorman.flight import End, GuardedFlight
+from doorman.recording import Recorder
+
+SPEED = 0.8
+"""At which a hand carries the vehicle [m/s]."""
+
+
+@pytest.fixture(scope="module")
+def linked(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LinkedRig]:
+    made = LinkedRig(tmp_path_factory.mktemp("rig"))
+    try:
+        made.start()
+        yield made
+    finally:
+        made.stop()
+
+
+@pytest.fixture
+def flying(linked: LinkedRig) -> GuardedFlight:
+    """At the hover point, with nothing to measure there."""
+    linked.heal()
+    flight = GuardedFlight(linked.model, linked.links, Recorder(None, {}), say=lambda words: print(f"{CLOCK.now():.2f}", words, flush=True))
+    flight.begin()
+    assert not flight.rise()
+    return flight
+
+
+def carry(rig: LinkedRig, *places: tuple[float, float, float]) -> None:
+    """Let a hand carry the vehicle level from place to place, through an open door, and lay it down."""
+    plant = rig.rig.plant
+    data, travel = plant._simulator.plant.data, rig.model.travel
+    with plant.lock:
+        data.qpos[plant._simulator.plant.hinge_position] = rig.model.true_door.joint_value(travel.goal)
+    for place in places:
+        begin = rig.snapshot.truth.position
+        way = np.asarray(place) - begin
+        steps = max(1, round(float(np.linalg.norm(way)) / (0.01 * SPEED)))
+        for step in range(steps):
+            with plant.lock:
+                data.qpos[:3] = begin + (step + 1) / steps * way
+                data.qvel[:3] = way / (0.01 * steps)
+                data.qvel[3:6] = 0.0
+            CLOCK.sleep(0.01)
+    with plant.lock:
+        data.qvel[:6] = 0.0
+
+
+def over_the_sill(rig: LinkedRig) -> list[tuple[float, float, float]]:
+    door = rig.model.door
+    y = float(door.hinge_position[1]) + 0.6 * door.width
+    return [(-1.0, y, 1.1), (-0.06, y, 1.1), (-0.06, y, 0.75)]
+
+
+def test_a_landing_is_a_landing(flying: GuardedFlight) -> None:
+    assert flying.descend() is End.LANDED
+    assert not flying.seen
+
+
+@pytest.mark.parametrize("heard", [True, False], ids=["motors stopped by radio", "link cut"])
+def test_a_vehicle_on_the_sill_has_neither_landed_nor_is_it_landed(linked, flying, heard):
+    emulated = linked.rig.autopilot
+    if not heard:
+        emulated.outgoing.cut = emulated.incoming.cut = True
+    emulated.kill_switch(True)
+    try:
+        carry(linked, *over_the_sill(linked))
+        end = flying.descend()
+        assert linked.snapshot.truth.position[2] > linked.rig.plant.places.pad[2] + 0.1, linked.snapshot
+        assert end in (End.ON_SILL, End.CRASHED), (end, flying.seen)
+        assert flying.seen
+    finally:
+        emulated.outgoing.cut = emulated.incoming.cut = False
+        emulated.kill_switch(False)
