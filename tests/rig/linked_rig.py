@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 from flight_rig import free_port
 from virtual_time import CLOCK
@@ -27,14 +28,14 @@ def until(condition: Callable[[], object], what: str) -> None:
 class LinkedRig:
     """A rig and the links to it."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, **settings: Any) -> None:
         self.model = Model(Scenario.load("paper"))
         self.rig = Rig(self.model, RigSetup("px4", free_port(), free_port(), folder, heartbeat_rate=10.0), clock=CLOCK)
         assert self.rig.autopilot is not None
         self.rig.autopilot.parameters["COM_DISARM_LAND"] = 0.3
         pixhawk, servos, mocap = self.rig.arguments[1::2]
         self.links = VehicleLinks(
-            vehicle_config(self.model, pixhawk, servos, mocap, on_mocap_loss="report"), clock=CLOCK
+            vehicle_config(self.model, pixhawk, servos, mocap, on_mocap_loss="report", **settings), clock=CLOCK
         )
 
     def start(self) -> None:
