@@ -122,7 +122,11 @@ def over_the_sill(model: Model, position: Array) -> bool:
     if not has_doorway(model):
         return False
     forward, side, origin, width, depth = _doorway(model)
-    into, beside, feet = float((position - origin) @ forward), float((position - origin) @ side), 0.5 * model.vehicle.radius
+    into, beside, feet = (
+        float((position - origin) @ forward),
+        float((position - origin) @ side),
+        0.5 * model.vehicle.radius,
+    )
     return -model.door.frame_depth - feet < into < depth + feet and 0.0 < beside < width
 
 

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -20,13 +19,7 @@ from doorman.hardware.interface import Command
 from doorman.hardware.pixhawk import Authority
 from doorman.hardware.safety import Action, Assessor, Fault, Observation, Observer, Supervisor
 from doorman.hardware.safety import supervisor as supervisor_module
-from doorman.hardware.vehicle import VehicleBackend, VehicleLinks, vehicle_config
-from doorman.hardware.vehicle.waiting import apart, await_links
-from doorman.model import Model
-from doorman.rig import Rig, RigSetup
-from doorman.rig.emulators.mocap.faults import StreamFaults
-from doorman.rig.plant import Snapshot
-from doorman.scenario import Scenario
+from doorman.hardware.vehicle import VehicleBackend
 
 
 @pytest.fixture(scope="module")

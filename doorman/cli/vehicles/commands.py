@@ -84,8 +84,8 @@ def _rig_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., No
 
         The emulators use the protocols of the real devices, on loopback and on a pseudo-terminal. The command prints the command
         that flies the mission from another terminal, and runs until Ctrl-C. With --fly it also flies the mission; with --judge
-        it judges what others fly, behind an autopilot's own code, too. The exit status is then 0 only if the door is open, without
-        a collision, and the vehicle has landed.
+        it judges what others fly, behind an autopilot's own code, too. The exit status is then 0 only if the door is open,
+        without a collision, and the vehicle has landed.
 
         With --vehicle, servos and object have the mounting of the vehicle file, so that a dry run shows whether everything
         matches. If a link of the file is on loopback, or a path outside /dev, the rig creates it there. The printed command has

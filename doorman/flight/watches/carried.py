@@ -1,4 +1,4 @@
-"""Tells a collision by forces, tilt and height: where something else than its rotors bears a vehicle in the air, it lies on it."""
+"""Tells a collision by forces, tilt and height: a vehicle in the air that something else than its rotors bears lies on it."""
 
 from __future__ import annotations
 

@@ -41,7 +41,9 @@ def measure_hover(
     except BackendError as error:
         return str(error)
     slope = autopilot.measure_slope(at)
-    if reason := judge_slope(slope) or (judge_model(slope, autopilot.thrust_model, curve.hover_thrust) if pushes else ""):
+    if reason := judge_slope(slope) or (
+        judge_model(slope, autopilot.thrust_model, curve.hover_thrust) if pushes else ""
+    ):
         return reason
     found = slope is not None and slope.deviation <= _FOUND
     if slope is not None and found:

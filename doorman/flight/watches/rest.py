@@ -22,7 +22,7 @@ _UNEVEN = 0.5 * LEG_CLEARANCE
 _ALOFT = 3.0 * LEG_CLEARANCE
 """Height above where it stood from which on a vehicle has taken off [m]."""
 _RECENT = 1.0
-"""A place that was seen so long ago is not where the vehicle is now; in so long one that does not move is seen to be still [s]."""
+"""A place that was seen so long ago is not where the vehicle is now; for so long one that is still has not moved [s]."""
 _STILL = 0.03
 """Way within that time of a vehicle that lies still [m]."""
 _CRASH = re.compile(r"\bcrash(?:ed|:| detected)", re.IGNORECASE)

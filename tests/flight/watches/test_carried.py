@@ -23,7 +23,9 @@ def told(thrust_share: float, acceleration: float = 0.0, seconds: float = 1.5, h
     watch, force = CarriedWatch(), ForceEstimator(MASS)
     for tick in range(round(seconds / PERIOD)):
         now = tick * PERIOD
-        sample = VehicleSample(velocity=np.array([0.0, 0.0, acceleration * now]), attitude=np.zeros(3), position_time=now)
+        sample = VehicleSample(
+            velocity=np.array([0.0, 0.0, acceleration * now]), attitude=np.zeros(3), position_time=now
+        )
         force.update(sample, thrust_share * MASS * GRAVITY)
         watch.note(replace(SEEN, now=now, lift=force.lift), holds)
     return watch.words

@@ -82,7 +82,9 @@ def test_cameras_that_do_not_see_it_or_lie_say_nothing_of_its_place() -> None:
     for watch in (ended(replace(sill, pose=PoseQuality.LOST)), ended(replace(sill, pose=None))):
         assert watch.judged() is Rest.UNSEEN and not watch.still and not watch.words()
     assert ended(sill).judged(trusted=False) is Rest.UNSEEN
-    lost_aloft = watched((PAD, False, False), (HOVER, True, False), (replace(HOVER, pose=PoseQuality.LOST), False, True))
+    lost_aloft = watched(
+        (PAD, False, False), (HOVER, True, False), (replace(HOVER, pose=PoseQuality.LOST), False, True)
+    )
     assert lost_aloft.judged() is Rest.UNSEEN, "it was 1 m up when it was seen last"
 
 

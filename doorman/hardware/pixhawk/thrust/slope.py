@@ -113,7 +113,7 @@ def bob(at: PositionSetpoint, passed: float) -> PositionSetpoint:
 
 
 def _signal(thrust: float, k: float) -> float:
-    """u ≥ 0 of k u² + (1 − k) u = τ."""
+    """U ≥ 0 of k u² + (1 − k) u = τ."""
     linear = 1.0 - k
     return thrust if k < 1e-9 else (math.sqrt(linear * linear + 4.0 * k * thrust) - linear) / (2.0 * k)
 
