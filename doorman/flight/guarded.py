@@ -22,7 +22,7 @@ from doorman.flight.watches.fall import FallWatch
 from doorman.flight.watches.hover import measure_hover
 from doorman.flight.watches.pose_delay import PoseDelay
 from doorman.flight.watches.rest import Rest, RestWatch, tells_of_crash
-from doorman.flight.way_back import BLIND, WayBack, out_of_the_doorway
+from doorman.flight.way_back import WayBack, out_of_the_doorway
 from doorman.hardware.dynamixel import ServoFault
 from doorman.hardware.pixhawk import (
     Authority,
@@ -323,23 +323,19 @@ class GuardedFlight(Uncopied):
     def _borne_out(self, end: End) -> End:
         """The word for the end that cameras, tilt and the autopilot's texts bear out."""
         if end is End.UNHEARD:  # it may still fly
-            return _BY_REST.get(self._rest.judged(self._trusts_cameras), end) if self._rest.still else end
+            return _BY_REST.get(self._rest.judged, end) if self._rest.still else end
         if end is not End.LANDED:
             return end
         if self._fall.fell:
             return End.FALLEN
         if tells_of_crash(self.journal.lines):
             return End.CRASHED
-        return _BY_REST.get(self._rest.judged(self._trusts_cameras), end)
-
-    @property
-    def _trusts_cameras(self) -> bool:
-        return {finding.fault for finding in self.supervisor.findings}.isdisjoint(BLIND)
+        return _BY_REST.get(self._rest.judged, end)
 
     @property
     def seen(self) -> str:
         """What cameras and tilt show of a vehicle that does not stand where it should, and of what it lay on in the air."""
-        return "; ".join(filter(None, (self._carried.words, self._rest.words(self._trusts_cameras))))
+        return "; ".join(filter(None, (self._carried.words, self._rest.words)))
 
     def _stands(self) -> bool:
         """Whether the vehicle has landed because we told it to."""

@@ -39,7 +39,7 @@ _LOST_ON_THE_WAY = 0.5
 """the same where nobody says whether they are, and where waiting adds to the error of dead reckoning [s]."""
 LOST_SPEED = 0.6
 """On the way back by dead reckoning, whose error grows with the time, and which PX4 gives up 5 s after the last pose [m/s]."""
-BLIND = {Fault.POSE, Fault.POSE_JUMPED, Fault.DIVERGENCE, Fault.INCONSISTENT}
+_BLIND = {Fault.POSE, Fault.POSE_JUMPED, Fault.DIVERGENCE, Fault.INCONSISTENT}
 """After these the cameras do not say where the vehicle is, or the autopilot does not."""
 _HOLDING_PATIENCE = 30.0
 """For a gripper that does not open, as it cannot without its bus, before the vehicle lands with the door in its hand [s]."""
@@ -204,7 +204,7 @@ class WayBack:
     def _lost(self) -> bool:
         """Whether the way back is flown by dead reckoning, the autopilot's or ours."""
         found = {finding.fault for finding in self._supervisor.findings}
-        return not self._seen or not found.isdisjoint(BLIND)
+        return not self._seen or not found.isdisjoint(_BLIND)
 
     @property
     def _seen(self) -> bool:

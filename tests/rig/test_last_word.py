@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import replace
 
@@ -49,8 +50,9 @@ def carry(rig: LinkedRig, *places: tuple[float, float, float]) -> None:
         steps = max(1, round(float(np.linalg.norm(way)) / (0.01 * SPEED)))
         for step in range(steps):
             with plant.lock:
-                data.qpos[:3] = begin + (step + 1) / steps * way
-                data.qvel[:3] = way / (0.01 * steps)
+                phase = math.pi * (step + 1) / steps
+                data.qpos[:3] = begin + 0.5 * (1.0 - math.cos(phase)) * way
+                data.qvel[:3] = 0.5 * math.pi * math.sin(phase) / (0.01 * steps) * way
                 data.qvel[3:6] = 0.0
             CLOCK.sleep(0.01)
     with plant.lock:
@@ -79,7 +81,7 @@ def test_a_vehicle_on_the_sill_has_neither_landed_nor_is_it_landed(linked, flyin
         carry(linked, *over_the_sill(linked))
         plant.gear = replace(gear, length=gear.length + 0.4)  # the sill is as high, and bears the feet
         end = flying.descend()
-        assert end is End.ON_SILL, (end, flying.seen)
+        assert end is End.ON_SILL, (end, flying.seen, flying.supervisor.findings, linked.snapshot.truth.position)
         assert "in the doorway" in flying.seen
     finally:
         plant.gear = gear

@@ -59,7 +59,8 @@ class RestWatch:
         self._now, self._flown = seen.now, self._flown or runs
         if math.isfinite(seen.tilt):
             self._tilt = seen.tilt
-        if seen.pose is None or not seen.pose.usable or not np.isfinite(seen.position).all():
+        doubtful = seen.divergence > self._model.scenario.safety.divergence
+        if seen.pose is None or not seen.pose.usable or doubtful or not np.isfinite(seen.position).all():
             return
         height = float(seen.position[2])
         self._places.append((seen.now, seen.position.copy()))
@@ -78,11 +79,12 @@ class RestWatch:
             return False
         return float(np.ptp(np.array(places), axis=0).max()) < _STILL
 
-    def judged(self, trusted: bool = True) -> Rest:
-        """How it lies, once it is down; by its tilt alone where the cameras are not trusted."""
+    @property
+    def judged(self) -> Rest:
+        """How it lies, once it is down; by its tilt alone where no camera sees it, or the autopilot is sure to be elsewhere."""
         if self._flown and self._tilt > LYING:
             return Rest.TILTED
-        place = self._place if trusted else None
+        place = self._place
         if not self._flown or place is None:
             return Rest.UNSEEN
         if over_the_sill(self._model, place):
@@ -91,9 +93,10 @@ class RestWatch:
             return Rest.HELD_UP
         return Rest.DROPPED if self._dropped else Rest.STANDS
 
-    def words(self, trusted: bool = True) -> str:
+    @property
+    def words(self) -> str:
         """Where and how it was seen last; empty for one that stands where it should, or is not seen."""
-        rest, place = self.judged(trusted), self._place
+        rest, place = self.judged, self._place
         if rest in (Rest.STANDS, Rest.UNSEEN) or place is None:
             return ""
         x, y, z = place.tolist()
