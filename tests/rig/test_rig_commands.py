@@ -10,13 +10,15 @@ import signal
 import socket
 import subprocess
 import sys
+import threading
 import time
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from pathlib import Path
 
 import numpy as np
 import pytest
 from flight_rig import free_port
+from pymavlink.dialects.v20 import common as mavlink
 from typer.testing import CliRunner, Result
 
 from doorman.cli import app
@@ -192,14 +194,25 @@ ENDS_WITHIN = 2.0
 
 
 def call_as_px4(port: int) -> socket.socket:
-    """PX4 as it arms and then falls silent, as when it is stopped first: the rig waits for its answers."""
+    """PX4 that talks all the time, but answers no state."""
     deadline = time.monotonic() + 60.0
     while True:
         try:
-            return socket.create_connection(("127.0.0.1", port), 1.0)
+            called = socket.create_connection(("127.0.0.1", port), 1.0)
+            break
         except OSError:
             assert time.monotonic() < deadline
             time.sleep(0.2)
+    beat = mavlink.MAVLink_heartbeat_message(2, 12, 0, 0, 0, 3).pack(mavlink.MAVLink(None, 1, 1))
+
+    def chatter() -> None:
+        with suppress(OSError):
+            while True:
+                called.sendall(beat)
+                time.sleep(0.002)
+
+    threading.Thread(target=chatter, daemon=True).start()
+    return called
 
 
 @pytest.mark.slow
