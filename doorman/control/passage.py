@@ -117,6 +117,19 @@ def behind_the_door(model: Model, position: Array) -> bool:
     return float((position - origin) @ forward) > depth + model.vehicle.radius
 
 
+def over_the_sill(model: Model, position: Array) -> bool:
+    """Whether a vehicle that stood there would have feet in the doorway: they stand within half the radius of the disc."""
+    if not has_doorway(model):
+        return False
+    forward, side, origin, width, depth = _doorway(model)
+    into, beside, feet = (
+        float((position - origin) @ forward),
+        float((position - origin) @ side),
+        0.5 * model.vehicle.radius,
+    )
+    return -model.door.frame_depth - feet < into < depth + feet and 0.0 < beside < width
+
+
 def _doorway(model: Model) -> tuple[Array, Array, Array, float, float]:
     """Directions through the doorway and along the closed leaf, both level; its corner; its width and its depth behind [m]."""
     door = model.door

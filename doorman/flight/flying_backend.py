@@ -155,7 +155,8 @@ class FlyingBackend(Backend):
             finally:
                 self.end = self.flight.descend()
         if self.end not in (End.LANDED, End.NOT_FLOWN):
-            raise BackendError(self.end.value, field="landing")
+            seen = self.flight.seen
+            raise BackendError(f"{self.end.value}; {seen}" if seen else self.end.value, field="landing")
 
     def _new_flight(self) -> GuardedFlight:
         return GuardedFlight(self._model, self.links, self._recorder, self._say or (lambda words: None))

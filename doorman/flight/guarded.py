@@ -17,10 +17,11 @@ from doorman.flight.ground.checks import Verdict
 from doorman.flight.ground.judgements import judge_age
 from doorman.flight.journal import Journal
 from doorman.flight.travel import fly_to
+from doorman.flight.watches.carried import CarriedWatch
 from doorman.flight.watches.fall import FallWatch
 from doorman.flight.watches.hover import measure_hover
 from doorman.flight.watches.pose_delay import PoseDelay
-from doorman.flight.watches.rest import RestWatch, tells_of_crash
+from doorman.flight.watches.rest import Rest, RestWatch, tells_of_crash
 from doorman.flight.way_back import WayBack, out_of_the_doorway
 from doorman.hardware.dynamixel import ServoFault
 from doorman.hardware.pixhawk import (
@@ -66,12 +67,24 @@ class End(Enum):
     LANDED = "landed and disarmed"
     FALLEN = "fallen: the motors stopped in the air"
     CRASHED = "crashed: the vehicle lies on its side, or the autopilot reports a crash"
+    ON_SILL = "lies in the doorway, on the sill or between the jambs"
+    HELD_UP = "lies on something: higher than it stood before the flight"
+    DROPPED = "came down before it was told to land"
     TAKEN_OVER = "taken over by the pilot or the autopilot"
     """And still armed when the session ended."""
     UNHEARD = "link lost: the autopilot's own failsafe lands the vehicle"
     """The link is gone."""
     STILL_ARMED = "still armed: take the vehicle over by radio"
     """It was asked to land and does not report that it has."""
+
+
+_BY_REST = {
+    Rest.TILTED: End.CRASHED,
+    Rest.ON_SILL: End.ON_SILL,
+    Rest.HELD_UP: End.HELD_UP,
+    Rest.DROPPED: End.DROPPED,
+}
+"""What is said of a vehicle that is down and does not stand where it should."""
 
 
 class GuardedFlight(Uncopied):
@@ -95,7 +108,7 @@ class GuardedFlight(Uncopied):
         self.places = Places.of(model)
         self.backend = VehicleBackend(model, links)
         self._observer = Observer(model, self.backend, oldest_pose(model.scenario.control))
-        self._fall, self._rest = FallWatch(), RestWatch()
+        self._fall, self._rest, self._carried = FallWatch(), RestWatch(model), CarriedWatch()
         self._poses = PoseDelay()
         self.measured: dict[str, float] = {}
         """What was measured in hover, by name: hover thrust, slope and shape of the thrust, delay and latency of the poses."""
@@ -200,8 +213,9 @@ class GuardedFlight(Uncopied):
             return ""
         at = PositionSetpoint(self.places.hover, self.places.yaw)
         reason = measure_hover(
-            self.links.autopilot, at, self.say, lambda figures: self._write_measured("hover", figures)
-        )
+            self.links.autopilot, at, self.say, lambda figures: self._write_measured("hover", figures),
+            pushes=self.model.scenario.contact.kind == "push",
+        )  # fmt: skip
         if self.supervisor.action is not None or reason:
             return f"measure the thrust in hover: {self.supervisor.reason or reason}"
         if reason := self._take_delay():
@@ -304,11 +318,24 @@ class GuardedFlight(Uncopied):
             if now - begin > _LANDING_PATIENCE or now - ended > _LAST_LOOK:
                 break
             self.links.clock.sleep(0.02)
+        return self._borne_out(end)
+
+    def _borne_out(self, end: End) -> End:
+        """The word for the end that cameras, tilt and the autopilot's texts bear out."""
+        if end is End.UNHEARD:  # it may still fly
+            return _BY_REST.get(self._rest.judged, end) if self._rest.still else end
         if end is not End.LANDED:
             return end
         if self._fall.fell:
             return End.FALLEN
-        return End.CRASHED if self._rest.lies or tells_of_crash(self.journal.lines) else end
+        if tells_of_crash(self.journal.lines):
+            return End.CRASHED
+        return _BY_REST.get(self._rest.judged, end)
+
+    @property
+    def seen(self) -> str:
+        """What cameras and tilt show of a vehicle that does not stand where it should, and of what it lay on in the air."""
+        return "; ".join(filter(None, (self._carried.words, self._rest.words)))
 
     def _stands(self) -> bool:
         """Whether the vehicle has landed because we told it to."""
@@ -321,7 +348,10 @@ class GuardedFlight(Uncopied):
         heard = seen.conditions.isdisjoint({EventKind.STATE_STALE, EventKind.LINK_LOST, EventKind.DEVICE_LOST})
         runs = seen.armed and not self.links.autopilot.state().terminated
         self._fall.note(seen.now, seen.speed, runs, heard)
-        self._rest.note(seen.tilt, runs)
+        lands = seen.authority in (Authority.LANDING, Authority.LOST) or not heard
+        lands = lands or self.supervisor.action in (Action.LAND, Action.RELEASE)
+        self._rest.note(seen, runs, lands)
+        self._carried.note(seen, self.links.holding)
         if self.supervisor.rising and self.links.mocap is not None:
             with contextlib.suppress(BackendError):  # closed
                 self._poses.note(self.links.mocap.read(), self.links.autopilot.state())

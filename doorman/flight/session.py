@@ -29,6 +29,9 @@ class FlightReport:
     completed: bool
     """Whether the mission flew to its end by itself."""
     message: str
+    """Why not."""
+    seen: str
+    """What the vehicle lay on in the air, or lies on now; empty where it touched nothing that shows, and stands on the floor."""
     findings: tuple[Finding, ...]
     """Of the supervisor."""
 
@@ -87,8 +90,8 @@ class FlightSession(Uncopied):
             self.flight.say(traceback.format_exc())
         finally:
             end = self.flight.descend()
-        reason = self.supervisor.reason
-        return FlightReport(end, completed, reason or message, tuple(self.supervisor.findings))
+        reason, seen = self.supervisor.reason, self.flight.seen
+        return FlightReport(end, completed, reason or message, seen, tuple(self.supervisor.findings))
 
     def interrupt(self) -> None:
         """The operator's Ctrl-C: the first one gives the mission up and retreats, the second one lands."""

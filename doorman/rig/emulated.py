@@ -111,7 +111,7 @@ class RigSetup:
     sitl_port: int | None = None
     """Port on loopback that the autopilot's own code calls; None: the one that it calls by itself."""
     motors: MotorKind = "linear"
-    """Whether the autopilot linearises the motors; else their thrust is the signal squared, and lags by `MOTOR_LAG`."""
+    """Whether the autopilot's parameters linearise the motors; else they are the factory's, and thrust lags by `MOTOR_LAG`."""
 
     def __post_init__(self) -> None:
         for name, least in (("pixhawk_port", 1), ("mocap_port", 0), ("sitl_port", 1)):

@@ -63,7 +63,7 @@ def summarize(recording: Recording, model: Model, touched_after: int = 0) -> dic
         "went_through": outcome in (COMPLETED, TOUCHED) and "through" in states,
         "final_door_angle_deg": math.degrees(float(angle[-1])),
         "target_door_angle_deg": math.degrees(target),
-        **_where_it_ended(model.true_door, float(angle[-1]), target),
+        **where_it_ended(model.true_door, float(angle[-1]), target),
         "time_to_open_s": None if opened_at is None else max(opened_at - touched_at, 0.0),
         "hover_to_goal_s": opened_at,
         "duration_s": float(time[-1]),
@@ -88,7 +88,7 @@ def attempts(states: list[str]) -> int:
     return 1 + sum(now == "hover" and before != "touch_frame" for before, now in itertools.pairwise(states))
 
 
-def _where_it_ended(door: Door, angle: float, target: float) -> dict[str, Any]:
+def where_it_ended(door: Door, angle: float, target: float) -> dict[str, Any]:
     """Opening and error in the unit of the joint: of a hinge the error of its angle, of a slide that of its opening."""
     opening, wanted = door.opening_of(angle), door.opening_of(target)
     if door.slides:

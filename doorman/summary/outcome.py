@@ -22,7 +22,7 @@ FLOWN = "flown to its end"
 COMPLETED, TOUCHED, GOAL_MISSED, GIVEN_UP = "completed", "touched", "goal missed", "given up"
 """Outcomes of a mission that went all its way and has opened the door in truth, of one that has touched something else meanwhile,
 of one that went all its way and has not opened it, and of one that retreated to the hover instead."""
-_STANDS_FOR = 1.0
+STANDS_FOR = 1.0
 STANDS = math.radians(0.5)
 """A door that is faster on average [rad/s] in so long a time [s] before the flight's end does not stay where it is."""
 
@@ -60,7 +60,7 @@ def time_to_open(time: Array, angle: Array, target: float) -> float | None:
 def rate_at_the_end(recording: Recording) -> float:
     """Rate of the door, on average over the last second [rad/s]."""
     truth = recording["truth"]
-    return float(truth["door_rate"][truth.time >= truth.time[-1] - _STANDS_FOR].mean())
+    return float(truth["door_rate"][truth.time >= truth.time[-1] - STANDS_FOR].mean())
 
 
 def missed(door: Door, angle: float, target: float, moving: float, said: str) -> str:

@@ -13,6 +13,8 @@ from pymavlink.dialects.v20 import common as mavlink
 from doorman.cli.vehicles.rig_demo import free_port
 from doorman.exceptions import BackendError
 from doorman.gravity import GRAVITY
+from doorman.hardware.pixhawk.dialect import PX4
+from doorman.hardware.pixhawk.thrust.tilted_rotors import TiltedRotors
 from doorman.kinematics.urdf.robot import frozen
 from doorman.model import Model
 from doorman.rig import Rig, RigSetup
@@ -82,7 +84,7 @@ def run(plant, px4, controls, steps, armed=True):
 
 
 def hover(layout, model):
-    return [float(model.vehicle.mass * GRAVITY / layout.max_thrusts.sum())] * layout.count
+    return [float(np.sqrt(model.vehicle.mass * GRAVITY / layout.max_thrusts.sum()))] * layout.count
 
 
 def test_sensors_of_a_vehicle_that_stands(flown):
@@ -125,7 +127,7 @@ def test_every_output_drives_its_own_rotor(flown, layout):
         controls[output] = 0.5
         run(plant, px4, controls, 1)
         thrusts = sitl.thrusts(0.0)
-        assert thrusts[output] == pytest.approx(0.5 * layout.max_thrusts[output])
+        assert thrusts[output] == pytest.approx(0.25 * layout.max_thrusts[output])
         assert np.count_nonzero(thrusts) == 1
 
 
@@ -227,6 +229,7 @@ def test_rig_tells_how_to_start_it(model, layout, tmp_path):
     given = dict(line.split("=") for line in (tmp_path / "px4.env").read_text().splitlines())
     assert given["PX4_PARAM_CA_ROTOR_COUNT"] == "6"
     assert given["PX4_PARAM_EKF2_EV_CTRL"] == "11"
+    assert given["PX4_PARAM_THR_MDL_FAC"] == "1", "the plant's motors make the square of their signal"
     for index, (position, direction) in enumerate(zip(layout.positions, layout.directions, strict=True)):
         assert float(given[f"PX4_PARAM_CA_ROTOR{index}_PX"]) == pytest.approx(position[0], abs=1e-4)
         assert float(given[f"PX4_PARAM_CA_ROTOR{index}_PY"]) == pytest.approx(-position[1], abs=1e-4)
@@ -283,3 +286,14 @@ def test_ports_that_no_instance_of_it_has(model, tmp_path):
     rig = Rig(model, RigSetup("px4-sitl", 14541, free_port(), tmp_path, sitl_port=SIMULATOR_PORT))
     with pytest.raises(BackendError, match="sitl_port"):
         _ = rig.autopilot_command
+
+
+def test_it_is_told_how_rotors_are_tilted_and_whose_curve_it_has(tmp_path):
+    tilted = Model(Scenario.load("push_tilted"))
+    rig = Rig(tilted, RigSetup("px4-sitl", 14544, free_port(), tmp_path, motors="quadratic"))
+    assert rig.autopilot_command
+    given = dict(line.split("=") for line in (tmp_path / "px4.env").read_text().splitlines())
+    values = {name.removeprefix("PX4_PARAM_"): float(value) for name, value in given.items()}
+    rotors = TiltedRotors.of(rotor_layout(tilted.vehicle, tilted.scenario.simulation.torque_per_thrust))
+    assert not rotors.missing(PX4, values), "what the checklist asks for"
+    assert values["THR_MDL_FAC"] == 0.0, "the factory's"

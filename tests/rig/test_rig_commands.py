@@ -5,14 +5,20 @@ from __future__ import annotations
 import json
 import os
 import re
+import shlex
 import signal
+import socket
 import subprocess
 import sys
+import threading
+import time
+from contextlib import ExitStack, suppress
 from pathlib import Path
 
 import numpy as np
 import pytest
 from flight_rig import free_port
+from pymavlink.dialects.v20 import common as mavlink
 from typer.testing import CliRunner, Result
 
 from doorman.cli import app
@@ -181,3 +187,70 @@ def test_motors_whose_thrust_is_the_squared_signal_are_flown_by_the_slope_that_h
     }
     hover = Recording.load(folder / "flight.mcap")["hover"]
     assert hover["slope"][-1] == pytest.approx(2.0 if autopilot == "px4" else 1.25, abs=0.15)
+
+
+ENDS_WITHIN = 2.0
+"""After Ctrl-C, as the manual says; what else runs on the machine counts, so it must be idle [s]."""
+
+
+def call_as_px4(port: int) -> socket.socket:
+    """PX4 that talks all the time, but answers no state."""
+    deadline = time.monotonic() + 60.0
+    while True:
+        try:
+            called = socket.create_connection(("127.0.0.1", port), 1.0)
+            break
+        except OSError:
+            assert time.monotonic() < deadline
+            time.sleep(0.2)
+    beat = mavlink.MAVLink_heartbeat_message(2, 12, 0, 0, 0, 3).pack(mavlink.MAVLink(None, 1, 1))
+
+    def chatter() -> None:
+        with suppress(OSError):
+            while True:
+                called.sendall(beat)
+                time.sleep(0.002)
+
+    threading.Thread(target=chatter, daemon=True).start()
+    return called
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("autopilot", ["px4", "ardupilot", "px4-sitl", "ardupilot-sitl"])
+def test_ctrl_c_ends_the_rig_at_once_and_the_judge_has_seen_nothing(tmp_path, autopilot):
+    port = free_port() if autopilot != "px4-sitl" else 14548
+    with subprocess.Popen(
+        [*COMMAND, "rig", "paper", "--judge", "--autopilot", autopilot, "--pixhawk-port", str(port), "--mocap-port",
+         str(free_port())],
+        cwd=tmp_path, text=True, stdout=subprocess.PIPE, env={**os.environ, "PYTHONPATH": str(ROOT)},
+    ) as process, ExitStack() as stack:  # fmt: skip
+        assert process.stdout is not None
+        while "doorman fly" not in process.stdout.readline():
+            assert process.poll() is None
+        if autopilot == "px4-sitl":
+            stack.enter_context(call_as_px4(4568))
+        time.sleep(1.0)
+        process.send_signal(signal.SIGINT)
+        assert process.wait(ENDS_WITHIN) == 1
+        assert "Nothing was flown" in process.stdout.read()
+
+
+@pytest.mark.slow
+def test_the_judge_agrees_with_the_one_that_flies_too(tmp_path):
+    """Another process flies against a rig that judges; both say the same of the same truth."""
+    with subprocess.Popen(
+        [*COMMAND, "rig", "paper", "--judge", "--json", "--pixhawk-port", str(free_port()), "--mocap-port", str(free_port())],
+        cwd=tmp_path, text=True, stdout=subprocess.PIPE, env={**os.environ, "PYTHONPATH": str(ROOT)},
+    ) as process:  # fmt: skip
+        assert process.stdout is not None
+        command = shlex.split(json.loads(process.stdout.readline())["command"])
+        flown = subprocess.run(
+            [*COMMAND, *command[1:], "--yes", "--json", "--out", str(tmp_path / "flight.mcap")], cwd=tmp_path, text=True,
+            capture_output=True, check=False, timeout=400, env={**os.environ, "PYTHONPATH": str(ROOT)},
+        )  # fmt: skip
+        process.send_signal(signal.SIGINT)
+        figures, status = json.loads(process.stdout.readline()), process.wait(30)
+    assert flown.returncode == 0, flown.stderr
+    assert json.loads(flown.stdout)["seen"] == ""
+    assert status == 0 and figures["outcome"] == "completed" and figures["landed"] and not figures["touched"], figures
+    assert abs(figures["final_error"]) < 2.0 and figures["max_push_force_n"] > 0.0

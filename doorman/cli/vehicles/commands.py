@@ -71,16 +71,21 @@ def _rig_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., No
         fly: Annotated[
             bool, typer.Option("--fly", help="Fly the mission against the rig, judge the flight, and exit.")
         ] = False,
+        judge: Annotated[
+            bool,
+            typer.Option("--judge", help="After Ctrl-C, judge by the truth what was flown against the rig."),
+        ] = False,
         as_json: Annotated[
             bool,
-            typer.Option("--json", help="Print the links, or with --fly the summary, as JSON; messages to stderr."),
+            typer.Option("--json", help="Print links, and with --fly or --judge figures, as JSON; messages to stderr."),
         ] = False,
     ) -> None:
         """Emulate autopilot, servos and cameras around one simulated vehicle and door.
 
         The emulators use the protocols of the real devices, on loopback and on a pseudo-terminal. The command prints the command
-        that flies the mission from another terminal, and runs until Ctrl-C. With --fly it also flies the mission. The exit status
-        is then 0 only if the door is open, without a collision, and the vehicle has landed.
+        that flies the mission from another terminal, and runs until Ctrl-C. With --fly it also flies the mission; with --judge
+        it judges what others fly, behind an autopilot's own code, too. The exit status is then 0 only if the door is open,
+        without a collision, and the vehicle has landed.
 
         With --vehicle, servos and object have the mounting of the vehicle file, so that a dry run shows whether everything
         matches. If a link of the file is on loopback, or a path outside /dev, the rig creates it there. The printed command has
@@ -89,6 +94,8 @@ def _rig_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., No
 
         def command() -> int:
             if fly:
+                if judge:
+                    raise typer.BadParameter("--fly judges the flight by itself", param_hint="--judge")
                 if autopilot in (AutopilotKind.PX4_SITL, AutopilotKind.ARDUPILOT_SITL):
                     raise typer.BadParameter(
                         f"you start {autopilot.value} yourself: run the rig without --fly", param_hint="--fly"
@@ -100,7 +107,7 @@ def _rig_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., No
 
             return run_rig(
                 scenario, settings or [], autopilot.value, pixhawk_port, mocap_port, out, seed=seed, as_json=as_json,
-                vehicle=vehicle, motors=motors.value,
+                vehicle=vehicle, motors=motors.value, judges=judge,
             )  # fmt: skip
 
         leave(command)

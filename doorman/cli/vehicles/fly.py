@@ -85,7 +85,7 @@ def fly_mission(
         if result is None:
             result = _fly(model, opened, planner, checks, _file(out, model), duration, output, feed)
     _print_result(checks, result, output)
-    return 0 if result["completed"] and result["end"] == End.LANDED.value else 1
+    return 0 if result["completed"] and result["end"] == End.LANDED.value and not result["seen"] else 1
 
 
 def _print_result(checks: list[Check], result: dict[str, Any], output: Output) -> None:
@@ -184,6 +184,7 @@ def _fly(
         "completed": report.completed,
         "message": report.message,
         "end": report.end.value,
+        "seen": report.seen,
         "recording": str(path),
         "unwritten": unwritten,
         "timing": timing,
@@ -258,6 +259,8 @@ def _print_report(
     done = "The mission was flown to its end" if report.completed else "The mission was not flown to its end"
     why = "" if not report.message else f": {report.message}"
     say(f"{done}{why}. The vehicle: {report.end.value}.")
+    if report.seen:
+        say(f"Seen: {report.seen}.")
     for line in session.journal.lines[-_LINES:]:
         say(f"  {line}")
     say(

@@ -25,6 +25,7 @@ from doorman.recording import Recorder
 from doorman.rig import Rig, RigSetup
 from doorman.rig.emulated import AutopilotKind
 from doorman.rig.emulators.autopilot.vehicle.mixer import MotorKind
+from doorman.rig.witness import Witness, verdict
 
 _LOOK = 0.2
 _LISTENS_ON_LOOPBACK = ("127.0.0.1", "0.0.0.0")
@@ -44,8 +45,9 @@ def run_rig(
     as_json: bool = False,
     vehicle: str | None = None,
     motors: MotorKind = "linear",
+    judges: bool = False,
 ) -> int:
-    """Run the rig until Ctrl-C."""
+    """Run the rig until Ctrl-C; then say what the flight was, if asked to."""
     file = VehicleFile() if vehicle is None else VehicleFile.load(vehicle)
     scenario = file.scenario(source, parse_overrides(settings))
     model = Model(scenario)
@@ -55,13 +57,14 @@ def run_rig(
         motors=motors,
     )  # fmt: skip
     header = recorded_header(scenario) | {"rig": autopilot, "motors": motors}
+    witness = Witness(model)
     asked: list[int] = []  # no Event: this thread would wait for its own lock where the signal finds it in `wait`
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda number, _: asked.append(number))
     with (
         nullcontext()
-        if out is None
-        else Recorder(out, header, keep=False, attachments=carried_files(scenario)) as recorder
+        if out is None and not judges
+        else Recorder(out, header, witness.note, keep=False, attachments=carried_files(scenario)) as recorder
     ):
         rig = Rig(model, setup, recorder)
         with real_time(), rig:
@@ -82,7 +85,17 @@ def run_rig(
         failure = rig.plant.failure
     if failure is not None:
         raise BackendError(f"the plant failed: {failure}")
-    return 0
+    return _judge(witness, rig, as_json) if judges else 0
+
+
+def _judge(witness: Witness, rig: Rig, as_json: bool) -> int:
+    """Print what the truth shows; returns the exit status."""
+    figures = witness.judged(rig.plant.snapshot)
+    good, sentence = verdict(figures)
+    typer.echo(json.dumps(figures) if as_json else sentence)
+    if as_json:
+        typer.echo(sentence, err=True)
+    return 0 if good else 1
 
 
 def served_port(file: VehicleFile, key: str, given: int | None, usual: int) -> int:

@@ -8,7 +8,7 @@ from typing import Any
 
 from doorman.exceptions import BackendError
 from doorman.hardware.pixhawk import Autopilot, PositionSetpoint
-from doorman.hardware.pixhawk.thrust.slope import Slope
+from doorman.hardware.pixhawk.thrust.slope import Slope, ThrustModel
 
 _HOVER_TIME = 2.0
 """For which the thrust in hover is measured [s]."""
@@ -17,11 +17,19 @@ _FOUND = 0.3
 _LEAST_SLOPE, _MOST_SLOPE = 0.6, 2.6
 """Beyond 1, of motors that the autopilot linearises, and 2, of a signal that is squared, with what a battery that sags adds."""
 
+_STEEPEST_PUSH = math.sqrt(2.0)
+"""Slope, or one over it, up to which a tip may push: an autopilot's own loops of roll and pitch act so many times as strongly as
+they were tuned. 3 dB are half of the 6 dB of gain margin that such loops are tuned to keep; the other half is the contact's."""
+
 
 def measure_hover(
-    autopilot: Autopilot, at: PositionSetpoint, say: Callable[[str], None], note: Callable[[dict[str, Any]], None]
+    autopilot: Autopilot,
+    at: PositionSetpoint,
+    say: Callable[[str], None],
+    note: Callable[[dict[str, Any]], None],
+    pushes: bool = False,
 ) -> str:
-    """Calibrate newtons in hover: the autopilot's own parameters may be defaults."""
+    """Calibrate newtons in hover: the autopilot's own parameters may be defaults. Returns why the vehicle is not flown on."""
     config = autopilot.config
     assert config.hover_force is not None, "asked only where newtons are sent"
     say("measure the thrust in hover")
@@ -33,7 +41,9 @@ def measure_hover(
     except BackendError as error:
         return str(error)
     slope = autopilot.measure_slope(at)
-    if reason := judge_slope(slope):
+    if reason := judge_slope(slope) or (
+        judge_model(slope, autopilot.thrust_model, curve.hover_thrust) if pushes else ""
+    ):
         return reason
     found = slope is not None and slope.deviation <= _FOUND
     if slope is not None and found:
@@ -60,3 +70,18 @@ def judge_slope(slope: Slope | None) -> str:
             "check the autopilot's thrust model (THR_MDL_FAC, MOT_THST_EXPO), propellers and battery"
         )
     return ""
+
+
+def judge_model(slope: Slope | None, model: ThrustModel | None, hover_thrust: float) -> str:
+    """Why a tip that only pushes is not flown to the leaf with this thrust model; nothing if it is."""
+    if slope is None or slope.deviation > _FOUND or 1.0 / _STEEPEST_PUSH <= slope.value <= _STEEPEST_PUSH:
+        return ""
+    told = f"thrust grows {slope.value:.2f} times as fast as its setpoint"
+    bounds = f"allowed for a push: {1.0 / _STEEPEST_PUSH:.2f} to {_STEEPEST_PUSH:.2f}"
+    if model is None:
+        return f"{told}; {bounds}; set the autopilot's thrust model, and tune its rate loops anew"
+    right = model.right_value(slope, hover_thrust)
+    return (
+        f"{told}: the motors' curve is {right:.2f}, {model.name} is {model.value:.2f}; {bounds}; "
+        f"set {model.name} to {right:.2f}, reboot the autopilot, and tune its rate loops anew"
+    )

@@ -28,7 +28,7 @@ from doorman.hardware.pixhawk.sample import SampleStatus, VehicleSample
 from doorman.hardware.pixhawk.setpoints import AttitudeSetpoint, PositionSetpoint, Setpoint
 from doorman.hardware.pixhawk.thrust.curve import ThrustCurve
 from doorman.hardware.pixhawk.thrust.measuring import measure_hover, measure_slope
-from doorman.hardware.pixhawk.thrust.slope import Slope
+from doorman.hardware.pixhawk.thrust.slope import Slope, ThrustModel
 from doorman.hardware.pixhawk.wire.messages import mavlink
 
 LEAST_HEIGHT, MOST_HEIGHT = 0.2, 50.0
@@ -313,6 +313,11 @@ class Autopilot(Uncopied):
             The slope, by the thrust curve in use; None if the vehicle is not ours, or too little was heard.
         """
         return measure_slope(self._link, at)
+
+    @property
+    def thrust_model(self) -> ThrustModel | None:
+        """Parameter by which the autopilot undoes the motors' curve, as `engage` has read it; None where it has none."""
+        return self._link.stream.thrust_model
 
     def shape_thrust(self, shape: float) -> ThrustCurve:
         """Use the same curve with another shape from now on.

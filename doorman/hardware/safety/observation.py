@@ -37,6 +37,8 @@ class Observation:
     """Commanded thrust over the largest."""
     force: float = math.nan
     """Of the surroundings on the vehicle, estimated [N]."""
+    lift: float = math.nan
+    """Its share upwards, over the weight."""
     pose: PoseQuality | None = None
     """None where the autopilot's own estimate is flown on."""
     pose_jumped: bool = False

@@ -48,13 +48,19 @@ class ForceEstimator:
 
     def __init__(self, mass: float) -> None:
         self._mass = mass
-        self._force = np.zeros(3)
+        self._force, self._known = np.zeros(3), False
         self._last: VehicleSample | None = None
+
+    @property
+    def lift(self) -> float:
+        """The force upwards, over the weight; NaN where the force is not known."""
+        return float(self._force[2]) / (self._mass * GRAVITY) if self._known else math.nan
 
     def update(self, sample: VehicleSample, thrust: float) -> float:
         """Take in a sample."""
         last, self._last = self._last, sample
-        if last is None or not (math.isfinite(thrust) and np.isfinite(sample.attitude).all()):
+        self._known = last is not None and math.isfinite(thrust) and bool(np.isfinite(sample.attitude).all())
+        if last is None or not self._known:
             self._force = np.zeros(3)
             return math.nan
         step = sample.position_time - last.position_time
@@ -100,6 +106,7 @@ class Observer:
         seen: PoseSample | VehicleSample = pose if pose is not None and usable and stale else sample
         unknown = stale and not usable
         self._stale_at = now if stale else self._stale_at
+        force = self._force.update(sample, math.nan if stale else thrust)
         limps = usable and now - self._stale_at < _LIMPING
         return Observation(
             now=now,
@@ -111,7 +118,8 @@ class Observer:
             speed=math.nan if unknown else float(np.linalg.norm(seen.velocity)),
             tilt=math.nan if unknown else _tilt(seen.attitude),
             thrust_share=thrust / self._max_thrust,
-            force=self._force.update(sample, math.nan if stale else thrust),
+            force=force,
+            lift=self._force.lift,
             pose=None if pose is None else pose.quality,
             pose_jumped=pose is not None and not usable and MocapFault.JUMPED in pose.fault,
             pose_age=self._pose_age(pose),

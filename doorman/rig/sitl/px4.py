@@ -79,7 +79,7 @@ class Px4Sitl(Uncopied):
     Args:
         layout: Rotors of the vehicle.
         port: TCP port on loopback.
-        motors: Whether the plant undoes what the autopilot makes of thrust by default, or has the signal squared.
+        motors: Whether PX4 is given the curve of the plant's motors, whose thrust is the signal squared, or its own default.
 
     Raises:
         BackendError: if PX4 knows no vehicle with so many rotors.
@@ -132,7 +132,7 @@ class Px4Sitl(Uncopied):
         if not answered or self._controls is None:
             return None
         signals: Array = np.clip(self._controls[: self._layout.count], 0.0, 1.0)
-        return (signals if self._motors == "linear" else signals * signals) * self._layout.max_thrusts
+        return signals * signals * self._layout.max_thrusts
 
     def tell(self, truth: Truth) -> None:
         """Send what PX4's sensors measure."""
@@ -169,7 +169,8 @@ class Px4Sitl(Uncopied):
                                given=self._port, allowed=str(calls))  # fmt: skip
         given = PARAMETERS.read_text(encoding="utf-8").splitlines()
         lines = [f"PX4_SYS_AUTOSTART={AIRFRAME}"]
-        for line in [*given, *self._rotor_parameters()]:
+        curve = f"THR_MDL_FAC {1 if self._motors == 'linear' else 0}"
+        for line in [*given, curve, *self._rotor_parameters()]:
             if line and not line.startswith("#"):
                 name, value = line.split()
                 lines.append(f"PX4_PARAM_{name}={value}")
@@ -178,12 +179,14 @@ class Px4Sitl(Uncopied):
         return f"env $(cat {shlex.quote(str(file))}) px4 -d -i {pixhawk_port - PIXHAWK_PORT}"
 
     def _rotor_parameters(self) -> list[str]:
-        """Places, in PX4's axes, and senses of the rotors."""
+        """Places and directions of thrust, in PX4's axes, and senses of the rotors."""
         layout = self._layout
         lines = [f"CA_ROTOR_COUNT {layout.count}"]
-        for index, ((x, y, _), direction) in enumerate(zip(layout.positions, layout.directions, strict=True)):
-            lines += [f"CA_ROTOR{index}_PX {x:.4f}", f"CA_ROTOR{index}_PY {-y:.4f}",
-                      f"CA_ROTOR{index}_KM {direction * layout.torque_per_thrust:.4f}",
+        rotors = zip(flu_to_frd(layout.positions), flu_to_frd(layout.thrust_axes), layout.directions, strict=True)
+        for index, (place, axis, direction) in enumerate(rotors):
+            lines += [f"CA_ROTOR{index}_{kind}{name} {value:.4f}" for kind, vector in (("P", place), ("A", axis))
+                      for name, value in zip("XYZ", vector, strict=True)]  # fmt: skip
+            lines += [f"CA_ROTOR{index}_KM {direction * layout.torque_per_thrust:.4f}",
                       f"PWM_MAIN_FUNC{index + 1} {101 + index}"]  # fmt: skip
         return lines
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 
 import numpy as np
 import pytest
@@ -10,10 +11,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pixhawk_rig import WEIGHT
 
-from doorman.flight.watches.hover import judge_slope
+from doorman.flight.watches.hover import judge_model, judge_slope, measure_hover
 from doorman.gravity import GRAVITY
 from doorman.hardware.pixhawk import AttitudeSetpoint, PositionSetpoint, ThrustCurve, VehicleSample
-from doorman.hardware.pixhawk.thrust.slope import BOB_TIME, Slope, SlopeMeasurement, bob
+from doorman.hardware.pixhawk.thrust.slope import BOB_TIME, Slope, SlopeMeasurement, ThrustModel, bob
 from doorman.rig.emulators.autopilot.vehicle.mixer import thrust_share
 
 AT = PositionSetpoint(np.array([-1.0, 0.5, 1.2]), 0.3)
@@ -96,3 +97,43 @@ def test_squared_motors_are_flown_by_newtons(rigs):
             slope
         )  # by a line: 8 % off
     assert rig.pilot.setpoint(AttitudeSetpoint(WEIGHT, np.zeros(3)))
+
+
+def relative(signal: float, k: float) -> float:
+    return k * signal * signal + (1.0 - k) * signal
+
+
+@given(st.floats(0.0, 1.0), st.floats(0.0, 1.0), st.floats(0.2, 0.9))
+def test_the_right_value_of_the_autopilots_parameter_is_the_motors_own_curve(motors, given_value, signal):
+    hover, step = relative(signal, given_value), 1e-6
+    force, thrust = (
+        (relative(signal + step, k) - relative(signal - step, k)) / relative(signal, k) for k in (motors, given_value)
+    )
+    model = ThrustModel("THR_MDL_FAC", given_value)
+    assert model.right_value(Slope(force / thrust, 0.0), hover) == pytest.approx(motors, abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("slope", "refused"),
+    [(None, False), (Slope(1.25, 0.05), False), (Slope(0.75, 0.05), False), (Slope(2.0, 0.05), True), (Slope(0.6, 0.05), True),
+     (Slope(2.0, 0.6), False)],
+)  # fmt: skip
+def test_a_push_bears_less_of_a_wrong_curve_than_flight(slope, refused):
+    assert not judge_slope(slope)
+    for model in (ThrustModel("MOT_THST_EXPO", 0.0), None):
+        assert bool(judge_model(slope, model, 0.7)) is refused
+
+
+@pytest.mark.parametrize(("flavour", "name"), [("px4", "THR_MDL_FAC"), ("ardupilot", "MOT_THST_EXPO")])
+def test_a_wrong_thrust_curve_is_refused_for_a_push_and_named(rigs, flavour, name):
+    """Motors whose thrust is the signal squared, behind an autopilot that takes the signal for the thrust."""
+    hover = 0.5
+    rig = rigs(flavour, {"thrust_curve": None, "hover_force": WEIGHT}, motors="quadratic", hover_thrust=hover, pace=1.0)
+    rig.emulator.parameters[name] = 0.0
+    rig.emulator.parameters[rig.emulator.build.dialect.hover_thrust] = math.sqrt(hover)
+    rig.fly()
+    at = PositionSetpoint(rig.pilot.state().position, 0.0)
+    reason = measure_hover(rig.pilot, at, str, dict, pushes=True)
+    set_to = float(re.search(rf"set {name} to ([0-9.]+)", reason)[1])
+    assert f"{name} is 0.00" in reason and set_to > 0.8, reason
+    assert not measure_hover(rig.pilot, at, str, dict), "a grip flies by the slope that was measured"

@@ -6,7 +6,9 @@ from doorman.hardware.pixhawk.dialect import PX4
 from doorman.hardware.pixhawk.link.link import Link
 from doorman.hardware.pixhawk.outcome import Outcome, OutcomeStatus
 from doorman.hardware.pixhawk.parameters.protocol import read_parameters
+from doorman.hardware.pixhawk.parameters.rules import THRUST_MODEL
 from doorman.hardware.pixhawk.thrust.curve import ThrustCurve
+from doorman.hardware.pixhawk.thrust.slope import ThrustModel
 from doorman.hardware.pixhawk.thrust.tilted_rotors import COUNT, OLD_SWITCH, names
 
 THRUST_AS_THRUST = 1 << 3
@@ -24,7 +26,9 @@ def prepare_attitude(link: Link) -> Outcome:
     if why := side_force_missing(link):
         return Outcome(OutcomeStatus.NOT_READY, f"no force to the side: {why}")
     options = ("GUID_OPTIONS", "ATC_ANGLE_BOOST") if dialect.angle_boost else ()
-    values = read_parameters(link, [dialect.hover_parameter, *options])
+    model = THRUST_MODEL[dialect.name]
+    values = read_parameters(link, [dialect.hover_parameter, model, *options])
+    link.stream.thrust_model = ThrustModel(model, values[model]) if model in values else None
     if dialect.angle_boost:
         if not round(values.get("GUID_OPTIONS", 0.0)) & THRUST_AS_THRUST:
             return Outcome(

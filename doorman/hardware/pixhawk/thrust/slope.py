@@ -9,6 +9,8 @@ and 2 where thrust is the signal squared. The shape k of a `ThrustCurve` follows
 
 .. math::
     s = \frac{2 k \tau + 1 - k}{k \tau + 1 - k} \;\Rightarrow\; k = \frac{s - 1}{s - 1 + \tau\,(2 - s)}
+
+An autopilot that undoes a curve with its own k leaves the motors' slope over that of its curve, both at the motors' signal u.
 """
 
 from __future__ import annotations
@@ -49,6 +51,23 @@ class Slope:
         """Shape k of the curve with this slope, 0 … 1."""
         s = min(max(self.value, 1.0), 2.0)
         return (s - 1.0) / (s - 1.0 + hover_thrust * (2.0 - s))
+
+
+@dataclass(frozen=True)
+class ThrustModel:
+    """The parameter by which an autopilot undoes the motors' curve."""
+
+    name: str
+    """`THR_MDL_FAC` or `MOT_THST_EXPO`."""
+    value: float
+    """k of the autopilot, 0 … 1."""
+
+    def right_value(self, slope: Slope, hover_thrust: float) -> float:
+        """The k with which this slope would be 1: that of the motors themselves."""
+        k = min(max(self.value, 0.0), 1.0)
+        signal = _signal(hover_thrust, k)
+        own = (2.0 * k * signal + 1.0 - k) / (k * signal + 1.0 - k)
+        return Slope(slope.value * own, slope.deviation).shape(signal)
 
 
 class SlopeMeasurement:
@@ -93,6 +112,12 @@ def bob(at: PositionSetpoint, passed: float) -> PositionSetpoint:
         rate * math.sin(angle) * way,
         rate**2 * math.cos(angle) * way,
     )
+
+
+def _signal(thrust: float, k: float) -> float:
+    """U ≥ 0 of k u² + (1 − k) u = τ."""
+    linear = 1.0 - k
+    return thrust if k < 1e-9 else (math.sqrt(linear * linear + 4.0 * k * thrust) - linear) / (2.0 * k)
 
 
 def _newer(time: float, readings: list[tuple[float, float]]) -> bool:

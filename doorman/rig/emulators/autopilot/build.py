@@ -32,7 +32,7 @@ class Build:
     hover_thrust: float = 0.4
     """Share of the largest thrust at which the vehicle really hovers."""
     motors: MotorKind = "linear"
-    """Whether it linearises its motors, or, with the factory's parameters, does not."""
+    """Whether its parameter linearises the motors, or is the factory's; thrust is the square of their signal with both."""
     pace: float = 1.0
     """Of its clock and its plant over real time, as of simulators that run faster or slower."""
     signing_key: bytes | None = None

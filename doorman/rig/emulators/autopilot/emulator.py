@@ -216,7 +216,7 @@ class EmulatedAutopilot(Uncopied):
     def _drive(self, demand: Demand) -> None:
         """Ask the mixer for thrust: the force of `THR_MDL_FAC` and `MOT_THST_EXPO` as the autopilot believes it."""
         build, weight = self.build, self.plant.weight
-        k = 1.0 if build.motors == "linear" else self.parameters[build.dialect.linearisation]
+        k = self.parameters[build.dialect.linearisation]
         full, most = weight / normalised_thrust(build.hover_thrust, k), weight / build.hover_thrust
         force, attitude = self._controller.actuate(demand, self.estimator.estimate, full)
         normalised = min(max(force / full, 0.0), 1.0)

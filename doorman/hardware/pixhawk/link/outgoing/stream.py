@@ -20,6 +20,7 @@ from doorman.hardware.pixhawk.setpoints import (
     position_message,
 )
 from doorman.hardware.pixhawk.thrust.curve import ThrustCurve
+from doorman.hardware.pixhawk.thrust.slope import ThrustModel
 from doorman.hardware.pixhawk.wire.messages import Message
 from doorman.hardware.pixhawk.wire.units import seconds_to_boot_ms
 
@@ -65,6 +66,8 @@ class SetpointStream:
 
     def __init__(self, config: PixhawkConfig, events: EventLog) -> None:
         self.curve: ThrustCurve | None = config.thrust_curve
+        self.thrust_model: ThrustModel | None = None
+        """How the autopilot undoes the motors' curve; None until it has said so."""
         self.angle_boost = False
         """Whether the autopilot divides thrust by the cosine of the commanded tilt."""
         self.keeps_tilt = True

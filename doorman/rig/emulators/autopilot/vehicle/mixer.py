@@ -23,7 +23,7 @@ from doorman.rig.emulators.autopilot.parameters import ParameterStore
 from doorman.rig.emulators.autopilot.vehicle.plant import FLIP, Array
 
 MotorKind = Literal["linear", "quadratic"]
-"""Motors that the autopilot linearises, whatever its parameter says; or whose thrust is the signal squared."""
+"""Motors that the autopilot's parameter linearises; or with the factory's parameter."""
 _NOTHING = 1e-6
 """Entry of the pseudo-inverse that counts as zero."""
 

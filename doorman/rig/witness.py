@@ -1,0 +1,118 @@
+"""Witness of a flight behind whatever autopilot: what the plant's truth shows, tick by tick, and a verdict in the end."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Mapping
+from typing import Any
+
+from doorman.model import Model
+from doorman.recording.files.messages import Value
+from doorman.rig.plant import Snapshot
+from doorman.summary import COMPLETED, GOAL_MISSED, OPEN_TOLERANCE, TOUCHED
+from doorman.summary.figures import where_it_ended
+from doorman.summary.outcome import STANDS, STANDS_FOR
+
+NOT_FLOWN, NOT_LANDED = "not flown", "not landed"
+_AFTER_CONTACT = 1.0
+"""Sinking counts until so long after the tip has left the leaf [s]."""
+_UPRIGHT = math.radians(20.0)
+"""Tilt of a vehicle that stands on its legs, at most [rad]."""
+
+
+class Witness:
+    """Listens to the rig's recorder.
+
+    Args:
+        model: Model of the scenario.
+    """
+
+    def __init__(self, model: Model) -> None:
+        self._model = model
+        self._flown = False
+        self._angle, self._rates = model.start_angle, deque[tuple[float, float]]()
+        self._touched: dict[str, list[float]] = {}
+        self._push = self._pull = self._sinking = 0.0
+        self._touching_at, self._height = -math.inf, math.nan
+        self._last = math.nan
+
+    def note(self, topic: str, time: float, fields: Mapping[str, Value]) -> None:
+        """Take in a message of the recorder."""
+        if topic != "truth":
+            return
+        truth: Mapping[str, Any] = fields
+        step, self._last, self._flown = time - self._last, time, True
+        self._angle = float(truth["door_angle"])
+        self._rates.append((time, float(truth["door_rate"])))
+        while self._rates[0][0] < time - STANDS_FOR:
+            self._rates.popleft()
+        self._push, self._pull = max(self._push, float(truth["max_push"])), max(self._pull, float(truth["max_pull"]))
+        feels = self._model.scenario.mission.touch_frame and truth["only_tip_on_frame"]
+        if truth["collisions"] and not feels:
+            for pair in str(truth["collision_pairs"]).split(", "):
+                first_and_time = self._touched.setdefault(pair, [time, 0.0])
+                first_and_time[1] += step if math.isfinite(step) else 0.0
+        self._note_height(time, float(truth["position"][2]), bool(truth["touching"]))
+
+    def _note_height(self, time: float, height: float, touching: bool) -> None:
+        """Sinking below the height at the first touch of every attempt."""
+        if touching:
+            if time - self._touching_at > _AFTER_CONTACT:
+                self._height = height
+            self._touching_at = time
+        if time - self._touching_at <= _AFTER_CONTACT:
+            self._sinking = max(self._sinking, self._height - height)
+
+    def judged(self, end: Snapshot) -> dict[str, Any]:
+        """Figures of the flight, with the names of `summary.json` where it has them."""
+        rates, goal = [rate for _, rate in self._rates], self._model.goal_angle
+        stands = not rates or abs(sum(rates) / len(rates)) < STANDS
+        opened = self._flown and stands and abs(self._angle - goal) < OPEN_TOLERANCE
+        roll, pitch = (float(angle) for angle in end.truth.attitude[:2])
+        landed = self._flown and not end.motors and end.on_ground and max(abs(roll), abs(pitch)) < _UPRIGHT
+        outcome = COMPLETED if opened else GOAL_MISSED
+        if self._touched:
+            outcome = TOUCHED
+        elif not landed:
+            outcome = NOT_LANDED
+        return {
+            "outcome": outcome if self._flown else NOT_FLOWN,
+            "opened": opened,
+            "landed": landed,
+            "final_door_angle_deg": math.degrees(self._angle),
+            "target_door_angle_deg": math.degrees(goal),
+            **where_it_ended(self._model.true_door, self._angle, goal),
+            "touched": [
+                {"pair": pair, "first_s": first, "duration_s": duration}
+                for pair, (first, duration) in self._touched.items()
+            ],
+            "max_sinking_m": self._sinking,
+            "max_push_force_n": self._push,
+            "max_pull_force_n": self._pull,
+        }
+
+
+def verdict(figures: Mapping[str, Any]) -> tuple[bool, str]:
+    """Whether the door was opened, nothing touched and the vehicle landed, and a sentence that says what happened."""
+    if figures["outcome"] == NOT_FLOWN:
+        return False, "Nothing was flown."
+    unit = "°" if figures["unit"] == "deg" else " m"
+    digits = 1 if figures["unit"] == "deg" else 3
+    at, goal = (
+        (figures["final_door_angle_deg"], figures["target_door_angle_deg"])
+        if figures["unit"] == "deg"
+        else (figures["final_opening"], figures["target_opening"])
+    )
+    where = (
+        f"the door ended at {at:.{digits}f}{unit}, {abs(figures['final_error']):.{digits}f}{unit} from the target of "
+        f"{goal:.{digits}f}{unit}; at the leaf the vehicle sank by up to {100 * figures['max_sinking_m']:.0f} cm, pushed with up "
+        f"to {figures['max_push_force_n']:.1f} N and pulled with up to {figures['max_pull_force_n']:.1f} N"
+    )
+    if figures["touched"]:
+        pairs = ", ".join(f"{one['pair']} for {one['duration_s']:.2f} s" for one in figures["touched"])
+        return False, f"Something was touched ({pairs}); {where}."
+    if not figures["landed"]:
+        return False, f"The vehicle has not landed; {where}."
+    opened = "was opened and nothing was touched" if figures["opened"] else "was not opened"
+    return bool(figures["opened"]), f"The door {opened}; {where}."
