@@ -54,7 +54,7 @@ class ForceEstimator:
     @property
     def lift(self) -> float:
         """The force upwards, over the weight; NaN where the force is not known."""
-        return float(self._force[2]) / (self._mass * GRAVITY) if self._known else math.nan
+        return float(self._force[2]) / weight_of(self._mass) if self._known else math.nan
 
     def update(self, sample: VehicleSample, thrust: float) -> float:
         """Take in a sample."""

@@ -8,10 +8,10 @@ from dataclasses import replace
 import numpy as np
 
 from doorman.flight.watches.carried import CarriedWatch
+from doorman.gravity import GRAVITY
 from doorman.hardware.pixhawk import VehicleSample
 from doorman.hardware.safety import Observation
 from doorman.hardware.safety.observer import ForceEstimator
-from doorman.model import GRAVITY
 
 MASS = 3.0
 SEEN = Observation(now=0.0, position=np.array([0.0, 0.6, 0.52]), tilt=math.radians(12.0), speed=0.0)
