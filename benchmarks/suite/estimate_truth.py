@@ -58,7 +58,7 @@ def slips(truth: LeafTruth, found: LeafReplay) -> str:
     fastest = np.array([
         truth.slip_speed[(at := int(time / tick)) - int(_BEFORE / tick) : at + 1].max(initial=0.0) for time in found.time
     ])  # fmt: skip
-    invented = found.slips & (fastest < _STILL)
+    invented = np.asarray(found.slips, dtype=bool) & (fastest < _STILL)
     return f"{seen} of {len(true)}, {int((np.diff(invented.astype(int), prepend=0) > 0).sum())}"
 
 
