@@ -32,9 +32,6 @@ from doorman.simulation.truth import Truth
 
 Array = NDArray[np.float64]
 
-_YAW_INTEGRAL = 0.3
-"""Share of the torque about the vertical that the integral of the yaw rate may take: PX4's `MC_YR_INT_LIM`; ArduPilot has 0.5."""
-
 
 @dataclass(frozen=True)
 class Disturbance:
@@ -320,7 +317,6 @@ def _onboard_parameters(
     model: Model, plant: Plant, layout: RotorLayout, time_step: float, gains: AttitudeGains
 ) -> OnboardParameters:
     attitude = AttitudeParameters.of(model.vehicle_inertia, layout.torque_authority, time_step, gains)
-    attitude.gains[5, 2] *= _YAW_INTEGRAL
     attitude.memory[0] = np.linalg.solve(attitude.inertia, hover_wrench(model)[1:])  # trimmed: a hover is at rest
     return OnboardParameters(
         attitude=attitude,

@@ -34,11 +34,11 @@ _DAMPED = 2.0
 class AttitudeGains:
     """Gains about the body's x, y and z axis, as accelerations: they fit every vehicle whose motors are fast enough."""
 
-    attitude: tuple[float, float, float] = (10.0, 10.0, 2.8)
+    attitude: tuple[float, float, float] = (10.0, 10.0, 4.0)
     """K_a [1/s]."""
-    rate: tuple[float, float, float] = (70.0, 70.0, 4.0)
-    """K_p [1/s]; yaw is soft, as with both autopilots (1 to 4): a firm loop asks small rotors for more torque than drag makes."""
-    integral: tuple[float, float, float] = (70.0, 70.0, 4.0)
+    rate: tuple[float, float, float] = (70.0, 70.0, 30.0)
+    """K_p [1/s]."""
+    integral: tuple[float, float, float] = (70.0, 70.0, 60.0)
     """K_i [1/s²]."""
     derivative: tuple[float, float, float] = (1.5, 1.5, 0.5)
     """K_d [-]."""

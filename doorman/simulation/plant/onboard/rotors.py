@@ -7,13 +7,8 @@ makes
     [f_t,\ \tau_x,\ \tau_y,\ \tau_z]^T = B f, \qquad B_i = [1,\ y_i,\ -x_i,\ -s_i\kappa]^T
 
 with κ the ratio of drag torque to thrust. The mixer is :math:`f = B^+ [f_t, \tau]` where that is possible. Where it is not,
-it trades thrust for torque as both autopilots do. Roll and pitch come first: the thrust moves as little as they need, and they
-are scaled only when no thrust is left that carries them. Yaw gets what room the rotors have left, and `YAW_HEADROOM` beyond
-their largest thrust: for that the thrust of all is lowered, and the vehicle sinks. Tilted rotors have their own columns
-(`RotorLayout.wrench`). Force to the side comes last.
-
-Sources: PX4, `ControlAllocationSequentialDesaturation::mixYaw` (15 % of the range); ArduPilot,
-`AP_MotorsMatrix::output_armed_stabilizing` (`MOT_YAW_HEADROOM`, 20 %).
+it gives up yaw first, then moves the thrust as little as roll and pitch need, and scales these only when no thrust is left
+that carries them. Tilted rotors have their own columns (`RotorLayout.wrench`). Force to the side comes last.
 """
 
 from __future__ import annotations
@@ -30,9 +25,6 @@ from doorman.kinematics.vehicles.rotor_layout import RotorLayout as RotorLayout
 from doorman.kinematics.vehicles.rotor_layout import rotor_layout as rotor_layout
 
 Array = NDArray[np.float64]
-
-YAW_HEADROOM = 0.15
-"""Of a rotor's largest thrust: so far beyond it yaw may drive a rotor before the thrust of all is lowered. PX4's number."""
 
 
 class MixerParameters(NamedTuple):
@@ -91,16 +83,12 @@ def mix(p: MixerParameters, thrust: float, torque: Array) -> None:
         p.thrusts[i] += lift * p.inverse[i, 0]
         turn = p.inverse[i, 3] * torque[2]
         if turn > 1e-12:
-            share = min(share, max((1.0 + YAW_HEADROOM) * p.max_thrusts[i] - p.thrusts[i], 0.0) / turn)
+            share = min(share, max(p.max_thrusts[i] - p.thrusts[i], 0.0) / turn)
         elif turn < -1e-12:
             share = min(share, max(p.thrusts[i], 0.0) / -turn)
-    lowered = 0.0
-    for i in range(count):
-        p.thrusts[i] += share * p.inverse[i, 3] * torque[2]
-        lowered = max(lowered, (p.thrusts[i] - p.max_thrusts[i]) / p.inverse[i, 0])
     p.achieved[:] = 0.0
     for i in range(count):
-        f = min(max(p.thrusts[i] - lowered * p.inverse[i, 0], 0.0), p.max_thrusts[i])
+        f = min(max(p.thrusts[i] + share * p.inverse[i, 3] * torque[2], 0.0), p.max_thrusts[i])
         p.thrusts[i] = f
         for k in range(4):
             p.achieved[k] += p.allocation[k, i] * f

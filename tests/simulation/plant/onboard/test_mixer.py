@@ -13,7 +13,7 @@ from doorman.exceptions import BackendError
 from doorman.kinematics.vehicles.vehicle import Vehicle
 from doorman.resources import urdf_directory
 from doorman.scenario import VehicleSection
-from doorman.simulation.plant.onboard.rotors import YAW_HEADROOM, MixerParameters, RotorLayout, mix, rotor_layout
+from doorman.simulation.plant.onboard.rotors import MixerParameters, RotorLayout, mix, rotor_layout
 
 VEHICLE = Vehicle(urdf_directory() / "hexarotor_arm.urdf")
 LAYOUT = rotor_layout(VEHICLE, 0.016)
@@ -50,32 +50,16 @@ def test_limits_and_priorities(demand):
     thrusts, achieved = mixed(thrust, (roll, pitch, yaw))
     assert (thrusts >= 0.0).all() and (thrusts <= LAYOUT.max_thrusts).all()
     assert np.allclose(LAYOUT.allocation @ thrusts, achieved, atol=1e-9)
-    # a yaw demand is met in part and never reversed; it takes no roll or pitch but where no thrust is left, and thrust only
-    # where a rotor is at its largest, of all rotors alike, no more than the headroom
+    # a yaw demand changes nothing of thrust, roll and pitch, and is met in part and never reversed
     _, without = mixed(thrust, (roll, pitch, 0.0))
+    assert np.allclose(achieved[:3], without[:3], atol=1e-9)
     assert -1e-9 <= achieved[3] * np.sign(yaw) <= abs(yaw) + 1e-9
-    taken = without[0] - achieved[0]
-    assert -1e-9 <= taken <= YAW_HEADROOM * LAYOUT.max_thrusts.sum() + 1e-9
-    if taken > 1e-9:
-        assert (LAYOUT.max_thrusts - thrusts).min() < 1e-9
-    if thrusts.min() > 1e-9:
-        assert np.allclose(achieved[1:3], without[1:3], atol=1e-9)
-    achieved = without
     # roll and pitch keep their ratio, and are cut only at a rotor's both ends
     share = np.hypot(*achieved[1:3]) / max(np.hypot(roll, pitch), 1e-12)
     if np.hypot(roll, pitch) > 1e-6:
         assert np.allclose(achieved[1:3], share * np.array([roll, pitch]), atol=1e-9)
         if share < 1.0 - 1e-9:
             assert without_yaw_is_at_both_ends(thrust, roll, pitch)
-
-
-def test_yaw_takes_thrust_where_rotors_are_at_their_largest():
-    """As PX4 and ArduPilot do: the vehicle sinks where it is to turn."""
-    full = LAYOUT.max_thrusts.sum()
-    _, achieved = mixed(0.97 * full, (0.0, 0.0, 2.0))
-    assert 0.8 * full < achieved[0] < 0.93 * full and achieved[3] > 0.1
-    _, half = mixed(0.5 * full, (0.0, 0.0, 0.2))
-    assert half[0] == pytest.approx(0.5 * full) and half[3] == pytest.approx(0.2)
 
 
 def without_yaw_is_at_both_ends(thrust: float, roll: float, pitch: float) -> bool:
