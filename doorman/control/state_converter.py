@@ -60,7 +60,6 @@ class StateConverter:
         self._given, self._tip = np.zeros(ARM + 2 * model.n_arm), np.zeros(6)
         self._contact = np.array([*model.door.up, self._coupling.distance_from_hinge, self._coupling.height])
         self._rate_limits = np.asarray(model.vehicle.rate_limits)
-        self.fly_by(model.attitude_loop)
         rest = np.zeros(3)
         self.on_leaf(np.array(model.start_state), rest, np.zeros(model.n_arm))  # compiles: nothing is in flight
         self._coupling.vehicle_motion(model.start_state, rest, np.zeros(model.n_arm))
