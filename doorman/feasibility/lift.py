@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from doorman.control.engagement import Engagement
 from doorman.control.tug import TOUCH_FORCE
+from doorman.dynamics.attitude_loop import AttitudeLoop
 from doorman.exceptions import BackendError
 from doorman.feasibility.report import Finding, Severity, graded
 from doorman.kinematics.rotations import rotation_body_to_world
@@ -98,7 +99,9 @@ def _first_turn(model: Model) -> tuple[float, str]:
 
 def _turning_torque(model: Model, turn: float) -> float:
     """Torque about the pitch axis with which the onboard loop answers an error of the pitch, until a gripping arm slips [N m]."""
-    gains = AttitudeGains.of(model.attitude_loop, model.scenario.simulation.motor_time_constant)
+    true = model.scenario.simulation
+    quickest = min(model.attitude_loop.lag, true.attitude_lag)  # the quicker a loop, the more it asks of the rotors
+    gains = AttitudeGains.of(AttitudeLoop(quickest), true.motor_time_constant)
     torque = float(model.vehicle_inertia[1, 1]) * gains.rate[1] * gains.attitude[1] * turn
     if model.scenario.contact.kind != "grip":
         return torque

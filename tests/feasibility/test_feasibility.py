@@ -155,7 +155,11 @@ def test_a_goal_out_of_bounds_is_a_warning_with_its_rows(tmp_path: Path) -> None
         ({"door__friction": 5.5}, "hinge friction", Severity.ERROR),
         ({"door__friction": 0.5, "control__door_observer_rate": 0.0}, "hinge friction", Severity.ERROR),
         ({"vehicle__attitude_lag": 0.55}, "planner", Severity.ERROR),
-        ({"planner__horizon_steps": 12}, "planner", Severity.WARNING),
+        (
+            {"planner__horizon_steps": 12, "vehicle__attitude_lag": 0.1, "vehicle__attitude_dead_time": 0.0},
+            "planner",
+            Severity.WARNING,
+        ),
         ({"planner__time_step": 0.2}, "planner", Severity.WARNING),
     ],
 )
