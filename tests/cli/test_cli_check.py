@@ -22,7 +22,7 @@ def test_check_says_that_the_paper_is_possible():
 )
 def test_what_is_possible_has_been_flown(start, possible):
     """The planner opens the door with these weights, and controller and mission cannot follow its plan."""
-    weights = [] if possible else ["--set", "planner.weights.state=[5,5,30,90,8,0.5,1,1,1]"]
+    weights = [] if possible else ["--set", "planner.weights.state=[5,5,30,200,4,0.5,1,1,1]"]
     result = run("check", "fig4", "--json", "--set", f"mission.start={start}", *weights)
     findings = {one["name"]: one for one in json.loads(result.stdout)["findings"]}
     assert findings["goal reached"]["severity"] == "ok"

@@ -86,7 +86,7 @@ def test_a_tip_that_can_only_push_opens_a_door_that_it_does_not_know(pushed: Rec
     assert summary is not None
     assert verdict(summary)[0], verdict(summary)[1]
     assert abs(summary["final_door_angle_deg"] - 20.0) < 1.0
-    assert summary["contact_fraction"] >= 0.97 and summary["contact_fraction_after_1s"] >= 0.98
+    assert summary["contact_fraction"] >= 0.96 and summary["contact_fraction_after_1s"] >= 0.98
     assert summary["planned_normal_force_n_min"] >= 0.0
     assert summary["door_angle_estimate_error_deg_max"] <= 1.0
     assert summary["collisions"] == 0 and summary["max_pull_force_n"] == 0.0
@@ -102,7 +102,7 @@ def test_the_tips_force_is_estimated(pushed: Recording) -> None:
         truth["tip_normal_force"], np.full(125, 1 / 125), mode="same"
     )  # it lags by a tenth of a second
     found = np.convolve(estimate["normal_force"], np.full(125, 1 / 125), mode="same")
-    assert np.abs(average - found)[moving].mean() < 0.15
+    assert np.abs(average - found)[moving].mean() < 0.2
 
 
 def test_summary_is_what_the_recording_says(paper: Recording, model: Model) -> None:
