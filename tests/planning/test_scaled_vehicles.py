@@ -27,12 +27,12 @@ def scaled(folder: Path, task: str, size: float) -> Model:
         "contact.distance_from_hinge": 0.70 * size, "contact.height": 0.80 * size,
         "planner.time_step": 0.02 * time, "planner.margin": plain.planner.margin * size,
         "simulation.torque_per_thrust": 0.016 * size,
-        "vehicle.attitude_lag": 0.1 * time,
+        "vehicle.attitude_lag": plain.vehicle.attitude_lag * time,
         "limits.body_rates": tuple(rate / time for rate in plain.limits.body_rates),
     }  # fmt: skip
     if task == "paper":
         arm = [0.05, 0.1, 0.1, 0.1]
-        state = (5.0, 5.0, 3.0, 9.0, 9.0 * (0.785 * time) ** 2, *arm)
+        state = (5.0, 5.0, 3.0, 9.0, 9.0 * (0.88 * time) ** 2, *arm)
         rates = [5.0 * time**2, 5.0 * time**2, 13.5 * time**2, *[10.0 * time**2] * 4]
         settings |= {"planner.weights.state": state, "planner.weights.terminal": tuple(time * each for each in state)}
         settings |= {"planner.weights.input": (0.1 / size**6, *rates)}
@@ -50,7 +50,7 @@ def test_a_scaled_push_is_the_same_plan(tmp_path: Path, size: float) -> None:
     inputs = np.array([size**3, 1.0, 1.0, size**4] + [rate] * 4)
     assert np.ptp(plans[0].states[:, 12]) > 0.01
     np.testing.assert_allclose(plans[1].states / states, plans[0].states, atol=5e-3)
-    np.testing.assert_allclose(plans[1].inputs / inputs, plans[0].inputs, atol=5e-3)
+    np.testing.assert_allclose(plans[1].inputs / inputs, plans[0].inputs, atol=8e-3)
     assert plans[1].cost / math.sqrt(size) == pytest.approx(plans[0].cost, rel=3e-2)
 
 
