@@ -32,7 +32,7 @@ from doorman.kinematics.vehicles.vehicle import Vehicle
 from doorman.recording import Recorder, Recording
 from doorman.recording.merging import align, read_log
 from doorman.scenario import Scenario
-from doorman.scenario.sections.planning import PlannerSection
+from doorman.scenario import PlannerSection
 
 RATES = tumbling(11)
 HUGE = 1 << 20_000

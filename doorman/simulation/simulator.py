@@ -129,6 +129,7 @@ class Simulator(Uncopied):
         """
         self._command[0] = thrust
         self._late.give(self._steps, np.array(quaternion_of(attitude)))
+        self._late.act(self._steps, self._command[1:5], 1)
         self._command[5:7] = side_force
         self._command[7:] = arm_rates
 
