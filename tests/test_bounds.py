@@ -31,8 +31,7 @@ from doorman.kinematics.doors.door import Door
 from doorman.kinematics.vehicles.vehicle import Vehicle
 from doorman.recording import Recorder, Recording
 from doorman.recording.merging import align, read_log
-from doorman.scenario import Scenario
-from doorman.scenario import PlannerSection
+from doorman.scenario import PlannerSection, Scenario
 
 RATES = tumbling(11)
 HUGE = 1 << 20_000

@@ -29,7 +29,7 @@ OPEN = math.radians(2.0)
 _SPEEDING_UP = 0.12
 """Share of `control.max_push` that speeds the leaf up. Estimates of what resists need a second to follow: with twice as much they
 call a leaf that speeds up free of friction, and the push loses it."""
-_SETTLES, _SETTLES_HELD = 4.5, 5.5
+_SETTLES, _SETTLES_HELD = 4.5, 6.0
 """Least time constant of a leaf that settles at the goal, pushed and held, as a multiple of the attitude's lag: the tip and the
 push follow the attitude. Less takes the leaf past the goal."""
 _SLOWING_DOWN, _HARDEST = 5.0 / 6.0, 0.2

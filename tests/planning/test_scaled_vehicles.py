@@ -32,7 +32,7 @@ def scaled(folder: Path, task: str, size: float) -> Model:
     }  # fmt: skip
     if task == "paper":
         arm = [0.05, 0.1, 0.1, 0.1]
-        state = (5.0, 5.0, 3.0, 9.0, 9.0 * (0.88 * time) ** 2, *arm)
+        state = (5.0, 5.0, 3.0, 9.0, 9.0 * (0.96 * time) ** 2, *arm)
         rates = [5.0 * time**2, 5.0 * time**2, 13.5 * time**2, *[10.0 * time**2] * 4]
         settings |= {"planner.weights.state": state, "planner.weights.terminal": tuple(time * each for each in state)}
         settings |= {"planner.weights.input": (0.1 / size**6, *rates)}
