@@ -39,12 +39,12 @@ def test_a_wanted_duration_slows_a_push_down() -> None:
 
 def test_a_wanted_duration_slows_a_grip_down() -> None:
     safe, slow, hasty = (door_cost(task("paper", duration)).state_weights[4] for duration in ("safe", 10.0, 0.1))
-    assert slow > 4.0 * safe and hasty == safe
+    assert slow > 3.5 * safe and hasty == safe
 
 
 def test_a_heavy_leaf_in_the_gripper_goes_more_slowly() -> None:
     heavy = Model(Scenario.load("paper", {"door.mass": 60.0}))
-    assert duration_held(heavy) > 1.3 * duration_held(task("paper", "safe"))
+    assert duration_held(heavy) > 1.2 * duration_held(task("paper", "safe"))
 
 
 @pytest.mark.parametrize("kind", ["paper", "push"])

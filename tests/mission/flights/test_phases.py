@@ -40,7 +40,15 @@ def test_a_push_with_poses_that_are_too_noisy_ends_in_the_hover() -> None:
 
 
 def test_a_mission_that_does_not_judge_poses_goes_on() -> None:
-    recording, _ = flown(scenario="push", mission__judge_poses=False, mission__time_out__approach=0.1, **POOR)
+    recording, _ = flown(
+        scenario="push",
+        mission__judge_poses=False,
+        mission__measure_attitude=False,
+        vehicle__attitude_lag=0.1,
+        vehicle__attitude_dead_time=0.0,
+        mission__time_out__approach=0.1,
+        **POOR,
+    )
     assert phases(recording)[:2] == ["hover", "approach"]
 
 
