@@ -79,7 +79,7 @@ def test_door_problem_of_the_paper() -> None:
     assert (problem.horizon, problem.time_step) == (50, 0.02)
     given = door_numbers(model).replaced({"limits.margin": 0.02, "door.disturbance": 0.3})
     np.testing.assert_array_equal(problem.model.parameters, given.vector)
-    weights = [5.0, 5.0, 3.0, 9.0, 9.0 * 0.785**2, 0.05, 0.1, 0.1, 0.1]
+    weights = [5.0, 5.0, 3.0, 9.0, 9.0 * 0.96**2, 0.05, 0.1, 0.1, 0.1]
     np.testing.assert_allclose(problem.cost.state_weights, weights)
     np.testing.assert_allclose(problem.cost.terminal_weights, weights)
     np.testing.assert_array_equal(problem.cost.input_weights, [0.1, 5.0, 5.0, 13.5, 10.0, 10.0, 10.0, 10.0])
