@@ -63,9 +63,10 @@ class WholeBodyController:
         self._arm_rates, self._side = np.zeros(model.n_arm), np.zeros(2)
         self._turned: tuple[LeafEstimate | None, Array] = None, np.zeros(2)  # of the last `aim`
         self._tilt = TiltObserver(model.attitude_loop, model.scenario.control.max_tilt)
-        self._prompt = np.array([0, *range(4, 4 + model.n_arm + (2 if model.actuation.fully else 0))])
-        """Places of the inputs that act at once."""
-        self._is_prompt = np.isin(np.arange(4 + model.n_arm + (2 if model.actuation.fully else 0)), self._prompt)
+        self._is_prompt = np.ones(4 + model.n_arm + (2 if model.actuation.fully else 0), dtype=bool)
+        self._is_prompt[1:4] = False
+        """Of each input whether it acts at once: tilt and heading do not."""
+        self._prompt = np.flatnonzero(self._is_prompt)
         self._sent: deque[tuple[float, Array]] = deque(maxlen=_KEPT)
         """Inputs of the model, as they were sent."""
         self._waiting: deque[tuple[float, Array]] = deque()
@@ -104,7 +105,7 @@ class WholeBodyController:
         """Take in what is sent now, by a plan or not, as an input of the model."""
         turn, followed = measured_yaw - float(command.attitude[2]), self._followed
         roll, pitch, _ = tilted(float(command.attitude[0]), float(command.attitude[1]), turn)
-        inputs = np.zeros(4 + self._model.n_arm + (2 if self._model.actuation.fully else 0))
+        inputs = np.zeros(len(self._is_prompt))
         inputs[:3], inputs[3] = (command.thrust, roll, pitch), 0.0 if followed is None else followed[3]
         inputs[4 : 4 + self._model.n_arm] = command.arm_rates
         if self._model.actuation.fully:
