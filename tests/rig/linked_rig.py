@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 from flight_rig import free_port
 from virtual_time import CLOCK
@@ -38,10 +38,18 @@ class LinkedRig:
             vehicle_config(self.model, pixhawk, servos, mocap, on_mocap_loss="report", **settings), clock=CLOCK
         )
 
-    def start(self) -> None:
-        self.rig.start()
-        self.links.open()
-        await_links(self.links)
+    def __enter__(self) -> Self:
+        try:
+            self.rig.start()
+            self.links.open()
+            await_links(self.links)
+        except BaseException:
+            self.stop()
+            raise
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.stop()
 
     def stop(self) -> None:
         self.links.stop()

@@ -20,12 +20,8 @@ SPEED = 0.8
 
 @pytest.fixture(scope="module")
 def linked(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LinkedRig]:
-    made = LinkedRig(tmp_path_factory.mktemp("rig"), setpoints="position")  # nothing is measured in hover
-    try:
-        made.start()
+    with LinkedRig(tmp_path_factory.mktemp("rig"), setpoints="position") as made:  # nothing is measured in hover
         yield made
-    finally:
-        made.stop()
 
 
 @pytest.fixture

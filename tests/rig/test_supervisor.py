@@ -24,12 +24,8 @@ from doorman.hardware.vehicle import VehicleBackend
 
 @pytest.fixture(scope="module")
 def linked(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LinkedRig]:
-    made = LinkedRig(tmp_path_factory.mktemp("rig"))
-    try:
-        made.start()
+    with LinkedRig(tmp_path_factory.mktemp("rig")) as made:
         yield made
-    finally:
-        made.stop()
 
 
 @pytest.fixture
