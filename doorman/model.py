@@ -69,7 +69,7 @@ class Model:
         self.true_door = self.door
         """The simulated plant's: `door`, or another one where `[simulation]` says so."""
         if is_another(true):
-            self.true_door = TrueDoor(scenario.door_urdf, scenario.door, true, self.door.side, contact.frame)
+            self.true_door = TrueDoor(scenario.door_urdf, scenario.door, true, self.door.side, contact)
         self._place = self._contact_place()
         self._check_contact()
         self.n_arm = self.vehicle.n_arm
@@ -260,7 +260,7 @@ class Model:
         steps = touch + np.outer(np.linspace(0.0, 1.0, 20), door.in_doorway(straight))
         before = np.maximum(np.maximum(-door.frame_depth - steps[:, 0], steps[:, 0] - door.frame_back), 0.0)
         beside = np.maximum(np.minimum(steps[:, 1], door.width - steps[:, 1]), 0.0)
-        free = door.side == "pull" or self.surroundings in ("wall", "panel")
+        free = door.side == "pull" or self.surroundings in ("wall", "panel", "open")
         if free or np.hypot(before, beside).min() > self.vehicle.radius - _TOUCHES_A_JAMB:
             return np.asarray(straight)
         middle = 0.5 * door.width
@@ -278,7 +278,7 @@ class Model:
     def _distance_from_hinge(self) -> float:
         """D_V [m]."""
         contact, distance = self.scenario.contact, self._place[0]
-        if contact.kind != "push" or not contact.fit_doorway or contact.frame is not None or not self.door.upright:
+        if contact.kind != "push" or not contact.fit_doorway or contact.named is not None or not self.door.upright:
             return distance
         arm = start_arm(self.scenario, self.vehicle, self.door, self.travel, self._reduced(distance))
         reach = math.hypot(*self.vehicle.tip_position(arm)[:2])
@@ -288,17 +288,15 @@ class Model:
     def _contact_place(self) -> tuple[float, float]:
         """D_V and D_H [m]; without a frame, the middle of a slide's face, and of a hatch's along its hinge."""
         contact, door = self.scenario.contact, self.door
-        if door.handle is not None:
-            return door.handle[:2]
-        if door.slides:
-            return 0.5 * door.width, 0.5 * door.height
-        return contact.distance_from_hinge, 0.5 * door.height if door.lies else contact.height
+        return door.place_on_face(contact) if door.handle is None else door.handle[:2]
 
     def _surroundings(self) -> Surroundings:
         """A vehicle that pulls stays before the wall; one whose tip is near an edge of the leaf begins beside a jamb.
 
         One that opens a door beyond a right angle ends behind the jamb at the hinge.
         """
+        if not self.door.framed:
+            return "open"
         if not self.door.upright:
             return "wall" if self.door.panel is None else "panel"
         if self.door.side == "pull":
@@ -330,7 +328,7 @@ class Model:
                 "only a tip that pushes has a force sensor", file=self.scenario.source,
                 field="simulation.sensors.tip_force", given=True, allowed='false, or contact.kind = "push"',
             )  # fmt: skip
-        width, named = min(door.width, self.true_door.width), contact.frame is not None
+        width, named = min(door.width, self.true_door.width), contact.named is not None
         if door.slides:
             return  # in the middle of its face, or at a frame that it carries
         for field, given, limit, what in (
@@ -338,7 +336,7 @@ class Model:
             ("contact.height", self._place[1], door.height, "the leaf's height"),
         ):
             if not 0.0 <= given <= limit:
-                field = "contact.frame" if named else field
+                field = f"contact.{contact.named}" if named else field
                 raise ScenarioError(
                     "the contact point is off the leaf", file=self.scenario.source, field=field, given=given,
                     allowed=f"at most {limit:g} m, {what}",

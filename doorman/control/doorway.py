@@ -40,7 +40,7 @@ class Doorway:
         room = model.vehicle.radius + (model.scenario.planner.margin if margin is None else margin)
         self._door, self._coupling, self._radius = model.door, model.coupling, model.vehicle.radius
         self._bounds, self._before_wall = model.surroundings == "doorway", model.door.side == "pull"
-        self._has_jambs = model.door.upright
+        self._has_jambs = model.door.upright and model.door.framed
         self.lowest, self.highest = room, model.door.width - room
         """Bounds of the distance from the hinge along the closed leaf that keep the margin [m]."""
         self.middle = 0.5 * (self.lowest + self.highest)

@@ -16,8 +16,9 @@ from doorman.collision.rows.lintel_edge import LintelEdge
 from doorman.collision.rows.panel import Panel
 from doorman.collision.rows.wall import Wall
 
-Surroundings = Literal["doorway", "corners", "wall", "panel"]
-"""The vehicle is between the jambs all the way; it begins beside them; it stays before the wall; or beside what slides."""
+Surroundings = Literal["doorway", "corners", "wall", "panel", "open"]
+"""The vehicle is between the jambs all the way; it begins beside them; it stays before the wall; or beside what slides;
+or nothing stands around the leaf."""
 
 ARM = "arm"
 KINDS: Mapping[str, Kind] = MappingProxyType(
@@ -34,7 +35,8 @@ Kinds = tuple[str, ...]
 def kinds_of(surroundings: Surroundings, lintel: bool = False) -> Kinds:
     """Kinds of a task with these surroundings, and with a lintel that vehicle or arm could reach."""
     above = ["lintel" if surroundings == "doorway" else "lintel_edge"] if lintel else []
-    return (ARM, "leaf", surroundings, *above)
+    around = [] if surroundings == "open" else [surroundings]
+    return (ARM, "leaf", *around, *above)
 
 
 IN_A_DOORWAY = kinds_of("doorway")

@@ -34,4 +34,10 @@ def _as_read(model: Model) -> Finding:
         f"{joint_in_words(door)}; joint '{door.section.hinge}' is closed at {closed} and {grows} as the "
         f"door opens, into {math.degrees(door.azimuth) + 0.0:.0f}° from the world's x axis"
     )
-    return Finding("door as read", Severity.OK, message, door.closed, -math.inf, "rad")
+    advice = ""
+    if door.closed_is_guessed:
+        message += "; that is a guess, as no jamb tells where it is closed"
+        advice = f"door.closed = {door.closed:.4g} in the scenario, or the true value of '{door.section.hinge}'"
+    return Finding(
+        "door as read", graded(not advice, Severity.WARNING), message, door.closed, -math.inf, "rad", advice
+    )

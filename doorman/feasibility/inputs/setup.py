@@ -68,7 +68,7 @@ def _contact_point(model: Model) -> Finding:
     """The contact point against the leaf's edges; off the leaf is an error of the model already."""
     contact, door, distance = model.scenario.contact, model.door, model.coupling.distance_from_hinge
     if door.slides and door.handle is not None:
-        return Finding("contact on the leaf", Severity.OK, f"frame '{contact.frame}' is on the leaf", None, None, "m")
+        return Finding("contact on the leaf", Severity.OK, f"contact.{contact.named} is on the leaf", None, None, "m")
     sides = {"hinge": distance, "latch": door.width - distance}
     edges = {
         **({"nearer": min(sides.values())} if door.slides else sides),
@@ -132,7 +132,7 @@ def _hinge_friction(model: Model) -> Finding:
 
 def _doorway(model: Model) -> Finding:
     """Width of the doorway left beside the rotor disc; a vehicle that stays before the wall needs none."""
-    if model.surroundings in ("wall", "panel") or model.door.side == "pull":
+    if model.surroundings in ("wall", "panel", "open") or model.door.side == "pull":
         return Finding("doorway width", Severity.OK, "the vehicle stays before the wall", None, None, "m")
     margin = model.scenario.planner.margin
     room = model.door.width - 2.0 * model.vehicle.radius - 2.0 * margin

@@ -22,7 +22,7 @@ from doorman.kinematics.doors.variants.variant import write_door_variant
 from doorman.kinematics.links import joint_placements_along, links_of
 from doorman.kinematics.urdf.elements import read_joints
 from doorman.kinematics.urdf.robot import frozen, link_index, load_pinocchio
-from doorman.scenario import DoorSection
+from doorman.scenario import ContactSection, DoorSection
 
 Side = Literal["push", "pull"]
 Array = NDArray[np.float64]
@@ -49,10 +49,10 @@ class Door(LeafInWorld):
         section: Names of leaf and joint, where the joint is closed, the torques in it, and the leaf's width and mass if other
             than the URDF's.
         side: Of the leaf that the vehicle is on: where the door is pushed open, `push`, or pulled open, `pull`.
-        frame: Name of the URDF's frame where the tip touches; by default it touches the face, anywhere.
+        contact: Where the tip touches; by default on the outermost face, anywhere.
 
     Raises:
-        UrdfError: if leaf or joint is missing, a slide is too steep, the leaf has no mass or no box, or something on the leaf
+        UrdfError: if leaf or joint is missing, a slide is too steep, the leaf has no mass or no shape, or something on the leaf
             moves.
     """
 
@@ -62,7 +62,8 @@ class Door(LeafInWorld):
     """By which that turns it about the vertical [rad]."""
 
     def __init__(
-        self, urdf: Path, section: DoorSection | None = None, side: Side = "push", frame: str | None = None
+        self, urdf: Path, section: DoorSection | None = None, side: Side = "push",
+        contact: ContactSection | None = None,
     ) -> None:
         self.section, self.side = section or DoorSection(), side
         self._turns = -1.0 if side == "push" else 1.0  # of α, as the door opens
@@ -94,8 +95,11 @@ class Door(LeafInWorld):
         self.unit = leaf_on_joint.unit
         """Of the joint's value: `rad` or `m`."""
         lower, upper = leaf_on_joint.limits
-        self.closed, self._sense = leaf_on_joint.closed()
+        closed = leaf_on_joint.closed()
+        self.closed, self._sense = closed.value, leaf_on_joint.sense(closed.value)
         """Value of the URDF's joint where the door is closed [rad or m]."""
+        self.closed_is_guessed = closed.guessed
+        """Whether neither `door.closed` nor a jamb tells that value."""
         along, opens = leaf_on_joint.directions(self.closed, self._sense)
         into = -self._turns * opens
         self._take_axes(into, along, leaf_on_joint.up(into, along))
@@ -130,14 +134,16 @@ class Door(LeafInWorld):
         self._center = self.in_doorway(leaf_on_joint.center_of_mass(self.closed) - self.hinge_position)
         self.wind_lever = self.lever_length(0.5 * self.width)
         """Torque in the joint for each newton that a wind presses on the face with [m]."""
-        self.handle = None if frame is None else self._handle(leaf_on_joint, frame)
-        """Of the contact frame: D_V, D_H, and how far it lies before the hinge axis [m]."""
-        self.contact_offset = self.surface_offset if self.handle is None else self.handle[2]
+        self.handle = None if contact is None or contact.named is None else self._handle(leaf_on_joint, contact)
+        """Of a contact that the URDF has: D_V, D_H, and how far it lies before the hinge axis [m]."""
+        self.contact_offset = self._contact_offset(leaf_on_joint, contact)
         """o, how far the contact point lies before the hinge axis, towards the vehicle [m]."""
         self.panel = self._panel(leaf_on_joint)
         """Plane beside the way of a slide's contact: normal in the doorway, and distance from P_h along it [m]; None without."""
         self.frame_depth, self.frame_back = leaf_on_joint.frame_depth(self.axes, leaf_size)
         """How far the jambs' boxes reach before the hinge axis, towards the vehicle, and how far behind it [m]."""
+        self.framed = next(leaf_on_joint.fixed_boxes(), None) is not None
+        """Whether anything stands around the leaf."""
         given = self.section.frame_height
         self.frame_height = leaf_on_joint.frame_height(self.axes, leaf_size) if given is None else given
         """Height of the opening above the leaf's lower edge; None without a lintel [m]."""
@@ -201,12 +207,25 @@ class Door(LeafInWorld):
         normal, distance = plane
         return self.in_doorway(normal), distance - float(normal @ self.hinge_position)
 
-    def _handle(self, leaf_on_joint: LeafOnJoint, frame: str) -> tuple[float, float, float]:
-        point, outward = leaf_on_joint.frame(frame, self.closed)
-        if outward @ -self.normal(0.5 * math.pi) < _ACROSS:
+    def place_on_face(self, contact: ContactSection) -> tuple[float, float]:
+        """D_V and D_H of a tip that touches the face [m]: the middle of a slide's, and of a hatch's along its hinge."""
+        if self.slides:
+            return 0.5 * self.width, 0.5 * self.height
+        return contact.distance_from_hinge, 0.5 * self.height if self.lies else contact.height
+
+    def _contact_offset(self, leaf_on_joint: LeafOnJoint, contact: ContactSection | None) -> float:
+        if self.handle is not None:
+            return self.handle[2]
+        if contact is None:
+            return self.surface_offset
+        return leaf_on_joint.face_offset(self.axes, self.closed, self.place_on_face(contact))
+
+    def _handle(self, leaf_on_joint: LeafOnJoint, contact: ContactSection) -> tuple[float, float, float]:
+        point, outward = leaf_on_joint.contact(contact, self.closed, self.into)
+        if outward is not None and outward @ -self.normal(0.5 * math.pi) < _ACROSS:
             raise UrdfError(
-                "the contact frame does not look away from the leaf", file=self.urdf, field=f"frame {frame}",
-                given=f"x axis along {outward.round(3).tolist()} where the door is closed",
+                "the contact does not look away from the leaf", file=self.urdf, field=f"contact.{contact.named}",
+                given=f"away from it along {outward.round(3).tolist()} where the door is closed",
                 allowed=f"{(-self.normal(0.5 * math.pi)).round(3).tolist()}, within {math.degrees(math.acos(_ACROSS)):.0f}°",
             )  # fmt: skip
         into, along, up = self.in_doorway(point - self.hinge_position)

@@ -31,17 +31,19 @@ def read_door(scenario: Scenario) -> Door:
     plain = Door(urdf, scenario.door)
     if plain.slides:
         _check_slide(scenario)
-    if contact.frame is None:
-        side = contact.side or (_side_of_slide(scenario, plain) if plain.slides else _side_of_ends(scenario))
-        return plain if side == plain.side else Door(urdf, scenario.door, side)
-    _, outward = read_leaf(plain.urdf, plain.model, plain.section).frame(contact.frame, plain.closed)
-    side = "push" if float(outward @ plain.normal(0.5 * math.pi)) < 0.0 else "pull"
+    outward = None
+    if contact.named is not None:
+        _, outward = read_leaf(plain.urdf, plain.model, plain.section).contact(contact, plain.closed, plain.into)
+    if outward is None:
+        default = _side_of_slide(scenario, plain) if plain.slides else _side_of_ends(scenario)
+        return Door(urdf, scenario.door, contact.side or default, contact)
+    side: Side = "push" if float(outward @ plain.normal(0.5 * math.pi)) < 0.0 else "pull"
     if contact.side not in (None, side):
         raise ScenarioError(
-            "the contact frame is on the other side of the leaf", file=scenario.source, field="contact.side",
-            given=contact.side, allowed=f"{side}, or another contact.frame than '{contact.frame}'",
+            "the contact is on the other side of the leaf", file=scenario.source, field="contact.side",
+            given=contact.side, allowed=f"{side}, or another contact.{contact.named}",
         )  # fmt: skip
-    return Door(urdf, scenario.door, side, contact.frame)
+    return Door(urdf, scenario.door, side, contact)
 
 
 def read_travel(scenario: Scenario, door: Door) -> Travel:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -57,6 +58,8 @@ def read_content(path: Path) -> bytes:
     if not path.is_file():
         raise UrdfError("no such URDF file", file=path, field="file", given=str(path), allowed="an existing file")
     content = read_bytes(path, LARGEST_FILE, UrdfError)
+    if path.suffix == ".xacro" and importlib.util.find_spec("xacro") is not None:
+        content = _expanded(path)
     if held is not None:
         held[path] = content
     return content
@@ -106,10 +109,27 @@ class _Builder(ElementTree.TreeBuilder):
         return super().end(tag)
 
 
+def _expanded(path: Path) -> bytes:
+    """What xacro makes of a program that writes a URDF."""
+    import xacro  # of the extra of the same name
+
+    try:
+        content: bytes = xacro.process_file(str(path)).toxml(encoding="utf-8")
+    except Exception as error:  # it evaluates what the file says, and raises whatever comes of that
+        raise UrdfError(
+            "xacro cannot expand it", file=path, field="XML", given=" ".join(str(error).split()), allowed="a URDF in xacro"
+        ) from error
+    if len(content) > LARGEST_FILE:
+        raise UrdfError(
+            "too large", file=path, field="file", given=f"{len(content)} bytes from xacro", allowed=f"up to {LARGEST_FILE}"
+        )
+    return content
+
+
 def _xacro(path: Path) -> UrdfError:
     """Error of a file that is a program which writes a URDF."""
     urdf = path.name.removesuffix(".xacro").removesuffix(".urdf") + ".urdf"
     return UrdfError(
         "xacro, not a URDF", file=path, field="XML", given="<xacro:…>",
-        allowed=f"the file that 'xacro {path.name} -o {urdf if urdf != path.name else f'expanded_{urdf}'}' writes",
+        allowed=f"doorman's extra 'xacro' and a name that ends in .xacro, or the file that 'xacro {path.name} -o {urdf if urdf != path.name else f'expanded_{urdf}'}' writes",
     )  # fmt: skip

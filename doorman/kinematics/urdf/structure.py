@@ -29,7 +29,6 @@ _NUMBERS: dict[str, dict[str, int]] = {
 }
 """How many numbers an attribute holds, by element."""
 _REQUIRED = {
-    "limit": ("effort", "velocity"),
     "mass": ("value",),
     "inertia": _INERTIA,
     "box": ("size",),
@@ -37,7 +36,7 @@ _REQUIRED = {
     "sphere": ("radius",),
 }
 _POSITIVE = {("box", "size"), ("cylinder", "radius"), ("cylinder", "length"), ("sphere", "radius")}
-_NOT_NEGATIVE = {("limit", "effort"), ("limit", "velocity"), ("dynamics", "damping"), ("dynamics", "friction")}
+_NOT_NEGATIVE = {("limit", "effort"), ("dynamics", "damping"), ("dynamics", "friction")}
 _CHILDREN = {"inertial": ("mass", "inertia"), "visual": ("geometry",), "collision": ("geometry",)}
 _LENGTH, _MASS = 1e3, 1e5
 """Largest length [m], and mass [kg] or moment of inertia [kg m²]: ten times a hangar's door."""
@@ -164,17 +163,12 @@ def _check_joint(path: Path, joint: ElementTree.Element, where: str) -> None:
             raise UrdfError(
                 "an axis without direction", file=path, field=f"{where}/axis@xyz", given=text, allowed="not all zero"
             )
-    if kind in ("revolute", "prismatic"):
-        if limit is None:
-            raise UrdfError(
-                "no limits", file=path, field=where, given="none", allowed="<limit lower upper effort velocity>"
-            )
-        lower, upper = float(limit.get("lower", 0.0)), float(limit.get("upper", 0.0))
-        if lower > upper:
-            raise UrdfError(
-                "the lower limit is above the upper one", file=path, field=f"{where}/limit@lower", given=lower,
-                allowed=f"<= {upper:g}",
-            )  # fmt: skip
+    if kind in ("revolute", "prismatic") and limit is None:
+        limit = ElementTree.SubElement(joint, "limit")  # no range: an error of what moves this joint, if anything does
+    if limit is not None:
+        for attribute in ("effort", "velocity"):  # readers want both; converters write −1 for no limit
+            text = limit.get(attribute, "0")
+            limit.set(attribute, "0" if float(text) < 0.0 else text)
 
 
 def _check_tree(

@@ -9,6 +9,8 @@ from pydantic import Field, field_validator, model_validator
 
 from doorman.scenario.values import Angle, DoorAngle, Name, NonNegative, Number, Pitch, Positive, Section, Switch
 
+_PLACES = ("frame", "link", "point")
+"""Keys of `[contact]` that name a place on the leaf."""
 _NAMES = {"joint": "hinge", "link": "leaf"}
 """Other names of keys of `[door]`."""
 
@@ -78,12 +80,33 @@ class ContactSection(Section):
     frame: Name | None = None
     """Frame of the door's URDF, on the leaf, where the tip touches; its x axis points away from the leaf, within 5° of
     the leaf's normal. It takes the place of `distance_from_hinge`, `height` and `side`. Default: none."""
+    link: Name | None = None
+    """Link of the door's URDF on the leaf, such as a handle, that the tip touches in the middle of its outer side. In place of
+    `frame`. Default: none."""
+    point: tuple[Number, Number, Number] | None = None
+    """Where the tip touches, in the frame of the leaf's link [m]. In place of `frame`. Default: none."""
+    normal: tuple[Number, Number, Number] | None = None
+    """Direction away from the leaf at `point`, in the frame of the leaf's link, of any length. Default: that of the face."""
     side: Literal["push", "pull"] | None = None
     """Side of the leaf that the vehicle is on: `"push"`, from which the door is pushed open, or `"pull"`. Default: that
-    of `frame`; else of a start or goal whose `door_angle` is beyond π/2; else `"pull"` of a slide, and `"push"` of a
+    of `frame`, `link` or `normal`; else of a start or goal whose `door_angle` is beyond π/2; else `"pull"` of a slide, and `"push"` of a
     hinge."""
     friction: Positive = 0.6
     """μ between tip and leaf that a plan counts on."""
+
+    @property
+    def named(self) -> str | None:
+        """The key that says where the URDF has the contact: `frame`, `link` or `point`."""
+        return next((key for key in _PLACES if getattr(self, key) is not None), None)
+
+    @model_validator(mode="after")
+    def _one_place(self) -> ContactSection:
+        given = [key for key in _PLACES if getattr(self, key) is not None]
+        if len(given) > 1:
+            raise ValueError(f"one of contact.{', contact.'.join(_PLACES)}")
+        if self.normal is not None and (self.point is None or not any(self.normal)):
+            raise ValueError("contact.normal: a direction, beside contact.point")
+        return self
 
 
 class StartSection(Section):

@@ -28,6 +28,7 @@ def read_spec(mujoco: Any, urdf: Path, tip: str = "", tip_shapes: Mapping[int, A
     for link in root.findall("link"):
         for visual in link.findall("visual"):
             link.remove(visual)  # the engine would look for their meshes
+    _rename_world(root)
     for name, element, shape in _meshes(root, urdf):
         hulls[name] = _hull(urdf, shape)
         element.set("filename", f"{name}.stl")
@@ -73,6 +74,18 @@ def _give_to_tip(root: ElementTree.Element, urdf: Path, tip: str, shapes: Mappin
         element.set("name", element.get("name") or shape.name)
         link.remove(element)
         links[tip].append(element)
+
+
+def _rename_world(root: ElementTree.Element) -> None:
+    """Give a link `world` that hangs on another one a name of its own: the engine takes it for what all stands in."""
+    ends = [end for joint in root.findall("joint") for end in (joint.find("parent"), joint.find("child"))]
+    if any(end is not None and end.tag == "child" and end.get("link") == "world" for end in ends):
+        links = {link.get("name"): link for link in root.findall("link")}
+        name = next(name for k in range(len(links) + 1) if (name := f"world_{k}") not in links)
+        links["world"].set("name", name)
+        for end in ends:
+            if end is not None and end.get("link") == "world":
+                end.set("link", name)
 
 
 def _hull(urdf: Path, shape: UrdfShape) -> Hull:

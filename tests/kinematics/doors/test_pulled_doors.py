@@ -155,6 +155,6 @@ def test_joint_and_link_are_other_names() -> None:
 def test_a_true_door_keeps_its_side_and_handle() -> None:
     task = scenario(contact__frame="handle_pull")
     moved = SimulationSection(door_offset=(0.1, 0.2, 0.0), door_yaw=0.3)
-    true, told = TrueDoor(HANDLES, task.door, moved, "pull", "handle_pull"), read_door(task)
+    true, told = TrueDoor(HANDLES, task.door, moved, "pull", task.contact), read_door(task)
     assert true.side == "pull" and true.handle == pytest.approx(told.handle)
     assert true.heading(2.0) == pytest.approx(told.heading(2.0) + 0.3)

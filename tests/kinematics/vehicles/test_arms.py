@@ -129,11 +129,31 @@ XACRO = '<robot name="r" xmlns:xacro="{}"><xacro:include filename="a.xacro"/><li
     ("name", "out"),
     [("uav.urdf.xacro", "uav.urdf"), ("uav.xacro", "uav.urdf"), ("uav.urdf", "expanded_uav.urdf")],
 )
-def test_xacro_is_refused_with_the_command_that_expands_it(tmp_path: Path, text: str, name: str, out: str) -> None:
+def test_xacro_is_refused_with_the_command_that_expands_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, text: str, name: str, out: str
+) -> None:
+    monkeypatch.setattr("importlib.util.find_spec", lambda _: None)
     (tmp_path / name).write_text(text, encoding="utf-8")
     with pytest.raises(UrdfError, match="xacro") as caught:
         Vehicle(tmp_path / name)
     assert f"xacro {name} -o {out}" in str(caught.value.allowed)
+
+
+def test_xacro_is_expanded_where_it_is_installed(tmp_path: Path) -> None:
+    edits = (' name="hexarotor_arm"', ' name="hexarotor_arm" xmlns:xacro="http://www.ros.org/wiki/xacro"'), (
+        '<mass value="3.0"/>', '<xacro:property name="mass" value="${1 + 2.5}"/><mass value="${mass}"/>',
+    )  # fmt: skip
+    assert Vehicle(write_edited(tmp_path / "v.urdf.xacro", VEHICLE, *edits)).mass == pytest.approx(
+        Vehicle(VEHICLE).mass + 0.5
+    )
+
+
+def test_a_fault_in_xacro_is_told_in_its_words(tmp_path: Path) -> None:
+    path = tmp_path / "v.xacro"
+    path.write_text('<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro"><link name="${lost}"/></robot>')
+    with pytest.raises(UrdfError, match="cannot expand") as caught:
+        Vehicle(path)
+    assert "lost" in str(caught.value.given)
 
 
 def test_what_xacro_has_written_is_a_urdf(tmp_path: Path) -> None:

@@ -1,4 +1,4 @@
-"""What stands beside a doorway: boxes of a door's URDF that do not move with the leaf."""
+"""What stands beside a doorway: shapes of a door's URDF that do not move with the leaf, as boxes."""
 
 from __future__ import annotations
 
@@ -10,7 +10,8 @@ import pinocchio
 from numpy.typing import NDArray
 
 from doorman.kinematics.doors.urdf.convention import FixedBox
-from doorman.kinematics.urdf.elements import read_boxes
+from doorman.kinematics.doors.urdf.leaf_shape import oriented_box
+from doorman.kinematics.urdf.shapes import read_collisions
 
 Array = NDArray[np.float64]
 
@@ -19,14 +20,18 @@ _OVERLAP, _BORDER = 0.05, 0.3
 
 
 def fixed_boxes(urdf: Path, model: pinocchio.Model) -> Iterator[tuple[Array, Array]]:
-    """Boxes that do not move with the leaf."""
+    """Placement, (4, 4), and lengths, (3,), of what does not move with the leaf."""
     data = model.createData()
     pinocchio.framesForwardKinematics(model, data, np.zeros(1))
-    for frame, placement in zip(model.frames, data.oMf, strict=True):
-        if frame.type == pinocchio.FrameType.BODY and frame.parentJoint != 1:
-            for box in read_boxes(urdf, frame.name):
-                if box is not None:
-                    yield np.array(placement.homogeneous) @ box.placement, np.asarray(box.size)
+    placements = {
+        frame.name: np.array(placement.homogeneous)
+        for frame, placement in zip(model.frames, data.oMf, strict=True)
+        if frame.type == pinocchio.FrameType.BODY and frame.parentJoint != 1
+    }
+    for shape in read_collisions(urdf):
+        if shape.link in placements:
+            placed, size = oriented_box(urdf, shape)
+            yield placements[shape.link] @ placed, size
 
 
 def extents(boxes: Iterable[tuple[Array, Array]]) -> list[FixedBox]:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from doorman.exceptions import UrdfError
 from doorman.kinematics.urdf.elements import UrdfJoint, read_joints
+from doorman.kinematics.urdf.shapes import read_collisions
 
 Array = NDArray[np.float64]
 
@@ -34,6 +35,18 @@ class FixedBox:
     """Shape (3,) [m]."""
 
 
+@dataclass(frozen=True)
+class Closed:
+    """Joint value at which a door is closed."""
+
+    value: float
+    """[rad or m]."""
+    guessed: bool = False
+    """Whether neither the scenario nor a jamb tells."""
+    doubtful: bool = False
+    """Whether the leaf meets a jamb there that need not be the one at which it is closed."""
+
+
 def standing_joints(urdf: Path, model: pinocchio.Model, hinge: int) -> tuple[str, ...]:
     """Joints beside the hinge that could move, and that stand at zero because nothing moves them."""
     joints = read_joints(urdf)
@@ -52,7 +65,7 @@ def standing_joints(urdf: Path, model: pinocchio.Model, hinge: int) -> tuple[str
                 "a joint on the leaf moves, such as a lever or a bolt: pushing does not open a latched door",
                 file=urdf, field=f"joint {name}", given=kind, allowed='type="fixed", for a door that is not latched',
             )  # fmt: skip
-        if index in _ancestors(model, hinge):
+        if index in _ancestors(model, hinge) and _stands_on_something(urdf, model, index):
             raise UrdfError(
                 "the hinge hangs on another joint that moves", file=urdf, field=f"joint {name}", given=kind,
                 allowed=f"one moving joint, '{own}', between world and leaf",
@@ -67,21 +80,25 @@ def standing_joints(urdf: Path, model: pinocchio.Model, hinge: int) -> tuple[str
 
 def closed_value(
     limits: tuple[float, float], at_a_jamb: Callable[[float], bool], upright: bool = True
-) -> tuple[float, bool]:
-    """Joint value at which a door is closed.
+) -> Closed:
+    """Where a door is closed.
 
-    The jamb at the leaf's free edge tells. Without one it is π/2 where the range of an upright door holds that, else an end of
-    the range: the one nearer to 0.
+    The jamb at the leaf's free edge tells. Without one it is guessed: the end of the range at 0, else π/2 where the range of an
+    upright door holds that, else the end nearer to 0.
     """
     lower, upper = limits
-    likely = [value for value in (0.5 * math.pi, 0.0, *limits) if lower - _AT_END <= value <= upper + _AT_END]
+    at_zero = [end for end in limits if abs(end) <= _AT_END]
+    ends = sorted(limits, key=abs)
+    likely = [
+        value for value in (*at_zero, 0.5 * math.pi, 0.0, *ends) if lower - _AT_END <= value <= upper + _AT_END
+    ]
     for value in likely:
         if at_a_jamb(value):
-            return value, True
+            return Closed(value)
     for value in (lower + (upper - lower) * k / _STEPS for k in range(1, _STEPS)):
         if at_a_jamb(value):
-            return value, False
-    return (likely[0] if upright and likely[0] == 0.5 * math.pi else min(limits, key=abs)), True
+            return Closed(value, doubtful=True)
+    return Closed(likely[0] if at_zero or (upright and likely[0] == 0.5 * math.pi) else ends[0], guessed=True)
 
 
 def meets(boxes: Iterable[FixedBox], edge: Array, along: Array, width: float) -> bool:
@@ -91,6 +108,13 @@ def meets(boxes: Iterable[FixedBox], edge: Array, along: Array, width: float) ->
         if gap <= _NEAR * width and float((box.center - edge) @ along) > 0.0:
             return True
     return False
+
+
+def _stands_on_something(urdf: Path, model: pinocchio.Model, index: int) -> bool:
+    """Whether anything is below a joint; the joints of a base that floats or rolls have only empty links there."""
+    below = {0, *_ancestors(model, index)} - {index}
+    links = {frame.name for frame in model.frames if frame.parentJoint in below}
+    return any(shape.link in links for shape in read_collisions(urdf))
 
 
 def _ancestors(model: pinocchio.Model, index: int) -> Iterator[int]:

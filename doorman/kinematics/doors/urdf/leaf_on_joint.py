@@ -13,15 +13,14 @@ from numpy.typing import NDArray
 
 from doorman.exceptions import UrdfError
 from doorman.kinematics.doors.urdf.beside import depth_beside, extents, fixed_boxes, height_below_lintel
-from doorman.kinematics.doors.urdf.convention import closed_value, meets
-from doorman.kinematics.urdf.elements import read_boxes, read_joints
+from doorman.kinematics.doors.urdf.convention import Closed, closed_value, meets
+from doorman.kinematics.doors.urdf.leaf_shape import LeafShape, read_shape
+from doorman.kinematics.urdf.elements import read_joints
 from doorman.kinematics.urdf.robot import link_index
-from doorman.scenario import DoorSection
+from doorman.scenario import ContactSection, DoorSection
 
 Array = NDArray[np.float64]
 
-_PARALLEL = math.cos(math.radians(0.25))
-"""Least cosine between the hinge's axis and an edge of the leaf that counts as parallel to it."""
 _VERTICAL = 1e-5
 """Largest horizontal component of an axis that counts as vertical: a rounded π/2 in a URDF leaves less."""
 LEANS = 0.5
@@ -30,7 +29,7 @@ LEANS = 0.5
 
 @dataclass(frozen=True)
 class LeafSize:
-    """The leaf's largest box, seen from its joint."""
+    """The leaf, seen from its joint."""
 
     sides: tuple[float, float, float, float]
     """Width from the hinge, height, thickness, and how far the face to the vehicle lies before the hinge axis [m]."""
@@ -47,7 +46,7 @@ class LeafOnJoint:
         section: Names, and where the joint is closed if that is said.
 
     Raises:
-        UrdfError: if the joint has no range, or the leaf has no box.
+        UrdfError: if the joint has no range, or the leaf has no shape.
     """
 
     unit = "rad"
@@ -60,8 +59,8 @@ class LeafOnJoint:
         """Of the joint, shape (3,), world frame [m]."""
         self.endless = read_joints(urdf)[section.hinge].kind == "continuous"
         """Whether the joint is continuous: its range is one turn about closed, and nothing stops it at the ends."""
-        self._box = self._largest_box()
         self._axis = self._axis_in_world()
+        self._shape = self._read_shape()
         self.limits = self._turn() if self.endless else self._range()
         """Of the joint [rad]."""
 
@@ -77,33 +76,34 @@ class LeafOnJoint:
 
     def direction(self, value: float) -> Array:
         """Unit vector along the leaf, away from the hinge and at a right angle to it."""
-        center, edges, size = self._box
-        rotation, axis = self.rotation(value), self._axis
-        turned, way = rotation @ edges, rotation @ center
-        upright = int(np.argmax(np.abs(axis @ turned)))
-        if abs(axis @ turned[:, upright]) < _PARALLEL:
+        along = self._shape.along
+        if along is None:
             raise UrdfError(
                 "the leaf does not stand upright", file=self._urdf, field=f"link {self._section.leaf}/collision",
-                given=f"edges along {turned.T.round(3).tolist()}",
-                allowed=f"a box with edges along the hinge, {axis.round(3).tolist()}",
+                given="no shape with edges along the hinge and across it",
+                allowed=f"a leaf with edges along the hinge, {self._axis.round(3).tolist()}",
             )  # fmt: skip
-        longest = max((i for i in range(3) if i != upright), key=lambda i: size[i])
-        direction = turned[:, longest] * np.sign(turned[:, longest] @ way or 1.0)
-        direction -= (axis @ direction) * axis
+        direction = self.rotation(value) @ along
+        direction -= (self._axis @ direction) * self._axis
         return np.round(direction, 9) / np.linalg.norm(np.round(direction, 9))
 
-    def closed(self) -> tuple[float, float]:
-        """Joint value of the closed door [rad or m], and 1 where it grows as the door opens, else −1."""
+    def closed(self) -> Closed:
+        """Where the joint is closed."""
         lower, upper = self.limits
-        closed = self._section.closed
-        if closed is None:
-            closed = self._likely_closed()
-        elif not lower - 1e-3 <= closed <= upper + 1e-3:
+        value = self._section.closed
+        if value is None:
+            return self._likely_closed()
+        if not lower - 1e-3 <= value <= upper + 1e-3:
             raise UrdfError(
-                "the door is closed outside the joint's range", file=self._urdf, field="door.closed", given=closed,
+                "the door is closed outside the joint's range", file=self._urdf, field="door.closed", given=value,
                 allowed=f"{lower:g} to {upper:g} {self.unit}",
             )  # fmt: skip
-        return closed, 1.0 if self.endless or upper - closed > closed - lower else -1.0
+        return Closed(value)
+
+    def sense(self, closed: float) -> float:
+        """1 where the joint's value grows as the door opens, else −1."""
+        lower, upper = self.limits
+        return 1.0 if self.endless or upper - closed > closed - lower else -1.0
 
     def directions(self, closed: float, sense: float) -> tuple[Array, Array]:
         """Direction along the closed leaf from hinge to latch, and the one in which the leaf moves as it opens."""
@@ -133,17 +133,23 @@ class LeafOnJoint:
 
     def size(self, axes: Array, closed: float) -> LeafSize:
         """Size of the leaf."""
-        center, edges, size = self._box
-        turned = axes @ self.rotation(closed)
-        middle, reach = turned @ center, np.abs(turned @ edges) @ size / 2
-        if middle[1] <= 0.0 or reach[0] > reach[1]:
+        into, along, up = axes @ self.rotation(closed)
+        (_, width), (lowest, highest) = self._shape.extent(along), self._shape.extent(up)
+        front, back = self._shape.extent(into)
+        if width <= 0.0 or back - front > width - self._shape.extent(along)[0]:
             raise UrdfError(
-                "the leaf does not reach away from its hinge", file=self._urdf, field=f"link {self._section.leaf}/collision",
-                given=f"a box of {np.round(2 * reach, 4).tolist()} m around {middle.round(4).tolist()} m, across, along, up",
+                "the leaf turns in the plane of its face, or does not reach away from its hinge", file=self._urdf,
+                field=f"link {self._section.leaf}/collision",
+                given=f"{back - front:.3f} m across, {self._shape.width(along):.3f} m along, {highest - lowest:.3f} m up",
                 allowed="a leaf that is longer than thick and lies beside the hinge",
             )  # fmt: skip
-        sides = float(middle[1] + reach[1]), float(2 * reach[2]), float(2 * reach[0]), float(reach[0] - middle[0])
-        return LeafSize(sides, self.origin + (middle[2] - reach[2]) * axes[2])
+        sides = float(width), float(highest - lowest), float(back - front), 0.0 - front
+        return LeafSize(sides, self.origin + lowest * axes[2])
+
+    def face_offset(self, axes: Array, closed: float, place: tuple[float, float]) -> float:
+        """How far the face to the vehicle lies before the hinge axis, along and up from P_h, on the panel there [m]."""
+        into, along, up = axes @ self.rotation(closed)
+        return 0.0 - self._shape.face(into, along, up, (place[0], self._shape.extent(up)[0] + place[1]))
 
     def fixed_boxes(self) -> Iterator[tuple[Array, Array]]:
         """Placement in the world, (4, 4), and lengths of boxes that do not move with the leaf."""
@@ -157,22 +163,50 @@ class LeafOnJoint:
         """Height of the opening above the leaf's lower edge; None where nothing of the frame is over it [m]."""
         return height_below_lintel(self.fixed_boxes(), axes, leaf.corner, leaf.sides[:2]) if self._upright else None
 
-    def frame(self, name: str, value: float) -> tuple[Array, Array]:
-        """Origin and x axis of a frame on the leaf."""
-        index = link_index(self._model, name, self._urdf, "contact.frame")
+    def contact(self, contact: ContactSection, closed: float, into: Array) -> tuple[Array, Array | None]:
+        """Where a tip touches, as the section names it, and the unit vector away from the leaf there, if that is told."""
+        if contact.link is not None:
+            return self._on_link(contact.link, closed, into)
+        name = self._section.leaf if contact.frame is None else contact.frame
+        placement = self._placement(name, "door.leaf" if contact.frame is None else "contact.frame", closed)
+        if contact.point is None:
+            return placement[:3, 3], placement[:3, 0]
+        normal = None if contact.normal is None else placement[:3, :3] @ contact.normal / np.linalg.norm(contact.normal)
+        return placement[:3, :3] @ contact.point + placement[:3, 3], normal
+
+    def _on_link(self, name: str, closed: float, into: Array) -> tuple[Array, Array]:
+        """Middle of the outer side of what a link has on one side of the leaf."""
+        self._placement(name, "contact.link", closed)
+        rotation, parts = self.rotation(closed), [part for part in self._shape.parts if part.link == name]
+        if not parts:
+            raise UrdfError(
+                "the contact's link has no collision shape", file=self._urdf, field="contact.link", given=name,
+                allowed="a link with a shape on the leaf, or contact.point",
+            )  # fmt: skip
+        handle = LeafShape(tuple(parts), self._shape.axis)
+        (front, back), ends = self._shape.extent(rotation.T @ into), handle.extent(rotation.T @ into)
+        outward = -into if front - ends[0] >= ends[1] - back else into
+        across = np.cross(self._axis if not self.unit == "m" else np.array([0.0, 0.0, 1.0]), outward)
+        axes = np.array([outward, across, np.cross(outward, across)])
+        reaches = np.array([handle.extent(rotation.T @ axis) for axis in axes])
+        at = np.array([reaches[0, 1], *reaches[1:].mean(axis=1)])
+        return np.array(self._data.oMi[1].translation) + axes.T @ at, outward
+
+    def _placement(self, name: str, field: str, closed: float) -> Array:
+        """Of a link on the leaf, in the world, homogeneous."""
+        index = link_index(self._model, name, self._urdf, field)
         if self._model.frames[index].parentJoint != 1:
             raise UrdfError(
-                "the contact frame does not move with the leaf", file=self._urdf, field="contact.frame", given=name,
+                "the contact does not move with the leaf", file=self._urdf, field=field, given=name,
                 allowed=f"a link that joint '{self._section.hinge}' moves",
             )  # fmt: skip
-        pinocchio.framesForwardKinematics(self._model, self._data, np.array([value]))
-        placement = self._data.oMf[index]
-        return np.array(placement.translation), np.array(placement.rotation[:, 0])
+        pinocchio.framesForwardKinematics(self._model, self._data, np.array([closed]))
+        return np.array(self._data.oMf[index].homogeneous)
 
     def _turn(self) -> tuple[float, float]:
         """Range of a continuous joint: half a turn either way from closed, which is 0 where no jamb tells."""
         closed = self._section.closed
-        closed = self._at_a_jamb((0.0, 2.0 * math.pi), False) if closed is None else closed
+        closed = self._at_a_jamb((0.0, 2.0 * math.pi), False).value if closed is None else closed
         return closed - math.pi, closed + math.pi
 
     def _range(self) -> tuple[float, float]:
@@ -184,19 +218,8 @@ class LeafOnJoint:
             )  # fmt: skip
         return lower, upper
 
-    def _largest_box(self) -> tuple[Array, Array, Array]:
-        """The leaf's largest box in the frame of its joint: centre (3,), edges as columns (3, 3), lengths (3,)."""
-        shapes = read_boxes(self._urdf, self._section.leaf)
-        boxes = [shape for shape in shapes if shape is not None]
-        if not boxes:
-            raise UrdfError(
-                "the leaf has no box as collision shape", file=self._urdf, field=f"link {self._section.leaf}/collision",
-                given=f"{len(shapes)} shapes, none a box", allowed="a <box> as wide, high and thick as the leaf",
-            )  # fmt: skip
-        box = max(boxes, key=lambda box: float(np.prod(box.size)))
-        frame = self._model.frames[link_index(self._model, self._section.leaf, self._urdf, "door.leaf")]
-        placement = frame.placement.homogeneous @ box.placement
-        return placement[:3, 3], placement[:3, :3], np.asarray(box.size)
+    def _read_shape(self) -> LeafShape:
+        return read_shape(self._urdf, self._model, self.rotation(0.0).T @ self._axis, self._section.leaf)
 
     def _axis_in_world(self) -> Array:
         """Unit vector about which the leaf turns, world frame; plainly vertical where it is nearly so."""
@@ -210,26 +233,27 @@ class LeafOnJoint:
         axis = self.rotation(0.0).T @ self._axis
         return float(axis @ self._model.inertias[1].matrix()[3:, 3:] @ axis)
 
-    def _likely_closed(self) -> float:
-        """Joint value at which the door is closed, where the scenario does not say [rad]."""
-        return 0.5 * sum(self.limits) if self.endless else self._at_a_jamb(self.limits, self._upright)
+    def _likely_closed(self) -> Closed:
+        """Where the door is closed, if the scenario does not say [rad]."""
+        if self.endless:
+            return Closed(0.5 * sum(self.limits), self._at_a_jamb((0.0, 2.0 * math.pi), False).guessed)
+        return self._at_a_jamb(self.limits, self._upright)
 
-    def _at_a_jamb(self, limits: tuple[float, float], upright: bool) -> float:
-        (lower, upper), (center, edges, size) = limits, self._box
-        reach = np.abs(edges) @ size / 2
-        across = [i for i in range(3) if i != int(np.argmax(np.abs(self.rotation(0.0).T @ self._axis)))]
-        width, boxes = float(np.hypot(*center[across]) + max(reach[across])), extents(self.fixed_boxes())
-        middle = self.origin + (self._axis @ self.rotation(0.0) @ center) * self._axis
+    def _at_a_jamb(self, limits: tuple[float, float], upright: bool) -> Closed:
+        lower, upper = limits
+        axis, boxes = self.rotation(0.0).T @ self._axis, extents(self.fixed_boxes())
+        middle = self.origin + 0.5 * sum(self._shape.extent(axis)) * self._axis
 
         def at_a_jamb(value: float) -> bool:
             along = self.direction(value)
+            width = self._shape.extent(self.rotation(value).T @ along)[1]
             return meets(boxes, middle + width * along, along, width)
 
-        closed, clear = closed_value(limits, at_a_jamb, upright)
-        if not clear:
+        closed = closed_value(limits, at_a_jamb, upright)
+        if closed.doubtful:
             raise UrdfError(
                 "the leaf meets a jamb at an angle that need not be the closed one", file=self._urdf,
-                field=f"joint {self._section.hinge}", given=f"{lower:g} to {upper:g} rad, a jamb along the leaf at {closed:.2f}",
+                field=f"joint {self._section.hinge}", given=f"{lower:g} to {upper:g} rad, a jamb along the leaf at {closed.value:.2f}",
                 allowed="a door that is closed at π/2, at 0 or at an end of the range, or door.closed in the scenario",
             )  # fmt: skip
         return closed

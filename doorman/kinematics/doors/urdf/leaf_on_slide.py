@@ -10,6 +10,7 @@ import pinocchio
 from numpy.typing import NDArray
 
 from doorman.exceptions import UrdfError
+from doorman.kinematics.doors.urdf.convention import Closed
 from doorman.kinematics.doors.urdf.leaf_on_joint import LeafOnJoint, LeafSize
 from doorman.scenario import DoorSection
 
@@ -28,7 +29,7 @@ class LeafOnSlide(LeafOnJoint):
     The face lies across the slide: `along` is horizontal in it, and P_h its lower corner where the joint is closed.
 
     Raises:
-        UrdfError: if the slide has no range or is too steep, or the leaf has no box.
+        UrdfError: if the slide has no range or is too steep, or the leaf has no shape.
     """
 
     unit = "m"
@@ -49,17 +50,23 @@ class LeafOnSlide(LeafOnJoint):
         return np.asarray(up * np.sign(up[2]))
 
     def size(self, axes: Array, closed: float) -> LeafSize:
-        """Size of the leaf's box, seen along the slide."""
-        middle, reach = self._placed_box(axes, closed)
+        """Size of the leaf, seen along the slide."""
+        middle, reach = self._placed(axes, closed)
         sides = float(2 * reach[1]), float(2 * reach[2]), float(2 * reach[0]), 0.0
         return LeafSize(sides, (middle - reach) @ axes)
+
+    def face_offset(self, axes: Array, closed: float, place: tuple[float, float]) -> float:
+        """How far the face lies before P_h, along and up from it [m]."""
+        into, along, up = axes @ self.rotation(closed)
+        at = place[0] + self._shape.extent(along)[0], place[1] + self._shape.extent(up)[0]
+        return self._shape.extent(into)[0] - self._shape.face(into, along, up, at)
 
     def beside(self, axes: Array, closed: float, point: Array) -> tuple[Array, float] | None:
         """Plane beside the way of a contact point that lies before the leaf's side, or above it, and not on its front.
 
         Boxes that stand still count where the point is beyond them as well.
         """
-        middle, reach = self._placed_box(axes, closed)
+        middle, reach = self._placed(axes, closed)
         away = axes @ point - middle
         outside = np.abs(away) - reach
         side = 1 + int(np.argmax(outside[1:]))
@@ -73,12 +80,12 @@ class LeafOnSlide(LeafOnJoint):
                 planes.append(plane)
         return normal, max(planes)
 
-    def _placed_box(self, axes: Array, closed: float) -> tuple[Array, Array]:
-        """Centre from the world's origin and half lengths of the leaf's box along the doorway's axes, (3,) each [m]."""
-        center, edges, size = self._box
-        rotation = self.rotation(closed)
-        middle = np.array(self._data.oMi[1].translation) + rotation @ center
-        return axes @ middle, np.abs(axes @ rotation @ edges) @ size / 2
+    def _placed(self, axes: Array, closed: float) -> tuple[Array, Array]:
+        """Centre from the world's origin and half lengths of the leaf along the doorway's axes, (3,) each [m]."""
+        into, along, up = axes @ self.rotation(closed)
+        reaches = np.array([self._shape.extent(into), self._shape.extent(along), self._shape.extent(up)])
+        reaches += (axes @ np.array(self._data.oMi[1].translation))[:, None]
+        return reaches.mean(axis=1), 0.5 * np.ptp(reaches, axis=1)
 
     def _axis_in_world(self) -> Array:
         """Unit vector along which the leaf slides, world frame; plainly horizontal where it is nearly so."""
@@ -99,10 +106,12 @@ class LeafOnSlide(LeafOnJoint):
         """The mass [kg]."""
         return float(self._model.inertias[1].mass)
 
-    def _likely_closed(self) -> float:
+    def _likely_closed(self) -> Closed:
         """0, or the end of the range that is nearer to it [m]."""
         lower, upper = self.limits
-        return 0.0 if lower + _INSIDE < 0.0 < upper - _INSIDE else min(self.limits, key=abs)
+        inside = lower + _INSIDE < 0.0 < upper - _INSIDE
+        known = lower - _INSIDE < 0.0 < upper + _INSIDE
+        return Closed(0.0 if inside else min(self.limits, key=abs), guessed=not known)
 
 
 def read_leaf(urdf: Path, model: pinocchio.Model, section: DoorSection) -> LeafOnJoint:

@@ -17,7 +17,7 @@ from doorman.kinematics.doors.door import Door, Side
 from doorman.kinematics.doors.variants.face import write_door_with_face
 from doorman.kinematics.urdf.elements import read_joints
 from doorman.kinematics.urdf.robot import frozen
-from doorman.scenario import DoorSection, SimulationSection
+from doorman.scenario import ContactSection, DoorSection, SimulationSection
 
 Array = NDArray[np.float64]
 
@@ -33,7 +33,7 @@ class TrueDoor(Door):
         section: What the planner is told.
         simulation: What is true.
         side: Of the leaf that the vehicle is on.
-        frame: Where the tip touches.
+        contact: Where the tip touches.
 
     Raises:
         UrdfError: if the door cannot be read, or cannot be given another width.
@@ -41,10 +41,10 @@ class TrueDoor(Door):
 
     def __init__(
         self, urdf: Path, section: DoorSection, simulation: SimulationSection, side: Side = "push",
-        frame: str | None = None,
+        contact: ContactSection | None = None,
     ) -> None:  # fmt: skip
         told = _with_width(urdf, section, simulation, side)
-        super().__init__(*_with_face(told, simulation.door_face_offset), side, frame)
+        super().__init__(*_with_face(told, simulation.door_face_offset), side, contact)
         believed = self.hinge_position
         self.yaw = simulation.door_yaw
         self.hinge_position = frozen(believed + simulation.door_offset)
