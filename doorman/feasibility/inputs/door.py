@@ -38,6 +38,4 @@ def _as_read(model: Model) -> Finding:
     if door.closed_is_guessed:
         message += "; that is a guess, as no jamb tells where it is closed"
         advice = f"door.closed = {door.closed:.4g} in the scenario, or the true value of '{door.section.hinge}'"
-    return Finding(
-        "door as read", graded(not advice, Severity.WARNING), message, door.closed, -math.inf, "rad", advice
-    )
+    return Finding("door as read", graded(not advice, Severity.WARNING), message, door.closed, -math.inf, "rad", advice)

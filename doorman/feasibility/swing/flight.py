@@ -13,7 +13,7 @@ from doorman.feasibility.inputs.setup import joint_margin
 from doorman.feasibility.lift import weight_on_joints
 from doorman.feasibility.report import Finding, Severity, graded
 from doorman.feasibility.swing.geometry import inertia_in_words, shortest_swing
-from doorman.feasibility.swing.rehearsal import Rehearsal, least_resistance
+from doorman.feasibility.swing.rehearsal import Rehearsal, friction_is_known, least_resistance
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import Model
 from doorman.planning.own_motion import rotor_force
@@ -200,14 +200,19 @@ def stopping_findings(model: Model) -> list[Finding]:
     torque, door, longest = least_resistance(model), model.door, model.scenario.mission.time_out.open
     takes = _pushed(model)
     ok = takes <= longest or _ends_at_its_stop(model)
-    known = "" if door.friction > 0.0 else " (unknown: that of a usual hinge)"
+    known = "" if friction_is_known(model) else " (unknown: that of a usual hinge)"
     words = f"against {door.torque_in_words(torque)}{known} the door stops by itself at the goal, {takes:.0f} s after the touch"
     if torque <= 0.0:
         words = f"weight or spring drive it on with {door.torque_in_words(-torque)} beyond its friction{known}"
+    advice = "" if ok else 'set contact.kind = "grip": pushing cannot stop a door without resistance'
+    if ok and known:
+        advice = (
+            f"write what the hinge has into door.friction [{'N' if door.slides else 'N m'}]: a leaf with less goes on"
+        )
     return [
         Finding(
-            "door can be stopped", graded(ok), words, takes, longest, "s",
-            "" if ok else 'set contact.kind = "grip": pushing cannot stop a door without resistance',
+            "door can be stopped", graded(not advice, Severity.WARNING if ok else Severity.ERROR), words, takes, longest, "s",
+            advice,
         )
     ]  # fmt: skip
 

@@ -78,11 +78,22 @@ class Rehearsal:
 
 def resistance(model: Model) -> float:
     """Friction that a rehearsal assumes in the joint; a leaf that begins ajar is held by it [N m]."""
-    if model.scenario.contact.kind == "push" and model.door.friction == 0.0:
+    if model.scenario.contact.kind == "push" and not friction_is_known(model):
         ajar = model.door.opening_of(model.travel.start) > model.door.per_angle * _AJAR
         holds = _STANDS * abs(model.door.hinge_torque(model.travel.start, 0.0)) if ajar else 0.0
         return max(Beliefs.of(model).friction[0], holds)
-    return model.door.friction
+    true = model.scenario.simulation.door_friction
+    pushed = model.scenario.contact.kind == "push"
+    return model.door.per_angle * true if pushed and true is not None else model.door.friction
+
+
+def friction_is_known(model: Model) -> bool:
+    """Whether URDF or scenario say what friction the joint has; a URDF's 0 is what its writer left out."""
+    return (
+        model.door.friction > 0.0
+        or model.scenario.door.friction is not None
+        or model.scenario.simulation.door_friction is not None
+    )
 
 
 def least_resistance(model: Model) -> float:

@@ -62,7 +62,10 @@ class Door(LeafInWorld):
     """By which that turns it about the vertical [rad]."""
 
     def __init__(
-        self, urdf: Path, section: DoorSection | None = None, side: Side = "push",
+        self,
+        urdf: Path,
+        section: DoorSection | None = None,
+        side: Side = "push",
         contact: ContactSection | None = None,
     ) -> None:
         self.section, self.side = section or DoorSection(), side

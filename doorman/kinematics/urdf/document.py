@@ -117,11 +117,19 @@ def _expanded(path: Path) -> bytes:
         content: bytes = xacro.process_file(str(path)).toxml(encoding="utf-8")
     except Exception as error:  # it evaluates what the file says, and raises whatever comes of that
         raise UrdfError(
-            "xacro cannot expand it", file=path, field="XML", given=" ".join(str(error).split()), allowed="a URDF in xacro"
+            "xacro cannot expand it",
+            file=path,
+            field="XML",
+            given=" ".join(str(error).split()),
+            allowed="a URDF in xacro",
         ) from error
     if len(content) > LARGEST_FILE:
         raise UrdfError(
-            "too large", file=path, field="file", given=f"{len(content)} bytes from xacro", allowed=f"up to {LARGEST_FILE}"
+            "too large",
+            file=path,
+            field="file",
+            given=f"{len(content)} bytes from xacro",
+            allowed=f"up to {LARGEST_FILE}",
         )
     return content
 

@@ -78,9 +78,7 @@ def standing_joints(urdf: Path, model: pinocchio.Model, hinge: int) -> tuple[str
     return tuple(model.names[index] for index in others)
 
 
-def closed_value(
-    limits: tuple[float, float], at_a_jamb: Callable[[float], bool], upright: bool = True
-) -> Closed:
+def closed_value(limits: tuple[float, float], at_a_jamb: Callable[[float], bool], upright: bool = True) -> Closed:
     """Where a door is closed.
 
     The jamb at the leaf's free edge tells. Without one it is guessed: the end of the range at 0, else π/2 where the range of an
@@ -89,9 +87,7 @@ def closed_value(
     lower, upper = limits
     at_zero = [end for end in limits if abs(end) <= _AT_END]
     ends = sorted(limits, key=abs)
-    likely = [
-        value for value in (*at_zero, 0.5 * math.pi, 0.0, *ends) if lower - _AT_END <= value <= upper + _AT_END
-    ]
+    likely = [value for value in (*at_zero, 0.5 * math.pi, 0.0, *ends) if lower - _AT_END <= value <= upper + _AT_END]
     for value in likely:
         if at_a_jamb(value):
             return Closed(value)
