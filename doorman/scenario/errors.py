@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 import difflib
+import math
 from pathlib import Path
-from typing import Any, get_args
+from typing import TYPE_CHECKING, Any, get_args
 
 from pydantic import BaseModel, ValidationError
 
 from doorman.exceptions import ScenarioError
 from doorman.scenario.gone import gone
+from doorman.scenario.units import in_unit, is_angle, unit_of
+
+if TYPE_CHECKING:
+    from pydantic_core import ErrorDetails
 
 _ALLOWED = {
     "model_type": "a table",
@@ -22,6 +27,7 @@ _ALLOWED = {
     "int_type": "an integer",
 }
 """Words of TOML for what pydantic says in words of Python, by its type of error."""
+_BOUNDS = {"le": "less than or equal to", "ge": "greater than or equal to", "lt": "less than", "gt": "greater than"}
 
 
 def explain(root: type[BaseModel], error: ValidationError, path: Path | None = None) -> ScenarioError:
@@ -34,7 +40,7 @@ def explain(root: type[BaseModel], error: ValidationError, path: Path | None = N
         return ScenarioError(f"missing key{more}", file=path, field=field, given=first["input"], allowed="a value")
     if first["type"] != "extra_forbidden":
         said = first["msg"].removeprefix("Input should be ").removeprefix("Value error, ")
-        words = _ALLOWED.get(first["type"]) or said
+        words = _ALLOWED.get(first["type"]) or _range(first, unit_of(root, first["loc"])) or said
         return ScenarioError(f"wrong value{more}", file=path, field=field, given=first["input"], allowed=words)
     if found_gone := gone(field, first["input"]):
         key, words = found_gone
@@ -47,6 +53,17 @@ def explain(root: type[BaseModel], error: ValidationError, path: Path | None = N
     return ScenarioError(
         f"unknown key; the nearest is '{nearest}'{more}", file=path, field=field, allowed=", ".join(keys)
     )
+
+
+def _range(found: ErrorDetails, unit: str) -> str:
+    """The bound that a number is beyond, with its unit; empty for other findings."""
+    for name, words in _BOUNDS.items():
+        if (bound := found.get("ctx", {}).get(name)) is not None:
+            given, hint = found["input"], ""
+            if is_angle(unit) and abs(given) > abs(bound) > 0.0:
+                hint = f'; {given:g}° are {math.radians(given):.4g} rad, or "{given:g} deg"'
+            return f"{words} {in_unit(bound, unit)}{hint}"
+    return ""
 
 
 def _below(section: Any, part: str) -> Any:

@@ -12,6 +12,7 @@ from doorman.bounds import check_tables
 from doorman.exceptions import ScenarioError
 from doorman.scenario.errors import explain
 from doorman.scenario.plain import plain
+from doorman.scenario.units import with_radians
 
 if TYPE_CHECKING:  # the same class under its own name, which is pydantic's alone
     from pydantic._internal._model_construction import ModelMetaclass
@@ -53,7 +54,8 @@ class Section(BaseModel, metaclass=_Checked):
     @model_validator(mode="before")
     @classmethod
     def _plain(cls, values: Any) -> Any:
-        return plain(values)
+        values = plain(values)
+        return with_radians(cls, values) if isinstance(values, dict) else values
 
     def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> Self:
         """A copy, with other values for some keys."""

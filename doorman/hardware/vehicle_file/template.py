@@ -12,7 +12,7 @@ from doorman.hardware.pixhawk import Rates, ThrustCurve, Timeouts
 from doorman.hardware.pixhawk.wire.frames import LocalFrame
 from doorman.hardware.vehicle import vehicle_config
 from doorman.hardware.vehicle.settings import GIVEN
-from doorman.hardware.vehicle_file.docstrings import field_docs
+from doorman.docstrings import field_docs
 from doorman.hardware.vehicle_file.tables import GAINS, LINKS, VEHICLE
 from doorman.model import Model
 from doorman.scenario import Scenario, VehicleSection
