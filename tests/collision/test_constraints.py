@@ -27,7 +27,7 @@ def any_model(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathF
     if kind == "paper":
         return Model(Scenario.load("paper"))
     folder: Path = tmp_path_factory.mktemp("urdf")
-    door = DoorSection(urdf=str(write_door(folder / "door.urdf", width=1.4, mass=15.0)))
+    door = DoorSection(urdf=str(write_door(folder / "door.urdf", width=1.4, mass=15.0)), frame_height=9.0)
     if isinstance(kind, int):
         vehicle = VehicleSection(urdf=str(write_arm_of(folder / "vehicle.urdf", kind, odd_axes_seed=kind)))
     else:

@@ -8,11 +8,11 @@ import textwrap
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
+from doorman.docstrings import field_docs
 from doorman.hardware.pixhawk import Rates, ThrustCurve, Timeouts
 from doorman.hardware.pixhawk.wire.frames import LocalFrame
 from doorman.hardware.vehicle import vehicle_config
 from doorman.hardware.vehicle.settings import GIVEN
-from doorman.docstrings import field_docs
 from doorman.hardware.vehicle_file.tables import GAINS, LINKS, VEHICLE
 from doorman.model import Model
 from doorman.scenario import Scenario, VehicleSection

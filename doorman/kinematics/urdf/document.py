@@ -137,7 +137,8 @@ def _expanded(path: Path) -> bytes:
 def _xacro(path: Path) -> UrdfError:
     """Error of a file that is a program which writes a URDF."""
     urdf = path.name.removesuffix(".xacro").removesuffix(".urdf") + ".urdf"
+    command = f"xacro {path.name} -o {urdf if urdf != path.name else f'expanded_{urdf}'}"
     return UrdfError(
         "xacro, not a URDF", file=path, field="XML", given="<xacro:…>",
-        allowed=f"doorman's extra 'xacro' and a name that ends in .xacro, or the file that 'xacro {path.name} -o {urdf if urdf != path.name else f'expanded_{urdf}'}' writes",
+        allowed=f"the extra 'xacro' and a name that ends in .xacro, or the file that '{command}' writes",
     )  # fmt: skip

@@ -88,9 +88,9 @@ class ContactSection(Section):
     normal: tuple[Number, Number, Number] | None = None
     """Direction away from the leaf at `point`, in the frame of the leaf's link, of any length. Default: that of the face."""
     side: Literal["push", "pull"] | None = None
-    """Side of the leaf that the vehicle is on: `"push"`, from which the door is pushed open, or `"pull"`. Default: that
-    of `frame`, `link` or `normal`; else of a start or goal whose `door_angle` is beyond π/2; else `"pull"` of a slide, and `"push"` of a
-    hinge."""
+    """Side of the leaf that the vehicle is on: `"push"`, from which the door is pushed open, or `"pull"`. Default: that of
+    `frame`, `link` or `normal`; else of a start or goal whose `door_angle` is beyond π/2; else `"pull"` of a slide, and `"push"`
+    of a hinge."""
     friction: Positive = 0.6
     """μ between tip and leaf that a plan counts on."""
 

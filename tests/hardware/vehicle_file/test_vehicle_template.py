@@ -8,12 +8,12 @@ import tomllib
 
 import pytest
 
+from doorman.docstrings import field_docs
 from doorman.hardware.dynamixel import ServoConfig
 from doorman.hardware.mocap import MocapConfig
 from doorman.hardware.pixhawk import PixhawkConfig
 from doorman.hardware.vehicle.settings import GIVEN
 from doorman.hardware.vehicle_file import VehicleFile, vehicle_template
-from doorman.docstrings import field_docs
 from doorman.hardware.vehicle_file.tables import TABLES
 from doorman.model import Model
 from doorman.scenario import Scenario

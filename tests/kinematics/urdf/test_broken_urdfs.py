@@ -34,7 +34,7 @@ DOORS = [
     ("axis zero", '<axis xyz="0 0 1"/>', '<axis xyz="0 0 0"/>', "joint[hinge]/axis@xyz", "0 0 0"),
     ("axis NaN", '<axis xyz="0 0 1"/>', '<axis xyz="0 0 nan"/>', "joint[hinge]/axis@xyz", "0 0 nan"),
     ("axis in a plane", '<axis xyz="0 0 1"/>', '<axis xyz="0 1"/>', "joint[hinge]/axis@xyz", "0 1"),
-    ("hinge turned", 'xyz="0 0 0.4" rpy="0 0 0"', 'xyz="0 0 0.4" rpy="0 0 0.3"', "joint hinge", "along"),
+    ("hinge turned", 'xyz="0 0 0.4" rpy="0 0 0"', 'xyz="0 0 0.4" rpy="0 0 0.3"', "joint hinge", "a jamb at"),
     ("hinge at infinity", 'xyz="0 0 0.4"', 'xyz="0 0 inf"', "joint[hinge]/origin@xyz", "0 0 inf"),
     ("hinge out of this world", 'xyz="0 0 0.4"', 'xyz="0 0 1e160"', "joint[hinge]/origin@xyz", "0 0 1e160"),
     ("hinge limits swapped", 'lower="-1.5" upper="1.5708"', 'lower="1.5708" upper="-1.5"', "joint hinge/limit@upper", -1.5),

@@ -253,7 +253,7 @@ class LeafOnJoint:
         if closed.doubtful:
             raise UrdfError(
                 "the leaf meets a jamb at an angle that need not be the closed one", file=self._urdf,
-                field=f"joint {self._section.hinge}", given=f"{lower:g} to {upper:g} rad, a jamb along the leaf at {closed.value:.2f}",
+                field=f"joint {self._section.hinge}", given=f"{lower:g} to {upper:g} rad, a jamb at {closed.value:.2f}",
                 allowed="a door that is closed at π/2, at 0 or at an end of the range, or door.closed in the scenario",
             )  # fmt: skip
         return closed

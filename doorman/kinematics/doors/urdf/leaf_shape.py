@@ -122,7 +122,7 @@ def read_shape(urdf: Path, model: pinocchio.Model, axis: Array, leaf: str) -> Le
 
 def oriented_box(urdf: Path, shape: UrdfShape) -> tuple[Array, Array]:
     """Placement in the link, (4, 4), and lengths, (3,), of the box along a shape's own axes that holds it."""
-    part = _part(urdf, shape, np.linalg.inv(shape.placement))
+    part = _part(urdf, shape, np.asarray(np.linalg.inv(shape.placement)))
     lower, upper = np.array([part.extent(axis) for axis in np.eye(3)]).T
     centered = np.eye(4)
     centered[:3, 3] = 0.5 * (lower + upper)
