@@ -77,14 +77,17 @@ class Rehearsal:
 
 
 def resistance(model: Model) -> float:
-    """Friction that a rehearsal assumes in the joint; a leaf that begins ajar is held by it [N m]."""
-    if model.scenario.contact.kind == "push" and not friction_is_known(model):
-        ajar = model.door.opening_of(model.travel.start) > model.door.per_angle * _AJAR
-        holds = _STANDS * abs(model.door.hinge_torque(model.travel.start, 0.0)) if ajar else 0.0
-        return max(Beliefs.of(model).friction[0], holds)
-    true = model.scenario.simulation.door_friction
-    pushed = model.scenario.contact.kind == "push"
-    return model.door.per_angle * true if pushed and true is not None else model.door.friction
+    """Friction that a rehearsal assumes in the joint; a leaf that begins ajar is held by it [N m].
+
+    Of what the vehicle is told, or is used to where it is told nothing, and what the simulated joint has, the less counts.
+    """
+    door, true = model.door, model.scenario.simulation.door_friction
+    if model.scenario.contact.kind != "push":
+        return door.friction
+    told = door.friction or Beliefs.of(model).friction[0]
+    friction = told if true is None else min(told, door.per_angle * true)
+    ajar = door.friction == 0.0 and door.opening_of(model.travel.start) > door.per_angle * _AJAR
+    return max(friction, _STANDS * abs(door.hinge_torque(model.travel.start, 0.0))) if ajar else friction
 
 
 def friction_is_known(model: Model) -> bool:

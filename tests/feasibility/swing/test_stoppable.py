@@ -24,7 +24,8 @@ FLAP = {"contact.kind": "push", "contact.frame": None, "contact.side": "pull", "
 
 def leaning(folder: Path, lean: str, friction: float) -> Model:
     urdf = write_edited(folder / "door.urdf", DOOR, (PLUMB, PLUMB.replace("0 0 0", lean)))
-    return Model(Scenario.load("push", {"door.urdf": str(urdf), "door.friction": friction}))
+    keys = {"door.urdf": str(urdf), "door.friction": friction, "simulation.door_friction": friction}
+    return Model(Scenario.load("push", keys))
 
 
 @pytest.mark.parametrize(
@@ -39,6 +40,15 @@ def test_a_door_whose_weight_drives_it_on_is_refused(lean: str, friction: float,
     most = 11.0 * 9.81 * 0.6 * math.sin(0.02)
     least = {"0.02 0 0": -math.sin(math.radians(70.0)), "0 -0.02 0": math.cos(math.radians(70.0)), "0 0 0": 0.0}
     assert least_resistance(model) == pytest.approx(friction + least[lean] * most, abs=0.02)
+
+
+def test_the_plants_friction_decides_and_an_unknown_one_is_asked_for() -> None:
+    (flown,) = stopping_findings(Model(Scenario.load("push", {"simulation.door_friction": 0.0})))
+    assert flown.severity.value == "error"
+    (unknown,) = stopping_findings(Model(Scenario.load("push", {"simulation.door_friction": None})))
+    assert unknown.severity.value == "warning" and "door.friction" in unknown.advice
+    (told,) = stopping_findings(Model(Scenario.load("push", {"door.friction": 0.5})))
+    assert told.severity.value == "ok"
 
 
 @pytest.mark.parametrize(("goal", "stops"), [(0.0, True), (0.1, False)])

@@ -156,7 +156,12 @@ def test_what_is_not_given_is_the_door_that_is_told() -> None:
         ("door_offset", 0.1, "simulation.door_offset", "a list"),
         ("door_offset", [0.0, 2.0, 0.0], "simulation.door_offset.1", "less than or equal to 1 m"),
         ("door_offset", [0.0, 0.0, math.nan], "simulation.door_offset.2", "a finite number"),
-        ("door_yaw", 90.0, "simulation.door_yaw", 'less than or equal to 1 rad (57.3°); 90° are 1.571 rad, or "90 deg"'),
+        (
+            "door_yaw",
+            90.0,
+            "simulation.door_yaw",
+            'less than or equal to 1 rad (57.3°); 90° are 1.571 rad, or "90 deg"',
+        ),
         ("door_yaw", "2 grad", "simulation.door_yaw", "a number"),
         ("door_face_offset", math.inf, "simulation.door_face_offset", "a finite number"),
         ("door_face_offset", -40, "simulation.door_face_offset", "greater than or equal to -1 m"),
