@@ -134,8 +134,6 @@ def usable_cores() -> int:
 
 
 class _Processes:
-    """Flight processes, one for each thread."""
-
     def __init__(self) -> None:
         self._all: dict[int, FlightProcess] = {}
         self._lock = threading.Lock()
@@ -151,7 +149,6 @@ class _Processes:
             return self._all[thread]
 
     def close(self) -> None:
-        """Let them go, whatever they do."""
         with self._lock:
             self.over = True
             for process in self._all.values():

@@ -18,8 +18,6 @@ _SEEDS = 2**31
 
 @dataclass(frozen=True)
 class Draw:
-    """One run's draws."""
-
     run: int
     seed: int
     """Of the flight's noise, gaps and gusts."""
@@ -28,11 +26,9 @@ class Draw:
 
 
 def draw(campaign: CampaignSection, run: int) -> Draw:
-    """Draw one run.
-
-    Every value has random numbers of its own, made from the campaign's seed, the run and the key (or the one that it is the
-    same as): neither the number of runs, nor their order, nor what else is varied changes it.
-    """
+    """Draw one run."""
+    # Every value has random numbers of its own, made from the campaign's seed, the run and the key (or the one that it is the
+    # same as): neither the number of runs, nor their order, nor what else is varied changes it.
     seed = int(np.random.default_rng([campaign.seed, run]).integers(_SEEDS))
     values = {}
     for key, distribution in campaign.vary.items():

@@ -39,7 +39,6 @@ _log = logging.getLogger("doorman.campaign")
 
 
 def row_of(flight: Flight, answer: Mapping[str, Any]) -> Row:
-    """Row of one run."""
     summary = answer["summary"]
     row: Row = {"run": flight.draw.run, "seed": flight.draw.seed}
     if summary is None:

@@ -41,12 +41,10 @@ def run_campaign(
     scheduler: str | None = None,
     on_row: OnRow | None = None,
 ) -> list[Row]:
-    """Fly what is not yet flown of a campaign.
-
-    Every run is flown in a process of its own: one that hangs costs its row and nothing else. What machine or software does to a
-    flight is no result: the run is tried again, and if nothing comes of that, it has no row, and `not_flown.json` says why.
-    Results are written by this process alone, one file a run, as they come in.
-    """
+    """Fly what is not yet flown of a campaign."""
+    # Every run is flown in a process of its own: one that hangs costs its row and nothing else. What machine or
+    # software does to a flight is no result: the run is tried again, and if nothing comes of that, it has no row, and
+    # `not_flown.json` says why. Results are written by this process alone, one file a run, as they come in.
     flights = campaign.flights(runs)
     with claimed(out, campaign) as parts:
         known = {run for run in known_runs(parts) if run < len(flights)}
@@ -110,12 +108,7 @@ def _flown(client: Client, campaign: Campaign, runs: Iterator[int]) -> Iterator[
 
 
 class _Orders:
-    """What a client has ordered of a cluster, and the files that go with it.
-
-    Args:
-        client: Of the cluster.
-        campaign: The campaign.
-    """
+    """What a client has ordered of a cluster, and the files that go with it."""
 
     def __init__(self, client: Client, campaign: Campaign) -> None:
         self.futures: dict[Future[Any], tuple[Flight, int]] = {}

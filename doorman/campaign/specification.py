@@ -129,12 +129,7 @@ class Campaign:
 
 
 class Flights(Sequence[Flight]):
-    """The runs of a campaign, each drawn when it is asked for: a million take no memory.
-
-    Args:
-        campaign: The campaign.
-        count: How many.
-    """
+    """The runs of a campaign, each drawn when it is asked for: a million take no memory."""
 
     def __init__(self, campaign: Campaign, count: int) -> None:
         self._campaign, self._runs = campaign, range(count)
@@ -161,7 +156,6 @@ def _ends(distribution: Distribution) -> tuple[Any, ...]:
 
 
 def portable(scenario: Scenario) -> dict[str, Any]:
-    """A scenario as JSON that is the same task in any directory; URDFs that do not ship are absolute paths."""
     tables = scenario.tables(mode="json")
     known = shipped(urdf_directory(), ".urdf").values()
     for section, path in (("vehicle", scenario.vehicle_urdf), ("door", scenario.door_urdf)):

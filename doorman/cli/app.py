@@ -78,7 +78,6 @@ app = typer.Typer(help=_HELP, no_args_is_help=True, pretty_exceptions_enable=Fal
 
 
 def main() -> None:
-    """Run the command line and leave with its exit status."""
     steady_streams()
     gc.set_threshold(*_COLLECTIONS)
     try:

@@ -108,7 +108,6 @@ class Report(OneLine):
             raise InfeasibleError(f"the scenario '{self.scenario}' is not possible: {words}", names)
 
     def __getitem__(self, name: str) -> Finding:
-        """The finding of a name."""
         for finding in self.findings:
             if finding.name == name:
                 return finding

@@ -75,7 +75,6 @@ def angle_between(a: Quaternion, b: Quaternion) -> float:
 
 
 def from_attitude(attitude: Iterable[float]) -> Quaternion:
-    r"""Quaternion of ZYX Euler angles, :math:`q_z(\psi)\, q_y(\theta)\, q_x(\phi)`, with w ≥ 0."""
     cr, sr, cp, sp, cy, sy = (f(0.5 * angle) for angle in attitude for f in (math.cos, math.sin))
     w, x, y, z = (
         cr * cp * cy + sr * sp * sy,
@@ -100,7 +99,6 @@ def to_attitude(q: Iterable[float]) -> Vector:
 
 
 def to_rotation(values: ArrayLike) -> NDArray[np.float64]:
-    """Rotation matrix of a quaternion, after normalisation."""
     q = vector(values, 4, "quaternion")
     q = (q / np.linalg.norm(q)).tolist()
     return np.column_stack([rotate(q, axis) for axis in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))])

@@ -18,11 +18,9 @@ SWITCH_INTERVAL = 0.0005
 
 @contextmanager
 def real_time() -> Iterator[bool]:
-    """Round-robin real-time scheduling of this thread and those that it starts meanwhile, and quick hand-overs among them.
-
-    What exists by now is taken out of the garbage collector's sight: a collection of it would stop every thread for 0.2 s.
-    Enter when everything is compiled, before links are opened.
-    """
+    """Round-robin real-time scheduling of this thread and those that it starts meanwhile, and quick hand-overs among them."""
+    # What exists by now is taken out of the garbage collector's sight: a collection of it would stop every thread for 0.2 s.
+    # Enter when everything is compiled, before links are opened.
     interval = sys.getswitchinterval()
     sys.setswitchinterval(SWITCH_INTERVAL)
     gc.collect()

@@ -30,8 +30,6 @@ class RewardWeights:
 
 @dataclass(frozen=True)
 class Step:
-    """What a step did."""
-
     before: float
     """|α − α_g| before [rad]."""
     after: float

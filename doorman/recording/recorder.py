@@ -40,8 +40,6 @@ _MEDIA_TYPES = {".urdf": "application/xml", ".stl": "model/stl", ".obj": "model/
 
 
 class _Channel:
-    """What the recorder keeps of one topic."""
-
     def __init__(self, type_: MessageType) -> None:
         self.rows = Rows(type_)
         """What waits to be written."""

@@ -62,7 +62,6 @@ def newest_recording(folder: Path = RUNS) -> Path:
 
 
 def _written(file: Path) -> int | None:
-    """When a file was last written [ns]; None if it is none, or is gone."""
     try:
         return file.stat().st_mtime_ns if file.is_file() else None
     except OSError:

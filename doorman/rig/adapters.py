@@ -21,18 +21,13 @@ _FARTHEST = 0.02
 
 
 class RigVehicle:
-    """The plant as the emulated autopilot flies it.
-
-    Args:
-        plant: The plant.
-    """
+    """The plant as the emulated autopilot flies it."""
 
     def __init__(self, plant: RigPlant) -> None:
         self._plant = plant
 
     @property
     def weight(self) -> float:
-        """Weight [N]."""
         return self._plant.model.vehicle.weight
 
     def command(self, thrust: float, quaternion: Array, side_force: tuple[float, float] = (0.0, 0.0)) -> None:
@@ -41,14 +36,12 @@ class RigVehicle:
         self._plant.fly(max(0.0, thrust), attitude, side_force)
 
     def stop_motors(self) -> None:
-        """Let the motors stand still."""
         self._plant.stop_motors()
 
     def advance(self, duration: float) -> None:
         """Do nothing: the plant advances by itself."""
 
     def truth(self) -> PlantTruth:
-        """The vehicle as it is now."""
         snapshot = self._plant.snapshot
         truth = snapshot.truth
         return PlantTruth(
@@ -61,12 +54,7 @@ class RigVehicle:
 
 
 class RigArm:
-    """The plant as the emulated servos move it; with a gripper, its servo is the last one.
-
-    Args:
-        plant: The plant.
-        gripper: Whether there is one.
-    """
+    """The plant as the emulated servos move it; with a gripper, its servo is the last one."""
 
     def __init__(self, plant: RigPlant, gripper: bool) -> None:
         self._plant = plant
@@ -80,7 +68,6 @@ class RigArm:
             self._gripper.drive(time, rates[self._n :], powered[self._n :])
 
     def motion(self, time: float) -> ServoMotion:
-        """Angles, rates and currents of all servos."""
         snapshot = self._plant.snapshot
         truth, ahead = snapshot.truth, _ahead(snapshot, time)
         angles = truth.arm_angles + ahead * truth.arm_rates
@@ -97,17 +84,12 @@ class RigArm:
 
 
 class RigBody:
-    """The plant as the cameras see it.
-
-    Args:
-        plant: The plant.
-    """
+    """The plant as the cameras see it."""
 
     def __init__(self, plant: RigPlant) -> None:
         self._plant = plant
 
     def __call__(self, time: float) -> BodyPose:
-        """Pose at a time [s]."""
         snapshot = self._plant.snapshot
         truth, ahead = snapshot.truth, _ahead(snapshot, time)
         turn = 0.5 * ahead * truth.body_rates

@@ -57,7 +57,6 @@ SPRING = 0.25
 
 
 def servo_setups(n_arm: int, gripper: bool, mounted: ServoConfig | None = None) -> list[ServoSetup]:
-    """Emulated servos of an arm, ready for the adapter."""
     n = n_arm + gripper
     setups = [ServoSetup(number) for number in range(1, n + 1)]
     if mounted is not None:
@@ -124,7 +123,6 @@ class RigSetup:
 
 
 def _autopilot_settings(vehicle: VehicleConfig | None) -> dict[str, Any]:
-    """Of the emulated autopilot, from the configuration of the link to it."""
     if vehicle is None:
         return {}
     link, settings = vehicle.pixhawk, dict[str, Any]()

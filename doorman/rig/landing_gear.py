@@ -22,8 +22,6 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class LandingGear:
-    """Legs of the vehicle, as springs and dampers."""
-
     length: float
     """l, height of O_B above the ground at which the feet touch [m]."""
     stiffness: float = 3000.0
@@ -40,11 +38,9 @@ class LandingGear:
     """c_t [N m s/rad]."""
 
     def touches(self, height: float) -> bool:
-        """Whether the feet are on the ground."""
         return height <= self.length
 
     def wrench(self, position: Array, velocity: Array, up: Array, spin: Array) -> tuple[Array, Array]:
-        """Force and torque on the vehicle."""
         deflection = self.length - float(position[2])
         load = max(0.0, self.stiffness * deflection - self.damping * float(velocity[2])) if deflection > 0.0 else 0.0
         if load == 0.0:

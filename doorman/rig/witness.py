@@ -22,12 +22,6 @@ _UPRIGHT = math.radians(20.0)
 
 
 class Witness:
-    """Listens to the rig's recorder.
-
-    Args:
-        model: Model of the scenario.
-    """
-
     def __init__(self, model: Model) -> None:
         self._model = model
         self._flown = False
@@ -38,7 +32,6 @@ class Witness:
         self._last = math.nan
 
     def note(self, topic: str, time: float, fields: Mapping[str, Value]) -> None:
-        """Take in a message of the recorder."""
         if topic != "truth":
             return
         truth: Mapping[str, Any] = fields

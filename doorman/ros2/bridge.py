@@ -41,17 +41,7 @@ def dds_name(topic: str) -> str:
 
 
 class FlightPublisher(Uncopied):
-    """Publishes what a `Feed` sends.
-
-    Args:
-        model: Of the scenario that is flown.
-        port: Of the feed, on loopback; 0 takes a free one.
-        domain: ROS_DOMAIN_ID.
-        prefix: Of the topics' names; `tf` has none.
-
-    Raises:
-        BackendError: if the port is taken.
-    """
+    """Publishes what a `Feed` sends."""
 
     def __init__(self, model: Model, port: int = PORT, domain: int = 0, prefix: str = "doorman") -> None:
         self._translator = Translator(model)
@@ -75,7 +65,6 @@ class FlightPublisher(Uncopied):
 
     @property
     def refused(self) -> int:
-        """Datagrams and messages that were left out."""
         return self.refusals.total()
 
     def step(self, timeout: float = _LONGEST_WAIT) -> None:
@@ -99,7 +88,6 @@ class FlightPublisher(Uncopied):
             self.published += 1
 
     def close(self) -> None:
-        """Leave the graph."""
         self._socket.close()
         self._participant = None
         self._writers.clear()
@@ -116,15 +104,7 @@ class FlightPublisher(Uncopied):
 
 
 class PoseSubscriber(Uncopied):
-    """Takes `geometry_msgs/PoseStamped` of one publisher and sends them on as a stream of cameras, see `PoseRelay`.
-
-    Args:
-        topic: Of the poses.
-        name: Of the object in the stream.
-        target: Address and port of the receiver.
-        rate: Poses per second [1/s].
-        domain: ROS_DOMAIN_ID.
-    """
+    """Takes `geometry_msgs/PoseStamped` of one publisher and sends them on as a stream of cameras, see `PoseRelay`."""
 
     def __init__(self, topic: str, name: str, target: tuple[str, int], rate: float, domain: int = 0) -> None:
         self._relay = PoseRelay(name, target, rate)
@@ -143,7 +123,6 @@ class PoseSubscriber(Uncopied):
 
     @property
     def refused(self) -> int:
-        """Poses that were left out: of a second publisher, or no poses."""
         return self._relay.refused
 
     def events(self) -> list[MocapEvent]:
@@ -176,7 +155,6 @@ class PoseSubscriber(Uncopied):
         )  # fmt: skip
 
     def close(self) -> None:
-        """Leave the graph."""
         self._relay.close()
         self._reader = self._waiting = self._participant = None
 

@@ -32,8 +32,6 @@ Array = NDArray[np.float64]
 
 
 class Outgoing(NamedTuple):
-    """A message and where it goes."""
-
     topic: str
     """Without its prefix."""
     message: IdlStruct
@@ -47,11 +45,7 @@ TYPES: dict[str, type[IdlStruct]] = {
 
 
 class Translator:
-    """Turns a flight's messages into those of ROS.
-
-    Args:
-        model: Of the scenario that is flown.
-    """
+    """Turns a flight's messages into those of ROS."""
 
     def __init__(self, model: Model) -> None:
         self._model = model
@@ -138,7 +132,6 @@ class Translator:
 
 
 def time_of(wall_time: int) -> ros.Time:
-    """A time of ROS."""
     seconds, rest = divmod(wall_time, 1_000_000_000)
     return ros.Time(seconds, rest)
 

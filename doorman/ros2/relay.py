@@ -13,16 +13,10 @@ from doorman.hardware.quaternions import Quaternion, Vector
 
 
 class PoseRelay(Uncopied):
-    """Sends the poses of one publisher on. What it refuses it counts as the receiver of cameras does, which it tells.
+    """Sends the poses of one publisher on. What it refuses it counts as the receiver of cameras does, which it tells."""
 
-    The first publisher that sends is the one, until it has been silent for as long as the receiver waits. Its frames are
-    numbered by their stamps; the receiver judges those.
-
-    Args:
-        name: Of the object in the stream.
-        target: Address and port of the receiver.
-        rate: Poses per second [1/s].
-    """
+    # The first publisher that sends is the one, until it has been silent for as long as the receiver waits. Its frames are
+    # numbered by their stamps; the receiver judges those.
 
     def __init__(self, name: str, target: tuple[str, int], rate: float) -> None:
         self._name, self._target, self._rate = name, target, rate
@@ -41,11 +35,9 @@ class PoseRelay(Uncopied):
         return self._book.counts.total()
 
     def events(self) -> list[MocapEvent]:
-        """What has begun or ended since the last call, oldest first."""
         return self._log.take()
 
     def take(self, publisher: int, position: Vector, quaternion: Quaternion, taken: float | None, now: float) -> None:
-        """Take in a pose."""
         if not self._welcome(publisher, now):
             self.refuse(MocapFault.FOREIGN, now, "a second publisher sends poses; they are left out")
             return
@@ -67,7 +59,6 @@ class PoseRelay(Uncopied):
         self._book.tick(now)
 
     def close(self) -> None:
-        """Close the socket."""
         self._sender.close()
 
     def _send(self, poses: dict[str, tuple[Vector, Quaternion]], taken: float) -> None:
@@ -75,7 +66,6 @@ class PoseRelay(Uncopied):
             self._untold.clear()
 
     def _welcome(self, publisher: int, now: float) -> bool:
-        """Whether a publisher is the one; after a silence of the last one any may be."""
         if self._publisher != publisher:
             if self._publisher is not None and now - self._heard < MocapConfig.silent_after:
                 return False

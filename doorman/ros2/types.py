@@ -15,39 +15,29 @@ Message = TypeVar("Message", bound=IdlStruct)
 
 @dataclass
 class Time(IdlStruct, typename="builtin_interfaces.msg.dds_.Time_"):
-    """Seconds and nanoseconds since 1970."""
-
     sec: int32
     nanosec: uint32
 
 
 @dataclass
 class Duration(IdlStruct, typename="builtin_interfaces.msg.dds_.Duration_"):
-    """A span of time."""
-
     sec: int32
     nanosec: uint32
 
 
 @dataclass
 class Header(IdlStruct, typename="std_msgs.msg.dds_.Header_"):
-    """Time and frame."""
-
     stamp: Time
     frame_id: str
 
 
 @dataclass
 class String(IdlStruct, typename="std_msgs.msg.dds_.String_"):
-    """A text."""
-
     data: str
 
 
 @dataclass
 class ColorRGBA(IdlStruct, typename="std_msgs.msg.dds_.ColorRGBA_"):
-    """A colour, each 0 to 1."""
-
     r: float32
     g: float32
     b: float32
@@ -56,8 +46,6 @@ class ColorRGBA(IdlStruct, typename="std_msgs.msg.dds_.ColorRGBA_"):
 
 @dataclass
 class Point(IdlStruct, typename="geometry_msgs.msg.dds_.Point_"):
-    """A place [m]."""
-
     x: float64
     y: float64
     z: float64
@@ -65,8 +53,6 @@ class Point(IdlStruct, typename="geometry_msgs.msg.dds_.Point_"):
 
 @dataclass
 class Vector3(IdlStruct, typename="geometry_msgs.msg.dds_.Vector3_"):
-    """A vector."""
-
     x: float64
     y: float64
     z: float64
@@ -74,8 +60,6 @@ class Vector3(IdlStruct, typename="geometry_msgs.msg.dds_.Vector3_"):
 
 @dataclass
 class Quaternion(IdlStruct, typename="geometry_msgs.msg.dds_.Quaternion_"):
-    """A rotation; the scalar comes last."""
-
     x: float64
     y: float64
     z: float64
@@ -84,8 +68,6 @@ class Quaternion(IdlStruct, typename="geometry_msgs.msg.dds_.Quaternion_"):
 
 @dataclass
 class Pose(IdlStruct, typename="geometry_msgs.msg.dds_.Pose_"):
-    """Place and rotation."""
-
     position: Point
     orientation: Quaternion
 
@@ -100,56 +82,42 @@ class PoseStamped(IdlStruct, typename="geometry_msgs.msg.dds_.PoseStamped_"):
 
 @dataclass
 class PoseWithCovariance(IdlStruct, typename="geometry_msgs.msg.dds_.PoseWithCovariance_"):
-    """A pose with its covariance, row by row."""
-
     pose: Pose
     covariance: array[float64, 36]
 
 
 @dataclass
 class Twist(IdlStruct, typename="geometry_msgs.msg.dds_.Twist_"):
-    """Velocity and rates [m/s, rad/s]."""
-
     linear: Vector3
     angular: Vector3
 
 
 @dataclass
 class TwistWithCovariance(IdlStruct, typename="geometry_msgs.msg.dds_.TwistWithCovariance_"):
-    """Velocity and rates with their covariance."""
-
     twist: Twist
     covariance: array[float64, 36]
 
 
 @dataclass
 class Wrench(IdlStruct, typename="geometry_msgs.msg.dds_.Wrench_"):
-    """Force and torque [N, N m]."""
-
     force: Vector3
     torque: Vector3
 
 
 @dataclass
 class WrenchStamped(IdlStruct, typename="geometry_msgs.msg.dds_.WrenchStamped_"):
-    """A wrench at a time."""
-
     header: Header
     wrench: Wrench
 
 
 @dataclass
 class Transform(IdlStruct, typename="geometry_msgs.msg.dds_.Transform_"):
-    """A transform between frames."""
-
     translation: Vector3
     rotation: Quaternion
 
 
 @dataclass
 class TransformStamped(IdlStruct, typename="geometry_msgs.msg.dds_.TransformStamped_"):
-    """A transform at a time."""
-
     header: Header
     child_frame_id: str
     transform: Transform
@@ -174,8 +142,6 @@ class Odometry(IdlStruct, typename="nav_msgs.msg.dds_.Odometry_"):
 
 @dataclass
 class Path(IdlStruct, typename="nav_msgs.msg.dds_.Path_"):
-    """Poses one after the other."""
-
     header: Header
     poses: sequence[PoseStamped]
 
@@ -193,8 +159,6 @@ class JointState(IdlStruct, typename="sensor_msgs.msg.dds_.JointState_"):
 
 @dataclass
 class CompressedImage(IdlStruct, typename="sensor_msgs.msg.dds_.CompressedImage_"):
-    """An image, as markers may carry one."""
-
     header: Header
     format: str
     data: sequence[uint8]
@@ -210,16 +174,12 @@ class UVCoordinate(IdlStruct, typename="visualization_msgs.msg.dds_.UVCoordinate
 
 @dataclass
 class MeshFile(IdlStruct, typename="visualization_msgs.msg.dds_.MeshFile_"):
-    """A mesh that travels along."""
-
     filename: str
     data: sequence[uint8]
 
 
 @dataclass
 class Marker(IdlStruct, typename="visualization_msgs.msg.dds_.Marker_"):
-    """A shape for RViz."""
-
     header: Header
     ns: str
     id: int32
@@ -243,6 +203,4 @@ class Marker(IdlStruct, typename="visualization_msgs.msg.dds_.Marker_"):
 
 @dataclass
 class MarkerArray(IdlStruct, typename="visualization_msgs.msg.dds_.MarkerArray_"):
-    """Shapes for RViz."""
-
     markers: sequence[Marker]

@@ -36,7 +36,6 @@ from doorman.summary.safety import (
 
 
 def summarize(recording: Recording, model: Model, touched_after: int = 0) -> dict[str, Any]:
-    """Figures of a simulated run, with contacts after the mission as far as they are known."""
     if "truth" not in recording:
         raise RecordingError(
             "no true states to judge the run by", field="topic", given="truth", allowed="a simulated run"

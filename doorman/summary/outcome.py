@@ -28,7 +28,6 @@ STANDS = math.radians(0.5)
 
 
 def verdict(summary: dict[str, Any]) -> tuple[bool, str]:
-    """Whether the door was opened and nothing touched, and a sentence that says what happened."""
     final, target = summary["final_door_angle_deg"], summary["target_door_angle_deg"]
     where = f"the door ended at {final:.1f}°, {abs(final - target):.1f}° from the target of {target:.1f}°"
     if summary["unit"] == "m":

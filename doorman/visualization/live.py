@@ -193,11 +193,9 @@ class LiveView(Uncopied):
 
 
 def _is_ours(headers: Message) -> bool:
-    """Whether a request comes from this page, or from somebody who typed its address.
-
-    The name in `Host` tells apart a site whose name was made to point at this machine; `Origin` and `Sec-Fetch-Site` name the
-    page that asks. The port may be that of a tunnel.
-    """
+    """Whether a request comes from this page, or from somebody who typed its address."""
+    # The name in `Host` tells apart a site whose name was made to point at this machine; `Origin` and `Sec-Fetch-Site` name the
+    # page that asks. The port may be that of a tunnel.
     hosts, origins = headers.get_all("Host", []), headers.get_all("Origin", [])
     if len(hosts) != 1 or _without_port(hosts[0]) not in _NAMES:
         return False

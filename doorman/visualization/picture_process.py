@@ -24,12 +24,6 @@ _SHARES = 2
 
 
 class PictureProcess:
-    """A process that draws once.
-
-    Args:
-        model: Model of the scenario that is flown.
-    """
-
     def __init__(self, model: Model) -> None:
         self._answers, theirs = multiprocessing.Pipe()
         with warnings.catch_warnings():  # of threads: those of libraries, which know how to be forked
@@ -40,7 +34,6 @@ class PictureProcess:
         theirs.close()
 
     def begin(self, figures: Sequence[str], recording: Path, folder: Path) -> None:
-        """Order figures; `answers` waits for them."""
         with suppress(OSError):  # one that has died gives no answer either
             self._answers.send((list(figures), recording, folder))
 
@@ -53,7 +46,6 @@ class PictureProcess:
         return found
 
     def close(self) -> None:
-        """Let the process go, whatever it does."""
         self._process.kill()
         self._process.join()
         self._answers.close()
@@ -95,6 +87,5 @@ def _serve(model: Model, connection: Connection, other_end: Connection) -> None:
 
 
 def _draw(figures: list[str], recording: Recording, model: Model, folder: Path, connection: Connection) -> None:
-    """Draw figures and say so, one by one."""
     for name in figures:
         connection.send(draw_figures([name], recording, model, folder))

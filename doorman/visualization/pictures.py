@@ -115,7 +115,6 @@ def draw_figures(names: Sequence[str], recording: Recording, model: Model, folde
 
 
 def _file_names() -> list[str]:
-    """All pictures, in the order in which they are named."""
     return [*(f"{name}.{suffix}" for name in _FIGURES for suffix in FORMATS), "replay.html"]
 
 

@@ -28,12 +28,6 @@ _LAST_LINES = 5
 
 
 class FlightProcess:
-    """One flight process at a time; another one is started after the last has died.
-
-    Args:
-        module: What the flight process runs.
-    """
-
     def __init__(self, module: str = "doorman.campaign.flights.flight_program") -> None:
         self._module = module
         self._process: subprocess.Popen[str] | None = None
@@ -43,7 +37,6 @@ class FlightProcess:
         self._folder: tempfile.TemporaryDirectory[str] | None = None
 
     def fly(self, order: dict[str, Any], files: Mapping[str, str], time_out: float) -> dict[str, Any]:
-        """Have an order flown."""
         if self._process is None:
             try:
                 self._start()
@@ -121,7 +114,6 @@ def failed(error: str) -> dict[str, Any]:
 
 
 def lost(error: str) -> dict[str, Any]:
-    """An answer in place of a flight process's, for a flight that did not come about."""
     return {**failed(error), "lost": True}
 
 

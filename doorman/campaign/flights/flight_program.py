@@ -85,10 +85,8 @@ def prepare(scenario: Scenario) -> None:
 
 
 def give_back_memory() -> None:
-    """Give the system what is free: glibc keeps the small blocks of a recording, and flight after flight takes more.
-
-    Other C libraries have no such call.
-    """
+    """Give the system what is free: glibc keeps the small blocks of a recording, and flight after flight takes more."""
+    # Other C libraries have no such call.
     if sys.platform == "linux" and (trim := getattr(ctypes.CDLL(None), "malloc_trim", None)) is not None:
         trim(0)
 

@@ -18,13 +18,7 @@ _PATIENCE = 3
 
 
 class Lease:
-    """Watches one campaign on one worker.
-
-    Args:
-        worker: The worker.
-        key: Of the result that the client holds.
-        over: Called once when nobody holds it any more.
-    """
+    """Watches one campaign on one worker."""
 
     def __init__(self, worker: Worker, key: str, over: Callable[[], None]) -> None:
         self._worker, self._key, self._over = worker, key, over

@@ -17,7 +17,6 @@ _WIDEST = 4.0
 
 
 def histograms(rows: Sequence[Row], name: str) -> Figure:
-    """Draw the histograms."""
     figure = Figure(figsize=(13.0, 6.6), layout="constrained")
     panels = figure.subplots(2, 3).ravel()
     good, bad = [[row for row in rows if row["success"] is success] for success in (True, False)]

@@ -17,7 +17,6 @@ REPORT_FILES = ("report.md", "report.json", "histograms.png")
 
 
 def write_report(rows: Sequence[Row], scenario: Scenario, out: Path, planned: int | None = None) -> dict[str, Any]:
-    """Write the report."""
     from doorman.campaign.report.histograms import histograms  # needs the extra `viz`
     from doorman.visualization.files import save_as
 

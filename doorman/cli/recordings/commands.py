@@ -26,7 +26,6 @@ class Viewer(StrEnum):
 
 
 def add_run_commands(app: typer.Typer, leave: Callable[[Callable[[], int]], None]) -> None:
-    """Register the commands that take a recorded run."""
     app.command("view", rich_help_panel=panels.LOOK)(_view_command(leave))
     app.command("export", rich_help_panel=panels.LOOK)(_export_command(leave))
     app.command("plot", rich_help_panel=panels.LOOK)(_plot_command(leave))

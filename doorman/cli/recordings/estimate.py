@@ -23,7 +23,6 @@ _LEAF = [JOINT, JOINT_RATE]
 
 
 def estimate_run(run: Path | None, changes: list[str], out: Path | None, as_json: bool) -> int:
-    """Replay, figures and picture."""
     file = chosen_recording(run)
     recording = Recording.load(file)
     say_what_is_missing(recording, err=as_json)

@@ -17,7 +17,6 @@ from doorman.recording.files.messages import HEADER
 
 
 def export_run(run: Path | None, as_csv: bool, as_parquet: bool, out: Path | None, as_json: bool) -> int:
-    """Write every topic of a recording as a table."""
     if as_csv and as_parquet:
         raise DoormanError("one format at a time", field="--csv, --parquet", allowed="one of them")
     form: Format = "parquet" if as_parquet else "csv"

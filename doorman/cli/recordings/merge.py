@@ -19,7 +19,6 @@ FOLDER = "merged"
 
 
 def merge_log(run: Path, log: Path, offset: float | None, out: Path | None, as_json: bool) -> int:
-    """Merge a log into a copy of a run's recording."""
     if offset is not None and not math.isfinite(offset):
         raise DoormanError("not a time", field="--offset", given=offset, allowed="seconds")
     file = recording_file(run)

@@ -14,7 +14,6 @@ from doorman.visualization import write_pictures
 
 
 def plot_run(run: Path | None, out: Path | None, as_json: bool) -> int:
-    """Draw the figures and the replay page of a recording."""
     file = chosen_recording(run)
     recording = Recording.load(file)
     say_what_is_missing(recording, err=as_json)

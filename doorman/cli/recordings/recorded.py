@@ -13,7 +13,6 @@ from doorman.scenario import Scenario
 
 
 def chosen_recording(run: Path | None) -> Path:
-    """The recording of a run."""
     if run is not None:
         return recording_file(run)
     file = newest_recording()

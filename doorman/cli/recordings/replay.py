@@ -41,7 +41,6 @@ class Difference:
     """Largest difference by field; NaN where shapes differ or only one is a number. 1 for another status."""
 
     def __str__(self) -> str:
-        """In words."""
         fields = ", ".join(f"{name} by {amount:.3g}" for name, amount in self.fields.items() if name != "status")
         words = " and ".join(part for part in (fields, "a different status" if "status" in self.fields else "") if part)
         return f"plan {self.plan} at {self.time:.3f} s: {words}"
@@ -49,8 +48,6 @@ class Difference:
 
 @dataclass(frozen=True)
 class Replay:
-    """What came of solving every plan of a recording again."""
-
     plans: int
     cold: int
     """Plans among them that began without a previous one."""
@@ -60,12 +57,10 @@ class Replay:
 
     @property
     def identical(self) -> bool:
-        """Whether every bit agrees."""
         return not self.differences
 
 
 def replay_run(run: Path | None, as_json: bool) -> int:
-    """Solve every plan of a recording again."""
     file = chosen_recording(run)
     recording = Recording.load(file)
     say_what_is_missing(recording, err=as_json)
@@ -82,10 +77,8 @@ def replay_run(run: Path | None, as_json: bool) -> int:
 
 
 def replay_plans(recording: Recording, planner: Planner) -> Replay:
-    """Solve every plan of a recording again, in order, from its recorded first state.
-
-    A cold plan is made cold again; between cold plans each begins with the one before it, as in flight.
-    """
+    """Solve every plan of a recording again, in order, from its recorded first state."""
+    # A cold plan is made cold again; between cold plans each begins with the one before it, as in flight.
     if "plan" not in recording:
         raise RecordingError("the recording has no plans", field="topic", given="plan", allowed="a run that planned")
     recorded = recording["plan"]
@@ -146,10 +139,8 @@ def _starts(recording: Recording, model: Model) -> Iterator[tuple[NDArray[Any], 
 
 
 def _differences(recorded: Topic, k: int, plan: Plan, planner: Planner) -> dict[str, float]:
-    """Largest difference of every field that is not the same to the bit.
-
-    Recorded are the states with 32 bits, the first of the inputs, and the cost of them all.
-    """
+    """Largest difference of every field that is not the same to the bit."""
+    # Recorded are the states with 32 bits, the first of the inputs, and the cost of them all.
     states, inputs = planner.planning.reduced(plan.states, plan.inputs)
     new = {"states": states.astype(np.float32), "input": inputs[0], "cost": plan.cost, "iterations": plan.iterations}
     fields = {name: _difference(recorded[name][k], new[name]) for name in _NUMBERS}

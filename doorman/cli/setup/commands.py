@@ -36,7 +36,6 @@ class SystemFileName(StrEnum):
 
 
 def add_setup_commands(app: typer.Typer, leave: Callable[[Callable[[], int]], None]) -> None:
-    """Register the commands that set a vehicle up."""
     app.command("parameters", rich_help_panel=panels.VEHICLE)(_parameters_command(leave))
     app.command("system", rich_help_panel=panels.VEHICLE)(_system_command(leave))
     app.command("doctor", rich_help_panel=panels.VEHICLE)(_doctor_command(leave))

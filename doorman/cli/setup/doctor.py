@@ -19,7 +19,6 @@ _COLORS = {Complaint.NONE: "green", Complaint.WORSE: "yellow", Complaint.MISSING
 
 
 def examine_computer(folder: Path, as_json: bool, vehicle: str | None = None) -> int:
-    """Look at everything and print it."""
     host = Host()
     rows = examine(host, folder)
     if vehicle is not None:

@@ -12,7 +12,6 @@ from doorman.ros2 import Feed
 
 @contextmanager
 def fed(port: int | None, other: Listener | None = None) -> Iterator[Listener | None]:
-    """Send everything that is recorded to a bridge."""
     if port is None:
         yield other
         return

@@ -38,7 +38,6 @@ def print_parameters(
     vehicle: str | None = None,
     port: Port | None = None,
 ) -> int:
-    """Print the file."""
     if mocap_delay is not None and not (math.isfinite(mocap_delay) and 0.0 <= mocap_delay <= LONGEST_DELAY):
         raise DoormanError(
             "out of range", field="--mocap-delay", given=mocap_delay, allowed=f"0 to {LONGEST_DELAY:g} s"

@@ -70,7 +70,6 @@ def run_bridge(
 
 
 def _tell(publisher: FlightPublisher, subscriber: PoseSubscriber | None, told: set[str]) -> None:
-    """Say on stderr what was left out, a reason of the flight's once."""
     for reason in set(publisher.refusals) - told:
         told.add(reason)
         typer.echo(f"doorman: feed: left out: {reason}", err=True)
@@ -79,15 +78,12 @@ def _tell(publisher: FlightPublisher, subscriber: PoseSubscriber | None, told: s
 
 
 class _Part(threading.Thread):
-    """Repeats a step until the bridge is over; an error ends the bridge."""
-
     def __init__(self, step: Callable[[], None], over: threading.Event) -> None:
         super().__init__(daemon=True)
         self._step, self._over = step, over
         self.error: BaseException | None = None
 
     def run(self) -> None:
-        """Work."""
         try:
             while not self._over.is_set():
                 self._step()

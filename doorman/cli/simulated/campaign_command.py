@@ -13,8 +13,6 @@ from doorman.cli.terminal import panels
 
 
 def add_campaign_command(app: typer.Typer, leave: Callable[[Callable[[], int]], None]) -> None:
-    """Register the command."""
-
     @app.command("campaign", rich_help_panel=panels.FLY)
     def campaign(
         scenario: Source = "push_campaign",

@@ -17,7 +17,6 @@ _PATIENCE = 10.0
 
 @contextmanager
 def live_view(model: Model, port: int | None) -> Iterator[Listener | None]:
-    """Serve the page, say where, and open it; after the flight, wait until a browser has it all."""
     if port is None:
         yield None
         return

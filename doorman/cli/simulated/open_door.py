@@ -89,7 +89,6 @@ def open_door(
 
 
 def _report_run(recording: Recording, model: Model, folder: Path, helper: PictureProcess | None, as_json: bool) -> int:
-    """Write summary and pictures, and say what happened; returns the exit status."""
     summary = recording.summary
     text = json.dumps(summary, indent=2)
     (folder / "summary.json").write_text(text + "\n", encoding="utf-8")
@@ -107,7 +106,6 @@ def _report_run(recording: Recording, model: Model, folder: Path, helper: Pictur
 
 
 def _print_complaints(report: Report, force: bool) -> None:
-    """To stderr, as `doorman check` prints them."""
     if not report.complaints:
         return
     console = Console(stderr=True, highlight=False)

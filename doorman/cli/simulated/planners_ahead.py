@@ -17,10 +17,8 @@ import doorman
 def planners_ahead(
     sources: Sequence[str], settings: Sequence[str], vehicle: str | None
 ) -> Iterator[subprocess.Popen[bytes]]:
-    """Have another process compile the planners of some scenarios into the cache; it ends with the block at the latest.
-
-    What it cannot do, the first process will: whatever goes wrong there is told by the first one.
-    """
+    """Have another process compile the planners of some scenarios into the cache; it ends with the block at the latest."""
+    # What it cannot do, the first process will: whatever goes wrong there is told by the first one.
     task = json.dumps({"sources": list(sources), "settings": list(settings), "vehicle": vehicle})
     places = [str(Path(doorman.__file__).parents[1]), *filter(None, [os.environ.get("PYTHONPATH")])]
     process = subprocess.Popen(
@@ -35,7 +33,6 @@ def planners_ahead(
 
 
 def main() -> None:
-    """Make the planners that the argument names."""
     from doorman.cli.task import load_task
     from doorman.planning.planner import Planner
 

@@ -35,12 +35,10 @@ _FLIGHT_PERIODS = 3
 
 
 def warm_up(sources: Sequence[str], settings: Sequence[str], as_json: bool, vehicle: str | None = None) -> int:
-    """Compile everything that planning, checking and flying some scenarios runs, and say what was done.
-
-    Every kernel is run once the way it is used, so that it is compiled for the arguments that it will get. What the cache
-    holds already is only loaded. Where it holds nothing, a second process compiles the planners meanwhile; the two begin at
-    different ends and share what they compile by the cache.
-    """
+    """Compile everything that planning, checking and flying some scenarios runs, and say what was done."""
+    # Every kernel is run once the way it is used, so that it is compiled for the arguments that it will get. What the cache
+    # holds already is only loaded. Where it holds nothing, a second process compiles the planners meanwhile; the two begin at
+    # different ends and share what they compile by the cache.
     started, before = time.perf_counter(), kernel_counts()
     is_shared = cache_content().kernels == 0 and _cores() > 1
     names = list(sources or shipped(scenario_directory(), ".toml"))

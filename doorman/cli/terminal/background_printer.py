@@ -17,11 +17,7 @@ _PATIENCE = 2.0
 
 
 class BackgroundPrinter:
-    """Prints lines in a thread of its own, in their order; whatever goes wrong there stays there.
-
-    Args:
-        stream: Where to.
-    """
+    """Prints lines in a thread of its own, in their order; whatever goes wrong there stays there."""
 
     def __init__(self, stream: TextIO) -> None:
         self._stream = stream

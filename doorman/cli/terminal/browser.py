@@ -8,10 +8,8 @@ import webbrowser
 
 
 def show_in_browser(address: str) -> bool:
-    """Open an address in a browser window; never in a terminal, whose text would be of no use.
-
-    The environment variable BROWSER names another one than the system's.
-    """
+    """Open an address in a browser window; never in a terminal, whose text would be of no use."""
+    # The environment variable BROWSER names another one than the system's.
     has_windows = sys.platform in ("darwin", "win32") or any(
         os.environ.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY")
     )

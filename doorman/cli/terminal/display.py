@@ -25,10 +25,8 @@ _REFRESH_INTERVAL = 0.2
 
 @contextmanager
 def flight_progress(duration: float, shown: bool) -> Iterator[OnProgress]:
-    """A progress bar with the time left, on stderr; silent where stderr is not a terminal.
-
-    It is drawn from within the callback, never by a thread of its own that would take time away from the planner.
-    """
+    """A progress bar with the time left, on stderr; silent where stderr is not a terminal."""
+    # It is drawn from within the callback, never by a thread of its own that would take time away from the planner.
     console = Console(stderr=True)
     if not (shown and console.is_terminal):
         yield lambda now, door_angle: None
@@ -61,7 +59,6 @@ class _CompiledColumn(ProgressColumn):
         self._counts, self._before = counts, counts().compiled
 
     def render(self, task: Task) -> Text:
-        """The number."""
         return Text(f"kernels compiled: {self._counts().compiled - self._before}")
 
 

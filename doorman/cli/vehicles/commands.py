@@ -31,7 +31,6 @@ class Motors(StrEnum):
 
 
 def add_vehicle_commands(app: typer.Typer, leave: Callable[[Callable[[], int]], None]) -> None:
-    """Register both commands."""
     app.command("rig", rich_help_panel=panels.VEHICLE)(_rig_command(leave))
     app.command("fly", rich_help_panel=panels.VEHICLE)(_fly_command(leave))
 

@@ -16,7 +16,6 @@ _Json = Annotated[bool, typer.Option("--json", help="Print the written values as
 
 
 def add_vehicle_file_commands(app: typer.Typer, leave: Callable[[Callable[[], int]], None]) -> None:
-    """Register the group."""
     group = typer.Typer(
         help="Write a vehicle file and add calibrations to it: URDF, links, servos, cameras, thrust.",
         no_args_is_help=True,

@@ -224,10 +224,8 @@ class _StatusLine:
 
 @contextmanager
 def _ctrl_c(session: FlightSession) -> Iterator[None]:
-    """Ctrl-C, SIGTERM, SIGQUIT and SIGHUP, of a terminal that is gone, go to the session; the handlers before are put back.
-
-    What would stop the program, as Ctrl-Z does, is ignored: the vehicle would hear nothing any more.
-    """
+    """Ctrl-C, SIGTERM, SIGQUIT and SIGHUP, of a terminal that is gone, go to the session; the handlers before are put back."""
+    # What would stop the program, as Ctrl-Z does, is ignored: the vehicle would hear nothing any more.
     asks = {signal.SIGINT: session.interrupt, signal.SIGTERM: session.terminate, signal.SIGQUIT: session.terminate}
     if signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN:  # nohup
         asks[signal.SIGHUP] = session.terminate

@@ -74,7 +74,6 @@ def fly_the_rig(
 
 
 def free_port() -> int:
-    """A UDP port on loopback that nobody uses now."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         probe.bind(("127.0.0.1", 0))
         return int(probe.getsockname()[1])

@@ -29,7 +29,6 @@ _LARGEST_LAG = 1.0
 
 
 def new_file(file: Path, urdf: str, base_link: str, tip: str, every_key: bool) -> int:
-    """Write a new vehicle file."""
     names = {"base_link": base_link, "tip": tip}
     if is_path(urdf) and not Path(urdf).is_file():
         raise DoormanError("no such file", field="--urdf", given=urdf)
@@ -48,13 +47,11 @@ def new_file(file: Path, urdf: str, base_link: str, tip: str, every_key: bool) -
 
 
 def write_zeros(file: Path, posture: str, servos: str | None, as_json: bool) -> int:
-    """Write the zeros of the servos."""
     angles = real_numbers(posture, "--posture", posture.count(",") + 1) or ()
     return _write(file, servo_zeros(VehicleFile.load(_own_path(file)), angles, servos), as_json)
 
 
 def write_object(file: Path, at: str, yaw: float, mocap: str | None, as_json: bool) -> int:
-    """Write where the tracked object is in the body."""
     place = real_numbers(at, "--at", 3) or ()
     if not math.isfinite(yaw):
         raise DoormanError("not an angle", field="--yaw", given=yaw, allowed="a finite number [rad]")
@@ -62,14 +59,12 @@ def write_object(file: Path, at: str, yaw: float, mocap: str | None, as_json: bo
 
 
 def write_origin(file: Path, hinge: str, latch: str, source: str, settings: Sequence[str], as_json: bool) -> int:
-    """Write where the cameras' axes are in the world."""
     scenario = VehicleFile.load(_own_path(file)).scenario(source, parse_overrides(settings))
     points = real_numbers(hinge, "--hinge", 3) or (), real_numbers(latch, "--latch", 3) or ()
     return _write(file, cameras_in_world(Door(scenario.door_urdf, scenario.door), *points), as_json)
 
 
 def write_learned(file: Path, run: Path | None, as_json: bool) -> int:
-    """Write what a flight has measured."""
     vehicle = VehicleFile.load(_own_path(file))
     path = chosen_recording(run)
     recording = Recording.load(path)

@@ -28,8 +28,6 @@ _DENSEST = 2.3e4
 
 @dataclass(frozen=True)
 class _Body:
-    """A link with a mass."""
-
     urdf: Path
     name: str
     mass: float
@@ -41,7 +39,6 @@ class _Body:
 
     @property
     def where(self) -> str:
-        """File and link."""
         return f"{self.urdf.name}: link {self.name}"
 
     @property

@@ -111,10 +111,8 @@ def _placement(door: Door, shape: UrdfShape) -> Array:
 
 
 def _lines(model: Model) -> Iterator[tuple[float, float, float, float]]:
-    """Lines along `into` at (along, up), and the part of each that the task needs free, from and to [m].
-
-    The first leads to the contact point. A vehicle that stays before the wall needs no other.
-    """
+    """Lines along `into` at (along, up), and the part of each that the task needs free, from and to [m]."""
+    # The first leads to the contact point. A vehicle that stays before the wall needs no other.
     door, at = model.door, (model.coupling.distance_from_hinge, model.coupling.height)
     before = model.surroundings in ("wall", "panel", "open") or door.side == "pull"
     for (along, up), offset in ((at, door.contact_offset), *(((a * door.width, u * door.height), door.surface_offset)

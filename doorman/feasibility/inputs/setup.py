@@ -162,8 +162,6 @@ def _arm_limits(model: Model, name: str) -> Finding:
 
 @dataclass(frozen=True)
 class JointMargin:
-    """Joint that comes nearest to a limit."""
-
     joint: str
     """Its name."""
     inside: float
@@ -178,7 +176,6 @@ class JointMargin:
 
 
 def joint_margin(model: Model, arms: Array) -> JointMargin:
-    """Joint that comes nearest to a limit."""
     vehicle = model.vehicle
     inside = np.minimum(arms - vehicle.lower_limits, vehicle.upper_limits - arms).min(axis=0)
     worst = int(np.argmin(inside))
@@ -186,11 +183,9 @@ def joint_margin(model: Model, arms: Array) -> JointMargin:
 
 
 def _constraints_at(model: Model, name: str) -> Finding:
-    """Start or goal against the planner's constraints.
-
-    A start inside the margin is left at once; a goal out of bounds makes the planner settle for a compromise, which the
-    rehearsal judges.
-    """
+    """Start or goal against the planner's constraints."""
+    # A start inside the margin is left at once; a goal out of bounds makes the planner settle for a compromise, which the
+    # rehearsal judges.
     margin = model.scenario.planner.margin
     h = model.constraints(model.start_state if name == "start" else model.goal_state)
     excess = h + margin

@@ -153,10 +153,8 @@ def _thrust(model: Model, rehearsal: Rehearsal) -> Finding:
 
 
 def _forces(model: Model, rehearsal: Rehearsal) -> list[Finding]:
-    r"""Force on the door: its pull, and of :math:`F_R = f_t R e_3 - m g e_3` the servo torques.
-
-    These are :math:`J_d^T R^T F_R` and the torques of the arm's own weight.
-    """
+    r"""Force on the door: its pull, and of :math:`F_R = f_t R e_3 - m g e_3` the servo torques."""
+    # These are :math:`J_d^T R^T F_R` and the torques of the arm's own weight.
     torques = []
     for state, inputs in _every(model, rehearsal):
         rotation = rotation_body_to_world(state[:3])

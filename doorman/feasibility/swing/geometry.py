@@ -20,7 +20,6 @@ _TRACKING = 0.01
 
 
 def geometry_findings(model: Model, duration: float) -> list[Finding]:
-    """Whether postures exist along the whole swing, and whether the vehicle is strong enough to move the door there."""
     without_jambs = np.arange(len(model.vehicle.point_names) + 1)
     return [
         _reach(model, best_swing(model, without_jambs)),

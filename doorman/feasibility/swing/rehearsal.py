@@ -120,10 +120,8 @@ def _tugged(model: Model) -> Array:
 
 
 def rehearse(model: Model, duration: float | None = None) -> Rehearsal:
-    """Run the planner on a model of the swing, one plan each time step.
-
-    As in flight, a plan that may not be flown is dropped, and the last good one followed to its end.
-    """
+    """Run the planner on a model of the swing, one plan each time step."""
+    # As in flight, a plan that may not be flown is dropped, and the last good one followed to its end.
     planner = Planner(model)
     pushes = model.scenario.contact.kind == "push"
     against = math.copysign(resistance(model), model.goal_angle - model.start_angle)

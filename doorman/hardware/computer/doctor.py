@@ -27,8 +27,6 @@ _GOOD_CLOCKS = ("tsc", "arch_sys_counter", "kvm-clock")
 
 
 class Complaint(Enum):
-    """What a row says."""
-
     NONE = "ok"
     WORSE = "could be better"
     """It can fly, worse."""
@@ -38,8 +36,6 @@ class Complaint(Enum):
 
 @dataclass(frozen=True)
 class Row:
-    """One thing that was looked at."""
-
     name: str
     complaint: Complaint
     found: str
@@ -48,7 +44,6 @@ class Row:
 
 
 def examine(host: Host, folder: Path) -> list[Row]:
-    """Look at everything."""
     looks: tuple[Callable[[], Iterator[Row]], ...] = (
         _versions, lambda: _permissions(host), lambda: _latency_timers(host), lambda: _modem_manager(host),
         lambda: _priority(host), lambda: _governor(host), lambda: _clock(host), lambda: _buffers(host),

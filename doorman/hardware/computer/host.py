@@ -15,20 +15,16 @@ REAL_TIME_PRIORITY = 20
 
 @dataclass(frozen=True)
 class Host:
-    """A computer."""
-
     root: Path = Path("/")
     """Where its files begin."""
 
     def read(self, path: str) -> str | None:
-        """Content of a file without blanks around it; None if it cannot be read."""
         try:
             return (self.root / path).read_text(encoding="utf-8", errors="replace").strip()
         except OSError:
             return None
 
     def each(self, pattern: str) -> Iterator[tuple[str, str]]:
-        """Path and content of all files that match."""
         for file in sorted(self.root.glob(pattern)):
             path = str(file.relative_to(self.root))
             text = self.read(path)
@@ -36,16 +32,13 @@ class Host:
                 yield path, text
 
     def serial_devices(self) -> list[Path]:
-        """Serial devices on USB."""
         return sorted([*self.root.glob("dev/ttyUSB*"), *self.root.glob("dev/ttyACM*")])
 
     def runs(self, program: str) -> bool:
-        """Whether a program runs."""
         return any(name == program[:15] for _, name in self.each("proc/[0-9]*/comm"))
 
     @staticmethod
     def may(device: Path) -> bool:
-        """Whether we may read and write a device."""
         return os.access(device, os.R_OK | os.W_OK)
 
     @staticmethod
@@ -56,7 +49,6 @@ class Host:
 
     @staticmethod
     def free_space(folder: Path) -> int:
-        """Free space on the disk of a folder [bytes]."""
         return shutil.disk_usage(folder).free
 
     @staticmethod

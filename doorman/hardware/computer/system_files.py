@@ -10,8 +10,6 @@ _FOLDER = Path(__file__).parent / "files"
 
 @dataclass(frozen=True)
 class SystemFile:
-    """One file."""
-
     name: str
     """As shipped."""
     place: str
@@ -19,7 +17,6 @@ class SystemFile:
 
     @property
     def text(self) -> str:
-        """Content of the file."""
         return (_FOLDER / self.name).read_text(encoding="utf-8")
 
 

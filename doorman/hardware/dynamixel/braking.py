@@ -20,7 +20,6 @@ Array = NDArray[np.float64]
 
 
 def stopping_rate(distance: float, deceleration: float, delay: float) -> float:
-    """Largest rate from which a joint still stops within a distance."""
     if not distance > 0.0:
         return 0.0
     return deceleration * (math.sqrt(delay * delay + 2.0 * distance / deceleration) - delay)
@@ -38,19 +37,14 @@ def allowed_rate(
 
 
 class RateRounder:
-    """Rounds rates to the servo's counts of 0.024 rad/s and carries the rest over to the next cycle.
+    """Rounds rates to the servo's counts of 0.024 rad/s and carries the rest over to the next cycle."""
 
-    So a slow joint moves at its mean rate instead of standing still or running too fast. Nothing is carried over a stop.
-
-    Args:
-        n: Number of joints.
-    """
+    # So a slow joint moves at its mean rate instead of standing still or running too fast. Nothing is carried over a stop.
 
     def __init__(self, n: int) -> None:
         self._rests = [0.0] * n
 
     def round(self, joint: int, rate: float) -> int:
-        """Counts to command."""
         if rate == 0.0:
             self._rests[joint] = 0.0
             return 0
@@ -60,5 +54,4 @@ class RateRounder:
         return counts if counts * rate > 0.0 else 0
 
     def clear(self) -> None:
-        """Forget all rests."""
         self._rests = [0.0] * len(self._rests)

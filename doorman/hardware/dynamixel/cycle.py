@@ -31,8 +31,6 @@ _UNHEARD = ServoFault.TIMEOUT | ServoFault.CORRUPT | ServoFault.LATE | ServoFaul
 
 @dataclass(frozen=True)
 class ServoCommand:
-    """What the controller asked for."""
-
     rates: tuple[float, ...]
     """Of the joints, shape (n_joints,) [rad/s]."""
     current: float
@@ -44,14 +42,7 @@ class ServoCommand:
 
 
 class ServoCycle:
-    """What the adapter knows of its servos, and what it does with them once in a period.
-
-    Args:
-        link: To the bus.
-        ready: What commissioning learnt, in the order of the joints.
-        config: Joints, limits and thresholds.
-        log: Gets every fault that begins or ends.
-    """
+    """What the adapter knows of its servos, and what it does with them once in a period."""
 
     def __init__(self, link: Link, ready: tuple[ReadyServo, ...], config: ServoConfig, log: EventLog) -> None:
         self._config = config
@@ -70,7 +61,6 @@ class ServoCycle:
 
     @property
     def ready(self) -> tuple[ReadyServo, ...]:
-        """What is known of every servo, in the order of the joints."""
         return tuple(self._ready)
 
     def use(self, link: Link) -> None:
@@ -87,7 +77,6 @@ class ServoCycle:
         self.reader.absent.discard(joint)
 
     def listen(self) -> bool:
-        """Read all servos without commanding them."""
         for joint, reply in self.reader.read().items():
             self.monitors[joint].take(reply)
             if reply.ok and joint in self.reader.absent:
@@ -95,7 +84,6 @@ class ServoCycle:
         return all(monitor.telemetry is not None for monitor in self.monitors)
 
     def step(self, command: ServoCommand | None) -> ServoSample:
-        """Read, judge, command."""
         self.count += 1
         self.listen()
         now = self._link.now()
@@ -184,7 +172,6 @@ class ServoCycle:
         self._goals = [sign * count * VELOCITY_UNIT for sign, count in zip(self._config.signs[:n], counts, strict=True)]
 
     def _wanted_current(self, command: ServoCommand, now: float) -> float:
-        """Current of the gripper: none once it has let go by itself, until somebody asks for one anew."""
         gripper = self.monitors[-1]
         failed = gripper.latched or gripper.fault & ServoFault.WATCHDOG or self.bus_fault & ServoFault.INTERNAL
         if failed or self.reader.excluded == self._config.n_joints:

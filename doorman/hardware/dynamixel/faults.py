@@ -117,19 +117,12 @@ class ServoEvent:
 
 
 class EventLog:
-    """Newest events, written by one thread and taken by another.
-
-    Args:
-        size: Number of events that are kept; older ones are dropped and counted.
-    """
-
     def __init__(self, size: int = 4096) -> None:
         self._events: deque[ServoEvent] = deque(maxlen=size)
         self._written = 0
         self._taken = 0
 
     def write(self, event: ServoEvent) -> None:
-        """Append an event."""
         self._events.append(event)
         self._written += 1
 
@@ -150,5 +143,4 @@ class EventLog:
 
     @property
     def dropped(self) -> int:
-        """Number of events that were lost since nobody took them."""
         return self._written - self._taken - len(self._events)

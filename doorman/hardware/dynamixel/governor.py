@@ -11,12 +11,7 @@ from doorman.hardware.dynamixel.wire.units import VELOCITY_UNIT
 
 
 class RateGovernor:
-    """Decides how fast every joint may turn.
-
-    Args:
-        config: Joints and limits.
-        velocity_limits: Largest goal velocity that each servo accepts, as counts.
-    """
+    """Decides how fast every joint may turn."""
 
     def __init__(self, config: ServoConfig, velocity_limits: Sequence[int]) -> None:
         lower, upper, rates = config.limits
@@ -30,7 +25,6 @@ class RateGovernor:
         self._rounder = RateRounder(config.n_joints)
 
     def counts(self, rates: Sequence[float], angles: Sequence[float], ages: Sequence[float]) -> list[int]:
-        """Goal velocities in the servos' directions."""
         counts = []
         for joint, sign in enumerate(self._config.signs[: self._config.n_joints]):
             largest = self._largest_counts[joint]

@@ -32,14 +32,7 @@ _HARDWARE = {
 
 
 class ServoMonitor:
-    """Memory of one servo's health.
-
-    Args:
-        config: Thresholds.
-        now: When the servo was last known to be well [s].
-        model: Its model number.
-        joint: Which joint it moves.
-    """
+    """Memory of one servo's health."""
 
     def __init__(self, config: ServoConfig, now: float, model: int, joint: int) -> None:
         self._config = config
@@ -129,10 +122,8 @@ class ServoMonitor:
         return fault | self._heat(telemetry.temperature) | self._strain(telemetry.current, now)
 
     def _jumps(self, telemetry: Telemetry, now: float) -> bool:
-        """Whether the angle is farther from the last one that was believed than the servo can have turned.
-
-        As time passes, it could have: an angle that is nearer to where the last one had jumped to has jumped with it.
-        """
+        """Whether the angle is farther from the last one that was believed than the servo can have turned."""
+        # As time passes, it could have: an angle that is nearer to where the last one had jumped to has jumped with it.
         before, suspect = self._before, self._jumped_to
         if before is None:
             return False

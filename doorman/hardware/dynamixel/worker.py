@@ -49,15 +49,7 @@ class BusStatistics:
 
 
 class BusWorker:
-    """Runs cycles until it is stopped.
-
-    Args:
-        connection: To the servos.
-        cycle: What is known of them.
-        config: Rate and time-outs.
-        log: Gets what happens.
-        first: Sample to begin with.
-    """
+    """Runs cycles until it is stopped."""
 
     def __init__(
         self, connection: Connection, cycle: ServoCycle, config: ServoConfig, log: EventLog, first: ServoSample
@@ -86,7 +78,6 @@ class BusWorker:
         self._thread.start()
 
     def stop(self, timeout: float) -> bool:
-        """End the cycles; the arm is commanded to stand still before the port is closed."""
         self._stopping.set()
         self._thread.join(timeout)
         return not self._thread.is_alive()
@@ -99,7 +90,6 @@ class BusWorker:
             return self.latest
 
     def statistics(self) -> BusStatistics:
-        """How the cycles ran until now."""
         starts = np.array(tuple(self._starts))
         periods = np.diff(starts) if len(starts) > 1 else np.array([self._config.period])
         median, high = np.percentile(periods, [50.0, 99.9])

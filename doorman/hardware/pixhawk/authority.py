@@ -39,12 +39,7 @@ _OURS = frozenset({Authority.PREPARING, Authority.ENGAGED, Authority.LANDING})
 
 
 class AuthorityKeeper:
-    """Follows the heartbeat's mode and stops the stream when it is not ours; asks for landing until it is confirmed.
-
-    Args:
-        stream: The setpoints.
-        events: Where changes are noted.
-    """
+    """Follows the heartbeat's mode and stops the stream when it is not ours; asks for landing until it is confirmed."""
 
     def __init__(self, stream: SetpointStream, events: EventLog) -> None:
         self._stream = stream
@@ -60,22 +55,18 @@ class AuthorityKeeper:
 
     @property
     def state(self) -> Authority:
-        """Whether setpoints are obeyed."""
         return self._state
 
     @property
     def landing_requested(self) -> bool:
-        """Whether landing is asked for and not confirmed yet."""
         return self._landing
 
     def prepare(self) -> None:
-        """Setpoints may stream; the mode is about to be asked for."""
         with self._lock:
             self._state = Authority.PREPARING
             self._landing = self._disarm_expected = False
 
     def withdraw(self, now: float) -> None:
-        """Stop commanding of our own accord."""
         with self._lock:
             self._stream.stop()
             self._state = Authority.NONE
@@ -131,13 +122,11 @@ class AuthorityKeeper:
             return [command_message(target, mavlink.MAV_CMD_DO_SET_MODE, *mode, confirmation=confirmation)]
 
     def accepted(self, command: int, now: float) -> None:
-        """Take in that the autopilot accepted a command."""
         with self._lock:
             if self._landing and command in _LANDING_COMMANDS:
                 self._next_request = now + _UNTIL_SHOWN
 
     def heartbeat(self, mode: Mode, armed: bool, system_status: int, dialect: Dialect, now: float) -> None:
-        """Take in a heartbeat of the autopilot."""
         with self._lock:
             self._note_changes(mode, armed, now)
             if system_status == _TERMINATED:

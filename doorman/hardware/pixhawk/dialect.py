@@ -117,5 +117,4 @@ ARDUPILOT = Dialect(
 
 
 def dialect_of(autopilot: int) -> Dialect | None:
-    """Dialect of a heartbeat's `autopilot` field; None for any other sender."""
     return next((dialect for dialect in (PX4, ARDUPILOT) if dialect.autopilot == autopilot), None)

@@ -87,11 +87,7 @@ class Event:
 
 
 class EventLog:
-    """Newest events and the conditions that hold; written by one thread, read by any.
-
-    Args:
-        capacity: Events kept until drained; the oldest go first.
-    """
+    """Newest events and the conditions that hold; written by one thread, read by any."""
 
     def __init__(self, capacity: int = 1000) -> None:
         self._lock = Lock()
@@ -110,7 +106,6 @@ class EventLog:
             self._events.append(Event(kind, time, message, values=MappingProxyType(values)))
 
     def happen_at_most(self, period: float, kind: EventKind, time: float, message: str, **values: object) -> None:
-        """Note an event unless one of its kind was noted a short time ago: floods stay readable."""
         if time - self._last_noted.get(kind, float("-inf")) >= period:
             self._last_noted[kind] = time
             self.happen(kind, time, message, **values)
@@ -126,7 +121,6 @@ class EventLog:
         return True
 
     def drain(self) -> tuple[Event, ...]:
-        """All events since the last call, oldest first."""
         with self._lock:
             events = tuple(self._events)
             self._events.clear()

@@ -22,8 +22,6 @@ _ARDUPILOT = {
 
 @dataclass(frozen=True)
 class Mode:
-    """A flight mode."""
-
     number: int
     """`custom_mode` of HEARTBEAT."""
     name: str
@@ -47,5 +45,4 @@ def px4_mode(number: int) -> Mode:
 
 
 def ardupilot_mode(number: int) -> Mode:
-    """Mode of ArduCopter from a `custom_mode`."""
     return Mode(number, _ARDUPILOT.get(number, f"mode {number}"))

@@ -57,7 +57,6 @@ def _hint(link: Link) -> str:
 
 
 def engage(link: Link, unarmed: bool = False) -> Outcome:
-    """Stream a hold at the present place, ask for the companion mode, and see it in the heartbeat."""
     timeouts = link.config.timeouts
     if not _until(link, lambda: link.tracker.sample.age(link.time.now()) <= timeouts.state, _PATIENCE):
         return Outcome(OutcomeStatus.NOT_READY, "no fresh position and attitude")
@@ -99,10 +98,8 @@ def engage(link: Link, unarmed: bool = False) -> Outcome:
 
 
 def arm(link: Link, timeout: float) -> Outcome:
-    """Ask to arm until the autopilot accepts it or the time is over, and see it in the heartbeat.
-
-    A vehicle that is to land is not armed.
-    """
+    """Ask to arm until the autopilot accepts it or the time is over, and see it in the heartbeat."""
+    # A vehicle that is to land is not armed.
     deadline = link.time.now() + timeout
     while True:
         if not _may_arm(link):
@@ -167,10 +164,8 @@ def take_off(link: Link, height: float) -> Outcome:
 
 
 def _take_off_by_command(link: Link, height: float) -> Outcome:
-    """NAV_TAKEOFF; refused while the motors are still spooling up, it is asked for again.
-
-    Where an acknowledgement got lost, the repeated command is refused although the vehicle climbs: its state decides.
-    """
+    """NAV_TAKEOFF; refused while the motors are still spooling up, it is asked for again."""
+    # Where an acknowledgement got lost, the repeated command is refused although the vehicle climbs: its state decides.
     outcome = Outcome(OutcomeStatus.TIMED_OUT)
 
     def lifts() -> bool:
@@ -209,7 +204,6 @@ def land(link: Link) -> Outcome:
 
 
 def leave(link: Link) -> None:
-    """Tell a vehicle that still flies by our setpoints to land, and see that it does, before the link is closed."""
     flying = link.tracker.sample.armed and link.authority.state is Authority.ENGAGED
     if flying and link.config.on_stop == "land" and link.open and link.request_landing():
         _until(link, lambda: link.authority.state is not Authority.ENGAGED, link.config.timeouts.stop)

@@ -76,7 +76,6 @@ def attitude_message(
     *,
     side: tuple[float, float] | None = None,
 ) -> Message:
-    """SET_ATTITUDE_TARGET of a setpoint."""
     quaternion = frame.quaternion_to_ned(from_attitude(setpoint.attitude.tolist()))
     target, rest = (boot_ms, system, component), (quaternion.tolist(), 0.0, 0.0, 0.0, thrust)
     if side is None:
@@ -88,7 +87,6 @@ def attitude_message(
 def position_message(
     setpoint: PositionSetpoint, frame: LocalFrame, boot_ms: int, system: int, component: int, *, hold: bool = False
 ) -> Message:
-    """SET_POSITION_TARGET_LOCAL_NED of a setpoint."""
     mask = POSITION_AND_YAW if hold else FULL_POSITION
     values = [
         *frame.position_to_ned(setpoint.position).tolist(),

@@ -39,7 +39,6 @@ class StraightWay:
 
     @property
     def duration(self) -> float:
-        """Duration of the way [s]."""
         length = float(np.linalg.norm(self.end - self.begin))
         return max(length / self.speed, abs(self._turn) / _TURN_RATE, _SHORTEST)
 

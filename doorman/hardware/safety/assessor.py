@@ -21,7 +21,6 @@ class Finding:
     """For how long it held by then [s]."""
 
     def __str__(self) -> str:
-        """Render the fault and what follows from it."""
         return f"{self.fault.value}: {self.action.name.lower()}"
 
 

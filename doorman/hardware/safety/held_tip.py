@@ -30,11 +30,7 @@ _ANGLE_NOISE = 0.005
 
 
 class HeldTip:
-    """Follows one tip from the moment at which the gripper holds.
-
-    Args:
-        model: Model of the scenario; its hinge is plumb.
-    """
+    """Follows one tip from the moment at which the gripper holds."""
 
     def __init__(self, model: Model) -> None:
         settings = model.scenario.estimation
@@ -58,7 +54,6 @@ class HeldTip:
         """By how much the last average does not fit, in standard deviations."""
 
     def take(self, position: Array, attitude: Array, arm_angles: Array, now: float) -> None:
-        """Take in what is measured at one time."""
         self._since = now if self._count == 0 else self._since
         self._sum = self._sum + position + self._coupling.tips(attitude[None], arm_angles[None])[0]
         self._count += 1

@@ -38,7 +38,6 @@ class Obedience:
         self._told = None
 
     def tell(self, told: Array, now: float) -> None:
-        """Take in what the autopilot is told."""
         rotation = rotation_body_to_world(told)
         if self._told is None:
             self._followed = rotation
@@ -48,7 +47,6 @@ class Obedience:
         self._told, self._last = rotation, now
 
     def angle(self, steered: Array) -> float:
-        """Angle by which the autopilot steers elsewhere."""
         if self._told is None:
             return math.nan
         off = pin.log3(self._told.T @ rotation_body_to_world(steered))

@@ -40,11 +40,7 @@ _LONGEST_STEP = 0.2
 
 
 class ForceEstimator:
-    """Force of the surroundings from two velocities and the thrust in between.
-
-    Args:
-        mass: m [kg].
-    """
+    """Force of the surroundings from two velocities and the thrust in between."""
 
     def __init__(self, mass: float) -> None:
         self._mass = mass
@@ -57,7 +53,6 @@ class ForceEstimator:
         return float(self._force[2]) / weight_of(self._mass) if self._known else math.nan
 
     def update(self, sample: VehicleSample, thrust: float) -> float:
-        """Take in a sample."""
         last, self._last = self._last, sample
         self._known = last is not None and math.isfinite(thrust) and bool(np.isfinite(sample.attitude).all())
         if last is None or not self._known:

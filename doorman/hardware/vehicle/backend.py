@@ -180,10 +180,8 @@ class VehicleBackend(Backend):
     def _setpoint(
         self, thrust: float, attitude: np.ndarray, side_force: tuple[float, float]
     ) -> AttitudeSetpoint | PositionSetpoint:
-        """The command as attitude and thrust, or as the acceleration that these make.
-
-        The latter stands at the measured position and velocity, so that the autopilot's own loops add nothing to it.
-        """
+        """The command as attitude and thrust, or as the acceleration that these make."""
+        # The latter stands at the measured position and velocity, so that the autopilot's own loops add nothing to it.
         if self._attitude_setpoints:
             return AttitudeSetpoint(thrust, attitude, side_force)
         measured = self._measured

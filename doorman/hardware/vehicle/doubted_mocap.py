@@ -34,15 +34,9 @@ BELIEVED_TURN = 0.3
 
 
 class DoubtedMocap(MocapReceiver):
-    """Mocap receiver whose poses count as lost in flight while they are far from where the autopilot is.
+    """Mocap receiver whose poses count as lost in flight while they are far from where the autopilot is."""
 
-    Far away are positions of a body that was found again since both agreed, and attitudes of any.
-
-    Args:
-        config: Of the receiver.
-        autopilot: Who contradicts; need not be open.
-        clock: By which it waits.
-    """
+    # Far away are positions of a body that was found again since both agreed, and attitudes of any.
 
     def __init__(self, config: MocapConfig, autopilot: Autopilot, clock: Clock = REAL_TIME) -> None:
         super().__init__(config, clock)
@@ -65,7 +59,6 @@ class DoubtedMocap(MocapReceiver):
         return self._judged(super().read())
 
     def wait(self, sample: PoseSample, timeout: float) -> PoseSample:
-        """A newer measurement, see `MocapReceiver.wait`; lost while it is doubted."""
         return self._judged(super().wait(sample, timeout))
 
     def _judged(self, pose: PoseSample) -> PoseSample:

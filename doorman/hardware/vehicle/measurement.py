@@ -38,7 +38,6 @@ def compose(
     servo_patience: float,
     tip_force: float | None = None,
 ) -> Measurement:
-    """Measurement for one tick."""
     heard = vehicle.status is SampleStatus.FRESH
     if not heard and (pose is None or vehicle.status is not SampleStatus.STALE):
         raise BackendError(f"the autopilot's state is {vehicle.status.value}", field="pixhawk",

@@ -27,12 +27,7 @@ class TickStatistics:
 
 
 class Ticker:
-    """Waits for the next tick; a tick that has passed already is left out, not made up for.
-
-    Args:
-        period: Between ticks [s].
-        clock: By which it waits.
-    """
+    """Waits for the next tick; a tick that has passed already is left out, not made up for."""
 
     def __init__(self, period: float, clock: Clock = REAL_TIME) -> None:
         self.period, self._clock = period, clock
@@ -44,7 +39,6 @@ class Ticker:
         """Between ticks, the first of them [s]."""
 
     def wait(self) -> float:
-        """Sleep until the next tick; the first one is now."""
         now = self._clock.now()
         if self._next is None:
             self._next = self._last = now
@@ -62,7 +56,6 @@ class Ticker:
         return now
 
     def statistics(self) -> TickStatistics:
-        """Figures since the first tick."""
         periods = np.array(self.periods or [self.period])
         return TickStatistics(
             ticks=len(self.periods) + 1,

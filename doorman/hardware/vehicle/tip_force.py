@@ -26,11 +26,7 @@ TipForceSource = Callable[[], TipReading | None]
 
 
 class TipForce:
-    """Readings that can be used, and events that tell when there are none.
-
-    Args:
-        source: The sensor.
-    """
+    """Readings that can be used, and events that tell when there are none."""
 
     def __init__(self, source: TipForceSource) -> None:
         self._source = source
@@ -38,7 +34,6 @@ class TipForce:
         self._fault = ""
 
     def read(self, now: float) -> float | None:
-        """The force now."""
         force, fault = math.nan, ""
         try:
             reading = self._source()

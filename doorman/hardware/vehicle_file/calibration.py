@@ -87,7 +87,6 @@ def object_in_body(
 
 
 def _mean_pose(config: MocapConfig, duration: float) -> tuple[Array, Array]:
-    """Mean position and rotation of an object that stands still."""
     positions, quaternions = [], []
     with MocapReceiver(config) as receiver:
         pose, end = receiver.read(), time.monotonic() + duration

@@ -37,8 +37,6 @@ _LENGTH = struct.Struct("<I")
 
 
 class Field(NamedTuple):
-    """One named value of a message."""
-
     name: str
     kind: Kind
     shape: tuple[int, ...]
@@ -51,12 +49,6 @@ class Field(NamedTuple):
 
 
 class Layout:
-    """Where the fields of a message stand.
-
-    Args:
-        fields: In the order in which they were first given.
-    """
-
     def __init__(self, fields: Sequence[Field]) -> None:
         self.fixed = tuple(field for field in fields if field.kind != "string")
         self.texts = tuple(field for field in fields if field.kind == "string")

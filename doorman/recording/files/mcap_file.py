@@ -45,13 +45,6 @@ _FOOTER = struct.Struct("<BQQQ")
 
 
 class McapFile:
-    """Writes to a stream that nobody else writes to.
-
-    Args:
-        stream: Open for writing, at its beginning.
-        profile: Of the file's header.
-    """
-
     def __init__(self, stream: IO[bytes], profile: str) -> None:
         self._stream, self._place = stream, 0
         self._compress = zstandard.ZstdCompressor(level=_LEVEL).compress
@@ -66,13 +59,11 @@ class McapFile:
         self._write(_bytes_of([Header(profile, "doorman")]))
 
     def add_metadata(self, name: str, entries: Mapping[str, str]) -> None:
-        """Write a metadata record."""
         data = _bytes_of([Metadata(name=name, metadata=dict(entries))])
         self._metadata.append(MetadataIndex(offset=self._place, length=len(data), name=name))
         self._write(data)
 
     def add_attachment(self, name: str, media_type: str, content: bytes) -> None:
-        """Write an attachment."""
         data = _bytes_of([Attachment(create_time=0, log_time=0, name=name, media_type=media_type, data=content)])
         index = AttachmentIndex(
             offset=self._place, length=len(data), create_time=0, log_time=0, data_size=len(content), name=name,
@@ -120,7 +111,6 @@ class McapFile:
         self._chunks.append(index)
 
     def finish(self) -> None:
-        """Write the summary and the end; the stream stays open."""
         self._write(_bytes_of([DataEnd(0)]))
         groups: list[tuple[Opcode, list[McapRecord]]] = [
             (Opcode.SCHEMA, [*self._schemas]), (Opcode.CHANNEL, [*self._channels]),

@@ -35,12 +35,7 @@ _WORDS: dict[Kind, str] = {
 
 
 class MessageType:
-    """Fields of one topic's messages.
-
-    Args:
-        topic: Name of the topic, for errors.
-        fields: The fields, in the order in which they were first given.
-    """
+    """Fields of one topic's messages."""
 
     def __init__(self, topic: str, fields: Sequence[Field]) -> None:
         self.topic = topic
@@ -95,7 +90,6 @@ class MessageType:
         )  # fmt: skip
 
     def other_fields(self, message: Mapping[str, Value]) -> RecordingError:
-        """The error for a message with other fields."""
         names = ", ".join(field.name for field in self.fields)
         return RecordingError(
             "other fields than in the topic's first message", field=self.topic, given=", ".join(message), allowed=names
@@ -117,11 +111,9 @@ def joined(blocks: Sequence[Columns]) -> Columns:
 
 
 def header_schema(value: Any) -> dict[str, Any]:
-    """The JSON schema of a recording's header, or of a part of it.
-
-    Viewers iterate over `properties` and know no other types than these: what is null, or an array of other things than plain
-    values, is left out, which a schema may do.
-    """
+    """The JSON schema of a recording's header, or of a part of it."""
+    # Viewers iterate over `properties` and know no other types than these: what is null, or an array of other things than plain
+    # values, is left out, which a schema may do.
     if isinstance(value, Mapping):
         entries = {name: header_schema(entry) for name, entry in value.items()}
         return {"type": "object", "properties": {name: schema for name, schema in entries.items() if schema}}

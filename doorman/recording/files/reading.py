@@ -44,8 +44,6 @@ _BLOCK = 1 << 20
 
 @dataclass
 class Contents:
-    """What could be read of a file."""
-
     header: dict[str, Any] | None = None
     topics: dict[str, Columns] = field(default_factory=dict)
     attachments: dict[str, bytes] = field(default_factory=dict)

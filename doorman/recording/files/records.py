@@ -24,8 +24,6 @@ _IGNORED = (Opcode.SCHEMA, Opcode.CHANNEL, Opcode.HEADER)
 
 
 class Record(NamedTuple):
-    """A record as it stands in the file."""
-
     opcode: int
     content: bytes
     end: int

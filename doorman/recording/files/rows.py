@@ -44,8 +44,6 @@ class Framed(NamedTuple):
 
 
 class _Group:
-    """Fields of one kind, as they stand in a message: single values, then arrays."""
-
     def __init__(self, fields: list[Field]) -> None:
         self.kind = fields[0].kind
         self.dtype = np.dtype(STORED[self.kind])
@@ -63,11 +61,7 @@ class _Group:
 
 
 class Rows:
-    """Gathers messages of one type.
-
-    Args:
-        type_: Their type.
-    """
+    """Gathers messages of one type."""
 
     def __init__(self, type_: MessageType) -> None:
         self.type = type_
@@ -93,7 +87,6 @@ class Rows:
         return len(self._records) >= self._most
 
     def add(self, time: float, message: Mapping[str, Value]) -> None:
-        """Copy a message."""
         parts, name = [self._begin], ""
         single: list[Any] = [time]
         try:
@@ -148,7 +141,6 @@ class Rows:
         return self.type.columns(rows, tails)
 
     def clear(self) -> None:
-        """Forget the messages."""
         self._records = []
 
     def _fixed(self, records: Sequence[bytes]) -> bytes:

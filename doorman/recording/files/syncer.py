@@ -9,11 +9,7 @@ from pathlib import Path
 
 
 class Syncer:
-    """A thread that calls fsync whenever it is asked to; what is asked for meanwhile is done once, afterwards.
-
-    Args:
-        descriptor: Of the file; the syncer has a copy of its own.
-    """
+    """A thread that calls fsync whenever it is asked to; what is asked for meanwhile is done once, afterwards."""
 
     def __init__(self, descriptor: int) -> None:
         self._descriptor = os.dup(descriptor)
@@ -24,13 +20,11 @@ class Syncer:
         self._thread.start()
 
     def ask(self) -> None:
-        """Have the disk take, soon, what was written until now."""
         if self._error is not None:
             raise self._error
         self._asked.set()
 
     def sync(self) -> None:
-        """Have the disk take what was written until now, and wait for it."""
         if self._error is not None:
             raise self._error
         os.fsync(self._descriptor)

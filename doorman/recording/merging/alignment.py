@@ -66,7 +66,6 @@ class Alignment:
 
 
 def align_by_rates(run_time: Array, run_rates: Array, log_time: Array, log_rates: Array) -> Alignment:
-    """Offset by cross-correlation."""
     run_start, run = _on_grid(run_time, run_rates, "the run")
     log_start, log = _on_grid(log_time, log_rates, "the log")
     lags, correlation = _correlation(run, log)

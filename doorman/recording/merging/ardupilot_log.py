@@ -58,7 +58,6 @@ class _Kind:
 
 
 def read_ardupilot_log(file: Path) -> FlightLog:
-    """Read a DataFlash log."""
     content = read_bytes(file, LARGEST_LOG, RecordingError)
     kinds, bad = _kinds(content)
     logged = {name: rows for kind in kinds for name, rows in _logged(kind, content)}
@@ -69,7 +68,6 @@ def read_ardupilot_log(file: Path) -> FlightLog:
 
 
 def _kinds(content: bytes) -> tuple[list[_Kind], int]:
-    """Kinds with the places of their messages, and how often what came was none."""
     kinds = {
         _FORMAT_KIND: _Kind("FMT", 89, dict(zip(("Type", "Length", "Name", "Format", "Columns"), "BBnNZ", strict=True)))
     }

@@ -31,10 +31,8 @@ class LogRows:
 
 
 def timed_topics(logged: Mapping[str, LogRows]) -> tuple[dict[str, LogTopic], dict[str, int]]:
-    """Topics in the order of their times, and how many messages of which were left out.
-
-    A damaged time goes ahead of all that follow, or behind all before; or it is hours from the middle of the log.
-    """
+    """Topics in the order of their times, and how many messages of which were left out."""
+    # A damaged time goes ahead of all that follow, or behind all before; or it is hours from the middle of the log.
     times = {name: rows.stamps.astype(np.float64) * _MICRO for name, rows in logged.items()}
     good = {name: _in_order(time) for name, time in times.items()}
     every = np.concatenate([np.empty(0), *(times[name][good[name]] for name in times)])

@@ -64,7 +64,6 @@ class _Logged:
 
 
 def read_px4_log(file: Path) -> FlightLog:
-    """Read a ULog."""
     found = _Reader(read_bytes(file, LARGEST_LOG, RecordingError))
     logged: dict[str, LogRows] = {}
     for one in found.logged.values():
@@ -84,8 +83,6 @@ def read_px4_log(file: Path) -> FlightLog:
 
 
 class _Reader:
-    """Walks through the messages of a log."""
-
     def __init__(self, content: bytes) -> None:
         self._content = content
         self._formats: dict[str, list[tuple[str, int | None, str]]] = {}
@@ -100,7 +97,6 @@ class _Reader:
             place = self._step(place)
 
     def _step(self, place: int) -> int | None:
-        """Take in the message at a place; where the next one begins."""
         end = self._end(place)
         for start in self._appended:
             if place < start < (len(self._content) if end is None else end):
@@ -170,7 +166,6 @@ class _Reader:
         return True
 
     def _learn(self, text: str) -> bool:
-        """Take in a format."""
         fields = _fields_of(text)
         if fields is not None:
             self._formats[text.partition(":")[0]] = fields

@@ -81,16 +81,7 @@ class Wiring:
 
 
 class ArduPilotSitl(Uncopied):
-    """Flies the plant, as `RotorPilot`. Before ArduPilot has called, and after it has fallen silent, the motors stand still.
-
-    Args:
-        layout: Rotors of the vehicle.
-        port: UDP port on loopback.
-        motors: Whether the plant undoes what the autopilot makes of thrust by default, or has the signal squared.
-
-    Raises:
-        BackendError: if ArduPilot does not know such a frame.
-    """
+    """Flies the plant, as `RotorPilot`. Before ArduPilot has called, and after it has fallen silent, the motors stand still."""
 
     program = "ArduPilot"
     rate = STATE_RATE
@@ -108,15 +99,12 @@ class ArduPilotSitl(Uncopied):
 
     @property
     def connected(self) -> bool:
-        """Whether ArduPilot is there."""
         return self._peer is not None
 
     def start(self) -> None:
-        """Listen, on loopback only."""
         self._socket = listener(socket.SOCK_DGRAM, self._port)
 
     def stop(self) -> None:
-        """Listen no more; may be called twice."""
         one, self._socket, self._peer = self._socket, None, None
         if one is not None:
             one.close()
@@ -149,7 +137,6 @@ class ArduPilotSitl(Uncopied):
             self._socket.sendto(text.encode(), self._peer)
 
     def command(self, pixhawk_port: int, folder: Path) -> str:
-        """What starts ArduPilot's simulation for the rig, with its parameters in a file of its own."""
         defaults = folder / PARAMETERS.name
         frame = f"FRAME_CLASS {_CLASSES[len(self._limits)]}\n"
         defaults.write_text(PARAMETERS.read_text(encoding="utf-8") + frame, encoding="utf-8")

@@ -74,16 +74,7 @@ def _parser() -> Any:
 
 
 class Px4Sitl(Uncopied):
-    """Flies the plant, as `RotorPilot`. Before PX4 has called, and after it has fallen silent, the motors stand still.
-
-    Args:
-        layout: Rotors of the vehicle.
-        port: TCP port on loopback.
-        motors: Whether PX4 is given the curve of the plant's motors, whose thrust is the signal squared, or its own default.
-
-    Raises:
-        BackendError: if PX4 knows no vehicle with so many rotors.
-    """
+    """Flies the plant, as `RotorPilot`. Before PX4 has called, and after it has fallen silent, the motors stand still."""
 
     program = "PX4"
     rate = STATE_RATE
@@ -106,15 +97,12 @@ class Px4Sitl(Uncopied):
 
     @property
     def connected(self) -> bool:
-        """Whether PX4 is there."""
         return self._peer is not None
 
     def start(self) -> None:
-        """Listen, on loopback only."""
         self._listener = listener(socket.SOCK_STREAM, self._port)
 
     def stop(self) -> None:
-        """Listen no more; may be called twice."""
         one, self._listener = self._listener, None
         if one is not None:
             one.close()
@@ -162,7 +150,6 @@ class Px4Sitl(Uncopied):
             self._hang_up()
 
     def command(self, pixhawk_port: int, folder: Path) -> str:
-        """What starts PX4's simulation for the rig, with its parameters in a file of its own."""
         calls = simulator_port(pixhawk_port)
         if calls != self._port:
             raise BackendError("no instance of PX4 that sends to that pixhawk_port calls here", field="sitl_port",

@@ -40,11 +40,10 @@ def specific_force(last: Truth, truth: Truth) -> Array:
 
 
 class RotorPilot(Protocol):
-    """An autopilot's own code ("software in the loop") at the other end of a socket on loopback.
+    """An autopilot's own code ("software in the loop") at the other end of a socket on loopback."""
 
-    The two run in lockstep: it answers every state with the outputs of its motors, and waits for the next state. Before it has
-    called, and after it has fallen silent, the motors stand still.
-    """
+    # The two run in lockstep: it answers every state with the outputs of its motors, and waits for the next state. Before it has
+    # called, and after it has fallen silent, the motors stand still.
 
     program: str
     """What it is called."""

@@ -127,7 +127,6 @@ def _draw_tip_force(axes: Axes, recording: Recording, model: Model) -> None:
 
 
 def planned_normal_force(states: Array, inputs: Array, model: Model) -> Array:
-    """Force that the plan wants on the door along its normal, n_Dᵀ(f_t R e₃ − m g e₃)."""
     weight = np.array([0.0, 0.0, model.vehicle.weight])
     force = np.full(len(states), np.nan)
     for k in np.flatnonzero(np.isfinite(states).all(axis=1)):

@@ -15,16 +15,7 @@ Array = NDArray[np.float64]
 
 
 def estimate_figure(recording: Recording, model: Model, found: LeafReplay) -> Figure:
-    """The leaf's joint, the tip's force and the probabilities of the hypotheses, with bands of two deviations.
-
-    Args:
-        recording: That was replayed; its topic `truth` is drawn where there is one.
-        model: Model of the recorded scenario.
-        found: What the filter would have known.
-
-    Returns:
-        The figure; `save` writes it.
-    """
+    """The leaf's joint, the tip's force and the probabilities of the hypotheses, with bands of two deviations."""
     figure = Figure(figsize=(9.0, 7.0), layout="constrained")
     angle, force, chance = figure.subplots(3, 1, sharex=True)
     door = model.door

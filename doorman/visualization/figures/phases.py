@@ -17,7 +17,6 @@ _LEAST_SHARE = 0.035
 
 
 def phases(recording: Recording, end: float) -> list[tuple[str, float, float]]:
-    """Phases of a mission."""
     if "mission" not in recording:
         return []
     mission = recording["mission"]

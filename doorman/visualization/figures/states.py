@@ -68,7 +68,6 @@ def states_figure(recording: Recording, model: Model) -> Figure:
 
 
 def _legend(figure: Figure, panels: Any) -> None:
-    """One legend for all panels."""
     entries: dict[str, Any] = {}
     for axes in panels:
         for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):

@@ -40,12 +40,6 @@ _SUN = np.array([-0.55, 0.25, 0.8])
 
 
 class Drawing:
-    """Draws moments of one scenario.
-
-    Args:
-        model: Model of the scenario.
-    """
-
     def __init__(self, model: Model) -> None:
         self._model = model
         self._shapes = {
@@ -76,7 +70,6 @@ class Drawing:
         }  # fmt: skip
 
     def frame(self, moment: Moment) -> dict[str, Any]:
-        """What moves, at one moment."""
         model = self._model
         body = self._body(moment)
         placements = self._placements(moment, body)

@@ -16,13 +16,11 @@ _Y_TO_Z = np.array([[1.0, 0.0, 0.0, 0.0], [0.0, 0.0, -1.0, 0.0], [0.0, 1.0, 0.0,
 
 
 def show(path: str, shape: VisualShape) -> list[Command]:
-    """The commands that show a shape at a node."""
     turn = _Y_TO_Z if shape.kind == "cylinder" else np.eye(4)  # the viewer's cylinders stand along y
     return [_set_object(path, _geometry(shape), shape.color), place(path, shape.placement @ turn)]
 
 
 def place(path: str, placement: Array) -> Command:
-    """The command that puts a node at a placement."""
     return {"type": "set_transform", "path": path, "matrix": placement.T.ravel().round(6).tolist()}
 
 

@@ -51,11 +51,9 @@ class Moment:
 
 
 def recorded_moments(recording: Recording) -> list[Moment]:
-    """Moments of a recorded flight, evenly spaced; poses are interpolated.
-
-    The pose is the simulator's truth if the recording has it, else what was measured and estimated. Times with a value that is
-    not finite are left out.
-    """
+    """Moments of a recorded flight, evenly spaced; poses are interpolated."""
+    # The pose is the simulator's truth if the recording has it, else what was measured and estimated. Times with a value that is
+    # not finite are left out.
     time, rows = _poses(recording)
     frames = time[0] + np.arange(int((time[-1] - time[0]) * FRAMES_PER_SECOND + 1e-6) + 1) / FRAMES_PER_SECOND
     rows = np.column_stack([np.interp(frames, time, column) for column in rows.T])
@@ -74,16 +72,14 @@ def recorded_moments(recording: Recording) -> list[Moment]:
 
 
 class CurrentMoment:
-    """The moment that the newest messages of a recorder make.
+    """The moment that the newest messages of a recorder make."""
 
-    Hand it to a recorder as listener, or call `update` with every message.
-    """
+    # Hand it to a recorder as listener, or call `update` with every message.
 
     def __init__(self) -> None:
         self._newest: dict[str, tuple[float, dict[str, Any]]] = {}
 
     def update(self, topic: str, time: float, fields: Mapping[str, Any]) -> Moment | None:
-        """Take in one message."""
         if topic in ("truth", "measurement", "estimate", "plan", "mission"):
             self._newest[topic] = (time, dict(fields))
         if topic != ("truth" if "truth" in self._newest else "estimate") or not {"truth", "measurement"} & {
@@ -110,7 +106,6 @@ class CurrentMoment:
 
 
 def _poses(recording: Recording) -> tuple[Array, Array]:
-    """Times (m,) and rows [P, Φ, α, H], without jumps of the angles."""
     source = "truth" if "truth" in recording else "measurement"
     if source not in recording or (source == "measurement" and "estimate" not in recording):
         raise RecordingError(

@@ -18,7 +18,6 @@ from doorman.visualization.scene.meshcat_scene import Command
 
 
 def page(title: str, scene: Command, frames: Sequence[dict[str, Any]], live: str = "") -> str:
-    """The page as HTML."""
     folder = Path(__file__).parent
     template = Template((folder / "view.html").read_text(encoding="utf-8"))
     data = {"scene": scene, "frames": list(frames), "live": live}

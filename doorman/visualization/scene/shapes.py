@@ -41,10 +41,7 @@ class VisualShape:
 
 
 def visual_shapes(path: Path) -> tuple[VisualShape, ...]:
-    """What a URDF looks like.
-
-    Meshes are not read: a link that has nothing but meshes is drawn as rods from its origin to the joints it carries.
-    """
+    # Meshes are not read: a link that has nothing but meshes is drawn as rods from its origin to the joints it carries.
     root = check_structure(path)
     written = list(zip(read_visuals(path), root.findall("link/visual"), strict=True))
     named = {

@@ -38,7 +38,6 @@ _HIGH = 0.5
 
 
 def clearances(model: Model, moment: Moment) -> Array:
-    """Distance that is left to every surface."""
     door, radius, width = model.true_door, model.vehicle.radius, model.true_door.width
     normal, away = door.normal(moment.door_angle), moment.position - door.hinge_position
     in_body = rotation_body_to_world(moment.attitude).T @ normal
@@ -49,7 +48,6 @@ def clearances(model: Model, moment: Moment) -> Array:
 
 
 def surface_shapes(model: Model) -> dict[str, VisualShape]:
-    """What the surfaces look like."""
     door, base = model.true_door, model.vehicle.names.base_link
     height = model.scenario.contact.height
     leaf = _on_the_leaf(model)

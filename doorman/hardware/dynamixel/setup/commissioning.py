@@ -79,10 +79,8 @@ def position(servo: Servo, config: ServoConfig) -> int:
 def commission(
     servo: Servo, index: int, config: ServoConfig, log: EventLog, *, reboot: bool, write_eeprom: bool
 ) -> ReadyServo:
-    """Make a servo ready: identified, settings checked, telemetry block gathered, standing still with torque on.
-
-    The bus watchdog is left off, since the next instruction may take a while: `arm_watchdog` sets it.
-    """
+    """Make a servo ready: identified, settings checked, telemetry block gathered, standing still with torque on."""
+    # The bus watchdog is left off, since the next instruction may take a while: `arm_watchdog` sets it.
     findings = inspect(servo, index, config)
     _clear_errors(servo, config, reboot)
     if write_eeprom and findings:
@@ -184,10 +182,8 @@ def _ensure(servo: Servo, register: Register, value: int) -> None:
 
 
 def _gather_telemetry(servo: Servo) -> None:
-    """Point the indirect addresses at the telemetry block; left alone where they do already.
-
-    Torque goes off for that, as it is after power-up: some servos refuse them with torque on, which another program left.
-    """
+    """Point the indirect addresses at the telemetry block; left alone where they do already."""
+    # Torque goes off for that, as it is after power-up: some servos refuse them with torque on, which another program left.
     if servo.read_bytes(INDIRECT_ADDRESS, len(MAPPING), "indirect addresses") == MAPPING:
         return
     _ensure(servo, TORQUE_ENABLE, TORQUE_OFF)

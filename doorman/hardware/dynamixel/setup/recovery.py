@@ -17,10 +17,8 @@ from doorman.hardware.dynamixel.wire.port import PortLost
 def recover(
     cycle: ServoCycle, link: Link, config: ServoConfig, log: EventLog, deadline: float, breathe: Callable[[], None]
 ) -> list[str]:
-    """Set up again every servo that is missing or has a latched fault, with a reboot if it has shut down.
-
-    The arm stands still meanwhile.
-    """
+    """Set up again every servo that is missing or has a latched fault, with a reboot if it has shut down."""
+    # The arm stands still meanwhile.
     failures = []
     for joint, servo_id in enumerate(config.ids):
         if not cycle.monitors[joint].fault & (LATCHED | ServoFault.MISSING):

@@ -23,14 +23,7 @@ _DAMAGED_ON_THE_WAY = 3
 
 
 class Servo:
-    """One servo on a link, for set-up and recovery.
-
-    Args:
-        link: To the bus.
-        servo_id: Its id.
-        deadline: Of `time.monotonic`, after which nothing more is tried [s].
-        between: Called before every instruction; keeps the rest of the bus alive.
-    """
+    """One servo on a link, for set-up and recovery."""
 
     def __init__(self, link: Link, servo_id: int, deadline: float, between: Callable[[], None] = lambda: None) -> None:
         self.id = servo_id
@@ -41,7 +34,6 @@ class Servo:
         self._between = between
 
     def identify(self, models: tuple[int, ...]) -> None:
-        """Ping the servo and check what answers."""
         data = self._insist("ping", lambda: self._link.ping(self.id)).data
         self.model, self.firmware = int.from_bytes(data[:2], "little"), data[2]
         if self.model not in models:
@@ -52,23 +44,18 @@ class Servo:
                                given=self.firmware, allowed=f">= {OLDEST_FIRMWARE}; DYNAMIXEL Wizard updates it")  # fmt: skip
 
     def now(self) -> float:
-        """Time by the clock of the link [s]."""
         return self._link.now()
 
     def read(self, register: Register) -> int:
-        """Read a register."""
         return register.decode(self.read_bytes(register.address, register.size, register.name))
 
     def read_bytes(self, address: int, length: int, name: str) -> bytes:
-        """Read bytes of the control table."""
         return self._insist(f"read {name}", lambda: self._link.read(self.id, address, length)).data
 
     def write(self, register: Register, value: int) -> None:
-        """Write a register."""
         self.write_bytes(register.address, register.encode(value), register.name)
 
     def write_bytes(self, address: int, data: bytes, name: str) -> None:
-        """Write bytes of the control table."""
         self._insist(f"write {name}", lambda: self._link.write(self.id, address, data))
 
     def write_unanswered(self, register: Register, value: int) -> None:
@@ -81,10 +68,8 @@ class Servo:
         self._link.clear_watchdog(self.id, goal)
 
     def reboot(self, boot_timeout: float) -> None:
-        """Restart a servo that has shut down, and wait until it answers again.
-
-        It may go on answering for a while before it restarts: it has done so once it was silent, or shows no error any more.
-        """
+        """Restart a servo that has shut down, and wait until it answers again."""
+        # It may go on answering for a while before it restarts: it has done so once it was silent, or shows no error any more.
         heard, silent = self._link.reboot(self.id).ok, False
         end = min(self._link.now() + boot_timeout, self.deadline)
         while True:

@@ -32,7 +32,6 @@ class Connection:
 
     @classmethod
     def open(cls, config: ServoConfig, clock: Clock = REAL_TIME) -> Connection:
-        """Open the port; no servo is asked anything."""
         port = SerialPort(config.port, config.baud_rate, clock)
         port.open()
         timer = port.latency_timer
@@ -57,7 +56,6 @@ class Connection:
         return findings
 
     def positions(self, config: ServoConfig) -> list[int]:
-        """Present position of every servo [tick]."""
         deadline = self.clock.now() + config.open_timeout
         servos = [Servo(self.patient, servo_id, deadline) for servo_id in config.ids]
         return [position(servo, config) for servo in servos]

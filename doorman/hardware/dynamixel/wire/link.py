@@ -26,8 +26,6 @@ FLOOD = 64
 
 
 class Outcome(Enum):
-    """What became of an instruction."""
-
     OK = "ok"
     TIMEOUT = "no answer"
     CORRUPT = "damaged answer"
@@ -36,8 +34,6 @@ class Outcome(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Reply:
-    """Answer of one servo to one instruction."""
-
     outcome: Outcome
     sent: float
     """Just before the instruction was sent [s]: what the answer says is not older."""
@@ -56,15 +52,7 @@ class Reply:
 
 
 class Link:
-    """Speaks protocol 2.0 over a port. Not for use by two threads at a time.
-
-    Args:
-        port: Open port.
-        baud_rate: Of the bus [bit/s], for the time that packets need.
-        latency: Time that adapter and computer may add to an answer [s].
-        return_delay: Longest that a servo may wait before it answers [s].
-        clock: Monotonic clock of the port's deadlines [s].
-    """
+    """Speaks protocol 2.0 over a port. Not for use by two threads at a time."""
 
     def __init__(
         self,
@@ -83,27 +71,21 @@ class Link:
         self._owed = False
 
     def now(self) -> float:
-        """Time by the clock that stamps replies [s]."""
         return self._clock()
 
     def ping(self, servo_id: int) -> Reply:
-        """Ask a servo for its model number (two bytes) and firmware (one byte)."""
         return self._ask(servo_id, Instruction.PING, b"", 3)
 
     def read(self, servo_id: int, address: int, length: int) -> Reply:
-        """Read bytes of the control table."""
         return self._ask(servo_id, Instruction.READ, _words(address, length), length)
 
     def write(self, servo_id: int, address: int, data: bytes) -> Reply:
-        """Write bytes of the control table."""
         return self._ask(servo_id, Instruction.WRITE, _words(address) + data, 0)
 
     def reboot(self, servo_id: int) -> Reply:
-        """Restart a servo; it stays silent for some tenths of a second."""
         return self._ask(servo_id, Instruction.REBOOT, b"", 0)
 
     def sync_read(self, servo_ids: Sequence[int], address: int, length: int) -> list[Reply]:
-        """Read the same bytes of several servos with one instruction."""
         packet = instruction_packet(BROADCAST_ID, Instruction.SYNC_READ, _words(address, length) + bytes(servo_ids))
         return self._exchange(packet, servo_ids, length)
 
@@ -124,15 +106,12 @@ class Link:
         return self._exchange(instruction_packet(servo_id, instruction, parameters), (servo_id,), length)[0]
 
     def _allowance(self, sent: int, servos: int, length: int) -> float:
-        """Time that an instruction and its answers may take [s]."""
         answers = servos * (OVERHEAD + length + length // 3)
         return self._byte_time * (sent + answers) + servos * self._return_delay + self._latency
 
     def _exchange(self, packet: bytes, servo_ids: Sequence[int], length: int) -> list[Reply]:
-        """Send an instruction and collect the answers, which servos give in the order in which they were asked.
-
-        An answer out of order belongs to an earlier instruction: whatever came before it is not believed.
-        """
+        """Send an instruction and collect the answers, which servos give in the order in which they were asked."""
+        # An answer out of order belongs to an earlier instruction: whatever came before it is not believed.
         self._settle()
         self._parser.restart(length)
         sent = self._clock()
@@ -146,10 +125,8 @@ class Link:
     def _collect(
         self, deadline: float, servo_ids: Sequence[int], answers: dict[int, tuple[StatusPacket, float]]
     ) -> None:
-        """Take answers until all are there, or until the deadline has passed and nothing more lies ready.
-
-        What arrived in time counts even if this thread was held up and looks only later.
-        """
+        """Take answers until all are there, or until the deadline has passed and nothing more lies ready."""
+        # What arrived in time counts even if this thread was held up and looks only later.
         late = 0
         while len(answers) < len(servo_ids):
             data = self._port.receive(deadline)

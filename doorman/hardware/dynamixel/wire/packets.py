@@ -36,7 +36,6 @@ _TABLE = _crc_table()
 
 
 def crc16(data: bytes | bytearray) -> int:
-    """CRC-16 with polynomial x¹⁶ + x¹⁵ + x² + 1, initial value 0."""
     crc = 0
     for byte in data:
         crc = (crc << 8 ^ _TABLE[crc >> 8 ^ byte]) & 0xFFFF
@@ -52,8 +51,6 @@ def instruction_packet(servo_id: int, instruction: Instruction, parameters: byte
 
 @dataclass(frozen=True, slots=True)
 class StatusPacket:
-    """What a servo answered; its CRC was right."""
-
     servo_id: int
     error: int
     """Error byte: alert bit and error number."""
@@ -72,12 +69,11 @@ class StatusPacket:
 
 
 class StatusParser:
-    """Finds status packets in whatever arrives; never raises, never waits, takes linear time.
+    """Finds status packets in whatever arrives; never raises, never waits, takes linear time."""
 
-    A candidate is believed only if length, CRC and instruction are right. From any other one, only the header is thrown
-    away, so that a broken length cannot swallow the packets that follow it. Instruction packets, which two-wire adapters
-    echo, are passed over.
-    """
+    # A candidate is believed only if length, CRC and instruction are right. From any other one, only the header is thrown
+    # away, so that a broken length cannot swallow the packets that follow it. Instruction packets, which two-wire adapters
+    # echo, are passed over.
 
     def __init__(self) -> None:
         self._bytes = bytearray()
@@ -92,7 +88,6 @@ class StatusParser:
         self.damaged = 0
 
     def feed(self, data: bytes) -> list[StatusPacket]:
-        """Take bytes."""
         self._bytes += data
         return self._parse(final=False)
 

@@ -39,13 +39,7 @@ class Port(Protocol):
 
 
 class SerialPort:
-    """A serial device, or a pseudo-terminal that stands for one.
-
-    Args:
-        path: Of the device.
-        baud_rate: [bit/s].
-        clock: By which it waits.
-    """
+    """A serial device, or a pseudo-terminal that stands for one."""
 
     def __init__(self, path: str, baud_rate: int, clock: Clock = REAL_TIME) -> None:
         self._path = path
@@ -85,7 +79,6 @@ class SerialPort:
 
     @property
     def latency_timer(self) -> float | None:
-        """Time for which a USB adapter keeps bytes back [s]; None where the kernel does not say."""
         timer = LATENCY_TIMERS / Path(os.path.realpath(self._path)).name / "latency_timer"
         try:
             return int(timer.read_text(encoding="ascii")) * 1e-3
@@ -93,7 +86,6 @@ class SerialPort:
             return None
 
     def send(self, data: bytes, deadline: float) -> bool:
-        """Send bytes; see `Port`."""
         while data:
             try:
                 data = data[os.write(self._descriptor, data) :]
@@ -107,7 +99,6 @@ class SerialPort:
         return True
 
     def receive(self, deadline: float) -> bytes:
-        """Wait for bytes; see `Port`."""
         try:
             if not self._clock.readable([self._descriptor], max(deadline - self._clock.now(), 0.0)):
                 return b""

@@ -13,8 +13,6 @@ from types import MappingProxyType
 
 @dataclass(frozen=True)
 class Register:
-    """A row of the control table."""
-
     name: str
     address: int
     size: int
@@ -22,11 +20,9 @@ class Register:
     signed: bool = False
 
     def encode(self, value: int) -> bytes:
-        """Bytes that stand for a value."""
         return value.to_bytes(self.size, "little", signed=self.signed)
 
     def decode(self, data: bytes) -> int:
-        """Value that bytes stand for."""
         return int.from_bytes(data, "little", signed=self.signed)
 
 

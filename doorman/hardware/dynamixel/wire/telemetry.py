@@ -53,7 +53,6 @@ class Telemetry:
 
     @classmethod
     def decode(cls, data: bytes) -> Telemetry:
-        """Take the block apart."""
         return cls(*_LAYOUT.unpack(data))
 
     def is_ours(self, watchdog_counts: int) -> bool:

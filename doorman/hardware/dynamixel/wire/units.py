@@ -51,10 +51,8 @@ def zero_position(position: int, angle: float, direction: int) -> int:
 
 
 def whole_turns(angle: float, lower: float, upper: float) -> float:
-    """Turns to add to an angle so that it lies between the joint's limits, or as near to them as it can.
-
-    After power-on a servo knows its angle only within one turn; the joint's limits tell which one.
-    """
+    """Turns to add to an angle so that it lies between the joint's limits, or as near to them as it can."""
+    # After power-on a servo knows its angle only within one turn; the joint's limits tell which one.
     turn = 2.0 * math.pi
     nearest = round(((lower + upper) / 2.0 - angle) / turn) if math.isfinite(lower + upper) else 0
     excess = {k: max(lower - angle - k * turn, angle + k * turn - upper, 0.0) for k in (0, nearest)}

@@ -14,8 +14,6 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class Acknowledgement:
-    """A COMMAND_ACK."""
-
     number: int
     """Counts all that were received."""
     command: int
@@ -24,8 +22,6 @@ class Acknowledgement:
 
 @dataclass(frozen=True)
 class ParameterValue:
-    """A PARAM_VALUE."""
-
     number: int
     """Counts all that were received."""
     value: float
@@ -35,8 +31,6 @@ class ParameterValue:
 
 @dataclass(frozen=True)
 class StatusText:
-    """A STATUSTEXT."""
-
     time: float
     severity: int
     """MAV_SEVERITY; lower is worse."""
@@ -44,11 +38,7 @@ class StatusText:
 
 
 class Exchange:
-    """Newest answers; every post wakes the waiting callers.
-
-    Args:
-        time: By which they wait.
-    """
+    """Newest answers; every post wakes the waiting callers."""
 
     def __init__(self, time: Clock = REAL_TIME) -> None:
         self._time = time
@@ -64,21 +54,18 @@ class Exchange:
         return self._count
 
     def post_acknowledgement(self, command: int, result: int) -> None:
-        """Post a COMMAND_ACK; called by the thread of the link."""
         with self._condition:
             self._count += 1
             self._acknowledgements.append(Acknowledgement(self._count, command, result))
             self._condition.notify_all()
 
     def post_parameter(self, name: str, value: float, kind: int) -> None:
-        """Post a PARAM_VALUE; called by the thread of the link."""
         with self._condition:
             self._count += 1
             self._parameters[name] = ParameterValue(self._count, value, kind)
             self._condition.notify_all()
 
     def post_text(self, text: StatusText) -> None:
-        """Post a STATUSTEXT; called by the thread of the link."""
         with self._condition:
             self._texts.append(text)
 

@@ -76,12 +76,6 @@ class Owner(Protocol):
 
 
 class Inbox:
-    """Sorts messages; used by the thread of the link only.
-
-    Args:
-        owner: The link.
-    """
-
     def __init__(self, owner: Owner) -> None:
         self.identity: tuple[int, int] | None = None
         """System and component of the autopilot, once heard."""
@@ -153,7 +147,6 @@ class Inbox:
             owner.events.happen_at_most(60.0, EventKind.FOREIGN, now, words, component=sender[1])
 
     def _meet(self, message: Message, sender: tuple[int, int], address: Address, line: Line, now: float) -> None:
-        """Lock on to the first multirotor that we are meant to fly, and to where it speaks from."""
         dialect = dialect_of(message.autopilot)
         if dialect is not None and self.identity not in (None, sender) and address == line.peer:
             self.peer.another(sender, self.identity, now)

@@ -37,8 +37,6 @@ _FAST_SYNC_PERIOD = 0.02
 
 
 class _Timer:
-    """Says once a period that it is time; late ticks are not made up for."""
-
     def __init__(self, period: float) -> None:
         self.period = period
         self.next = 0.0
@@ -51,13 +49,6 @@ class _Timer:
 
 
 class Link:
-    """Connection to one autopilot.
-
-    Args:
-        config: Settings.
-        time: By which it waits.
-    """
-
     def __init__(self, config: PixhawkConfig, time: Clock = REAL_TIME) -> None:
         self.config, self.time = config, time
         self.events = EventLog()
@@ -88,19 +79,16 @@ class Link:
 
     @property
     def open(self) -> bool:
-        """Whether the thread runs."""
         return self._thread is not None and self._thread.is_alive()
 
     @property
     def target(self) -> tuple[int, int]:
-        """System and component of the autopilot."""
         if self.inbox.identity is None:
             raise BackendError("no autopilot has been heard yet", allowed="open() first")
         return self.inbox.identity
 
     @property
     def known_dialect(self) -> Dialect:
-        """Dialect of the autopilot."""
         if self.inbox.dialect is None:
             raise BackendError("no autopilot has been heard yet", allowed="open() first")
         return self.inbox.dialect

@@ -55,7 +55,6 @@ class LinkStatus:
 
 
 def link_status(link: Link, now: float) -> LinkStatus:
-    """Figures of a link."""
     counters = Counters() if link.codec is None else link.codec.counters
     dialect = link.inbox.dialect
     return LinkStatus(

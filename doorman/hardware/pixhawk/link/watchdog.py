@@ -14,12 +14,7 @@ _BATTERY_MARGIN = 0.02
 
 
 class Watchdog:
-    """Turns silence into conditions.
-
-    Args:
-        config: Time-outs and thresholds.
-        events: Where conditions are noted.
-    """
+    """Turns silence into conditions."""
 
     def __init__(self, config: PixhawkConfig, events: EventLog) -> None:
         self._config = config

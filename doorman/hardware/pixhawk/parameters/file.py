@@ -41,8 +41,6 @@ _PX4_INTEGER, _PX4_REAL = 6, 9
 
 @dataclass(frozen=True)
 class Line:
-    """One parameter."""
-
     name: str
     value: float
     comment: str

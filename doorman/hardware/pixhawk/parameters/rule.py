@@ -19,8 +19,6 @@ class Severity(Enum):
 
 
 class When(Enum):
-    """Set-ups for which a rule holds."""
-
     ALWAYS = "always"
     MOCAP = "mocap"
     ATTITUDE = "attitude setpoints"
@@ -29,8 +27,6 @@ class When(Enum):
 
 @dataclass(frozen=True)
 class Rule:
-    """One parameter."""
-
     names: tuple[str, ...]
     """Of the parameter, newest firmware first; the first that the autopilot has counts."""
     wanted: str

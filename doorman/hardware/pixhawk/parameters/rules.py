@@ -182,7 +182,6 @@ _EARLIER = 0.2
 
 
 def rules_for(dialect: Dialect, config: PixhawkConfig, mocap_delay: float | None = None) -> tuple[Rule, ...]:
-    """Rules that hold for a set-up."""
     thrust = thrust_model_rule(dialect, 0.0 if config.thrust_curve is None else config.thrust_curve.shape)
     if dialect is PX4:
         rules = [*PX4_RULES, thrust, delay_rule(dialect, 0.0)]  # stamps carry the delay, once TIMESYNC has converged

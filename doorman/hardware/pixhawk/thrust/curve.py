@@ -109,10 +109,9 @@ class ThrustCurve:
 
 
 class HoverCalibration:
-    """Collects what the autopilot commands its mixer while it hovers, in its own position control.
+    """Collects what the autopilot commands its mixer while it hovers, in its own position control."""
 
-    Only calm readings count: slow, level, in the air.
-    """
+    # Only calm readings count: slow, level, in the air.
 
     def __init__(self) -> None:
         self._thrusts: list[float] = []
@@ -122,7 +121,6 @@ class HoverCalibration:
         self._last = -math.inf
 
     def add(self, sample: VehicleSample) -> bool:
-        """Take in a sample."""
         speed = math.sqrt(float(sum(sample.velocity**2)))
         tilt = max(abs(float(sample.attitude[0])), abs(float(sample.attitude[1])))
         slow, level = speed <= _CALM_SPEED, tilt <= _CALM_TILT
@@ -139,11 +137,9 @@ class HoverCalibration:
 
     @property
     def readings(self) -> int:
-        """Number of calm readings."""
         return len(self._thrusts)
 
     def curve(self, hover_force: float, shape: float = 0.0, compensate_battery: bool = False) -> ThrustCurve:
-        """Curve through the median of the readings."""
         if len(self._thrusts) < _ENOUGH_READINGS:
             raise BackendError(
                 "too few calm readings to calibrate hover",

@@ -15,7 +15,6 @@ _BOB_PERIOD = 0.02
 
 
 def measure_hover(link: Link, hover_force: float, duration: float, *, compensate_battery: bool) -> ThrustCurve:
-    """Measure the normalised thrust in hover, and use it from now on; the vehicle must hold."""
     calibration, deadline = HoverCalibration(), link.time.now() + duration
     while (remaining := deadline - link.time.now()) > 0.0:
         wait_for_sample(link, calibration.add, remaining)

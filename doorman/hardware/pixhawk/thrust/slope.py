@@ -129,7 +129,6 @@ def _middles(values: Array) -> Array:
 
 
 def _fit(times: Array, velocities: Array, pushed: Array) -> tuple[float, float, float]:
-    """Mean square of what is left, factor of what pushes, and its deviation."""
     basis = np.column_stack([np.ones_like(times), times - times[0], pushed])
     factors, *_ = np.linalg.lstsq(basis, velocities, rcond=None)
     left = float(((velocities - basis @ factors) ** 2).sum()) / max(1, len(times) - 3)

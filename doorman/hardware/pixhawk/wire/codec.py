@@ -28,15 +28,10 @@ class Counters:
 
 
 class FrameSplitter:
-    """Cuts a stream of bytes into frames with a right checksum.
+    """Cuts a stream of bytes into frames with a right checksum."""
 
-    After a wrong one it looks on at the next byte, so that a damaged length swallows no good frame. One of a kind that is not
-    read may be right by another definition than ours: it is passed over where the next frame begins at its end.
-
-    Args:
-        counters: Gets what was wrong.
-        read: Identifiers of the messages that are read.
-    """
+    # After a wrong one it looks on at the next byte, so that a damaged length swallows no good frame. One of a kind that is not
+    # read may be right by another definition than ours: it is passed over where the next frame begins at its end.
 
     def __init__(self, counters: Counters, read: frozenset[int]) -> None:
         self._buffer = bytearray()
@@ -104,14 +99,7 @@ def _identifier(frame: bytearray) -> int:
 
 
 class Codec:
-    """Encodes our messages and decodes those of interest.
-
-    Args:
-        system_id: Ours.
-        component_id: Ours.
-        key: Signs and checks if given; unsigned messages are then rejected.
-        wanted: Identifiers of the messages to decode; others are dropped unread.
-    """
+    """Encodes our messages and decodes those of interest."""
 
     def __init__(self, system_id: int, component_id: int, key: bytes | None, wanted: frozenset[int]) -> None:
         self.counters = Counters()
@@ -128,7 +116,6 @@ class Codec:
             self._mav.check_signature = lambda packet, system, component: True  # checked before decoding
 
     def encode(self, message: Message) -> bytes:
-        """Bytes of a message, with the next sequence number."""
         if self._check is not None:
             self._mav.signing.timestamp = max(self._mav.signing.timestamp, signing_time(), self._check.newest)
         data: bytes = message.pack(self._mav)

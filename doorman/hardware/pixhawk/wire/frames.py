@@ -37,7 +37,6 @@ def _plain(values: ArrayLike) -> list[float]:
 
 
 def world_to_ned(values: ArrayLike) -> Array:
-    """Vector (x, y, z) of the world in NED: (x, −y, −z)."""
     return _flip(values, _HALF_TURN)
 
 

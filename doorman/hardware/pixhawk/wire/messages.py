@@ -21,12 +21,7 @@ mavlink: Any = ardupilotmega
 
 
 class BodyThrustMessage(ardupilotmega.MAVLink_set_attitude_target_message):  # type: ignore[misc]
-    """SET_ATTITUDE_TARGET with its extension `thrust_body`, which ArduPilot's dialect does not have.
-
-    Args:
-        thrust_body: Normalised, in the body, x forward, y right, z down.
-        *fields: Of the message without it, in their order.
-    """
+    """SET_ATTITUDE_TARGET with its extension `thrust_body`, which ArduPilot's dialect does not have."""
 
     def __init__(self, thrust_body: Sequence[float], *fields: Any) -> None:
         super().__init__(*fields)

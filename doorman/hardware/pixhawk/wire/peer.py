@@ -20,12 +20,7 @@ _TAKEN = "taken after silence"
 
 
 class PeerKeeper:
-    """Keeps the address that the autopilot speaks from; used by the thread of the link only.
-
-    Args:
-        events: Where changes are noted.
-        signed: Whether the link takes signed messages only: their sender has proved who it is.
-    """
+    """Keeps the address that the autopilot speaks from; used by the thread of the link only."""
 
     def __init__(self, events: EventLog, signed: bool) -> None:
         self.address: Address = None

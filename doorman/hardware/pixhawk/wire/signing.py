@@ -23,7 +23,6 @@ _NEW_STREAM_WINDOW = 60 * _TICKS_PER_SECOND
 
 
 def load_key(path: str | Path) -> bytes:
-    """Key of 32 bytes from a file: raw, or as 64 hexadecimal digits."""
     file = Path(path)
     try:
         with file.open("rb") as stream:
@@ -50,12 +49,6 @@ def signing_time() -> int:
 
 
 class SignatureCheck:
-    """Accepts a signed packet once: the right key, and a stamp newer than the last of its stream.
-
-    Args:
-        key: 32 bytes.
-    """
-
     def __init__(self, key: bytes) -> None:
         self._key = key
         self._newest: dict[tuple[int, int, int], int] = {}
@@ -65,10 +58,8 @@ class SignatureCheck:
         """Whether the last packet had the right key, and an old stamp."""
 
     def accepts(self, packet: bytes | bytearray, system: int, component: int) -> bool:
-        """Whether a signed packet is genuine and new.
-
-        The stamp is looked at only after the signature has been verified: a forged one must not shut out the real stream.
-        """
+        """Whether a signed packet is genuine and new."""
+        # The stamp is looked at only after the signature has been verified: a forged one must not shut out the real stream.
         self.outdated = False
         expected = hashlib.sha256(self._key + bytes(packet[:-6])).digest()[:6]
         if not hmac.compare_digest(expected, bytes(packet[-6:])):

@@ -237,7 +237,6 @@ class _SerialLine(_StreamLine):
 
 
 def open_line(endpoint: Endpoint, timeout: float) -> Line:
-    """Open the endpoint."""
     try:
         if endpoint.transport is Transport.SERIAL:
             return _SerialLine(endpoint)

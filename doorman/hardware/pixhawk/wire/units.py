@@ -9,17 +9,14 @@ _WRAP_MS = 1 << 32
 
 
 def seconds_to_ns(seconds: float) -> int:
-    """Time [s] as whole nanoseconds."""
     return round(seconds * 1e9)
 
 
 def seconds_to_us(seconds: float) -> int:
-    """Time [s] as whole microseconds."""
     return round(seconds * 1e6)
 
 
 def ms_to_seconds(milliseconds: int) -> float:
-    """Milliseconds as time [s]."""
     return milliseconds * 1e-3
 
 
@@ -39,10 +36,8 @@ def millivolts_to_volts(millivolts: int) -> float:
 
 
 def cells_to_volts(cells: list[int]) -> float:
-    """Sum of the cells' voltages of BATTERY_STATUS [V]; NaN where no cell is known.
-
-    A pack of more than 65.5 V is sent as several full "cells", which this adds up too.
-    """
+    """Sum of the cells' voltages of BATTERY_STATUS [V]; NaN where no cell is known."""
+    # A pack of more than 65.5 V is sent as several full "cells", which this adds up too.
     known = [cell for cell in cells if cell != _UNKNOWN_VOLTAGE]
     return sum(known) * 1e-3 if known else math.nan
 

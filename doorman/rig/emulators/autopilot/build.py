@@ -11,11 +11,7 @@ from doorman.rig.emulators.autopilot.vehicle.mixer import MotorKind
 
 @dataclass(frozen=True)
 class Build:
-    """What no reboot changes.
-
-    Raises:
-        BackendError: if there is no such autopilot.
-    """
+    """What no reboot changes."""
 
     flavour: Flavour = "px4"
     """Whose rules it follows."""

@@ -33,19 +33,10 @@ _MOST_STEPS = 25
 
 
 class EmulatedAutopilot(Uncopied):
-    """A multirotor's autopilot on UDP. The constructor binds nothing; `start` does, on loopback only.
+    """A multirotor's autopilot on UDP. The constructor binds nothing; `start` does, on loopback only."""
 
-    Its parts may be looked into, and their plain fields set, at any time: a reboot makes `brain`, `estimator`, `telemetry`,
-    `receiver` and `clock` anew.
-
-    Args:
-        flavour: Whose rules it follows.
-        plant: What it flies; a simple vehicle by default.
-        local: Address to bind; port 0 takes a free one.
-        remote: Whom it sends to from the start, as PX4 does; None waits for the first sender.
-        clock: By which it waits.
-        build: Further fields of `Build`.
-    """
+    # Its parts may be looked into, and their plain fields set, at any time: a reboot makes `brain`, `estimator`, `telemetry`,
+    # `receiver` and `clock` anew.
 
     def __init__(
         self,
@@ -76,7 +67,6 @@ class EmulatedAutopilot(Uncopied):
         self._boot()
 
     def start(self) -> None:
-        """Bind and run."""
         if self._thread is not None:
             raise BackendError("the emulated autopilot runs already", allowed="stop() first")
         self._udp = FaultyUdp(self._local, self._remote, (self.outgoing, self.incoming), self.build.seed, self._time)
@@ -86,7 +76,6 @@ class EmulatedAutopilot(Uncopied):
         self._thread.start()
 
     def stop(self) -> None:
-        """End the thread and close the socket; may be called twice."""
         self._stop.set()
         thread, self._thread = self._thread, None
         if thread is not None:
@@ -104,12 +93,10 @@ class EmulatedAutopilot(Uncopied):
 
     @property
     def address(self) -> tuple[str, int]:
-        """Address to which it is bound."""
         return self._line.address
 
     @property
     def truth(self) -> PlantTruth:
-        """The vehicle as it really is."""
         with self.lock:
             return self.plant.truth()
 
@@ -143,7 +130,6 @@ class EmulatedAutopilot(Uncopied):
             self.plant.stop_motors()
 
     def send(self, message: Any, station: tuple[int, int] | None = None) -> None:
-        """Send a message."""
         with self.lock:
             if station is None:
                 self.telemetry.send(message)

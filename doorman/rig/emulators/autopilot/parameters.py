@@ -50,13 +50,6 @@ ARDUPILOT_MOCAP: dict[str, float] = {
 
 
 class ParameterStore:
-    """Named values.
-
-    Args:
-        defaults: Value and type by name.
-        bytewise: Integers travel as the bytes of the float (PX4), else as its value (ArduPilot).
-    """
-
     def __init__(self, defaults: Defaults, bytewise: bool) -> None:
         self._values = dict(defaults)
         self._bytewise = bytewise
@@ -77,7 +70,6 @@ class ParameterStore:
 
     @property
     def names(self) -> list[str]:
-        """Names in the order of their index."""
         return list(self._values)
 
     def get(self, name: str, otherwise: float) -> float:
@@ -96,7 +88,6 @@ class ParameterStore:
         return float(struct.unpack("<f", raw)[0]), kind
 
     def from_wire(self, name: str, field: float, kind: int) -> bool:
-        """Take the fields of PARAM_SET."""
         if name not in self or (self._bytewise and self._values[name][1] != kind):
             return False
         code = _CODES.get(self._values[name][1])

@@ -21,14 +21,7 @@ STOP_TIMEOUT = 2.0
 
 
 class MocapEmulator(Uncopied):
-    """Tracker that exists only in software. The constructor opens nothing.
-
-    Args:
-        source: Moves the body; called from the emulator's thread with times of the clock.
-        setup: Cameras and object, or the object's name.
-        target: Host and port to which packets are sent.
-        clock: By which it waits.
-    """
+    """Tracker that exists only in software. The constructor opens nothing."""
 
     def __init__(
         self,
@@ -51,7 +44,6 @@ class MocapEmulator(Uncopied):
         return self.stream.faults
 
     def start(self) -> None:
-        """Begin to send."""
         if self._thread is not None:
             raise BackendError("the emulator runs already", allowed="stop() before another start()")
         self._stopping.clear()
@@ -59,7 +51,6 @@ class MocapEmulator(Uncopied):
         self._thread.start()
 
     def stop(self) -> None:
-        """Send nothing any more; may be called twice."""
         thread, self._thread = self._thread, None
         if thread is not None:
             self._stopping.set()

@@ -59,7 +59,6 @@ class StreamFaults:
         self._random = random.Random(self.seed)
 
     def strike(self, probability: float) -> bool:
-        """Draw whether something happens."""
         return probability > 0.0 and self._random.random() < probability
 
     def lateness(self) -> float:

@@ -29,8 +29,6 @@ _TRACKED = 1
 
 @dataclass
 class NatNetBody:
-    """A rigid body in Motive's project."""
-
     name: str
     number: int
     """Streaming id."""
@@ -41,7 +39,6 @@ class NatNetBody:
 
 
 def server_info(version: tuple[int, int], data_port: int) -> bytes:
-    """Answer to CONNECT."""
     content = _INFO.pack(b"Motive", 3, 0, 0, 0, *version, 0, 0, TICKS, data_port, False, 0, 0, 0, 0)
     return _HEADER.pack(SERVER_INFO, len(content)) + content
 
@@ -79,15 +76,7 @@ def _body(body: NatNetBody, at: float) -> bytes:
 
 
 class NatNetEmulator(Uncopied):
-    """Motive that exists only in software. The constructor opens nothing.
-
-    Args:
-        bodies: In its project; may be changed at any time.
-        command_port: On loopback.
-        data_port: On loopback.
-        rate: Frames per second [1/s].
-        version: Of NatNet, major and minor.
-    """
+    """Motive that exists only in software. The constructor opens nothing."""
 
     def __init__(
         self, bodies: Sequence[NatNetBody], command_port: int, data_port: int, rate: float = 100.0,

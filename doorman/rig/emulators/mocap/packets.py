@@ -34,7 +34,6 @@ def item(name: str, translation: Array, rotation: Array) -> bytes:
 
 
 def packet(frame_number: int, items: Sequence[bytes], size: int | None = SIZES[0]) -> bytes:
-    """A datagram."""
     content = struct.pack("<IB", frame_number % (1 << 32), len(items)) + b"".join(items)
     if size is None:
         return content

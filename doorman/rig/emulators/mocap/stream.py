@@ -30,8 +30,6 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class BodyPose:
-    """A pose of the body in the world."""
-
     position: ArrayLike
     """P, shape (3,), world frame [m]."""
     quaternion: ArrayLike = (1.0, 0.0, 0.0, 0.0)
@@ -44,12 +42,6 @@ PoseSource = Callable[[float], BodyPose]
 
 @dataclass(frozen=True)
 class TrackerSetup:
-    """Tracker, its cameras and the object.
-
-    Raises:
-        BackendError: if a value is out of range.
-    """
-
     object_name: str
     """At most 24 bytes."""
     rate: float = 100.0
@@ -87,15 +79,7 @@ class TrackerSetup:
 
 
 class TrackerStream:
-    """Packets of a Tracker, with faults of cameras, Tracker and network.
-
-    Args:
-        source: Moves the body.
-        setup: Everything else.
-
-    Raises:
-        DimensionError: if an offset of the setup is not three finite numbers.
-    """
+    """Packets of a Tracker, with faults of cameras, Tracker and network."""
 
     def __init__(self, source: PoseSource, setup: TrackerSetup) -> None:
         self.source = source

@@ -41,15 +41,6 @@ class _Answer:
 
 
 class ServoBusLogic:
-    """All servos of one bus and the plant that they share.
-
-    Args:
-        servos: In the order of the plant's joints.
-        plant: What they move.
-        faults: What is wrong with the bus.
-        baud_rate: Of the wire [bit/s]; None for one that takes no time.
-    """
-
     def __init__(
         self, servos: Sequence[EmulatedServo], plant: ServoPlant, faults: BusFaults, baud_rate: int | None
     ) -> None:
@@ -71,7 +62,6 @@ class ServoBusLogic:
                 servo.sense(now, motion.angles[index], motion.rates[index], motion.currents[index])
 
     def respond(self, now: float, instruction: Instruction, rate: int | None = None) -> list[tuple[float, bytes]]:
-        """Let the servos act on an instruction."""
         self.tick(now)
         listening = [
             servo

@@ -36,18 +36,7 @@ LINE_RATES = {
 
 
 class ServoEmulator(Uncopied):
-    """Servos behind a serial port that exists only in software.
-
-    Args:
-        servos: What hangs on the bus: setups, or ids of servos that are set up for velocity mode at 1 Mbaud.
-        plant: What they move; by default joints that follow with a lag, at zero.
-        link: Path of a symbolic link to the pseudo-terminal, kept up to date when the port is plugged in again.
-        baud_rate: Paces the answers like a wire of this speed [bit/s]; None answers at once.
-        clock: By which it waits.
-
-    Raises:
-        BackendError: if two servos have one id.
-    """
+    """Servos behind a serial port that exists only in software."""
 
     def __init__(
         self,
@@ -84,7 +73,6 @@ class ServoEmulator(Uncopied):
 
     @property
     def port(self) -> str:
-        """Path to give to the adapter."""
         if self._link is not None:
             return str(self._link)
         if self._slave < 0:
@@ -92,7 +80,6 @@ class ServoEmulator(Uncopied):
         return os.ttyname(self._slave)
 
     def servo(self, servo_id: int) -> EmulatedServo:
-        """Look at a servo from inside."""
         for servo in self._servos:
             if servo.servo_id == servo_id:
                 return servo
@@ -100,7 +87,6 @@ class ServoEmulator(Uncopied):
         raise BackendError("no such servo", field="servo_id", given=servo_id, allowed=known)
 
     def start(self) -> None:
-        """Plug in the port and let the servos run."""
         if self._thread is not None:
             raise BackendError("the emulator runs already", allowed="stop() before another start()")
         self._stopping = False
@@ -110,7 +96,6 @@ class ServoEmulator(Uncopied):
         self._thread.start()
 
     def stop(self) -> None:
-        """Let the servos stop and unplug the port; may be called twice."""
         if self._thread is None:
             return
         self._stopping = True

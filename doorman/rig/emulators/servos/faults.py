@@ -41,11 +41,9 @@ class BusFaults:
         self._random = random.Random(self.seed)
 
     def strike(self, probability: float) -> bool:
-        """Draw whether something happens."""
         return probability > 0.0 and self._random.random() < probability
 
     def random_bytes(self, longest: int) -> bytes:
-        """Draw random bytes."""
         return self._random.randbytes(self._random.randint(1, longest))
 
     def spoil(self, packet: bytes) -> bytes:
@@ -59,7 +57,6 @@ class BusFaults:
         return packet
 
     def flip(self, data: bytes) -> bytes:
-        """Flip one bit."""
         spoiled = bytearray(data)
         spoiled[self._random.randrange(len(spoiled))] ^= 1 << self._random.randrange(8)
         return bytes(spoiled)

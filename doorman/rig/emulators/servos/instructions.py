@@ -12,8 +12,6 @@ CLEAR_KEY = b"\x01\x44\x58\x4c\x22"
 
 
 class Unit(Protocol):
-    """What instructions act on."""
-
     memory: ServoMemory
 
     def write(self, address: int, data: bytes) -> PacketError:
@@ -24,22 +22,16 @@ class Unit(Protocol):
 
 
 class Instructions:
-    """Instructions of one servo, with what was registered for later.
-
-    Args:
-        unit: The servo.
-    """
+    """Instructions of one servo, with what was registered for later."""
 
     def __init__(self, unit: Unit) -> None:
         self._unit = unit
         self._registered: tuple[int, bytes] | None = None
 
     def forget(self) -> None:
-        """Drop what was registered, as a restart does."""
         self._registered = None
 
     def carry_out(self, instruction: Instruction) -> tuple[PacketError, bytes]:
-        """Carry out an instruction."""
         handlers: dict[int, Callable[[Instruction], tuple[PacketError, bytes]]] = {
             0x01: self._ping, 0x02: self._read, 0x03: self._write, 0x04: self._register_write,
             0x05: self._action, 0x06: self._factory_reset, 0x08: self._accept, 0x10: self._clear,

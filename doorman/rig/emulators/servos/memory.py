@@ -35,11 +35,7 @@ class PacketError(IntEnum):
 
 
 class ServoMemory:
-    """Bytes of one servo, with the rules by which the bus may touch them.
-
-    Args:
-        eeprom: Values of EEPROM rows that differ from a new servo's, by name.
-    """
+    """Bytes of one servo, with the rules by which the bus may touch them."""
 
     def __init__(self, eeprom: dict[str, int]) -> None:
         self._bytes = bytearray(TABLE_END)
@@ -71,7 +67,6 @@ class ServoMemory:
         self.set("torque enable", self.get("startup configuration") & 1)
 
     def read(self, address: int, length: int) -> tuple[PacketError, bytes]:
-        """Read as the bus does."""
         where = [self._target(address + offset) for offset in range(length)]
         if length < 1 or any(place not in ITEM_AT for place in where):
             return PacketError.ACCESS, b""

@@ -36,7 +36,6 @@ def checksum(data: bytes) -> int:
 
 
 def status_packet(servo_id: int, error: int, parameters: bytes = b"") -> bytes:
-    """Status packet that a servo sends."""
     body = bytearray((STATUS, error))
     for byte in parameters:
         body.append(byte)
@@ -57,8 +56,6 @@ def fast_status_packet(length: int, parts: Iterable[bytes]) -> bytes:
 
 @dataclass(frozen=True)
 class Instruction:
-    """An instruction packet as the servos hear it."""
-
     servo_id: int
     """Whom it is for; `BROADCAST` for all."""
     code: int
@@ -76,7 +73,6 @@ class InstructionStream:
         self._bytes = bytearray()
 
     def feed(self, data: bytes) -> list[Instruction]:
-        """Take bytes from the bus."""
         self._bytes += data
         heard = []
         while (packet := self._next()) is not None:
@@ -89,7 +85,6 @@ class InstructionStream:
         self._bytes.clear()
 
     def _next(self) -> bytes | None:
-        """Cut the next whole packet out of the stream."""
         while True:
             start = self._bytes.find(HEADER)
             if start < 0:

@@ -25,8 +25,6 @@ CURRENT_PER_ACCELERATION = 0.005
 
 @dataclass(frozen=True)
 class ServoMotion:
-    """Motion of all joints at one time, in the URDF's signs and zeros."""
-
     angles: Array
     """Shape (n,) [rad]."""
     rates: Array
@@ -46,16 +44,7 @@ class ServoPlant(Protocol):
 
 
 class LaggingJoints:
-    """Joints that follow their goal rate with a first-order lag, whatever loads them.
-
-    Args:
-        angles: At the start, shape (n,) [rad].
-        time_constant: τ [s].
-        stops: Angles between which the joints move [rad].
-
-    Raises:
-        DimensionError: if the angles are not a vector of finite numbers.
-    """
+    """Joints that follow their goal rate with a first-order lag, whatever loads them."""
 
     def __init__(
         self, angles: ArrayLike, time_constant: float = 0.02, stops: tuple[float, float] = (-math.inf, math.inf)
@@ -68,12 +57,10 @@ class LaggingJoints:
         self._time: float | None = None
 
     def drive(self, time: float, rates: Array, powered: NDArray[np.bool_]) -> None:
-        """Take goal rates; they hold until the next call."""
         self._advance(time)
         self._goals = np.where(powered, rates, 0.0)
 
     def motion(self, time: float) -> ServoMotion:
-        """Motion at a time not before that of the last call."""
         self._advance(time)
         accelerations = (self._goals - self._rates) / self._time_constant
         return ServoMotion(self._angles.copy(), self._rates.copy(), CURRENT_PER_ACCELERATION * accelerations)

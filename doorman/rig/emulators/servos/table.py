@@ -26,8 +26,6 @@ OPERATING_MODES = frozenset(
 
 @dataclass(frozen=True)
 class Item:
-    """A row of the control table."""
-
     name: str
     address: int
     size: int
@@ -41,7 +39,6 @@ class Item:
 
     @property
     def writable(self) -> bool:
-        """Whether the row is RW."""
         return self.low is not None
 
 

@@ -64,11 +64,7 @@ class ServoSetup:
 
 
 class EmulatedServo:
-    """A servo as the bus sees it.
-
-    Args:
-        setup: What it is.
-    """
+    """A servo as the bus sees it."""
 
     def __init__(self, setup: ServoSetup) -> None:
         self.setup = setup
@@ -84,7 +80,6 @@ class EmulatedServo:
 
     @property
     def servo_id(self) -> int:
-        """Id that it answers to."""
         return self.memory.get("id")
 
     @property
@@ -93,7 +88,6 @@ class EmulatedServo:
         return BAUD_RATES[self.memory.get("baud rate")]
 
     def is_up(self, time: float) -> bool:
-        """Whether it is not booting."""
         return time >= self._silent_until
 
     def sense(self, time: float, angle: float, rate: float, current: float) -> None:
@@ -127,10 +121,8 @@ class EmulatedServo:
         return self._has_torque(time) or self.setup.spring != 0.0
 
     def goal_rate(self, time: float) -> float:
-        """Rate that motor and spring bring about, in the joint's sign; in PWM mode nothing moves.
-
-        In current mode, what the spring leaves of the current works against friction; without torque, the spring alone does.
-        """
+        """Rate that motor and spring bring about, in the joint's sign; in PWM mode nothing moves."""
+        # In current mode, what the spring leaves of the current works against friction; without torque, the spring alone does.
         memory = self.memory
         on, mode = self._is_on(time), memory.get("operating mode")
         sign = self.setup.direction * self._reverse
@@ -157,7 +149,6 @@ class EmulatedServo:
         return not writes or int.from_bytes(instruction.parameters[:2], "little") >= EEPROM_END
 
     def execute(self, time: float, instruction: Instruction) -> tuple[int, bytes] | None:
-        """Carry out an instruction for this servo."""
         error, data = self._instructions.carry_out(instruction)
         level = {0x01: 0, 0x02: 1}.get(instruction.code, 2)
         answers = self.memory.get("status return level") >= level
@@ -174,7 +165,6 @@ class EmulatedServo:
         return int(error) | (ALERT if self.memory.get("hardware error status") else 0)
 
     def write(self, address: int, data: bytes) -> PacketError:
-        """Write as the bus does."""
         error, changes = self.memory.check_write(address, data)
         for item, value in changes:
             if item.name == "torque enable" and value and self._is_shut_down():

@@ -55,13 +55,7 @@ class MocapStatistics:
 
 
 class MocapOutlet:
-    """Latest pose, sent at most at a rate; a pose that was sent, or is too old, is not sent again.
-
-    Args:
-        frame: Of the autopilot.
-        rate: Largest [1/s].
-        max_age: Of a pose to be sent [s].
-    """
+    """Latest pose, sent at most at a rate; a pose that was sent, or is too old, is not sent again."""
 
     def __init__(self, frame: LocalFrame, rate: float, max_age: float) -> None:
         self._frame = frame
@@ -77,7 +71,6 @@ class MocapOutlet:
 
     @property
     def newest_time(self) -> float:
-        """When the newest pose was true [s]; −∞ before the first."""
         return self._newest_time
 
     def offer(self, pose: MocapPose, now: float) -> bool:

@@ -29,11 +29,7 @@ _NAVIGATES = mavlink.ESTIMATOR_POS_HORIZ_REL | mavlink.ESTIMATOR_POS_HORIZ_ABS |
 
 
 class Origin:
-    """Gives the origin, and says when poses may follow; used by the thread of the link only. This one is ArduPilot's.
-
-    Args:
-        place: Latitude [°], longitude [°], altitude [m].
-    """
+    """Gives the origin, and says when poses may follow; used by the thread of the link only. This one is ArduPilot's."""
 
     patience = _PATIENCE
     period = _PERIOD

@@ -57,12 +57,7 @@ class _Climb:
 
 
 class SetpointStream:
-    """Latest-sample exchange with the controller, and the message of each tick.
-
-    Args:
-        config: Settings.
-        events: Where silence is noted.
-    """
+    """Latest-sample exchange with the controller, and the message of each tick."""
 
     def __init__(self, config: PixhawkConfig, events: EventLog) -> None:
         self.curve: ThrustCurve | None = config.thrust_curve
@@ -98,7 +93,6 @@ class SetpointStream:
         return self._latched
 
     def offer(self, setpoint: Setpoint, now: float) -> bool:
-        """Take the controller's newest setpoint; refused while the stream is off, climbing or latched."""
         with self._lock:
             if self._latched or self._source in (Source.OFF, Source.CLIMB):
                 return False
@@ -107,7 +101,6 @@ class SetpointStream:
         return True
 
     def hold(self, setpoint: PositionSetpoint, *, latch: bool = False) -> None:
-        """Hold a point; latched, it keeps the controller out."""
         with self._lock:
             self._hold, self._source, self._latched = setpoint, Source.HOLD, latch
 
@@ -119,22 +112,18 @@ class SetpointStream:
 
     @property
     def stranded(self) -> bool:
-        """Whether the controller is silent, and there is no place to hold."""
         return self._source is Source.CONTROLLER and self._nowhere
 
     def release(self) -> None:
-        """Let the controller in again."""
         with self._lock:
             self._latched = False
 
     def stop(self) -> None:
-        """Stop commanding."""
         with self._lock:
             self._source, self._latched, self._latest = Source.OFF, False, None
             self._last_sent = None
 
     def message(self, now: float, sample: VehicleSample, target: tuple[int, int]) -> Message | None:
-        """Message of this tick; None if nothing may be commanded."""
         with self._lock:
             setpoint, hold = self._current(now, sample)
             setpoint = self._levelled(setpoint, hold, now)

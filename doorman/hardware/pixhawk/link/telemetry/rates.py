@@ -34,11 +34,7 @@ class _Stream:
 
 
 class RateKeeper:
-    """Keeps the streams that are wanted running, across losses and reboots; needs no acknowledgement.
-
-    Args:
-        rates: Wanted rate [1/s] by message identifier.
-    """
+    """Keeps the streams that are wanted running, across losses and reboots; needs no acknowledgement."""
 
     def __init__(self, rates: dict[int, float]) -> None:
         self._streams = {identifier: _Stream(rate) for identifier, rate in rates.items()}
@@ -52,7 +48,6 @@ class RateKeeper:
 
     @property
     def asked(self) -> dict[int, float]:
-        """Rates that are asked for now, no larger than those wanted [1/s], by message identifier."""
         return {identifier: stream.rate * stream.share for identifier, stream in self._streams.items()}
 
     @property
@@ -71,7 +66,6 @@ class RateKeeper:
             stream.heard += 1
 
     def restart(self) -> None:
-        """Ask for everything again at once, as after a reboot."""
         for stream in self._streams.values():
             stream.tries, stream.wait, stream.next_request = 0, 0.0, 0.0
             stream.share, stream.known, stream.again = 1.0, False, 0

@@ -45,8 +45,6 @@ class Sample(NamedTuple):
 
 
 class SyncResult(Enum):
-    """What an answer was worth."""
-
     UNASKED = "not an answer to our request"
     SLOW = "round trip too long"
     ACCEPTED = "accepted"
@@ -77,7 +75,6 @@ class ClockMap:
         self.reset()
 
     def reset(self) -> None:
-        """Forget everything, as after a reboot."""
         for queue in (self._pending, self._samples, self._outliers):
             queue.clear()
         self._line: _Line | None = None
@@ -87,7 +84,6 @@ class ClockMap:
 
     @property
     def synchronised(self) -> bool:
-        """Whether stamps can be mapped."""
         return self._line is not None
 
     @property
@@ -197,7 +193,6 @@ def _gate(sample: Sample) -> float:
 
 
 def _fit(samples: list[Sample]) -> _Line | None:
-    """Line through samples by least squares, None if they lie on none; level over a short time if that fits as well."""
     local = np.array([sample.local for sample in samples])
     offset = np.array([sample.offset for sample in samples])
     gates = np.array([_gate(sample) for sample in samples])

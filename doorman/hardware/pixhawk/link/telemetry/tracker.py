@@ -46,8 +46,6 @@ _LARGEST = 1e5
 
 @dataclass
 class TelemetryCounters:
-    """What was left out."""
-
     disordered: int = 0
     """Duplicates and messages overtaken by newer ones."""
     invalid: int = 0
@@ -55,13 +53,6 @@ class TelemetryCounters:
 
 
 class Tracker:
-    """Keeps the newest sample; used by the thread of the link only, its sample is read by any.
-
-    Args:
-        clock: Maps stamps.
-        local_frame: Of the autopilot in the world.
-    """
-
     def __init__(self, clock: ClockMap, local_frame: LocalFrame) -> None:
         self.counters = TelemetryCounters()
         self._clock = clock
@@ -98,13 +89,11 @@ class Tracker:
         return True
 
     def take(self, message: Message, now: float) -> None:
-        """Take in a telemetry message of the autopilot; others are ignored."""
         handler = self._handlers.get(message.get_msgId())
         if handler is not None:
             handler(message, now)
 
     def heartbeat(self, message: Message, dialect: Dialect, now: float) -> None:
-        """Take in a heartbeat of the autopilot."""
         self.sample = replace(
             self.sample,
             mode=dialect.mode(message.custom_mode),

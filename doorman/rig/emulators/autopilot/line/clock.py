@@ -13,12 +13,7 @@ _ANSWERS_NEEDED = 20
 
 
 class BootClock:
-    """The autopilot's.
-
-    Args:
-        pace: Over the rig's time.
-        time: Of the rig.
-    """
+    """The autopilot's."""
 
     def __init__(self, pace: float = 1.0, time: Clock = REAL_TIME) -> None:
         self.jumped = 0.0
@@ -37,11 +32,7 @@ class BootClock:
 
 
 class CompanionClock:
-    """Maps stamps of a companion to the autopilot's clock, the way the two autopilots do it.
-
-    Args:
-        by_timesync: By its own TIMESYNC requests (PX4), or by the least lag that was seen (ArduPilot).
-    """
+    """Maps stamps of a companion to the autopilot's clock, the way the two autopilots do it."""
 
     def __init__(self, by_timesync: bool) -> None:
         self.answers, self.offset = 0, 0.0

@@ -25,16 +25,6 @@ _SHARE_OF_LOOP = 0.8
 
 
 class Receiver:
-    """Handles received messages.
-
-    Args:
-        brain: Modes and rules.
-        estimator: Takes poses.
-        telemetry: Sends answers.
-        clock: Its own.
-        system_id: Its own.
-    """
-
     def __init__(
         self, brain: Brain, estimator: Estimator, telemetry: Telemetry, clock: BootClock, system_id: int
     ) -> None:
@@ -91,10 +81,9 @@ class Receiver:
         self._telemetry.send(mavlink.MAVLink_command_ack_message(message.command, result, 0, 0, *sender))
 
     def _execute(self, command: int, values: list[float]) -> int:
-        """Do it; returns a MAV_RESULT.
-
-        ArduPilot before 4.5 makes integers of the fifth and sixth value, which in simulation ends it where they are not numbers.
-        """
+        """Do it; returns a MAV_RESULT."""
+        # ArduPilot before 4.5 makes integers of the fifth and sixth value, which in simulation ends it where they are
+        # not numbers.
         brain, first = self._brain, values[0]
         read = values[:3] if self._dialect.heeds_stream else [*values[:3], *values[4:6]]
         if not all(map(math.isfinite, read)):

@@ -27,12 +27,7 @@ _SHORTEST_PERIOD = 0.002
 
 
 class Schedule:
-    """When which message is due.
-
-    Args:
-        dialect: Whose; it has the rates of a fresh link.
-        heartbeat_rate: [1/s].
-    """
+    """When which message is due."""
 
     def __init__(self, dialect: Dialect, heartbeat_rate: float = 1.0) -> None:
         rates = {**dialect.rates, mavlink.MAVLINK_MSG_ID_HEARTBEAT: heartbeat_rate}
@@ -41,7 +36,6 @@ class Schedule:
         self._next: dict[int, float] = {}
 
     def set_interval(self, identifier: int, interval_us: float) -> bool:
-        """Take SET_MESSAGE_INTERVAL."""
         if identifier not in self._on_request:
             return False
         self._periods.pop(identifier, None)
@@ -50,7 +44,6 @@ class Schedule:
         return True
 
     def due(self, now: float) -> list[int]:
-        """Identifiers of the messages that are due."""
         due = []
         for identifier, period in self._periods.items():
             at = self._next.get(identifier, now)
@@ -75,17 +68,6 @@ class EmulatedBattery:
 
 
 class Telemetry:
-    """Sends messages.
-
-    Args:
-        brain: Modes.
-        estimator: What it believes.
-        battery: Power.
-        clock: Stamps.
-        build: Kind of vehicle, system, rates and signature.
-        transmit: Sends bytes.
-    """
-
     def __init__(
         self,
         brain: Brain,
@@ -110,7 +92,6 @@ class Telemetry:
         self._type, self._transmit, self._px4 = build.vehicle_type, transmit, brain.dialect.heeds_stream
 
     def speak(self) -> None:
-        """Send what is due."""
         for identifier in self.schedule.due(self._clock.uptime):
             if identifier != mavlink.MAVLINK_MSG_ID_HEARTBEAT or not self.heartbeats_stopped:
                 self._send_if_any(identifier, self._estimator.estimate.position_valid)
@@ -124,7 +105,6 @@ class Telemetry:
         return asked and self._send_if_any(identifier, self._estimator.navigates)
 
     def send(self, message: Any) -> None:
-        """Send a message in its own name."""
         data = message.pack(self.mav)
         self.mav.seq = (self.mav.seq + 1) % 256
         self._transmit(data)
@@ -193,7 +173,6 @@ class Telemetry:
         return mavlink.MAVLink_battery_status_message(0, 0, 1, 32767, cells, current, -1, -1, left, 0, state)
 
     def _landed_state(self) -> int:
-        """MAV_LANDED_STATE."""
         if self._brain.landed:
             return int(mavlink.MAV_LANDED_STATE_ON_GROUND)
         landing = self._brain.demand.task is Task.LAND

@@ -29,18 +29,7 @@ class LinkFaults:
 
 
 class FaultyUdp:
-    """A UDP socket on loopback that loses, doubles, swaps, damages and delays what passes.
-
-    Args:
-        local: Address to bind; port 0 takes a free one.
-        remote: Whom to send to; None waits for the first sender.
-        faults: Of what is sent, and of what is received.
-        seed: Of the faults.
-        time: By which it delays and waits.
-
-    Raises:
-        BackendError: if an address is not on loopback, or cannot be bound.
-    """
+    """A UDP socket on loopback that loses, doubles, swaps, damages and delays what passes."""
 
     def __init__(
         self, local: tuple[str, int], remote: tuple[str, int] | None, faults: tuple[LinkFaults, LinkFaults], seed: int,
@@ -66,16 +55,13 @@ class FaultyUdp:
 
     @property
     def address(self) -> tuple[str, int]:
-        """Address that was bound."""
         host, port = self._socket.getsockname()
         return str(host), int(port)
 
     def wait(self, timeout: float) -> None:
-        """Wait until something can be read, or the time is over."""
         self._time.readable([self._socket], max(0.0, timeout))
 
     def receive(self) -> list[bytes]:
-        """What has come in."""
         datagrams: list[bytes] = []
         for _ in range(64):
             try:
@@ -87,13 +73,11 @@ class FaultyUdp:
         return datagrams
 
     def send(self, data: bytes) -> None:
-        """Send a message, now or after the delay."""
         for piece in self._suffer(data, self._outgoing):
             heapq.heappush(self._waiting, (self._time.now() + self._outgoing.delay, next(self._ticket), piece))
         self.flush()
 
     def flush(self) -> None:
-        """Send what has waited long enough."""
         while self._waiting and self._waiting[0][0] <= self._time.now():
             piece = heapq.heappop(self._waiting)[2]
             if self._remote is not None:
@@ -101,7 +85,6 @@ class FaultyUdp:
                     self._socket.sendto(piece, self._remote)
 
     def close(self) -> None:
-        """Let go of the socket."""
         self._socket.close()
 
     def _suffer(self, data: bytes, faults: LinkFaults) -> list[bytes]:

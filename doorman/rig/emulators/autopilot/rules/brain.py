@@ -32,15 +32,7 @@ _OFFBOARD_LOST = {4: "land", 5: "loiter"}
 
 
 class Brain:
-    """Modes and rules of one autopilot. Its requests return a MAV_RESULT.
-
-    Args:
-        dialect: Which one.
-        parameters: Its parameters.
-        now: Of its own clock [s].
-        estimate: What it believes now.
-        start_up: Until its gyros are calibrated [s].
-    """
+    """Modes and rules of one autopilot. Its requests return a MAV_RESULT."""
 
     def __init__(
         self, dialect: Dialect, parameters: ParameterStore, now: float, estimate: Estimate, start_up: float = 0.0
@@ -69,7 +61,6 @@ class Brain:
         """Whether it left `companion` for want of setpoints: it is back as soon as they are."""
 
     def is_in(self, *names: str) -> bool:
-        """Whether it is in one of these modes."""
         return self.mode in [self.dialect.modes[name] for name in names]
 
     # ------------------------------------------------------------ requests
@@ -84,7 +75,6 @@ class Brain:
         return ACCEPTED if self.dialect.heeds_stream and not self.armed else self.dialect.refusal
 
     def request_land(self) -> int:
-        """Answer NAV_LAND."""
         self._enter(self.dialect.modes["land"])
         return ACCEPTED
 
@@ -98,7 +88,6 @@ class Brain:
         return ACCEPTED
 
     def request_arming(self, arm: bool, forced: bool) -> int:
-        """Answer COMPONENT_ARM_DISARM."""
         if not arm:
             if self.armed and not self.landed and not forced:
                 return self.dialect.refusal
@@ -125,7 +114,6 @@ class Brain:
             self._enter(self.dialect.modes[name])
 
     def kill(self, stop: bool) -> None:
-        """Turn the pilot's kill switch."""
         self._killed_at = self._now if stop and self.armed else math.inf
 
     @property
@@ -134,12 +122,10 @@ class Brain:
         return self._killed_at < math.inf
 
     def disarm(self) -> None:
-        """Disarm, wherever it is."""
         self.armed = self.failsafe = False
         self._killed_at = math.inf
 
     def aim(self, demand: Demand | None) -> None:
-        """Follow a setpoint from now on."""
         heard = self.dialect.heeds_stream or (self.is_in("companion") and self.armed)
         if heard and not (demand is None and self.dialect.heeds_stream):
             self._target, self._heard_at = demand or Demand(Task.VELOCITY), self._now
@@ -148,7 +134,6 @@ class Brain:
     # ------------------------------------------------------------ every step
 
     def update(self, now: float, estimate: Estimate, on_ground: bool, station_age: float) -> Demand:
-        """Think once."""
         self._now, self._estimate, self._station_age = now, estimate, station_age
         task, climb = self.demand.task, float(estimate.velocity[2])
         self.landed = self._ground.landed(now, self.armed, self.landed, on_ground, task, climb)
@@ -273,7 +258,6 @@ class Brain:
         return None if self._estimate.position_valid else "PreArm: Need Position Estimate"
 
     def _say(self, text: str) -> None:
-        """Queue a STATUSTEXT."""
         self.texts.append((mavlink.MAV_SEVERITY_CRITICAL, text))
 
     def _fail(self, text: str, mode: str) -> None:

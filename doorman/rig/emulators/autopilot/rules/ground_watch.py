@@ -14,11 +14,7 @@ _LAND_DETECTION = 1.0
 
 
 class GroundWatch:
-    """Land detector of one autopilot.
-
-    Args:
-        parameters: Of the autopilot; COM_DISARM_LAND says when a landing is over, where there is one.
-    """
+    """Land detector of one autopilot."""
 
     def __init__(self, parameters: ParameterStore) -> None:
         self._parameters = parameters

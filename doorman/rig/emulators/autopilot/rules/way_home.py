@@ -47,7 +47,6 @@ class WayHome:
         return Demand(Task.POSITION, position=self._place.copy(), yaw=self.begin.yaw)
 
     def _advance(self, dt: float) -> None:
-        """Move the setpoint on, so that it can stop at home."""
         way = (self.home - self._place)[:2]
         left = float(np.linalg.norm(way))
         self._speed = min(self._speed + _ACCELERATION * dt, _SPEED, math.sqrt(2.0 * _ACCELERATION * left))

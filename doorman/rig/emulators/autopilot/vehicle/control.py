@@ -19,8 +19,6 @@ _MAX_TILT = 0.6
 
 
 class Task(Enum):
-    """What the vehicle is to do."""
-
     IDLE = "motors idle on the ground"
     ATTITUDE = "attitude and thrust"
     POSITION = "position"
@@ -30,8 +28,6 @@ class Task(Enum):
 
 @dataclass(frozen=True)
 class Demand:
-    """A task with its targets, in the world frame."""
-
     task: Task
     quaternion: Array = field(default_factory=lambda: LEVEL)
     thrust: float = 0.0
@@ -45,19 +41,12 @@ class Demand:
 
 
 class FlightController:
-    """Turns a demand into thrust and attitude.
-
-    Args:
-        weight: Of the vehicle [N].
-    """
-
     def __init__(self, weight: float) -> None:
         self._weight = weight
         self._anchor: Array | None = None
         """Where a landing began, shape (3,) [m]."""
 
     def actuate(self, demand: Demand, estimate: Estimate, max_force: float) -> tuple[float, Array]:
-        """Thrust and attitude for now."""
         if demand.task is not Task.LAND:
             self._anchor = None
         if demand.task is Task.ATTITUDE:

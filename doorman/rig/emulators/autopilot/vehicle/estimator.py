@@ -28,8 +28,6 @@ _DATUM_DELAY = 1.0
 
 @dataclass(frozen=True)
 class Estimate:
-    """What the autopilot believes; world frame, body to world."""
-
     position: Array
     velocity: Array
     quaternion: Array
@@ -40,21 +38,11 @@ class Estimate:
 
     @property
     def yaw(self) -> float:
-        """ψ [rad]."""
         return to_attitude(self.quaternion.tolist())[2]
 
 
 class Estimator:
-    """Truth plus an error.
-
-    Args:
-        now: Of the autopilot's clock [s].
-        truth: Of the vehicle now.
-        timeout: Without poses, after which the position is lost [s].
-        needs_origin: Whether a position is valid only with a place on earth.
-        vision: Aided by poses, rather than by satellites.
-        seed: Of the noise.
-    """
+    """Truth plus an error."""
 
     def __init__(
         self, now: float, truth: PlantTruth, timeout: float, needs_origin: bool, *, vision: bool, seed: int = 0
@@ -81,11 +69,8 @@ class Estimator:
         return not self.vision or self.accepted_poses >= _POSES_NEEDED
 
     def set_origin(self, now: float, armed: bool, place: Place) -> None:
-        """Take an origin.
-
-        ArduPilot sets the height that it believes soon after the first one to zero, unless it is armed. Poses are fused as they
-        are, and the height that it tells is larger by that from then on. The height that PX4 tells sinks by the altitude.
-        """
+        # ArduPilot sets the height that it believes soon after the first one to zero, unless it is armed. Poses are fused as they
+        # are, and the height that it tells is larger by that from then on. The height that PX4 tells sinks by the altitude.
         self.origin = place
         if not self._needs_origin:
             self._lift = -1e-3 * place[2]
@@ -93,7 +78,6 @@ class Estimator:
             self._datum_due = now + _DATUM_DELAY
 
     def update(self, now: float, truth: PlantTruth, dt: float) -> Estimate:
-        """Estimate at a time."""
         self._history.append((now, truth.position))
         while now - self._history[0][0] > _HISTORY:
             self._history.popleft()
@@ -113,7 +97,6 @@ class Estimator:
         return self.estimate
 
     def pose(self, now: float, stamp: float, position: Array) -> None:
-        """Fuse a pose."""
         if not self.vision or not self._history[0][0] <= stamp <= now + 0.05:
             return
         times, places = zip(*self._history, strict=True)

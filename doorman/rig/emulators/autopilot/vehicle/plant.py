@@ -23,8 +23,6 @@ for _constant in (FLIP, LEVEL, NOTHING):
 
 @dataclass(frozen=True)
 class PlantTruth:
-    """What the vehicle really does."""
-
     position: Array
     """Shape (3,), world frame, z up [m]."""
     velocity: Array
@@ -37,10 +35,9 @@ class PlantTruth:
 
 
 class AutopilotPlant(Protocol):
-    """A vehicle with its attitude loop; the emulated autopilot gives thrust and attitude, as its mixer would.
+    """A vehicle with its attitude loop; the emulated autopilot gives thrust and attitude, as its mixer would."""
 
-    The emulated autopilot's thread calls all of it; who shares the plant with others must see to their taking turns.
-    """
+    # The emulated autopilot's thread calls all of it; who shares the plant with others must see to their taking turns.
 
     @property
     def weight(self) -> float:
@@ -60,12 +57,7 @@ class AutopilotPlant(Protocol):
 
 
 class SimplePlant:
-    """A point mass whose attitude follows its setpoint with lags, on flat ground.
-
-    Args:
-        mass: [kg].
-        ground: Height of the ground [m].
-    """
+    """A point mass whose attitude follows its setpoint with lags, on flat ground."""
 
     def __init__(self, mass: float = 3.0, ground: float = 0.0) -> None:
         self.mass, self.ground = mass, ground
@@ -76,15 +68,12 @@ class SimplePlant:
 
     @property
     def weight(self) -> float:
-        """Weight [N]."""
         return weight_of(self.mass)
 
     def command(self, thrust: float, quaternion: Array, side_force: tuple[float, float] = (0.0, 0.0)) -> None:
-        """Fly with a thrust towards an attitude, until the next command."""
         self._wanted_force, self._wanted = max(0.0, thrust), quaternion / np.linalg.norm(quaternion)
 
     def stop_motors(self) -> None:
-        """Let the motors stand still."""
         self._wanted_force = 0.0
 
     def advance(self, duration: float) -> None:
@@ -94,7 +83,6 @@ class SimplePlant:
             self._step(duration / steps)
 
     def truth(self) -> PlantTruth:
-        """The vehicle as it is now."""
         return PlantTruth(self._position, self._velocity, self._quaternion, self._rates, self._grounded)
 
     @property
