@@ -140,7 +140,7 @@ def test_every_import_is_a_declared_dependency(path):
     extras = {
         "simulation": ("sim",), "visualization": ("viz",), "hardware": ("hardware", "mocap"), "campaign": ("campaign",),
         "feasibility": ("sim",), "recording": ("campaign",), "rig": ("sim", "hardware"),
-        "ros2": ("ros2",), "learning": ("gym",), "flight": ("hardware",),
+        "ros2": ("ros2",), "learning": ("gym",), "flight": ("hardware",), "kinematics": ("xacro",),
     }.get(path.relative_to(ROOT / "doorman").parts[0], ())  # fmt: skip
     declared = requirements(*extras)
     for module in third_party_imports(path):

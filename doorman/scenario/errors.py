@@ -4,17 +4,15 @@ from __future__ import annotations
 
 import difflib
 import math
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, get_args
+from typing import Any, get_args
 
 from pydantic import BaseModel, ValidationError
 
 from doorman.exceptions import ScenarioError
 from doorman.scenario.gone import gone
 from doorman.scenario.units import in_unit, is_angle, unit_of
-
-if TYPE_CHECKING:
-    from pydantic_core import ErrorDetails
 
 _ALLOWED = {
     "model_type": "a table",
@@ -55,7 +53,7 @@ def explain(root: type[BaseModel], error: ValidationError, path: Path | None = N
     )
 
 
-def _range(found: ErrorDetails, unit: str) -> str:
+def _range(found: Mapping[str, Any], unit: str) -> str:
     """The bound that a number is beyond, with its unit; empty for other findings."""
     for name, words in _BOUNDS.items():
         if (bound := found.get("ctx", {}).get(name)) is not None:
