@@ -55,7 +55,7 @@ def _figures(recording: Recording, found: LeafReplay) -> dict[str, Any]:
 
 
 def _nees(recording: Recording, found: LeafReplay) -> Any:
-    """Of the leaf's angle and rate at the poses' time, as if both were independent."""
+    """Normalised error squared of the leaf's angle and rate at the poses' times, as if both were independent."""
     truth = recording["truth"]
     errors = np.column_stack([
         found.mean[:, _LEAF[i]] - np.interp(found.pose_time, truth.time, truth[name])

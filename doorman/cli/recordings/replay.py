@@ -33,10 +33,8 @@ _SHOWN = 10
 class Difference:
     """A plan that came out otherwise than recorded."""
 
-    plan: int
-    """Its number in the recording, from 0."""
-    time: float
-    """Of its first state [s]."""
+    plan: int  # its number in the recording, from 0
+    time: float  # of its first state [s]
     fields: dict[str, float]
     """Largest difference by field; NaN where shapes differ or only one is a number. 1 for another status."""
 
@@ -49,8 +47,7 @@ class Difference:
 @dataclass(frozen=True)
 class Replay:
     plans: int
-    cold: int
-    """Plans among them that began without a previous one."""
+    cold: int  # plans among them that began without a previous one
     differences: tuple[Difference, ...]
     not_compared: int = 0
     """Plans that the clock cut short in flight, and those that began with them: they cannot come out the same."""

@@ -16,12 +16,11 @@ import math
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from doorman.arrays import Array
 from doorman.checks import vector
 from doorman.hardware.quaternions import multiply, rotate, wrap
-
-Array = NDArray[np.float64]
 
 _HALF_TURN = np.array([1.0, -1.0, -1.0])
 _HALF_TURN_QUATERNION = np.array([1.0, 1.0, -1.0, -1.0])
@@ -89,7 +88,7 @@ class LocalFrame:
     origin: tuple[float, float, float] = (0.0, 0.0, 0.0)
     """World frame [m]."""
     yaw: float = 0.0
-    """Of north about the world's z axis [rad]; 0 where north is the world's x, as with poses sent by this project."""
+    """Yaw of north about the world's z axis [rad]; 0 where north is the world's x, as with poses sent by this project."""
     _turn: Array = field(init=False, repr=False, compare=False)
     _back: Array = field(init=False, repr=False, compare=False)
 
