@@ -12,7 +12,7 @@ import numpy as np
 import typer
 from numpy.typing import NDArray
 
-from doorman.cli.recordings.recorded import chosen_recording, recorded_scenario, say_what_is_missing
+from doorman.cli.recordings.recorded import loaded_run, recorded_scenario
 from doorman.exceptions import RecordingError
 from doorman.model import Model
 from doorman.planning.hinge import Hinge
@@ -58,9 +58,7 @@ class Replay:
 
 
 def replay_run(run: Path | None, as_json: bool) -> int:
-    file = chosen_recording(run)
-    recording = Recording.load(file)
-    say_what_is_missing(recording, err=as_json)
+    file, recording = loaded_run(run, as_json)
     found = replay_plans(recording, Planner(recorded_scenario(recording, file)))
     if as_json:
         typer.echo(json.dumps(_as_json(found), indent=2))

@@ -6,8 +6,7 @@ differ by half a turn about x, which is its own inverse:
 .. math::
     v_{NED} = \mathrm{diag}(1, -1, -1)\, v_{world}, \qquad (w, x, y, z) \mapsto (w, x, -y, -z), \qquad \psi \mapsto -\psi
 
-True ENU (x east, y north) differs: :math:`v_{NED} = (y, x, -z)`, :math:`\psi_{NED} = \pi/2 - \psi_{ENU}`. Quaternions are
-[w, x, y, z] and map the body to its world, shape (4,).
+Quaternions are [w, x, y, z] and map the body to its world, shape (4,).
 """
 
 from __future__ import annotations
@@ -62,23 +61,6 @@ def quaternion_world_to_ned(quaternion: ArrayLike) -> Array:
 def quaternion_ned_to_world(quaternion: ArrayLike) -> Array:
     """Attitude FRD → NED as attitude FLU → world: (w, x, −y, −z)."""
     return _flip(quaternion, _HALF_TURN_QUATERNION)
-
-
-def enu_to_ned(values: ArrayLike) -> Array:
-    """Vector of true ENU (east, north, up) in NED: (y, x, −z); its own inverse."""
-    x, y, z = np.asarray(values, dtype=np.float64)
-    return np.array([y, x, -z])
-
-
-def enu_yaw_to_ned(yaw: float) -> float:
-    """Yaw from east, counter-clockwise, as yaw from north, clockwise: π/2 − ψ, in (−π, π]; its own inverse."""
-    return wrap(math.pi / 2.0 - yaw)
-
-
-def quaternion_enu_to_ned(quaternion: ArrayLike) -> Array:
-    r"""Attitude FLU → ENU as attitude FRD → NED, :math:`q_{NED \leftarrow ENU} \otimes q \otimes q_{FLU \leftarrow FRD}`."""
-    half = math.sqrt(0.5)
-    return np.array(multiply(multiply([0.0, half, half, 0.0], _plain(quaternion)), [0.0, 1.0, 0.0, 0.0]))
 
 
 @dataclass(frozen=True)
