@@ -33,7 +33,7 @@ class BatchFlight(OneLine):
     """One flight of a batch."""
 
     seed: int
-    """Of its noise and gusts."""
+    """Seed of its noise and gusts."""
     summary: dict[str, Any] | None
     """The keys of `summary.json`, as `Recording.summary` has them; None where there is an error."""
     error: str
@@ -137,8 +137,7 @@ class _Processes:
     def __init__(self) -> None:
         self._all: dict[int, FlightProcess] = {}
         self._lock = threading.Lock()
-        self.over = False
-        """Whether no flight is begun any more."""
+        self.over = False  # whether no flight is begun any more
 
     def mine(self) -> FlightProcess:
         """That of the calling thread."""

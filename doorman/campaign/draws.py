@@ -19,10 +19,8 @@ _SEEDS = 2**31
 @dataclass(frozen=True)
 class Draw:
     run: int
-    seed: int
-    """Of the flight's noise, gaps and gusts."""
-    values: dict[str, Any]
-    """By dotted key of the scenario."""
+    seed: int  # of the flight's noise, gaps and gusts
+    values: dict[str, Any]  # by dotted key of the scenario
 
 
 def draw(campaign: CampaignSection, run: int) -> Draw:

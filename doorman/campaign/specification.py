@@ -24,12 +24,9 @@ class Flight:
 
     draw: Draw
     scenario: Scenario
-    duration: float | None
-    """Longest flight [s]; None: it ends by itself."""
-    time_out: float
-    """Wall-clock time [s]."""
-    command: str
-    """What flies it again, by hand."""
+    duration: float | None  # longest flight [s]; None: it ends by itself
+    time_out: float  # wall-clock time [s]
+    command: str  # what flies it again, by hand
 
 
 @dataclass(frozen=True)

@@ -17,8 +17,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.control.engagement import Engagement
 from doorman.control.tug import TOUCH_FORCE
 from doorman.dynamics.attitude_loop import AttitudeLoop
@@ -29,8 +29,6 @@ from doorman.model import Model
 from doorman.simulation.plant.onboard.attitude_loop import AttitudeGains
 from doorman.simulation.plant.onboard.rotors import RotorLayout, rotor_layout
 from doorman.simulation.plant.plant import hover_wrench
-
-Array = NDArray[np.float64]
 
 FIRST_TURN = 0.1
 """Tilt that plans ask of a vehicle whose grip is young: a stiffer start (`Engagement`) cuts it [rad]."""
@@ -44,7 +42,7 @@ _NEAR = 0.1
 _HELD = 0.9
 """Share of a joint's torque limit that is counted on."""
 _OFFSET = 0.01
-"""Of the centre of mass, beyond which a warning says so [m]."""
+"""Offset of the centre of mass that brings a warning [m]."""
 
 
 def lift_findings(model: Model) -> list[Finding]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from doorman.collision.audit import TOLERANCE
 from doorman.collision.scene import CollisionScene
@@ -17,8 +16,6 @@ from doorman.feasibility.swing.rehearsal import Rehearsal
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import Model
 from doorman.planning.limits import largest_push
-
-Array = NDArray[np.float64]
 
 _LEAST_WAY = math.radians(1.5)
 """A shorter way is none: the mission takes such a door for one that is open [rad]."""

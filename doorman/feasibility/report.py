@@ -37,7 +37,7 @@ class Finding:
     value: float | None
     limit: float | None
     unit: str
-    """Of value and limit."""
+    """Unit of value and limit."""
     advice: str = ""
     """What to change, with the scenario's keys; empty where nothing needs to be."""
 
@@ -67,7 +67,7 @@ class Report(OneLine):
     scenario: str
     findings: tuple[Finding, ...]
     audit: AuditReport | None = None
-    """Of the analytic constraints by FCL; None where it was not asked for."""
+    """Audit of the analytic constraints by FCL; None without `with_audit`."""
 
     @property
     def possible(self) -> bool:

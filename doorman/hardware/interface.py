@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from types import TracebackType
 
-from doorman.copying import Uncopied
+from doorman.background import Opened
 from doorman.signals import Command as Command
 from doorman.signals import Measurement as Measurement
 
 
-class Backend(Uncopied, ABC):
+class Backend(Opened, ABC):
     """A vehicle with an arm, simulated or real. Constructors touch no device: `open` does, and `with` always stops."""
 
     real_time: bool = False
@@ -56,12 +55,3 @@ class Backend(Uncopied, ABC):
         Args:
             abort: To be called with the reason, from any thread.
         """
-
-    def __enter__(self) -> Backend:
-        self.open()
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
-    ) -> None:
-        self.stop()

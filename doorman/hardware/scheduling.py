@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 PRIORITY = 20
-"""Of the real-time class, 1 … 99; above ordinary processes, below the kernel's own threads."""
+"""Priority in the real-time class, 1 … 99: above ordinary processes, below the kernel's own threads."""
 _BEHIND = 5
 """By which a thread that gives way is behind the others."""
 SWITCH_INTERVAL = 0.0005

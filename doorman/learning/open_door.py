@@ -7,8 +7,9 @@ from typing import Any
 
 import gymnasium
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from doorman.arrays import Array
 from doorman.checks import numbers
 from doorman.copying import Uncopied
 from doorman.exceptions import BackendError, DimensionError, DoormanError
@@ -18,12 +19,10 @@ from doorman.scenario import Scenario
 from doorman.signals import Command, Measurement
 from doorman.simulation import SimulatedBackend, Truth
 
-Array = NDArray[np.float64]
-
 THRUST_SHARE = 0.5
-"""Of the weight, by which thrust differs from it at most."""
+"""Largest difference of thrust and weight, as a share of the weight."""
 TILT = 0.35
-"""Of roll and pitch, and of the yaw from where it is [rad]."""
+"""Largest roll, pitch and change of yaw [rad]."""
 OPENED = 0.05
 """Distance from the goal at which the door counts as open [rad]."""
 ROOM = 4.0

@@ -30,17 +30,12 @@ class RewardWeights:
 
 @dataclass(frozen=True)
 class Step:
-    before: float
-    """|α − α_g| before [rad]."""
-    after: float
-    """|α − α_g| after [rad]."""
-    whole: float
-    """|α − α_g| at the start [rad]."""
+    before: float  # |α − α_g| before [rad]
+    after: float  # |α − α_g| after [rad]
+    whole: float  # |α − α_g| at the start [rad]
     action_squared: float
-    rates_squared: float
-    """[rad²/s²]."""
-    duration: float
-    """T [s]."""
+    rates_squared: float  # [rad²/s²]
+    duration: float  # T [s]
     opened: bool
     failed: bool
 

@@ -41,10 +41,8 @@ _MEDIA_TYPES = {".urdf": "application/xml", ".stl": "model/stl", ".obj": "model/
 
 class _Channel:
     def __init__(self, type_: MessageType) -> None:
-        self.rows = Rows(type_)
-        """What waits to be written."""
-        self.kept: list[Columns] = []
-        """What no file has taken."""
+        self.rows = Rows(type_)  # what waits to be written
+        self.kept: list[Columns] = []  # what no file has taken
         self.file_id: int | None = None
 
     def recorded(self) -> list[Columns]:
@@ -87,8 +85,7 @@ class Recorder(Uncopied):
         self.header: dict[str, Any] = json.loads(text)
         self._attachments = dict(attachments or {})
         self._channels: dict[str, _Channel] = {}
-        self._waiting: dict[str, _Channel] = {}
-        """Topics with messages that are to be written."""
+        self._waiting: dict[str, _Channel] = {}  # topics with messages that are to be written
         self._batch_start = 0.0
         self._listener, self._keeps = listener, keep
         self._closed = False
@@ -96,8 +93,7 @@ class Recorder(Uncopied):
         self._stream: IO[bytes] | None = None
         self._writer: McapFile | None = None
         self._syncer: Syncer | None = None
-        self._written = 0
-        """So much of the file is whole [bytes]."""
+        self._written = 0  # so much of the file is whole [bytes]
         if self.path is not None:
             self._open(self.path, text)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.hardware.quaternions import from_attitude, multiply, to_attitude
 from doorman.hardware.vehicle.gripper import CLOSED, OPEN, SHUT
 from doorman.rig.emulators.autopilot.vehicle.plant import PlantTruth
@@ -12,10 +13,8 @@ from doorman.rig.emulators.mocap.stream import BodyPose
 from doorman.rig.emulators.servos.plant import LaggingJoints, ServoMotion
 from doorman.rig.plant import RigPlant, Snapshot
 
-Array = NDArray[np.float64]
-
 TORQUE_PER_CURRENT = 2.6
-"""Of an XH430-W350: 3.4 N m at 1.3 A [N m/A]."""
+"""Torque of an XH430-W350 per current: 3.4 N m at 1.3 A [N m/A]."""
 _FARTHEST = 0.02
 """A snapshot is carried on to another time by this much at most [s]."""
 

@@ -8,11 +8,10 @@ import weakref
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
-from types import TracebackType
 from typing import Any, Literal, cast
 
+from doorman.background import Started
 from doorman.clocks import REAL_TIME, Clock
-from doorman.copying import Uncopied
 from doorman.exceptions import BackendError
 from doorman.hardware.dynamixel import ServoConfig
 from doorman.hardware.dynamixel.wire.registers import BAUD_CODES
@@ -98,11 +97,11 @@ class RigSetup:
     folder: Path | None = None
     """Where the link to the servos' pseudo-terminal is made; None: a new temporary folder."""
     mocap_rate: float = 100.0
-    """Of the cameras [1/s]."""
+    """Frame rate of the cameras [1/s]."""
     heartbeat_rate: float = 1.0
-    """Of the autopilot [1/s]."""
+    """Rate of the autopilot's heartbeats [1/s]."""
     seed: int = 0
-    """Of noise and faults."""
+    """Seed of noise and faults."""
     vehicle: VehicleConfig | None = None
     """How servos, object and autopilot are mounted and set up; None: as the adapters expect it."""
     servos: Path | None = None
@@ -133,7 +132,7 @@ def _autopilot_settings(vehicle: VehicleConfig | None) -> dict[str, Any]:
     return settings
 
 
-class Rig(Uncopied):
+class Rig(Started):
     """Everything that `doorman fly` needs but the hardware. The constructor opens nothing; `start` does, on loopback only.
 
     Args:
@@ -236,15 +235,6 @@ class Rig(Uncopied):
         running, self._running = self._running, None
         if running is not None:
             running.close()
-
-    def __enter__(self) -> Rig:
-        self.start()
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
-    ) -> None:
-        self.stop()
 
     def _own_code(self) -> RotorPilot | None:
         setup = self.setup

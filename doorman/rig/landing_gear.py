@@ -15,27 +15,19 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from doorman.arrays import Array
 
 
 @dataclass(frozen=True)
 class LandingGear:
-    length: float
-    """l, height of O_B above the ground at which the feet touch [m]."""
-    stiffness: float = 3000.0
-    """k [N/m]."""
-    damping: float = 200.0
-    """c [N s/m]."""
-    friction: float = 0.8
-    """μ."""
-    drag: float = 100.0
-    """c_h, of a foot that slips slowly [N s/m]."""
-    righting: float = 20.0
-    """k_t [N m/rad]."""
-    turning: float = 1.5
-    """c_t [N m s/rad]."""
+    length: float  # l, height of O_B above the ground at which the feet touch [m]
+    stiffness: float = 3000.0  # k [N/m]
+    damping: float = 200.0  # c [N s/m]
+    friction: float = 0.8  # μ
+    drag: float = 100.0  # c_h, of a foot that slips slowly [N s/m]
+    righting: float = 20.0  # k_t [N m/rad]
+    turning: float = 1.5  # c_t [N m s/rad]
 
     def touches(self, height: float) -> bool:
         return height <= self.length

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
-import threading
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
+from doorman.background import InThread
 from doorman.clocks import REAL_TIME, Clock
-from doorman.copying import Uncopied
 from doorman.exceptions import BackendError
 from doorman.hardware.vehicle.places import Places
 from doorman.kinematics.rotations import rotation_body_to_world
@@ -22,8 +21,6 @@ from doorman.simulation.plant.engine import engine
 from doorman.simulation.simulator import Disturbance, Simulator
 from doorman.simulation.truth import Truth
 
-Array = NDArray[np.float64]
-
 MOST_BEHIND = 0.1
 """Physics that is later than this lets time stand still instead of making up for it [s]."""
 
@@ -33,7 +30,7 @@ class Snapshot:
     """The plant at one instant, as all emulators see it."""
 
     at: float
-    """Of `time.monotonic` [s]."""
+    """Time of the state, by `time.monotonic` [s]."""
     truth: Truth
     """State and contact."""
     on_ground: bool
@@ -41,10 +38,10 @@ class Snapshot:
     motors: bool
     """Whether the motors run."""
     arm_torques: Array
-    """Of the servos, shape (n,) [N m]."""
+    """Torques of the servos, shape (n,) [N m]."""
 
 
-class RigPlant(Uncopied):
+class RigPlant(InThread):
     """Vehicle and door in real time. The vehicle stands on its pad until its motors lift it.
 
     Args:
@@ -64,7 +61,7 @@ class RigPlant(Uncopied):
         motor_lag: float = 0.0,
         clock: Clock = REAL_TIME,
     ) -> None:
-        self._clock = clock
+        super().__init__("plant", clock)
         self.model = model
         self.places = Places.of(model)
         self.gear = LandingGear(float(self.places.pad[2]))
@@ -94,8 +91,6 @@ class RigPlant(Uncopied):
         if pilot is not None:
             self._simulator.set_rotors(None, pilot.directions)
         self._wind = _NOTHING
-        self._stopping = clock.event()
-        self._thread: threading.Thread | None = None
         self._stand()
         self.epoch = self._clock.now()
         """When the plant's time was zero [s]."""
@@ -109,21 +104,18 @@ class RigPlant(Uncopied):
         Raises:
             BackendError: if it passes already.
         """
-        if self._thread is not None:
-            raise BackendError("the plant runs already", allowed="stop() before another start()")
-        if self._pilot is not None:
-            self._pilot.start()
-        self._stopping.clear()
-        self.epoch = self._clock.now() - self._simulator.time
-        self._thread = self._clock.thread(self._run, name="rig plant")
-        self._thread.start()
+        super().start()
 
     def stop(self) -> None:
         """Let time stand still; may be called twice."""
-        self._stopping.set()
-        thread, self._thread = self._thread, None
-        if thread is not None:
-            thread.join(2.0)
+        super().stop()
+
+    def _begin(self) -> None:
+        if self._pilot is not None:
+            self._pilot.start()
+        self.epoch = self._clock.now() - self._simulator.time
+
+    def _end(self) -> None:
         if self._pilot is not None:
             self._pilot.stop()
 

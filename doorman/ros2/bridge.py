@@ -56,12 +56,9 @@ class FlightPublisher(Uncopied):
             raise BackendError(
                 f"cannot listen: {error.strerror}", field="port", given=port, allowed="a free port"
             ) from error
-        self.port = int(self._socket.getsockname()[1])
-        """Of the feed."""
-        self.published = 0
-        """Messages of the flight."""
-        self.refusals: Counter[str] = Counter()
-        """What was left out, by its reason."""
+        self.port = int(self._socket.getsockname()[1])  # of the feed
+        self.published = 0  # messages of the flight
+        self.refusals: Counter[str] = Counter()  # what was left out, by its reason
 
     @property
     def refused(self) -> int:

@@ -18,11 +18,11 @@ from doorman.copying import Uncopied
 from doorman.recording.files.messages import Value
 
 PORT = 51_100
-"""Of the bridge, on loopback."""
+"""UDP port of the bridge, on loopback."""
 LARGEST = 65_000
-"""Of a datagram [byte]."""
+"""Largest datagram [byte]."""
 BUFFER = 1 << 22
-"""Of the bridge's socket: some seconds of a flight [byte]."""
+"""Receive buffer of the bridge's socket: some seconds of a flight [byte]."""
 TEXT = 0
 FED = {
     "measurement": {"position": 1, "velocity": 1, "attitude": 1, "body_rates": 1, "arm_angles": 1, "arm_rates": 1},
@@ -39,10 +39,8 @@ class FedMessage(NamedTuple):
     """One message of a flight."""
 
     topic: str
-    wall_time: int
-    """When it was recorded, since 1970 [ns]."""
-    fields: Mapping[str, Any]
-    """Numbers, texts, and arrays; of arrays NaN stays NaN."""
+    wall_time: int  # when it was recorded, since 1970 [ns]
+    fields: Mapping[str, Any]  # numbers, texts, and arrays; of arrays NaN stays NaN
 
 
 class Feed(Uncopied):

@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 from cyclonedds.idl import IdlStruct
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.exceptions import BackendError
 from doorman.hardware.quaternions import from_attitude
 from doorman.kinematics.rotations import rotation_body_to_world
@@ -23,17 +23,14 @@ _ARROW, _CUBE = 0, 1
 _ADD = 0
 _AXES = 3
 _METRES_PER_NEWTON = 0.06
-"""Of the arrow of the tip's force."""
+"""Length of the arrow of the tip's force [m/N]."""
 _LINE_WIDTH = 0.02
 _SELDOM = 100_000_000
 """Between two plans, or two sets of markers, at least [ns]: they are long, and for eyes."""
 
-Array = NDArray[np.float64]
-
 
 class Outgoing(NamedTuple):
-    topic: str
-    """Without its prefix."""
+    topic: str  # without its prefix
     message: IdlStruct
 
 

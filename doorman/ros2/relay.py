@@ -6,9 +6,10 @@ from collections import deque
 
 from doorman.copying import Uncopied
 from doorman.exceptions import BackendError
+from doorman.hardware.events import EventLog
 from doorman.hardware.mocap import MocapConfig, MocapEvent, MocapFault, PoseSender
 from doorman.hardware.mocap.datagrams.packets import MOST_ITEMS
-from doorman.hardware.mocap.faults import EventLog, FaultBook
+from doorman.hardware.mocap.faults import FaultBook
 from doorman.hardware.quaternions import Quaternion, Vector
 
 
@@ -20,14 +21,13 @@ class PoseRelay(Uncopied):
 
     def __init__(self, name: str, target: tuple[str, int], rate: float) -> None:
         self._name, self._target, self._rate = name, target, rate
-        self._log = EventLog()
+        self._log = EventLog[MocapEvent]()
         self._book = FaultBook(self._log, MocapConfig.hold)
         self._sender = PoseSender(target, rate)
         self._publisher: int | None = None
         self._heard = 0.0
         self._untold: deque[MocapFault] = deque(maxlen=MOST_ITEMS - 1)
-        self.received = 0
-        """Poses that were sent on."""
+        self.received = 0  # poses that were sent on
 
     @property
     def refused(self) -> int:

@@ -11,14 +11,12 @@ from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.collision.rows.kind import dot
 from doorman.collision.rows.listed import ARM, KINDS
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import Model
-
-Array = NDArray[np.float64]
 
 
 def flown_constraints(model: Model, position: Array, attitude: Array, door_angle: Array, arm_angles: Array) -> Array:

@@ -6,12 +6,10 @@ import math
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.kinematics.doors.door import Door
 from doorman.recording import Recording
-
-Array = NDArray[np.float64]
 
 OPEN_TOLERANCE = math.radians(2.0)
 """|α − target| below this counts as opened [rad]."""

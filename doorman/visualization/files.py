@@ -8,7 +8,7 @@ from typing import Any, Protocol
 
 FORMATS = ("png", "pdf")
 _DPI = 140
-"""Of a figure in pixels."""
+"""Resolution of a figure in pixels."""
 
 
 class Drawn(Protocol):

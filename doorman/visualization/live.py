@@ -13,7 +13,6 @@ import time
 from collections.abc import Mapping
 from email.message import Message
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
-from types import TracebackType
 from typing import Any
 
 from doorman.copying import Uncopied
@@ -126,9 +125,7 @@ class LiveView(Uncopied):
         threading.Thread(target=self._server.serve_forever, args=(0.1,), name="live view", daemon=True).start()
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.end()
         if self._server is not None:
             self._server.shutdown()

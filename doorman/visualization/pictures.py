@@ -53,10 +53,8 @@ def import_figures() -> None:
 class Drawing(NamedTuple):
     """What came of some figures."""
 
-    figures: list[str]
-    """Their names."""
-    missing: dict[str, str]
-    """Names of files that could not be written, and why."""
+    figures: list[str]  # their names
+    missing: dict[str, str]  # names of files that could not be written, and why
 
 
 class Helper(Protocol):

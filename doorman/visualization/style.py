@@ -12,8 +12,8 @@ from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.recording import Recording
 from doorman.visualization.files import FORMATS, lay_out, save_as
 
@@ -41,8 +41,6 @@ from matplotlib.ticker import FuncFormatter, MaxNLocator  # noqa: E402
 __all__ = [
     "Axes", "Circle", "Figure", "FuncFormatter", "MaxNLocator", "colormaps", "flight_name", "save", "true_states",
 ]  # fmt: skip
-
-Array = NDArray[np.float64]
 
 BLACK, ORANGE, SKY, GREEN, BLUE, RED, PURPLE = (
     "#000000", "#E69F00", "#56B4E9", "#009E73", "#0072B2", "#D55E00", "#CC79A7"

@@ -6,7 +6,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from doorman.cli.effective import effective_toml
 from doorman.cli.overrides import parse_overrides
 from doorman.exceptions import ScenarioError
 from doorman.resources import urdf_directory
@@ -64,7 +63,7 @@ def test_the_effective_scenario_loads_as_the_same(tmp_path_factory, height, arm,
         overrides["start.arm"] = arm
     scenario = Scenario.load("paper", overrides)
     path = tmp_path_factory.getbasetemp() / "effective.toml"
-    path.write_text(effective_toml(scenario), encoding="utf-8")
+    path.write_text(scenario.toml(), encoding="utf-8")
     assert Scenario.load(path).model_dump() == scenario.model_dump()
 
 
@@ -73,7 +72,7 @@ def test_the_effective_scenario_finds_its_urdfs_from_elsewhere(tmp_path):
     (tmp_path / "there").mkdir()
     (tmp_path / "here" / "my door.urdf").write_text((urdf_directory() / "hinged_door.urdf").read_text(encoding="utf-8"))
     (tmp_path / "here" / "task.toml").write_text('[door]\nurdf = "my door.urdf"\n')
-    (tmp_path / "there" / "task.toml").write_text(effective_toml(Scenario.load(tmp_path / "here" / "task.toml")))
+    (tmp_path / "there" / "task.toml").write_text(Scenario.load(tmp_path / "here" / "task.toml").toml())
     moved = Scenario.load(tmp_path / "there" / "task.toml")
     assert moved.door_urdf == (tmp_path / "here" / "my door.urdf").resolve()
     assert moved.vehicle.urdf == "hexarotor_arm"

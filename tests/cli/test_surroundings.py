@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 from command_line import COMMAND, ROOT, run
 
-from doorman.cli.app import BAD_INPUT, FAULT, INTERRUPTED
+from doorman.cli.command import BAD_INPUT, FAULT, INTERRUPTED
 from doorman.cli.terminal.streams import lost_stream
 
 PRINT = """
@@ -27,7 +27,7 @@ TABLE = f"""{sys.executable} -c '
 import sys
 from rich.console import Console
 from doorman.cli import app, main
-leave = sys.modules["doorman.cli.app"]._leave
+leave = sys.modules["doorman.cli.command"].leave
 
 @app.command("table")
 def table():
@@ -132,7 +132,7 @@ def test_a_second_ctrl_c_while_the_first_is_told_is_none(monkeypatch):
         raise KeyboardInterrupt
 
     monkeypatch.setattr("doorman.cli.simulated.check.check_scenario", fails)
-    monkeypatch.setattr(sys.modules["doorman.cli.app"], "_complain", fails)
+    monkeypatch.setattr(sys.modules["doorman.cli.command"], "_complain", fails)
     assert run("check", "paper").exit_code == INTERRUPTED
 
 

@@ -13,8 +13,8 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
+from doorman.hardware.events import EventLog
 from doorman.hardware.mocap import MocapConfig, MocapFault, PoseQuality, PoseSample
-from doorman.hardware.mocap.faults import EventLog
 from doorman.hardware.mocap.pipeline import Pipeline
 from doorman.ros2.relay import PoseRelay
 

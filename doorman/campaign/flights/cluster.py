@@ -24,7 +24,7 @@ _WORKERLESS = 300.0
 _NEVER_LOST = {"distributed.scheduler.worker-ttl": None}
 """Workers in this process are not given up for silence: after a suspended night nobody would start others."""
 _STATUS_PAGE = "127.0.0.1:0"
-"""Of a local cluster and its workers: without an address Dask listens on port 8787 of every interface, or on another one."""
+"""Address of the status page: without one, Dask listens on a port of every interface."""
 
 
 def threads_of(client: Client) -> int:

@@ -24,7 +24,7 @@ _PREPARATION_TIME = 3600.0
 """Longest time for compiling everything, and for waiting while another flight process does [s]."""
 _NOTHING = object()
 _LAST_LINES = 5
-"""Of what a flight process printed before it died."""
+"""Lines that are kept of what a flight process printed before it died."""
 
 
 class FlightProcess:

@@ -11,9 +11,9 @@ from doorman.campaign.flights.flight_process import FlightProcess
 from doorman.campaign.flights.lease import Lease
 
 _processes: dict[tuple[str, int], FlightProcess] = {}
-"""Of this process, by campaign and thread."""
+"""Flight processes of this process, by campaign and thread."""
 _leases: dict[str, Lease] = {}
-"""Of this process, by campaign."""
+"""Leases of this process, by campaign."""
 _processes_lock = threading.Lock()
 
 

@@ -28,8 +28,7 @@ class Metric:
     column: str
     words: str
     unit: str
-    limits: tuple[float, float] | None = None
-    """Of its histogram; None: it has none."""
+    limits: tuple[float, float] | None = None  # of its histogram; None: it has none
 
 
 _FREE = (-math.inf, math.inf)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 _QUANTILE = 1.959963984540054
-"""Of the normal distribution, for 95 %."""
+"""Quantile of the normal distribution for 95 %."""
 
 
 def wilson_interval(successes: int, runs: int) -> tuple[float, float]:

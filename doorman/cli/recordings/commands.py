@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from doorman.cli.terminal import panels
+from doorman.cli.command import LOOK, command
+from doorman.cli.terminal.application import app
 
 _Run = Annotated[
     Path | None,
@@ -25,201 +25,147 @@ class Viewer(StrEnum):
     PLOTJUGGLER = "plotjuggler"
 
 
-def add_run_commands(app: typer.Typer, leave: Callable[[Callable[[], int]], None]) -> None:
-    app.command("view", rich_help_panel=panels.LOOK)(_view_command(leave))
-    app.command("export", rich_help_panel=panels.LOOK)(_export_command(leave))
-    app.command("plot", rich_help_panel=panels.LOOK)(_plot_command(leave))
-    app.command("replay", rich_help_panel=panels.LOOK)(_replay_command(leave))
-    app.command("estimate", rich_help_panel=panels.LOOK)(_estimate_command(leave))
-    app.command("merge", rich_help_panel=panels.LOOK)(_merge_command(leave))
-    app.command("layout", rich_help_panel=panels.LOOK)(_layout_command(leave))
+@command(app, LOOK)
+def view(
+    run: _Run = None,
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "--out",
+            "--output",
+            metavar="FILE",
+            help="Write the page to this file and open no browser.",
+            show_default="replay.html next to the recording",
+        ),
+    ] = None,
+    as_json: _Json = False,
+) -> int:
+    """Show a recorded run in the browser: play, pause, speed, and a slider for the time.
+
+    The page shows vehicle, arm and rotors, door and frame, the tip's trace and force, the plan as a ribbon, and the surfaces
+    of the constraints. Their colour shows the clearance: blue for much, orange for little, red for none. The page is one file
+    that needs no server and no network.
+    """
+    from doorman.cli.recordings.view import view_run
+
+    return view_run(run, output, as_json)
 
 
-def _view_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., None]:
-    def view(
-        run: _Run = None,
-        output: Annotated[
-            Path | None,
-            typer.Option(
-                "--out",
-                "--output",
-                metavar="FILE",
-                help="Write the page to this file and open no browser.",
-                show_default="replay.html next to the recording",
-            ),
-        ] = None,
-        as_json: _Json = False,
-    ) -> None:
-        """Show a recorded run in the browser: play, pause, speed, and a slider for the time.
+@command(app, LOOK)
+def export(
+    run: _Run = None,
+    as_csv: Annotated[bool, typer.Option("--csv", help="Write CSV (the default).")] = False,
+    as_parquet: Annotated[bool, typer.Option("--parquet", help="Write Parquet; needs the extra campaign.")] = False,
+    out: Annotated[
+        Path | None,
+        typer.Option(metavar="DIR", help="Folder for the tables.", show_default="recording-csv next to it"),
+    ] = None,
+    as_json: _Json = False,
+) -> int:
+    """Write a recording as tables, one file per topic.
 
-        The page shows vehicle, arm and rotors, door and frame, the tip's trace and force, the plan as a ribbon, and the surfaces
-        of the constraints. Their colour shows the clearance: blue for much, orange for little, red for none. The page is one file
-        that needs no server and no network.
-        """
+    The first column is the time in seconds. Arrays become one column per entry in CSV, and lists in Parquet. The recording's
+    header, with the scenario, goes to header.json.
+    """
+    from doorman.cli.recordings.export import export_run
 
-        def command() -> int:
-            from doorman.cli.recordings.view import view_run
-
-            return view_run(run, output, as_json)
-
-        leave(command)
-
-    return view
+    return export_run(run, as_csv, as_parquet, out, as_json)
 
 
-def _export_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., None]:
-    def export(
-        run: _Run = None,
-        as_csv: Annotated[bool, typer.Option("--csv", help="Write CSV (the default).")] = False,
-        as_parquet: Annotated[bool, typer.Option("--parquet", help="Write Parquet; needs the extra campaign.")] = False,
-        out: Annotated[
-            Path | None,
-            typer.Option(metavar="DIR", help="Folder for the tables.", show_default="recording-csv next to it"),
-        ] = None,
-        as_json: _Json = False,
-    ) -> None:
-        """Write a recording as tables, one file per topic.
+@command(app, LOOK)
+def plot(
+    run: _Run = None,
+    out: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Folder for the files.", show_default="the recording's")
+    ] = None,
+    as_json: _Json = False,
+) -> int:
+    """Draw the figures of a recorded run again.
 
-        The first column is the time in seconds. Arrays become one column per entry in CSV, and lists in Parquet. The recording's
-        header, with the scenario, goes to header.json.
-        """
+    The command writes the figures of `doorman open`: plots of the states, of constraints and forces, of the swing from above
+    and of the planning time (states, constraints, swing, planner_time; each .png and .pdf), and the page that replays the
+    motion (replay.html).
+    """
+    from doorman.cli.recordings.plot import plot_run
 
-        def command() -> int:
-            from doorman.cli.recordings.export import export_run
-
-            return export_run(run, as_csv, as_parquet, out, as_json)
-
-        leave(command)
-
-    return export
+    return plot_run(run, out, as_json)
 
 
-def _plot_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., None]:
-    def plot(
-        run: _Run = None,
-        out: Annotated[
-            Path | None, typer.Option(metavar="DIR", help="Folder for the files.", show_default="the recording's")
-        ] = None,
-        as_json: _Json = False,
-    ) -> None:
-        """Draw the figures of a recorded run again.
+@command(app, LOOK)
+def replay(run: _Run = None, as_json: _Json = False) -> int:
+    """Solve every plan of a recorded run again, and compare it with the recorded plan bit by bit.
 
-        The command writes the figures of `doorman open`: plots of the states, of constraints and forces, of the swing from above
-        and of the planning time (states, constraints, swing, planner_time; each .png and .pdf), and the page that replays the
-        motion (replay.html).
-        """
+    The planner of the recorded scenario solves each plan from the recorded state and the recorded estimate of the door. Plans
+    with a warm start in flight have one here too. Another processor, or another version of doorman, NumPy or Numba, may round
+    differently.
 
-        def command() -> int:
-            from doorman.cli.recordings.plot import plot_run
+    The exit status is 0 if states, inputs, cost, iterations and status of every plan agree to the bit, 1 if not. The command
+    compares states with their recorded 32 bits. It does not compare plans that a time limit cut short in flight, and their
+    warm-started successors.
+    """
+    from doorman.cli.recordings.replay import replay_run
 
-            return plot_run(run, out, as_json)
-
-        leave(command)
-
-    return plot
+    return replay_run(run, as_json)
 
 
-def _replay_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., None]:
-    def replay(run: _Run = None, as_json: _Json = False) -> None:
-        """Solve every plan of a recorded run again, and compare it with the recorded plan bit by bit.
+@command(app, LOOK)
+def estimate(
+    run: _Run = None,
+    changes: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="NAME=NUMBER", help="A number of the filter, such as noise.wind=0.3."),
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Folder for the picture.", show_default="the recording's")
+    ] = None,
+    as_json: _Json = False,
+) -> int:
+    """Replay a recorded run's poses and commands through a filter of vehicle and leaf, and draw what it knows.
 
-        The planner of the recorded scenario solves each plan from the recorded state and the recorded estimate of the door. Plans
-        with a warm start in flight have one here too. Another processor, or another version of doorman, NumPy or Numba, may round
-        differently.
+    The command prints the log-likelihood and the mean normalised innovation squared (NIS) of the poses. With the truth of a
+    simulation it also prints the mean normalised error squared (NEES) of the leaf's angle and rate. The picture shows angle,
+    normal force, two deviations of each, truth, and the probability of each hypothesis (estimate.png).
 
-        The exit status is 0 if states, inputs, cost, iterations and status of every plan agree to the bit, 1 if not. The command
-        compares states with their recorded 32 bits. It does not compare plans that a time limit cut short in flight, and their
-        warm-started successors.
-        """
+    No flight uses this filter. Its model has an arm without mass, no turning wind, and no wind on the leaf.
+    """
+    from doorman.cli.recordings.estimate import estimate_run
 
-        def command() -> int:
-            from doorman.cli.recordings.replay import replay_run
-
-            return replay_run(run, as_json)
-
-        leave(command)
-
-    return replay
-
-
-def _estimate_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., None]:
-    def estimate(
-        run: _Run = None,
-        changes: Annotated[
-            list[str] | None,
-            typer.Option("--set", metavar="NAME=NUMBER", help="A number of the filter, such as noise.wind=0.3."),
-        ] = None,
-        out: Annotated[
-            Path | None, typer.Option(metavar="DIR", help="Folder for the picture.", show_default="the recording's")
-        ] = None,
-        as_json: _Json = False,
-    ) -> None:
-        """Replay a recorded run's poses and commands through a filter of vehicle and leaf, and draw what it knows.
-
-        The command prints the log-likelihood and the mean normalised innovation squared (NIS) of the poses. With the truth of a
-        simulation it also prints the mean normalised error squared (NEES) of the leaf's angle and rate. The picture shows angle,
-        normal force, two deviations of each, truth, and the probability of each hypothesis (estimate.png).
-
-        No flight uses this filter. Its model has an arm without mass, no turning wind, and no wind on the leaf.
-        """
-
-        def command() -> int:
-            from doorman.cli.recordings.estimate import estimate_run
-
-            return estimate_run(run, changes or [], out, as_json)
-
-        leave(command)
-
-    return estimate
+    return estimate_run(run, changes or [], out, as_json)
 
 
-def _merge_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., None]:
-    def merge(
-        run: Annotated[Path, typer.Argument(metavar="RUN", help="A run's folder, or an MCAP file.")],
-        log: Annotated[Path, typer.Argument(metavar="LOG", help="PX4 ULog (.ulg), or ArduPilot DataFlash log (.bin).")],
-        offset: Annotated[
-            float | None,
-            typer.Option(metavar="SECONDS", help="Run's clock minus the log's.", show_default="found automatically"),
-        ] = None,
-        out: Annotated[
-            Path | None,
-            typer.Option(
-                metavar="FILE", help="File to write.", show_default="in the folder merged next to the recording"
-            ),
-        ] = None,
-        as_json: _Json = False,
-    ) -> None:
-        """Merge the autopilot's own log and a run's recording into one MCAP file with one clock.
+@command(app, LOOK)
+def merge(
+    run: Annotated[Path, typer.Argument(metavar="RUN", help="A run's folder, or an MCAP file.")],
+    log: Annotated[Path, typer.Argument(metavar="LOG", help="PX4 ULog (.ulg), or ArduPilot DataFlash log (.bin).")],
+    offset: Annotated[
+        float | None,
+        typer.Option(metavar="SECONDS", help="Run's clock minus the log's.", show_default="found automatically"),
+    ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="File to write.", show_default="in the folder merged next to the recording"),
+    ] = None,
+    as_json: _Json = False,
+) -> int:
+    """Merge the autopilot's own log and a run's recording into one MCAP file with one clock.
 
-        TIMESYNC aligns the clocks if the run or the log contains it, otherwise the cross-correlation of the body rates. The
-        command prints the offset and its standard deviation. The log's topics are named px4/… or ardupilot/…, in the log's own
-        units and axes. The file omits messages from before the run. The command does not change the recording.
-        """
+    TIMESYNC aligns the clocks if the run or the log contains it, otherwise the cross-correlation of the body rates. The
+    command prints the offset and its standard deviation. The log's topics are named px4/… or ardupilot/…, in the log's own
+    units and axes. The file omits messages from before the run. The command does not change the recording.
+    """
+    from doorman.cli.recordings.merge import merge_log
 
-        def command() -> int:
-            from doorman.cli.recordings.merge import merge_log
-
-            return merge_log(run, log, offset, out, as_json)
-
-        leave(command)
-
-    return merge
+    return merge_log(run, log, offset, out, as_json)
 
 
-def _layout_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., None]:
-    def layout(viewer: Annotated[Viewer, typer.Argument(help="Program that shows recordings.")]) -> None:
-        """Print a layout for a program that shows MCAP recordings: doorman layout foxglove > doorman.json.
+@command(app, LOOK)
+def layout(viewer: Annotated[Viewer, typer.Argument(help="Program that shows recordings.")]) -> int:
+    """Print a layout for a program that shows MCAP recordings: doorman layout foxglove > doorman.json.
 
-        Its panels show the door's angle, the vehicle's position and attitude, the tip's force, the commands, and the planning
-        time.
-        """
+    Its panels show the door's angle, the vehicle's position and attitude, the tip's force, the commands, and the planning
+    time.
+    """
+    from doorman.recording import layouts
 
-        def command() -> int:
-            from doorman.recording import layouts
-
-            typer.echo(layouts.foxglove() if viewer is Viewer.FOXGLOVE else layouts.plotjuggler(), nl=False)
-            return 0
-
-        leave(command)
-
-    return layout
+    typer.echo(layouts.foxglove() if viewer is Viewer.FOXGLOVE else layouts.plotjuggler(), nl=False)
+    return 0

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import typer
 
-from doorman.cli.recordings.recorded import chosen_recording, recorded_scenario, say_what_is_missing
+from doorman.cli.recordings.recorded import loaded_run, recorded_scenario
 from doorman.estimation.leaf.numbers import JOINT, JOINT_RATE
 from doorman.estimation.leaf.replay import LeafReplay, replay_leaf
 from doorman.estimation.status import Status
@@ -23,9 +23,7 @@ _LEAF = [JOINT, JOINT_RATE]
 
 
 def estimate_run(run: Path | None, changes: list[str], out: Path | None, as_json: bool) -> int:
-    file = chosen_recording(run)
-    recording = Recording.load(file)
-    say_what_is_missing(recording, err=as_json)
+    file, recording = loaded_run(run, as_json)
     model = Model(recorded_scenario(recording, file))
     found = replay_leaf(recording, model, dict(map(_change, changes)))
     picture, _ = save(estimate_figure(recording, model, found), out or file.parent, "estimate")
@@ -55,7 +53,7 @@ def _figures(recording: Recording, found: LeafReplay) -> dict[str, Any]:
 
 
 def _nees(recording: Recording, found: LeafReplay) -> Any:
-    """Of the leaf's angle and rate at the poses' time, as if both were independent."""
+    """Normalised error squared of the leaf's angle and rate at the poses' times, as if both were independent."""
     truth = recording["truth"]
     errors = np.column_stack([
         found.mean[:, _LEAF[i]] - np.interp(found.pose_time, truth.time, truth[name])

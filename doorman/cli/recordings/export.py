@@ -9,9 +9,8 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from doorman.cli.recordings.recorded import chosen_recording, say_what_is_missing
+from doorman.cli.recordings.recorded import loaded_run
 from doorman.exceptions import DoormanError
-from doorman.recording import Recording
 from doorman.recording.export import Format, export
 from doorman.recording.files.messages import HEADER
 
@@ -20,9 +19,7 @@ def export_run(run: Path | None, as_csv: bool, as_parquet: bool, out: Path | Non
     if as_csv and as_parquet:
         raise DoormanError("one format at a time", field="--csv, --parquet", allowed="one of them")
     form: Format = "parquet" if as_parquet else "csv"
-    file = chosen_recording(run)
-    recording = Recording.load(file)
-    say_what_is_missing(recording, err=as_json)
+    file, recording = loaded_run(run, as_json)
     files = export(recording, out or file.parent / f"{file.stem}-{form}", form)
     counts = {topic: len(recording[topic].time) for topic in recording}
     if as_json:

@@ -7,16 +7,13 @@ from pathlib import Path
 
 import typer
 
-from doorman.cli.recordings.recorded import chosen_recording, recorded_scenario, say_what_is_missing
+from doorman.cli.recordings.recorded import loaded_run, recorded_scenario
 from doorman.model import Model
-from doorman.recording import Recording
 from doorman.visualization import write_pictures
 
 
 def plot_run(run: Path | None, out: Path | None, as_json: bool) -> int:
-    file = chosen_recording(run)
-    recording = Recording.load(file)
-    say_what_is_missing(recording, err=as_json)
+    file, recording = loaded_run(run, as_json)
     model = Model(recorded_scenario(recording, file))
     folder = out or file.parent
     files = write_pictures(recording, model, folder)

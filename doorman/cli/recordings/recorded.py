@@ -12,6 +12,14 @@ from doorman.recording.runs import newest_recording, recording_file
 from doorman.scenario import Scenario
 
 
+def loaded_run(run: Path | None, as_json: bool) -> tuple[Path, Recording]:
+    """A run's file and what it holds; what it has lost is said, with JSON on stderr."""
+    file = chosen_recording(run)
+    recording = Recording.load(file)
+    say_what_is_missing(recording, err=as_json)
+    return file, recording
+
+
 def chosen_recording(run: Path | None) -> Path:
     if run is not None:
         return recording_file(run)

@@ -12,7 +12,7 @@ import numpy as np
 import typer
 from numpy.typing import NDArray
 
-from doorman.cli.recordings.recorded import chosen_recording, recorded_scenario, say_what_is_missing
+from doorman.cli.recordings.recorded import loaded_run, recorded_scenario
 from doorman.exceptions import RecordingError
 from doorman.model import Model
 from doorman.planning.hinge import Hinge
@@ -33,10 +33,8 @@ _SHOWN = 10
 class Difference:
     """A plan that came out otherwise than recorded."""
 
-    plan: int
-    """Its number in the recording, from 0."""
-    time: float
-    """Of its first state [s]."""
+    plan: int  # its number in the recording, from 0
+    time: float  # of its first state [s]
     fields: dict[str, float]
     """Largest difference by field; NaN where shapes differ or only one is a number. 1 for another status."""
 
@@ -49,8 +47,7 @@ class Difference:
 @dataclass(frozen=True)
 class Replay:
     plans: int
-    cold: int
-    """Plans among them that began without a previous one."""
+    cold: int  # plans among them that began without a previous one
     differences: tuple[Difference, ...]
     not_compared: int = 0
     """Plans that the clock cut short in flight, and those that began with them: they cannot come out the same."""
@@ -61,9 +58,7 @@ class Replay:
 
 
 def replay_run(run: Path | None, as_json: bool) -> int:
-    file = chosen_recording(run)
-    recording = Recording.load(file)
-    say_what_is_missing(recording, err=as_json)
+    file, recording = loaded_run(run, as_json)
     found = replay_plans(recording, Planner(recorded_scenario(recording, file)))
     if as_json:
         typer.echo(json.dumps(_as_json(found), indent=2))

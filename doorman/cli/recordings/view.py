@@ -7,18 +7,15 @@ from pathlib import Path
 
 import typer
 
-from doorman.cli.recordings.recorded import chosen_recording, recorded_scenario, say_what_is_missing
+from doorman.cli.recordings.recorded import loaded_run, recorded_scenario
 from doorman.cli.terminal.browser import show_in_browser
 from doorman.model import Model
-from doorman.recording import Recording
 from doorman.visualization.replay import replay_page
 
 
 def view_run(run: Path | None, output: Path | None, as_json: bool) -> int:
     """Write the page of a recording, and open it unless a file was asked for."""
-    file = chosen_recording(run)
-    recording = Recording.load(file)
-    say_what_is_missing(recording, err=as_json)
+    file, recording = loaded_run(run, as_json)
     model = Model(recorded_scenario(recording, file))
     page = replay_page(recording, model, output or file.parent / "replay.html")
     shown = output is None and show_in_browser(page.resolve().as_uri())

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
@@ -10,7 +9,8 @@ from typing import Annotated
 import typer
 
 from doorman.cli.arguments import Settings, Source, Vehicle
-from doorman.cli.terminal import panels
+from doorman.cli.command import VEHICLE, command
+from doorman.cli.terminal.application import app
 
 
 class Firmware(StrEnum):
@@ -35,152 +35,109 @@ class SystemFileName(StrEnum):
     SERVICE = "service"
 
 
-def add_setup_commands(app: typer.Typer, leave: Callable[[Callable[[], int]], None]) -> None:
-    app.command("parameters", rich_help_panel=panels.VEHICLE)(_parameters_command(leave))
-    app.command("system", rich_help_panel=panels.VEHICLE)(_system_command(leave))
-    app.command("doctor", rich_help_panel=panels.VEHICLE)(_doctor_command(leave))
-    app.command("ros2", rich_help_panel=panels.VEHICLE)(_ros2_command(leave))
+@command(app, VEHICLE)
+def parameters(
+    autopilot: Annotated[Firmware, typer.Argument(help="Firmware of the autopilot.")],
+    scenario: Source = "paper",
+    settings: Settings = None,
+    vehicle: Vehicle = None,
+    mocap: Annotated[
+        bool | None,
+        typer.Option(
+            "--mocap/--no-mocap",
+            help="Whether poses come from cameras.",
+            show_default="the vehicle file's; yes without a file",
+        ),
+    ] = None,
+    on_loss: Annotated[
+        Reaction,
+        typer.Option(help="What the autopilot does when this computer is silent: land in place, or on its pad."),
+    ] = Reaction.LAND,
+    mocap_delay: Annotated[
+        float | None,
+        typer.Option(
+            metavar="SECONDS",
+            help="Delay of poses from exposure to sending; for ArduPilot.",
+            show_default="omitted",
+        ),
+    ] = None,
+    telem: Annotated[int, typer.Option(min=0, max=3, help="Telemetry port that connects this computer; 0: USB.")] = 2,
+    baud: Annotated[int, typer.Option(help="Baud rate of that port.")] = 921_600,
+    flow_control: Annotated[
+        bool, typer.Option("--flow-control/--no-flow-control", help="Whether RTS and CTS are also wired.")
+    ] = False,
+) -> int:
+    """Print a parameter file for the autopilot of a scenario's vehicle: doorman parameters px4 > vehicle.params.
+
+    A comment gives the reason of every line. The file contains the parameters that the checklist of doorman fly verifies,
+    those of the telemetry port, and a first guess of the hover thrust. Load it with a ground station; for PX4 it has the
+    format of QGroundControl.
+    """
+    from doorman.cli.setup.parameters import print_parameters
+    from doorman.hardware.pixhawk.parameters.file import Port
+
+    port = Port(telem, baud, flow_control)
+    return print_parameters(autopilot.value, scenario, settings or [], mocap, on_loss.value, mocap_delay, vehicle, port)
 
 
-def _parameters_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., None]:
-    def parameters(
-        autopilot: Annotated[Firmware, typer.Argument(help="Firmware of the autopilot.")],
-        scenario: Source = "paper",
-        settings: Settings = None,
-        vehicle: Vehicle = None,
-        mocap: Annotated[
-            bool | None,
-            typer.Option(
-                "--mocap/--no-mocap",
-                help="Whether poses come from cameras.",
-                show_default="the vehicle file's; yes without a file",
-            ),
-        ] = None,
-        on_loss: Annotated[
-            Reaction,
-            typer.Option(help="What the autopilot does when this computer is silent: land in place, or on its pad."),
-        ] = Reaction.LAND,
-        mocap_delay: Annotated[
-            float | None,
-            typer.Option(
-                metavar="SECONDS",
-                help="Delay of poses from exposure to sending; for ArduPilot.",
-                show_default="omitted",
-            ),
-        ] = None,
-        telem: Annotated[
-            int, typer.Option(min=0, max=3, help="Telemetry port that connects this computer; 0: USB.")
-        ] = 2,
-        baud: Annotated[int, typer.Option(help="Baud rate of that port.")] = 921_600,
-        flow_control: Annotated[
-            bool, typer.Option("--flow-control/--no-flow-control", help="Whether RTS and CTS are also wired.")
-        ] = False,
-    ) -> None:
-        """Print a parameter file for the autopilot of a scenario's vehicle: doorman parameters px4 > vehicle.params.
+@command(app, VEHICLE)
+def system(file: Annotated[SystemFileName, typer.Argument(help="Which file.")]) -> int:
+    """Print a file for the vehicle's Linux: udev rules for servo adapter and Pixhawk, limits, or a systemd unit.
 
-        A comment gives the reason of every line. The file contains the parameters that the checklist of doorman fly verifies,
-        those of the telemetry port, and a first guess of the hover thrust. Load it with a ground station; for PX4 it has the
-        format of QGroundControl.
-        """
+    The first line of the file says where to put it: doorman system udev | sudo tee /etc/udev/rules.d/99-doorman.rules
+    """
+    from doorman.hardware.computer.system_files import SYSTEM_FILES
 
-        def command() -> int:
-            from doorman.cli.setup.parameters import print_parameters
-            from doorman.hardware.pixhawk.parameters.file import Port
-
-            port = Port(telem, baud, flow_control)
-            return print_parameters(
-                autopilot.value, scenario, settings or [], mocap, on_loss.value, mocap_delay, vehicle, port
-            )
-
-        leave(command)
-
-    return parameters
+    typer.echo(SYSTEM_FILES[file.value].text, nl=False)
+    return 0
 
 
-def _system_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., None]:
-    def system(file: Annotated[SystemFileName, typer.Argument(help="Which file.")]) -> None:
-        """Print a file for the vehicle's Linux: udev rules for servo adapter and Pixhawk, limits, or a systemd unit.
+@command(app, VEHICLE)
+def doctor(
+    folder: Annotated[
+        Path, typer.Option("--runs", metavar="DIR", help="Folder of recordings.", show_default="runs")
+    ] = Path("runs"),
+    vehicle: Vehicle = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the rows as JSON.")] = False,
+) -> int:
+    """Check whether this computer is ready to fly, and print the command that fixes each problem.
 
-        The first line of the file says where to put it: doorman system udev | sudo tee /etc/udev/rules.d/99-doorman.rules
-        """
+    The command checks versions, permissions of serial devices, latency timers, ModemManager, real-time priority, governor,
+    clock, network buffers, disk and compiled kernels. With --vehicle it also checks the devices of this file. It changes
+    nothing. The exit status is 1 if a row is marked no.
+    """
+    from doorman.cli.setup.doctor import examine_computer
 
-        def command() -> int:
-            from doorman.hardware.computer.system_files import SYSTEM_FILES
-
-            typer.echo(SYSTEM_FILES[file.value].text, nl=False)
-            return 0
-
-        leave(command)
-
-    return system
-
-
-def _doctor_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., None]:
-    def doctor(
-        folder: Annotated[
-            Path, typer.Option("--runs", metavar="DIR", help="Folder of recordings.", show_default="runs")
-        ] = Path("runs"),
-        vehicle: Vehicle = None,
-        as_json: Annotated[bool, typer.Option("--json", help="Print the rows as JSON.")] = False,
-    ) -> None:
-        """Check whether this computer is ready to fly, and print the command that fixes each problem.
-
-        The command checks versions, permissions of serial devices, latency timers, ModemManager, real-time priority, governor,
-        clock, network buffers, disk and compiled kernels. With --vehicle it also checks the devices of this file. It changes
-        nothing. The exit status is 1 if a row is marked no.
-        """
-
-        def command() -> int:
-            from doorman.cli.setup.doctor import examine_computer
-
-            return examine_computer(folder, as_json, vehicle)
-
-        leave(command)
-
-    return doctor
+    return examine_computer(folder, as_json, vehicle)
 
 
-def _ros2_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., None]:
-    def ros2(
-        scenario: Source = "paper",
-        settings: Settings = None,
-        vehicle: Vehicle = None,
-        feed: Annotated[
-            int, typer.Option(min=0, max=65535, help="UDP port on loopback for the flight's data.")
-        ] = 51100,
-        domain: Annotated[
-            int, typer.Option(min=0, max=232, envvar="ROS_DOMAIN_ID", help="Domain of the ROS graph.")
-        ] = 0,
-        prefix: Annotated[str, typer.Option(metavar="NAME", help="Prefix of the published topics.")] = "doorman",
-        poses: Annotated[
-            str | None,
-            typer.Option(
-                metavar="TOPIC",
-                help="PoseStamped topic of the vehicle; the node forwards its poses to --to.",
-                show_default="none",
-            ),
-        ] = None,
-        to: Annotated[
-            int, typer.Option(min=1, max=65535, help="UDP port on loopback of the flight's --mocap.")
-        ] = 51001,
-        object_name: Annotated[
-            str, typer.Option(metavar="NAME", help="Name of the vehicle in that stream.")
-        ] = "vehicle",
-        rate: Annotated[float, typer.Option(min=10.0, max=2000.0, metavar="HZ", help="Poses per second.")] = 100.0,
-    ) -> None:
-        """Connect a flight with ROS 2, without a ROS installation, until Ctrl-C.
+@command(app, VEHICLE)
+def ros2(
+    scenario: Source = "paper",
+    settings: Settings = None,
+    vehicle: Vehicle = None,
+    feed: Annotated[int, typer.Option(min=0, max=65535, help="UDP port on loopback for the flight's data.")] = 51100,
+    domain: Annotated[int, typer.Option(min=0, max=232, envvar="ROS_DOMAIN_ID", help="Domain of the ROS graph.")] = 0,
+    prefix: Annotated[str, typer.Option(metavar="NAME", help="Prefix of the published topics.")] = "doorman",
+    poses: Annotated[
+        str | None,
+        typer.Option(
+            metavar="TOPIC",
+            help="PoseStamped topic of the vehicle; the node forwards its poses to --to.",
+            show_default="none",
+        ),
+    ] = None,
+    to: Annotated[int, typer.Option(min=1, max=65535, help="UDP port on loopback of the flight's --mocap.")] = 51001,
+    object_name: Annotated[str, typer.Option(metavar="NAME", help="Name of the vehicle in that stream.")] = "vehicle",
+    rate: Annotated[float, typer.Option(min=10.0, max=2000.0, metavar="HZ", help="Poses per second.")] = 100.0,
+) -> int:
+    """Connect a flight with ROS 2, without a ROS installation, until Ctrl-C.
 
-        The node publishes odometry, joint states, the tip's force, plan, mission and markers of a flight with --feed, and its
-        transform on /tf. It receives poses for a flight whose --mocap is udp:51001. It uses DDS, the default of ROS 2. The flight
-        does not depend on the node, and never waits for it.
-        """
+    The node publishes odometry, joint states, the tip's force, plan, mission and markers of a flight with --feed, and its
+    transform on /tf. It receives poses for a flight whose --mocap is udp:51001. It uses DDS, the default of ROS 2. The flight
+    does not depend on the node, and never waits for it.
+    """
+    from doorman.cli.setup.ros2 import PoseLink, run_bridge
 
-        def command() -> int:
-            from doorman.cli.setup.ros2 import PoseLink, run_bridge
-
-            link = None if poses is None else PoseLink(poses, object_name, to, rate)
-            return run_bridge(scenario, settings or [], feed, domain, prefix, link, vehicle)
-
-        leave(command)
-
-    return ros2
+    link = None if poses is None else PoseLink(poses, object_name, to, rate)
+    return run_bridge(scenario, settings or [], feed, domain, prefix, link, vehicle)

@@ -15,19 +15,16 @@ from doorman.model import Model
 from doorman.ros2.bridge import FlightPublisher, PoseSubscriber
 
 _TELLS_EVERY = 0.2
-"""[s]."""
+"""Time between two looks for what was left out [s]."""
 
 
 class PoseLink(NamedTuple):
     """Poses that are taken from ROS 2."""
 
     topic: str
-    object_name: str
-    """In the stream of cameras."""
-    port: int
-    """Of the receiver, on loopback."""
-    rate: float
-    """[1/s]."""
+    object_name: str  # in the stream of cameras
+    port: int  # of the receiver, on loopback
+    rate: float  # [1/s]
 
 
 def run_bridge(

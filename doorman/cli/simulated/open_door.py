@@ -11,7 +11,6 @@ import typer
 from rich.console import Console
 from rich.text import Text
 
-from doorman.cli.effective import effective_toml
 from doorman.cli.run_folder import run_folder
 from doorman.cli.setup.feeding import fed
 from doorman.cli.simulated.check import findings_table
@@ -78,7 +77,8 @@ def open_door(
             if postures := unusual_postures(model):
                 typer.echo(f"Proposed postures: {postures}", err=as_json)
             folder = claims.enter_context(run_folder(out, scenario.name, RUN_FILES))
-            (folder / "scenario.toml").write_text(effective_toml(scenario, model.proposed), encoding="utf-8")
+            flown = scenario.replace(model.proposed) if model.proposed else scenario
+            (folder / "scenario.toml").write_text(flown.toml(), encoding="utf-8")
             helper = claims.enter_context(picture_process(model))
             with live_view(model, port) as viewed, fed(feed, viewed) as listener:
                 recording = simulate(

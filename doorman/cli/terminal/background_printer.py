@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import queue
 import threading
-from types import TracebackType
 from typing import TextIO
 
 from doorman.hardware.scheduling import give_way
@@ -29,9 +28,7 @@ class BackgroundPrinter:
         self._thread.start()
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self._put(None)
         self._thread.join(_PATIENCE)
 

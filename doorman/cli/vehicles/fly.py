@@ -41,7 +41,7 @@ from doorman.recording import Recorder, Recording
 _COLORS = {Verdict.GOOD: "green", Verdict.WARNING: "yellow", Verdict.BAD: "bold red"}
 _STATUS_PERIOD = 0.5
 _LINES = 15
-"""Of the journal that are printed in the end."""
+"""Lines of the journal that are printed in the end."""
 
 Output = Literal["words", "json", "quiet"]
 """What goes to stdout."""
@@ -196,7 +196,7 @@ def _fly(
 
 
 def _attitude_loop(path: Path) -> AttitudeLoop | None:
-    """Of a flight that was recorded; None if it measured none."""
+    """Attitude loop that a recorded flight measured; None if it measured none."""
     try:
         return recorded_loop(Recording.load(path))
     except DoormanError:

@@ -9,33 +9,28 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.bounds import parse_numbers
 from doorman.feasibility.report import Finding, graded
 from doorman.kinematics.urdf.shapes import read_collisions
 from doorman.kinematics.urdf.structure import check_structure
 from doorman.model import Model
 
-Array = NDArray[np.float64]
-
 _INERTIAL = {"value", "ixx", "iyy", "izz", "ixy", "ixz", "iyz"}
 _ROUNDING = 1e-3
 """Share of a principal moment by which a URDF's rounded inertia may fail to be a rigid body's; the simulator lifts that."""
 _DENSEST = 2.3e4
-"""Of the densest solid, osmium [kg/m³]."""
+"""Density of osmium, the densest solid [kg/m³]."""
 
 
 @dataclass(frozen=True)
 class _Body:
     urdf: Path
     name: str
-    mass: float
-    """[kg]."""
-    moments: Array
-    """Principal ones, ascending, shape (3,) [kg m²]."""
-    size: float
-    """Length within which all that its URDF describes fits [m]."""
+    mass: float  # [kg]
+    moments: Array  # principal ones, ascending, shape (3,) [kg m²]
+    size: float  # length within which all that its URDF describes fits [m]
 
     @property
     def where(self) -> str:

@@ -12,15 +12,13 @@ from dataclasses import dataclass
 
 import numpy as np
 import pinocchio
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.feasibility.report import Finding, Severity
 from doorman.kinematics.doors.door import Door
 from doorman.kinematics.urdf.mesh_hull import convex_hull, mesh_triangles, mesh_vertices
 from doorman.kinematics.urdf.shapes import UrdfShape, read_collisions
 from doorman.model import Model
-
-Array = NDArray[np.float64]
 
 _INNER = np.linspace(0.1493, 0.8507, 5)
 """Where lines pass the doorway, as shares of its sides; none meets an edge that a drawing would have."""
@@ -31,17 +29,16 @@ _NEAR = 0.3
 _THIN = 0.01
 """Depth of a hull that is in nobody's way [m]."""
 _HALVINGS = 12
-"""Of the search for an edge: to 1 mm of 4 m."""
+"""Halvings in the search for an edge: to 1 mm of 4 m."""
 _ALIGNED = 1e-3
-"""Of a rotation matrix's numbers from 0 and 1, up to which a box needs no rotation."""
+"""Deviation of a rotation matrix from 0 and 1 up to which a box needs no rotation."""
 
 
 @dataclass(frozen=True, eq=False)
 class _Solid:
     """A mesh or its hull, in the doorway: along `into`, `along` and `up` from P_h."""
 
-    triangles: Array
-    """Shape (k, 3, 3) [m]."""
+    triangles: Array  # shape (k, 3, 3) [m]
 
     def depths(self, along: float, up: float) -> Array:
         """Where a line along `into` passes the surface, in order [m]."""
@@ -103,7 +100,7 @@ def _moved(placement: Array, points: Array) -> Array:
 
 
 def _placement(door: Door, shape: UrdfShape) -> Array:
-    """Of a shape of the frame in the doorway, homogeneous, shape (4, 4)."""
+    """Placement of a shape of the frame in the doorway, homogeneous, shape (4, 4)."""
     link = door.link_placements(0.5 * math.pi)[shape.link]
     doorway = np.eye(4)
     doorway[:3, :3], doorway[:3, 3] = door.axes, -door.axes @ door.hinge_position

@@ -6,8 +6,8 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.control.estimation.pose_age import oldest_pose
 from doorman.control.estimation.pose_noise import force_noise, most_force_noise
 from doorman.control.state_converter import LookAheads
@@ -19,8 +19,6 @@ from doorman.feasibility.inputs.vehicle import vehicle_findings
 from doorman.feasibility.lift import lift_findings
 from doorman.feasibility.report import Finding, Severity, graded
 from doorman.model import Model
-
-Array = NDArray[np.float64]
 
 _MOST_BEFORE = 0.25
 """Share of the contact's distance from the hinge by which the face may stand before the axis."""
@@ -162,12 +160,9 @@ def _arm_limits(model: Model, name: str) -> Finding:
 
 @dataclass(frozen=True)
 class JointMargin:
-    joint: str
-    """Its name."""
-    inside: float
-    """Distance from the limit, negative outside [rad], or [m] where it slides."""
-    unit: str
-    """Of the distance."""
+    joint: str  # its name
+    inside: float  # distance from the limit, negative outside [rad], or [m] where it slides
+    unit: str  # of the distance
 
     @property
     def size(self) -> str:

@@ -7,9 +7,9 @@ from doorman.model import Model
 from doorman.simulation.plant.onboard.rotors import RING_RADIUS, RING_SIZE
 
 _ROUNDING = 1e-3
-"""Of lengths in URDFs [m]."""
+"""Rounding of lengths in URDFs [m]."""
 _MOST_NAMES = 12
-"""Of links in a message."""
+"""Most names of links in a message."""
 
 
 def vehicle_findings(model: Model) -> list[Finding]:

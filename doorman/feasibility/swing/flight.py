@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.collision.audit import TOLERANCE, clearances_at
 from doorman.collision.scene import Clearance, CollisionScene
 from doorman.feasibility.inputs.setup import joint_margin
@@ -21,10 +21,8 @@ from doorman.planning.pace import LONGEST, duration_held
 from doorman.planning.whole_body.numbers import push_pace
 from doorman.planning.whole_body.references import BRAKES
 
-Array = NDArray[np.float64]
-
 LARGEST_ERROR = math.radians(1.2)
-"""Of the door's angle at the end of a rehearsal [rad]: flights end within 0.3° of their rehearsals, where these end near."""
+"""Largest error of the door's angle at the end of a rehearsal [rad]: flights end within 0.3° of their rehearsals."""
 
 _OPEN = math.radians(2.0)
 _JOINT_SLACK = 0.02

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.collision.rows.jambs import JAMBS
 from doorman.collision.rows.leaf import LEAF
 from doorman.collision.rows.wall import WALL
@@ -14,8 +14,6 @@ from doorman.feasibility.inputs.setup import joint_margin
 from doorman.feasibility.report import Finding, Severity, graded
 from doorman.model import Model
 from doorman.postures.proposal import PAPER_POSTURES
-
-Array = NDArray[np.float64]
 
 _TOLERANCE = 1e-9
 

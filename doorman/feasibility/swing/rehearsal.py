@@ -15,8 +15,8 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.control.estimation.beliefs import Beliefs
 from doorman.control.tug import drawn_by_the_tug
 from doorman.exceptions import SingularityError
@@ -26,10 +26,8 @@ from doorman.planning.grip.pushes import push_state
 from doorman.planning.planner import Planner
 from doorman.planning.planning_model import planning_model
 
-Array = NDArray[np.float64]
-
 DURATION, LONGEST = 12.0, 30.0
-"""Of a rehearsal, least with a grip, and most; between them it ends where the door has come to rest at the goal [s]."""
+"""Shortest rehearsal with a grip, and longest; in between it ends when the door rests at the goal [s]."""
 
 _AJAR, _STANDS = 0.02, 1.1
 """A leaf that begins farther open [rad] has so many times the friction that holds it there."""
@@ -50,18 +48,13 @@ def scaled(duration: float, model: Model) -> float:
 class Rehearsal:
     """Motion of the rehearsal; m states."""
 
-    times: Array
-    """Shape (m,) [s]."""
-    states: Array
-    """Reduced, [Φ, α, α̇, H], shape (m, 5 + n)."""
-    inputs: Array
-    """Reduced, [f_t, Ω, Ḣ_d], at each state, shape (m, 4 + n); the last is repeated."""
+    times: Array  # shape (m,) [s]
+    states: Array  # reduced, [Φ, α, α̇, H], shape (m, 5 + n)
+    inputs: Array  # reduced, [f_t, Ω, Ḣ_d], at each state, shape (m, 4 + n); the last is repeated
     normal_forces: Array
-    """Of the tip on the leaf along its normal, as the planner's model has it, at each state, shape (m,) [N]."""
-    unusable_plans: int
-    """Plans that the planner itself calls not to be flown."""
-    failure: str
-    """Why the rehearsal broke off; empty if it ran to its end."""
+    """Force of the tip on the leaf along its normal, by the planner's model, at each state, shape (m,) [N]."""
+    unusable_plans: int  # plans that the planner itself calls not to be flown
+    failure: str  # why the rehearsal broke off; empty if it ran to its end
 
     @property
     def final_door_angle(self) -> float:

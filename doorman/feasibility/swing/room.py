@@ -14,10 +14,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.model import Model
 from doorman.postures.minimax import minimise_largest
-
-Array = NDArray[np.float64]
 
 _ACTIVE = 1e-3
 _RELATIVE_YAWS = (0.0, 0.6, -0.6, 1.2, -1.2)
@@ -29,16 +28,12 @@ _SEARCHED = 4
 class Swing:
     """Best level postures from start to goal; m door angles."""
 
-    door_angles: Array
-    """α, shape (m,) [rad]."""
+    door_angles: Array  # α, shape (m,) [rad]
     room: Array
     """Distance of the best posture from the nearest constraint, shape (m,) [m]; negative: no posture is allowed."""
-    states: Array
-    """Best postures x = [0, 0, ψ, α, 0, H], shape (m, 5 + n)."""
-    connected: bool
-    """Whether all postures follow from the start posture without a jump."""
-    binding: tuple[tuple[int, ...], ...]
-    """Rows of h that bind at each door angle."""
+    states: Array  # best postures x = [0, 0, ψ, α, 0, H], shape (m, 5 + n)
+    connected: bool  # whether all postures follow from the start posture without a jump
+    binding: tuple[tuple[int, ...], ...]  # rows of h that bind at each door angle
 
     @property
     def narrowest(self) -> int:

@@ -21,17 +21,15 @@ DISTRIBUTION = "doorman-uam"
 LEAST_SPACE = 2_000_000_000
 """For recordings [bytes]."""
 LARGEST_SLEW = 1000.0
-"""Of the clock that servos' stamps bear [ppm]."""
+"""Largest slew of the clock that the servos' stamps allow [ppm]."""
 _INSTALL = how_to_install("hardware").partition(": ")[2]
 _GOOD_CLOCKS = ("tsc", "arch_sys_counter", "kvm-clock")
 
 
 class Complaint(Enum):
     NONE = "ok"
-    WORSE = "could be better"
-    """It can fly, worse."""
-    MISSING = "no"
-    """It cannot fly so."""
+    WORSE = "could be better"  # it can fly, worse
+    MISSING = "no"  # it cannot fly so
 
 
 @dataclass(frozen=True)
@@ -39,8 +37,7 @@ class Row:
     name: str
     complaint: Complaint
     found: str
-    command: str = ""
-    """That mends it; nothing where it is well."""
+    command: str = ""  # that mends it; nothing where it is well
 
 
 def examine(host: Host, folder: Path) -> list[Row]:

@@ -15,8 +15,7 @@ REAL_TIME_PRIORITY = 20
 
 @dataclass(frozen=True)
 class Host:
-    root: Path = Path("/")
-    """Where its files begin."""
+    root: Path = Path("/")  # where its files begin
 
     def read(self, path: str) -> str | None:
         try:

@@ -10,10 +10,8 @@ _FOLDER = Path(__file__).parent / "files"
 
 @dataclass(frozen=True)
 class SystemFile:
-    name: str
-    """As shipped."""
-    place: str
-    """Where it belongs."""
+    name: str  # as shipped
+    place: str  # where it belongs
 
     @property
     def text(self) -> str:

@@ -11,12 +11,7 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
 from doorman.hardware.dynamixel.wire.units import VELOCITY_UNIT
-
-Array = NDArray[np.float64]
 
 
 def stopping_rate(distance: float, deceleration: float, delay: float) -> float:

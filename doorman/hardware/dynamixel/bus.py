@@ -4,23 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from types import TracebackType
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from doorman.background import Opened
 from doorman.checks import vector
 from doorman.clocks import REAL_TIME, Clock
-from doorman.copying import Uncopied
 from doorman.exceptions import BackendError, DimensionError
 from doorman.hardware.dynamixel.config import ServoConfig
 from doorman.hardware.dynamixel.cycle import ServoCommand, ServoCycle
-from doorman.hardware.dynamixel.faults import EventLog, ServoEvent
+from doorman.hardware.dynamixel.faults import ServoEvent
 from doorman.hardware.dynamixel.sample import BusState, ServoSample
 from doorman.hardware.dynamixel.setup.commissioning import ReadyServo
 from doorman.hardware.dynamixel.setup.settings import SettingFinding
 from doorman.hardware.dynamixel.wire.connection import Connection
 from doorman.hardware.dynamixel.worker import BusStatistics, BusWorker, RecoveryRequest
+from doorman.hardware.events import EventLog
 
 FIRST_READS = 10
 """Attempts to hear all servos before the thread starts."""
@@ -30,7 +30,7 @@ STOP_TIMEOUT = 3.0
 """How long `stop` waits for the thread [s]."""
 
 
-class ServoBus(Uncopied):
+class ServoBus(Opened):
     """An arm's servos on one serial bus, in velocity mode, served by a thread of their own.
 
     `read` and `command` exchange the newest values and return at once: the bus never holds up its user. The constructor touches
@@ -43,7 +43,7 @@ class ServoBus(Uncopied):
 
     def __init__(self, config: ServoConfig, clock: Clock = REAL_TIME) -> None:
         self.config, self._clock = config, clock
-        self._log = EventLog()
+        self._log = EventLog[ServoEvent]()
         self._worker: BusWorker | None = None
         self._ready: tuple[ReadyServo, ...] = ()
         self._recovering = clock.lock()
@@ -188,15 +188,6 @@ class ServoBus(Uncopied):
         if worker is not None and not worker.stop(STOP_TIMEOUT):
             raise BackendError("the servo bus does not stop", field="servos.port", given=self.config.port,
                                allowed="a device that answers; the servos' watchdogs stop the arm")  # fmt: skip
-
-    def __enter__(self) -> ServoBus:
-        self.open()
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
-    ) -> None:
-        self.stop()
 
     def _hear_all(self, connection: Connection) -> BusWorker:
         """Worker with a first sample of all servos."""

@@ -7,14 +7,13 @@ import operator
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from doorman.arrays import Array
 from doorman.checks import vector
 from doorman.exceptions import BackendError
 from doorman.hardware.dynamixel.wire.registers import BAUD_CODES, MODELS, WATCHDOG_LONGEST
 from doorman.hardware.dynamixel.wire.units import CENTRE, TICKS_PER_TURN, WATCHDOG_UNIT
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from doorman.hardware.dynamixel.config import ServoConfig
-from doorman.hardware.dynamixel.faults import LATCHED, STOPPING, EventLog, ServoEvent, ServoFault
+from doorman.hardware.dynamixel.faults import LATCHED, STOPPING, ServoEvent, ServoFault, log_changes
 from doorman.hardware.dynamixel.governor import RateGovernor
 from doorman.hardware.dynamixel.monitor import ServoMonitor
 from doorman.hardware.dynamixel.sample import BusState, ServoSample
@@ -24,6 +24,7 @@ from doorman.hardware.dynamixel.wire.registers import (
 )
 from doorman.hardware.dynamixel.wire.telemetry import Telemetry
 from doorman.hardware.dynamixel.wire.units import VELOCITY_UNIT, VOLTAGE_UNIT, joint_angle
+from doorman.hardware.events import EventLog
 
 _ILL = STOPPING | LATCHED
 _UNHEARD = ServoFault.TIMEOUT | ServoFault.CORRUPT | ServoFault.LATE | ServoFault.REFUSED
@@ -31,20 +32,18 @@ _UNHEARD = ServoFault.TIMEOUT | ServoFault.CORRUPT | ServoFault.LATE | ServoFaul
 
 @dataclass(frozen=True)
 class ServoCommand:
-    rates: tuple[float, ...]
-    """Of the joints, shape (n_joints,) [rad/s]."""
-    current: float
-    """Of the gripper, positive where it pushes the angle up [A]."""
-    time: float
-    """When it did [s]."""
-    grip_time: float
-    """When it asked for this current; later ones went on with it [s]."""
+    rates: tuple[float, ...]  # of the joints, shape (n_joints,) [rad/s]
+    current: float  # of the gripper, positive where it pushes the angle up [A]
+    time: float  # when it did [s]
+    grip_time: float  # when it asked for this current; later ones went on with it [s]
 
 
 class ServoCycle:
     """What the adapter knows of its servos, and what it does with them once in a period."""
 
-    def __init__(self, link: Link, ready: tuple[ReadyServo, ...], config: ServoConfig, log: EventLog) -> None:
+    def __init__(
+        self, link: Link, ready: tuple[ReadyServo, ...], config: ServoConfig, log: EventLog[ServoEvent]
+    ) -> None:
         self._config = config
         self._log = log
         self._ready = list(ready)
@@ -53,10 +52,8 @@ class ServoCycle:
         self._logged = [ServoFault.NONE] * config.n
         self._logged_bus = ServoFault.NONE
         self.monitors = [ServoMonitor(config, link.now(), servo.model, joint) for joint, servo in enumerate(ready)]
-        self.bus_fault = ServoFault.NONE
-        """What is wrong with the bus itself."""
-        self.count = 0
-        """Cycles until now."""
+        self.bus_fault = ServoFault.NONE  # what is wrong with the bus itself
+        self.count = 0  # cycles until now
         self.use(link)
 
     @property
@@ -158,12 +155,12 @@ class ServoCycle:
     def _report(self, now: float, faults: list[ServoFault]) -> None:
         for joint, fault in enumerate(faults):
             if fault != self._logged[joint]:
-                self._log.changes(now, self._config.ids[joint], self._logged[joint], fault)
+                log_changes(self._log, now, self._config.ids[joint], self._logged[joint], fault)
                 self._logged[joint] = fault
             if fault & ServoFault.MISSING:
                 self.reader.absent.add(joint)
         if self.bus_fault != self._logged_bus:
-            self._log.changes(now, None, self._logged_bus, self.bus_fault)
+            log_changes(self._log, now, None, self._logged_bus, self.bus_fault)
             self._logged_bus = self.bus_fault
 
     def _send(self, counts: list[int]) -> None:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections import deque
 from dataclasses import dataclass
 from enum import Flag, auto
+
+from doorman.hardware.events import EventLog
 
 
 class ServoFault(Flag):
@@ -100,7 +101,7 @@ class ServoEvent:
     """A fault that began or ended, or something that was done about it."""
 
     time: float
-    """Of `time.monotonic` [s]."""
+    """When, by `time.monotonic` [s]."""
     servo_id: int | None
     """None where the whole bus is meant."""
     fault: ServoFault
@@ -116,31 +117,11 @@ class ServoEvent:
         return f"{who}: {self.text}"
 
 
-class EventLog:
-    def __init__(self, size: int = 4096) -> None:
-        self._events: deque[ServoEvent] = deque(maxlen=size)
-        self._written = 0
-        self._taken = 0
-
-    def write(self, event: ServoEvent) -> None:
-        self._events.append(event)
-        self._written += 1
-
-    def changes(self, time: float, servo_id: int | None, before: ServoFault, after: ServoFault) -> None:
-        """Append one event for every fault that began or ended."""
-        for fault in before ^ after:
-            began = bool(fault & after)
-            name = (fault.name or "").lower().replace("_", " ")
-            self.write(ServoEvent(time, servo_id, fault, began, f"{name} {'began' if began else 'ended'}"))
-
-    def take(self) -> list[ServoEvent]:
-        """Remove and return all events, oldest first."""
-        taken = []
-        while self._events:
-            taken.append(self._events.popleft())
-        self._taken += len(taken)
-        return taken
-
-    @property
-    def dropped(self) -> int:
-        return self._written - self._taken - len(self._events)
+def log_changes(
+    log: EventLog[ServoEvent], time: float, servo_id: int | None, before: ServoFault, after: ServoFault
+) -> None:
+    """Write one event for every fault that began or ended."""
+    for fault in before ^ after:
+        began = bool(fault & after)
+        name = (fault.name or "").lower().replace("_", " ")
+        log.write(ServoEvent(time, servo_id, fault, began, f"{name} {'began' if began else 'ended'}"))

@@ -37,18 +37,13 @@ class ServoMonitor:
     def __init__(self, config: ServoConfig, now: float, model: int, joint: int) -> None:
         self._config = config
         self._fastest = float(config.limits[2][joint])
-        self._before: Telemetry | None = None
-        """From whose angle the next one goes on; None before any."""
-        self._jumped_to: int | None = None
-        """Where the last answer had jumped to [tick]."""
+        self._before: Telemetry | None = None  # from whose angle the next one goes on; None before any
+        self._jumped_to: int | None = None  # where the last answer had jumped to [tick]
         self._current_unit = CURRENT_UNITS[model]
         self.clock = ServoClock()
-        self.telemetry: Telemetry | None = None
-        """Newest that is fresh and believed."""
-        self.time = now
-        """When it was measured [s]."""
-        self.fault = ServoFault.NONE
-        """What is wrong now."""
+        self.telemetry: Telemetry | None = None  # newest that is fresh and believed
+        self.time = now  # when it was measured [s]
+        self.fault = ServoFault.NONE  # what is wrong now
         self._latched = ServoFault.NONE
         self._suspected = ServoFault.NONE
         self._strained_since: float | None = None

@@ -5,12 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from enum import Enum
 
-import numpy as np
-from numpy.typing import NDArray
-
+from doorman.arrays import Array
 from doorman.hardware.dynamixel.faults import ServoFault
-
-Array = NDArray[np.float64]
 
 
 class BusState(Enum):
@@ -43,9 +39,9 @@ class ServoSample:
     times: Array
     """When each servo was measured, shape (n,) [s]."""
     faults: tuple[ServoFault, ...]
-    """Of every servo."""
+    """Faults of every servo."""
     bus_fault: ServoFault
-    """Of the bus."""
+    """Faults of the bus."""
     state: BusState
     """What the adapter does with commands."""
     goals: Array

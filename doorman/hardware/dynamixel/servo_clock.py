@@ -36,8 +36,7 @@ class ServoClock:
         self._clock = 0.0
         self._heard = 0.0
         self._bound = -math.inf
-        self.runs = False
-        """Whether the servo's clock was seen to advance; only then it proves anything."""
+        self.runs = False  # whether the servo's clock was seen to advance; only then it proves anything
 
     def lateness(self, sent: float, received: float, tick: int) -> float:
         """How much older than the question an answer is at least."""

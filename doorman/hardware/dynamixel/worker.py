@@ -12,12 +12,13 @@ import numpy as np
 from doorman.exceptions import BackendError
 from doorman.hardware.dynamixel.config import ServoConfig
 from doorman.hardware.dynamixel.cycle import ServoCommand, ServoCycle
-from doorman.hardware.dynamixel.faults import EventLog, ServoEvent, ServoFault
+from doorman.hardware.dynamixel.faults import ServoEvent, ServoFault
 from doorman.hardware.dynamixel.sample import BusState, ServoSample
 from doorman.hardware.dynamixel.setup.recovery import recover
 from doorman.hardware.dynamixel.setup.talk import Servo
 from doorman.hardware.dynamixel.wire.connection import Connection
 from doorman.hardware.dynamixel.wire.port import PortLost
+from doorman.hardware.events import EventLog
 
 RECONNECT_INTERVAL = 0.1
 """How often an unplugged device is looked for [s]."""
@@ -52,7 +53,12 @@ class BusWorker:
     """Runs cycles until it is stopped."""
 
     def __init__(
-        self, connection: Connection, cycle: ServoCycle, config: ServoConfig, log: EventLog, first: ServoSample
+        self,
+        connection: Connection,
+        cycle: ServoCycle,
+        config: ServoConfig,
+        log: EventLog[ServoEvent],
+        first: ServoSample,
     ) -> None:
         self._clock = connection.clock
         self._connection: Connection | None = connection
@@ -65,12 +71,9 @@ class BusWorker:
         self._next = 0.0
         self._overruns = 0
         self._thread = self._clock.thread(self._run, name="servo-bus")
-        self.command: ServoCommand | None = None
-        """Newest command; replaced as a whole, so no lock is needed."""
-        self.request: RecoveryRequest | None = None
-        """Recovery that is asked for."""
-        self.latest = first
-        """Newest sample; replaced as a whole."""
+        self.command: ServoCommand | None = None  # newest command; replaced as a whole, so no lock is needed
+        self.request: RecoveryRequest | None = None  # recovery that is asked for
+        self.latest = first  # newest sample; replaced as a whole
 
     def start(self) -> None:
         """Begin to cycle."""

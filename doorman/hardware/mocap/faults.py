@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections import Counter, deque
+from collections import Counter
 from dataclasses import dataclass
 from enum import Flag, auto
+
+from doorman.hardware.events import EventLog
 
 
 class MocapFault(Flag):
@@ -83,28 +85,6 @@ class MocapEvent:
         return f"mocap: {self.text}"
 
 
-class EventLog:
-    """Newest events, written by one thread and taken by another.
-
-    Args:
-        size: Number of events that are kept; older ones are dropped.
-    """
-
-    def __init__(self, size: int = 4096) -> None:
-        self._events: deque[MocapEvent] = deque(maxlen=size)
-
-    def write(self, event: MocapEvent) -> None:
-        """Append an event."""
-        self._events.append(event)
-
-    def take(self) -> list[MocapEvent]:
-        """Remove and return all events, oldest first."""
-        taken = []
-        while self._events:
-            taken.append(self._events.popleft())
-        return taken
-
-
 class FaultBook:
     """Faults that hold now. Those that strike single packets hold until they have not struck for a while.
 
@@ -113,7 +93,7 @@ class FaultBook:
         hold: For how long a fault that struck holds on [s].
     """
 
-    def __init__(self, log: EventLog, hold: float) -> None:
+    def __init__(self, log: EventLog[MocapEvent], hold: float) -> None:
         self._log = log
         self._hold = hold
         self._ends: dict[MocapFault, float] = {}

@@ -5,9 +5,10 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
+from doorman.hardware.events import EventLog
 from doorman.hardware.mocap.config import MocapConfig
 from doorman.hardware.mocap.datagrams.stream import RATE_AT_OPEN, Sender, StreamReader
-from doorman.hardware.mocap.faults import EventLog, FaultBook, MocapFault
+from doorman.hardware.mocap.faults import FaultBook, MocapEvent, MocapFault
 from doorman.hardware.mocap.figures import Figures, MocapStatistics
 from doorman.hardware.mocap.poses.sample import nothing_yet
 from doorman.hardware.mocap.poses.tracker import PoseTracker
@@ -21,7 +22,7 @@ class Pipeline:
         log: Gets what happens.
     """
 
-    def __init__(self, config: MocapConfig, log: EventLog) -> None:
+    def __init__(self, config: MocapConfig, log: EventLog[MocapEvent]) -> None:
         self._config = config
         self.book = FaultBook(log, config.hold)
         self._figures = Figures()

@@ -8,9 +8,10 @@ from types import TracebackType
 from doorman.clocks import REAL_TIME, Clock
 from doorman.copying import Uncopied
 from doorman.exceptions import BackendError, how_to_install
+from doorman.hardware.events import EventLog
 from doorman.hardware.mocap.config import MocapConfig
 from doorman.hardware.mocap.connection import listen, parse_cameras
-from doorman.hardware.mocap.faults import EventLog, MocapEvent
+from doorman.hardware.mocap.faults import MocapEvent
 from doorman.hardware.mocap.figures import MocapStatistics
 from doorman.hardware.mocap.pipeline import Pipeline
 from doorman.hardware.mocap.poses.sample import PoseSample
@@ -33,7 +34,7 @@ class MocapReceiver(Uncopied):
 
     def __init__(self, config: MocapConfig, clock: Clock = REAL_TIME) -> None:
         self.config, self._clock = config, clock
-        self._log = EventLog()
+        self._log = EventLog[MocapEvent]()
         self._worker: MocapWorker | None = None
 
     def open(self, timeout: float | None = None) -> None:

@@ -10,10 +10,11 @@ from collections.abc import Callable
 
 from doorman.clocks import REAL_TIME, Clock
 from doorman.exceptions import BackendError
+from doorman.hardware.events import EventLog
 from doorman.hardware.mocap.config import MocapConfig
 from doorman.hardware.mocap.connection import CamerasLink, listen, parse_cameras
 from doorman.hardware.mocap.datagrams.packets import LARGEST
-from doorman.hardware.mocap.faults import EventLog, MocapFault
+from doorman.hardware.mocap.faults import MocapEvent, MocapFault
 from doorman.hardware.mocap.pipeline import Pipeline
 from doorman.hardware.mocap.poses.sample import PoseSample
 from doorman.hardware.mocap.sources.client_process import ClientProcess
@@ -40,7 +41,9 @@ class MocapWorker:
         clock: By which it waits.
     """
 
-    def __init__(self, channel: socket.socket, config: MocapConfig, log: EventLog, clock: Clock = REAL_TIME) -> None:
+    def __init__(
+        self, channel: socket.socket, config: MocapConfig, log: EventLog[MocapEvent], clock: Clock = REAL_TIME
+    ) -> None:
         self._clock = clock
         self._channel: socket.socket | None = channel
         self._config = config

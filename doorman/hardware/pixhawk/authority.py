@@ -6,7 +6,7 @@ from enum import Enum
 from threading import RLock
 
 from doorman.hardware.pixhawk.dialect import Dialect
-from doorman.hardware.pixhawk.events import EventKind, EventLog
+from doorman.hardware.pixhawk.events import EventKind, LinkLog
 from doorman.hardware.pixhawk.link.outgoing.stream import SetpointStream
 from doorman.hardware.pixhawk.modes import Mode
 from doorman.hardware.pixhawk.setpoints import PositionSetpoint
@@ -41,7 +41,7 @@ _OURS = frozenset({Authority.PREPARING, Authority.ENGAGED, Authority.LANDING})
 class AuthorityKeeper:
     """Follows the heartbeat's mode and stops the stream when it is not ours; asks for landing until it is confirmed."""
 
-    def __init__(self, stream: SetpointStream, events: EventLog) -> None:
+    def __init__(self, stream: SetpointStream, events: LinkLog) -> None:
         self._stream = stream
         self._events = events
         self._lock = RLock()

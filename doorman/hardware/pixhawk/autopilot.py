@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from types import TracebackType
 
 from numpy.typing import ArrayLike
 
+from doorman.background import Opened
 from doorman.clocks import REAL_TIME, Clock
-from doorman.copying import Uncopied
 from doorman.exceptions import BackendError
 from doorman.hardware.pixhawk import sequences
 from doorman.hardware.pixhawk.config import PixhawkConfig
@@ -32,14 +31,14 @@ from doorman.hardware.pixhawk.thrust.slope import Slope, ThrustModel
 from doorman.hardware.pixhawk.wire.messages import mavlink
 
 LEAST_HEIGHT, MOST_HEIGHT = 0.2, 50.0
-"""Of a take-off [m]."""
+"""Lowest and highest take-off [m]."""
 _REASONS_WITHIN, _REASONS_TOGETHER = 1.0, 0.2
 """From the question why it would not arm to the first answer, and to the last one after that [s]."""
 _REMEMBERED = 40.0
 """ArduPilot repeats what keeps it from arming every 30 s [s]."""
 
 
-class Autopilot(Uncopied):
+class Autopilot(Opened):
     """A PX4 or ArduPilot multirotor on a MAVLink connection. The constructor touches no device.
 
     `state`, `setpoint`, `mocap`, `events` and `status` never wait for the line; the steps of a flight do, with time-outs.
@@ -79,15 +78,6 @@ class Autopilot(Uncopied):
                 sequences.leave(link)
         finally:
             link.stop()
-
-    def __enter__(self) -> Autopilot:
-        self.open()
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
-    ) -> None:
-        self.stop()
 
     # ------------------------------------------------------------ never waits
 
@@ -142,7 +132,7 @@ class Autopilot(Uncopied):
 
     def events(self) -> tuple[Event, ...]:
         """Events since the last call, oldest first."""
-        return self._link.events.drain()
+        return tuple(self._link.events.take())
 
     def complaints(self) -> tuple[str, ...]:
         """Texts of severity warning or worse in the last 40 s, each once: the autopilot repeats those that hold."""

@@ -21,39 +21,30 @@ class Dialect:
     """One autopilot's ways."""
 
     name: str
-    autopilot: int
-    """MAV_AUTOPILOT of its heartbeat."""
-    companion_mode: Mode
-    """In which it obeys this computer."""
-    land_mode: Mode
-    """Which is asked for to land."""
+    autopilot: int  # MAV_AUTOPILOT of its heartbeat
+    companion_mode: Mode  # in which it obeys this computer
+    land_mode: Mode  # which is asked for to land
     land_modes: frozenset[Mode]
     """In which it lands as asked: PX4 descends where it does not know its height or its place."""
-    mode: Callable[[int], Mode]
-    """Mode of a `custom_mode`."""
+    mode: Callable[[int], Mode]  # mode of a `custom_mode`
     parameters_bytewise: bool
     """Whether integer parameters travel as the bytes of the float field, rather than as its value."""
     needs_stream: bool
     """Whether setpoints must stream before it enters the companion mode, and go on to stay in it."""
-    takes_off_by_command: bool
-    """Whether NAV_TAKEOFF must lift it off, rather than a setpoint above it."""
+    takes_off_by_command: bool  # whether NAV_TAKEOFF must lift it off, rather than a setpoint above it
     angle_boost: bool
     """Whether it divides the commanded thrust by the cosine of the commanded tilt, unless `ATC_ANGLE_BOOST` is 0."""
-    keeps_tilt: bool
-    """Whether its position control begins with the tilt that it finds, as if wind asked for it."""
-    hover_parameter: str
-    """Parameter that holds the normalised thrust in hover."""
+    keeps_tilt: bool  # whether its position control begins with the tilt that it finds, as if wind asked for it
+    hover_parameter: str  # parameter that holds the normalised thrust in hover
     says_what_is_valid: bool
     """Whether positions come that it does not believe itself, and ESTIMATOR_STATUS says so; else only valid ones come."""
     asks_time: bool
     """Whether it maps stamps of poses by TIMESYNC requests of its own, which not every link streams unless asked to."""
-    takes_thrust: frozenset[int]
-    """MAV_TYPEs whose thrust it takes from attitude setpoints."""
+    takes_thrust: frozenset[int]  # MAV_TYPEs whose thrust it takes from attitude setpoints
     no_place: float
     """Fourth to sixth parameter of COMMAND_LONG that mean none: ArduPilot before 4.5 makes integers of two of them, which NaN
     is not, and in simulation aborts."""
-    mode_hint: str
-    """What may keep it from the companion mode although it accepted the request."""
+    mode_hint: str  # what may keep it from the companion mode although it accepted the request
 
     def mode_parameters(self, mode: Mode) -> tuple[float, float, float]:
         """First three parameters of DO_SET_MODE."""

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import Enum
 from threading import Lock
 from types import MappingProxyType
+
+from doorman.hardware.events import EventLog
 
 
 class EventKind(Enum):
@@ -54,24 +55,6 @@ class EventKind(Enum):
     IO_FAILED = "input or output failed"
 
 
-CONDITIONS = frozenset(
-    {
-        EventKind.LINK_LOST,
-        EventKind.DEVICE_LOST,
-        EventKind.HEARTBEAT_LOST,
-        EventKind.STATE_STALE,
-        EventKind.CLOCK_UNSYNCHRONISED,
-        EventKind.SETPOINT_STALE,
-        EventKind.MOCAP_LOST,
-        EventKind.BATTERY_LOW,
-        EventKind.BATTERY_SILENT,
-        EventKind.AUTOPILOT_FAILSAFE,
-        EventKind.CONTROL_LOST,
-    }
-)
-"""Kinds that begin and end."""
-
-
 @dataclass(frozen=True)
 class Event:
     """Something that happened."""
@@ -86,42 +69,30 @@ class Event:
     """Figures to it."""
 
 
-class EventLog:
-    """Newest events and the conditions that hold; written by one thread, read by any."""
+class LinkLog(EventLog[Event]):
+    """The events of a link, and the conditions that hold; written by one thread, read by any."""
 
-    def __init__(self, capacity: int = 1000) -> None:
+    def __init__(self, size: int = 1000) -> None:
+        super().__init__(size)
         self._lock = Lock()
-        self._events: deque[Event] = deque(maxlen=capacity)
-        self._conditions: frozenset[EventKind] = frozenset()
+        self.conditions: frozenset[EventKind] = frozenset()
         self._last_noted: dict[EventKind, float] = {}
 
-    @property
-    def conditions(self) -> frozenset[EventKind]:
-        """Conditions that hold now."""
-        return self._conditions
-
     def happen(self, kind: EventKind, time: float, message: str, **values: object) -> None:
-        """Note an event."""
-        with self._lock:
-            self._events.append(Event(kind, time, message, values=MappingProxyType(values)))
+        self.write(Event(kind, time, message, values=MappingProxyType(values)))
 
     def happen_at_most(self, period: float, kind: EventKind, time: float, message: str, **values: object) -> None:
+        """Note an event unless one of its kind was noted a short time ago: floods stay readable."""
         if time - self._last_noted.get(kind, float("-inf")) >= period:
             self._last_noted[kind] = time
             self.happen(kind, time, message, **values)
 
     def condition(self, kind: EventKind, holds: bool, time: float, message: str, **values: object) -> bool:
-        """Begin or end a condition."""
+        """Begin or end a condition; whether it changed."""
         with self._lock:
-            if holds == (kind in self._conditions):
+            if holds == (kind in self.conditions):
                 return False
-            self._conditions = self._conditions | {kind} if holds else self._conditions - {kind}
+            self.conditions = self.conditions ^ {kind}
             text = message if holds else f"no longer: {message}"
-            self._events.append(Event(kind, time, text, holds, MappingProxyType(values)))
+            self.write(Event(kind, time, text, holds, MappingProxyType(values)))
         return True
-
-    def drain(self) -> tuple[Event, ...]:
-        with self._lock:
-            events = tuple(self._events)
-            self._events.clear()
-        return events

@@ -22,8 +22,7 @@ _ARDUPILOT = {
 
 @dataclass(frozen=True)
 class Mode:
-    number: int
-    """`custom_mode` of HEARTBEAT."""
+    number: int  # `custom_mode` of HEARTBEAT
     name: str
 
     def __str__(self) -> str:

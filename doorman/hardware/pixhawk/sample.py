@@ -7,12 +7,10 @@ from dataclasses import dataclass, field
 from enum import Enum
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.hardware.pixhawk.modes import Mode
 from doorman.hardware.pixhawk.wire.messages import mavlink
-
-Array = NDArray[np.float64]
 
 
 def unknown(size: int) -> Array:

@@ -6,15 +6,13 @@ import math
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.checks import vector
 from doorman.exceptions import DimensionError
 from doorman.hardware.pixhawk.wire.frames import LocalFrame, flu_to_frd
 from doorman.hardware.pixhawk.wire.messages import BodyThrustMessage, Message, mavlink
 from doorman.hardware.quaternions import from_attitude
-
-Array = NDArray[np.float64]
 
 ATTITUDE_AND_THRUST = 7
 """Type mask of SET_ATTITUDE_TARGET: body rates are ignored."""

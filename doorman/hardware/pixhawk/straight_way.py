@@ -6,16 +6,14 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.hardware.pixhawk.setpoints import PositionSetpoint
 
-Array = NDArray[np.float64]
-
 SPEED = 0.4
-"""Of the setpoint, unless told otherwise [m/s]."""
+"""Default speed of the setpoint [m/s]."""
 _TURN_RATE = 0.5
-"""Of the setpoint [rad/s]."""
+"""Turn rate of the setpoint [rad/s]."""
 _SHORTEST = 0.02
 """[s]."""
 
@@ -24,18 +22,12 @@ _SHORTEST = 0.02
 class StraightWay:
     """From where the vehicle is to another place, turning on the way."""
 
-    since: float
-    """When it begins, by the clock that `setpoint` is asked with [s]."""
-    begin: Array
-    """Shape (3,), world frame [m]."""
-    end: Array
-    """Shape (3,), world frame [m]."""
-    yaw: float
-    """At the beginning [rad]."""
-    end_yaw: float
-    """At the end, by the shorter turn [rad]."""
-    speed: float = SPEED
-    """Of the setpoint [m/s]."""
+    since: float  # when it begins, by the clock that `setpoint` is asked with [s]
+    begin: Array  # shape (3,), world frame [m]
+    end: Array  # shape (3,), world frame [m]
+    yaw: float  # at the beginning [rad]
+    end_yaw: float  # at the end, by the shorter turn [rad]
+    speed: float = SPEED  # of the setpoint [m/s]
 
     @property
     def duration(self) -> float:

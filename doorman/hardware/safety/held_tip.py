@@ -15,18 +15,16 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.model import Model
-
-Array = NDArray[np.float64]
 
 EVERY = 0.1
 """Between measurements, each an average: the noise of poses is a new one by then [s]."""
 
 
 _ANGLE_NOISE = 0.005
-"""Of the angle that a held tip measures: noise of poses and of joint angles together [rad]."""
+"""Deviation of the angle that a held tip measures: noise of poses and of joint angles together [rad]."""
 
 
 class HeldTip:

@@ -15,11 +15,9 @@ import math
 
 import numpy as np
 import pinocchio as pin
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.kinematics.rotations import rotation_body_to_world
-
-Array = NDArray[np.float64]
 
 SHAPING = 0.2
 """Time constant of the slowest autopilot that obeys, the delay of telemetry included [s]."""

@@ -6,13 +6,11 @@ import math
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.hardware.dynamixel import BusState, ServoFault
 from doorman.hardware.mocap import PoseQuality
 from doorman.hardware.pixhawk import Authority, EventKind
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -26,9 +24,9 @@ class Observation:
     """Whether the mission is flying: only then must commands come."""
     authority: Authority = Authority.ENGAGED
     conditions: frozenset[EventKind] = frozenset()
-    """Of the autopilot's link."""
+    """Conditions of the autopilot's link."""
     position: Array = field(default_factory=lambda: np.full(3, math.nan))
-    """Of O_B, shape (3,), world frame [m]."""
+    """Position of O_B, shape (3,), world frame [m]."""
     speed: float = math.nan
     """[m/s]."""
     tilt: float = math.nan
@@ -36,7 +34,7 @@ class Observation:
     thrust_share: float = math.nan
     """Commanded thrust over the largest."""
     force: float = math.nan
-    """Of the surroundings on the vehicle, estimated [N]."""
+    """Estimated force of the surroundings on the vehicle [N]."""
     lift: float = math.nan
     """Its share upwards, over the weight."""
     pose: PoseQuality | None = None
@@ -44,7 +42,7 @@ class Observation:
     pose_jumped: bool = False
     """Whether there is no usable pose because the cameras saw the vehicle jump."""
     pose_age: float = math.nan
-    """Of a pose as the next one comes, over the oldest that the controller's gains bear."""
+    """Age of a pose as the next one comes, over the oldest that the controller's gains bear."""
     misfit: float = math.nan
     """By how much pose, arm and door do not fit together while the gripper holds, in standard deviations."""
     divergence: float = math.nan

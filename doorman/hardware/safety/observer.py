@@ -12,8 +12,8 @@ import math
 from collections.abc import Set
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.gravity import weight_of
 from doorman.hardware.dynamixel import ServoSample
 from doorman.hardware.mocap import MocapFault, PoseSample
@@ -24,8 +24,6 @@ from doorman.hardware.safety.observation import Observation
 from doorman.hardware.vehicle.backend import VehicleBackend
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import Model
-
-Array = NDArray[np.float64]
 
 FORCE_LAG = 0.2
 """Time constant of the estimated force [s]."""

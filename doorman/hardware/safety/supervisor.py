@@ -9,9 +9,9 @@ from collections import deque
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
-from doorman.copying import Uncopied
+from doorman.arrays import Array
+from doorman.background import InThread
 from doorman.exceptions import BackendError, DoormanError
 from doorman.hardware.pixhawk import Authority
 from doorman.hardware.pixhawk.straight_way import StraightWay
@@ -20,8 +20,6 @@ from doorman.hardware.safety.observation import Observation
 from doorman.hardware.safety.rules import ACTIONS, Action, Fault
 from doorman.hardware.vehicle.links import VehicleLinks
 from doorman.scenario import SafetySection
-
-Array = NDArray[np.float64]
 
 ACKNOWLEDGE_WITHIN = 1.5
 """Somebody must fly the vehicle back within this after a retreat was ordered, else it lands [s]."""
@@ -40,7 +38,7 @@ OnAbort = Callable[[str], None]
 """Asks the mission to give up, with the reason."""
 
 
-class Supervisor(Uncopied):
+class Supervisor(InThread):
     """Watches links and vehicle at its own pace, and acts by itself.
 
     It knows neither planner nor controller. A mission that it does not trust any more loses the vehicle (`VehicleLinks.inhibit`);
@@ -64,14 +62,12 @@ class Supervisor(Uncopied):
         period: float = 0.02,
         refuge: Callable[[Array], Array] | None = None,
     ) -> None:
+        super().__init__("supervisor", links.clock)
         self._links, self._look, self._period = links, look, period
-        self._clock = links.clock
         self._refuge = refuge
         self._leaving: StraightWay | None = None
         self._assessor = Assessor(limits or SafetySection())
         self._lock = self._clock.lock()
-        self._stopping = self._clock.event()
-        self._thread: threading.Thread | None = None
         self._on_abort: OnAbort | None = None
         self._aborted_at: float | None = None
         self._cause: Finding | None = None
@@ -95,28 +91,16 @@ class Supervisor(Uncopied):
         Raises:
             BackendError: if it watches already.
         """
-        if self._thread is not None:
-            raise BackendError("the supervisor runs already", allowed="stop() before another start()")
-        self._stopping.clear()
-        self._acknowledged, self._alive_at = False, None
-        self._links.guard(self._clock.now())
-        self._thread = self._clock.thread(self._run, name="safety supervisor")
-        self._thread.start()
+        super().start()
 
     def stop(self) -> None:
         """Watch no more; may be called twice."""
-        self._stopping.set()
-        thread, self._thread = self._thread, None
-        if thread is not None:
-            thread.join(2.0)
+        super().stop()
         self._links.guard(None)
 
-    def __enter__(self) -> Supervisor:
-        self.start()
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.stop()
+    def _begin(self) -> None:
+        self._acknowledged, self._alive_at = False, None
+        self._links.guard(self._clock.now())
 
     # ------------------------------------------------------------ what others say to it
 

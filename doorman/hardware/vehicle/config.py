@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.checks import vector
 from doorman.exceptions import BackendError
 from doorman.hardware.dynamixel import ServoConfig
@@ -22,8 +22,6 @@ from doorman.hardware.vehicle.settings import with_settings
 from doorman.kinematics.vehicles.rotor_layout import rotor_layout
 from doorman.kinematics.vehicles.vehicle import Vehicle
 from doorman.model import Model
-
-Array = NDArray[np.float64]
 
 _SLOWEST_MOCAP, _FASTEST_MOCAP = 40.0, 2000.0
 """Frames per second that the usual settings of poses fit [1/s]."""
@@ -153,7 +151,7 @@ def vehicle_config(
 
 
 def _tilted_rotors(model: Model) -> TiltedRotors | None:
-    """Of a fully actuated vehicle."""
+    """Rotors of a fully actuated vehicle; None for any other."""
     if not model.actuation.fully:
         return None
     return TiltedRotors.of(rotor_layout(model.vehicle, model.scenario.simulation.torque_per_thrust))

@@ -5,13 +5,12 @@ from __future__ import annotations
 import contextlib
 from contextlib import ExitStack
 from dataclasses import dataclass
-from types import TracebackType
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
+from doorman.background import InThread, Opened
 from doorman.clocks import REAL_TIME, Clock
-from doorman.copying import Uncopied
 from doorman.exceptions import BackendError, DoormanError
 from doorman.hardware.dynamixel import LATCHED, ServoBus
 from doorman.hardware.mocap import MocapReceiver
@@ -21,8 +20,6 @@ from doorman.hardware.vehicle.config import VehicleConfig
 from doorman.hardware.vehicle.doubted_mocap import DoubtedMocap
 from doorman.hardware.vehicle.gripper import CLOSED, CLOSES_WITHIN, HALF_OPEN, OPENS_WITHIN, gripper_current
 from doorman.hardware.vehicle.tip_force import TipForce, TipForceSource
-
-Array = NDArray[np.float64]
 
 _SLOW_TO_OPEN = OPENS_WITHIN + 0.2
 """A gripper that still holds so long after it was told to let go does not open [s]."""
@@ -34,19 +31,14 @@ GUARD_TIMEOUT = 0.5
 class Whereabouts:
     """Where the vehicle is, whoever says so."""
 
-    position: Array
-    """P of O_B, shape (3,), world frame [m]."""
-    velocity: Array
-    """Ṗ, shape (3,), world frame [m/s]."""
-    yaw: float
-    """ψ [rad]."""
-    time: float
-    """When that was true, by `time.monotonic` [s]."""
-    known: bool
-    """Whether it still holds; else it is the last that anybody said."""
+    position: Array  # P of O_B, shape (3,), world frame [m]
+    velocity: Array  # Ṗ, shape (3,), world frame [m/s]
+    yaw: float  # ψ [rad]
+    time: float  # when that was true, by `time.monotonic` [s]
+    known: bool  # whether it still holds; else it is the last that anybody said
 
 
-class VehicleLinks(Uncopied):
+class VehicleLinks(Opened):
     """Autopilot, servos and, unless the autopilot's own estimate is flown on, mocap. The constructor touches no device.
 
     Args:
@@ -111,15 +103,6 @@ class VehicleLinks(Uncopied):
         links, self._open = self._open, None
         if links is not None:
             links.close()
-
-    def __enter__(self) -> VehicleLinks:
-        self.open()
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
-    ) -> None:
-        self.stop()
 
     # ------------------------------------------------------------ what is known
 
@@ -250,21 +233,12 @@ class VehicleLinks(Uncopied):
             self.move_arm(np.zeros(self.config.n_arm), closed=False)
 
 
-class _Relay:
+class _Relay(InThread):
     """Thread that hands every fresh pose on to the autopilot's estimator, at the pace of the cameras."""
 
     def __init__(self, mocap: MocapReceiver, autopilot: Autopilot, clock: Clock) -> None:
+        super().__init__("pose relay", clock)
         self._mocap, self._autopilot = mocap, autopilot
-        self._stopping = clock.event()
-        self._thread = clock.thread(self._run, name="pose relay")
-
-    def __enter__(self) -> _Relay:
-        self._thread.start()
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._stopping.set()
-        self._thread.join(2.0)
 
     def _run(self) -> None:
         sample = self._mocap.read()

@@ -13,16 +13,14 @@ a while.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.exceptions import BackendError
 from doorman.hardware.dynamixel import ServoSample
 from doorman.hardware.interface import Measurement
 from doorman.hardware.mocap import PoseSample
 from doorman.hardware.pixhawk import SampleStatus, VehicleSample
 from doorman.hardware.quaternions import multiply, to_attitude
-
-Array = NDArray[np.float64]
 
 _LONGEST_STEP = 0.05
 """Joint angles are carried on by this much at most: the bus stops an arm that it does not hear [s]."""

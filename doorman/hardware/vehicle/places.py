@@ -5,12 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.kinematics.urdf.robot import frozen
 from doorman.model import Model
-
-Array = NDArray[np.float64]
 
 LEG_CLEARANCE = 0.10
 """Between the lowest point of the arm in its start posture and the ground, while the vehicle stands [m]."""

@@ -16,14 +16,10 @@ class TickStatistics:
     """Periods between ticks as they were."""
 
     ticks: int
-    missed: int
-    """Ticks that were left out since the one before took too long."""
-    median: float
-    """Of the periods [s]."""
-    p99_9: float
-    """99.9th percentile of |period − nominal| [s]."""
-    longest: float
-    """Longest period [s]."""
+    missed: int  # ticks that were left out since the one before took too long
+    median: float  # of the periods [s]
+    p99_9: float  # 99.9th percentile of |period − nominal| [s]
+    longest: float  # longest period [s]
 
 
 class Ticker:
@@ -33,10 +29,8 @@ class Ticker:
         self.period, self._clock = period, clock
         self._next: float | None = None
         self._last = 0.0
-        self.missed = 0
-        """Ticks that were left out."""
-        self.periods: list[float] = []
-        """Between ticks, the first of them [s]."""
+        self.missed = 0  # ticks that were left out
+        self.periods: list[float] = []  # between ticks, the first of them [s]
 
     def wait(self) -> float:
         now = self._clock.now()

@@ -17,8 +17,9 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from doorman.arrays import Array
 from doorman.checks import vector
 from doorman.exceptions import BackendError
 from doorman.hardware.dynamixel import ServoBus, ServoConfig, zero_position
@@ -29,8 +30,6 @@ from doorman.hardware.vehicle.settings import with_settings
 from doorman.hardware.vehicle_file.file import MOCAP, NO_CAMERAS, OPTIONS, SERVOS, VehicleFile
 from doorman.kinematics.doors.door import Door
 from doorman.kinematics.rotations import attitude_from_rotation, rotation_body_to_world
-
-Array = NDArray[np.float64]
 
 LISTENING = 1.0
 """[s]."""

@@ -21,7 +21,7 @@ from doorman.bounds import LARGEST_CHUNK
 Kind = Literal["number", "single", "integer", "boolean", "string"]
 
 HEADER = b"\x00\x01\x00\x00"
-"""Of every message: little-endian CDR."""
+"""First bytes of every message: little-endian CDR."""
 
 TIME = "time"
 """Every message's first entry, in seconds; no field may have this name."""
@@ -39,8 +39,7 @@ _LENGTH = struct.Struct("<I")
 class Field(NamedTuple):
     name: str
     kind: Kind
-    shape: tuple[int, ...]
-    """() for a single value."""
+    shape: tuple[int, ...]  # () for a single value
 
     @property
     def entries(self) -> int:
@@ -55,7 +54,7 @@ class Layout:
         time = Field(TIME, "number", ())
         order = {kind: place for place, kind in enumerate(STORED)}
         self.stored = sorted((time, *self.fixed), key=lambda field: (order[field.kind], bool(field.shape)))
-        """Of each kind single values stand before arrays, the time before all."""
+        """Fields as stored: time first, then by kind, single values before arrays."""
 
     def dtype(self, before: int = 0) -> np.dtype[Any]:
         """The fixed part of a message, its header included, as a row of an array."""

@@ -36,7 +36,7 @@ from doorman.recording.files.rows import Framed
 
 COMPRESSION = "zstd"
 _LEVEL = 1
-"""Of zstd: noise gets no smaller with more effort."""
+"""Level of zstd: noise gets no smaller with more effort."""
 
 _INDEX = struct.Struct("<BQHI")
 """Opcode, length, channel and size of a message index before its entries."""

@@ -27,7 +27,7 @@ _DTYPES: dict[Kind, type] = {
 }  # fmt: skip
 _KINDS: dict[str, Kind] = {"f": "number", "i": "integer", "u": "integer", "b": "boolean", "U": "string"}
 _ACCEPTED: dict[Kind, str] = {"number": "fiu", "single": "f", "integer": "iu", "boolean": "b", "string": "U"}
-"""Of numpy's kinds, those that a field takes."""
+"""Kinds of numpy that a field takes."""
 _WORDS: dict[Kind, str] = {
     "number": "a number", "single": "a number of 32 bits", "integer": "a whole number", "boolean": "true or false",
     "string": "a text",

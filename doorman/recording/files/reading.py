@@ -49,10 +49,8 @@ class Contents:
     attachments: dict[str, bytes] = field(default_factory=dict)
     damaged_chunks: int = 0
     """Chunks that could not be read, behind which others could, or that the summary counts."""
-    damaged_messages: dict[str, int] = field(default_factory=dict)
-    """Messages that were left out, by topic."""
-    complete: bool = False
-    """Whether the file ends as it should, and nothing of it is damaged."""
+    damaged_messages: dict[str, int] = field(default_factory=dict)  # messages that were left out, by topic
+    complete: bool = False  # whether the file ends as it should, and nothing of it is damaged
 
 
 @dataclass
@@ -60,16 +58,11 @@ class _Known:
     """A topic's name and type, and what was read of it."""
 
     topic: str
-    type: MessageType | RecordingError | None
-    """None for the header; the error for what doorman has not written."""
-    size: int = 0
-    """Of the fixed part of a message [bytes]."""
-    rows: list[bytes] = field(default_factory=list)
-    """Fixed parts of the messages, chunk by chunk."""
-    tails: list[bytes] = field(default_factory=list)
-    """What follows each; nothing where the type has no texts."""
-    bad: int = 0
-    """Messages that are none of this type."""
+    type: MessageType | RecordingError | None  # none for the header; the error for what doorman has not written
+    size: int = 0  # of the fixed part of a message [bytes]
+    rows: list[bytes] = field(default_factory=list)  # fixed parts of the messages, chunk by chunk
+    tails: list[bytes] = field(default_factory=list)  # what follows each; nothing where the type has no texts
+    bad: int = 0  # messages that are none of this type
 
     def __post_init__(self) -> None:
         if isinstance(self.type, MessageType):
@@ -115,8 +108,7 @@ class _Reader:
         self._stream, self._size = stream, size
         self._schemas: dict[int, Schema] = {}
         self._channels: dict[int, _Known] = {}
-        self._topics: dict[str, _Known] = {}
-        """Those with messages, in the order of the first ones."""
+        self._topics: dict[str, _Known] = {}  # those with messages, in the order of the first ones
         self._found = Contents()
         self._whole = self._messages = self._bad = self._content = 0
         self._foreign: RecordingError | None = None

@@ -26,8 +26,7 @@ _IGNORED = (Opcode.SCHEMA, Opcode.CHANNEL, Opcode.HEADER)
 class Record(NamedTuple):
     opcode: int
     content: bytes
-    end: int
-    """Where the next one begins [bytes]."""
+    end: int  # where the next one begins [bytes]
 
     def parsed(self) -> Any:
         """What it holds; None if it is none that doorman writes outside chunks, or is damaged as far as can be told."""

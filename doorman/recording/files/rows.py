@@ -14,7 +14,7 @@ from doorman.recording.files.cdr import HEADER, STORED, TIME, Field
 from doorman.recording.files.messages import Columns, MessageType, Value, converter
 
 _RECORD = struct.Struct("<BQHIQQ")
-"""Of a message: opcode, length, topic, sequence and times, before the message itself."""
+"""What stands before a message: opcode, length, topic, sequence and times."""
 _UNCOUNTED = 9
 """Bytes of a record that its length does not count."""
 _FRAME = {"length": ("<u8", 1), "channel": ("<u2", 9), "log": ("<u8", 15), "publish": ("<u8", 23)}
@@ -22,7 +22,7 @@ _FRAME = {"length": ("<u8", 1), "channel": ("<u2", 9), "log": ("<u8", 15), "publ
 _MOST_BYTES = 64_000
 """That wait of one topic."""
 _CODES = {"number": "d", "integer": "q", "boolean": "?"}
-"""Of single values, for `struct`."""
+"""Codes of single values for `struct`."""
 _EXACT = {"number": float, "integer": int, "boolean": bool}
 """Types of single values that are stored as they are."""
 
@@ -31,10 +31,8 @@ class Framed(NamedTuple):
     """Messages as they stand in a chunk."""
 
     data: bytes
-    times: NDArray[np.uint64]
-    """Shape (m,) [ns]."""
-    places: NDArray[np.uint64]
-    """Where each record begins in the data, shape (m,) [bytes]."""
+    times: NDArray[np.uint64]  # shape (m,) [ns]
+    places: NDArray[np.uint64]  # where each record begins in the data, shape (m,) [bytes]
 
     @classmethod
     def of(cls, channel: int, message: bytes) -> Framed:
@@ -75,8 +73,7 @@ class Rows:
         self._size = layout.dtype(_RECORD.size).itemsize
         self._begin = _RECORD.pack(Opcode.MESSAGE, self._size - _UNCOUNTED, 0, 0, 0, 0) + HEADER
         self._most = max(_MOST_BYTES // self._size, 1)
-        self._records: list[tuple[float, bytes]] = []
-        """Time and record of every message, whole once it is here."""
+        self._records: list[tuple[float, bytes]] = []  # time and record of every message, whole once it is here
 
     def __len__(self) -> int:
         return len(self._records)
@@ -144,7 +141,7 @@ class Rows:
         self._records = []
 
     def _fixed(self, records: Sequence[bytes]) -> bytes:
-        """Of all messages, what is as long in each."""
+        """The part of all messages that is as long in each."""
         return b"".join([record[: self._size] for record in records] if self._texts else records)
 
     def _frame_type(self) -> np.dtype[Any]:

@@ -16,13 +16,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.bounds import LONGEST
 from doorman.exceptions import RecordingError
 
-Array = NDArray[np.float64]
-
 GRID = 0.005
-"""Of both rates [s]."""
+"""Step of the grid of both rates [s]."""
 _SMOOTH = 0.03
 """Standard deviation of the bell curve that smooths both: motions up to 5 Hz stay [s]."""
 LEAST_LENGTH = 2.0
@@ -134,7 +133,7 @@ def _product(run: Array, log: Array, size: int) -> Array:
 
 
 def _vertex(values: Array, best: int) -> float:
-    """Of the parabola through a maximum and its neighbours, in steps from it."""
+    """Vertex of the parabola through a maximum and its neighbours, in steps from it."""
     if not 0 < best < len(values) - 1 or min(values[best - 1], values[best + 1]) <= -1.0:
         return 0.0
     left, middle, right = values[best - 1 : best + 2]

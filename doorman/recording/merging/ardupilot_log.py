@@ -16,9 +16,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.bounds import LARGEST_LOG, read_bytes
 from doorman.exceptions import RecordingError
-from doorman.recording.merging.flight_log import Array, FlightLog, LogTopic
+from doorman.recording.merging.flight_log import FlightLog, LogTopic
 from doorman.recording.merging.frames import from_forward_right_down
 from doorman.recording.merging.log_rows import LogRows, texts, timed_topics
 
@@ -42,14 +43,10 @@ class _Kind:
     """A kind of message."""
 
     name: str
-    length: int
-    """Of a message, its head included [bytes]."""
-    columns: dict[str, str]
-    """Letter by name."""
-    places: array[int] = field(default_factory=lambda: array("Q"))
-    """Where its messages begin."""
-    instance: str | None = None
-    """Column that tells sensors of one kind apart."""
+    length: int  # of a message, its head included [bytes]
+    columns: dict[str, str]  # letter by name
+    places: array[int] = field(default_factory=lambda: array("Q"))  # where its messages begin
+    instance: str | None = None  # column that tells sensors of one kind apart
 
     def rows(self, content: bytes) -> NDArray[Any]:
         """All its messages."""
@@ -162,7 +159,7 @@ def _column(values: NDArray[Any], letter: str) -> NDArray[Any]:
 
 
 def _rates(topics: Mapping[str, LogTopic]) -> tuple[Array, Array]:
-    """Of the first gyroscope [rad/s]; of the controller, in degrees, where no gyroscope is logged."""
+    """Body rates of the first gyroscope [rad/s], or the controller's, logged in degrees, where no gyroscope is logged."""
     for name in ("ardupilot/IMU_0", "ardupilot/IMU"):
         if name in topics and set(_GYRO) <= set(topics[name].fields):
             return topics[name].time, _stacked(topics[name], _GYRO)

@@ -7,12 +7,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.exceptions import RecordingError
 
-Array = NDArray[np.float64]
 SUFFIXES = {".ulg": "px4", ".bin": "ardupilot", ".log": "ardupilot"}
 """Autopilot by the file's suffix, in lower case."""
 _ULOG = b"ULog\x01\x12\x35"
@@ -23,10 +22,8 @@ _DATAFLASH = b"\xa3\x95"
 class LogTopic:
     """Messages of one kind."""
 
-    time: Array
-    """Since the autopilot's start, by its own clock, shape (m,) [s]."""
-    fields: Mapping[str, NDArray[Any]]
-    """By name, each of m rows, in the log's own units and axes."""
+    time: Array  # since the autopilot's start, by its own clock, shape (m,) [s]
+    fields: Mapping[str, NDArray[Any]]  # by name, each of m rows, in the log's own units and axes
 
 
 @dataclass(frozen=True)
@@ -38,7 +35,7 @@ class FlightLog:
     topics: Mapping[str, LogTopic]
     """By name, such as `px4/vehicle_attitude_0`."""
     rate_time: Array
-    """Of the body rates, shape (m,) [s]."""
+    """Times of the body rates, shape (m,) [s]."""
     body_rates: Array
     """In the body frame, x forward, z up, shape (m, 3) [rad/s]; no rows where the log has none."""
     companion_offsets: Array

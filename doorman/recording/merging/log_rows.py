@@ -10,8 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.bounds import LONGEST
-from doorman.recording.merging.flight_log import Array, LogTopic
+from doorman.recording.merging.flight_log import LogTopic
 
 _MICRO = 1e-6
 _JITTER = 5.0
@@ -24,10 +25,8 @@ _LARGEST = np.uint64(np.iinfo(np.int64).max)
 class LogRows:
     """Messages of one topic, in the order of the log."""
 
-    stamps: NDArray[Any]
-    """Since the autopilot's start, shape (m,) [µs]."""
-    fields: Mapping[str, NDArray[Any]]
-    """By name, each of m rows."""
+    stamps: NDArray[Any]  # since the autopilot's start, shape (m,) [µs]
+    fields: Mapping[str, NDArray[Any]]  # by name, each of m rows
 
 
 def timed_topics(logged: Mapping[str, LogRows]) -> tuple[dict[str, LogTopic], dict[str, int]]:

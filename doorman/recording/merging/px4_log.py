@@ -16,21 +16,22 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.bounds import DEEPEST, LARGEST_LOG, read_bytes
 from doorman.exceptions import RecordingError
-from doorman.recording.merging.flight_log import Array, FlightLog, LogTopic
+from doorman.recording.merging.flight_log import FlightLog, LogTopic
 from doorman.recording.merging.frames import from_forward_right_down
 from doorman.recording.merging.log_rows import LogRows, texts, timed_topics
 
 _MICRO = 1e-6
 _FILE_HEAD = 16
 _HEAD = struct.Struct("<HB")
-"""Of a message: length of its content, kind."""
+"""Head of a message: length of its content, kind."""
 _KINDS = frozenset(b"BFIMPQADLCSOR")
 _SURE = (b"D", b"S", b"F", b"A")
 """Kinds whose content tells them from noise."""
 _LONGEST_TEXT = 2000
-"""Of a format or a name that is looked for behind damage [bytes]."""
+"""Longest format or name that is looked for behind damage [bytes]."""
 _STAMP = "timestamp"
 _FORMAT = re.compile(r"([\w/]+):(.*)", re.DOTALL)
 _FIELD = re.compile(r"(\w+)(?:\[([0-9]{1,5})\])? (\w+)")
@@ -39,7 +40,7 @@ _TYPES = {
     "int64_t": "<i8", "uint64_t": "<u8", "float": "<f4", "double": "<f8", "bool": "i1", "char": "i1",
 }  # fmt: skip
 _MOST_FIELDS = _LONGEST_MESSAGE = 65_535
-"""Of a message, as its length has 16 bits."""
+"""Most fields and bytes of a message: its length has 16 bits."""
 _SEARCHED = 1 << 20
 """Behind damage, byte by byte [bytes]; farther on, reading resumes at PX4's own marks."""
 _MARK = _HEAD.pack(8, ord("S")) + b"\x2f\x73\x13\x20\x25\x0c\xbb\x12"
@@ -58,8 +59,7 @@ class _Logged:
 
     name: str
     dtype: np.dtype[Any]
-    largest: int
-    """Length of a message with the padding at its end [bytes]."""
+    largest: int  # length of a message with the padding at its end [bytes]
     messages: list[bytes] = field(default_factory=list)
 
 
@@ -86,12 +86,10 @@ class _Reader:
     def __init__(self, content: bytes) -> None:
         self._content = content
         self._formats: dict[str, list[tuple[str, int | None, str]]] = {}
-        self._appended: list[int] = []
-        """Where data begin that were appended after a crash."""
+        self._appended: list[int] = []  # where data begin that were appended after a crash
         self.logged: dict[int, _Logged] = {}
         self.words: list[tuple[int, bytes]] = []
-        self.bad = 0
-        """How often what came made no sense."""
+        self.bad = 0  # how often what came made no sense
         place: int | None = _FILE_HEAD
         while place is not None and place < len(content):
             place = self._step(place)
@@ -114,7 +112,7 @@ class _Reader:
         return found
 
     def _end(self, place: int) -> int | None:
-        """Of the message at a place; None where the file ends before."""
+        """End of the message at a place; None where the file ends before."""
         if place + _HEAD.size > len(self._content):
             return None
         end = place + _HEAD.size + int(_HEAD.unpack_from(self._content, place)[0])

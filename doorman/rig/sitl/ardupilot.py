@@ -16,8 +16,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.copying import Uncopied
 from doorman.exceptions import BackendError
 from doorman.hardware.pixhawk.wire.frames import flu_to_frd
@@ -26,8 +26,6 @@ from doorman.rig.emulators.autopilot.vehicle.mixer import MotorKind
 from doorman.rig.sitl.rotor_pilot import listener, specific_force
 from doorman.simulation.plant.onboard.rotors import RotorLayout
 from doorman.simulation.truth import Truth
-
-Array = NDArray[np.float64]
 
 STATE_RATE = 400.0
 """States a second: ArduCopter's loop rate [1/s]."""
@@ -55,10 +53,8 @@ _FARTHEST = 20.0
 class Wiring:
     """Which output of ArduPilot drives which rotor."""
 
-    outputs: tuple[int, ...]
-    """Of every rotor, from 0."""
-    directions: Array
-    """As ArduPilot's frame has them, +1 counter-clockwise seen from above, shape (m,)."""
+    outputs: tuple[int, ...]  # of every rotor, from 0
+    directions: Array  # as ArduPilot's frame has them, +1 counter-clockwise seen from above, shape (m,)
 
     @classmethod
     def of(cls, layout: RotorLayout) -> Wiring:

@@ -16,8 +16,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.copying import Uncopied
 from doorman.exceptions import BackendError
 from doorman.hardware.pixhawk.wire.frames import flu_to_frd
@@ -27,8 +27,6 @@ from doorman.rig.emulators.autopilot.vehicle.mixer import MotorKind
 from doorman.rig.sitl.rotor_pilot import listener, specific_force
 from doorman.simulation.plant.onboard.rotors import RotorLayout
 from doorman.simulation.truth import Truth
-
-Array = NDArray[np.float64]
 
 STATE_RATE = 250.0
 """States a second: the rate of PX4's gyroscope in simulation [1/s]."""
@@ -49,7 +47,7 @@ _BACKLOG = 1_000_000
 _ARMED = mavlink.MAV_MODE_FLAG_SAFETY_ARMED
 _MOTION, _FIELD, _AIR = 0b111111, 0b111000000, 0b1101000000000
 _SLOW_EVERY = 5
-"""Of magnetometer and barometer, states between two samples."""
+"""States between two samples of magnetometer and barometer."""
 _NORTH = np.array([0.21, 0.0, -0.42])
 """Earth's field, in the world: x north, z up [gauss]."""
 _NOISE = {"acceleration": 0.02, "rate": 0.001, "field": 0.001, "pressure": 0.01}

@@ -7,14 +7,12 @@ from pathlib import Path
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.exceptions import BackendError
 from doorman.gravity import weight_of
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.simulation.truth import Truth
-
-Array = NDArray[np.float64]
 
 
 def listener(kind: socket.SocketKind, port: int) -> socket.socket:
@@ -45,12 +43,9 @@ class RotorPilot(Protocol):
     # The two run in lockstep: it answers every state with the outputs of its motors, and waits for the next state. Before it has
     # called, and after it has fallen silent, the motors stand still.
 
-    program: str
-    """What it is called."""
-    rate: float
-    """States a second [1/s]."""
-    directions: Array
-    """In which the rotors turn, +1 counter-clockwise seen from above, shape (m,)."""
+    program: str  # what it is called
+    rate: float  # states a second [1/s]
+    directions: Array  # in which the rotors turn, +1 counter-clockwise seen from above, shape (m,)
 
     def start(self) -> None:
         """Listen, on loopback only."""

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import Model
 from doorman.recording import Recording
@@ -25,8 +25,6 @@ from doorman.visualization.style import (
     FuncFormatter,
     flight_name,
 )
-
-Array = NDArray[np.float64]
 
 
 def constraints_and_forces_figure(recording: Recording, model: Model) -> Figure:

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.estimation.leaf.numbers import JOINT
 from doorman.estimation.leaf.replay import LeafReplay
 from doorman.model import Model
 from doorman.recording import Recording
 from doorman.visualization.style import BLACK, BLUE, CYCLE, Figure, flight_name
-
-Array = NDArray[np.float64]
 
 
 def estimate_figure(recording: Recording, model: Model, found: LeafReplay) -> Figure:

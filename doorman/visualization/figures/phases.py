@@ -13,7 +13,7 @@ TIED = ("touch", "open", "hold", "recover", "take_back")
 
 _SHADES = ("0.93", "1.0")
 _LEAST_SHARE = 0.035
-"""Of the time axis that a band must have for its name to be written."""
+"""Least share of the time axis for a band to get its name."""
 
 
 def phases(recording: Recording, end: float) -> list[tuple[str, float, float]]:

@@ -5,14 +5,12 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.model import Model
 from doorman.recording import Recording
 from doorman.visualization.figures.phases import draw_phases
 from doorman.visualization.style import BLACK, GREEN, RED, SKY, Axes, Figure, flight_name, true_states
-
-Array = NDArray[np.float64]
 
 _LOOK_AHEAD = 0.2
 """The predicted curve is what each plan says about this long after its start [s]."""

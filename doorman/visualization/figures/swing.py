@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.exceptions import RecordingError
 from doorman.kinematics.doors.door import Door
 from doorman.kinematics.rotations import rotation_body_to_world
@@ -14,10 +14,8 @@ from doorman.visualization.figures.phases import TIED
 from doorman.visualization.scene.moments import Moment, recorded_moments
 from doorman.visualization.style import BLACK, RED, Axes, Circle, Figure, colormaps, flight_name
 
-Array = NDArray[np.float64]
-
 _STEP = 14.0
-"""Of the door's angle between two pictures [deg]."""
+"""Step of the door's angle between two pictures [deg]."""
 _JAMB = 0.06
 _BEFORE, _BEHIND = -1.1, 1.35
 """Ends of the drawing along x, from the hinge, unless the disc reaches farther [m],"""

@@ -8,16 +8,14 @@ from typing import Any
 
 import numpy as np
 import pinocchio
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import Model
 from doorman.visualization.scene.meshcat_scene import Command, place, set_property, show
 from doorman.visualization.scene.moments import FRAMES_PER_SECOND, Moment
 from doorman.visualization.scene.shapes import visual_shapes
 from doorman.visualization.scene.surfaces import SURFACES, clearances, surface_shapes
-
-Array = NDArray[np.float64]
 
 _ROTOR_RATE = 9.0
 """Slow enough to see the rotors turn [rad/s]."""
@@ -27,7 +25,7 @@ _RIBBON_HALF_WIDTH = 0.025
 """Along the planned thrust [m]."""
 _ZOOM = 2.4
 _LEAST_SIZE = 1.1
-"""Of what the camera sees, whatever the size of the leaf [m]."""
+"""Smallest width that the camera shows [m]."""
 _IN_DOORWAY, _BEFORE_WALL = 0.2, 0.3
 """Where it looks at: behind the wall, or before it where the vehicle pulls [m],"""
 _BELOW_CONTACT = 0.95

@@ -7,12 +7,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.exceptions import RecordingError
 from doorman.recording import Recording, Topic
-
-Array = NDArray[np.float64]
 
 FRAMES_PER_SECOND = 30
 """Moments that are shown per second of flight."""
@@ -25,24 +23,16 @@ LONGEST_PLAN_AGE = 0.15
 class Moment:
     """One time of a flight."""
 
-    time: float
-    """[s]."""
-    position: Array
-    """P, shape (3,), world frame [m]."""
-    attitude: Array
-    """Φ, shape (3,) [rad]."""
-    door_angle: float
-    """α [rad]."""
-    arm_angles: Array
-    """H, shape (n,) [rad]."""
-    tip_force: Array | None
-    """Force of the tip on the door, shape (3,), world frame [N]; None if nobody knows."""
+    time: float  # [s]
+    position: Array  # P, shape (3,), world frame [m]
+    attitude: Array  # Φ, shape (3,) [rad]
+    door_angle: float  # α [rad]
+    arm_angles: Array  # H, shape (n,) [rad]
+    tip_force: Array | None  # force of the tip on the door, shape (3,), world frame [N]; None if nobody knows
     planned_states: Array | None
     """States of the plan that was made last, shape (N + 1, 5 + n); None if there is none, or none any more."""
-    phase: str
-    """State of the mission; empty before the first."""
-    reason: str
-    """Why the mission is there."""
+    phase: str  # state of the mission; empty before the first
+    reason: str  # why the mission is there
 
     @property
     def finite(self) -> bool:

@@ -9,15 +9,14 @@ from pathlib import Path
 from typing import Literal, TypeAlias, cast
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.bounds import parse_numbers
 from doorman.exceptions import UrdfError
 from doorman.kinematics.urdf.robot import frozen
 from doorman.kinematics.urdf.shapes import UrdfShape, read_visuals
 from doorman.kinematics.urdf.structure import check_structure
 
-Array = NDArray[np.float64]
 Kind: TypeAlias = Literal["box", "cylinder", "sphere"]
 Color: TypeAlias = tuple[float, float, float, float]
 """Red, green, blue, opacity; each 0 to 1."""
@@ -32,12 +31,9 @@ class VisualShape:
 
     link: str
     kind: Kind
-    size: tuple[float, ...]
-    """Edges (x, y, z), or (radius, length) of a cylinder about z, or (radius,) [m]."""
-    placement: Array
-    """Of the shape's centre in the link, homogeneous, shape (4, 4)."""
-    color: Color
-    """Of its surface."""
+    size: tuple[float, ...]  # edges (x, y, z), or (radius, length) of a cylinder about z, or (radius,) [m]
+    placement: Array  # of the shape's centre in the link, homogeneous, shape (4, 4)
+    color: Color  # of its surface
 
 
 def visual_shapes(path: Path) -> tuple[VisualShape, ...]:
@@ -63,7 +59,7 @@ def _primitive(path: Path, shape: UrdfShape, visual: ElementTree.Element, named:
 
 
 def _color(path: Path, material: ElementTree.Element) -> Color | None:
-    """Of a material; None if it only names one."""
+    """Colour of a material; None if it only names one."""
     color = material.find("color")
     if color is None:
         return None

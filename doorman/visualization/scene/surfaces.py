@@ -14,15 +14,13 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.kinematics.urdf.shapes import link_name
 from doorman.model import Model
 from doorman.visualization.scene.moments import Moment
 from doorman.visualization.scene.shapes import VisualShape
-
-Array = NDArray[np.float64]
 
 SURFACES = ("leaf", "jamb at the hinge", "jamb at the latch", "disc over the arm")
 """In the order of the clearances."""
@@ -32,7 +30,7 @@ _THIN = 0.002
 _PROUD = 0.004
 """In front of what it covers, so that both can be seen [m]."""
 _DEPTH = (-0.7, 0.4)
-"""Of the jambs' planes, through the doorway [m]."""
+"""Depth of the jambs' planes, through the doorway [m]."""
 _HIGH = 0.5
 """Surfaces are drawn as bands at the contact's height [m]."""
 

@@ -12,8 +12,8 @@ import pytest
 from mocap_rig import NAME, swaying, true_position
 from mocap_table import milliseconds
 
+from doorman.hardware.events import EventLog
 from doorman.hardware.mocap import MocapConfig, MocapFault, PoseQuality
-from doorman.hardware.mocap.faults import EventLog
 from doorman.hardware.mocap.pipeline import Pipeline
 from doorman.rig.emulators.mocap.stream import TrackerSetup, TrackerStream
 

@@ -13,7 +13,7 @@ from pixhawk_rig import Rig, free_port
 from virtual_time import CLOCK
 
 from doorman.hardware.pixhawk import Authority
-from doorman.hardware.pixhawk.events import EventLog
+from doorman.hardware.pixhawk.events import LinkLog
 from doorman.hardware.pixhawk.link.outgoing.stream import SetpointStream
 from doorman.rig.emulators.autopilot import EmulatedAutopilot
 from doorman.rig.emulators.autopilot.rules.dialects import ARDUPILOT, PX4
@@ -60,13 +60,13 @@ def flavour(request: pytest.FixtureRequest) -> str:
 
 
 @pytest.fixture
-def events() -> EventLog:
+def events() -> LinkLog:
     """A log of its own for every test."""
-    return EventLog()
+    return LinkLog()
 
 
 @pytest.fixture
-def stream(events: EventLog) -> SetpointStream:
+def stream(events: LinkLog) -> SetpointStream:
     """A stream that notes its events in that log."""
     return SetpointStream(CONFIG, events)
 

@@ -190,5 +190,5 @@ def test_a_critical_state_is_a_failsafe(keeper, events):
 def test_changes_of_mode_and_arming_are_noted_once(keeper, events):
     for mode, armed in ((MANUAL, False), (MANUAL, True), (LAND, True), (LAND, True), (LAND, False)):
         beat(keeper, mode, armed=armed)
-    kinds = [event.kind for event in events.drain()]
+    kinds = [event.kind for event in events.take()]
     assert kinds == [EventKind.ARMED, EventKind.MODE_CHANGED, EventKind.DISARMED]

@@ -22,7 +22,6 @@ attitude_quaternions = attitudes.map(quaternions.from_attitude)
 local_frames = st.builds(LocalFrame, st.tuples(numbers, numbers, numbers), angles)
 
 HALF_TURN = np.diag([1.0, -1.0, -1.0])
-ENU_TO_NED = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]])
 
 
 def matrix(quaternion):
@@ -37,8 +36,6 @@ def same_rotation(first, second):
 def test_the_facts_that_hardware_was_measured_with():
     assert frames.world_to_ned([1.0, 2.0, 3.0]).tolist() == [1.0, -2.0, -3.0]
     assert frames.quaternion_world_to_ned([0.1, 0.2, 0.3, 0.4]).tolist() == [0.1, 0.2, -0.3, -0.4]
-    assert frames.enu_to_ned([1.0, 2.0, 3.0]).tolist() == [2.0, 1.0, -3.0]
-    assert frames.enu_yaw_to_ned(0.0) == pytest.approx(math.pi / 2)
     assert LocalFrame().yaw_to_ned(0.4) == pytest.approx(-0.4)
 
 
@@ -46,13 +43,12 @@ def test_the_facts_that_hardware_was_measured_with():
 def test_vectors_come_back_and_keep_their_length(v):
     assert np.array_equal(frames.ned_to_world(frames.world_to_ned(v)), v)
     assert np.array_equal(frames.frd_to_flu(frames.flu_to_frd(v)), v)
-    assert np.array_equal(frames.enu_to_ned(frames.enu_to_ned(v)), v)
     assert np.linalg.norm(frames.world_to_ned(v)) == pytest.approx(np.linalg.norm(v))
 
 
 @given(vectors, vectors)
 def test_conversions_keep_handedness(a, b):
-    for convert in (frames.world_to_ned, frames.flu_to_frd, frames.enu_to_ned):
+    for convert in (frames.world_to_ned, frames.flu_to_frd):
         assert np.allclose(convert(np.cross(a, b)), np.cross(convert(a), convert(b)))
 
 
@@ -61,14 +57,11 @@ def test_attitude_and_vectors_are_converted_alike(q, v):
     """Turning a body vector and then converting is converting and then turning."""
     in_ned = quaternions.rotate(frames.quaternion_world_to_ned(q), frames.flu_to_frd(v))
     assert np.allclose(in_ned, frames.world_to_ned(quaternions.rotate(q, v)), atol=1e-9)
-    from_enu = quaternions.rotate(frames.quaternion_enu_to_ned(q), frames.flu_to_frd(v))
-    assert np.allclose(from_enu, frames.enu_to_ned(quaternions.rotate(q, v)), atol=1e-9)
 
 
 @given(attitude_quaternions)
 def test_conversions_of_attitude_are_those_of_rotation_matrices(q):
     assert np.allclose(matrix(frames.quaternion_world_to_ned(q)), HALF_TURN @ matrix(q) @ HALF_TURN)
-    assert np.allclose(matrix(frames.quaternion_enu_to_ned(q)), ENU_TO_NED @ matrix(q) @ HALF_TURN)
     assert np.array_equal(frames.quaternion_ned_to_world(frames.quaternion_world_to_ned(q)), q)
 
 
@@ -77,11 +70,6 @@ def test_yaw_and_pitch_change_sign_and_roll_does_not(attitude):
     converted = quaternions.to_attitude(frames.quaternion_world_to_ned(quaternions.from_attitude(attitude)))
     expected = attitude * [1.0, -1.0, -1.0]
     assert np.allclose(rotation_body_to_world(converted), rotation_body_to_world(expected), atol=1e-9)
-
-
-@given(angles)
-def test_yaw_of_enu_comes_back(yaw):
-    assert math.cos(frames.enu_yaw_to_ned(frames.enu_yaw_to_ned(yaw)) - yaw) == pytest.approx(1.0)
 
 
 @given(local_frames, vectors, attitude_quaternions)

@@ -18,7 +18,7 @@ from doorman.hardware.pixhawk import (
     ThrustCurve,
 )
 from doorman.hardware.pixhawk.dialect import ARDUPILOT, PX4
-from doorman.hardware.pixhawk.events import EventLog
+from doorman.hardware.pixhawk.events import LinkLog
 from doorman.hardware.pixhawk.link.outgoing.stream import SetpointStream
 from doorman.hardware.pixhawk.thrust.tilted_rotors import TiltedRotors, names
 from doorman.hardware.pixhawk.wire.messages import Message
@@ -55,7 +55,7 @@ def values(store: ParameterStore) -> dict[str, float]:
 
 def message(setpoint: AttitudeSetpoint, rotors: TiltedRotors | None, shape: float = 0.0) -> Message:
     curve = ThrustCurve(0.4, WEIGHT, shape)
-    stream = SetpointStream(PixhawkConfig("udp:14540", thrust_curve=curve, rotors=rotors), EventLog())
+    stream = SetpointStream(PixhawkConfig("udp:14540", thrust_curve=curve, rotors=rotors), LinkLog())
     stream.hold(PositionSetpoint(np.zeros(3), 0.0))
     assert stream.offer(setpoint, 10.0)
     sent = stream.message(10.0, sample(), TARGET)

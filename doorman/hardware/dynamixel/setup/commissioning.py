@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from doorman.exceptions import BackendError
 from doorman.hardware.dynamixel.config import ServoConfig
-from doorman.hardware.dynamixel.faults import EventLog
+from doorman.hardware.dynamixel.faults import ServoEvent
 from doorman.hardware.dynamixel.setup.settings import SettingFinding, check_settings, write_settings
 from doorman.hardware.dynamixel.setup.talk import Servo
 from doorman.hardware.dynamixel.wire.registers import (
@@ -36,6 +36,7 @@ from doorman.hardware.dynamixel.wire.registers import (
 )
 from doorman.hardware.dynamixel.wire.telemetry import MAPPING
 from doorman.hardware.dynamixel.wire.units import CURRENT_UNITS, joint_angle, whole_turns
+from doorman.hardware.events import EventLog
 
 VOLTAGE_ONLY = int(HardwareError.VOLTAGE)
 
@@ -77,7 +78,7 @@ def position(servo: Servo, config: ServoConfig) -> int:
 
 
 def commission(
-    servo: Servo, index: int, config: ServoConfig, log: EventLog, *, reboot: bool, write_eeprom: bool
+    servo: Servo, index: int, config: ServoConfig, log: EventLog[ServoEvent], *, reboot: bool, write_eeprom: bool
 ) -> ReadyServo:
     """Make a servo ready: identified, settings checked, telemetry block gathered, standing still with torque on."""
     # The bus watchdog is left off, since the next instruction may take a while: `arm_watchdog` sets it.

@@ -7,15 +7,21 @@ from collections.abc import Callable
 from doorman.exceptions import BackendError
 from doorman.hardware.dynamixel.config import ServoConfig
 from doorman.hardware.dynamixel.cycle import ServoCycle
-from doorman.hardware.dynamixel.faults import LATCHED, EventLog, ServoEvent, ServoFault
+from doorman.hardware.dynamixel.faults import LATCHED, ServoEvent, ServoFault
 from doorman.hardware.dynamixel.setup.commissioning import arm_watchdog, commission
 from doorman.hardware.dynamixel.setup.talk import Servo
 from doorman.hardware.dynamixel.wire.link import Link
 from doorman.hardware.dynamixel.wire.port import PortLost
+from doorman.hardware.events import EventLog
 
 
 def recover(
-    cycle: ServoCycle, link: Link, config: ServoConfig, log: EventLog, deadline: float, breathe: Callable[[], None]
+    cycle: ServoCycle,
+    link: Link,
+    config: ServoConfig,
+    log: EventLog[ServoEvent],
+    deadline: float,
+    breathe: Callable[[], None],
 ) -> list[str]:
     """Set up again every servo that is missing or has a latched fault, with a reboot if it has shut down."""
     # The arm stands still meanwhile.

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from doorman.exceptions import BackendError
 from doorman.hardware.dynamixel.config import ServoConfig
-from doorman.hardware.dynamixel.faults import EventLog, ServoEvent, ServoFault
+from doorman.hardware.dynamixel.faults import ServoEvent, ServoFault
 from doorman.hardware.dynamixel.setup.talk import Servo
 from doorman.hardware.dynamixel.wire.registers import (
     BAUD_CODES,
@@ -36,6 +36,7 @@ from doorman.hardware.dynamixel.wire.registers import (
     Register,
 )
 from doorman.hardware.dynamixel.wire.units import VELOCITY_UNIT
+from doorman.hardware.events import EventLog
 
 TOLERATED_RETURN_DELAY = 25
 """Largest return delay time that the cycle has room for [2 µs]."""
@@ -77,7 +78,7 @@ def check_settings(servo: Servo, index: int, config: ServoConfig) -> list[Settin
     return [finding for finding in _findings(servo, index, config) if finding.given != finding.wanted]
 
 
-def write_settings(servo: Servo, findings: list[SettingFinding], log: EventLog) -> None:
+def write_settings(servo: Servo, findings: list[SettingFinding], log: EventLog[ServoEvent]) -> None:
     """Change settings to what is wanted. Torque goes off for that, since it locks the EEPROM."""
     due = [finding for finding in findings if finding.writable]
     if not due:

@@ -7,13 +7,14 @@ from dataclasses import dataclass
 from doorman.clocks import REAL_TIME, Clock
 from doorman.exceptions import BackendError
 from doorman.hardware.dynamixel.config import ServoConfig
-from doorman.hardware.dynamixel.faults import EventLog
+from doorman.hardware.dynamixel.faults import ServoEvent
 from doorman.hardware.dynamixel.setup.commissioning import ReadyServo, arm_watchdog, commission, inspect, position, rest
 from doorman.hardware.dynamixel.setup.settings import TOLERATED_RETURN_DELAY, SettingFinding
 from doorman.hardware.dynamixel.setup.talk import Servo
 from doorman.hardware.dynamixel.wire.link import Link
 from doorman.hardware.dynamixel.wire.port import PortLost, SerialPort
 from doorman.hardware.dynamixel.wire.units import RETURN_DELAY_UNIT
+from doorman.hardware.events import EventLog
 
 LONGEST_LATENCY_TIMER = 1.5e-3
 """A USB adapter that keeps bytes back for longer spoils the cycle [s]."""
@@ -60,7 +61,7 @@ class Connection:
         servos = [Servo(self.patient, servo_id, deadline) for servo_id in config.ids]
         return [position(servo, config) for servo in servos]
 
-    def commission(self, config: ServoConfig, log: EventLog) -> tuple[ReadyServo, ...]:
+    def commission(self, config: ServoConfig, log: EventLog[ServoEvent]) -> tuple[ReadyServo, ...]:
         """Make every servo ready, torque on, standing still under its watchdog."""
         deadline = self.clock.now() + config.open_timeout
         servos = [Servo(self.patient, servo_id, deadline) for servo_id in config.ids]

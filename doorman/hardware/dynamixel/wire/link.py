@@ -35,14 +35,10 @@ class Outcome(Enum):
 @dataclass(frozen=True, slots=True)
 class Reply:
     outcome: Outcome
-    sent: float
-    """Just before the instruction was sent [s]: what the answer says is not older."""
-    received: float
-    """Just after the answer was read [s]."""
-    error_number: int = 0
-    """Why the servo refused."""
-    alert: bool = False
-    """Whether a hardware error stands in the servo."""
+    sent: float  # just before the instruction was sent [s]: what the answer says is not older
+    received: float  # just after the answer was read [s]
+    error_number: int = 0  # why the servo refused
+    alert: bool = False  # whether a hardware error stands in the servo
     data: bytes = b""
 
     @property

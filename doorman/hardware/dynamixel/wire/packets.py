@@ -52,10 +52,8 @@ def instruction_packet(servo_id: int, instruction: Instruction, parameters: byte
 @dataclass(frozen=True, slots=True)
 class StatusPacket:
     servo_id: int
-    error: int
-    """Error byte: alert bit and error number."""
-    parameters: bytes
-    """Unstuffed."""
+    error: int  # error byte: alert bit and error number
+    parameters: bytes  # unstuffed
 
     @property
     def alert(self) -> bool:
@@ -78,8 +76,7 @@ class StatusParser:
     def __init__(self) -> None:
         self._bytes = bytearray()
         self._longest = _SHORTEST
-        self.damaged = 0
-        """Candidates that were not believed since `restart`."""
+        self.damaged = 0  # candidates that were not believed since `restart`
 
     def restart(self, longest: int) -> None:
         """Forget everything and expect the answers to a new instruction."""

@@ -21,10 +21,8 @@ class ServoReader:
         self._link = link
         self._ids = config.ids
         self._next_probe = 0.0
-        self.absent: set[int] = set()
-        """Joints that are left out of the sync read and looked for."""
-        self.excluded: int | None = None
-        """Joint that is left alone altogether while it is being recovered."""
+        self.absent: set[int] = set()  # joints that are left out of the sync read and looked for
+        self.excluded: int | None = None  # joint that is left alone altogether while it is being recovered
 
     def read(self) -> dict[int, Reply]:
         """Ask every servo."""

@@ -15,8 +15,7 @@ from types import MappingProxyType
 class Register:
     name: str
     address: int
-    size: int
-    """In bytes."""
+    size: int  # in bytes
     signed: bool = False
 
     def encode(self, value: int) -> bytes:
@@ -76,7 +75,7 @@ FACTORY_CURRENT_LIMITS = MappingProxyType({1000: 648, 1010: 648, 1040: 689, 1050
 FULL_PWM = 885
 """Content of `pwm limit` of a new servo: the whole supply."""
 FACTORY_GAINS = MappingProxyType({VELOCITY_I_GAIN: 1920, VELOCITY_P_GAIN: 100})
-"""Of the velocity's control, after power-on."""
+"""Gains of the velocity's control after power-on."""
 BAUD_CODES = MappingProxyType({9600: 0, 57_600: 1, 115_200: 2, 1_000_000: 3, 2_000_000: 4, 3_000_000: 5, 4_000_000: 6})
 """Content of `baud rate` by bit/s."""
 OLDEST_FIRMWARE = 38

@@ -14,26 +14,22 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class Acknowledgement:
-    number: int
-    """Counts all that were received."""
+    number: int  # counts all that were received
     command: int
     result: int
 
 
 @dataclass(frozen=True)
 class ParameterValue:
-    number: int
-    """Counts all that were received."""
+    number: int  # counts all that were received
     value: float
-    kind: int
-    """MAV_PARAM_TYPE."""
+    kind: int  # MAV_PARAM_TYPE
 
 
 @dataclass(frozen=True)
 class StatusText:
     time: float
-    severity: int
-    """MAV_SEVERITY; lower is worse."""
+    severity: int  # MAV_SEVERITY; lower is worse
     text: str
 
 

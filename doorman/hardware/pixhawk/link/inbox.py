@@ -9,7 +9,7 @@ from doorman.clocks import Clock
 from doorman.hardware.pixhawk.authority import AuthorityKeeper
 from doorman.hardware.pixhawk.config import PixhawkConfig
 from doorman.hardware.pixhawk.dialect import ARDUPILOT, MULTIROTORS, Dialect, dialect_of
-from doorman.hardware.pixhawk.events import EventKind, EventLog
+from doorman.hardware.pixhawk.events import EventKind, LinkLog
 from doorman.hardware.pixhawk.link.exchange import Exchange, StatusText
 from doorman.hardware.pixhawk.link.outgoing.origin import Origin
 from doorman.hardware.pixhawk.link.outgoing.stream import SetpointStream
@@ -25,10 +25,10 @@ from doorman.hardware.pixhawk.wire.transport import Address, Line
 _NOTE_PERIOD = 1.0
 """Between two notes of the same flood [s]."""
 _ESTIMATOR_RATE = 5.0
-"""Of what PX4's estimator says of itself, where no camera contradicts it [1/s]."""
+"""Rate of the status of PX4's estimator, where no camera contradicts it [1/s]."""
 
 _TIMESYNC_RATE = 10.0
-"""Of the requests by which PX4 maps the stamps of poses: a link in "normal" mode sends none by itself [1/s]."""
+"""Rate of the requests by which PX4 maps the stamps of poses: a link in "normal" mode sends none by itself [1/s]."""
 _UNORDERED = frozenset(
     {
         mavlink.MAVLINK_MSG_ID_COMMAND_ACK,
@@ -58,7 +58,7 @@ class Owner(Protocol):
 
     config: PixhawkConfig
     time: Clock
-    events: EventLog
+    events: LinkLog
     exchange: Exchange
     clock: ClockMap
     tracker: Tracker
@@ -77,18 +77,13 @@ class Owner(Protocol):
 
 class Inbox:
     def __init__(self, owner: Owner) -> None:
-        self.identity: tuple[int, int] | None = None
-        """System and component of the autopilot, once heard."""
+        self.identity: tuple[int, int] | None = None  # system and component of the autopilot, once heard
         self.dialect: Dialect | None = None
-        self.vehicle_type: int | None = None
-        """MAV_TYPE of its heartbeat."""
+        self.vehicle_type: int | None = None  # MAV_TYPE of its heartbeat
         self.peer = PeerKeeper(owner.events, owner.config.signing_key is not None)
-        self.last_message = float("-inf")
-        """When it was last heard [s]."""
-        self.foreign = 0
-        """Messages of others."""
-        self.namesake = float("-inf")
-        """When somebody else's heartbeat with our system id came [s]."""
+        self.last_message = float("-inf")  # when it was last heard [s]
+        self.foreign = 0  # messages of others
+        self.namesake = float("-inf")  # when somebody else's heartbeat with our system id came [s]
         self._owner = owner
         self._noted = (0, 0, 0, 0)
         self._texts = TextParts()

@@ -11,7 +11,7 @@ from doorman.exceptions import BackendError
 from doorman.hardware.pixhawk.authority import Authority, AuthorityKeeper
 from doorman.hardware.pixhawk.config import PixhawkConfig
 from doorman.hardware.pixhawk.dialect import ARDUPILOT, PX4, Dialect
-from doorman.hardware.pixhawk.events import EventKind, EventLog
+from doorman.hardware.pixhawk.events import EventKind, LinkLog
 from doorman.hardware.pixhawk.link.exchange import Exchange
 from doorman.hardware.pixhawk.link.inbox import WANTED, Inbox
 from doorman.hardware.pixhawk.link.outgoing.mocap import MocapOutlet
@@ -51,7 +51,7 @@ class _Timer:
 class Link:
     def __init__(self, config: PixhawkConfig, time: Clock = REAL_TIME) -> None:
         self.config, self.time = config, time
-        self.events = EventLog()
+        self.events = LinkLog()
         self.exchange = Exchange(time)
         self.clock = ClockMap()
         self.tracker = Tracker(self.clock, config.local_frame)

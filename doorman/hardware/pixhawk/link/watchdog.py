@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from doorman.hardware.pixhawk.config import PixhawkConfig
-from doorman.hardware.pixhawk.events import EventKind, EventLog
+from doorman.hardware.pixhawk.events import EventKind, LinkLog
 from doorman.hardware.pixhawk.link.telemetry.timesync import ClockMap
 from doorman.hardware.pixhawk.sample import VehicleSample
 
@@ -16,7 +16,7 @@ _BATTERY_MARGIN = 0.02
 class Watchdog:
     """Turns silence into conditions."""
 
-    def __init__(self, config: PixhawkConfig, events: EventLog) -> None:
+    def __init__(self, config: PixhawkConfig, events: LinkLog) -> None:
         self._config = config
         self._events = events
         self._battery, self._charge_told = math.inf, math.inf

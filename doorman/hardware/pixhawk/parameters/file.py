@@ -17,7 +17,7 @@ DIALECTS = {"px4": PX4, "ardupilot": ARDUPILOT}
 AutopilotName = Literal["px4", "ardupilot"]
 OnLoss = Literal["land", "return"]
 BAUD_RATE = 921_600
-"""Of the telemetry port, unless another one is asked for [1/s]."""
+"""Default baud rate of the telemetry port [1/s]."""
 TELEMS = {"px4": (0, 1, 2, 3), "ardupilot": (0, 1, 2)}
 """Telemetry ports that have the same number on every board; 0 is USB."""
 
@@ -43,34 +43,26 @@ _PX4_INTEGER, _PX4_REAL = 6, 9
 class Line:
     name: str
     value: float
-    comment: str
-    """Why, in words."""
+    comment: str  # why, in words
 
 
 @dataclass(frozen=True)
 class Port:
     """Where this computer is wired to the autopilot."""
 
-    telem: int = 2
-    """Number of the telemetry port; 0: USB, which needs no parameters."""
-    baud_rate: int = BAUD_RATE
-    """[1/s]."""
-    flow_control: bool = False
-    """Whether RTS and CTS are wired, too."""
+    telem: int = 2  # number of the telemetry port; 0: USB, which needs no parameters
+    baud_rate: int = BAUD_RATE  # [1/s]
+    flow_control: bool = False  # whether RTS and CTS are wired, too
 
 
 @dataclass(frozen=True)
 class VehicleFigures:
     """What of scenario and vehicle goes into the parameters."""
 
-    weight: float
-    """[N]."""
-    max_thrust: float
-    """Of all rotors [N]."""
-    low_battery: float
-    """Share of the charge at which the mission is given up."""
-    hover_height: float
-    """Of the body above its pad, before the door [m]."""
+    weight: float  # [N]
+    max_thrust: float  # of all rotors [N]
+    low_battery: float  # share of the charge at which the mission is given up
+    hover_height: float  # of the body above its pad, before the door [m]
 
 
 def parameter_lines(

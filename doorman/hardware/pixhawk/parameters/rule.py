@@ -14,8 +14,7 @@ class Severity(Enum):
 
     ERROR = "error"
     """The flight cannot work, or a fault would not end safely; whoever flies decides whether it is flown so."""
-    WARNING = "warning"
-    """It can work, worse."""
+    WARNING = "warning"  # it can work, worse
 
 
 class When(Enum):
@@ -27,18 +26,14 @@ class When(Enum):
 
 @dataclass(frozen=True)
 class Rule:
-    names: tuple[str, ...]
-    """Of the parameter, newest firmware first; the first that the autopilot has counts."""
-    wanted: str
-    """In words."""
+    names: tuple[str, ...]  # of the parameter, newest firmware first; the first that the autopilot has counts
+    wanted: str  # in words
     accepts: Callable[[float], bool]
-    value: Callable[[float], float] | None
-    """Value to write for a given one; None where a person must decide."""
+    value: Callable[[float], float] | None  # value to write for a given one; None where a person must decide
     severity: Severity
     when: When
     why: str
-    optional: bool = False
-    """Whether firmware without the parameter is fine."""
+    optional: bool = False  # whether firmware without the parameter is fine
     only_with: tuple[str, int] | None = None
     """Another parameter and the value that it must have for this one to count; it has a rule of its own."""
 

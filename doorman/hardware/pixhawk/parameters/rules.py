@@ -176,7 +176,7 @@ MOCAP_DELAY = {"PX4": ("EKF2_EV_DELAY", 20.0), "ArduPilot": ("VISO_DELAY_MS", 20
 THRUST_MODEL = {"PX4": "THR_MDL_FAC", "ArduPilot": "MOT_THST_EXPO"}
 """Parameter by which the autopilot bends thrust into the motors' signal: 0 not at all, 1 as the square root."""
 _LEAST_BENT = 0.2
-"""Of that, together with the curve's own shape: what measured motors have at least."""
+"""Least sum of that and the curve's own shape: what measured motors have at least."""
 _EARLIER = 0.2
 """By which the mission is given up before, for the sag of a manoeuvre [V]."""
 

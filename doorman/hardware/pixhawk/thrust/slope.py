@@ -19,20 +19,18 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.gravity import weight_of
 from doorman.hardware.pixhawk.sample import VehicleSample
 from doorman.hardware.pixhawk.setpoints import PositionSetpoint
 
-Array = NDArray[np.float64]
-
 _HEIGHT, _ASIDE, _PERIOD = 0.04, 0.03, 1.2
-"""Of the bob: a tenth of the weight, a tilt of 5°, and slow enough for telemetry of 20 messages a second [m], [m], [s]."""
+"""Height, way aside, period of the bob: a tenth of the weight, 5° of tilt, slow enough for 20 messages a second [m], [m], [s]."""
 BOB_TIME = 2.25 * _PERIOD
 """Two times up and down, and the delay between thrust and velocity [s]."""
 _DELAYS = np.arange(-0.04, 0.2001, 0.01)
-"""Of velocity behind thrust: motors, estimator and lines; what is told late seems to lead [s]."""
+"""Delays of velocity behind thrust that are tried: motors, estimator and lines; late thrust readings seem to lead [s]."""
 _ENOUGH_READINGS = 20
 _CORRELATED = 3.0
 """By which the least squares' deviation is too small: neighbouring velocities of an estimator err alike."""
@@ -42,10 +40,8 @@ _CORRELATED = 3.0
 class Slope:
     """Measured slope of the thrust in hover."""
 
-    value: float
-    """s."""
-    deviation: float
-    """Standard deviation of s."""
+    value: float  # s
+    deviation: float  # standard deviation of s
 
     def shape(self, hover_thrust: float) -> float:
         """Shape k of the curve with this slope, 0 … 1."""
@@ -57,10 +53,8 @@ class Slope:
 class ThrustModel:
     """The parameter by which an autopilot undoes the motors' curve."""
 
-    name: str
-    """`THR_MDL_FAC` or `MOT_THST_EXPO`."""
-    value: float
-    """k of the autopilot, 0 … 1."""
+    name: str  # `THR_MDL_FAC` or `MOT_THST_EXPO`
+    value: float  # k of the autopilot, 0 … 1
 
     def right_value(self, slope: Slope, hover_thrust: float) -> float:
         """The k with which this slope would be 1: that of the motors themselves."""

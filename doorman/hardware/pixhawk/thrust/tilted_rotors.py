@@ -16,13 +16,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.hardware.pixhawk.dialect import PX4, Dialect
 from doorman.hardware.pixhawk.wire.frames import flu_to_frd
 from doorman.kinematics.vehicles.rotor_layout import RotorLayout
-
-Array = NDArray[np.float64]
 
 COUNT, OLD_SWITCH = "CA_ROTOR_COUNT", "SYS_CTRL_ALLOC"
 """Number of rotors, and the switch that PX4 1.13 allocates by or not."""
@@ -38,10 +36,8 @@ _SAME_AXIS, _SAME_PLACE = 0.05, 0.2
 class TiltedRotors:
     """Rotors as the autopilot must know them, and what it makes of a force to the side."""
 
-    positions: tuple[tuple[float, float, float], ...]
-    """In the body, x forward, y left, z up [m]."""
-    axes: tuple[tuple[float, float, float], ...]
-    """Unit vectors of the thrusts, in the body."""
+    positions: tuple[tuple[float, float, float], ...]  # in the body, x forward, y left, z up [m]
+    axes: tuple[tuple[float, float, float], ...]  # unit vectors of the thrusts, in the body
     side_scale: tuple[float, float]
     """Normalised thrust along the body's x and y axis, by that along z for the same force."""
 

@@ -20,11 +20,9 @@ class Counters:
     messages: int = 0
     corrupted: int = 0
     """Frames of a kind that is read whose checksum is wrong: of others an autopilot may have another definition than we."""
-    skipped_bytes: int = 0
-    """Bytes that belong to no valid frame."""
+    skipped_bytes: int = 0  # bytes that belong to no valid frame
     bad_signatures: int = 0
-    malformed: int = 0
-    """Frames with a right checksum that cannot be decoded."""
+    malformed: int = 0  # frames with a right checksum that cannot be decoded
 
 
 class FrameSplitter:

@@ -31,8 +31,7 @@ class Endpoint:
     port: int = 0
     device: str = ""
     baud: int = DEFAULT_BAUD
-    own_port: int = 0
-    """To send from; 0 leaves it to the system."""
+    own_port: int = 0  # to send from; 0 leaves it to the system
 
     def __str__(self) -> str:
         if self.transport is Transport.SERIAL:

@@ -6,8 +6,7 @@ differ by half a turn about x, which is its own inverse:
 .. math::
     v_{NED} = \mathrm{diag}(1, -1, -1)\, v_{world}, \qquad (w, x, y, z) \mapsto (w, x, -y, -z), \qquad \psi \mapsto -\psi
 
-True ENU (x east, y north) differs: :math:`v_{NED} = (y, x, -z)`, :math:`\psi_{NED} = \pi/2 - \psi_{ENU}`. Quaternions are
-[w, x, y, z] and map the body to its world, shape (4,).
+Quaternions are [w, x, y, z] and map the body to its world, shape (4,).
 """
 
 from __future__ import annotations
@@ -16,12 +15,11 @@ import math
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from doorman.arrays import Array
 from doorman.checks import vector
 from doorman.hardware.quaternions import multiply, rotate, wrap
-
-Array = NDArray[np.float64]
 
 _HALF_TURN = np.array([1.0, -1.0, -1.0])
 _HALF_TURN_QUATERNION = np.array([1.0, 1.0, -1.0, -1.0])
@@ -65,23 +63,6 @@ def quaternion_ned_to_world(quaternion: ArrayLike) -> Array:
     return _flip(quaternion, _HALF_TURN_QUATERNION)
 
 
-def enu_to_ned(values: ArrayLike) -> Array:
-    """Vector of true ENU (east, north, up) in NED: (y, x, −z); its own inverse."""
-    x, y, z = np.asarray(values, dtype=np.float64)
-    return np.array([y, x, -z])
-
-
-def enu_yaw_to_ned(yaw: float) -> float:
-    """Yaw from east, counter-clockwise, as yaw from north, clockwise: π/2 − ψ, in (−π, π]; its own inverse."""
-    return wrap(math.pi / 2.0 - yaw)
-
-
-def quaternion_enu_to_ned(quaternion: ArrayLike) -> Array:
-    r"""Attitude FLU → ENU as attitude FRD → NED, :math:`q_{NED \leftarrow ENU} \otimes q \otimes q_{FLU \leftarrow FRD}`."""
-    half = math.sqrt(0.5)
-    return np.array(multiply(multiply([0.0, half, half, 0.0], _plain(quaternion)), [0.0, 1.0, 0.0, 0.0]))
-
-
 @dataclass(frozen=True)
 class LocalFrame:
     """Where the autopilot's local frame stands in the world: its origin, and the world's direction of its north."""
@@ -89,7 +70,7 @@ class LocalFrame:
     origin: tuple[float, float, float] = (0.0, 0.0, 0.0)
     """World frame [m]."""
     yaw: float = 0.0
-    """Of north about the world's z axis [rad]; 0 where north is the world's x, as with poses sent by this project."""
+    """Yaw of north about the world's z axis [rad]; 0 where north is the world's x, as with poses sent by this project."""
     _turn: Array = field(init=False, repr=False, compare=False)
     _back: Array = field(init=False, repr=False, compare=False)
 

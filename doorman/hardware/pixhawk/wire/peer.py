@@ -7,7 +7,7 @@ armed it is reported and refused.
 
 from __future__ import annotations
 
-from doorman.hardware.pixhawk.events import EventKind, EventLog
+from doorman.hardware.pixhawk.events import EventKind, LinkLog
 from doorman.hardware.pixhawk.wire.transport import Address, Line
 
 SILENCE = 3.0
@@ -22,7 +22,7 @@ _TAKEN = "taken after silence"
 class PeerKeeper:
     """Keeps the address that the autopilot speaks from; used by the thread of the link only."""
 
-    def __init__(self, events: EventLog, signed: bool) -> None:
+    def __init__(self, events: LinkLog, signed: bool) -> None:
         self.address: Address = None
         """Where the autopilot speaks from; None until it is heard, and on a line with one sender."""
         self._events, self._signed = events, signed

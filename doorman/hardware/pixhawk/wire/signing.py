@@ -52,10 +52,8 @@ class SignatureCheck:
     def __init__(self, key: bytes) -> None:
         self._key = key
         self._newest: dict[tuple[int, int, int], int] = {}
-        self.newest = 0
-        """Newest stamp of any that was accepted: ours must not be older."""
-        self.outdated = False
-        """Whether the last packet had the right key, and an old stamp."""
+        self.newest = 0  # newest stamp of any that was accepted: ours must not be older
+        self.outdated = False  # whether the last packet had the right key, and an old stamp
 
     def accepts(self, packet: bytes | bytearray, system: int, component: int) -> bool:
         """Whether a signed packet is genuine and new."""

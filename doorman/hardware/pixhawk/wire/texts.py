@@ -15,7 +15,7 @@ from doorman.hardware.pixhawk.wire.messages import Message
 _PART = 50
 """Characters of a part that is not the last."""
 _PARTS = 8
-"""Of the longest text: further ones are not read."""
+"""Most parts of a text; further ones are not read."""
 _LATE = 0.3
 """After its last part so far, a text is told as it is [s]."""
 _COPIES = 1.0
@@ -25,8 +25,7 @@ _COPIES = 1.0
 @dataclass
 class _Begun:
     identifier: int
-    since: float
-    """When the last part so far came [s]."""
+    since: float  # when the last part so far came [s]
     severity: int
     parts: dict[int, str] = field(default_factory=dict)
 

@@ -39,8 +39,7 @@ class DeviceLost(Exception):
 class Line(ABC):
     """An open line of bytes."""
 
-    peer: Address = None
-    """Where to send on a line with several senders; set once the autopilot is known."""
+    peer: Address = None  # where to send on a line with several senders; set once the autopilot is known
     endpoint: Endpoint
     """To be opened where this line is lost: the same host without asking for its address again, from the same port."""
 

@@ -8,10 +8,6 @@ _UNKNOWN_VOLTAGE = 0xFFFF
 _WRAP_MS = 1 << 32
 
 
-def seconds_to_ns(seconds: float) -> int:
-    return round(seconds * 1e9)
-
-
 def seconds_to_us(seconds: float) -> int:
     return round(seconds * 1e6)
 

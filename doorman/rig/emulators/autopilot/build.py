@@ -13,28 +13,19 @@ from doorman.rig.emulators.autopilot.vehicle.mixer import MotorKind
 class Build:
     """What no reboot changes."""
 
-    flavour: Flavour = "px4"
-    """Whose rules it follows."""
+    flavour: Flavour = "px4"  # whose rules it follows
     vision: bool = False
     """Whether its position comes from VISION_POSITION_ESTIMATE, rather than from satellites."""
-    system_id: int = 1
-    """Its MAVLink system id."""
-    start_up: float = 22.0
-    """Until ArduPilot's gyros are calibrated [s]."""
-    heartbeat_rate: float = 1.0
-    """[1/s]."""
-    vehicle_type: int = 13
-    """MAV_TYPE; 13 is a hexarotor."""
-    hover_thrust: float = 0.4
-    """Share of the largest thrust at which the vehicle really hovers."""
+    system_id: int = 1  # its MAVLink system id
+    start_up: float = 22.0  # until ArduPilot's gyros are calibrated [s]
+    heartbeat_rate: float = 1.0  # [1/s]
+    vehicle_type: int = 13  # MAV_TYPE; 13 is a hexarotor
+    hover_thrust: float = 0.4  # share of the largest thrust at which the vehicle really hovers
     motors: MotorKind = "linear"
     """Whether its parameter linearises the motors, or is the factory's; thrust is the square of their signal with both."""
-    pace: float = 1.0
-    """Of its clock and its plant over real time, as of simulators that run faster or slower."""
-    signing_key: bytes | None = None
-    """32 bytes; with it, unsigned messages are ignored."""
-    seed: int = 0
-    """Of noise and faults."""
+    pace: float = 1.0  # of its clock and its plant over real time, as of simulators that run faster or slower
+    signing_key: bytes | None = None  # 32 bytes; with it, unsigned messages are ignored
+    seed: int = 0  # of noise and faults
 
     def __post_init__(self) -> None:
         if self.flavour not in DIALECTS:

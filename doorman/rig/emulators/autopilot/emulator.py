@@ -5,15 +5,14 @@ Written from the protocols' documents, not from the adapter. What only the autop
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
+from doorman.background import InThread
 from doorman.clocks import REAL_TIME, Clock
-from doorman.copying import Uncopied
 from doorman.exceptions import BackendError
 from doorman.rig.emulators.autopilot.build import Build
 from doorman.rig.emulators.autopilot.line.clock import BootClock
@@ -32,7 +31,7 @@ _STEP = 0.004
 _MOST_STEPS = 25
 
 
-class EmulatedAutopilot(Uncopied):
+class EmulatedAutopilot(InThread):
     """A multirotor's autopilot on UDP. The constructor binds nothing; `start` does, on loopback only."""
 
     # Its parts may be looked into, and their plain fields set, at any time: a reboot makes `brain`, `estimator`, `telemetry`,
@@ -48,7 +47,7 @@ class EmulatedAutopilot(Uncopied):
         clock: Clock = REAL_TIME,
         **build: Any,
     ) -> None:
-        self._time = clock
+        super().__init__(f"emulated {flavour}", clock)
         self.build = Build(flavour, **build)
         dialect, share = self.build.dialect, self.build.hover_thrust
         self.plant: AutopilotPlant = SimplePlant() if plant is None else plant
@@ -61,35 +60,8 @@ class EmulatedAutopilot(Uncopied):
         self.lock = clock.lock()
         """Held while it thinks: whoever calls into its parts from another thread takes it."""
         self._local, self._remote = local, remote
-        self._stop = self._time.event()
-        self._thread: threading.Thread | None = None
         self._udp: FaultyUdp | None = None
         self._boot()
-
-    def start(self) -> None:
-        if self._thread is not None:
-            raise BackendError("the emulated autopilot runs already", allowed="stop() first")
-        self._udp = FaultyUdp(self._local, self._remote, (self.outgoing, self.incoming), self.build.seed, self._time)
-        self._stop.clear()
-        self._boot()
-        self._thread = self._time.thread(self._run, name=f"emulated {self.build.flavour}")
-        self._thread.start()
-
-    def stop(self) -> None:
-        self._stop.set()
-        thread, self._thread = self._thread, None
-        if thread is not None:
-            thread.join(2.0)
-        if self._udp is not None:
-            self._udp.close()
-            self._udp = None
-
-    def __enter__(self) -> EmulatedAutopilot:
-        self.start()
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.stop()
 
     @property
     def address(self) -> tuple[str, int]:
@@ -126,7 +98,7 @@ class EmulatedAutopilot(Uncopied):
         """Start anew: disarmed, default mode and rates, clock and sequence numbers from the start."""
         with self.lock:
             self._boot()
-            self._silent_until = self._time.now() + silence
+            self._silent_until = self._clock.now() + silence
             self.plant.stop_motors()
 
     def send(self, message: Any, station: tuple[int, int] | None = None) -> None:
@@ -144,8 +116,16 @@ class EmulatedAutopilot(Uncopied):
             raise BackendError("the emulated autopilot does not run", allowed="start() first")
         return self._udp
 
+    def _begin(self) -> None:
+        self._udp = FaultyUdp(self._local, self._remote, (self.outgoing, self.incoming), self.build.seed, self._clock)
+        self._boot()
+
+    def _end(self) -> None:
+        self._line.close()
+        self._udp = None
+
     def _boot(self) -> None:
-        build, self.clock, self._silent_until = self.build, BootClock(self.build.pace, self._time), 0.0
+        build, self.clock, self._silent_until = self.build, BootClock(self.build.pace, self._clock), 0.0
         dialect, now = build.dialect, self.clock.uptime
         truth, timeout, needs_origin = self.plant.truth(), dialect.position_timeout, not dialect.heeds_stream
         self.estimator = Estimator(now, truth, timeout, needs_origin, vision=build.vision, seed=build.seed)
@@ -160,20 +140,20 @@ class EmulatedAutopilot(Uncopied):
             self._udp.send(data)
 
     def _run(self) -> None:
-        stepped = self._time.now()
-        while not self._stop.is_set():
-            self._line.wait(max(0.0, stepped + _STEP - self._time.now()))
+        stepped = self._clock.now()
+        while not self._stopping.is_set():
+            self._line.wait(max(0.0, stepped + _STEP - self._clock.now()))
             with self.lock:
-                silent = self._time.now() < self._silent_until
+                silent = self._clock.now() < self._silent_until
                 for datagram in self._line.receive():
                     if not silent:
                         self._receive(datagram)
                 steps = 0
-                while stepped + _STEP <= self._time.now():
+                while stepped + _STEP <= self._clock.now():
                     stepped, steps = stepped + _STEP, steps + 1
                     self._step(_STEP * self.build.pace)
                     if steps >= _MOST_STEPS:
-                        stepped = self._time.now()
+                        stepped = self._clock.now()
                 if steps and not silent:
                     self.telemetry.speak()
                 self._line.flush()

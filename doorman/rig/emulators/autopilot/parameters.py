@@ -24,7 +24,7 @@ PX4_DEFAULTS = _typed({
              "RTL_CONE_ANG": 45, "RTL_TYPE": 0, "MPC_YAW_MODE": 0, "EKF2_EV_CTRL": 0, "EKF2_HGT_REF": 1,
              "EKF2_GPS_CTRL": 7, "EKF2_BARO_CTRL": 1, "EKF2_RNG_CTRL": 1, "EKF2_MAG_TYPE": 0},
 })  # fmt: skip
-"""Of PX4."""
+"""Parameters of PX4 as delivered."""
 ARDUPILOT_DEFAULTS = _typed({
     _REAL32: {"GUID_TIMEOUT": 3.0, "FS_GCS_TIMEOUT": 5.0, "BATT_LOW_VOLT": 10.5, "BATT_CRT_VOLT": 0.0,
               "MOT_THST_HOVER": 0.35, "MOT_THST_EXPO": 0.65, "MOT_BAT_VOLT_MAX": 0.0, "WPNAV_JERK": 1.0},
@@ -36,7 +36,7 @@ ARDUPILOT_DEFAULTS = _typed({
             "COMPASS_USE3": 1, "EK3_SRC1_POSXY": 3, "EK3_SRC1_POSZ": 1, "EK3_SRC1_YAW": 1, "EK3_SRC1_VELXY": 3,
             "EK3_SRC1_VELZ": 3, "VISO_TYPE": 0, "VISO_QUAL_MIN": 0, "WP_YAW_BEHAVIOR": 2},
 })  # fmt: skip
-"""Of ArduPilot."""
+"""Parameters of ArduPilot as delivered."""
 PX4_MOCAP: dict[str, float] = {
     "EKF2_EV_CTRL": 11, "EKF2_HGT_REF": 3, "EKF2_GPS_CTRL": 0, "EKF2_RNG_CTRL": 0,
     "EKF2_MAG_TYPE": 5, "EKF2_EVP_NOISE": 0.01, "EKF2_EVA_NOISE": 0.02,
@@ -53,8 +53,7 @@ class ParameterStore:
     def __init__(self, defaults: Defaults, bytewise: bool) -> None:
         self._values = dict(defaults)
         self._bytewise = bytewise
-        self.writes = 0
-        """PARAM_SETs that were taken."""
+        self.writes = 0  # PARAM_SETs that were taken
 
     def __getitem__(self, name: str) -> float:
         return self._values[name][0]

@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 import socket
-import threading
-from types import TracebackType
 
+from doorman.background import InThread
 from doorman.clocks import REAL_TIME, Clock
-from doorman.copying import Uncopied
-from doorman.exceptions import BackendError
 from doorman.rig.emulators.mocap.faults import StreamFaults
 from doorman.rig.emulators.mocap.stream import BodyPose, PoseSource, TrackerSetup, TrackerStream
 
@@ -16,11 +13,9 @@ __all__ = ["BodyPose", "MocapEmulator", "PoseSource", "StreamFaults", "TrackerSe
 
 BEHIND = 0.5
 """A thread that was held up for longer leaves frames out instead of making up for them [s]."""
-STOP_TIMEOUT = 2.0
-"""How long `stop` waits for the thread [s]."""
 
 
-class MocapEmulator(Uncopied):
+class MocapEmulator(InThread):
     """Tracker that exists only in software. The constructor opens nothing."""
 
     def __init__(
@@ -30,40 +25,15 @@ class MocapEmulator(Uncopied):
         target: tuple[str, int] = ("127.0.0.1", 51001),
         clock: Clock = REAL_TIME,
     ) -> None:
-        self._clock = clock
+        super().__init__("emulated mocap", clock)
         self.stream = TrackerStream(source, TrackerSetup(setup) if isinstance(setup, str) else setup)
         self.target = target
-        self.sent = 0
-        """Datagrams sent."""
-        self._stopping = clock.event()
-        self._thread: threading.Thread | None = None
+        self.sent = 0  # datagrams sent
 
     @property
     def faults(self) -> StreamFaults:
         """Faults of cameras, Tracker and network; may be switched while it runs."""
         return self.stream.faults
-
-    def start(self) -> None:
-        if self._thread is not None:
-            raise BackendError("the emulator runs already", allowed="stop() before another start()")
-        self._stopping.clear()
-        self._thread = self._clock.thread(self._run, name="mocap-emulator")
-        self._thread.start()
-
-    def stop(self) -> None:
-        thread, self._thread = self._thread, None
-        if thread is not None:
-            self._stopping.set()
-            thread.join(STOP_TIMEOUT)
-
-    def __enter__(self) -> MocapEmulator:
-        self.start()
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
-    ) -> None:
-        self.stop()
 
     def _run(self) -> None:
         exposure = self._clock.now()

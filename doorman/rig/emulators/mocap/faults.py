@@ -11,48 +11,27 @@ from dataclasses import dataclass, field
 class StreamFaults:
     """What is wrong with the stream at the moment; everything may be changed at any time from any thread."""
 
-    seed: int = 0
-    """Of everything that is drawn."""
-    silent: bool = False
-    """Whether nothing is sent; frames are counted on."""
-    loss: float = 0.0
-    """Probability that a packet is lost."""
-    frozen: bool = False
-    """Whether the object is occluded: its last pose is repeated."""
-    zeroed: bool = False
-    """Whether the object's pose is all zeros."""
-    absent: bool = False
-    """Whether the object is left out of the packets."""
-    wrong_name: str | None = None
-    """Under which the object is sent instead of its own."""
-    not_finite: bool = False
-    """Whether the pose holds a NaN."""
-    jump: Sequence[float] = (0.0, 0.0, 0.0)
-    """By which the object is seen elsewhere, in Vicon's axes [m]."""
-    outliers: float = 0.0
-    """Probability that a single pose is seen `outlier_distance` away."""
-    outlier_distance: float = 0.5
-    """[m]."""
-    delay: float = 0.0
-    """How late packets are; they stay in order [s]."""
-    jitter: float = 0.0
-    """How much later they are at most, drawn for each [s]."""
-    reorder: float = 0.0
-    """Probability that a packet comes after the next one."""
-    duplicate: float = 0.0
-    """Probability that a packet comes twice."""
-    truncate: float = 0.0
-    """Probability that a packet ends early."""
-    corrupt: float = 0.0
-    """Probability that bits of a packet flip."""
-    garbage: float = 0.0
-    """Probability that random bytes are sent before a packet."""
-    stride: int = 1
-    """Only every n-th frame is sent."""
-    stuck_number: bool = False
-    """Whether frames keep the number of the last one."""
-    number_offset: int = 0
-    """Added to the frame numbers."""
+    seed: int = 0  # of everything that is drawn
+    silent: bool = False  # whether nothing is sent; frames are counted on
+    loss: float = 0.0  # probability that a packet is lost
+    frozen: bool = False  # whether the object is occluded: its last pose is repeated
+    zeroed: bool = False  # whether the object's pose is all zeros
+    absent: bool = False  # whether the object is left out of the packets
+    wrong_name: str | None = None  # under which the object is sent instead of its own
+    not_finite: bool = False  # whether the pose holds a NaN
+    jump: Sequence[float] = (0.0, 0.0, 0.0)  # by which the object is seen elsewhere, in Vicon's axes [m]
+    outliers: float = 0.0  # probability that a single pose is seen `outlier_distance` away
+    outlier_distance: float = 0.5  # [m]
+    delay: float = 0.0  # how late packets are; they stay in order [s]
+    jitter: float = 0.0  # how much later they are at most, drawn for each [s]
+    reorder: float = 0.0  # probability that a packet comes after the next one
+    duplicate: float = 0.0  # probability that a packet comes twice
+    truncate: float = 0.0  # probability that a packet ends early
+    corrupt: float = 0.0  # probability that bits of a packet flip
+    garbage: float = 0.0  # probability that random bytes are sent before a packet
+    stride: int = 1  # only every n-th frame is sent
+    stuck_number: bool = False  # whether frames keep the number of the last one
+    number_offset: int = 0  # added to the frame numbers
     _random: random.Random = field(init=False, repr=False)
 
     def __post_init__(self) -> None:

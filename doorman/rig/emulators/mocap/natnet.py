@@ -9,18 +9,16 @@ from __future__ import annotations
 
 import socket
 import struct
-import threading
-import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
+from doorman.background import InThread
 from doorman.checks import vector
-from doorman.copying import Uncopied
 from doorman.rig.emulators.mocap.stream import BodyPose
 
 CONNECT, SERVER_INFO, REQUEST_MODELDEF, MODELDEF, FRAME = 0, 1, 4, 5, 7
 TICKS = 10_000_000
-"""Of the high-resolution clock [1/s]."""
+"""Ticks of the high-resolution clock in a second [1/s]."""
 _HEADER = struct.Struct("<HH")
 _INFO = struct.Struct("<256s4B4BQH?4B")
 _BODY = struct.Struct("<i3f4ffh")
@@ -30,12 +28,9 @@ _TRACKED = 1
 @dataclass
 class NatNetBody:
     name: str
-    number: int
-    """Streaming id."""
-    pose: Callable[[float], BodyPose]
-    """By time, in Motive's axes [s]."""
-    tracked: bool = True
-    """Whether the cameras see it."""
+    number: int  # streaming id
+    pose: Callable[[float], BodyPose]  # by time, in Motive's axes [s]
+    tracked: bool = True  # whether the cameras see it
 
 
 def server_info(version: tuple[int, int], data_port: int) -> bytes:
@@ -75,51 +70,38 @@ def _body(body: NatNetBody, at: float) -> bytes:
     return _BODY.pack(body.number, *place, x, y, z, w, 1e-4, _TRACKED if body.tracked else 0)
 
 
-class NatNetEmulator(Uncopied):
+class NatNetEmulator(InThread):
     """Motive that exists only in software. The constructor opens nothing."""
 
     def __init__(
         self, bodies: Sequence[NatNetBody], command_port: int, data_port: int, rate: float = 100.0,
         version: tuple[int, int] = (4, 1),
     ) -> None:  # fmt: skip
+        super().__init__("emulated Motive")
         self.bodies = list(bodies)
-        self.silent = False
-        """Whether no frames are sent."""
+        self.silent = False  # whether no frames are sent
         self._ports, self._period, self._version = (command_port, data_port), 1.0 / rate, version
-        self._stopping = threading.Event()
-        self._threads: list[threading.Thread] = []
 
-    def __enter__(self) -> NatNetEmulator:
-        self._threads = [threading.Thread(target=target, daemon=True) for target in (self._answer, self._stream)]
-        for thread in self._threads:
-            thread.start()
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._stopping.set()
-        for thread in self._threads:
-            thread.join(2.0)
-
-    def _answer(self) -> None:
-        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as channel:
-            channel.bind(("127.0.0.1", self._ports[0]))
-            channel.settimeout(0.1)
+    def _run(self) -> None:
+        number, due = 0, self._clock.now()
+        with (
+            socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as commands,
+            socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as frames,
+        ):
+            commands.bind(("127.0.0.1", self._ports[0]))
             while not self._stopping.is_set():
-                try:
-                    request, sender = channel.recvfrom(1024)
-                except TimeoutError:
-                    continue
-                message = _HEADER.unpack_from(request)[0]
-                if message == CONNECT:
-                    channel.sendto(server_info(self._version, self._ports[1]), sender)
-                elif message == REQUEST_MODELDEF:
-                    channel.sendto(model_definition(self.bodies, self._version), sender)
+                if self._clock.readable([commands], max(due - self._clock.now(), 0.0)):
+                    self._answer(commands)
+                elif self._clock.now() >= due:
+                    number += 1
+                    if not self.silent:
+                        frames.sendto(frame(number, self.bodies, due, self._version), ("127.0.0.1", self._ports[1]))
+                    due += self._period
 
-    def _stream(self) -> None:
-        number, due = 0, time.monotonic()
-        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as channel:
-            while not self._stopping.wait(max(due - time.monotonic(), 0.0)):
-                number += 1
-                if not self.silent:
-                    channel.sendto(frame(number, self.bodies, due, self._version), ("127.0.0.1", self._ports[1]))
-                due += self._period
+    def _answer(self, channel: socket.socket) -> None:
+        request, sender = channel.recvfrom(1024)
+        message = _HEADER.unpack_from(request)[0]
+        if message == CONNECT:
+            channel.sendto(server_info(self._version, self._ports[1]), sender)
+        elif message == REQUEST_MODELDEF:
+            channel.sendto(model_definition(self.bodies, self._version), sender)

@@ -6,12 +6,11 @@ import struct
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from doorman.arrays import Array
 
 SIZES = (256, 512, 1024)
-"""Of packets [byte]; what the items leave is filled with zeros."""
+"""Sizes of packets [byte]; zeros fill what the items leave."""
 _OBJECT_ID = 0
 _BODY = struct.Struct("<24sdddddd")
 

@@ -16,8 +16,9 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from doorman.arrays import Array
 from doorman.checks import vector
 from doorman.exceptions import BackendError
 from doorman.hardware.quaternions import to_rotation
@@ -25,15 +26,11 @@ from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.rig.emulators.mocap.faults import StreamFaults
 from doorman.rig.emulators.mocap.packets import SIZES, euler_xyz, item, packet
 
-Array = NDArray[np.float64]
-
 
 @dataclass(frozen=True)
 class BodyPose:
-    position: ArrayLike
-    """P, shape (3,), world frame [m]."""
-    quaternion: ArrayLike = (1.0, 0.0, 0.0, 0.0)
-    """[w, x, y, z], body to world, shape (4,)."""
+    position: ArrayLike  # P, shape (3,), world frame [m]
+    quaternion: ArrayLike = (1.0, 0.0, 0.0, 0.0)  # [w, x, y, z], body to world, shape (4,)
 
 
 PoseSource = Callable[[float], BodyPose]
@@ -42,32 +39,21 @@ PoseSource = Callable[[float], BodyPose]
 
 @dataclass(frozen=True)
 class TrackerSetup:
-    object_name: str
-    """At most 24 bytes."""
-    rate: float = 100.0
-    """Frames per second [1/s]."""
-    latency: float = 0.005
-    """Between a frame's exposure and the leaving of its packets [s]."""
-    first_frame: int = 1
-    """Its number."""
-    position_noise: float = 5e-5
-    """Standard deviation [m]."""
-    attitude_noise: float = 2e-4
-    """Standard deviation [rad]."""
-    origin_position: ArrayLike = (0.0, 0.0, 0.0)
-    """Vicon's origin, shape (3,), world frame [m]."""
-    origin_attitude: ArrayLike = (0.0, 0.0, 0.0)
-    """Attitude Φ of Vicon's axes in the world, shape (3,) [rad]."""
-    object_position: ArrayLike = (0.0, 0.0, 0.0)
-    """Origin of the tracked object, shape (3,), body frame [m]."""
+    object_name: str  # at most 24 bytes
+    rate: float = 100.0  # frames per second [1/s]
+    latency: float = 0.005  # between a frame's exposure and the leaving of its packets [s]
+    first_frame: int = 1  # its number
+    position_noise: float = 5e-5  # standard deviation [m]
+    attitude_noise: float = 2e-4  # standard deviation [rad]
+    origin_position: ArrayLike = (0.0, 0.0, 0.0)  # Vicon's origin, shape (3,), world frame [m]
+    origin_attitude: ArrayLike = (0.0, 0.0, 0.0)  # attitude Φ of Vicon's axes in the world, shape (3,) [rad]
+    object_position: ArrayLike = (0.0, 0.0, 0.0)  # origin of the tracked object, shape (3,), body frame [m]
     object_attitude: ArrayLike = (0.0, 0.0, 0.0)
     """Attitude Φ of the tracked object in the body, shape (3,) [rad]."""
     others: Mapping[str, BodyPose] = field(default_factory=dict)
     """Poses of further objects, as Vicon sees them; they stand still."""
-    block: int = 3
-    """Objects in a packet at most; a frame takes as many packets as it needs."""
-    packet_size: int | None = SIZES[0]
-    """To which packets are padded at least [byte]; None pads nothing."""
+    block: int = 3  # objects in a packet at most; a frame takes as many packets as it needs
+    packet_size: int | None = SIZES[0]  # to which packets are padded at least [byte]; None pads nothing
 
     def __post_init__(self) -> None:
         if not 0.0 < self.rate <= 2000.0:
@@ -84,10 +70,8 @@ class TrackerStream:
     def __init__(self, source: PoseSource, setup: TrackerSetup) -> None:
         self.source = source
         self.setup = setup
-        self.rate = setup.rate
-        """Frames per second; may be changed at any time [1/s]."""
-        self.frame_number = setup.first_frame
-        """Number of the next frame; may be set at any time."""
+        self.rate = setup.rate  # frames per second; may be changed at any time [1/s]
+        self.frame_number = setup.first_frame  # number of the next frame; may be set at any time
         self.faults = StreamFaults()
         self._origin = vector(setup.origin_position, 3, "origin_position")
         self._axes = rotation_body_to_world(setup.origin_attitude)

@@ -35,8 +35,7 @@ RETURN_DELAY_UNIT = 2e-6
 
 @dataclass(frozen=True)
 class _Answer:
-    servo: EmulatedServo
-    """Who begins it."""
+    servo: EmulatedServo  # who begins it
     packet: bytes
 
 

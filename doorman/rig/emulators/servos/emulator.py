@@ -6,16 +6,14 @@ import contextlib
 import heapq
 import os
 import termios
-import threading
 import tty
 from collections.abc import Sequence
 from pathlib import Path
-from types import TracebackType
 
 import numpy as np
 
+from doorman.background import InThread
 from doorman.clocks import REAL_TIME, Clock
-from doorman.copying import Uncopied
 from doorman.exceptions import BackendError
 from doorman.rig.emulators.servos.bus import QUESTIONS, ServoBusLogic
 from doorman.rig.emulators.servos.faults import BusFaults
@@ -26,7 +24,7 @@ from doorman.rig.emulators.servos.unit import EmulatedServo, ServoSetup
 IDLE = 0.002
 """Silence after which a packet that was begun is given up [s]."""
 SOON = 0.002
-"""Shortest such time, but where somebody asks or writes [s]."""
+"""Shortest time between two looks at the plant, unless a servo is written [s]."""
 TICK = 0.01
 """Longest time between two looks at plant and watchdogs [s]."""
 LINE_RATES = {
@@ -35,7 +33,7 @@ LINE_RATES = {
 """Rate of a port by the code that its settings show [bit/s]; other rates, such as 4.5 Mbaud, they do not show."""
 
 
-class ServoEmulator(Uncopied):
+class ServoEmulator(InThread):
     """Servos behind a serial port that exists only in software."""
 
     def __init__(
@@ -47,7 +45,7 @@ class ServoEmulator(Uncopied):
         baud_rate: int | None = None,
         clock: Clock = REAL_TIME,
     ) -> None:
-        self._clock = clock
+        super().__init__("emulated servo bus", clock)
         setups = [ServoSetup(servo) if isinstance(servo, int) else servo for servo in servos]
         if len({setup.servo_id for setup in setups}) != len(setups):
             raise BackendError(
@@ -55,16 +53,13 @@ class ServoEmulator(Uncopied):
             )
         self.plant: ServoPlant = plant or LaggingJoints(np.zeros(len(setups)))
         self.faults = BusFaults()
-        self.lock = clock.lock()
-        """Held while the servos act; take it to look at several of their rows at once."""
+        self.lock = clock.lock()  # held while the servos act; take it to look at several of their rows at once
         self._servos = [EmulatedServo(setup) for setup in setups]
         self._logic = ServoBusLogic(self._servos, self.plant, self.faults, baud_rate)
         self._stream = InstructionStream()
         self._link = link
         self._master = self._slave = -1
         self._wake: tuple[int, int] | None = None
-        self._thread: threading.Thread | None = None
-        self._stopping = False
         self._awake = clock.event()
         self._replies: list[tuple[float, int, bytes]] = []
         self._sent = 0
@@ -85,27 +80,6 @@ class ServoEmulator(Uncopied):
                 return servo
         known = ", ".join(str(servo.servo_id) for servo in self._servos)
         raise BackendError("no such servo", field="servo_id", given=servo_id, allowed=known)
-
-    def start(self) -> None:
-        if self._thread is not None:
-            raise BackendError("the emulator runs already", allowed="stop() before another start()")
-        self._stopping = False
-        self._wake = os.pipe()
-        self.plug_in()
-        self._thread = self._clock.thread(self._run, name="servo-emulator")
-        self._thread.start()
-
-    def stop(self) -> None:
-        if self._thread is None:
-            return
-        self._stopping = True
-        self._nudge()
-        self._thread.join(2.0)
-        self._thread = None
-        self.unplug()
-        for descriptor in self._wake or ():
-            os.close(descriptor)
-        self._wake = None
 
     def unplug(self) -> None:
         """Pull the serial adapter out: the port vanishes while the servos keep their power."""
@@ -136,15 +110,6 @@ class ServoEmulator(Uncopied):
                 self._link.symlink_to(os.ttyname(self._slave))
         self._nudge()
 
-    def __enter__(self) -> ServoEmulator:
-        self.start()
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
-    ) -> None:
-        self.stop()
-
     def _set_line_rate(self) -> None:
         """Leave the port as somebody left it who spoke to the first servo: who opens it and sets no rate is heard."""
         settings = termios.tcgetattr(self._slave)
@@ -153,12 +118,25 @@ class ServoEmulator(Uncopied):
                 settings[4] = settings[5] = code
         termios.tcsetattr(self._slave, termios.TCSANOW, settings)
 
+    def _begin(self) -> None:
+        self._wake = os.pipe()
+        self.plug_in()
+
+    def _interrupt(self) -> None:
+        self._nudge()
+
+    def _end(self) -> None:
+        self.unplug()
+        for descriptor in self._wake or ():
+            os.close(descriptor)
+        self._wake = None
+
     def _nudge(self) -> None:
         if self._wake is not None:
             os.write(self._wake[1], b"!")
 
     def _run(self) -> None:
-        while not self._stopping:
+        while not self._stopping.is_set():
             self._wait()
             now = self._clock.now()
             with self.lock:

@@ -10,30 +10,20 @@ from dataclasses import dataclass, field
 class BusFaults:
     """What is wrong with the bus at the moment; everything may be changed at any time from any thread."""
 
-    seed: int = 0
-    """Of everything that is drawn."""
+    seed: int = 0  # of everything that is drawn
     silent: set[int] = field(default_factory=set)
     """Ids of servos that neither hear nor answer, as with a broken cable."""
-    mute: set[int] = field(default_factory=set)
-    """Ids of servos that hear and obey but do not answer."""
-    drop: float = 0.0
-    """Probability that a status packet is lost."""
-    corrupt: float = 0.0
-    """Probability that a bit of a status packet flips."""
-    truncate: float = 0.0
-    """Probability that a status packet ends early."""
-    noise: float = 0.0
-    """Probability that random bytes stand before a status packet."""
-    deafness: float = 0.0
-    """Probability that a bit of what the servos hear flips."""
-    delay: float = 0.0
-    """How late status packets are [s]."""
+    mute: set[int] = field(default_factory=set)  # ids of servos that hear and obey but do not answer
+    drop: float = 0.0  # probability that a status packet is lost
+    corrupt: float = 0.0  # probability that a bit of a status packet flips
+    truncate: float = 0.0  # probability that a status packet ends early
+    noise: float = 0.0  # probability that random bytes stand before a status packet
+    deafness: float = 0.0  # probability that a bit of what the servos hear flips
+    delay: float = 0.0  # how late status packets are [s]
     frozen: set[int] = field(default_factory=set)
     """Ids of servos that repeat their last status packet of every kind."""
-    echo: bool = False
-    """Whether the adapter hears its own bytes, as on a two-wire bus without switching."""
-    babble: bool = False
-    """Whether random bytes flood the bus."""
+    echo: bool = False  # whether the adapter hears its own bytes, as on a two-wire bus without switching
+    babble: bool = False  # whether random bytes flood the bus
     chain_breaks: bool = True
     """Whether a servo whose predecessor in a sync or bulk read stays silent stays silent too."""
 

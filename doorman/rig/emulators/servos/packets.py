@@ -56,14 +56,10 @@ def fast_status_packet(length: int, parts: Iterable[bytes]) -> bytes:
 
 @dataclass(frozen=True)
 class Instruction:
-    servo_id: int
-    """Whom it is for; `BROADCAST` for all."""
-    code: int
-    """What is to be done."""
-    parameters: bytes
-    """Unstuffed."""
-    intact: bool
-    """Whether its CRC is right."""
+    servo_id: int  # whom it is for; `BROADCAST` for all
+    code: int  # what is to be done
+    parameters: bytes  # unstuffed
+    intact: bool  # whether its CRC is right
 
 
 class InstructionStream:

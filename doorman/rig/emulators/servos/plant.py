@@ -15,9 +15,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from doorman.arrays import Array
 from doorman.checks import vector
-
-Array = NDArray[np.float64]
 
 CURRENT_PER_ACCELERATION = 0.005
 """Current that the default plant draws to speed up [A s²/rad]."""
@@ -25,12 +24,9 @@ CURRENT_PER_ACCELERATION = 0.005
 
 @dataclass(frozen=True)
 class ServoMotion:
-    angles: Array
-    """Shape (n,) [rad]."""
-    rates: Array
-    """Shape (n,) [rad/s]."""
-    currents: Array
-    """Positive where they push the angle up, shape (n,) [A]."""
+    angles: Array  # shape (n,) [rad]
+    rates: Array  # shape (n,) [rad/s]
+    currents: Array  # positive where they push the angle up, shape (n,) [A]
 
 
 class ServoPlant(Protocol):

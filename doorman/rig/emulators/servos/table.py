@@ -29,13 +29,10 @@ class Item:
     name: str
     address: int
     size: int
-    initial: int
-    """Value of a new servo (EEPROM) or after power-on (RAM)."""
-    low: int | None = None
-    """Smallest value that may be written; None where the row is read-only."""
+    initial: int  # value of a new servo (EEPROM) or after power-on (RAM)
+    low: int | None = None  # smallest value that may be written; None where the row is read-only
     high: int | None = None
-    limited_by: str | None = None
-    """Row that bounds the absolute value."""
+    limited_by: str | None = None  # row that bounds the absolute value
 
     @property
     def writable(self) -> bool:

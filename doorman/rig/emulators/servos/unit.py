@@ -28,7 +28,7 @@ ASTRAY = 0.3
 WATCHDOG_UNIT = 0.02
 """One count of the bus watchdog [s]."""
 DAMPING = 0.2
-"""Of a servo in current mode [A s/rad]."""
+"""Friction of a servo in current mode, as current per rate [A s/rad]."""
 LAST_ID = 252
 """Above it, a secondary id is none."""
 ALERT = 0x80
@@ -51,16 +51,11 @@ class ServoSetup:
     servo_id: int
     eeprom: dict[str, int] = field(default_factory=lambda: dict(READY))
     """Rows that differ from a new servo's, by name."""
-    zero: int = 2048
-    """Encoder's tick at the joint's zero."""
-    direction: int = 1
-    """+1 where the servo's positive direction is the joint's, else −1."""
-    boot_time: float = 0.1
-    """Silence after a reboot [s]."""
-    reboot_delay: float = 0.0
-    """How long it goes on answering after it was told to reboot [s]."""
-    spring: float = 0.0
-    """Current that balances a spring, which turns the joint down [A]."""
+    zero: int = 2048  # encoder's tick at the joint's zero
+    direction: int = 1  # +1 where the servo's positive direction is the joint's, else −1
+    boot_time: float = 0.1  # silence after a reboot [s]
+    reboot_delay: float = 0.0  # how long it goes on answering after it was told to reboot [s]
+    spring: float = 0.0  # current that balances a spring, which turns the joint down [A]
 
 
 class EmulatedServo:
@@ -69,8 +64,7 @@ class EmulatedServo:
     def __init__(self, setup: ServoSetup) -> None:
         self.setup = setup
         self.memory = ServoMemory(setup.eeprom | {"id": setup.servo_id})
-        self.lasting_errors = 0
-        """Hardware error bits whose cause persists; a reboot does not help against them."""
+        self.lasting_errors = 0  # hardware error bits whose cause persists; a reboot does not help against them
         self._turn_base: int | None = None
         self._instructions = Instructions(self)
         self._heard = 0.0

@@ -17,8 +17,9 @@ import sys
 import time
 from collections.abc import Callable
 
+from doorman.hardware.events import EventLog
 from doorman.hardware.mocap import MocapConfig, PoseQuality
-from doorman.hardware.mocap.faults import EventLog, MocapFault
+from doorman.hardware.mocap.faults import MocapFault
 from doorman.hardware.mocap.pipeline import Pipeline
 
 NAME = "vehicle"

@@ -25,12 +25,9 @@ _UNKNOWN_COVARIANCE = (math.nan, *(0.0,) * 20)
 class MocapPose:
     """A pose of the body in the world."""
 
-    time: float
-    """When it was true, on this computer's monotonic clock [s]."""
-    position: NDArray[np.float64]
-    """Shape (3,), world frame [m]."""
-    quaternion: NDArray[np.float64]
-    """[w, x, y, z], body to world, shape (4,)."""
+    time: float  # when it was true, on this computer's monotonic clock [s]
+    position: NDArray[np.float64]  # shape (3,), world frame [m]
+    quaternion: NDArray[np.float64]  # [w, x, y, z], body to world, shape (4,)
 
     @classmethod
     def checked(cls, time: float, position: ArrayLike, quaternion: ArrayLike) -> MocapPose:
@@ -46,12 +43,10 @@ class MocapStatistics:
     """What became of the poses."""
 
     sent: int = 0
-    dropped: int = 0
-    """Too old, from the future, or not newer than the one before."""
+    dropped: int = 0  # too old, from the future, or not newer than the one before
     median_delay: float = math.nan
     """From capture to sending, over the last 200 poses [s]; what the autopilot's delay parameter stands for."""
-    max_delay: float = math.nan
-    """[s]"""
+    max_delay: float = math.nan  # [s]
 
 
 class MocapOutlet:

@@ -34,8 +34,7 @@ class Origin:
     patience = _PATIENCE
     period = _PERIOD
     settling = _SETTLING
-    forgetful = True
-    """Whether it may lose an origin that it had, without a reboot."""
+    forgetful = True  # whether it may lose an origin that it had, without a reboot
 
     def __init__(self, place: tuple[float, float, float]) -> None:
         self._place = round(place[0] * 1e7), round(place[1] * 1e7), round(place[2] * 1e3)

@@ -10,7 +10,7 @@ from threading import Lock
 import numpy as np
 
 from doorman.hardware.pixhawk.config import PixhawkConfig
-from doorman.hardware.pixhawk.events import EventKind, EventLog
+from doorman.hardware.pixhawk.events import EventKind, LinkLog
 from doorman.hardware.pixhawk.sample import VehicleSample
 from doorman.hardware.pixhawk.setpoints import (
     AttitudeSetpoint,
@@ -59,16 +59,13 @@ class _Climb:
 class SetpointStream:
     """Latest-sample exchange with the controller, and the message of each tick."""
 
-    def __init__(self, config: PixhawkConfig, events: EventLog) -> None:
+    def __init__(self, config: PixhawkConfig, events: LinkLog) -> None:
         self.curve: ThrustCurve | None = config.thrust_curve
         self.thrust_model: ThrustModel | None = None
         """How the autopilot undoes the motors' curve; None until it has said so."""
-        self.angle_boost = False
-        """Whether the autopilot divides thrust by the cosine of the commanded tilt."""
-        self.keeps_tilt = True
-        """Whether the autopilot's position control begins with the tilt that it finds."""
-        self.longest_gap = 0.0
-        """Between two messages of the stream [s]."""
+        self.angle_boost = False  # whether the autopilot divides thrust by the cosine of the commanded tilt
+        self.keeps_tilt = True  # whether the autopilot's position control begins with the tilt that it finds
+        self.longest_gap = 0.0  # between two messages of the stream [s]
         self._config = config
         self._events = events
         self._lock = Lock()

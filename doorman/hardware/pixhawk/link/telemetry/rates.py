@@ -14,16 +14,14 @@ _LONGEST_WAIT = 16.0
 _TRIES_BEFORE_LESS = 2
 """Unheard requests before half the rate is asked for: ArduPilot refuses one above 0.8 of its loop's."""
 _LEAST_SHARE = 0.25
-"""Of the wanted rate that is asked for."""
+"""Least share of the wanted rate that is requested."""
 
 
 @dataclass
 class _Stream:
     rate: float
-    share: float = 1.0
-    """Of the rate, that is asked for."""
-    known: bool = False
-    """Whether it was ever heard."""
+    share: float = 1.0  # of the rate, that is asked for
+    known: bool = False  # whether it was ever heard
     again: int = 0
     """Times that the whole rate is to be asked for once more: what was silent may not have been refused."""
     heard: int = 0

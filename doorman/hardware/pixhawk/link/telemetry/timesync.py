@@ -37,8 +37,7 @@ _MAX_PENDING = 32
 class Sample(NamedTuple):
     """One answered request; seconds."""
 
-    local: float
-    """Middle of the round trip on our clock."""
+    local: float  # middle of the round trip on our clock
     offset: float
     round_trip: float
     remote: float
@@ -58,8 +57,7 @@ class _Line:
     reference: float
     offset: float
     slope: float
-    end: float
-    """Beyond which the slope is not followed: it was measured over a short time."""
+    end: float  # beyond which the slope is not followed: it was measured over a short time
 
     def at(self, local: float) -> float:
         return self.offset + self.slope * (min(local, self.end) - self.reference)

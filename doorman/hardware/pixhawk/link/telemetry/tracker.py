@@ -8,9 +8,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from doorman.arrays import Array
 from doorman.hardware.pixhawk.dialect import Dialect
 from doorman.hardware.pixhawk.link.telemetry.timesync import ClockMap
-from doorman.hardware.pixhawk.sample import Array, Battery, LandedState, VehicleSample
+from doorman.hardware.pixhawk.sample import Battery, LandedState, VehicleSample
 from doorman.hardware.pixhawk.wire.frames import LocalFrame, frd_to_flu
 from doorman.hardware.pixhawk.wire.messages import Message, mavlink
 from doorman.hardware.pixhawk.wire.units import (
@@ -46,10 +47,8 @@ _LARGEST = 1e5
 
 @dataclass
 class TelemetryCounters:
-    disordered: int = 0
-    """Duplicates and messages overtaken by newer ones."""
-    invalid: int = 0
-    """Not finite, out of all bounds, or not a unit quaternion."""
+    disordered: int = 0  # duplicates and messages overtaken by newer ones
+    invalid: int = 0  # not finite, out of all bounds, or not a unit quaternion
 
 
 class Tracker:

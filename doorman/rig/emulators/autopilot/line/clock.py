@@ -7,17 +7,16 @@ import math
 from doorman.clocks import REAL_TIME, Clock
 
 _BOOT = 3.0
-"""Reading when the link comes up [s]."""
+"""Reading of the clock when the link comes up [s]."""
 _ANSWERS_NEEDED = 20
-"""Before PX4 trusts its mapping."""
+"""Answers to TIMESYNC before PX4 trusts its mapping."""
 
 
 class BootClock:
     """The autopilot's."""
 
     def __init__(self, pace: float = 1.0, time: Clock = REAL_TIME) -> None:
-        self.jumped = 0.0
-        """By which it has jumped since boot; may be set at any time [s]."""
+        self.jumped = 0.0  # by which it has jumped since boot; may be set at any time [s]
         self._pace, self._time, self._started = pace, time, time.now()
 
     @property

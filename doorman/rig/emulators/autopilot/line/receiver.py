@@ -19,23 +19,19 @@ from doorman.rig.emulators.autopilot.vehicle.estimator import Estimator
 from doorman.rig.emulators.autopilot.vehicle.plant import FLIP
 
 _FORCE = 21196.0
-"""Disarms in the air, too."""
+"""Second parameter of a command that disarms even in the air."""
 _SHARE_OF_LOOP = 0.8
-"""Of ArduPilot's main loop, up to which a message is sent."""
+"""Largest rate of a message, as a share of the rate of ArduPilot's main loop."""
 
 
 class Receiver:
     def __init__(
         self, brain: Brain, estimator: Estimator, telemetry: Telemetry, clock: BootClock, system_id: int
     ) -> None:
-        self.received: Counter[str] = Counter()
-        """Messages by type."""
-        self.commands: Counter[int] = Counter()
-        """Commands by MAV_CMD."""
-        self.heartbeat_types: set[tuple[int, int, int]] = set()
-        """System, component and MAV_TYPE of heartbeats."""
-        self.station_heard = -math.inf
-        """Last heartbeat of a ground station, by its uptime [s]."""
+        self.received: Counter[str] = Counter()  # messages by type
+        self.commands: Counter[int] = Counter()  # commands by MAV_CMD
+        self.heartbeat_types: set[tuple[int, int, int]] = set()  # system, component and MAV_TYPE of heartbeats
+        self.station_heard = -math.inf  # last heartbeat of a ground station, by its uptime [s]
         self.mute_commands = self.ignore_commands = 0
         """Commands that are to be executed but not acknowledged, and to be lost."""
         self.companion_clock = CompanionClock(brain.dialect.asks_time)

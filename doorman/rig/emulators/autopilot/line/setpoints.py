@@ -9,10 +9,11 @@ from typing import Any
 import numpy as np
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
+from doorman.arrays import Array
 from doorman.rig.emulators.autopilot.parameters import ParameterStore
 from doorman.rig.emulators.autopilot.rules.dialects import Dialect
 from doorman.rig.emulators.autopilot.vehicle.control import Demand, Task
-from doorman.rig.emulators.autopilot.vehicle.plant import FLIP, NOTHING, Array, thrust_axis
+from doorman.rig.emulators.autopilot.vehicle.plant import FLIP, NOTHING, thrust_axis
 
 FLIP_QUATERNION = np.array([1.0, 1.0, -1.0, -1.0])
 """FRD to NED of body to world, and back."""
@@ -20,7 +21,7 @@ _RATES, _UNUSED, _THRUST_BODY = 7, 0x40 | 0x80, 0x20
 """Bits of SET_ATTITUDE_TARGET: body rates are ignored; thrust or attitude are; thrust is a vector in the body."""
 _UNIT_TOLERANCE = 1e-3
 _THRUST_AS_THRUST = 8
-"""Of GUID_OPTIONS: without it thrust is a climb rate, by which nobody flies here."""
+"""Bit of GUID_OPTIONS; without it, thrust is a climb rate, which doorman does not use."""
 
 
 def attitude_demand(dialect: Dialect, parameters: ParameterStore, message: Any) -> Demand | None:

@@ -21,9 +21,9 @@ from doorman.rig.emulators.autopilot.vehicle.plant import FLIP
 
 _READY = mavlink.MAV_SYS_STATUS_PREARM_CHECK
 _EPOCH_2015 = 1_420_070_400
-"""Of signatures' time stamps [s]."""
+"""Zero of the time stamps of signatures [s]."""
 _SHORTEST_PERIOD = 0.002
-"""[s]."""
+"""Shortest period of a message [s]."""
 
 
 class Schedule:
@@ -57,14 +57,10 @@ class Schedule:
 class EmulatedBattery:
     """What the power module measures; set it at any time."""
 
-    voltage: float = 15.6
-    """[V]"""
-    current: float = 12.0
-    """[A]"""
-    remaining: float = 0.9
-    """0 … 1"""
-    silent: bool = False
-    """Whether nobody measures it."""
+    voltage: float = 15.6  # [V]
+    current: float = 12.0  # [A]
+    remaining: float = 0.9  # 0 … 1
+    silent: bool = False  # whether nobody measures it
 
 
 class Telemetry:

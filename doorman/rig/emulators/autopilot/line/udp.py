@@ -20,12 +20,9 @@ class LinkFaults:
     loss: float = 0.0
     duplicate: float = 0.0
     reorder: float = 0.0
-    corrupt: float = 0.0
-    """One to four bytes are changed."""
-    delay: float = 0.0
-    """[s]"""
-    cut: bool = False
-    """Nothing passes."""
+    corrupt: float = 0.0  # one to four bytes are changed
+    delay: float = 0.0  # [s]
+    cut: bool = False  # nothing passes
 
 
 class FaultyUdp:
@@ -41,8 +38,7 @@ class FaultyUdp:
         self._time = time
         self._remote = remote
         self._random = random.Random(seed)
-        self._held: dict[int, bytes] = {}
-        """The message that waits for the next one, by its direction."""
+        self._held: dict[int, bytes] = {}  # the message that waits for the next one, by its direction
         self._waiting: list[tuple[float, int, bytes]] = []
         self._ticket = itertools.count()
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)

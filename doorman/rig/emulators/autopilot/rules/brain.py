@@ -28,7 +28,7 @@ _OFF_GROUND = 0.03
 _TAKEN_OFF, _STILL = 0.05, 0.25
 """A take-off is over within this distance [m], below this speed [m/s]."""
 _OFFBOARD_LOST = {4: "land", 5: "loiter"}
-"""Of COM_OBL_RC_ACT without a radio; all others return."""
+"""Mode by COM_OBL_RC_ACT without a radio; all other values return."""
 
 
 class Brain:
@@ -43,8 +43,7 @@ class Brain:
         self.landed = True
         self.refusal: str | None = None
         """Words of a refusal to arm, empty for a silent one, as PX4 gives at times; None if it is up to the rules."""
-        self.texts: list[tuple[int, str]] = []
-        """Severity and words, waiting to be sent."""
+        self.texts: list[tuple[int, str]] = []  # severity and words, waiting to be sent
         self.demand, self._target = Demand(Task.IDLE), Demand(Task.VELOCITY)
         self.home, self.sticks = NOTHING, (0.0, 0.0, 0.0)
         """Where it was armed, as it was believed then [m]; and the velocity that the pilot asks for [m/s]. World frame."""

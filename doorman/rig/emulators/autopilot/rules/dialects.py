@@ -30,52 +30,35 @@ _ON_REQUEST = frozenset({
 class Dialect:
     """One autopilot's ways."""
 
-    vendor: int
-    """MAV_AUTOPILOT."""
+    vendor: int  # MAV_AUTOPILOT
     modes: Mapping[str, int]
     """`custom_mode` by name. In `companion` it obeys setpoints, in `position` the pilot's sticks; these two, `loiter`,
     `return` and `land` both autopilots have."""
     mode_bits: tuple[int, int]
     """What the second and third parameter of DO_SET_MODE are multiplied by to make `custom_mode`."""
-    begins: str
-    """Mode after boot."""
-    placed: frozenset[str]
-    """Modes that it enters only with a place on earth."""
-    positioned: frozenset[str]
-    """Modes that it leaves for `land` where its position gets lost."""
+    begins: str  # mode after boot
+    placed: frozenset[str]  # modes that it enters only with a place on earth
+    positioned: frozenset[str]  # modes that it leaves for `land` where its position gets lost
     heeds_stream: bool
     """Whether setpoints count in every mode, must come before `companion`, and go on to stay in it; else one is enough, in
     `companion`, and a bad one stops the vehicle."""
-    takes_body_thrust: bool
-    """Whether a setpoint's thrust may be a vector in the body."""
-    lifts_off_by_command: bool
-    """Whether NAV_TAKEOFF must lift it off, rather than a setpoint above it."""
-    refusal: int
-    """MAV_RESULT of what it refuses."""
-    bytewise: bool
-    """Whether integer parameters travel as bytes."""
+    takes_body_thrust: bool  # whether a setpoint's thrust may be a vector in the body
+    lifts_off_by_command: bool  # whether NAV_TAKEOFF must lift it off, rather than a setpoint above it
+    refusal: int  # MAV_RESULT of what it refuses
+    bytewise: bool  # whether integer parameters travel as bytes
     asks_time: bool
     """Whether it maps stamps of poses by TIMESYNC requests of its own; else by the least lag that it saw."""
-    position_timeout: float
-    """Without poses, after which its position is lost [s]."""
-    disarm_after: str
-    """Parameter: longest time on the ground before a take-off [s]."""
+    position_timeout: float  # without poses, after which its position is lost [s]
+    disarm_after: str  # parameter: longest time on the ground before a take-off [s]
     station: tuple[str, str, Mapping[int, str]]
     """Parameters of action and time-out at the loss of the ground station, and modes by action; other actions are none."""
-    return_height: tuple[str, float]
-    """Parameter of the height of a return above home, and its unit [m]."""
-    hover_thrust: str
-    """Parameter: normalised thrust in hover."""
-    linearisation: str
-    """Parameter: how far it makes thrust of the motors' signal."""
-    parameters: Defaults
-    """Defaults."""
-    mocap: Mapping[str, float]
-    """Parameters for flights by mocap alone."""
-    rates: Mapping[int, float]
-    """Messages of a fresh link [1/s]."""
-    on_request: frozenset[int]
-    """Messages that may be asked for, and whose interval may be set."""
+    return_height: tuple[str, float]  # parameter of the height of a return above home, and its unit [m]
+    hover_thrust: str  # parameter: normalised thrust in hover
+    linearisation: str  # parameter: how far it makes thrust of the motors' signal
+    parameters: Defaults  # defaults
+    mocap: Mapping[str, float]  # parameters for flights by mocap alone
+    rates: Mapping[int, float]  # messages of a fresh link [1/s]
+    on_request: frozenset[int]  # messages that may be asked for, and whose interval may be set
 
 
 PX4 = Dialect(

@@ -7,28 +7,24 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from doorman.arrays import Array
 from doorman.rig.emulators.autopilot.vehicle.control import Demand, Task
 from doorman.rig.emulators.autopilot.vehicle.estimator import Estimate
-from doorman.rig.emulators.autopilot.vehicle.plant import Array
 
 _SPEED, _ACCELERATION = 1.5, 1.5
-"""Of the setpoint on the way [m/s], [m/s²]: the real ones limit its jerk, too."""
+"""Speed and acceleration of the setpoint on the way [m/s], [m/s²]; real autopilots also limit its jerk."""
 _CLIMBED, _ARRIVED = 0.1, 0.15
-"""Distances that count so [m]."""
+"""The vehicle has climbed, or has arrived, within these distances [m]."""
 
 
 @dataclass
 class WayHome:
     """One flight home, with the heading that it begins with."""
 
-    home: Array
-    """Where to, shape (3,), world frame [m]."""
-    begin: Estimate
-    """What is believed as it begins."""
-    now: float
-    """[s]."""
-    height: float
-    """Of the way, world frame [m]."""
+    home: Array  # where to, shape (3,), world frame [m]
+    begin: Estimate  # what is believed as it begins
+    now: float  # [s]
+    height: float  # of the way, world frame [m]
 
     def __post_init__(self) -> None:
         self._place = np.array([*self.begin.position[:2], self.height])

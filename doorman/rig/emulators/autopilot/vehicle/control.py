@@ -8,10 +8,11 @@ from enum import Enum
 
 import numpy as np
 
+from doorman.arrays import Array
 from doorman.gravity import weight_of
 from doorman.hardware.quaternions import from_attitude, multiply
 from doorman.rig.emulators.autopilot.vehicle.estimator import Estimate
-from doorman.rig.emulators.autopilot.vehicle.plant import LEVEL, NOTHING, Array
+from doorman.rig.emulators.autopilot.vehicle.plant import LEVEL, NOTHING
 
 _POSITION_GAIN, _VELOCITY_GAIN = 2.2, 3.2
 _MAX_SPEED, _LANDING_SPEED = np.array([1.5, 1.5, 1.0]), 0.6
@@ -30,10 +31,8 @@ class Task(Enum):
 class Demand:
     task: Task
     quaternion: Array = field(default_factory=lambda: LEVEL)
-    thrust: float = 0.0
-    """Share of the largest, 0 … 1."""
-    side: tuple[float, float] = (0.0, 0.0)
-    """Thrust along the body's x and y axis, as normalised, −1 … 1."""
+    thrust: float = 0.0  # share of the largest, 0 … 1
+    side: tuple[float, float] = (0.0, 0.0)  # thrust along the body's x and y axis, as normalised, −1 … 1
     position: Array = field(default_factory=lambda: NOTHING)
     velocity: Array = field(default_factory=lambda: NOTHING)
     acceleration: Array = field(default_factory=lambda: NOTHING)
@@ -43,8 +42,7 @@ class Demand:
 class FlightController:
     def __init__(self, weight: float) -> None:
         self._weight = weight
-        self._anchor: Array | None = None
-        """Where a landing began, shape (3,) [m]."""
+        self._anchor: Array | None = None  # where a landing began, shape (3,) [m]
 
     def actuate(self, demand: Demand, estimate: Estimate, max_force: float) -> tuple[float, Array]:
         if demand.task is not Task.LAND:

@@ -8,8 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from doorman.arrays import Array
 from doorman.hardware.quaternions import to_attitude
-from doorman.rig.emulators.autopilot.vehicle.plant import NOTHING, Array, PlantTruth
+from doorman.rig.emulators.autopilot.vehicle.plant import NOTHING, PlantTruth
 
 Place = tuple[int, int, int]
 """Latitude and longitude [1e-7 °], altitude above the sea [mm]."""
@@ -21,7 +22,7 @@ _GATE, _RESET_AFTER = 0.5, 1.0
 """Innovation that is rejected [m], unless it persists [s]."""
 _POSES_NEEDED = 10
 _BIAS = np.array([0.04, -0.03, 0.01])
-"""Of the accelerometers, shape (3,) [m/s²]: the error grows by it without aiding."""
+"""Bias of the accelerometers, shape (3,) [m/s²]: without aiding, it lets the error grow."""
 _DATUM_DELAY = 1.0
 """From the origin to the height's new zero [s]."""
 
@@ -33,8 +34,7 @@ class Estimate:
     quaternion: Array
     body_rates: Array
     position_valid: bool
-    on_earth: bool = True
-    """Whether it knows where on earth that is, too: what has no home cannot return."""
+    on_earth: bool = True  # whether it knows where on earth that is, too: what has no home cannot return
 
     @property
     def yaw(self) -> float:
@@ -48,12 +48,10 @@ class Estimator:
         self, now: float, truth: PlantTruth, timeout: float, needs_origin: bool, *, vision: bool, seed: int = 0
     ) -> None:
         self.vision, self.accepted_poses = vision, 0
-        self.failed = False
-        """Whether the position estimate is lost; may be set at any time."""
+        self.failed = False  # whether the position estimate is lost; may be set at any time
         self.origin: Place | None = None if vision else ZURICH
         """Where on earth the zero of its position is; None before it has one, or where its filter forgot it."""
-        self.error = NOTHING
-        """Of the position, shape (3,), world frame [m]."""
+        self.error = NOTHING  # of the position, shape (3,), world frame [m]
         self._needs_origin, self._timeout = needs_origin, timeout
         self._random = np.random.default_rng(seed)
         self._error_rate = NOTHING

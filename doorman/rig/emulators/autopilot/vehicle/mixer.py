@@ -19,8 +19,9 @@ from typing import Literal
 
 import numpy as np
 
+from doorman.arrays import Array
 from doorman.rig.emulators.autopilot.parameters import ParameterStore
-from doorman.rig.emulators.autopilot.vehicle.plant import FLIP, Array
+from doorman.rig.emulators.autopilot.vehicle.plant import FLIP
 
 MotorKind = Literal["linear", "quadratic"]
 """Motors that the autopilot's parameter linearises; or with the factory's parameter."""

@@ -7,12 +7,10 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.gravity import weight_of
 from doorman.hardware.quaternions import conjugate, multiply, rotate
-
-Array = NDArray[np.float64]
 
 FLIP = np.array([1.0, -1.0, -1.0])
 """NED or FRD of a world with z up or a body with z up, and back: half a turn about x."""
@@ -23,14 +21,10 @@ for _constant in (FLIP, LEVEL, NOTHING):
 
 @dataclass(frozen=True)
 class PlantTruth:
-    position: Array
-    """Shape (3,), world frame, z up [m]."""
-    velocity: Array
-    """Shape (3,), world frame [m/s]."""
-    quaternion: Array
-    """[w, x, y, z], body (x forward, y left, z up) to world, shape (4,)."""
-    body_rates: Array
-    """Shape (3,), body frame [rad/s]."""
+    position: Array  # shape (3,), world frame, z up [m]
+    velocity: Array  # shape (3,), world frame [m/s]
+    quaternion: Array  # [w, x, y, z], body (x forward, y left, z up) to world, shape (4,)
+    body_rates: Array  # shape (3,), body frame [rad/s]
     on_ground: bool
 
 

@@ -22,7 +22,7 @@ from doorman.hardware.pixhawk import (
     ThrustCurve,
     VehicleSample,
 )
-from doorman.hardware.pixhawk.events import EventLog
+from doorman.hardware.pixhawk.events import LinkLog
 from doorman.hardware.pixhawk.link.outgoing.stream import SetpointStream, here
 from doorman.hardware.pixhawk.setpoints import FULL_POSITION, POSITION_AND_YAW
 
@@ -99,7 +99,7 @@ def test_a_hold_brakes_at_once_where_the_tilt_is_not_kept(stream):
 
 @given(st.floats(-0.6, 0.6), st.floats(-0.6, 0.6), st.floats(5.0, 60.0))
 def test_thrust_along_the_body_survives_the_division_by_the_tilt(roll, pitch, force):
-    stream = SetpointStream(CONFIG, EventLog())
+    stream = SetpointStream(CONFIG, LinkLog())
     stream.angle_boost = True
     stream.hold(PositionSetpoint(NO, 0.0))
     stream.offer(AttitudeSetpoint(force, np.array([roll, pitch, 0.3])), 10.0)
