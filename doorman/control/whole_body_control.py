@@ -18,10 +18,12 @@ from doorman.control.estimation.leaf_estimator import LeafEstimate
 from doorman.control.observers.tilt_observer import TiltObserver
 from doorman.dynamics.attitude_loop import AttitudeLoop
 from doorman.model import Model
+from doorman.planning.hinge import Hinge
+from doorman.planning.pace import Pace
 from doorman.planning.plan import Plan
 from doorman.planning.whole_body.contact import depth_of, stick_place, tip_on_face, turned_by, whole_body_state
-from doorman.planning.whole_body.numbers import loop_numbers, push_pace, whole_body_numbers
-from doorman.planning.whole_body.references import at_the_leaf
+from doorman.planning.whole_body.numbers import goal_numbers, grip_numbers, loop_numbers, push_pace, whole_body_numbers
+from doorman.planning.whole_body.references import at_the_leaf, in_the_gripper
 from doorman.signals import Command
 
 Array = NDArray[np.float64]
@@ -55,11 +57,12 @@ class WholeBodyController:
 
     def __init__(self, model: Model) -> None:
         self._model, self._numbers = model, whole_body_numbers(model)
-        self._ramp = push_pace(model).acceleration
+        self._pace, self._held_pace, self._grip = push_pace(model), Pace.held(model), grip_numbers(model)
         self._free_air = _FREE_AIR * model.vehicle.radius
         self._least_grip = _LEAST_GRIP * model.vehicle.weight
         self.opening_rate = 0.0
         """Asked for now [rad/s]."""
+        self._grips, self._way, self._ends = False, model.travel.sense, dict[str, Any]()
         self._arm_rates, self._side = np.zeros(model.n_arm), np.zeros(2)
         self._turned: tuple[LeafEstimate | None, Array] = None, np.zeros(2)  # of the last `aim`
         self._tilt = TiltObserver(model.attitude_loop, model.scenario.control.max_tilt)
@@ -78,11 +81,14 @@ class WholeBodyController:
     def fly_by(self, loop: AttitudeLoop) -> None:
         """Believe another attitude loop from now on."""
         self._loop = loop.resolved(self._numbers.one("plan.time_step"))
-        self._loop_numbers = loop_numbers(self._model, loop)
+        self._loop_numbers = loop_numbers(self._model, self._loop, self._grips)
         self._tilt.fly_by(self._loop)
 
-    def forget(self) -> None:
-        """Begin anew: door and arm stand."""
+    def forget(self, grips: bool = False, goal: float | None = None) -> None:
+        """Begin anew, with door and arm at rest: to push the leaf, or to hold it and bring it to an angle [rad]."""
+        self._grips, self._ends = grips, {} if goal is None else goal_numbers(self._model, goal)
+        self._way = self._model.travel.sense if goal is None else math.copysign(1.0, goal - self._model.goal_angle)
+        self._loop_numbers = loop_numbers(self._model, self._loop, grips)
         self.opening_rate = 0.0
         self._arm_rates, self._side = np.zeros(self._model.n_arm), np.zeros(2)
         self._waiting.clear()
@@ -93,9 +99,10 @@ class WholeBodyController:
 
         What turns the vehicle beside its commands is watched meanwhile.
         """
-        opening, most = -known.door_rate, self._numbers.one("reference.opening_speed")
+        opening, pace = self._way * known.door_rate, self._held_pace if self._grips else self._pace
+        most = pace.rate
         if known.touching:
-            self.opening_rate = min(max(self.opening_rate, opening) + self._ramp * time_step, most)
+            self.opening_rate = min(max(self.opening_rate, opening) + pace.acceleration * time_step, most)
         elif opening < self.opening_rate:
             self.opening_rate = max(opening, 0.0)
         self._turned = known, self._turned_by(known)
@@ -144,6 +151,8 @@ class WholeBodyController:
         """What a plan begins with, and aims for."""
         numbers, angle = self._numbers, known.door_angle
         turned = self._turned[1] if self._turned[0] is known else self._turned_by(known)
+        if self._grips:
+            return self._held(known, turned)
         depth, place = tip_on_face(self._model, known.position, known.attitude, angle, known.arm_angles)
         depth += known.face_offset
         wanted = depth_of(known.normal_force, numbers) if known.touching else min(depth, self._free_air)
@@ -163,6 +172,29 @@ class WholeBodyController:
         return state, {
             **side, **self._loop_numbers,
             **aims, "contact.stick": place, "vehicle.wind": known.wind, "contact.offset": offset,
+            "vehicle.tilt_offset": self._tilt.offset, "reference.turned": self._tilt.offset + turned,
+        }  # fmt: skip
+
+    def _held(self, known: LeafEstimate, turned: Array) -> tuple[Array, dict[str, Any]]:
+        """The same with the leaf in the gripper, whose spring makes the estimated force from where it holds.
+
+        Of the torque that resists, friction counts as it acts at this rate: it holds a leaf where that stands.
+        """
+        model, numbers, angle, rate = self._model, self._numbers, known.door_angle, known.door_rate
+        stiffness, hinge = float(self._grip["contact.stiffness"]), known.hinge
+        depth, place = tip_on_face(model, known.position, known.attitude, angle, known.arm_angles)
+        state = whole_body_state(
+            known.position + (known.normal_force / stiffness - depth) * model.door.normal(angle), known.attitude,
+            known.velocity, known.attitude_rates, angle, rate, known.arm_angles,
+        )  # fmt: skip
+        torque = model.travel.sense * known.resistance
+        rubs = hinge.friction * math.tanh(rate / numbers.one("door.friction_rate"))
+        held = Hinge(hinge.friction, torque - rubs, known.inertia, 0.0, 0.0)
+        side = {"actuation.side": self._side} if model.actuation.fully else {}
+        return state, {
+            **side, **self._loop_numbers, **self._ends,
+            **in_the_gripper(model, numbers, self._grip, held, self._held_pace, self.opening_rate, angle),
+            "contact.stick": place - known.friction_force / stiffness, "vehicle.wind": known.wind,
             "vehicle.tilt_offset": self._tilt.offset, "reference.turned": self._tilt.offset + turned,
         }  # fmt: skip
 

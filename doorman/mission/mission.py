@@ -7,7 +7,7 @@ import math
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import asdict
+from dataclasses import asdict, replace
 
 import numpy as np
 
@@ -31,6 +31,7 @@ from doorman.mission.sequence import Sequence
 from doorman.mission.whole_body_flight import WholeBodyFlight
 from doorman.model import Model
 from doorman.planning.planner import Planner
+from doorman.planning.planning_model import planned_with
 from doorman.recording import Recorder
 from doorman.signals import Command, Measurement
 from doorman.summary import FLOWN
@@ -64,8 +65,8 @@ class Mission(Uncopied):
         self._locator = DoorLocator(model)
         self._estimator = Estimator(model, self.converter)
         self._sequence = Sequence(model, self.converter, self._schedule, self._estimator, self._note_phase)
-        pushes = settings.contact.kind == "push"
-        self._whole_body = WholeBodyFlight(model, self.converter, self._schedule) if pushes else None
+        whole = planned_with(model) == "whole_body"
+        self._whole_body = WholeBodyFlight(model, self.converter, self._schedule) if whole else None
         self._flew_plan = self._loop_is_known = False
         self._started = 0.0
         self._last_time: float | None = None
@@ -159,7 +160,10 @@ class Mission(Uncopied):
         setpoint, at_the_leaf, tie = action.setpoint, self._sequence.at_the_leaf, self._sequence.tie
         planned = None
         if self._whole_body is not None:
-            planned = self._whole_body.command(measurement, at_the_leaf, elapsed)
+            follows, grips, goal = self._sequence.follows
+            planned = self._whole_body.command(measurement, follows, elapsed, grips, goal)
+            if planned is not None:
+                planned = replace(planned, grip=action.grip)
         if planned is None:
             if self._flew_plan:
                 self._controller.resume(estimate.position, estimate.velocity, estimate.wind)

@@ -101,6 +101,13 @@ class Sequence:
         return _PHASES[self._first].at_the_leaf if self._now is None else self._now.at_the_leaf
 
     @property
+    def follows(self) -> tuple[bool, bool, float | None]:
+        """Whether a whole-body plan is followed, whether it grips, and where it brings the leaf, if not to the goal."""
+        if self._now is None:
+            return self.at_the_leaf, False, None
+        return self._now.follows
+
+    @property
     def tie(self) -> Tie:
         """What is known of tip and leaf in this phase."""
         if self._now is not None:

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from doorman.control.estimation.estimator import Estimate
 from doorman.control.estimation.leaf_estimator import LeafEstimate, LeafEstimator
+from doorman.control.held_leaf import HeldLeaf
 from doorman.control.state_converter import StateConverter
 from doorman.control.whole_body_control import WholeBodyController
 from doorman.dynamics.attitude_loop import AttitudeLoop
@@ -30,15 +31,24 @@ class WholeBodyFlight:
     """
 
     def __init__(self, model: Model, converter: StateConverter, schedule: PlanSchedule) -> None:
-        self._estimator, self._controller = LeafEstimator(model, converter), WholeBodyController(model)
+        self._controller, self._held = WholeBodyController(model), HeldLeaf(model, converter)
+        self._estimator = LeafEstimator(model, converter) if model.scenario.contact.kind == "push" else None
         self._model, self._schedule, self._hinge = model, schedule, Hinge.of(model.door)
         self._known: LeafEstimate | None = None
-        self._at_the_leaf = False
+        self._follows: tuple[bool, float | None] | None = None
+        """Whether the tip grips, and where the leaf is to go, while plans are followed."""
 
     def listen(
         self, measurement: Measurement, force: Array, estimate: Estimate, seeks: bool, time_step: float
     ) -> Estimate:
         """Take in one measurement, in every phase."""
+        if self._estimator is None:
+            self._known = None
+            if estimate.touching:
+                self._known = self._held.update(estimate, measurement, force, time_step)
+            else:
+                self._held.let_go()
+            return estimate
         wanted = self._controller.opening_rate
         self._known = known = self._estimator.update(measurement, force, time_step, seeks, wanted)
         if not seeks:
@@ -54,7 +64,8 @@ class WholeBodyFlight:
 
     def know_the_face(self) -> None:
         """From now on the door stands where it is believed: a leaf that is met elsewhere stands ajar."""
-        self._estimator.know_the_face()
+        if self._estimator is not None:
+            self._estimator.know_the_face()
 
     def fly_by(self, loop: AttitudeLoop) -> None:
         """Believe another attitude loop from now on."""
@@ -64,15 +75,22 @@ class WholeBodyFlight:
         """Take in what is sent now, in every phase."""
         self._controller.note(now, command, yaw)
 
-    def command(self, measurement: Measurement, at_the_leaf: bool, time_step: float) -> Command | None:
+    def command(
+        self,
+        measurement: Measurement,
+        at_the_leaf: bool,
+        time_step: float,
+        grips: bool = False,
+        goal: float | None = None,
+    ) -> Command | None:
         """What the vehicle is to do now."""
         known = self._known
         if not at_the_leaf or known is None:
-            self._at_the_leaf = False
+            self._follows = None
             return None
-        if not self._at_the_leaf:
-            self._at_the_leaf = True
-            self._controller.forget()
+        if self._follows != (grips, goal):
+            self._follows = grips, goal
+            self._controller.forget(grips, goal)
             self._schedule.forget()
         self._controller.aim(known, measurement.time, time_step)
 

@@ -32,6 +32,9 @@ call a leaf that speeds up free of friction, and the push loses it."""
 _SETTLES, _SETTLES_HELD = 4.5, 6.0
 """Least time constant of a leaf that settles at the goal, pushed and held, as a multiple of the attitude's lag: the tip and the
 push follow the attitude. Less takes the leaf past the goal."""
+_SETTLES_IN_GRIP, _OF_LARGEST, _TIP_SPEED = 3.0, 0.8, 0.6
+"""Least time constant of a leaf in the gripper of a whole-body plan, as a multiple of the attitude's lag, the share of the
+largest push or pull that speeds it up and slows it down, and the largest speed of the shipped vehicle's tip [m/s]."""
 _SLOWING_DOWN, _HARDEST = 5.0 / 6.0, 0.2
 """Share of the largest push or pull that may slow down a held leaf, and how much such a leaf slows down at most, as a
 share of W/T²: heavy ones are slower by that."""
@@ -90,6 +93,18 @@ class Pace:
             swings = max(duration - PRESSING, _TIME_STEP)
             rate, acceleration = min(rate, 1.5 * way / swings), min(acceleration, 4.5 * way / swings**2)
         return cls(rate, acceleration, _SETTLES * model.scenario.vehicle.attitude_lag)
+
+    @classmethod
+    def held(cls, model: Model, safe: bool = False) -> Pace:
+        """Pace of a leaf in the gripper, which a share of the largest push or pull speeds up and slows down."""
+        lever, way = model.coupling.lever_length, model.travel.length
+        moving = model.door.inertia + model.vehicle.mass * lever**2
+        acceleration = _OF_LARGEST * lever * largest_push(model, model.largest_tilt) / moving
+        rate, duration = _TIP_SPEED * model.scale.speed / lever, model.scenario.goal.duration
+        if not safe and duration != "safe":
+            swings = max(duration - PRESSING - TUGGING, _TIME_STEP)
+            rate, acceleration = min(rate, 1.5 * way / swings), min(acceleration, 4.5 * way / swings**2)
+        return cls(rate, acceleration, _SETTLES_IN_GRIP * model.scenario.vehicle.attitude_lag)
 
     def duration(self, way: float, deceleration: float) -> float:
         """Time from the touch until a leaf is open, with the largest deceleration that the hinge allows [s]."""

@@ -17,7 +17,8 @@ from doorman.feasibility.swing.rehearsal import Rehearsal, friction_is_known, le
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import Model
 from doorman.planning.own_motion import rotor_force
-from doorman.planning.pace import LONGEST, duration_held
+from doorman.planning.pace import LONGEST, TUGGING, Pace, duration_held
+from doorman.planning.planning_model import planned_with
 from doorman.planning.whole_body.numbers import push_pace
 from doorman.planning.whole_body.references import BRAKES
 
@@ -219,12 +220,19 @@ def _pushed(model: Model) -> float:
     return push_pace(model, safe=True).duration(model.travel.length, deceleration) if deceleration > 0.0 else LONGEST
 
 
+def _held(model: Model) -> float:
+    """Least time from the touch until a leaf in the gripper is open [s]."""
+    if planned_with(model) != "whole_body":
+        return duration_held(model)
+    return TUGGING + Pace.held(model, safe=True).duration(model.travel.length, math.inf)
+
+
 def duration_findings(model: Model) -> list[Finding]:
     """Whether a wanted duration is possible; nothing where the task is to be as fast as is safe."""
     wanted = model.scenario.goal.duration
     if wanted == "safe":
         return []
-    least = _pushed(model) if model.scenario.contact.kind == "push" else duration_held(model)
+    least = _pushed(model) if model.scenario.contact.kind == "push" else _held(model)
     ok = least <= wanted
     how = "possible" if ok else "not possible: the flight is as fast as is safe"
     return [

@@ -70,7 +70,7 @@ class Opening(DoorOpening):
         ahead = self._held_leaf.ahead(estimate.yaw, estimate.door_angle) > _TOO_FAR_AHEAD
         leans = ahead and abs(self._progress.rate) < _GIVES_WAY
         self._leans_since = since(self._leans_since, leans, estimate.time)
-        return self._held_leaf.follow(estimate, body_rates, self.resistance.torque(estimate, time_step))
+        return self._held_leaf.follow(estimate, body_rates, lambda: self.resistance.torque(estimate, time_step))
 
     def stuck(self, estimate: Estimate) -> str:
         """Reason to give the opening up; empty if there is none. See `DoorOpening`."""

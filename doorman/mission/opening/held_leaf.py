@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -26,7 +27,37 @@ _AHEAD = math.radians(16.0)
 
 
 class HeldLeaf:
-    """Setpoints with the leaf in the gripper.
+    """The leaf in the gripper: a whole-body plan is followed by its inputs, and the vehicle waits where it is for the first.
+
+    Args:
+        model: Model of the scenario.
+        converter: Its state converter.
+    """
+
+    def __init__(self, model: Model, converter: StateConverter) -> None:
+        self._model, self._converter = model, converter
+        self._sense = math.copysign(1.0, float(model.goal_state[2] - model.start_state[2]))
+        self._waiting: Setpoint | None = None
+
+    def begin(self, now: float) -> None:
+        """Begin."""
+        self._waiting = None
+
+    def follow(
+        self, estimate: Estimate, body_rates: Array, torque: Callable[[], float], goal: float | None = None
+    ) -> Setpoint:
+        """Setpoint for now; once per tick."""
+        if self._waiting is None:
+            self._waiting = self._converter.hold(estimate.position, estimate.yaw)
+        return self._waiting
+
+    def ahead(self, yaw: float, door_angle: float) -> float:
+        """By how much a heading is ahead of the one that keeps step with the door, on the way to the scenario's goal [rad]."""
+        return self._sense * math.remainder(yaw - float(self._model.on_the_way(door_angle)[2]), 2.0 * math.pi)
+
+
+class QuasiStaticHold(HeldLeaf):
+    """Setpoints that follow a quasi-static or Lagrangian plan, which knows the vehicle's own motion but not its lag.
 
     Args:
         model: Model of the scenario.
@@ -35,34 +66,33 @@ class HeldLeaf:
     """
 
     def __init__(self, model: Model, converter: StateConverter, schedule: PlanSchedule) -> None:
-        self._model, self._converter, self._schedule = model, converter, schedule
+        super().__init__(model, converter)
+        self._schedule = schedule
         self._observed = model.scenario.control.door_observer_rate > 0.0
-        self._sense = math.copysign(1.0, float(model.goal_state[2] - model.start_state[2]))
         self._turning_aid, self._pushes = TurningAid(model), LargestPushes(model)
-        self._waiting: Setpoint | None = None
         self._last = 0.0
 
     def begin(self, now: float) -> None:
         """Begin: plans that were made before are not followed any more."""
+        super().begin(now)
         self._schedule.forget()
-        self._waiting, self._last = None, now
+        self._last = now
 
-    def follow(self, estimate: Estimate, body_rates: Array, torque: float, goal: float | None = None) -> Setpoint:
+    def follow(
+        self, estimate: Estimate, body_rates: Array, torque: Callable[[], float], goal: float | None = None
+    ) -> Setpoint:
         """Setpoint for now; once per tick."""
         now, time_step = estimate.time, estimate.time - self._last
         self._last = now
-        torque += self._torque_of_wind(estimate)
+        resists = torque() + self._torque_of_wind(estimate)
 
         def wanted() -> Wanted:
             state = self._converter.planner_state(estimate.state, body_rates)
-            return Wanted(state, self._hinge(estimate, torque), goal=goal)
+            return Wanted(state, self._hinge(estimate, resists), goal=goal)
 
         current = self._schedule.update(now, wanted)
         if current is None:
-            if self._waiting is None:
-                self._waiting = self._converter.hold(estimate.position, estimate.yaw)
-            return self._waiting
-        self._waiting = None
+            return super().follow(estimate, body_rates, torque, goal)
         setpoint = self._converter.setpoint(current.plan, now - current.start, estimate.arm_angles)
         turning = self._converter.turning(current.plan, now - current.start)
         way = 1.0 if goal is None else -1.0
@@ -71,10 +101,6 @@ class HeldLeaf:
             setpoint, turning = replace(setpoint, yaw=setpoint.yaw - way * self._sense * beyond), 0.0
         aid = self._turning_aid.force(estimate.state, body_rates, turning, time_step, estimate.attitude_lag)
         return replace(setpoint, force=setpoint.force + aid)
-
-    def ahead(self, yaw: float, door_angle: float) -> float:
-        """By how much a heading is ahead of the one that keeps step with the door, on the way to the scenario's goal [rad]."""
-        return self._sense * math.remainder(yaw - float(self._model.on_the_way(door_angle)[2]), 2.0 * math.pi)
 
     def _hinge(self, estimate: Estimate, torque: float) -> Hinge:
         """What plans are told: the estimated parameters, and a disturbance that makes their sum what it is now.

@@ -14,10 +14,11 @@ from doorman.mission.loop_test import LoopTest
 from doorman.mission.opening.at_the_leaf import AtTheLeaf
 from doorman.mission.opening.door_opening import DoorOpening
 from doorman.mission.opening.gripped import Opening
-from doorman.mission.opening.held_leaf import HeldLeaf
+from doorman.mission.opening.held_leaf import HeldLeaf, QuasiStaticHold
 from doorman.mission.opening.swing import Swing
 from doorman.mission.schedule import PlanSchedule
 from doorman.model import Model
+from doorman.planning.planning_model import planned_with
 
 
 class Attempt:
@@ -68,7 +69,9 @@ class Attempt:
     @cached_property
     def held_leaf(self) -> HeldLeaf:
         """Motion with the leaf in the gripper; a tip that only pushes needs none."""
-        return HeldLeaf(self.model, self.converter, self.schedule)
+        if planned_with(self.model) == "whole_body":
+            return HeldLeaf(self.model, self.converter)
+        return QuasiStaticHold(self.model, self.converter, self.schedule)
 
     def allow_another(self) -> None:
         """Let another attempt follow, unless this one has failed already, or the mission was aborted."""

@@ -98,6 +98,12 @@ class MissionPhase(ABC):
         return Tie.FREE
 
     @property
+    def follows(self) -> tuple[bool, bool, float | None]:
+        """Whether a whole-body plan is followed, whether it grips, and where it brings the leaf, if not to the goal [rad]."""
+        grips = self.attempt.grips
+        return self.at_the_leaf and (not grips or self.tie is Tie.GRIPPED), grips, None
+
+    @property
     def closes_gripper(self) -> bool:
         """Whether a gripper is to be closed."""
         return False

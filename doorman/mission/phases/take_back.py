@@ -43,6 +43,11 @@ class TakeBack(MissionPhase):
         return Tie.GRIPPED
 
     @property
+    def follows(self) -> tuple[bool, bool, float | None]:
+        """A plan that brings the leaf back to the start."""
+        return True, True, self._start
+
+    @property
     def closes_gripper(self) -> bool:
         """True: the gripper opens where the door has been taken to."""
         return True
@@ -57,7 +62,7 @@ class TakeBack(MissionPhase):
         self._there_since = since(self._there_since, abs(angle - self._start) < THERE, now)
         there_for = 0.0 if self._there_since is None else now - self._there_since
         left = max(1.0 - there_for / _LEVELS, 0.0)
-        setpoint = attempt.held_leaf.follow(estimate, body_rates, left * estimate.door_disturbance, self._start)
+        setpoint = attempt.held_leaf.follow(estimate, body_rates, lambda: left * estimate.door_disturbance, self._start)
         if abs(angle - self._stood_at) > _STEP:
             self._stood_at, self._moved_at = angle, now
         if there_for > _LEVELS:

@@ -30,10 +30,11 @@ def whole_body_state(
 
 
 def contact_forces(numbers: Numbers, model: Model, states: Array) -> Array:
-    """Force of the contact's spring."""
+    """Force of the contact's spring; of a tip that grips negative where it pulls."""
     depths = depths_in_face(model, states[:, :3], states[:, 3:6], states[:, 12], states[:, 14:])
     pressed = 0.5 * (depths + np.sqrt(depths**2 + 4.0 * numbers.one("contact.smoothing") ** 2))
-    return np.asarray(numbers.one("contact.stiffness") * pressed)
+    grips = numbers.one("contact.grips")
+    return np.asarray(numbers.one("contact.stiffness") * ((1.0 - grips) * pressed + grips * depths))
 
 
 def depths_in_face(model: Model, positions: Array, attitudes: Array, door_angles: Array, arm_angles: Array) -> Array:

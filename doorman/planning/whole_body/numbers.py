@@ -27,13 +27,22 @@ the rest. Where no rotor is known, the torque of the shipped vehicle [N m]."""
 ARM_WEIGHT = 50.0
 """Of every joint rate beside the one that keeps step with the leaf, of the shipped vehicle. Cheaper arms rattle the tip: with a
 tenth of this, pushes above 4.5 N grow to oscillations."""
+THRUST_WEIGHT = 0.3
+"""Of thrust beside what holds vehicle and leaf, of the shipped vehicle. Cheap thrust pushes faster than rotors follow."""
 _IMPACT, _STIFFNESS = 15.0, 1500.0
 """Force with which a tip may hit a leaf that something stops, and stiffness of the contact that plans count on, for the shipped
 vehicle [N], [N/m]."""
 SIDE_WEIGHT, LEVEL_WEIGHT = 0.3, 300.0
 """Of a change of the force to the side, of the shipped vehicle, and of roll and pitch, of a fully actuated vehicle."""
-_TILTING = 300.0
-"""Weight of how far a commanded tilt is ahead of the tilt. A quick loop turns by the same error at a higher rate: there the rate
+_THRUST_HELD = 2.0
+"""The same of a held tip, which bears what thrust lifts: cheaper thrust swings against the pitch where the attitude loop is not
+as it is believed."""
+_RESOLVED, _LOAD = 0.8, 0.05
+"""Stiffness of a grip that a step resolves, times mobility and the step's square, and the weight of what the gripper carries
+in the plane of the face, for the shipped vehicle: it may turn the vehicle, but does not move the leaf."""
+_TILTING, _TILTING_HELD = 300.0, 1000.0
+"""Weight of how far a commanded tilt is ahead of the tilt, of a tip that pushes and of one that holds the leaf: a pitch lifts the
+held tip, and the leaf bears it. A quick loop turns by the same error at a higher rate: there the rate
 that is commanded is weighed."""
 
 
@@ -54,7 +63,7 @@ def whole_body_numbers(model: Model) -> Numbers:
         "contact.smoothing": 1e-3 * scale.length,
         "contact.friction": scenario.contact.friction,
         "contact.stick": np.zeros(2), "contact.give": 0.004 * scale.length,
-        "contact.slip_damping": 10.0 * scale.damping,
+        "contact.slip_damping": 10.0 * scale.damping, "contact.grips": 0.0,
         "limits.margin": scenario.planner.margin, "limits.force": scenario.control.max_push,
         "reference.joint": goal[3], "reference.sense": math.copysign(1.0, goal[3] - start[3]),
         "reference.position": np.zeros(3), "reference.heading": [goal[2], slope[2]],
@@ -65,15 +74,46 @@ def whole_body_numbers(model: Model) -> Numbers:
         "reference.settling": pace.settling, "reference.force": 0.0,
         "reference.least_force": 0.5 * scale.force,
         "reference.turned": np.zeros(2), "reference.room": 0.03 * scale.length,
+        "reference.thrust": vehicle.weight, "weights.thrust": THRUST_WEIGHT / scale.force**2,
         "plan.time_step": scenario.planner.time_step,
         "weights.near": 300.0 / scale.length**2,
         "weights.place": 40.0 / scale.length**2, "weights.position": 0.0, "weights.heading": 16.0,
         "weights.arm": 30.0, "weights.arm_rate": ARM_WEIGHT / scale.rate**2,
         "weights.approach": 1000.0 / scale.speed**2, "weights.opening": 100.0 / scale.rate**2,
-        "weights.force": 0.0, "weights.least_force": 0.0,
+        "weights.force": 0.0, "weights.least_force": 0.0, "weights.load": 0.0,
         "weights.velocity_in_world": 0.3 / scale.speed**2,
         "weights.turning": 0.5 / scale.rate**2,
     })  # fmt: skip
+
+
+def grip_numbers(model: Model) -> dict[str, Any]:
+    r"""Numbers of a tip that grips, by name: those of the contact, and weights of what only a free or a pushing tip is drawn to.
+
+    The spring has the gripper's stiffness, or the largest that a step of the plan resolves, with the mass m that the tip feels:
+
+    .. math:: k \le 0.8\,m/h^2,\quad c = \sqrt{k m},\quad 1/m = 1/m_A + |d|^2/I_z + D^2/I_D
+    """
+    tip, step = model.vehicle.tip_position(model.start_arm), model.scenario.planner.time_step
+    lever, vehicle = model.coupling.lever_length, model.vehicle
+    mobility = 1.0 / vehicle.mass + float(tip @ tip) / yaw_inertia(model) + lever**2 / model.door.inertia
+    stiffness = min(model.scenario.contact.grip_stiffness, _RESOLVED / (mobility * step**2))
+    damping = math.sqrt(stiffness / mobility)
+    return {
+        "contact.grips": 1.0, "contact.stiffness": stiffness, "contact.damping": damping, "contact.slip_damping": damping,
+        "reference.force": 0.0, "reference.least_force": 0.0,
+        "weights.approach": 0.0, "weights.place": 0.0, "weights.force": 0.0, "weights.least_force": 0.0,
+        "weights.load": _LOAD / model.scale.force**2, "weights.thrust": _THRUST_HELD / model.scale.force**2,
+    }  # fmt: skip
+
+
+def goal_numbers(model: Model, door_angle: float) -> dict[str, Any]:
+    """Numbers of another place on the way, by name, at which the leaf is to come to rest, with the posture that belongs to it."""
+    start, goal, there = model.start_state, model.goal_state, model.on_the_way(door_angle)
+    return {
+        "reference.joint": there[3],
+        "reference.heading": [there[2], (start[2] - goal[2]) / (start[3] - goal[3])],
+        "reference.arm": there[5:],
+    }
 
 
 def push_pace(model: Model, safe: bool = False) -> Pace:
@@ -113,11 +153,11 @@ def tilt_stiffness(model: Model, loop: AttitudeLoop | None = None) -> Array:
     return np.asarray((loop or model.attitude_loop).stiffness * model.vehicle_inertia.diagonal()[:2])
 
 
-def loop_numbers(model: Model, loop: AttitudeLoop) -> dict[str, Any]:
-    """Numbers of an attitude loop, by name."""
+def loop_numbers(model: Model, loop: AttitudeLoop, grips: bool = False) -> dict[str, Any]:
+    """Numbers of an attitude loop, by name, and how dear a tilt is that is ahead of it."""
     loop = loop.resolved(model.scenario.planner.time_step)
     return {
         "vehicle.attitude_gain": loop.gain, "vehicle.rate_gain": loop.rate_gain,
         "vehicle.tilt_stiffness": tilt_stiffness(model, loop),
-        "weights.tilting": _TILTING * max(loop.quickness, 1.0) ** 2,
+        "weights.tilting": (_TILTING_HELD if grips else _TILTING) * max(loop.quickness, 1.0) ** 2,
     }  # fmt: skip

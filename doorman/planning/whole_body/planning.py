@@ -18,10 +18,11 @@ from doorman.planning.composition import NO_EXTRAS, NOTHING, Extras
 from doorman.planning.grip.pushes import LargestPushes, too_stiff
 from doorman.planning.hinge import Hinge
 from doorman.planning.own_motion import Motion, force_left_to_the_door
+from doorman.planning.pace import Pace
 from doorman.planning.whole_body.contact import contact_forces, depth_of, turned_by, whole_body_state
-from doorman.planning.whole_body.numbers import whole_body_numbers
+from doorman.planning.whole_body.numbers import grip_numbers, loop_numbers, whole_body_numbers
 from doorman.planning.whole_body.problem import whole_body_problem
-from doorman.planning.whole_body.references import at_the_leaf
+from doorman.planning.whole_body.references import at_the_leaf, in_the_gripper
 
 Array = NDArray[np.float64]
 
@@ -56,8 +57,13 @@ class WholeBodyPlanning:
             *(("force ahead", "force to the left") if model.actuation.fully else ()),
         )  # fmt: skip
         self.numbers = whole_body_numbers(model)
+        self._grip: dict[str, Any] = {}
+        if model.scenario.contact.kind == "grip":
+            self._grip, self._pace = grip_numbers(model), Pace.held(model)
+            tilting = loop_numbers(model, model.attitude_loop, grips=True)
+            self.numbers = self.numbers.replaced({**self._grip, **tilting, "reference.opening_speed": self._pace.rate})
         self._pushes = LargestPushes(model)
-        self._resting = _RESTING * model.scale.force
+        self._resting = 0.0 if self._grip else _RESTING * model.scale.force
         self.start_state = self.state(model.start_state, np.zeros(3))
         self.goal_state = self.state(model.goal_state, np.zeros(3))
         self.hover_input = np.concatenate([model.hover_input, np.zeros(2 if model.actuation.fully else 0)])
@@ -84,6 +90,8 @@ class WholeBodyPlanning:
     def _fitting(self, hinge: Hinge, start: Array) -> dict[str, Any]:
         """What depends on hinge and start, by name."""
         numbers, joint = self.numbers, float(start[12])
+        if self._grip:
+            return in_the_gripper(self.model, numbers, self._grip, hinge, self._pace, self._pace.rate, joint)
         ahead, door = self.model.travel.ahead, self.model.door
         weight, moves = ahead(door.weight_torque(joint)), ahead(float(start[13]))
         rests = hinge.friction + ahead(hinge.torque_at_rest(joint, door.rest_angle))  # beyond the goal as before it
@@ -113,8 +121,8 @@ class WholeBodyPlanning:
         """
         if door_angle is not None:
             raise DimensionError(
-                "a tip that only pushes brings no door back", field="door_angle", given=door_angle,
-                allowed="None; update_numbers changes the references of a push",
+                "a whole-body plan has its goal in its numbers", field="door_angle", given=door_angle,
+                allowed="None; update_numbers changes the references",
             )  # fmt: skip
         return self.goal_state
 
@@ -127,10 +135,11 @@ class WholeBodyPlanning:
         return contact_forces(numbers, self.model, states[: len(inputs)])
 
     def state(self, reduced: ArrayLike, body_rates: ArrayLike) -> Array:
-        """State with the tip at the contact point, resting on the leaf and moving with it. See `PlanningModel`."""
+        """State with the tip at the contact point, resting on the leaf or holding it, and moving with it. See `PlanningModel`."""
         x, omega = np.asarray(reduced, dtype=np.float64), np.asarray(body_rates, dtype=np.float64)
         motion = self.model.coupling.vehicle_motion(x, omega, np.zeros(self.model.n_arm))
-        pressed = depth_of(self._resting, self.numbers) * self.model.door.normal(float(x[3]))
+        depth = depth_of(self._resting, self.numbers) if self._resting > 0.0 else 0.0
+        pressed = depth * self.model.door.normal(float(x[3]))
         rates = euler_rate_matrix(x[:3]) @ omega
         return whole_body_state(motion.position + pressed, x[:3], motion.velocity, rates, x[3], x[4], x[5:])
 

@@ -29,9 +29,8 @@ LEAST_THRUST = 0.17
 """As a share of the weight."""
 STATE_WEIGHT = 1e-6
 """Of every state: residuals do the rest."""
-INPUT_WEIGHTS = (0.3, 0.2, 0.2, 2.0)
-"""Of thrust, commanded roll and pitch, and yaw torque, of the shipped vehicle. Cheap thrust is used to push, faster than rotors
-follow."""
+INPUT_WEIGHTS = (1e-3, 0.2, 0.2, 2.0)
+"""Of thrust, commanded roll and pitch, and yaw torque, of the shipped vehicle: `weights.thrust` holds the thrust."""
 SIDE_COST = 1e-3
 """Of the force to the side itself."""
 ARM_COST = 1.0

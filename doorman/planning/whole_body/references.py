@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,9 @@ from numpy.typing import NDArray
 
 from doorman.kinematics.numbers import Numbers
 from doorman.kinematics.scale import Scale
-from doorman.planning.pace import rate_to_goal
+from doorman.model import Model
+from doorman.planning.hinge import Hinge
+from doorman.planning.pace import Pace, rate_to_goal
 from doorman.planning.whole_body.contact import depth_of
 
 Array = NDArray[np.float64]
@@ -27,6 +30,10 @@ _LEAST_SHARE = 0.2
 """Of what carries the leaf, a tip that brakes it pushes with so much at least."""
 _LEAST_RESISTANCE, _LEAST_FORCE = 0.05, 0.15
 """Of a hinge, and of a tip at whose depth a plan aims, for the shipped vehicle [N m], [N]."""
+_OPENING, _LEAST_OPENING = 20.0, 20.0
+"""Weight of the rate of a held leaf that can gain 1 rad/s², of the shipped vehicle, and the least where it can gain more."""
+_LEAST_RATE = 1e-3
+"""Share of the largest rate that is asked for at least: the reference divides by it."""
 _SHIPPED_RATE, _SHIPPED_FORCE = 0.32, 2.4
 """Opening rate of the shipped push [rad/s], and the force at the tip that gives its leaf that rate in a second [N]."""
 
@@ -72,6 +79,36 @@ def at_the_leaf(
         "weights.opening": 100.0 * (1.0 - touch * holds * (1.0 - _HOLD_OPENING)) / rate**2,
         "weights.force": 0.2 * touch / large**2,
         "weights.least_force": 2.0 * touch / scale.force**2,
+    }  # fmt: skip
+
+
+def in_the_gripper(
+    model: Model,
+    numbers: Numbers,
+    grip: Mapping[str, Any],
+    held: Hinge,
+    pace: Pace,
+    opening_rate: float,
+    door_angle: float,
+) -> dict[str, Any]:
+    """References and weights of a tip that holds the leaf: the leaf goes to the goal from either side, and the thrust holds both.
+
+    A rate counts by what the force that speeds the leaf up changes in a second; a light leaf follows the noise of its rate else.
+    """
+    door, weight = model.door, model.vehicle.weight
+    push = (
+        -(held.torque_at_rest(door_angle, door.rest_angle) + door.weight_torque(door_angle))
+        / model.coupling.lever_length
+    )
+    slows = held.friction * numbers.one("plan.time_step") / held.inertia
+    opening = max(_OPENING * model.scale.rate**2 / pace.acceleration, _LEAST_OPENING)
+    return {
+        **grip,
+        **held.numbers(), "door.sticks": float(slows > numbers.one("door.friction_rate")),
+        "reference.thrust": float(np.linalg.norm(push * door.normal(door_angle) + [0.0, 0.0, weight])),
+        "reference.opening_speed": max(opening_rate, _LEAST_RATE * pace.rate), "reference.deceleration": pace.acceleration,
+        "reference.settling": pace.settling,
+        "weights.opening": opening / model.scale.rate**2,
     }  # fmt: skip
 
 

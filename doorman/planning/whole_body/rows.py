@@ -30,7 +30,7 @@ def constraints(task: WholeBodyTask, kinds: Kinds = IN_A_DOORWAY) -> list[Constr
         *static_moment(task),
         *collision_constraints(task, limits.margin, (ARM,)),
         *disc_constraints(task, 0.0, kinds),
-        Constraint("tip presses too hard", task.spring_force - limits.force, "N", _FORCE),
+        Constraint("tip presses or pulls too hard", _size(task.spring_force) - limits.force, "N", _FORCE),
     ]
 
 
@@ -50,6 +50,7 @@ def residuals(task: WholeBodyTask, kinds: Kinds = IN_A_DOORWAY) -> list[Residual
     planes = ca.vertcat(*(row.expression for row in disc_constraints(task, task.limits.margin, kinds)))
     return [
         *level,
+        Residual("thrust", task.thrust - goes.thrust, weigh.thrust),
         Residual("place on the face", task.place, weigh.place),
         Residual("place in the world", task.position - goes.position, weigh.position),
         Residual("heading", task.attitude[2] - goes.heading[0] - goes.heading[1] * off_goal, weigh.heading),
@@ -59,11 +60,17 @@ def residuals(task: WholeBodyTask, kinds: Kinds = IN_A_DOORWAY) -> list[Residual
         Residual("opening", task.rate_to_goal - opening, weigh.opening),
         Residual("force", task.normal_force - goes.force, weigh.force),
         Residual("least force", _positive(goes.least_force - task.normal_force, force), weigh.least_force),
+        Residual("load of the gripper", task.force_in_face, weigh.load),
         Residual("near a plane", _positive(planes + goes.room, room), weigh.near),
         Residual("tilting", task.tilt_command + goes.turned - task.attitude[:2], weigh.tilting),
         Residual("velocity in the world", task.velocity, weigh.velocity_in_world),
         Residual("turning", task.attitude_rates[2] - goes.heading[1] * task.door_rate, weigh.turning),
     ]  # fmt: skip
+
+
+def _size(value: Any) -> Any:
+    """|·|, rounded."""
+    return ca.sqrt(value**2 + _ROUNDED_FORCE**2)
 
 
 def _positive(value: Any, rounding: Any) -> Any:

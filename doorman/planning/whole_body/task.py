@@ -14,7 +14,16 @@ about :math:`e_0` before it slips, from where it sticks now, with e the way from
     \lambda = k\,\sigma + c\,\frac{\sigma}{\sigma + \epsilon}\,\dot\delta,\quad
     F = -\lambda n + \mu\lambda\,\frac{e}{\sqrt{e^2 + e_0^2}} + c_t\frac{\sigma}{\sigma + \epsilon}\,v_t
 
-is the tip's force on the mechanism. Then
+is the tip's force on the mechanism. A tip that grips by g, from 0 to 1, is tied by that share: in place of these it has
+g times a spring and a damper in all three directions,
+
+.. math::
+    F = -\lambda n + F_t,\quad
+    \lambda = k\big((1-g)\,\sigma + g\,\delta\big) + c\,\gamma\,\dot\delta,\quad
+    F_t = (1-g)\,\frac{\mu\lambda\,e}{\sqrt{e^2 + e_0^2}} + g\,k\,e + c_t\,\gamma\,v_t,\quad
+    \gamma = g + (1-g)\,\frac{\sigma}{\sigma+\epsilon}
+
+with e from where it is held. Nothing is compiled as it closes: g is a number. Then
 
 .. math::
     m\,a &= f R e_3 - m g e_3 + F_w - F,\\

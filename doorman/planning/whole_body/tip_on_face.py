@@ -83,13 +83,15 @@ class TipOnFace(Task):
 
     @cached_property
     def touches(self) -> Any:
-        """0 in free air, 1 in firm contact."""
-        return self.pressed / (self.pressed + self.contact.smoothing)
+        """0 in free air, 1 in firm contact or where the tip grips."""
+        g = self.contact.grips
+        return g + (1 - g) * self.pressed / (self.pressed + self.contact.smoothing)
 
     @cached_property
     def spring_force(self) -> Any:
-        """λ at rest [N]."""
-        return self.contact.stiffness * self.pressed
+        """λ at rest, a pull negative [N]."""
+        g = self.contact.grips
+        return self.contact.stiffness * ((1 - g) * self.pressed + g * self.depth)
 
     @cached_property
     def normal_force(self) -> Any:
@@ -98,14 +100,20 @@ class TipOnFace(Task):
 
     @cached_property
     def slipped(self) -> Any:
-        """e: the tip's place on the face less the one where it sticks, (2, 1) [m]."""
+        """e: the tip's place on the face less the one where it sticks or is held, (2, 1) [m]."""
         return self.place - self.contact.stick
+
+    @cached_property
+    def force_in_face(self) -> Any:
+        """F in the plane of the face, along and up: friction, or what the gripper holds, (2, 1) [N]."""
+        contact, face = self.contact, ca.horzcat(self.leaf_direction, self.leaf.up)
+        slipped, rubs = self.slipped, contact.friction * self.normal_force
+        held = (1 - contact.grips) * rubs / ca.sqrt(ca.dot(slipped, slipped) + contact.give**2) * slipped
+        held += contact.grips * contact.stiffness * slipped
+        return held + contact.slip_damping * self.touches * (face.T @ self.slip_velocity)
 
     @cached_property
     def force(self) -> Any:
         """F of the tip on the leaf, (3, 1) [N]."""
-        contact, face = self.contact, ca.horzcat(self.leaf_direction, self.leaf.up)
-        slipped, grip = self.slipped, contact.friction * self.normal_force
-        held = grip / ca.sqrt(ca.dot(slipped, slipped) + contact.give**2) * slipped
-        held += contact.slip_damping * self.touches * (face.T @ self.slip_velocity)
-        return self.normal_force * self.contact_normal + face @ held
+        face = ca.horzcat(self.leaf_direction, self.leaf.up)
+        return self.normal_force * self.contact_normal + face @ self.force_in_face

@@ -93,6 +93,9 @@ class ContactSection(Section):
     of a hinge."""
     friction: Positive = 0.6
     """μ between tip and leaf that a plan counts on."""
+    grip_stiffness: Positive = 2000.0
+    """Stiffness of a gripper that holds the leaf, in all directions, that a plan counts on; its steps resolve a few hundred
+    [N/m]."""
 
     @property
     def named(self) -> str | None:

@@ -33,3 +33,14 @@ def test_a_loop_that_was_never_tested_is_refused_in_hover(lag: float, dead: floa
 def test_loops_of_autopilots_open_the_door(scenario: str, lag: float, dead: float) -> None:
     summary = flown(scenario, lag, dead)
     assert summary["outcome"] == "completed" and abs(summary["final_error"]) < 2.5
+
+
+@pytest.mark.parametrize(
+    ("scenario", "lag", "dead"),
+    [("cabinet", 0.16, 0.06), pytest.param("close", 0.16, 0.06, marks=pytest.mark.slow)],
+)  # fmt: skip
+def test_a_grip_plans_with_the_lag_that_hover_has_measured(scenario: str, lag: float, dead: float) -> None:
+    """A light leaf swings about its goal for as long as it may, if the plan knows neither lag nor dead time."""
+    summary = flown(scenario, lag, dead)
+    assert summary["outcome"] == "completed" and abs(summary["final_error"]) < 1.0
+    assert summary["time_to_open_s"] < 10.0 and summary["max_pull_force_n"] < 8.0

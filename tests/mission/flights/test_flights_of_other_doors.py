@@ -42,7 +42,7 @@ def test_a_door_on_the_left_elsewhere_with_a_face_before_the_axis_is_pushed_open
 
 @pytest.mark.slow
 def test_a_door_on_the_left_is_gripped_open() -> None:
-    flown("paper", 9.0, door__urdf="hinged_door_left", goal__attitude=[0.0, 0.0, 1.2217], mission__start="contact")
+    flown("paper", 12.0, door__urdf="hinged_door_left", goal__attitude=[0.0, 0.0, 1.2217], mission__start="contact")
 
 
 @pytest.mark.slow

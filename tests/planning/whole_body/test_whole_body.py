@@ -163,7 +163,7 @@ def test_rows_of_arm_and_leaf_are_the_models_own(numeric: Numeric) -> None:
         level = math.sqrt(1.0 - rotation_body_to_world(attitude)[1, 2] ** 2) - 1.0  # the model's disc is level there
         np.testing.assert_allclose(found[4:6], own[4:6] + model.vehicle.radius * level, atol=1e-6)
     assert [row.name for row in rows[3:]] == [
-        "disc clear of leaf", "disc clear of latch jamb", "disc clear of hinge jamb", "tip presses too hard",
+        "disc clear of leaf", "disc clear of latch jamb", "disc clear of hinge jamb", "tip presses or pulls too hard",
     ]  # fmt: skip
 
 
