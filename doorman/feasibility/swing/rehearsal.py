@@ -6,7 +6,7 @@ constraints together; running the loop answers it. The motion is that of `Planni
 with the inertia that the push really moves. The hinge's friction is a torque against the swing that the planner knows of, as
 in flight, where an observer finds it: what it costs in force, and so in tilt and in room beside the leaf, is in the answer.
 A tip that can only push needs resistance: where the scenario names no friction, the rehearsal takes the prior mean of
-`Beliefs.friction` for it. A grip begins where the tug by which it is tried leaves the leaf.
+`hinge_fit.FRICTION` for it. A grip begins where the tug by which it is tried leaves the leaf.
 """
 
 from __future__ import annotations
@@ -17,8 +17,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from doorman.control.estimation.beliefs import Beliefs
 from doorman.control.tug import drawn_by_the_tug
+from doorman.estimation.leaf.hinge_fit import FRICTION
 from doorman.exceptions import SingularityError
 from doorman.feasibility.resting import torques_at_rest
 from doorman.model import Model
@@ -84,7 +84,7 @@ def resistance(model: Model) -> float:
     door, true = model.door, model.scenario.simulation.door_friction
     if model.scenario.contact.kind != "push":
         return door.friction
-    told = door.friction or Beliefs.of(model).friction[0]
+    told = door.friction or model.hinge_scale * FRICTION[0]
     friction = told if true is None else min(told, door.per_angle * true)
     ajar = door.friction == 0.0 and door.opening_of(model.travel.start) > door.per_angle * _AJAR
     return max(friction, _STANDS * abs(door.hinge_torque(model.travel.start, 0.0))) if ajar else friction
