@@ -26,8 +26,6 @@ from numpy.typing import NDArray
 import doorman
 from doorman import Model, Planner, Scenario
 from doorman.collision.scene import CollisionScene
-from doorman.control.estimation.beliefs import Beliefs
-from doorman.control.estimation.door_filter import DoorFilter
 from doorman.copying import Uncopied
 from doorman.dynamics.lagrangian_model import LagrangianModel
 from doorman.exceptions import SolverError
@@ -133,10 +131,6 @@ OWNERS: dict[str, tuple[Callable[[], Any], Callable[[Any], list[Array]]]] = {
     ),
     "LagrangianModel": (lambda: LagrangianModel(model().coupling, 0.02), lagrangian),
     "CollisionScene": (lambda: CollisionScene(model().vehicle, model().door), clearances),
-    "DoorFilter": (
-        lambda: DoorFilter(model(), Beliefs.of(model())),
-        lambda one: [np.array(sorted(name for name in vars(one)))],
-    ),
     "Planner": (lambda: Planner(model()), planned),
     "Hybrid": (lambda: Hybrid(problem()), solved),
     "Cddp": (lambda: Cddp(problem()), solved),

@@ -3,7 +3,7 @@ r"""DOB position controller: from a setpoint to force and attitude.
 .. math:: F = m(\ddot p_d + k_d\dot e + k_p e) + m g e_3 + F_R - \hat\delta
 
 with e = p_d − p and F_R the planned force on the door. Along the door's normal δ̂ is left out: there the force is planned, and
-what the plan does not know of the door is for `door_observer`; two observers of one torque fight each other. Tilt and thrust
+what the plan does not know of the door is for the estimate; two observers of one torque fight each other. Tilt and thrust
 saturate, and the saturated F is what the observer is told. Where the setpoint gives a push, it replaces F along the
 normal. Beside it friction takes up whatever the tip is pressed with, and the observer's integral would wind up against it: along
 the leaf δ̂ stays what it was in free flight, upwards it stays near that. So it does for a tip that grips: arm and hinge carry

@@ -19,7 +19,6 @@ from doorman.kinematics.vehicles.arms.arm import ArmParameters
 from doorman.model import Model
 from doorman.planning.plan import Plan
 from doorman.planning.planning_model import planning_model
-from doorman.signals import Measurement
 
 Array = NDArray[np.float64]
 
@@ -89,13 +88,15 @@ class StateConverter:
         vehicle_on_leaf(self._arm, self._leaf, self._contact, state, body_rates, arm_rates, motion)
         return VehicleMotion(motion[:3], motion[3:])
 
-    def tip(self, measurement: Measurement, velocity: Array) -> tuple[float, float]:
-        """Angle and angular rate of the tip about the hinge: the door's, where they touch."""
-        seen = measurement.attitude, measurement.body_rates, measurement.arm_angles, measurement.arm_rates
-        np.concatenate((measurement.position, velocity, *seen), out=self._given)
+    def tip(self, *seen: Array) -> tuple[float, float]:
+        """Angle and angular rate of the tip about the hinge: the door's, where they touch.
+
+        Takes position, velocity, attitude, body rates, joint angles and rates.
+        """
+        np.concatenate(seen, out=self._given)
         angle, rate = tip_on_leaf(self._arm, self._leaf, self._coupling.lever_length, self._given, self._tip)
         if not math.isfinite(angle + rate):
-            return self._coupling.door_state(measurement.position, velocity, *seen)  # says what is not finite
+            return self._coupling.door_state(*seen)  # says what is not finite
         return angle, rate
 
     def tip_offset(self, position: Array, state: Array) -> tuple[float, float]:

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from doorman.control.estimation.leaf_estimator import LeafEstimate
+from doorman.control.estimation.estimator import Estimate
 from doorman.control.observers.tilt_observer import TiltObserver
 from doorman.dynamics.attitude_loop import AttitudeLoop
 from doorman.model import Model
@@ -30,8 +30,9 @@ Array = NDArray[np.float64]
 
 _FREE_AIR = -0.01
 """Depth of a tip that does not touch, at most, as a share of R_A."""
-_LEAST_GRIP = 0.0034
-"""Normal force that friction is told of at least, as a share of the weight."""
+_LEAST_FORCE = 0.01
+"""Normal force that plans are told of at least where the tip touches, as a share of the weight: below it the spring of a plan is
+farther from the leaf than the tip is."""
 _AHEAD = 0.06
 """The onboard loop turns the vehicle at the rate that the plan has so much later [s]."""
 _MOST_TURN = 0.25
@@ -59,12 +60,12 @@ class WholeBodyController:
         self._model, self._numbers = model, whole_body_numbers(model)
         self._pace, self._held_pace, self._grip = push_pace(model), Pace.held(model), grip_numbers(model)
         self._free_air = _FREE_AIR * model.vehicle.radius
-        self._least_grip = _LEAST_GRIP * model.vehicle.weight
+        self._least_force = _LEAST_FORCE * model.vehicle.weight
         self.opening_rate = 0.0
         """Asked for now [rad/s]."""
         self._grips, self._way, self._ends = False, model.travel.sense, dict[str, Any]()
         self._arm_rates, self._side = np.zeros(model.n_arm), np.zeros(2)
-        self._turned: tuple[LeafEstimate | None, Array] = None, np.zeros(2)  # of the last `aim`
+        self._turned: tuple[Estimate | None, Array] = None, np.zeros(2)  # of the last `aim`
         self._tilt = TiltObserver(model.attitude_loop, model.scenario.control.max_tilt)
         self._is_prompt = np.ones(4 + model.n_arm + (2 if model.actuation.fully else 0), dtype=bool)
         self._is_prompt[1:4] = False
@@ -94,7 +95,7 @@ class WholeBodyController:
         self._waiting.clear()
         self._tilt.forget()
 
-    def aim(self, known: LeafEstimate, now: float, time_step: float) -> None:
+    def aim(self, known: Estimate, now: float, time_step: float) -> None:
         """Let the opening rate that is asked for grow in contact, and fall to the door's where the tip has lost it.
 
         What turns the vehicle beside its commands is watched meanwhile.
@@ -141,13 +142,13 @@ class WholeBodyController:
                 time = until
         return inputs
 
-    def _acting(self, known: LeafEstimate, now: float) -> Array:
+    def _acting(self, known: Estimate, now: float) -> Array:
         """Roll and pitch that are commanded by what acts now, shape (2,) [rad]; the measured ones before anything does."""
         time = now - self._loop.dead_time + _ROUNDED
         acting = next((inputs for sent, inputs in reversed(self._sent) if sent <= time), None)
         return known.attitude[:2] if acting is None else acting[1:3]
 
-    def start(self, known: LeafEstimate) -> tuple[Array, dict[str, Any]]:
+    def start(self, known: Estimate) -> tuple[Array, dict[str, Any]]:
         """What a plan begins with, and aims for."""
         numbers, angle = self._numbers, known.door_angle
         turned = self._turned[1] if self._turned[0] is known else self._turned_by(known)
@@ -155,16 +156,18 @@ class WholeBodyController:
             return self._held(known, turned)
         depth, place = tip_on_face(self._model, known.position, known.attitude, angle, known.arm_angles)
         depth += known.face_offset
-        wanted = depth_of(known.normal_force, numbers) if known.touching else min(depth, self._free_air)
+        force = max(known.normal_force, self._least_force)
+        wanted = depth_of(force, numbers) if known.touching else min(depth, self._free_air)
         state = whole_body_state(
             known.position + (wanted - depth) * self._model.door.normal(angle), known.attitude, known.velocity,
             known.attitude_rates, angle, known.door_rate, known.arm_angles,
         )  # fmt: skip
         if known.touching:
-            place = stick_place(place, known.friction_force, max(known.normal_force, self._least_grip), numbers)
+            place = stick_place(place, known.friction_force, force, numbers)
         weight = self._model.travel.ahead(self._model.door.weight_torque(angle))
         aims = at_the_leaf(
-            numbers, known.lever, angle, known.touching, known.resistance, known.friction_share, known.inertia,
+            numbers, self._model.coupling.lever_length, angle, known.touching, known.resistance, known.friction_share,
+            known.hinge.inertia,
             self.opening_rate, -known.door_rate, weight,
         )  # fmt: skip
         offset = numbers.one("contact.offset") + known.face_offset
@@ -175,7 +178,7 @@ class WholeBodyController:
             "vehicle.tilt_offset": self._tilt.offset, "reference.turned": self._tilt.offset + turned,
         }  # fmt: skip
 
-    def _held(self, known: LeafEstimate, turned: Array) -> tuple[Array, dict[str, Any]]:
+    def _held(self, known: Estimate, turned: Array) -> tuple[Array, dict[str, Any]]:
         """The same with the leaf in the gripper, whose spring makes the estimated force from where it holds.
 
         Of the torque that resists, friction counts as it acts at this rate: it holds a leaf where that stands.
@@ -189,7 +192,7 @@ class WholeBodyController:
         )  # fmt: skip
         torque = model.travel.sense * known.resistance
         rubs = hinge.friction * math.tanh(rate / numbers.one("door.friction_rate"))
-        held = Hinge(hinge.friction, torque - rubs, known.inertia, 0.0, 0.0)
+        held = Hinge(hinge.friction, torque - rubs, hinge.inertia, 0.0, 0.0)
         side = {"actuation.side": self._side} if model.actuation.fully else {}
         return state, {
             **side, **self._loop_numbers, **self._ends,
@@ -198,7 +201,7 @@ class WholeBodyController:
             "vehicle.tilt_offset": self._tilt.offset, "reference.turned": self._tilt.offset + turned,
         }  # fmt: skip
 
-    def _turned_by(self, known: LeafEstimate) -> Array:
+    def _turned_by(self, known: Estimate) -> Array:
         """Roll and pitch beside the command that the estimated force of the tip makes, shape (2,) [rad]."""
         if not known.touching:
             return np.zeros(2)

@@ -15,7 +15,6 @@ from doorman.control.engagement import Engagement
 from doorman.control.estimation.door_locator import DoorLocator
 from doorman.control.estimation.estimator import Estimate, Estimator, Tie
 from doorman.control.estimation.lift_scale import LiftScale
-from doorman.control.estimation.present import present_attitude
 from doorman.control.position_controller import PositionController, Setpoint, Thrust
 from doorman.control.push_limit import limited
 from doorman.control.state_converter import StateConverter
@@ -66,7 +65,7 @@ class Mission(Uncopied):
         self._estimator = Estimator(model, self.converter)
         self._sequence = Sequence(model, self.converter, self._schedule, self._estimator, self._note_phase)
         whole = planned_with(model) == "whole_body"
-        self._whole_body = WholeBodyFlight(model, self.converter, self._schedule) if whole else None
+        self._whole_body = WholeBodyFlight(model, self._schedule) if whole else None
         self._flew_plan = self._loop_is_known = False
         self._started = 0.0
         self._last_time: float | None = None
@@ -143,13 +142,11 @@ class Mission(Uncopied):
         now, measurement = measured.time, self._locator.seen(measured)
         elapsed = 0.0 if self._last_time is None else now - self._last_time
         self._last_time = now
-        seen = present_attitude(measurement)
+        estimate = self._estimator.update(measurement, self._sequence.tie, self._sequence.closes_gripper, elapsed)
+        seen = estimate.attitude
         force = rotation_body_to_world(seen) @ self._rotors
-        estimate = self._estimator.update(measurement, force, self._sequence.tie, elapsed)
-        outer = estimate.wind - estimate.tip_force
-        if self._whole_body is not None:
-            seeks = self._sequence.at_the_leaf or self.phase is Phase.RELEASE
-            estimate = self._whole_body.listen(measurement, force, estimate, seeks, elapsed)
+        if estimate.lost:
+            self.abort("the estimate was lost")
         if self._abort_reason:
             self._sequence.abort(estimate, self._abort_reason)
         if self.phase is Phase.HOVER:
@@ -161,7 +158,7 @@ class Mission(Uncopied):
         planned = None
         if self._whole_body is not None:
             follows, grips, goal = self._sequence.follows
-            planned = self._whole_body.command(measurement, follows, elapsed, grips, goal)
+            planned = self._whole_body.command(estimate, measurement, follows, elapsed, grips, goal)
             if planned is not None:
                 planned = replace(planned, grip=action.grip)
         if planned is None:
@@ -185,7 +182,7 @@ class Mission(Uncopied):
         if at_the_leaf:
             command = limited(command, self.model.vehicle.weight, self.model.scenario.control.max_push)
         elif tie is Tie.FREE:
-            self._lift.learn(float(outer[2]), elapsed)
+            self._lift.learn(estimate.lift)
         scaled = self._lift.scaled(command)
         self._rotors = self._lift.made(command, scaled)
         self._under_way.note(now, scaled.attitude)
@@ -195,7 +192,7 @@ class Mission(Uncopied):
             self._whole_body.note(now, command, float(measurement.attitude[2]))
         told = self._locator.told(scaled)
         backend.command(told)
-        self._estimator.tell(scaled.attitude)
+        self._estimator.tell(scaled.attitude, scaled.body_force)
         self._record(measured, estimate, setpoint, thrust, told)
         self._locator.update(measured, at_the_leaf and estimate.touching, tie is Tie.GRIPPED, elapsed)
         return estimate.door_angle
@@ -211,8 +208,7 @@ class Mission(Uncopied):
         if frame is None or self._locator.frame is not None:
             return
         self._locator.learn(frame)
-        if self._whole_body is not None:
-            self._whole_body.know_the_face()
+        self._estimator.know_the_face()
 
     def _learn_loop(self, now: float) -> None:
         """Once the attitude loop has been measured, this flight's plans and controllers count on what was found."""

@@ -15,7 +15,6 @@ from doorman.control.estimation.estimator import Estimate, Estimator, Tie
 from doorman.control.position_controller import Setpoint
 from doorman.control.state_converter import StateConverter
 from doorman.control.way_out import in_the_doorway
-from doorman.mission.grip_watch import GripWatch
 from doorman.mission.phases.attempt import Attempt
 from doorman.mission.phases.done import Done
 from doorman.mission.phases.free_flight.approach import Approach
@@ -32,7 +31,7 @@ from doorman.mission.phases.release import Release
 from doorman.mission.phases.take_back import THERE, TakeBack
 from doorman.mission.phases.touch import Touch
 from doorman.mission.schedule import PlanSchedule
-from doorman.mission.slam import SlamDetector
+from doorman.mission.since import since
 from doorman.model import Model
 
 Array = NDArray[np.float64]
@@ -87,8 +86,7 @@ class Sequence:
         self._now: MissionPhase | None = None
         self._on_change = on_change
         self._guard = Guard(self.attempt)
-        self._slam = SlamDetector(model.vehicle.mass)
-        self._grip_watch = GripWatch(model)
+        self._loose_since: float | None = None
 
     @property
     def phase(self) -> Phase:
@@ -114,6 +112,11 @@ class Sequence:
             return self._now.tie
         return Tie.FREE if self._first is Phase.HOVER else Tie.PUSHING
 
+    @property
+    def closes_gripper(self) -> bool:
+        """Whether a gripper is to be closed in this phase."""
+        return self._now is not None and self._now.closes_gripper
+
     def abort(self, estimate: Estimate, reason: str, at_once: bool = False) -> None:
         """Give up for good: let go of the door, gently unless `at_once`, retreat and hover."""
         self._follow(GiveUp(reason, at_once=at_once, takes_back=False), estimate)
@@ -130,19 +133,23 @@ class Sequence:
         now = self._current(estimate)
         if now.expired(estimate.time):
             self._follow(now.time_out(estimate), estimate)
-        self._yield_to_slam(estimate, time_step)
+        self._yield_to_slam(estimate)
         now = self._current(estimate)
         if now.guarded:
             self._follow(self._guard.judge(now, estimate), estimate)
         now = self._current(estimate)
-        closes, holds = now.closes_gripper, now.holds(estimate.time)
-        if self.attempt.grips:
-            place = self.attempt.converter.tip_offset(estimate.position, estimate.state)
-            if self._grip_watch.is_loose(estimate, place, closes, holds, time_step):
-                self._follow(now.without_hold(estimate), estimate)
+        if self._is_loose(now, estimate):
+            self._follow(now.without_hold(estimate), estimate)
         setpoint, then = self._current(estimate).step(estimate, body_rates, time_step)
         self._follow(then, estimate)
         return Action(setpoint, self._current(estimate).closes_gripper)
+
+    def _is_loose(self, now: MissionPhase, estimate: Estimate) -> bool:
+        """Whether a closed gripper has seemed to hold nothing for a while."""
+        holds = self.attempt.grips and now.closes_gripper and now.holds(estimate.time)
+        self._loose_since = since(self._loose_since, holds and not estimate.touching, estimate.time)
+        lasts = self.attempt.model.scenario.estimation.loose_time
+        return self._loose_since is not None and estimate.time - self._loose_since > lasts
 
     def _current(self, estimate: Estimate) -> MissionPhase:
         if self._now is None:
@@ -183,9 +190,9 @@ class Sequence:
         has_moved = opens and model.travel.done(estimate.door_angle) > THERE
         return has_moved and now.closes_gripper and now.phase is not Phase.TAKE_BACK
 
-    def _yield_to_slam(self, estimate: Estimate, time_step: float) -> None:
+    def _yield_to_slam(self, estimate: Estimate) -> None:
         """Let go of a door that is slammed, if need be, and go out before the leaf."""
-        if not self._is_slammed(estimate, time_step):
+        if not self._is_slammed(estimate):
             return
         reason = f"the door is slammed at {self.attempt.model.door.in_words(estimate.door_angle, 0)}"
         self.attempt.allow_another()
@@ -194,14 +201,14 @@ class Sequence:
         assert isinstance(self._now, Release)
         self._now.give_way(estimate)
 
-    def _is_slammed(self, estimate: Estimate, time_step: float) -> bool:
-        """Whether the leaf throws the tip back, and that is not given way to yet; once per tick."""
+    def _is_slammed(self, estimate: Estimate) -> bool:
+        """Whether the leaf throws the tip back, and that is not given way to yet."""
         now = self._current(estimate)
         outside = now.phase is Phase.RETREAT and not in_the_doorway(self.attempt.model, estimate.position)
         if now.gives_way or outside or now.phase is Phase.DONE:
-            self._slam.reset()
             return False
-        return self._slam.update(estimate, now.closes_gripper, now.leaves, now.speed_back(estimate), time_step)
+        slammed = self.attempt.model.scenario.estimation.slam_speed + now.speed_back(estimate)
+        return estimate.touching and estimate.tip_speed < -slammed
 
 
 def _first(model: Model) -> Phase:

@@ -2,15 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 from numpy.typing import NDArray
 
 from doorman.control.estimation.estimator import Estimate
-from doorman.control.estimation.leaf_estimator import LeafEstimate, LeafEstimator
-from doorman.control.held_leaf import HeldLeaf
-from doorman.control.state_converter import StateConverter
 from doorman.control.whole_body_control import WholeBodyController
 from doorman.dynamics.attitude_loop import AttitudeLoop
 from doorman.mission.schedule import PlanSchedule, Wanted
@@ -22,50 +17,18 @@ Array = NDArray[np.float64]
 
 
 class WholeBodyFlight:
-    """Estimates, plans and commands of a tip at the leaf.
+    """Plans and commands of a tip at the leaf.
 
     Args:
         model: Model of the scenario.
-        converter: Its state converter.
         schedule: Plans.
     """
 
-    def __init__(self, model: Model, converter: StateConverter, schedule: PlanSchedule) -> None:
-        self._controller, self._held = WholeBodyController(model), HeldLeaf(model, converter)
-        self._estimator = LeafEstimator(model, converter) if model.scenario.contact.kind == "push" else None
-        self._model, self._schedule, self._hinge = model, schedule, Hinge.of(model.door)
-        self._known: LeafEstimate | None = None
+    def __init__(self, model: Model, schedule: PlanSchedule) -> None:
+        self._controller = WholeBodyController(model)
+        self._schedule, self._hinge = schedule, Hinge.of(model.door)
         self._follows: tuple[bool, float | None] | None = None
         """Whether the tip grips, and where the leaf is to go, while plans are followed."""
-
-    def listen(
-        self, measurement: Measurement, force: Array, estimate: Estimate, seeks: bool, time_step: float
-    ) -> Estimate:
-        """Take in one measurement, in every phase."""
-        if self._estimator is None:
-            self._known = None
-            if estimate.touching:
-                self._known = self._held.update(estimate, measurement, force, time_step)
-            else:
-                self._held.let_go()
-            return estimate
-        wanted = self._controller.opening_rate
-        self._known = known = self._estimator.update(measurement, force, time_step, seeks, wanted)
-        if not seeks:
-            return replace(estimate, wind=known.wind, hinge=known.hinge)
-        state = estimate.state.copy()
-        state[3:5] = known.door_angle, known.door_rate
-        turned = self._model.coupling.angle_of_face(known.face_offset)
-        return replace(
-            estimate, state=state, wind=known.wind, touching=known.touching, normal_force=known.normal_pull,
-            tip_force=estimate.tip_force + known.wind - estimate.wind, tip_angle=estimate.tip_angle - turned,
-            push=known.normal_force, hinge=known.hinge,
-        )  # fmt: skip
-
-    def know_the_face(self) -> None:
-        """From now on the door stands where it is believed: a leaf that is met elsewhere stands ajar."""
-        if self._estimator is not None:
-            self._estimator.know_the_face()
 
     def fly_by(self, loop: AttitudeLoop) -> None:
         """Believe another attitude loop from now on."""
@@ -76,16 +39,11 @@ class WholeBodyFlight:
         self._controller.note(now, command, yaw)
 
     def command(
-        self,
-        measurement: Measurement,
-        at_the_leaf: bool,
-        time_step: float,
-        grips: bool = False,
+        self, known: Estimate, measurement: Measurement, at_the_leaf: bool, time_step: float, grips: bool = False,
         goal: float | None = None,
-    ) -> Command | None:
+    ) -> Command | None:  # fmt: skip
         """What the vehicle is to do now."""
-        known = self._known
-        if not at_the_leaf or known is None:
+        if not at_the_leaf:
             self._follows = None
             return None
         if self._follows != (grips, goal):

@@ -8,10 +8,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from doorman.control.estimation.door_filter import HingeEstimate
-from doorman.control.estimation.leaf_estimator import LeafEstimate
+from doorman.control.estimation.estimator import Estimate
 from doorman.control.whole_body_control import WholeBodyController, tilted
 from doorman.dynamics.attitude_loop import AttitudeLoop
+from doorman.estimation.leaf.hinge_fit import HingeEstimate
 from doorman.gravity import GRAVITY
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import Model
@@ -35,19 +35,23 @@ def model(planner: Planner) -> Model:
     return planner.model
 
 
-def known(model: Model, distance: float, touching: bool = False, angle: float = math.pi / 2) -> LeafEstimate:
+def known(model: Model, distance: float, touching: bool = False, angle: float = math.pi / 2) -> Estimate:
     """A level vehicle at rest with its tip this far before the contact point."""
     posture = model.on_the_way(angle)
     position = model.coupling.vehicle_position(posture[:3], angle, posture[5:]) - distance * model.door.normal(angle)
     none = np.zeros(3)
     force = 0.7 if touching else 0.0
-    return LeafEstimate(
-        position, none, posture[:3], none, posture[5:], angle, 0.0, touching, force, np.zeros(2), none, 0.5, 1.0,
-        model.door.inertia, 0.0, model.coupling.distance_from_hinge, force, HingeEstimate(*[0.0] * 9),
+    state = np.concatenate([posture[:3], (angle, 0.0), posture[5:]])
+    hinge = HingeEstimate(0.0, 0.0, 0.0, model.door.inertia, 0.0, 0.0, 0.0, 0.0, 0.0)
+    return Estimate(
+        time=0.0, position=position, velocity=none, arm_angles=posture[5:], state=state, attitude_rates=none, tip_angle=angle,
+        tip_speed=0.0, wind=none, tip_force=force * model.door.normal(angle), friction_force=np.zeros(2), normal_force=force,
+        near=touching, touching=touching, resistance=0.5, friction_share=1.0, face_offset=0.0, door_disturbance=-0.5,
+        hinge=hinge,
     )  # fmt: skip
 
 
-def planned(planner: Planner, controller: WholeBodyController, now: LeafEstimate) -> Plan:
+def planned(planner: Planner, controller: WholeBodyController, now: Estimate) -> Plan:
     state, numbers = controller.start(now)
     planner.update_numbers(numbers)
     return planner.plan(state)
@@ -119,7 +123,7 @@ def test_a_plan_begins_with_the_force_that_is_felt_wherever_the_tip_is_measured(
 
 def test_a_tip_that_friction_drags_sticks_behind_where_it_is(model: Model) -> None:
     controller, now = WholeBodyController(model), known(model, 0.0, touching=True)
-    dragged = LeafEstimate(**{**vars(now), "friction_force": np.array([0.2, 0.0])})
+    dragged = Estimate(**{**vars(now), "friction_force": np.array([0.2, 0.0])})
     place = tip_on_face(model, now.position, now.attitude, now.door_angle, now.arm_angles)[1]
     assert controller.start(dragged)[1]["contact.stick"][0] < place[0] - 5e-4
     np.testing.assert_allclose(controller.start(now)[1]["contact.stick"], place, atol=1e-9)

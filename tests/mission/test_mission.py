@@ -302,6 +302,21 @@ def test_a_measurement_that_is_not_finite_ends_the_flight(model: Model) -> None:
     assert all(np.isfinite(command.attitude).all() for command in backend.commands)
 
 
+def test_an_estimate_that_is_lost_ends_the_mission(model: Model) -> None:
+    """No input is known to bring that about: the covariances are made meaningless."""
+    mission = Mission(model)
+
+    def broken(measurement: Measurement) -> Measurement:
+        if measurement.time == pytest.approx(0.1, abs=0.5 * TICK):
+            mission._estimator._bank._memory.kept_covariances[:] = np.nan
+        return measurement
+
+    backend = ScriptedBackend(model, broken)
+    mission.fly(backend, 0.3)
+    assert mission.outcome == (False, "the estimate was lost") and backend.stopped == 1
+    assert all(np.isfinite(command.attitude).all() for command in backend.commands)
+
+
 def test_a_mission_flies_once(model: Model) -> None:
     mission = Mission(model)
     mission.fly(ScriptedBackend(model), 0.02)

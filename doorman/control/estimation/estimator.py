@@ -1,4 +1,4 @@
-"""Estimator: everything that is inferred from measurements, in one place: vehicle, wind, tip force, contact and door."""
+"""What is known in flight: the bank of `doorman.estimation.leaf`, fed with measurements and commands, and told in short."""
 
 from __future__ import annotations
 
@@ -9,47 +9,27 @@ from enum import Enum
 import numpy as np
 from numpy.typing import NDArray
 
-from doorman.control.center_of_mass import center_of_mass
-from doorman.control.estimation.beliefs import VEHICLE_OBSERVER_RATE, WIND_RATE, Beliefs, ContactThresholds
-from doorman.control.estimation.contact_monitor import ContactMonitor
-from doorman.control.estimation.door_filter import DoorFilter, HingeEstimate
-from doorman.control.estimation.present import present_attitude
-from doorman.control.kernels.estimator_memory import (
-    AT,
-    BEYOND,
-    FREE,
-    GRIPPED,
-    IS_TOLD,
-    LEAVING,
-    MEAN_WIND,
-    MEMORY,
-    MOVES,
-    PUSHING,
-    STATE,
-    TIP_ANGLE,
-    TIP_FORCE,
-    TOLD,
-    WIND,
-    WIND_NOW,
-    YAW,
-    EstimatorMemory,
-)
-from doorman.control.kernels.estimator_step import NOT_FINITE, SINGULAR, advance_estimate
-from doorman.control.kernels.tip import ARM
-from doorman.control.kernels.vehicle_step import GIVEN, SEEN, SIZE
 from doorman.control.observers.attitude_response import AttitudeResponse
-from doorman.control.observers.door_observer import DoorObserver
-from doorman.control.observers.vehicle_observer import VehicleObserver
 from doorman.control.state_converter import StateConverter
 from doorman.dynamics.attitude_loop import USUAL_LAG
+from doorman.estimation.leaf.acting import Acting
+from doorman.estimation.leaf.hinge_fit import HingeEstimate, HingeFit
+from doorman.estimation.leaf.hypotheses import TOUCHING
+from doorman.estimation.leaf.leaf_filter import AT_THE_LEAF, AWAY, BORNE, CLOSING, GAINS, HELD, WINDS, leaf_filter
+from doorman.estimation.leaf.numbers import JOINT, PLACES, leaf_numbers
+from doorman.estimation.leaf.running import LeafRun
 from doorman.kinematics.rotations import euler_rates
-from doorman.kinematics.vehicles.arms.arm import ArmParameters
 from doorman.model import Model
-from doorman.numba_types.handles import held, separate
 from doorman.one_line import OneLine
+from doorman.position_noise import PositionNoise
 from doorman.signals import Measurement
 
 Array = NDArray[np.float64]
+
+_FIRST_NOISE, _LEAST_NOISE = 1e-3, 1e-4
+"""Of a pose's position, until it has been measured, and at least [m]."""
+_LISTENS = 64
+"""Poses after which that is told again."""
 
 
 class Tie(Enum):
@@ -63,11 +43,6 @@ class Tie(Enum):
     """It should come off the leaf; one that shuts may meet it anywhere."""
     GRIPPED = "gripped"
     """It is tied to the leaf."""
-
-
-_NOISE = 2.0
-"""Bound of the hinge's observer, as a multiple of what plans are told of: noise that is cut off at one end would be a bias."""
-_AS_KERNELS_HAVE_IT = {Tie.FREE: FREE, Tie.PUSHING: PUSHING, Tie.LEAVING: LEAVING, Tie.GRIPPED: GRIPPED}
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -84,27 +59,41 @@ class Estimate(OneLine):
     """H, shape (n,) [rad]."""
     state: Array
     """Reduced, [Φ, α, α̇, H], yaw without jumps, shape (5 + n,)."""
+    attitude_rates: Array
+    """Φ̇, shape (3,) [rad/s]."""
     tip_angle: float
     """Of the tip about the hinge: α where it touches [rad]."""
     tip_speed: float
     """Of the tip along the door's normal [m/s]."""
     wind: Array
-    """Outer force of free flight, in contact as it blew on average before, shape (3,), world frame [N]."""
+    """On the vehicle, shape (3,), world frame [N]."""
     tip_force: Array
     """Force of the tip on the door, shape (3,), world frame [N]."""
+    friction_force: Array
+    """Its shares along the face and up, shape (2,) [N]."""
     normal_force: float
     """Its share along n_D: positive when the tip presses [N]."""
     near: bool
     """Whether the tip is where it may touch the leaf."""
     touching: bool
-    """Contact state."""
+    """Whether it probably does."""
+    resistance: float
+    """Of the joint against the way to the goal, beside the leaf's weight [N m],"""
+    friction_share: float
+    """of which this share does not drive it back."""
+    face_offset: float
+    """Of the face from where the model has it, towards the vehicle [m]."""
     door_disturbance: float
     """τ̂_d, all of the hinge's torque that the scenario does not name, in the sense of damping [N m]."""
     hinge: HingeEstimate
     attitude_lag: float = USUAL_LAG
     """τ̂ of roll and pitch behind what they are told [s]."""
-    push: float = 0.0
-    """F_n of rotors and wind along n_D: what the vehicle presses with, or pulls, be there a leaf or not [N]."""
+    lift: float = 0.0
+    """Lift of the rotors beyond their command, as a share of it."""
+    angle_deviation: float = 0.0
+    """Of α [rad]."""
+    lost: bool = False
+    """Whether no hypothesis had a meaning any more, and the estimate began anew."""
 
     @property
     def attitude(self) -> Array:
@@ -127,6 +116,14 @@ class Estimate(OneLine):
         return float(self.state[4])
 
 
+_AT_THE_GOAL = 0.015
+"""Nearer than this to the goal a leaf that stands is held [rad or m]."""
+_REACH = 0.03
+"""A tip that is farther from the leaf, beyond twice the deviation of where the leaf is, does not touch it [m]."""
+_LEAST_RESISTANCE = 0.05
+"""Of a room door's hinge, as plans are told [N m]."""
+
+
 class Estimator:
     """Estimates of one flight.
 
@@ -136,100 +133,129 @@ class Estimator:
     """
 
     def __init__(self, model: Model, converter: StateConverter) -> None:
-        lever, mass = model.coupling.lever_length, model.vehicle.mass
         self._model, self._converter = model, converter
-        self._vehicle = VehicleObserver(mass, VEHICLE_OBSERVER_RATE)
-        self._weight = np.array([0.0, 0.0, model.vehicle.weight])
-        self.contact = ContactMonitor(ContactThresholds.of(model))
-        grips = model.scenario.contact.kind == "grip"
-        rates = VEHICLE_OBSERVER_RATE, WIND_RATE
-        self._numbers = np.array([lever, mass, *rates, model.door.inertia, grips])
-        self._memory = np.zeros(MEMORY)
-        self._memory[BEYOND] = math.nan
-        self._memory[YAW] = model.start_state[2]  # that the measured one is nearest to, whole turns apart
+        self._told = np.array([0.0, 0.0, model.vehicle.weight])
+        self._acting = Acting(model.n_arm, self._told, model.start_yaw)
+        self._noise, self._poses = PositionNoise(), 0
+        self._numbers = leaf_numbers(model, _FIRST_NOISE)
+        self._bank = leaf_filter(model, self._numbers)  # compiles while nothing is in flight
+        self._run: LeafRun | None = None
+        self._hinge = HingeFit(model)
+        self._attitude_told: Array | None = None
         self._response = AttitudeResponse(model.scenario.vehicle.attitude_lag)
-        n = model.n_arm
-        self._seen, self._acting, self._found = np.zeros(ARM + 2 * n), np.zeros(GIVEN), np.zeros(STATE + 5 + n)
-        self._arm = ArmParameters.of(model.vehicle.arm)
-        self.lose_leaf()
-        self._compile()
+        self._sure, self._touches = model.scenario.estimation.sure, model.scenario.mission.start == "contact"
+        self._unloaded = np.zeros(2)  # sum of what the tip's sensor has read in free flight, and how many readings
 
-    def _compile(self) -> None:
-        """Make the kernel while nothing is in flight."""
-        with_copies = held(separate(self._parts()))
-        advance_estimate(with_copies, PUSHING, 0.0, 0.0, 0.0, 0.0)
+    def tell(self, attitude: Array, force: Array) -> None:
+        """Take in what the vehicle is told from now on: Φ_d, and the rotors' force, shape (3,) each, body frame [N]."""
+        self._attitude_told, self._told = attitude, force
 
-    def tell(self, attitude: Array) -> None:
-        """Take in what the vehicle is told from now on."""
-        self._memory[IS_TOLD] = 1.0
-        self._memory[TOLD : TOLD + 3] = attitude
-
-    def update(self, measurement: Measurement, force: Array, tie: Tie, time_step: float) -> Estimate:
-        """Take in one measurement."""
-        measured, now = measurement, measurement.time
-        motion = measured.position, measured.velocity, measured.attitude, measured.body_rates
-        np.concatenate((*motion, measured.arm_angles, measured.arm_rates), out=self._seen)
-        center = center_of_mass(self._model.vehicle, measured)
-        np.concatenate((measured.position, force - self._weight, *center), out=self._acting)
-        arm_age = 0.0 if measured.arm_time is None else now - measured.arm_time
-        ended = advance_estimate(self._kept, _AS_KERNELS_HAVE_IT[tie], measured.pose_time, arm_age, now, time_step)
-        if ended == SINGULAR:
-            euler_rates(present_attitude(measured), measured.body_rates)  # says so
-        if ended == NOT_FINITE:
-            self._converter.tip(measured, self._vehicle.velocity)  # says what
-        found = self._found.copy()
-        tip_angle, tip_speed, normal_force, near, touching, disturbance, lag, push = found[TIP_ANGLE:STATE].tolist()
-        return Estimate(
-            time=now,
-            position=found[AT : AT + 3],
-            velocity=found[MOVES : MOVES + 3],
-            arm_angles=measured.arm_angles,
-            state=found[STATE:],
-            tip_angle=tip_angle,
-            tip_speed=tip_speed,
-            wind=found[WIND_NOW : WIND_NOW + 3],
-            tip_force=found[TIP_FORCE : TIP_FORCE + 3],
-            normal_force=normal_force,
-            near=near != 0.0,
-            touching=touching != 0.0,
-            door_disturbance=disturbance,
-            hinge=self.door.known_hinge(),
-            attitude_lag=lag,
-            push=push,
-        )
+    def update(self, measured: Measurement, tie: Tie, closes: bool, time_step: float) -> Estimate:
+        """Take in one measurement; `closes` says whether the gripper is to be closed."""
+        if not all(np.isfinite(part).all() for part in _parts(measured)):
+            self._converter.tip(*_parts(measured))  # says what
+        self._acting.note(measured, self._told)
+        situation = _situation(tie, closes and self._model.scenario.contact.kind == "grip")
+        if self._run is None or measured.pose_time != self._run.time:
+            self._take_pose(measured, situation)
+        assert self._run is not None
+        return self._in_short(measured, self._run, time_step)
 
     def meet_leaf(self, tip_angle: float, wind: Array) -> None:
         """Learn that the tip touches the leaf where it is now, though that should be farther; its force passed for wind."""
-        self._memory[WIND : WIND + 3] = self._memory[MEAN_WIND : MEAN_WIND + 3] = wind
-        self.door.meet(tip_angle)
-        self.contact.declare(True)
+        if self._run is not None:
+            self._run.meet(tip_angle, wind)
+
+    def know_the_face(self) -> None:
+        """The door stands where it is believed: a leaf that is met elsewhere stands ajar."""
+        if self._run is not None:
+            self._run.know_face()
 
     def lose_leaf(self) -> None:
         """Forget the leaf and its hinge: it may be anywhere, and what was learnt when something went wrong may be wrong."""
-        control = self._model.scenario.control
-        self.door = DoorFilter(self._model, Beliefs.of(self._model))
-        most = _NOISE * control.max_door_disturbance
-        self._hinge_torque = DoorObserver(self._model, control.door_observer_rate, most)
-        self.contact.declare(False)
-        self._kept = held(self._parts())
+        self._hinge = HingeFit(self._model)
+        if self._run is not None:
+            self._run.meet(None)
 
-    def _parts(self) -> EstimatorMemory:
-        return EstimatorMemory(
-            numbers=self._numbers,
-            memory=self._memory,
-            seen=self._seen,
-            carried=np.zeros_like(self._seen),
-            acting=self._acting,
-            vehicle=self._vehicle.memory,
-            gripped=np.zeros(GIVEN),
-            grip=np.where(np.arange(SIZE) == SEEN, np.nan, 0.0),
-            door=self.door.memory,
-            hinge_numbers=self._hinge_torque.numbers,
-            hinge=self._hinge_torque.memory,
-            contact_numbers=self.contact.numbers,
-            contact=self.contact.memory,
-            response=self._response.memory,
-            arm=self._arm,
-            tip=np.zeros(6),
-            found=self._found,
+    def leaf_stays(self, angle: float) -> None:
+        """The leaf has stood here with nothing at it."""
+        self._hinge.stays(angle)
+
+    def _take_pose(self, measured: Measurement, situation: str) -> None:
+        """One step of the bank."""
+        self._poses += 1
+        self._noise.note(self._poses, measured.position)
+        inputs = self._acting.at(measured.pose_time, measured.attitude)
+        if self._run is None:
+            self._run = LeafRun(self._model, self._numbers, measured.pose_time, measured.position, inputs, self._bank)
+            return
+        if self._poses % _LISTENS == 0 and math.isfinite(noise := self._noise.deviation):
+            self._run.pose_deviation(max(noise, _LEAST_NOISE))
+        self._run.is_to_move(self._model.travel.left(float(self._run.estimate.mean[JOINT])) > _AT_THE_GOAL)
+        self._run.step(measured.pose_time, measured.position, inputs, situation, self._felt(measured, situation))
+
+    def _felt(self, measured: Measurement, situation: str) -> Array | None:
+        """What the tip's sensor reads beyond what it reads in free flight, shape (1,) [N]."""
+        if measured.tip_force is None:
+            return None
+        if situation == AWAY:
+            self._unloaded += measured.tip_force, 1.0
+        return np.array([measured.tip_force - self._unloaded[0] / max(float(self._unloaded[1]), 1.0)])
+
+    def _in_short(self, measured: Measurement, run: LeafRun, time_step: float) -> Estimate:
+        """What the bank knew at the last pose, carried on to now."""
+        model, known = self._model, run.estimate
+        mean, outputs, deviations, age = known.mean, known.outputs, run.deviations, max(measured.time - known.time, 0.0)
+        gains = np.array([outputs[name][0] for name in GAINS])
+        position, velocity = mean[:3] + age * mean[3:6] + 0.5 * age**2 * gains, mean[3:6] + age * gains
+        attitude, arm = self._acting.now()
+        rate, resistance, face, lift, inertia = (float(mean[place]) for place in _TOLD)
+        angle, inertia, door = float(mean[JOINT]) + age * rate, math.exp(inertia), model.door
+        touches = sum(known.probabilities.get(name, 0.0) for name in TOUCHING)
+        self._touches = touching = touches > (1.0 - self._sure if self._touches else self._sure)
+        wind = np.array([outputs[name][0] for name in WINDS])
+        if touching:
+            strength = math.hypot(*wind[:2].tolist())
+            self._hinge.learn(known.time, angle, rate, resistance, float(deviations[_TOLD[1]]), strength)
+        if self._attitude_told is not None:
+            self._response.update(self._attitude_told, attitude, measured.body_rates, time_step)
+        tip_angle, tip_rate = self._converter.tip(
+            position, velocity, attitude, measured.body_rates, arm, measured.arm_rates
         )
+        tip_angle -= model.coupling.angle_of_face(face)
+        lever, off = model.coupling.lever_length, float(deviations[JOINT])
+        force, friction, (along, up) = outputs["normal_force"][0], mean[PLACES["friction"]], door.face(angle)
+        unnamed = (
+            model.travel.sense * outputs[BORNE][0] - door.damping * rate - door.stiffness * (angle - door.rest_angle)
+        )
+        return Estimate(
+            time=measured.time, position=position, velocity=velocity, arm_angles=arm,
+            state=np.concatenate([attitude, (angle, rate), arm]),
+            attitude_rates=np.array(euler_rates(attitude, measured.body_rates)),
+            tip_angle=tip_angle, tip_speed=-lever * tip_rate, wind=wind,
+            tip_force=force * door.normal(angle) + friction[0] * along + friction[1] * up,
+            friction_force=friction, normal_force=force,
+            near=lever * (tip_angle - angle - 2.0 * off) < _REACH * model.scale.length, touching=touching,
+            resistance=max(resistance, _LEAST_RESISTANCE * model.hinge_scale),
+            friction_share=self._hinge.friction_share(angle), face_offset=face, door_disturbance=unnamed,
+            hinge=self._hinge.found(angle, inertia, inertia * float(deviations[_TOLD[4]])),
+            attitude_lag=self._response.lag, lift=lift, angle_deviation=off, lost=run.lost,
+        )  # fmt: skip
+
+
+_TOLD = tuple(PLACES[name].start for name in ("joint_rate", "resistance", "face", "lift", "log_inertia"))
+
+
+def _parts(measured: Measurement) -> tuple[Array, ...]:
+    """What must be finite."""
+    motion = measured.position, measured.velocity, measured.attitude, measured.body_rates
+    return (*motion, measured.arm_angles, measured.arm_rates)
+
+
+def _situation(tie: Tie, closes: bool) -> str:
+    """Which hypotheses the mission leaves."""
+    if tie is Tie.GRIPPED:
+        return HELD
+    if tie is Tie.FREE:
+        return AWAY
+    return CLOSING if closes else AT_THE_LEAF

@@ -1,17 +1,10 @@
-r"""What the rotors make of a commanded thrust, learnt in free flight.
+"""What to command for a thrust, as the estimate says what the rotors make of a command.
 
-.. math::
-    \dot s = \omega\,\frac{s\,F_{out,z}}{m g}
-
-with the vertical outer force of an observer that believes s f of a command f: what lifts less than it is told sinks, until the
-command is 1/s of what is wanted. Hover tells thrust over mass alone: a heavier vehicle needs more of the same. On a real one
-the hover measurement has done most of it (`ThrustCurve`); here it goes on as the battery empties, in every phase in which the tip
-is free. At the leaf the tip may carry what is missing, so nothing is learnt there.
+Hover tells thrust over mass alone: a heavier vehicle needs more of the same. On a real one the hover measurement has done most of
+it (`ThrustCurve`). As the battery empties it goes on; at the leaf the tip may carry what is missing, and the scale stays.
 """
 
 from __future__ import annotations
-
-import math
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,8 +13,6 @@ from doorman.signals import Command
 
 Array = NDArray[np.float64]
 
-_RATE = 0.6
-"""ω [rad/s]: slower than the disturbance observer, which holds the height meanwhile; 3 s of hover learn most of it."""
 _SHORT = 1e-6
 """Share of the weight by which rotors make less than was wanted."""
 _LEAST, _MOST = 0.7, 1.3
@@ -41,10 +32,9 @@ class LiftScale:
         self.scale = 1.0
         """s: thrust that a command of one newton makes, as far as the believed mass is right."""
 
-    def learn(self, upwards: float, time_step: float) -> None:
-        """Take in what is felt in free flight."""
-        share = 1.0 - math.exp(-_RATE * time_step)
-        self.scale = min(max(self.scale * (1.0 + share * upwards / self._weight), _LEAST), _MOST)
+    def learn(self, lift: float) -> None:
+        """Take in the lift of the rotors beyond their command, as a share of it."""
+        self.scale = min(max(1.0 + lift, _LEAST), _MOST)
 
     def scaled(self, command: Command) -> Command:
         """What to command for a force of the rotors."""

@@ -1,12 +1,11 @@
-r"""How old poses may be: the observer that carries them on must be faster than the loop that it feeds.
+r"""How old poses may be: what carries them on must be faster than the loop that it feeds.
 
 The position loop k_p + k_d s crosses over at
 
 .. math::
     \omega_c^2 = \tfrac12 \Big( k_d^2 + \sqrt{k_d^4 + 4 k_p^2} \Big),
 
-and the observer of a pose of age t has the bandwidth :math:`\min(\omega, 0.6/t)` (`vehicle_observer`): more would make it
-unstable. So
+and an observer of a pose of age t has a bandwidth of at most :math:`0.6/t`: more would make it unstable. So
 
 .. math::
     t \le \frac{0.6}{r\,\omega_c}
@@ -19,9 +18,10 @@ from __future__ import annotations
 
 import math
 
-from doorman.control.observers.vehicle_observer import LATEST
 from doorman.scenario import ControlSection
 
+LATEST = 0.6
+"""Largest product of bandwidth and age."""
 _RATIO = 2.6
 """r: with less, contact is lost."""
 

@@ -1,12 +1,12 @@
 r"""How noisy poses may be: what noise makes the vehicle press or draw back with must be less than what it presses with.
 
-The vehicle's observer takes in a position with white noise σ_p every T, t after it was true:
+An observer with three poles at ω takes in a position with white noise σ_p every T, t after it was true:
 
 .. math::
     \hat x^+ = (I - l\,c^T) A\,\hat x + l\,\nu, \qquad c = (1, -t, 0)^T,\quad
     P = M P M^T + \sigma_p^2\, l\,l^T,\quad M = (I - l\,c^T) A
 
-with A of a point mass under a constant force, and l as `vehicle_observer` has it. P holds the variance of the velocity,
+with A of a point mass under a constant force, and l such that its poles are there. P holds the variance of the velocity,
 σ_v². Where ω t nears its bound, the poles lose damping and σ_v grows. The position loop turns the velocity's error into force at
 its crossover ω_c. So the force at the tip is wrong by
 
@@ -24,20 +24,20 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from doorman.control.estimation.beliefs import VEHICLE_OBSERVER_RATE
-from doorman.control.estimation.pose_age import crossover
-from doorman.control.observers.vehicle_observer import LATEST
+from doorman.control.estimation.pose_age import LATEST, crossover
 from doorman.model import Model
 from doorman.planning.whole_body.numbers import whole_body_numbers
 
 Array = NDArray[np.float64]
 
+_BANDWIDTH = 15.0
+"""ω: less is late for the touch, more is noise of poses [rad/s]."""
 _SIGMAS = 3.0
 """F in deviations of its error."""
 
 
 def velocity_noise(position_noise: float, latency: float, interval: float, rate: float) -> float:
-    """σ_v of the vehicle's observer."""
+    """σ_v of an observer of bandwidth `rate`."""
     omega = min(rate, LATEST / latency) if latency > 0.0 else rate
     kept = math.exp(-omega * interval)
     lost = 1.0 - kept
@@ -52,7 +52,7 @@ def velocity_noise(position_noise: float, latency: float, interval: float, rate:
 def force_noise(model: Model, position_noise: float, latency: float, interval: float) -> float:
     """σ_F of a tip that pushes."""
     scenario = model.scenario
-    speed = velocity_noise(position_noise, latency, interval, VEHICLE_OBSERVER_RATE)
+    speed = velocity_noise(position_noise, latency, interval, _BANDWIDTH)
     return model.vehicle.mass * crossover(scenario.control) * speed
 
 

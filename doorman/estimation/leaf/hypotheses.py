@@ -52,7 +52,8 @@ def pushing(motion: LeafMotion) -> Hypothesis:
     contact, force = motion.contact, motion.force_on_moving
     return Hypothesis(
         PUSHING, motion.dynamics(force, motion.pushed(force), contact.friction_lasts),
-        _noise(motion, force, _rubbing(motion, force), motion.noise.rate), holds=_on_the_face(motion, force, motion.gap),
+        _noise(motion, force, _rubbing(motion, force), motion.noise.rate),
+        holds=_on_the_face(motion, force, motion.gap),
         limits=[Row("presses", force, contact.pull, contact.lasts)],
     )  # fmt: skip
 
@@ -61,8 +62,9 @@ def standing(motion: LeafMotion) -> Hypothesis:
     """The tip is on a leaf that rests: what it presses with says nothing of the resistance."""
     contact, force = motion.contact, motion.force_on_standing
     return Hypothesis(
-        STANDING, motion.dynamics(force, -motion.door_rate / contact.settles, contact.friction_lasts),
-        _noise(motion, force, _rubbing(motion, force), 0.1 * motion.noise.rate),
+        STANDING,
+        motion.dynamics(force, -motion.door_rate / contact.settles, contact.friction_lasts, motion.stuck(force)),
+        _noise(motion, force, _rubbing(motion, force), 0.1 * motion.noise.rate, _giving(motion, force)),
         holds=_on_the_face(motion, force, motion.gap), limits=[Row("presses", force, contact.pull, contact.lasts)],
     )  # fmt: skip
 
@@ -80,8 +82,10 @@ def holding(motion: LeafMotion) -> Hypothesis:
     """The tip grips a leaf that rests."""
     contact, force = motion.contact, motion.force_on_standing
     return Hypothesis(
-        HOLDING, motion.dynamics(force, -motion.door_rate / contact.settles, contact.friction_lasts),
-        _noise(motion, force, _gripping(motion, force), 0.1 * motion.noise.rate), holds=_in_the_grip(motion, force),
+        HOLDING,
+        motion.dynamics(force, -motion.door_rate / contact.settles, contact.friction_lasts, motion.stuck(force)),
+        _noise(motion, force, _gripping(motion, force), 0.1 * motion.noise.rate),
+        holds=_in_the_grip(motion, force),
     )  # fmt: skip
 
 
@@ -92,9 +96,10 @@ def switching(motion: LeafMotion, names: tuple[str, ...]) -> dict[tuple[str, str
     moves = ca.tanh(motion.rate_to_goal / _ROUNDING) ** 2
     closeness = 0.5 * (1 + ca.tanh(2 * (switch.near - motion.gap) / switch.near))
     rates: dict[tuple[str, str], Any] = {(FREE, BLOWN): switch.jump, (BLOWN, FREE): switch.calm}
+    reached = ca.fmin(ca.fmax(2 * (1 - motion.gap / switch.reach), 0), 1)
     for name in touching:
-        rates[FREE, name] = (switch.far + switch.make * closeness) * (1 - moves if name in RESTING else moves)
-        rates[name, FREE] = switch.lose
+        rates[FREE, name] = (switch.far * reached + switch.make * closeness) * (1 - moves if name in RESTING else moves)
+        rates[name, FREE] = switch.slip if name in (GRIPPED, HOLDING) else switch.lose
         rates.update({(name, other): switch.stop for other in touching if other != name})
     return rates
 
@@ -120,6 +125,11 @@ def _rubbing(motion: LeafMotion, force: Any) -> Any:
 def _gripping(motion: LeafMotion, force: Any) -> Any:
     """The same of a grip, which needs no normal force."""
     return _rubbing(motion, ca.fabs(force) + _HELD * motion.weight)
+
+
+def _giving(motion: LeafMotion, force: Any) -> Any:
+    """Noise of the resistance of a leaf that rests: a seal, a latch or a hand that it bears may give way at once."""
+    return motion.noise.resistance + motion.noise.gives * ca.fabs(motion.borne(force))
 
 
 def _in_the_grip(motion: LeafMotion, force: Any) -> list[Row]:

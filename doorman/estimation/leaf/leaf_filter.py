@@ -34,15 +34,17 @@ AWAY, AT_THE_LEAF, CLOSING, HELD = "away", "at_the_leaf", "closing", "held"
 """Situations: nothing is near, the tip may touch, the gripper closes where it meets the leaf, it has closed."""
 
 WINDS, SLIPS = ("wind_x", "wind_y", "wind_z"), ("slip_along", "slip_up")
-"""Outputs beside `normal_force`: the wind on the vehicle [N], and the tip's velocity on the face [m/s]."""
+"""Outputs beside `normal_force`: the wind on the vehicle [N], and the tip's velocity on the face [m/s];"""
+GAINS, BORNE = ("gains_x", "gains_y", "gains_z"), "borne"
+"""the acceleration of O_B [m/s²], and what the leaf resists with now: one that rests, with all that it is pushed with [N m]."""
 
 
-def leaf_filter(model: Model, numbers: Numbers, feels: bool = False) -> Filter:
-    """Filter of a scenario's vehicle and door, and of a tip that `feels` its normal force; see `LeafMotion`."""
+def leaf_filter(model: Model, numbers: Numbers) -> Filter:
+    """Filter of a scenario's vehicle and door; see `LeafMotion`. Readings of the tip's force are fused where they come."""
     motion = LeafMotion(ArmPattern.of(model.vehicle.arm)[0], model.vehicle.point_names, numbers)
     grips = model.scenario.contact.kind == "grip"
     hypotheses = [each(motion) for each in (free, blown, pushing, standing, *((gripped, holding) if grips else ()))]
-    gripping = {CLOSING: [FREE, GRIPPED, HOLDING], HELD: [GRIPPED, HOLDING]}
+    gripping = {CLOSING: [FREE, GRIPPED, HOLDING], HELD: [FREE, GRIPPED, HOLDING]}
     names = tuple(each.name for each in hypotheses)
     least, most = np.full(SIZE, -np.inf), np.full(SIZE, np.inf)
     inertia, play = PLACES["log_inertia"], numbers.one("start.joint")
@@ -51,18 +53,25 @@ def leaf_filter(model: Model, numbers: Numbers, feels: bool = False) -> Filter:
     resting = [name for name in RESTING if name in names]
     under = {FREE: 0.0, BLOWN: 0.0, **{name: motion.force_on_standing for name in resting}}
     force = Output("normal_force", motion.force_on_moving, under=under)
-    felt = [Measurement("tip_force", motion.force_on_moving, motion.sensor.tip_force, gate=8.0, under=under)]
+    felt = Measurement("tip_force", motion.force_on_moving, motion.sensor.tip_force, gate=8.0, under=under)
     winds = [Output(name, motion.wind[k]) for k, name in enumerate(WINDS)]
     slips = [Output(name, motion.slip[k]) for k, name in enumerate(SLIPS)]
+    gained = {
+        name: motion.dynamics(under.get(name, motion.force_on_moving), 0, 1)[PLACES["velocity"]] for name in names
+    }
+    gains = [
+        Output(name, gained[PUSHING][k], under={each: gained[each][k] for each in names}) for k, name in enumerate(GAINS)
+    ]  # fmt: skip
+    borne = Output(BORNE, motion.resistance, under={name: motion.borne(motion.force_on_standing) for name in resting})
     return Filter(
         ProcessModel(
             motion.state, motion.inputs, motion.dynamics(0, 0, 1), hypotheses[0].noise, parameters=motion.parameters,
             lower=least, upper=most,
         ),
         measurements=[
-            Measurement("pose", motion.position, motion.sensor.pose, gate=8.0), *(felt if feels else []),
+            Measurement("pose", motion.position, motion.sensor.pose, gate=8.0), felt,
         ],
-        hypotheses=hypotheses, switching=switching(motion, names), outputs=[force, *winds, *slips],
+        hypotheses=hypotheses, switching=switching(motion, names), outputs=[force, *winds, *slips, *gains, borne],
         allowed={AWAY: [FREE, BLOWN], AT_THE_LEAF: [FREE, PUSHING, STANDING], **(gripping if grips else {})},
         parameters=numbers.vector, ticks=24, longest_step=1.0,
     )  # fmt: skip

@@ -143,8 +143,8 @@ class LeafMotion(TipOnFace):
         """λ on what does not move [N]."""
         return -self.vehicle.mass * (ca.dot(self.outward, self.acceleration_without) + self.rest_of_gap)
 
-    def dynamics(self, force: Any, joint_acceleration: Any, friction_lasts: Any) -> Any:
-        """ẋ with a normal force; the tip's friction fades within `friction_lasts` [s]."""
+    def dynamics(self, force: Any, joint_acceleration: Any, friction_lasts: Any, resistance: Any = 0) -> Any:
+        """ẋ with a normal force; the tip's friction fades within `friction_lasts` [s], the resistance grows."""
         return self.column(
             position=self.velocity,
             velocity=self.acceleration_without + force * self.outward / self.vehicle.mass,
@@ -152,8 +152,18 @@ class LeafMotion(TipOnFace):
             gust=-self.gust / self.noise.gust_lasts,
             joint=self.door_rate,
             joint_rate=joint_acceleration,
+            resistance=resistance,
             friction=-self.friction_force / friction_lasts,
         )
+
+    def borne(self, force: Any) -> Any:
+        """What a leaf that rests under a normal force resists with: all that it is pushed with [N m, or N]."""
+        torque = ca.dot(self.lever_of_tip, self.friction - self.outward * force) - self.leaf.weight_torque
+        return self.reference.sense * torque
+
+    def stuck(self, force: Any) -> Any:
+        """Growth of the resistance of a leaf that rests though it is pushed: it bears that, and more [N m/s]."""
+        return ca.fmax(self.borne(force) + self.contact.more - self.resistance, 0) / self.contact.sticks
 
     def pushed(self, force: Any) -> Any:
         """Acceleration of the mechanism under a normal force [rad/s² or m/s²]."""

@@ -20,6 +20,8 @@ PLACES = {name: slice(_ENDS[name] - size, _ENDS[name]) for name, size in STATES.
 JOINT, JOINT_RATE = PLACES["joint"].start, PLACES["joint_rate"].start
 SIZE = sum(STATES.values())
 
+FACE = 1.5e-3
+"""Deviation of a face whose place is known: a tip is softer or harder than assumed [m]."""
 _TOUCH = {
     "contact.gap": 1e-3,  # deviation of tip and face while they touch: their shapes and compliance [m]
     "contact.gap_rate": 5e-3,  # of their speed [m/s]
@@ -29,12 +31,16 @@ _TOUCH = {
     "contact.friction": 0.3,  # deviation of the tip's friction, as a share of the normal force
     "contact.friction_lasts": 5.0,  # until a tip that creeps has lost the friction that it had [s]
     "contact.settles": 0.05,  # until a leaf that stops stands [s]
+    "contact.sticks": 0.3,  # until a leaf that stands is believed to resist with more than it bears [s],
+    "contact.more": 0.2,  # by so much on average [N m]
 }
 _SWITCH = {
     "switch.near": 4e-3,  # gap from which on a touch is near [m]
     "switch.make": 30.0,  # touches of a near tip [1/s]
-    "switch.far": 0.05,  # of one that is away [1/s]
+    "switch.far": 0.05,  # of one that is away [1/s],
+    "switch.reach": 0.1,  # by no more than this gap: no leaf comes so far without being felt [m]
     "switch.lose": 0.1,  # touches that end [1/s]
+    "switch.slip": 2e-3,  # grips that end [1/s]
     "switch.jump": 1e-3,  # winds that jump: rare, and plain when they do [1/s]
     "switch.calm": 5.0,  # jumps that end [1/s]
     "switch.stop": 1.0,  # leaves that come to rest, or begin to move [1/s]
@@ -52,19 +58,19 @@ _NOISE = {
     "noise.rate": 0.05,  # forces on the leaf that are not in the model [rad/s per √s]
     "noise.drawn": 0.3,  # share of the resistance that draws an open leaf back, a closer [√s]
     "noise.resistance": 0.35,  # wind on the leaf, and friction that differs by place [N m per √s]
+    "noise.gives": 1.0,  # share of what a leaf that rests bears, which may give way [1 per √s]
     "noise.inertia": 0.05,  # of its logarithm [1 per √s]
-    "noise.face": 1e-4,  # [m per √s]
+    "noise.face": 2e-5,  # [m per √s]
 }
 _START = {
     "start.velocity": 0.05, "start.wind": 0.5, "start.draught": 0.2, "start.wind_turn": 0.1, "start.gust": 0.15,
-    "start.lift": 0.02, "start.joint": 0.02, "start.joint_rate": 2e-3, "start.resistance": 0.6, "start.log_inertia": 0.5,
-    "start.face": 1.5e-3, "start.reach": 0.02, "start.friction": 0.1,
+    "start.lift": 0.05, "start.joint": 0.02, "start.joint_rate": 2e-3, "start.resistance": 0.6, "start.log_inertia": 0.5,
+    "start.face": FACE, "start.reach": 0.02, "start.friction": 0.1,
 }  # fmt: skip
 """Deviations before the first touch, SI units."""
 
 _STOP = 3e-3
-"""Deviation of a leaf that will be gripped from its stop [rad or m]: nothing tells one that stands ajar from a gripper that has
-closed before the face."""
+"""Deviation of a leaf that is at its stop [rad or m]."""
 
 _TIP_FORCE = 0.5
 """Deviation of what a sensor in the tip reads from the force of a stiff contact [N]: the tip swings on its compliance."""
@@ -79,24 +85,34 @@ def leaf_numbers(model: Model, pose_deviation: float) -> Numbers:
     units = {
         "gap": scale.length, "gap_rate": scale.speed, "pull": scale.force, "inside": scale.length, "near": scale.length,
         "velocity": scale.speed, "wind": scale.force, "jump": scale.force, "draught": scale.force,
-        "wind_turn": scale.rate, "rate": scale.rate, "resistance": scale.torque, "face": scale.length,
+        "wind_turn": scale.rate, "rate": scale.rate, "resistance": scale.torque, "more": scale.torque, "face": scale.length,
         "reach": scale.length, "friction": scale.force, "joint_rate": scale.rate,
     }  # fmt: skip
     tuned = {**_TOUCH, **_SWITCH, **_NOISE, **_START}
-    if model.scenario.contact.kind == "grip":
+    if model.door.at_its_stop(model.start_angle):
         tuned["start.joint"] = _STOP
+    if model.scenario.contact.kind == "push":
+        doubt = model.scenario.estimation
+        turned = 0.0 if model.door.slides else model.coupling.lever_length * doubt.door_yaw_deviation
+        tuned["start.face"] = max(math.hypot(doubt.door_place_deviation, turned) / scale.length, FACE)
     bodies = {} if model.vehicle.bodies.balanced else model.vehicle.bodies.numbers()
     return model.reduced.numbers.and_also({
         **bodies,
         "reference.sense": math.copysign(1.0, model.goal_state[3] - model.start_state[3]),
         "sensor.pose": pose_deviation,
-        "sensor.tip_force": _TIP_FORCE * scale.force,
+        "sensor.tip_force": math.hypot(_TIP_FORCE * scale.force, *_of_the_sensor(model)),
         "contact.stiffness": 1500.0 * scale.stiffness,
         **{
             name: value * (1.0 if name in ("contact.friction", "switch.jump") else units.get(name.partition(".")[2], 1.0))
             for name, value in tuned.items()
         },
     })  # fmt: skip
+
+
+def _of_the_sensor(model: Model) -> tuple[float, float]:
+    """Deviations of what a sensor in the tip reads: noise, and an offset that no free flight shows [N]."""
+    doubt = model.scenario.estimation
+    return doubt.tip_force_noise, doubt.tip_force_offset if model.scenario.mission.start == "contact" else 0.0
 
 
 def first_state(model: Model, numbers: Numbers, position: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

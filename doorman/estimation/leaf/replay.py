@@ -1,7 +1,7 @@
 """A recorded flight through the filter at the leaf: its poses and commands, as they were measured and sent.
 
-The filter runs at the poses' time. Attitude and arm between two poses are the mean of both; the gyroscope, which is not late,
-says how the vehicle turns. What is known now follows from the newest pose by the leaf's own rate.
+The filter runs at the poses' time, and takes what acts then from `Acting`, as in flight. What is known now follows from the last
+pose by the leaf's own rate.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from doorman.estimation.leaf.acting import Acting
 from doorman.estimation.leaf.hypotheses import PUSHING, STANDING, TOUCHING
 from doorman.estimation.leaf.leaf_filter import AT_THE_LEAF, AWAY, CLOSING, HELD, SLIPS, WINDS
 from doorman.estimation.leaf.numbers import JOINT, JOINT_RATE, TUNED, leaf_numbers
@@ -20,20 +21,14 @@ from doorman.estimation.leaf.running import LeafRun
 from doorman.exceptions import DoormanError, RecordingError
 from doorman.model import Model
 from doorman.recording import Recording
+from doorman.signals import Measurement
 
 Array = NDArray[np.float64]
 
 _AT_THE_LEAF = ("touch", "open", "hold", "recover", "take_back", "release", "retreat")
 """Phases of a mission in which the tip may touch."""
 
-_MOTOR_LAG = 0.03
-"""Usual lag of a rotor's thrust [s]."""
-
-_TURNING_WINDOW = 0.04
-"""Time over which the gyroscope's change is taken: shorter, and its noise moves a tip of 0.6 m by more than a newton [s]."""
-
-_ATTITUDE_LASTS = 0.25
-"""Time for which the gyroscope's attitude is better than that of the poses: until its bias shows [s]."""
+_MEASURED = ("position", "attitude", "body_rates", "arm_angles", "arm_rates")
 
 _STILL = 200
 """Poses that tell the noise of poses."""
@@ -97,15 +92,15 @@ def replay_leaf(recording: Recording, model: Model, changes: dict[str, float] | 
     """
     _check(recording, changes or {})
     measured, pose_time = recording["measurement"], recording["measurement"]["pose_time"]
-    whole = np.isfinite(np.column_stack([measured["position"], measured["attitude"], pose_time])).all(axis=1)
+    whole = np.isfinite(np.column_stack([measured[name] for name in _MEASURED])).all(axis=1) & np.isfinite(pose_time)
     new = np.flatnonzero(np.concatenate([[True], np.diff(pose_time) > 1e-9]) & (pose_time >= 0.0) & whole)
     if len(new) < _LEAST:
         raise RecordingError("too few poses", field="measurement", given=len(new), allowed=f"{_LEAST} or more")
     numbers = leaf_numbers(model, _pose_deviation(measured["position"][new])).replaced(changes or {})
     situations = _situations(recording, measured.time[new])
     felt = _felt(recording, pose_time[new], situations) if "tip_sensor" in recording else None
-    inputs = _inputs(recording, pose_time[new], new)
-    run = LeafRun(model, numbers, pose_time[new[0]], measured["position"][new[0]], inputs[0], feels=felt is not None)
+    inputs = _inputs(recording, model, whole, new)
+    run = LeafRun(model, numbers, pose_time[new[0]], measured["position"][new[0]], inputs[0])
     rows: list[tuple[Any, ...]] = []
     for k in range(1, len(new)):
         reading = None if felt is None else felt[k : k + 1]
@@ -147,45 +142,23 @@ def _pose_deviation(positions: Array) -> float:
     return float(max(1.4826 * np.median(np.abs(bends)) / math.sqrt(6.0), 1e-4))
 
 
-def _inputs(recording: Recording, times: Array, new: NDArray[np.int64]) -> Array:
-    """What acts at every pose, shape (k, m): as `LeafMotion` takes it."""
+def _inputs(recording: Recording, model: Model, whole: NDArray[np.bool_], new: NDArray[np.int64]) -> Array:
+    """What acts at every new pose, shape (k, m), tick by tick as in flight."""
     measured, command = recording["measurement"], recording["command"]
-    sent_at, sent = _finite(command.time, np.column_stack([command["side_force"], command["thrust"]]))
-    rotors = _lagged(sent, sent_at)
-    now, gyro = _finite(measured.time, measured["body_rates"])
-    half = 0.5 * _TURNING_WINDOW
-    smooth = _mean_over(gyro, now, half)
-    turning = (_at(times + half, now, smooth) - _at(times - half, now, smooth)) / _TURNING_WINDOW
-    late = measured.time[new] <= times + half  # the gyroscope has not gone so far yet
-    turning[late] = ((_at(times, now, smooth) - _at(times - _TURNING_WINDOW, now, smooth)) / _TURNING_WINDOW)[late]
-    seen = np.column_stack([measured["attitude"][new][:, :2], np.unwrap(measured["attitude"][new][:, 2])])
-    turned = np.concatenate([np.zeros((1, 3)), np.cumsum(gyro[:-1] * np.diff(now)[:, None], axis=0)])
-    attitude = _steadied(times, seen, np.diff(_at(times, now, turned), axis=0))
-    return np.column_stack([
-        _at(times, sent_at, rotors), attitude, _at(times, now, smooth), turning, measured["arm_angles"][new],
-        measured["arm_rates"][new],
-    ])  # fmt: skip
-
-
-def _finite(time: Array, values: Array) -> tuple[Array, Array]:
-    """Without the rows that hold NaN: they are lost."""
-    whole = np.isfinite(values).all(axis=1)
-    return time[whole], values[whole]
-
-
-def _steadied(times: Array, seen: Array, turned: Array) -> Array:
-    """Roll, pitch and yaw by the gyroscope, which the poses' attitude corrects, shape (k, 3)."""
-    found = seen.copy()
-    for k, turn in enumerate(turned):
-        roll, pitch, _ = before = found[k]
-        across = math.sin(roll) * turn[1] + math.cos(roll) * turn[2]
-        change = np.array([
-            turn[0] + math.tan(pitch) * across, math.cos(roll) * turn[1] - math.sin(roll) * turn[2],
-            across / math.cos(pitch),
-        ])  # fmt: skip
-        kept = math.exp(-(times[k + 1] - times[k]) / _ATTITUDE_LASTS)
-        found[k + 1] = kept * (before + change) + (1.0 - kept) * seen[k + 1]
-    return found
+    sent = np.column_stack([command["side_force"], command["thrust"]])
+    sent_at, sent = command.time[np.isfinite(sent).all(axis=1)], sent[np.isfinite(sent).all(axis=1)]
+    weight = np.array([0.0, 0.0, model.vehicle.weight])
+    acting, inputs, is_new = Acting(model.n_arm, weight, model.start_yaw), [], set(new.tolist())
+    last = np.searchsorted(sent_at, measured.time - 1e-9) - 1
+    columns = [measured[name] for name in _MEASURED]
+    for k in np.flatnonzero(whole).tolist():
+        position, attitude, rates, arm, arm_rates = (np.array(column[k], dtype=np.float64) for column in columns)
+        posed = float(measured["pose_time"][k])
+        tick = Measurement(float(measured.time[k]), position, position, attitude, rates, arm, arm_rates, posed)
+        acting.note(tick, sent[last[k]] if last[k] >= 0 else weight)
+        if k in is_new:
+            inputs.append(acting.at(posed, attitude))
+    return np.array(inputs)
 
 
 def _felt(recording: Recording, times: Array, situations: list[str]) -> Array:
@@ -195,28 +168,6 @@ def _felt(recording: Recording, times: Array, situations: list[str]) -> Array:
     away = np.array([situation == AWAY for situation in situations])
     before = np.concatenate([[0.0], np.cumsum(away * read)[:-1]])
     return np.asarray(read - before / np.maximum(np.concatenate([[0.0], np.cumsum(away)[:-1]]), 1.0))
-
-
-def _lagged(sent: Array, time: Array) -> Array:
-    """Force of rotors that follow a command with their lag."""
-    made = sent.copy()
-    for k in range(1, len(sent)):
-        kept = math.exp(-(time[k] - time[k - 1]) / _MOTOR_LAG)
-        made[k] = kept * made[k - 1] + (1.0 - kept) * sent[k - 1]
-    return made
-
-
-def _mean_over(values: Array, time: Array, window: float) -> Array:
-    """Mean over the past window, shape as values."""
-    sums = np.concatenate([np.zeros((1, values.shape[1])), np.cumsum(values, axis=0)])
-    first = np.searchsorted(time, time - window)
-    last = np.arange(1, len(time) + 1)
-    return np.asarray((sums[last] - sums[first]) / (last - first)[:, None])
-
-
-def _at(times: Array, known: Array, values: Array) -> Array:
-    """Values at other times, between the two next to each."""
-    return np.column_stack([np.interp(times, known, column) for column in values.T])
 
 
 def _situations(recording: Recording, times: Array) -> list[str]:

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Mapping
+
 import numpy as np
 from numpy.typing import NDArray
 
 from doorman.estimation.estimate import FilterEstimate
-from doorman.estimation.leaf.hypotheses import FREE
-from doorman.estimation.leaf.leaf_filter import AWAY, leaf_filter
-from doorman.estimation.leaf.numbers import PLACES, first_state
+from doorman.estimation.filter import Filter
+from doorman.estimation.leaf.hypotheses import FREE, HOLDING, STANDING, TOUCHING
+from doorman.estimation.leaf.leaf_filter import AT_THE_LEAF, AWAY, HELD, leaf_filter
+from doorman.estimation.leaf.numbers import FACE, JOINT, JOINT_RATE, PLACES, first_state
 from doorman.estimation.status import Status
 from doorman.kinematics.numbers import Numbers
 from doorman.model import Model
@@ -20,6 +24,15 @@ _ENDED = (Status.LOST, Status.NOT_STARTED, Status.CLOCK)
 
 _REFUSED_LONGEST = 0.1
 """Time for which poses may be refused: they are not outliers if they go on, but a blow that the filter has not seen [s]."""
+
+_FACE = PLACES["face"].start
+_OF_THE_LEAF = ("joint", "joint_rate", "resistance", "log_inertia", "face", "reach", "friction")
+
+_MET = 0.8
+"""Probability from which on the tip has met the leaf."""
+_ELSEWHERE, _STRAYED, _FLIES = 1.5, 0.25, 0.1
+"""Deviations by which a tip that touches nothing is behind the leaf's place, before that is elsewhere, and the deviations of its
+place [rad or m] and rate then [rad/s or m/s]."""
 
 _SPEED = 0.5
 """Speed of a vehicle of which nothing is known [m/s]."""
@@ -34,17 +47,25 @@ class LeafRun:
         time: Of the first pose [s].
         position: Of the first pose, shape (3,) [m].
         inputs: As `LeafMotion` has them, shape (m,).
-        feels: Whether the tip's force is read.
+        bank: That of `leaf_filter`, where it is made already.
     """
 
     def __init__(
-        self, model: Model, numbers: Numbers, time: float, position: Array, inputs: Array, *, feels: bool = False
+        self, model: Model, numbers: Numbers, time: float, position: Array, inputs: Array, bank: Filter | None = None
     ) -> None:
-        self._bank, self._situation, self._inputs = leaf_filter(model, numbers, feels), AWAY, inputs
-        mean, self._doubt = first_state(model, numbers, position)
-        self._bank.start(time, mean, self._doubt, probabilities={FREE: 1.0}, inputs=inputs, situation=AWAY)
+        situation, first = _begins(model)
+        self._model, self._met = model, first != FREE
+        self._bank = bank or leaf_filter(model, numbers)
+        self._situation, self._inputs, self._numbers = situation, inputs, numbers
+        self._mean, self._doubt = first_state(model, numbers, position)
+        self._bank.start(time, self._mean, self._doubt, probabilities={first: 1.0}, inputs=inputs, situation=situation)
         self.estimate: FilterEstimate = self._bank.estimate()
         """At the last pose."""
+        self.time = time
+        """Of the last pose [s]."""
+        self.lost = False
+        """Whether the last step left no hypothesis with a meaning."""
+        self._deviations: Array | None = None
         self._taken, self._likelihood, self._fused, self._refused, self._innovation = time, 0.0, 0, 0, 0.0
 
     def step(self, time: float, position: Array, inputs: Array, situation: str, felt: Array | None = None) -> Status:
@@ -74,11 +95,20 @@ class LeafRun:
         status = max(told, bank.step(time, inputs))
         if status < Status.REFUSED or time < self._taken:
             self._taken = time
+        self.time, self.lost, self._deviations = time, status == Status.LOST, None
         if status in _ENDED or time - self._taken > _REFUSED_LONGEST:
             self._begin_anew(time, position)
             status = max(status, Status.LOST)
         self.estimate = bank.estimate()
+        self._look_farther(situation)
         return status
+
+    @property
+    def deviations(self) -> Array:
+        """Of the states at the last pose, shape (n,)."""
+        if self._deviations is None:
+            self._deviations = self.estimate.deviations
+        return self._deviations
 
     @property
     def log_likelihood(self) -> float:
@@ -97,12 +127,92 @@ class LeafRun:
         total = self._innovation + (score.mean_nis * score.fused if score.fused else 0.0)
         return total / max(self._fused + score.fused, 1)
 
-    def _begin_anew(self, time: float, position: Array) -> None:
-        """What was known of the leaf stays, as far as it is not known better than at the start."""
-        score, known = self._bank.score("pose"), self.estimate
+    def pose_deviation(self, deviation: float) -> None:
+        """Say how noisy positions are [m]; from the next step on."""
+        self._bank.parameters[self._numbers.place("sensor.pose")] = deviation
+
+    def is_to_move(self, is_to: bool) -> None:
+        """Say whether a leaf that stands is pushed to move: one that is held where it stands tells nothing of its friction."""
+        more = self._numbers.one("contact.more")
+        self._bank.parameters[self._numbers.place("contact.more")] = more if is_to else -0.5 * more
+
+    def know_face(self) -> None:
+        """The face stands where it is believed: what is met elsewhere is a leaf that stands ajar."""
+        known, place = self.estimate, PLACES["face"]
+        covariance = known.covariance.copy()
+        covariance[place, :] = covariance[:, place] = 0.0
+        self._doubt[place] = np.minimum(self._doubt[place], FACE)
+        covariance[place, place] = self._doubt[place] ** 2
+        self._restart(known.mean, covariance, known.probabilities)
+
+    def meet(self, joint: float | None, wind: Array | None = None) -> None:
+        """Begin anew with the leaf somewhere else; where the mission begins, and with nothing learnt of it, if not given."""
+        known = self.estimate
+        mean, covariance = known.mean.copy(), known.covariance.copy()
+        for name in _OF_THE_LEAF:
+            place = PLACES[name]
+            covariance[place, :] = covariance[:, place] = 0.0
+            covariance[place, place] = np.diag(self._doubt[place] ** 2)
+            mean[place] = self._mean[place]
+        if joint is not None:
+            door = self._model.door
+            mean[JOINT] = min(max(joint, door.lower_limit), door.upper_limit)
+            mean[_FACE] += self._model.coupling.lever_length * (
+                joint - mean[JOINT]
+            )  # no leaf goes beyond its joint's end
+        if wind is not None:
+            mean[PLACES["wind"]] = wind
+        self._restart(mean, covariance)
+
+    def _look_farther(self, situation: str) -> None:
+        """A leaf that is not met where it should stand is beyond the tip; before the first touch, the map is right then."""
+        known, coupling = self.estimate, self._model.coupling
+        touches = sum(known.probabilities.get(name, 0.0) for name in TOUCHING)
+        self._met = self._met or touches > _MET
+        if situation != AT_THE_LEAF or touches > 1.0 - _MET:
+            return
+        mean, covariance, n = known.mean, known.covariance, self._model.n_arm
+        posture = self._inputs[3:6], self._inputs[6:9], self._inputs[12 : 12 + n], self._inputs[12 + n :]
+        tip, tip_rate = coupling.door_state(mean[PLACES["position"]], mean[PLACES["velocity"]], *posture)
+        angle = tip - coupling.angle_of_face(float(mean[_FACE]))
+        behind = coupling.lever_length * (float(mean[JOINT]) - angle)
+        doubt = math.hypot(coupling.lever_length * float(self.deviations[JOINT]), float(self.deviations[_FACE]))
+        if behind <= _ELSEWHERE * doubt:
+            return
+        mean, covariance = mean.copy(), covariance.copy()
+        deviations = {JOINT: _STRAYED, JOINT_RATE: _FLIES}
+        mean[JOINT], mean[JOINT_RATE] = angle, min(float(mean[JOINT_RATE]), tip_rate)  # it flies ahead of the tip
+        if not self._met:
+            mean[JOINT], mean[JOINT_RATE], mean[_FACE] = tip, 0.0, 0.0
+            deviations[JOINT_RATE], deviations[_FACE] = self._doubt[JOINT_RATE], FACE
+        for place, deviation in deviations.items():
+            covariance[place, :] = covariance[:, place] = 0.0
+            covariance[place, place] = deviation**2
+        self._restart(mean, covariance, {FREE: 1.0})
+
+    def _restart(self, mean: Array, covariance: Array, probabilities: Mapping[str, float] | None = None) -> None:
+        """Go on from the last pose with another mean and covariance."""
+        self._count()
+        self._bank.start(
+            self.estimate.time,
+            mean,
+            covariance,
+            probabilities=probabilities,
+            inputs=self._inputs,
+            situation=self._situation,
+        )
+        self.estimate, self._deviations = self._bank.estimate(), None
+
+    def _count(self) -> None:
+        score = self._bank.score("pose")
         self._likelihood += self._bank.log_likelihood
         self._fused, self._refused = self._fused + score.fused, self._refused + score.refused
         self._innovation += score.mean_nis * score.fused if score.fused else 0.0
+
+    def _begin_anew(self, time: float, position: Array) -> None:
+        """What was known of the leaf stays, as far as it is not known better than at the start."""
+        known = self.estimate
+        self._count()
         mean = known.mean.copy()
         mean[PLACES["velocity"]] = 0.0
         if np.isfinite(position).all():
@@ -111,3 +221,10 @@ class LeafRun:
         doubt[PLACES["velocity"]] = np.maximum(doubt[PLACES["velocity"]], _SPEED)
         self._bank.start(time, mean, doubt, inputs=self._inputs, situation=self._situation)
         self._taken = time
+
+
+def _begins(model: Model) -> tuple[str, str]:
+    """Situation, and the hypothesis that is true, as a mission begins."""
+    if model.scenario.mission.start != "contact":
+        return AWAY, FREE
+    return (HELD, HOLDING) if model.scenario.contact.kind == "grip" else (AT_THE_LEAF, STANDING)

@@ -6,7 +6,7 @@ constraints together; running the loop answers it. The motion is that of `Planni
 with the inertia that the push really moves. The hinge's friction is a torque against the swing that the planner knows of, as
 in flight, where an observer finds it: what it costs in force, and so in tilt and in room beside the leaf, is in the answer.
 A tip that can only push needs resistance: where the scenario names no friction, the rehearsal takes the prior mean of
-`Beliefs.friction` for it. A grip begins where the tug by which it is tried leaves the leaf.
+`hinge_fit.FRICTION` for it. A grip begins where the tug by which it is tried leaves the leaf.
 """
 
 from __future__ import annotations
@@ -17,8 +17,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from doorman.arrays import Array
-from doorman.control.estimation.beliefs import Beliefs
 from doorman.control.tug import drawn_by_the_tug
+from doorman.estimation.leaf.hinge_fit import FRICTION
 from doorman.exceptions import SingularityError
 from doorman.feasibility.resting import torques_at_rest
 from doorman.model import Model
@@ -70,17 +70,24 @@ class Rehearsal:
 
 
 def resistance(model: Model) -> float:
-    """Friction that a rehearsal assumes in the joint; a leaf that begins ajar is held by it [N m].
+    """Friction that a rehearsal assumes in the joint; a leaf that begins ajar is held by it [N m]."""
+    if model.scenario.contact.kind != "push" or model.door.friction > 0.0:
+        return model.door.friction
+    ajar = model.door.opening_of(model.travel.start) > model.door.per_angle * _AJAR
+    return max(_usual_friction(model), _STANDS * abs(model.door.hinge_torque(model.travel.start, 0.0)) if ajar else 0.0)
 
-    Of what the vehicle is told, or is used to where it is told nothing, and what the simulated joint has, the less counts.
-    """
-    door, true = model.door, model.scenario.simulation.door_friction
-    if model.scenario.contact.kind != "push":
-        return door.friction
-    told = door.friction or Beliefs.of(model).friction[0]
-    friction = told if true is None else min(told, door.per_angle * true)
-    ajar = door.friction == 0.0 and door.opening_of(model.travel.start) > door.per_angle * _AJAR
-    return max(friction, _STANDS * abs(door.hinge_torque(model.travel.start, 0.0))) if ajar else friction
+
+def _usual_friction(model: Model) -> float:
+    """Of a hinge that nobody says anything of [N m, or N times the lever of α]."""
+    return model.hinge_scale * FRICTION[0]
+
+
+def stopping_friction(model: Model) -> float:
+    """Friction on which a stop can count: of what a rehearsal assumes and what the simulated joint has, the less [N m]."""
+    assumed, true = resistance(model), model.scenario.simulation.door_friction
+    if true is None or assumed > max(model.door.friction, _usual_friction(model)):  # a leaf ajar, held by what it has
+        return assumed
+    return min(assumed, model.door.per_angle * true)
 
 
 def friction_is_known(model: Model) -> bool:
@@ -96,7 +103,7 @@ def least_resistance(model: Model) -> float:
     """Least torque that friction, closer and weight make against the way to the goal, negative where they drive the leaf on."""
     travel = model.travel
     way = np.linspace(travel.start, travel.goal, _ALONG_THE_WAY)
-    return resistance(model) + min(travel.ahead(model.door.hinge_torque(float(angle), 0.0)) for angle in way)
+    return stopping_friction(model) + min(travel.ahead(model.door.hinge_torque(float(angle), 0.0)) for angle in way)
 
 
 def _pressed(model: Model) -> Array:

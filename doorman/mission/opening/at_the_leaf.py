@@ -44,8 +44,6 @@ _SHARE_OF_LIMIT = 0.8
 """no more of either than this share of what the supervisor allows."""
 _HARDEST, _LEAST_WAY = 4.0, 0.02
 """It brakes before a jamb by up to this [m/s²], within no less than this [m]."""
-_BLUNTED = 0.25
-"""A tip that is slower than half of what was asked for, for so long, touches [s]."""
 
 
 class AtTheLeaf:
@@ -69,8 +67,6 @@ class AtTheLeaf:
         self._offset = (0.0, 0.0)
         self._height = 0.0
         self._pressed = self._beside = 0.0
-        self._was_fast = False
-        self._slow_from = 0.0
         self._moved_at: float | None = None
         self._stood = 0.0
         self.free_wind = np.zeros(3)
@@ -83,7 +79,7 @@ class AtTheLeaf:
             along, _ = self._model.door.face(estimate.door_angle)
             most = self._model.scenario.contact.friction * pressed
             self._beside = min(max(float(along @ estimate.tip_force), -most), most)
-        self._yaw, self._was_fast, self._moved_at = yaw, False, None
+        self._yaw, self._moved_at = yaw, None
         self._height = 0.0 if estimate is None else float(estimate.position[2])
         self._offset = (0.0, 0.0) if estimate is None else self._converter.tip_offset(estimate.position, estimate.state)
 
@@ -175,14 +171,6 @@ class AtTheLeaf:
         """Whether the rotor disc would come too near to a jamb, were the vehicle to level as it lets go."""
         level = self.contact_position(estimate, estimate.yaw, estimate.arm_angles)
         return self._doorway.gap_to_jambs(level, np.zeros(3)) < ROOM_TO_LEVEL
-
-    def blunted(self, estimate: Estimate) -> bool:
-        """Whether the tip has been stopped where the leaf is; call it once per tick."""
-        if not self._was_fast:
-            self._was_fast, self._slow_from = estimate.tip_speed > 0.7 * self._speed, estimate.time
-        elif estimate.tip_speed > 0.5 * self._speed:
-            self._slow_from = estimate.time
-        return estimate.near and self._was_fast and estimate.time - self._slow_from >= _BLUNTED
 
     def blocked(self, estimate: Estimate) -> bool:
         """Whether the tip has been stopped before the place of the leaf, which has then come nearer; call it once per tick.

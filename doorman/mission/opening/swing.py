@@ -72,7 +72,7 @@ class Swing(DoorOpening):
         """Whether friction is probably stronger than the closer, and the wind on leaf and vehicle besides."""
         hinge = estimate.hinge
         wind = float(np.hypot(estimate.wind[0], estimate.wind[1])) * self._model.door.wind_lever
-        return hinge.spare - max(_GUSTINESS * wind, hinge.closing_wind) > 0.0
+        return hinge.spare - _GUSTINESS * wind > 0.0
 
     def stuck(self, estimate: Estimate) -> str:
         """Reason to give the opening up; empty if there is none. See `DoorOpening`."""
@@ -89,7 +89,7 @@ class Swing(DoorOpening):
             return ""
         if self._is_past(estimate):
             return f"the leaf has gone past the goal, to {self._model.door.in_words(estimate.door_angle)}"
-        return self._does_not_move(estimate, max(0.0, self._model.coupling.lever_length * estimate.push))
+        return self._does_not_move(estimate, max(0.0, self._model.coupling.lever_length * estimate.normal_force))
 
     def _is_past(self, estimate: Estimate) -> bool:
         """Whether the leaf stands beyond the goal, where it is not open as asked."""

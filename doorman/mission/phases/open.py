@@ -30,8 +30,6 @@ class Open(MissionPhase):
     def __init__(self, attempt: Attempt, estimate: Estimate, before: MissionPhase | None) -> None:
         super().__init__(attempt, estimate, before)
         attempt.opening.resume(estimate.time, attempt.touch_force)
-        if not attempt.grips:
-            attempt.estimator.contact.declare(True)
 
     @property
     def tie(self) -> Tie:
@@ -59,7 +57,7 @@ class Open(MissionPhase):
             return setpoint, self._after_opening(estimate)
         if stuck := attempt.opening.stuck(estimate):
             return setpoint, GiveUp(stuck, for_good=not attempt.opening.may_go_on(estimate))
-        if not estimate.touching and not attempt.opening.held:
+        if not (attempt.grips or estimate.touching or attempt.opening.held):
             return setpoint, self._lose_contact(estimate)
         return setpoint, None
 

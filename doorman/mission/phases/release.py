@@ -53,7 +53,7 @@ class Release(MissionPhase):
         super().__init__(attempt, estimate, before)
         closed = before is not None and before.closes_gripper
         self._goal = attempt.model.goal_angle
-        self._angle, self._load, self._push = estimate.door_angle, estimate.normal_force, estimate.push
+        self._angle, self._load, self._push = estimate.door_angle, estimate.normal_force, estimate.normal_force
         self._let_go_at = None if closed else self.entered
         self._rate = attempt.opening.rate
         self._gives_way = False
@@ -127,7 +127,7 @@ class Release(MissionPhase):
             return setpoint, self._hold(estimate, left, "moved as the load was taken off it")
         if spent >= _UNLOADING + _WATCHING:
             self._let_go_at = estimate.time
-            self.attempt.estimator.door.stays()
+            self.attempt.estimator.leaf_stays(estimate.door_angle)
         return setpoint, None
 
     def _ease(self, estimate: Estimate, eased: float) -> tuple[Setpoint, Then]:

@@ -40,9 +40,6 @@ class Touch(MissionPhase):
         self._touched_at = estimate.time - PRESSING if in_contact else None
         self._tug = TUG * attempt.model.vehicle.weight
         attempt.leaf.begin(attempt.model.start_yaw)
-        attempt.estimator.contact.expect()
-        if in_contact:
-            attempt.estimator.contact.declare(True)
 
     @property
     def tie(self) -> Tie:
@@ -93,9 +90,8 @@ class Touch(MissionPhase):
     def _feel(self, estimate: Estimate) -> None:
         """Notice that the tip has met the leaf, where it should be or before its place."""
         leaf, estimator = self.attempt.leaf, self.attempt.estimator
-        if self._touched_at is None and (estimate.touching or leaf.blunted(estimate)):
+        if self._touched_at is None and estimate.touching:
             self._touched_at = estimate.time
-            estimator.contact.declare(True)
         if self._touched_at is None and leaf.blocked(estimate):
             self._touched_at = estimate.time
             estimator.meet_leaf(estimate.tip_angle, leaf.free_wind)

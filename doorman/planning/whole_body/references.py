@@ -23,6 +23,9 @@ _AT_GOAL = 0.014
 _HOLD_LEAST, _HOLD_SLACK, _HOLD_OPENING = 0.3, 0.5, 0.4
 """Of a held door: least force as a share of what it resists with, the share of its friction by which the force is less than that,
 and the weight of its speed."""
+_COMES_BACK = 2.5
+"""Share of its friction by which the force is less on a leaf that stands past the goal: a closer that is stronger brings it back,
+where more than twice the friction is taken away."""
 BRAKES = 2.0 / 3.0
 """Share of what resists that slows a leaf down before the goal. The last third keeps the tip on the leaf,
 or makes up for an inertia or a resistance that is not as it is believed."""
@@ -56,7 +59,9 @@ def at_the_leaf(
     resists = max(resistance + weight_torque, _LEAST_RESISTANCE * scale.torque)
     slowing, settling = min(BRAKES * resists / inertia, slowing), numbers.one("reference.settling")
     braking = inertia * _deceleration(opening_rate, door_rate, left, slowing, settling, scale.time) / lever
-    force = max(steady * (1.0 - holds * _HOLD_SLACK * sliding_share) + lifts - braking, _LEAST_SHARE * carried)
+    past = min(max(-left / _AT_GOAL - 1.0, 0.0), 1.0)
+    slack = _HOLD_SLACK + past * (_COMES_BACK - _HOLD_SLACK)
+    force = max(steady * (1.0 - holds * slack * sliding_share) + lifts - braking, _LEAST_SHARE * carried)
     least = min(least, 0.5 * force)
     least_force = (1.0 - holds) * least + holds * min(least, _HOLD_LEAST * carried)
     depth *= 1.0 - holds

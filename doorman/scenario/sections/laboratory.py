@@ -14,7 +14,14 @@ _Corner = tuple[Number, Number, Number]
 
 
 class EstimationSection(Section):
-    """How well the place of the door, the frame of the poses and the tip's force sensor are known."""
+    """How well door, frame of the poses and force sensor are known, and from when on the mission believes what it estimates."""
+
+    sure: Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0.5, lt=1)] = 0.8
+    """Probability from which on the mission believes that the tip touches the leaf, or has left it."""
+    loose_time: NonNegative = 0.12
+    """Time for which a closed gripper must probably hold nothing, before it does not hold the leaf [s]."""
+    slam_speed: Positive = 0.4
+    """Speed with which a leaf throws a tip back that touches it, from which on it is slammed [m/s]."""
 
     door_place_deviation: NonNegative = 0.015
     """Standard deviation of the hinge's place from the URDF's, along either horizontal axis; with `door_yaw_deviation`

@@ -1,8 +1,7 @@
-"""Responses in time: both observers against their transfer functions, and feed-forward against the plan it comes from."""
+"""Responses in time: the observer against its transfer function, and feed-forward against the plan it comes from."""
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 
 import numpy as np
@@ -10,7 +9,6 @@ import pytest
 
 from doorman import Model, Planner, Scenario
 from doorman.control.observers.disturbance_observer import DisturbanceObserver
-from doorman.control.observers.door_observer import DoorObserver
 from doorman.control.state_converter import LookAheads, StateConverter
 
 STEP = 0.002
@@ -32,33 +30,6 @@ def test_vehicle_observer_has_the_poles_of_q(damping: float) -> None:
         expected = 1.0 + rising.real
     np.testing.assert_allclose(found, expected, atol=0.01)
     assert np.abs(observer.estimate[1:]).max() == 0.0
-
-
-@pytest.mark.parametrize("rate", [1.0, 2.0, 6.0])
-def test_door_observer_is_of_first_order(model: Model, rate: float) -> None:
-    """A door held shut while a push of 2 N m asks it to open."""
-    observer = DoorObserver(model, rate, 5.0)
-    push = 2.0 / model.coupling.distance_from_hinge
-    found = [observer.update(math.pi / 2, 0.0, push, model.door.inertia, STEP) for _ in range(1500)]
-    expected = -2.0 * (1.0 - np.exp(-rate * STEP * np.arange(1, 1501)))
-    np.testing.assert_allclose(found, expected, atol=0.02)
-
-
-def test_door_observer_knows_damping_spring_and_inertia() -> None:
-    """A door that swings as the model says, pushed by a varying force, gives no estimate."""
-    model = Model(Scenario.load("paper", {"door.damping": 0.6, "door.stiffness": 1.5, "door.rest_angle": 1.2}))
-    lever = model.coupling.distance_from_hinge
-    inertia = model.door.inertia + model.vehicle.mass * lever**2
-    observer = DoorObserver(model, 2.0, 5.0)
-    angle, rate = 1.5, 0.0
-    for k in range(3000):
-        push = 2.0 * math.sin(0.004 * k)
-        observer.update(angle, rate, push, model.door.inertia, STEP)
-        torque = -lever * push - 0.6 * rate - 1.5 * (angle - 1.2)
-        rate += STEP * torque / inertia
-        angle += STEP * rate
-        assert abs(observer.estimate) < 0.01
-    assert abs(angle - 1.5) > 0.1
 
 
 @pytest.mark.parametrize("overrides", [{}, {"planner.time_step": 0.1, "planner.horizon_steps": 10}])

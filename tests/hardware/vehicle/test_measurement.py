@@ -7,7 +7,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from doorman.control.estimation.present import present_attitude
 from doorman.exceptions import BackendError
 from doorman.hardware.dynamixel import BusState, ServoFault, ServoSample
 from doorman.hardware.mocap.poses.sample import measured
@@ -87,8 +86,6 @@ def test_attitude_is_that_of_the_position_s_time(pose, later):
     expected = ATTITUDE - later * euler_rate_matrix(ATTITUDE) @ RATES
     measurement = at(pose=pose)
     assert measurement.attitude == pytest.approx(expected, abs=1e-4)
-    whole = ATTITUDE + (0.02 if pose is POSE else 0.004) * euler_rate_matrix(ATTITUDE) @ RATES
-    assert present_attitude(measurement) == pytest.approx(whole, abs=1e-4), "and is carried on from there, once"
 
 
 def test_joint_angles_are_carried_on_and_the_gripper_left_out():

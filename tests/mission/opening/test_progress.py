@@ -10,7 +10,6 @@ import pytest
 
 from doorman.control.estimation.estimator import Estimate, Estimator, Tie
 from doorman.control.state_converter import StateConverter
-from doorman.gravity import GRAVITY
 from doorman.mission.opening.progress import Progress
 from doorman.model import Model
 from doorman.signals import Measurement
@@ -25,8 +24,7 @@ def seen() -> tuple[Model, Estimate]:
     attitude, arm = model.start_state[:3], model.start_arm
     place = model.coupling.vehicle_position(attitude, model.start_angle, arm)
     measured = Measurement(0.0, place, np.zeros(3), attitude, np.zeros(3), arm, np.zeros(len(arm)), 0.0)
-    lift = np.array([0.0, 0.0, model.vehicle.mass * GRAVITY])
-    return model, Estimator(model, StateConverter(model)).update(measured, lift, Tie.GRIPPED, TICK)
+    return model, Estimator(model, StateConverter(model)).update(measured, Tie.GRIPPED, True, TICK)
 
 
 def watched(

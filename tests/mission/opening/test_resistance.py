@@ -15,7 +15,7 @@ from doorman.mission.opening.resistance import Resistance
 
 
 def known(spare: float, deviation: float, wind: float = 0.0) -> Estimate:
-    hinge = SimpleNamespace(spare=spare, spare_deviation=deviation, closing_wind=0.0)
+    hinge = SimpleNamespace(spare=spare, spare_deviation=deviation)
     return SimpleNamespace(hinge=hinge, wind=np.array([wind, 0.0, 0.0]))  # type: ignore[return-value]
 
 

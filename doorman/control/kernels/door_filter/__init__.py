@@ -1,1 +1,0 @@
-"""Kernels of `DoorFilter`, whose docstring has the equations."""

@@ -1,1 +1,0 @@
-"""Kernels of `LeafEstimator`, whose docstring has the equations."""

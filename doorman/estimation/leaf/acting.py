@@ -1,0 +1,63 @@
+"""What acts on the vehicle at any time of the last half second: rotors behind their commands, gyroscope, arm, attitude.
+
+The gyroscope is not late, and poses are. It carries the attitude from pose to pose; the poses correct it.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from doorman.estimation.leaf.kernels.acting_step import (
+    ARM,
+    ATTITUDE,
+    FORCE,
+    MEMORY,
+    POSED,
+    RATES,
+    find_inputs,
+    find_now,
+    note_tick,
+)
+from doorman.signals import Measurement
+
+Array = NDArray[np.float64]
+
+_KEPT = 1024
+"""Ticks that are kept at least: half a second at the fastest controller."""
+
+
+class Acting:
+    """Ring of ticks, and inputs as `LeafMotion` takes them.
+
+    Args:
+        n_arm: Joints of the arm.
+        force: Of the rotors at first, shape (3,), body frame [N].
+        yaw: That the first pose's is nearest to, whole turns apart [rad].
+    """
+
+    def __init__(self, n_arm: int, force: Array, yaw: float) -> None:
+        self._times, self._rows = np.zeros(2 * _KEPT), np.zeros((2 * _KEPT, ARM + 2 * n_arm))
+        self._memory, self._n = np.zeros(MEMORY), n_arm
+        self._memory[FORCE:ATTITUDE], self._memory[ATTITUDE + 2], self._memory[POSED] = force, yaw, math.nan
+        self._inputs, self._now = np.zeros(12 + 2 * n_arm), np.zeros(3 + n_arm)
+
+    def note(self, measured: Measurement, force: Array) -> None:
+        """Take in a tick, and what was commanded since the tick before, shape (3,), body frame [N]."""
+        age = 0.0 if measured.arm_time is None else max(measured.time - measured.arm_time, 0.0)
+        rates = measured.body_rates if np.isfinite(measured.body_rates).all() else self._memory[RATES:FORCE].copy()
+        note_tick(
+            self._times, self._rows, self._memory, measured.time, rates, force, measured.arm_angles, measured.arm_rates, age
+        )  # fmt: skip
+
+    def at(self, time: float, attitude: Array) -> Array:
+        """Inputs at the time of a pose, which comes with an attitude, shape (m,)."""
+        find_inputs(self._times, self._rows, self._memory, time, attitude, self._inputs)
+        return self._inputs.copy()
+
+    def now(self) -> tuple[Array, Array]:
+        """Φ, yaw without jumps, and H at the last tick, shapes (3,) and (n,) [rad]."""
+        find_now(self._times, self._rows, self._memory, self._now)
+        return self._now[:3].copy(), self._now[3:].copy()

@@ -1,0 +1,105 @@
+r"""Of what a leaf resists with: what is friction, what a closer, what damping, as the motion so far tells.
+
+With the way's sense s, the resistance that the bank finds at an angle and a rate is
+
+.. math:: \rho - s\,\tau_p = b\,|\dot q| + \tau_c + s\,k\,(q - q_0) + w .
+
+One speed teaches the sum of damping and friction alone, and a standing leaf nothing: b, τ_c and k stay correlated then.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from doorman.model import Model
+
+Array = NDArray[np.float64]
+
+_EVERY = 1.0
+"""Between looks, over which what the leaf resists with by chance is a new one [s]."""
+_MOVES = 0.02
+"""A leaf that is slower tells nothing, of the shipped size [rad/s]."""
+_BY_CHANCE = (0.1, 0.3)
+"""Deviation of w in still air [N m], and its growth with the wind on the vehicle [m]."""
+DAMPING, FRICTION, STIFFNESS = (0.7, 0.7), (0.8, 0.6), (0.5, 0.7)
+"""Prior of a room door: mean, or what the scenario names if anything, and deviation [N m s/rad], [N m], [N m/rad]."""
+
+
+@dataclass(frozen=True)
+class HingeEstimate:
+    """Parameters of the hinge with their standard deviations, SI units."""
+
+    damping: float
+    friction: float
+    stiffness: float
+    inertia: float
+    damping_deviation: float
+    friction_deviation: float
+    stiffness_deviation: float
+    inertia_deviation: float
+    torque_deviation: float
+    """Of friction and closer together at the present angle [N m]."""
+    spare: float = 0.0
+    """Friction less closer, preload included, at the present angle: the door stays by itself where it is positive [N m]."""
+    spare_deviation: float = 0.0
+    """Its standard deviation [N m]."""
+
+
+class HingeFit:
+    """b, τ_c and k of one hinge.
+
+    Args:
+        model: Model of the scenario.
+    """
+
+    def __init__(self, model: Model) -> None:
+        door, scale = model.door, model.hinge_scale
+        self._door, self._sense, self._moves = door, model.travel.sense, _MOVES * model.scale.rate
+        self._by_chance = scale * _BY_CHANCE[0], _BY_CHANCE[1]
+        named = (door.damping, DAMPING), (door.friction, FRICTION), (door.stiffness, STIFFNESS)
+        self._mean = np.array([value or scale * mean for value, (mean, _) in named])
+        self._covariance = np.diag([(scale * deviation) ** 2 for _, (_, deviation) in named])
+        self._next = -math.inf
+
+    def learn(self, now: float, angle: float, rate: float, resistance: float, deviation: float, wind: float) -> None:
+        """Take in what a leaf that is pushed along resists with."""
+        if now < self._next or abs(rate) < self._moves:
+            return
+        self._next = now + _EVERY
+        way = math.copysign(1.0, rate)
+        slope = np.array([abs(rate), 1.0, way * (angle - self._door.rest_angle)])
+        felt = way * self._sense * resistance - way * self._door.closing_torque
+        noise = deviation**2 + (self._by_chance[0] + self._by_chance[1] * wind) ** 2
+        spread = self._covariance @ slope
+        variance = float(slope @ spread) + noise
+        self._mean = np.maximum(self._mean + spread * ((felt - float(slope @ self._mean)) / variance), 0.0)
+        self._covariance = self._covariance - np.outer(spread, spread) / variance
+
+    def stays(self, angle: float) -> None:
+        """The leaf has stood here with nothing at it: friction is at least what closer and weight make."""
+        self._mean[1] = max(float(self._mean[1]), 1.001 * self._closes(angle))
+
+    def friction_share(self, angle: float) -> float:
+        """Share of what resists that does not drive the leaf back."""
+        friction, closes = float(self._mean[1]), self._closes(angle, weight=False)
+        return friction / max(friction + closes, 1e-9)
+
+    def found(self, angle: float, inertia: float, inertia_deviation: float) -> HingeEstimate:
+        """What is known at an angle."""
+        turned, own = abs(angle - self._door.rest_angle), self._covariance
+        deviations = np.sqrt(np.maximum(own.diagonal(), 0.0)).tolist()
+        squares, together = own[1, 1] + turned**2 * own[2, 2], 2.0 * turned * own[1, 2]
+        damping, friction, stiffness = self._mean.tolist()
+        return HingeEstimate(
+            damping, friction, stiffness, inertia, deviations[0], deviations[1], deviations[2], inertia_deviation,
+            math.sqrt(max(squares + together, 0.0)), friction - self._closes(angle), math.sqrt(max(squares - together, 0.0)),
+        )  # fmt: skip
+
+    def _closes(self, angle: float, weight: bool = True) -> float:
+        """Torque of closer, and of the leaf's weight, that drives the leaf [N m]."""
+        known = abs(self._door.closing_torque + (self._door.weight_torque(angle) if weight else 0.0))
+        return float(self._mean[2]) * abs(angle - self._door.rest_angle) + known

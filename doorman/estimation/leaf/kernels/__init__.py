@@ -1,0 +1,1 @@
+"""Kernels of the estimate at the leaf beside its bank."""
