@@ -41,6 +41,10 @@ class Numbers:
         """The number of a name that stands for one."""
         return float(self.vector.item(self._place(name).start))
 
+    def place(self, name: str) -> slice:
+        """Where in the vector a name's numbers stand."""
+        return self._place(name)
+
     def replaced(self, changes: Mapping[str, ArrayLike]) -> Numbers:
         """Numbers with others for some of the names."""
         changed = object.__new__(Numbers)

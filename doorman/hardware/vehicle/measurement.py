@@ -21,6 +21,7 @@ from doorman.hardware.interface import Measurement
 from doorman.hardware.mocap import PoseSample
 from doorman.hardware.pixhawk import SampleStatus, VehicleSample
 from doorman.hardware.quaternions import multiply, to_attitude
+from doorman.signals import FrameReading, LeafReading
 
 Array = NDArray[np.float64]
 
@@ -37,6 +38,8 @@ def compose(
     n_arm: int,
     servo_patience: float,
     tip_force: float | None = None,
+    leaf: LeafReading | None = None,
+    frame: FrameReading | None = None,
 ) -> Measurement:
     heard = vehicle.status is SampleStatus.FRESH
     if not heard and (pose is None or vehicle.status is not SampleStatus.STALE):
@@ -61,6 +64,8 @@ def compose(
         arm_rates=servos.rates[:n_arm],
         pose_time=at - opened,
         tip_force=tip_force,
+        leaf=leaf,
+        frame=frame,
     )
 
 
