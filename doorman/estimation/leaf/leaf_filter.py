@@ -21,6 +21,7 @@ from doorman.estimation.leaf.hypotheses import (
     standing,
     switching,
 )
+from doorman.estimation.leaf.leaf_sensor import leaf_row
 from doorman.estimation.leaf.motion import LeafMotion
 from doorman.estimation.leaf.numbers import JOINT, PLACES, SIZE
 from doorman.estimation.measurement import Measurement
@@ -61,6 +62,7 @@ def leaf_filter(model: Model, numbers: Numbers, feels: bool = False) -> Filter:
         ),
         measurements=[
             Measurement("pose", motion.position, motion.sensor.pose, gate=8.0), *(felt if feels else []),
+            leaf_row(motion),
         ],
         hypotheses=hypotheses, switching=switching(motion, names), outputs=[force, *winds, *slips],
         allowed={AWAY: [FREE, BLOWN], AT_THE_LEAF: [FREE, PUSHING, STANDING], **(gripping if grips else {})},

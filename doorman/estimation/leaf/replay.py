@@ -1,12 +1,14 @@
 """A recorded flight through the filter at the leaf: its poses and commands, as they were measured and sent.
 
-The filter runs at the poses' time. Attitude and arm between two poses are the mean of both; the gyroscope, which is not late,
-says how the vehicle turns. What is known now follows from the newest pose by the leaf's own rate.
+The filter runs at the poses' time, and fuses readings of the leaf at theirs. Attitude and arm between two poses are the mean of
+both; the gyroscope, which is not late, says how the vehicle turns. What is known now follows from the newest pose by the leaf's
+own rate.
 """
 
 from __future__ import annotations
 
 import math
+from collections import deque
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,6 +17,7 @@ from numpy.typing import NDArray
 
 from doorman.estimation.leaf.hypotheses import PUSHING, STANDING, TOUCHING
 from doorman.estimation.leaf.leaf_filter import AT_THE_LEAF, AWAY, CLOSING, HELD, SLIPS, WINDS
+from doorman.estimation.leaf.leaf_sensor import recorded_readings
 from doorman.estimation.leaf.numbers import JOINT, JOINT_RATE, TUNED, leaf_numbers
 from doorman.estimation.leaf.running import LeafRun
 from doorman.exceptions import DoormanError, RecordingError
@@ -107,8 +110,11 @@ def replay_leaf(recording: Recording, model: Model, changes: dict[str, float] | 
     inputs = _inputs(recording, pose_time[new], new)
     run = LeafRun(model, numbers, pose_time[new[0]], measured["position"][new[0]], inputs[0], feels=felt is not None)
     rows: list[tuple[Any, ...]] = []
+    readings = deque(recorded_readings(recording).tolist())
     for k in range(1, len(new)):
         reading = None if felt is None else felt[k : k + 1]
+        while readings and readings[0][0] <= measured.time[new[k]]:
+            run.see_leaf(*readings.popleft()[1:])
         status = run.step(float(pose_time[new[k]]), measured["position"][new[k]], inputs[k], situations[k], reading)
         found = run.estimate
         rows.append((

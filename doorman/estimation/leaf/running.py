@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from doorman.estimation.estimate import FilterEstimate
 from doorman.estimation.leaf.hypotheses import FREE
 from doorman.estimation.leaf.leaf_filter import AWAY, leaf_filter
+from doorman.estimation.leaf.leaf_sensor import LEAF
 from doorman.estimation.leaf.numbers import PLACES, first_state
 from doorman.estimation.status import Status
 from doorman.kinematics.numbers import Numbers
@@ -41,6 +42,7 @@ class LeafRun:
         self, model: Model, numbers: Numbers, time: float, position: Array, inputs: Array, *, feels: bool = False
     ) -> None:
         self._bank, self._situation, self._inputs = leaf_filter(model, numbers, feels), AWAY, inputs
+        self._numbers = numbers
         mean, self._doubt = first_state(model, numbers, position)
         self._bank.start(time, mean, self._doubt, probabilities={FREE: 1.0}, inputs=inputs, situation=AWAY)
         self.estimate: FilterEstimate = self._bank.estimate()
@@ -79,6 +81,20 @@ class LeafRun:
             status = max(status, Status.LOST)
         self.estimate = bank.estimate()
         return status
+
+    def see_leaf(self, time: float, joint: float, deviation: float) -> Status:
+        """Take in where a sensor has seen the leaf; the next step fuses it at its own time.
+
+        Args:
+            time: At which it was true [s].
+            joint: q [rad].
+            deviation: Of q [rad]; that of the last reading holds for all that one step fuses.
+
+        Returns:
+            Whether it was taken.
+        """
+        self._bank.parameters[self._numbers.place("sensor.leaf")] = deviation
+        return self._bank.measure(LEAF, time, [joint])
 
     @property
     def log_likelihood(self) -> float:
