@@ -20,6 +20,7 @@ should resist with are left out.
 from __future__ import annotations
 
 import math
+from collections import deque
 from dataclasses import dataclass, fields
 
 import numpy as np
@@ -30,6 +31,7 @@ from doorman.control.kernels.door_filter.memory import ANGLE, FRICTION, INERTIA,
 from doorman.control.kernels.door_filter.step import advance_door, hinge_of, pass_leaf
 from doorman.kinematics.doors.leaf.leaf_kernels import leaf_numbers
 from doorman.model import Model
+from doorman.signals import Measurement
 
 Array = NDArray[np.float64]
 
@@ -101,6 +103,8 @@ class DoorFilter:
             hinge=np.zeros(len(fields(HingeEstimate))),
         )
         """What its kernels read and write."""
+        self._past: deque[tuple[float, float]] = deque()
+        self._seen = -math.inf
         if door.opening_of(start) > door.per_angle * _AJAR:
             self.stays()
 
@@ -175,6 +179,22 @@ class DoorFilter:
             tip_angle, measured_at, now, time_step, wind_x, wind_y,
         )  # fmt: skip
 
+    def see(self, angle: float, deviation: float, time: float, now: float) -> None:
+        """Take in where a sensor has seen the leaf; what came late says by how much the angle of then was off."""
+        self._past.append((now, self.angle))
+        while len(self._past) > 1 and self._past[1][0] <= time:
+            self._past.popleft()
+        if time == self._seen:
+            return
+        self._seen = time
+        state, covariance = self.state, self.covariance
+        spread = covariance[:, ANGLE].copy()
+        gain = spread / (spread[ANGLE] + deviation**2)
+        off = angle - self._past[0][1]
+        state += gain * off
+        covariance -= np.outer(gain, spread)
+        self._past = deque((at, past + float(gain[ANGLE]) * off) for at, past in self._past)
+
     def passed(self, tip_angle: float) -> None:
         """A leaf that is not touched is beyond the tip, wherever it was thought to be."""
         pass_leaf(self.memory.numbers, self.state, tip_angle)
@@ -188,3 +208,10 @@ class DoorFilter:
         rest, known = self._door.rest_angle, self._door.closing_torque + self._door.weight_torque(self.angle)
         closer = abs(float(self.state[STIFFNESS] * (self.state[ANGLE] - rest))) + abs(known)
         self.state[FRICTION] = max(float(self.state[FRICTION]), 1.001 * closer)
+
+
+def see_leaf(door: DoorFilter, model: Model, measured: Measurement) -> None:
+    """Let a measured leaf correct what is believed of it."""
+    if (leaf := measured.leaf) is not None:
+        angle, deviation = model.door.angle_of_joint(leaf.joint), leaf.deviation / model.door.per_angle
+        door.see(angle, deviation, leaf.time, measured.time)

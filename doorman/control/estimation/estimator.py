@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from doorman.control.center_of_mass import center_of_mass
 from doorman.control.estimation.beliefs import VEHICLE_OBSERVER_RATE, WIND_RATE, Beliefs, ContactThresholds
 from doorman.control.estimation.contact_monitor import ContactMonitor
-from doorman.control.estimation.door_filter import DoorFilter, HingeEstimate
+from doorman.control.estimation.door_filter import DoorFilter, HingeEstimate, see_leaf
 from doorman.control.estimation.present import present_attitude
 from doorman.control.kernels.estimator_memory import (
     AT,
@@ -167,6 +167,7 @@ class Estimator:
     def update(self, measurement: Measurement, force: Array, tie: Tie, time_step: float) -> Estimate:
         """Take in one measurement."""
         measured, now = measurement, measurement.time
+        see_leaf(self.door, self._model, measured)
         motion = measured.position, measured.velocity, measured.attitude, measured.body_rates
         np.concatenate((*motion, measured.arm_angles, measured.arm_rates), out=self._seen)
         center = center_of_mass(self._model.vehicle, measured)

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from doorman.control.center_of_mass import center_of_mass
 from doorman.control.estimation.beliefs import VEHICLE_OBSERVER_RATE, Beliefs, ContactThresholds
 from doorman.control.estimation.contact_monitor import ContactMonitor
-from doorman.control.estimation.door_filter import DoorFilter, HingeEstimate
+from doorman.control.estimation.door_filter import DoorFilter, HingeEstimate, see_leaf
 from doorman.control.estimation.wind_filter import WindFilter
 from doorman.control.kernels.door_filter.memory import ANGLE
 from doorman.control.kernels.leaf_estimator.contact import FACE_DEVIATION, begin_leaf
@@ -168,6 +168,7 @@ class LeafEstimator:
         self, measured: Measurement, rotors: Array, time_step: float, seeks: bool, wanted: float
     ) -> LeafEstimate:
         """Take in one measurement."""
+        see_leaf(self._door, self._model, measured)
         kept = self._kept
         motion = measured.position, measured.velocity, measured.attitude, measured.body_rates
         np.concatenate((*motion, measured.arm_angles, measured.arm_rates), out=kept.seen)
