@@ -20,6 +20,7 @@ from doorman.cli.simulated.campaign_command import add_campaign_command
 from doorman.cli.terminal import panels
 from doorman.cli.terminal.streams import lost_stream, steady_streams
 from doorman.cli.vehicles.commands import add_vehicle_commands
+from doorman.cli.vehicles.door_commands import add_tag_commands
 from doorman.cli.vehicles.file_commands import add_vehicle_file_commands
 from doorman.exceptions import DoormanError, how_to_install
 
@@ -37,7 +38,7 @@ _EXTRAS = {
     "mujoco": "sim", "matplotlib": "viz", "meshcat": "viz", "pymavlink": "hardware", "serial": "hardware",
     "dynamixel_sdk": "hardware", "distributed": "campaign", "dask": "campaign", "pyarrow": "campaign",
     "tomlkit": "hardware", "motioncapture": "mocap", "packaging": "hardware",
-    "cyclonedds": "ros2", "gymnasium": "gym",
+    "cyclonedds": "ros2", "gymnasium": "gym", "cv2": "tags",
 }  # fmt: skip
 """Extra of the package that brings a module in."""
 
@@ -279,3 +280,4 @@ add_run_commands(app, _leave)
 add_vehicle_commands(app, _leave)
 add_setup_commands(app, _leave)
 add_vehicle_file_commands(app, _leave)
+add_tag_commands(app, _leave)

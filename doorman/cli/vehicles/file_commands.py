@@ -10,6 +10,7 @@ import typer
 
 from doorman.cli.arguments import Settings, Source
 from doorman.cli.terminal import panels
+from doorman.cli.vehicles.door_commands import door_command
 
 _File = Annotated[Path, typer.Argument(metavar="FILE", help="The vehicle file; the command keeps its comments.")]
 _Json = Annotated[bool, typer.Option("--json", help="Print the written values as JSON.")]
@@ -24,6 +25,7 @@ def add_vehicle_file_commands(app: typer.Typer, leave: Callable[[Callable[[], in
     group.command("zeros")(_zeros_command(leave))
     group.command("object")(_object_command(leave))
     group.command("origin")(_origin_command(leave))
+    group.command("door")(door_command(leave))
     group.command("learn")(_learn_command(leave))
     app.add_typer(group, name="vehicle", rich_help_panel=panels.VEHICLE)
 
