@@ -134,7 +134,7 @@ class PictureSensor:
         """What the camera sees now, with blur and noise, grey, shape (height, width)."""
         grey = self._cv.cvtColor(self.colours(), self._cv.COLOR_RGB2GRAY)
         grey = self._cv.GaussianBlur(grey, (0, 0), _BLUR) + _NOISE * self._noise.normal(size=grey.shape)
-        return np.clip(grey, 0, 255).astype(np.uint8)
+        return np.asarray(np.clip(grey, 0, 255).astype(np.uint8))
 
     def colours(self) -> NDArray[np.uint8]:
         """The same without blur and noise, in colours, shape (height, width, 3)."""
