@@ -36,8 +36,8 @@ class DoorSensorSection(Section):
     """Simulated sensor of the door."""
 
     kind: Kind = "none"
-    """`"cameras"` that see marks on leaf and frame; `"tags"`, by the accuracy of a camera on the vehicle; an `"encoder"` of the
-    joint; or `"pictures"` that MuJoCo renders, for the real detector of tags (extra `tags`)."""
+    """`"cameras"` see marks on leaf and frame; `"tags"`, by the accuracy of a camera on the vehicle; an `"encoder"` of the
+    joint; or `"pictures"` that MuJoCo renders, for the real detector (extra `tags`)."""
     frame: Switch = True
     """Whether the frame is measured, too; never by an encoder."""
     rate: Positive | None = None
