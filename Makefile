@@ -42,7 +42,7 @@ test-quick: $(VENV)/.installed-for-test
 	$(MAKE) --jobs=2 $(LINT) warm
 	$(PYTEST) -n $(WORKERS) --dist worksteal $(CHOSEN) $(QUICK)
 
-#: make test       before each push: style, types, and every test but the slow ones; needs chromium: 7 to 12 minutes
+#: make test       before each push: style, types, and every test but the slow ones; needs chromium and EGL: 7 to 12 minutes
 test: $(VENV)/.installed-for-test
 	$(MAKE) --jobs=2 lint warm
 	$(PYTEST) -n $(WORKERS) --dist worksteal $(CHOSEN)

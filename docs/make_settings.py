@@ -17,6 +17,7 @@ from typing import Any
 
 from pydantic import BaseModel
 
+from doorman.hardware.door import CameraConfig, DoorSensorConfig, Mark
 from doorman.hardware.dynamixel import ServoConfig
 from doorman.hardware.mocap import MocapConfig
 from doorman.hardware.pixhawk import PixhawkConfig, Rates, Timeouts
@@ -31,13 +32,13 @@ LINKS_TOP = """# Settings of the links
 
 `docs/make_settings.py` writes this page from the docstrings of the adapters' settings.
 `doorman fly --link pixhawk.min_voltage=14.0` sets a key for one flight.
-A [vehicle file](../how-to/your_vehicle.md) keeps keys in its tables `[pixhawk]`, `[servos]` and `[mocap]`.
+A [vehicle file](../how-to/your_vehicle.md) keeps keys in its tables `[pixhawk]`, `[servos]`, `[mocap]` and `[door_sensor]`.
 In Python they are the fields of the class that each table names. A key with ‡ can be given in Python only: for a flight, doorman
 derives it from the scenario and from the other links.
 """
 LINK_TABLES = (
     ("pixhawk", PixhawkConfig), ("pixhawk.timeouts", Timeouts), ("pixhawk.rates", Rates), ("servos", ServoConfig),
-    ("mocap", MocapConfig),
+    ("mocap", MocapConfig), ("door_sensor", DoorSensorConfig), ("door_sensor.leaf", Mark), ("door_sensor.camera", CameraConfig),
 )  # fmt: skip
 HEAD = "| key | default | unit | meaning |\n| --- | --- | --- | --- |\n"
 TABLE = re.compile(r"(^## `\[([\w.]+)\]`\n(?:(?!^## |^\| ).*\n)*)(?:^\|.*\n)+", re.MULTILINE)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,8 +14,49 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
+class LeafReading(OneLine):
+    """Where a sensor of the door has seen the leaf."""
+
+    joint: float
+    """Value of the door's joint, as in its URDF [rad, or m]."""
+    time: float
+    """When that was true, since the backend was opened [s]; the same as before if nothing new has come."""
+    deviation: float
+    """Its standard deviation [rad, or m]."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class FrameReading(OneLine):
+    """Where a sensor of the door has seen its frame: what stands around the leaf, as the door's URDF draws it."""
+
+    position: Array
+    """Of the origin of the door's URDF, shape (3,), world frame [m]; zeros where the map is right."""
+    yaw: float
+    """By which the door is turned about the vertical against its URDF [rad]."""
+    time: float
+    """When that was true, since the backend was opened [s]."""
+    position_deviation: float
+    """Standard deviation along each axis, at the door [m]."""
+    yaw_deviation: float
+    """Standard deviation [rad]."""
+
+    def placed(self, point: Array) -> Array:
+        """Where a point of the map's door is.
+
+        Args:
+            point: As the door's URDF has it, shape (3,), world frame [m].
+
+        Returns:
+            The same point of the measured door, shape (3,), world frame [m].
+        """
+        cosine, sine = math.cos(self.yaw), math.sin(self.yaw)
+        x, y, z = point.tolist()
+        return np.asarray(self.position + [cosine * x - sine * y, sine * x + cosine * y, z])
+
+
+@dataclass(frozen=True, eq=False, repr=False)
 class Measurement(OneLine):
-    """What the sensors say at one time; the door's angle is not among it."""
+    """What the sensors say at one time. Only a vehicle or laboratory with a sensor of the door has `leaf` and `frame`."""
 
     time: float
     """Since the backend was opened [s]."""
@@ -38,6 +80,10 @@ class Measurement(OneLine):
     tip_force: float | None = None
     """With which a tip that pushes presses on what it touches, along the face's normal [N]; None without a sensor or a reading
     of it."""
+    leaf: LeafReading | None = None
+    """Where the leaf is; None without a sensor or a usable reading of it."""
+    frame: FrameReading | None = None
+    """Where the door's frame is; None without a sensor or a usable reading of it."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)

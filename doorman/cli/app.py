@@ -10,7 +10,8 @@ import doorman.cli.simulated.commands
 import doorman.cli.recordings.commands
 import doorman.cli.vehicles.commands
 import doorman.cli.setup.commands
-import doorman.cli.vehicles.file_commands  # noqa: F401
+import doorman.cli.vehicles.file_commands
+import doorman.cli.vehicles.door_commands  # noqa: F401
 from doorman.cli.terminal.application import app as app
 from doorman.cli.terminal.streams import steady_streams
 

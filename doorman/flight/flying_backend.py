@@ -18,10 +18,14 @@ from doorman.flight.ground.checklist import preflight
 from doorman.flight.ground.checks import Check, Verdict
 from doorman.flight.ground.rehearsal import rehearse
 from doorman.flight.guarded import SAME_INTERRUPT, STOPPING, End, GuardedFlight
+from doorman.hardware.door import DoorSource
+from doorman.hardware.door.config import PROGRAM
 from doorman.hardware.interface import Backend, Command, Measurement
+from doorman.hardware.mocap import PoseSource
 from doorman.hardware.safety import Fault
 from doorman.hardware.scheduling import real_time
 from doorman.hardware.vehicle import TipForceSource, VehicleConfig, VehicleLinks, vehicle_config
+from doorman.hardware.vehicle.config import DOOR_SENSOR
 from doorman.hardware.vehicle.waiting import await_links
 from doorman.model import Model
 from doorman.planning.planner import Planner
@@ -47,6 +51,8 @@ class FlyingBackend(Backend):
             warnings go to Python's log.
         confirm: Asked once the checklist is passed, with all of its rows, whether to arm and fly; it is flown by default.
         tip_force: Reads a force sensor in a tip that pushes, if there is one.
+        door: Measures the door, in place of what the configuration names as its sensor.
+        poses: Brings the vehicle's poses, in place of the cameras that `mocap` names.
         **settings: Further ones of `vehicle_config`, such as `directions` and `zero_positions` of the servos.
     """
 
@@ -64,12 +70,16 @@ class FlyingBackend(Backend):
         say: Callable[[str], None] | None = None,
         confirm: Callable[[list[Check]], bool] = lambda checks: True,
         tip_force: TipForceSource | None = None,
+        door: DoorSource | None = None,
+        poses: PoseSource | None = None,
         **settings: Any,
     ) -> None:
         self._model = model
         if isinstance(pixhawk, str):
+            if door is not None:
+                settings["links"] = {f"{DOOR_SENSOR}.source": PROGRAM, **settings.get("links", {})}
             pixhawk = vehicle_config(model, pixhawk, servos, mocap, on_mocap_loss="report", **settings)
-        self.links = VehicleLinks(pixhawk, tip_force)
+        self.links = VehicleLinks(pixhawk, tip_force, door=door, poses=poses)
         self._closing, self._stopping = ExitStack(), False
         self._recorder, self._say, self._confirm = recorder or Recorder(None, {}), say, confirm
         self._abort: Callable[[str], None] | None = None

@@ -32,6 +32,8 @@ class Journal:
             events += [(event.time, "mocap", str(event)) for event in self._links.mocap.events()]
         if self._links.tip_force is not None:
             events += [(time, "tip_force", words) for time, words in self._links.tip_force.events()]
+        if self._links.door is not None:
+            events += [(time, "door_sensor", words) for time, words in self._links.door.events()]
         new = self._supervisor.findings[self._findings :]
         self._findings += len(new)
         events += [(finding.time, "safety", str(finding)) for finding in new]

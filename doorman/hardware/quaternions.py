@@ -104,6 +104,19 @@ def to_rotation(values: ArrayLike) -> NDArray[np.float64]:
     return np.column_stack([rotate(q, axis) for axis in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))])
 
 
+def from_rotation(rotation: NDArray[np.float64]) -> Quaternion:
+    """Quaternion of a rotation matrix: the eigenvector of the largest eigenvalue of Bar-Itzhack's matrix."""
+    (a, b, c), (d, e, f), (g, h, i) = rotation.tolist()
+    matrix = [
+        [a + e + i, 0, 0, 0],
+        [h - f, a - e - i, 0, 0],
+        [c - g, d + b, e - a - i, 0],
+        [d - b, c + g, h + f, i - a - e],
+    ]
+    w, x, y, z = np.linalg.eigh(np.array(matrix))[1][:, -1].tolist()
+    return (w, x, y, z) if w >= 0.0 else (-w, -x, -y, -z)
+
+
 def unit_quaternion(values: ArrayLike, field_name: str, tolerance: float = 1e-2) -> Quaternion:
     """A checked quaternion, normalised: autopilots drop others silently."""
     w, x, y, z = vector(values, 4, field_name).tolist()

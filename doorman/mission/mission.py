@@ -13,6 +13,7 @@ import numpy as np
 
 from doorman.control.engagement import Engagement
 from doorman.control.estimation.door_locator import DoorLocator
+from doorman.control.estimation.door_watch import DoorWatch
 from doorman.control.estimation.estimator import Estimate, Estimator, Tie
 from doorman.control.estimation.lift_scale import LiftScale
 from doorman.control.position_controller import PositionController, Setpoint, Thrust
@@ -32,7 +33,7 @@ from doorman.model import Model
 from doorman.planning.planner import Planner
 from doorman.planning.planning_model import planned_with
 from doorman.recording import Recorder
-from doorman.signals import Command, Measurement
+from doorman.signals import Command, LeafReading, Measurement
 from doorman.summary import FLOWN
 
 OnProgress = Callable[[float, float], None]
@@ -61,7 +62,8 @@ class Mission(Uncopied):
         )
         self._engagement = Engagement(model)
         self._under_way = UnderWay(model.attitude_loop, model.vehicle.mass)
-        self._locator = DoorLocator(model)
+        self._locator, self._watch = DoorLocator(model), DoorWatch(model)
+        self._known: Estimate | None = None
         self._estimator = Estimator(model, self.converter)
         self._sequence = Sequence(model, self.converter, self._schedule, self._estimator, self._note_phase)
         whole = planned_with(model) == "whole_body"
@@ -139,6 +141,8 @@ class Mission(Uncopied):
 
         All of it sees the door where the map has it: `DoorLocator` moves measurements and commands.
         """
+        self._see_frame(measured)
+        told_leaf, measured = measured.leaf, self._watch.checked(measured, self._known, self._sequence.tie)
         now, measurement = measured.time, self._locator.seen(measured)
         elapsed = 0.0 if self._last_time is None else now - self._last_time
         self._last_time = now
@@ -147,6 +151,9 @@ class Mission(Uncopied):
         force = rotation_body_to_world(seen) @ self._rotors
         if estimate.lost:
             self.abort("the estimate was lost")
+        if estimate.touching and self._watch.apart(measurement, estimate.tip_angle) is not None:
+            estimate = replace(estimate, touching=False)
+        self._known = estimate
         if self._abort_reason:
             self._sequence.abort(estimate, self._abort_reason)
         if self.phase is Phase.HOVER:
@@ -194,6 +201,7 @@ class Mission(Uncopied):
         backend.command(told)
         self._estimator.tell(scaled.attitude, scaled.body_force)
         self._record(measured, estimate, setpoint, thrust, told)
+        self._record_door(measured, told_leaf)
         self._locator.update(measured, at_the_leaf and estimate.touching, tie is Tie.GRIPPED, elapsed)
         return estimate.door_angle
 
@@ -201,6 +209,19 @@ class Mission(Uncopied):
         """Where the vehicle will be when what is sent now shows."""
         outer = self._controller.observer.estimate - setpoint.force
         return self._under_way.later(estimate.time, seen, body_rates, estimate.velocity, self._rotors, outer)
+
+    def _see_frame(self, measured: Measurement) -> None:
+        """A sensor of the door's frame says where that stands."""
+        found = self._watch.moves(measured.frame)
+        if self._watch.refused and not self._abort_reason:
+            self.abort(self._watch.refused)
+        if found is None or measured.frame is None:
+            return
+        first = self._locator.frame is None
+        self._locator.measure(*found, measured.frame.position_deviation, measured.frame.yaw_deviation)
+        self._sequence.attempt.frame = self._locator.frame  # it need not be touched
+        if first:
+            self._estimator.know_the_face()
 
     def _learn_frame(self) -> None:
         """Once the frame has been touched, the door stands where that is."""
@@ -250,6 +271,23 @@ class Mission(Uncopied):
     def _write_phase(self, now: float, phase: str, message: str) -> None:
         wall_time = time.perf_counter() - self._started
         self.recorder.write("mission", now, {"state": phase, "message": message, "wall_time": wall_time})
+
+    def _record_door(self, measured: Measurement, leaf: LeafReading | None) -> None:
+        """Write down what a sensor of the door says, and whether it is believed."""
+        now, write, frame = measured.time, self.recorder.write, measured.frame
+        if leaf is not None:
+            write(
+                "door_sensor", now,
+                {
+                    "joint": leaf.joint, "door_angle": self.model.door.angle_of_joint(leaf.joint), "leaf_time": leaf.time,
+                    "deviation": leaf.deviation, "believed": measured.leaf is not None,
+                },
+            )  # fmt: skip
+        if frame is not None:
+            write("door_frame", now, {"position": frame.position, "yaw": frame.yaw, "frame_time": frame.time})
+        for time_of, words in self._watch.told:
+            write("event", time_of, {"source": "door sensor", "message": words})
+        self._watch.told.clear()
 
     def _record(
         self, measurement: Measurement, estimate: Estimate, setpoint: Setpoint, thrust: Thrust, command: Command

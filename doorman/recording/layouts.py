@@ -26,7 +26,10 @@ def _triple(path: str) -> tuple[str, ...]:
 
 
 PANELS = (
-    Panel("door angle: estimate, truth [rad]", ("estimate.state[3]", "truth.door_angle")),
+    Panel(
+        "door angle: estimate, truth, measured [rad]",
+        ("estimate.state[3]", "truth.door_angle", "door_sensor.door_angle"),
+    ),
     Panel("tip force: estimate, along the normal [N]", ("estimate.normal_force", "truth.tip_normal_force")),
     Panel("position: measured, setpoint [m]", (*_triple("measurement.position"), *_triple("setpoint.position"))),
     Panel("attitude: measured, command [rad]", (*_triple("measurement.attitude"), *_triple("command.attitude"))),

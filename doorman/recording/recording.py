@@ -16,6 +16,8 @@ from doorman.recording.runs import recording_file
 
 _JUDGED = ("truth", "estimate", "mission")
 """Topics without which a run has no summary."""
+_MEASURED = "door_sensor"
+"""Topic by which a real run is judged, in place of its truth."""
 
 
 class _UnknownNameError(RecordingError, KeyError):
@@ -126,14 +128,15 @@ class Recording(Mapping[str, Topic]):
 
     @property
     def summary(self) -> dict[str, Any]:
-        """Figures of a simulated run, as in `summary.json`, computed when first asked for.
+        """Figures of a simulated run, as in `summary.json`, or of a real one by its sensor of the door; computed when asked for.
 
         Raises:
             RecordingError: if a topic is missing that a run is judged by: nothing was simulated, or not even one tick.
             DoormanError: if the recorded scenario cannot be made a model any more.
         """
         if self._summary is None:
-            missing = [topic for topic in _JUDGED if topic not in self]
+            told = "truth" if _MEASURED not in self or "truth" in self else _MEASURED
+            missing = [topic for topic in (told, *_JUDGED[1:]) if topic not in self]
             if missing:
                 raise RecordingError(
                     f"the recording has no summary, as it lacks the topic '{missing[0]}'", field="topic",

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.arrays import Array
-from doorman.hardware.quaternions import from_attitude, multiply, to_attitude
+from doorman.hardware.quaternions import from_attitude, from_rotation, multiply, to_attitude
 from doorman.hardware.vehicle.gripper import CLOSED, OPEN, SHUT
 from doorman.rig.emulators.autopilot.vehicle.plant import PlantTruth
 from doorman.rig.emulators.mocap.stream import BodyPose
@@ -94,6 +94,43 @@ class RigBody:
         turn = 0.5 * ahead * truth.body_rates
         quaternion = np.array(multiply(from_attitude(truth.attitude.tolist()), [1.0, *turn.tolist()]))
         return BodyPose(truth.position + ahead * truth.velocity, quaternion)
+
+
+class RigLeaf:
+    """The leaf's link of the plant's true door as the cameras see it.
+
+    Args:
+        plant: The plant.
+    """
+
+    def __init__(self, plant: RigPlant) -> None:
+        self._plant = plant
+
+    def __call__(self, time: float) -> BodyPose:
+        """Pose at a time [s]."""
+        snapshot, door = self._plant.snapshot, self._plant.model.true_door
+        truth = snapshot.truth
+        placed = door.link_placements(truth.door_angle + _ahead(snapshot, time) * truth.door_rate)[door.section.leaf]
+        return _pose_of(placed)
+
+
+class RigFrame:
+    """What stands around the leaf: where the true door is against the map.
+
+    Args:
+        plant: The plant.
+    """
+
+    def __init__(self, plant: RigPlant) -> None:
+        self._pose = _pose_of(plant.model.true_door.placement)
+
+    def __call__(self, time: float) -> BodyPose:
+        """Pose at a time [s]."""
+        return self._pose
+
+
+def _pose_of(placement: Array) -> BodyPose:
+    return BodyPose(placement[:3, 3], from_rotation(placement[:3, :3]))
 
 
 def _ahead(snapshot: Snapshot, time: float) -> float:

@@ -5,14 +5,18 @@ from __future__ import annotations
 import shutil
 import tempfile
 import weakref
+from collections.abc import Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, Literal, cast
 
 from doorman.background import Started
 from doorman.clocks import REAL_TIME, Clock
 from doorman.exceptions import BackendError
+from doorman.hardware.door import DoorSensorConfig
+from doorman.hardware.door.config import CAMERAS
 from doorman.hardware.dynamixel import ServoConfig
 from doorman.hardware.dynamixel.wire.registers import BAUD_CODES
 from doorman.hardware.mocap import MocapConfig
@@ -20,11 +24,12 @@ from doorman.hardware.pixhawk.wire.signing import load_key
 from doorman.hardware.vehicle import VehicleConfig
 from doorman.model import Model
 from doorman.recording import Recorder
-from doorman.rig.adapters import RigArm, RigBody, RigVehicle
+from doorman.rig.adapters import RigArm, RigBody, RigFrame, RigLeaf, RigVehicle
 from doorman.rig.emulators.autopilot import EmulatedAutopilot
 from doorman.rig.emulators.autopilot.rules.dialects import DIALECTS, Flavour
 from doorman.rig.emulators.autopilot.vehicle.mixer import MotorKind, add_rotors
 from doorman.rig.emulators.mocap.emulator import MocapEmulator, TrackerSetup
+from doorman.rig.emulators.mocap.stream import TrackedBody
 from doorman.rig.emulators.servos import ServoEmulator
 from doorman.rig.emulators.servos.unit import READY, READY_TO_GRIP, ServoSetup
 from doorman.rig.plant import RigPlant
@@ -71,13 +76,21 @@ def servo_setups(n_arm: int, gripper: bool, mounted: ServoConfig | None = None) 
     return setups
 
 
-def tracker_setup(cameras: MocapConfig) -> TrackerSetup:
+def tracker_setup(cameras: MocapConfig, bodies: Mapping[str, TrackedBody] = MappingProxyType({})) -> TrackerSetup:
     """Cameras and object as a vehicle's configuration says where they are."""
     return TrackerSetup(
         cameras.object_name, cameras.rate, cameras.latency,
         origin_position=cameras.origin_position, origin_attitude=cameras.origin_attitude,
-        object_position=cameras.object_position, object_attitude=cameras.object_attitude,
+        object_position=cameras.object_position, object_attitude=cameras.object_attitude, bodies=bodies,
     )  # fmt: skip
+
+
+def door_bodies(plant: RigPlant, sensor: DoorSensorConfig | None) -> dict[str, TrackedBody]:
+    """What is stuck on the plant's door for the cameras, by the object's name."""
+    if sensor is None or sensor.source != CAMERAS:
+        return {}
+    marks = (sensor.leaf, RigLeaf(plant)), (sensor.frame, RigFrame(plant))
+    return {mark.name: TrackedBody(source, mark.position, mark.attitude) for mark, source in marks if mark is not None}
 
 
 @dataclass(frozen=True)
@@ -191,7 +204,11 @@ class Rig(Started):
             RigArm(self.plant, self.gripper), link=self._servos, clock=clock,
         )  # fmt: skip
         cameras = None if mounted is None else mounted.mocap
-        tracker = TrackerSetup(OBJECT_NAME, rate=self.setup.mocap_rate) if cameras is None else tracker_setup(cameras)
+        tracker = (
+            TrackerSetup(OBJECT_NAME, rate=self.setup.mocap_rate)
+            if cameras is None
+            else tracker_setup(cameras, door_bodies(self.plant, None if mounted is None else mounted.door_sensor))
+        )
         self.mocap = MocapEmulator(RigBody(self.plant), tracker, (LOOPBACK, self.setup.mocap_port or 51001), clock)
         self._with_mocap = with_mocap
         self._running: ExitStack | None = None

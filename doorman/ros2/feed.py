@@ -23,14 +23,15 @@ LARGEST = 65_000
 """Largest datagram [byte]."""
 BUFFER = 1 << 22
 """Receive buffer of the bridge's socket: some seconds of a flight [byte]."""
-TEXT = 0
+TEXT, NUMBER = 0, -1
 FED = {
     "measurement": {"position": 1, "velocity": 1, "attitude": 1, "body_rates": 1, "arm_angles": 1, "arm_rates": 1},
     "estimate": {"state": 1, "tip_force": 1},
     "plan": {"states": 2},
+    "door_sensor": {"joint": NUMBER, "deviation": NUMBER},
     "mission": {"state": TEXT, "message": TEXT},
 }
-"""Fields that the bridge reads, by topic: texts, and dimensions of arrays."""
+"""Fields that the bridge reads, by topic: texts, numbers, and dimensions of arrays."""
 _END_OF_TIME = 2**31 * 1_000_000_000
 """First time that ROS cannot hold [ns]."""
 
@@ -105,6 +106,8 @@ def _value(value: Any, dimensions: int) -> Any:
         if not isinstance(value, str):
             raise TypeError
         return value
+    if dimensions == NUMBER:
+        return _floats(value, 0)
     array = np.array(_floats(value, dimensions))
     if array.ndim != dimensions:
         raise ValueError

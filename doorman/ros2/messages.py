@@ -36,7 +36,7 @@ class Outgoing(NamedTuple):
 
 TYPES: dict[str, type[IdlStruct]] = {
     "odometry": ros.Odometry, "joint_states": ros.JointState, "tip_force": ros.WrenchStamped, "plan": ros.Path,
-    "mission": ros.String, "markers": ros.MarkerArray, "tf": ros.TFMessage,
+    "mission": ros.String, "markers": ros.MarkerArray, "tf": ros.TFMessage, "door/joint_states": ros.JointState,
 }  # fmt: skip
 """What is published."""
 
@@ -61,6 +61,11 @@ class Translator:
             yield from self._measurement(told, stamp)
         elif told.topic == "estimate":
             yield from self._estimate(told, stamp)
+        elif told.topic == "door_sensor":
+            names = [self._model.scenario.door.hinge]
+            yield Outgoing(
+                "door/joint_states", ros.JointState(ros.Header(stamp, WORLD), names, [told.fields["joint"]], [], [])
+            )
         elif told.topic == "plan" and self._due("plan", told.wall_time):
             yield Outgoing("plan", self._path(told.fields["states"], stamp))
         elif told.topic == "mission":

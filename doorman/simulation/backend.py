@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 import time
+from dataclasses import replace
 
 from doorman.checks import vector
 from doorman.exceptions import BackendError, DimensionError
 from doorman.hardware.interface import Backend, Command, Measurement
 from doorman.model import Model
 from doorman.recording import Recorder
+from doorman.simulation.door_sensor.readings import DoorReadings, door_readings
 from doorman.simulation.gusts import Gust, together
 from doorman.simulation.hand import Hand
 from doorman.simulation.plant.onboard.attitude_loop import AttitudeGains
@@ -56,6 +58,7 @@ class SimulatedBackend(Backend):
         self._simulator: Simulator | None = None
         self._sensors: Sensors | None = None
         self._link: CommandLink[Command] | None = None
+        self._door: DoorReadings | None = None
         self._truth: Truth | None = None
         self._ticks = 0
         self._wall_start = 0.0
@@ -82,6 +85,7 @@ class SimulatedBackend(Backend):
         self._simulator = Simulator(self.model, self.period / self.steps_per_period, self._disturbances(), self._gains)
         simulation = self.model.scenario.simulation
         self._sensors = Sensors(simulation.noise, self.seed, simulation.sensors, simulation.servo_backlash)
+        self._door = door_readings(self._simulator, self.seed) if simulation.door_sensor.works else None
         self._link = CommandLink(simulation.command_rate, simulation.command_jitter, self.seed)
         self._truth = self._simulator.truth()
         self._ticks = 0
@@ -109,7 +113,11 @@ class SimulatedBackend(Backend):
             if ahead > 0.0:
                 time.sleep(ahead)
         assert self._sensors is not None
-        return self._sensors.measure(self._truth)
+        measured = self._sensors.measure(self._truth)
+        if self._door is None:
+            return measured
+        leaf, frame = self._door(self._truth)
+        return replace(measured, leaf=leaf, frame=frame)
 
     def command(self, command: Command) -> None:
         """Hold a command from now on.
@@ -138,7 +146,7 @@ class SimulatedBackend(Backend):
     def stop(self) -> None:
         """Let go of the plant; the last `truth` stays. May be called twice."""
         self._simulator = None
-        self._sensors = None
+        self._sensors = self._door = None
 
     def _follow(self, simulator: Simulator) -> None:
         """Take what the link has brought."""

@@ -7,7 +7,6 @@ jitter, and with the servos' play. Body rates are the gyroscope's, and a force s
 
 from __future__ import annotations
 
-import math
 from collections import deque
 from typing import NamedTuple, TypeVar
 
@@ -16,6 +15,7 @@ from numpy.typing import NDArray
 
 from doorman.hardware.interface import Measurement
 from doorman.scenario import NoiseSection, SensorsSection
+from doorman.simulation.gaps import Dropouts
 from doorman.simulation.reality.seen_frame import SeenFrame, seen_frame
 from doorman.simulation.truth import Truth
 
@@ -54,33 +54,6 @@ class _Arm(NamedTuple):
 _Sample = TypeVar("_Sample", _Pose, _Arm)
 
 
-class Dropouts:
-    """Gaps without a new pose, by chance.
-
-    Args:
-        rate: Gaps per second without one [1/s].
-        longest: Length of the longest gap [s]; lengths are evenly spread from 0 to it.
-        seed: Of the gaps.
-    """
-
-    def __init__(self, rate: float, longest: float, seed: int) -> None:
-        self._rate, self._longest = rate, longest
-        self._generator = np.random.default_rng([seed, _DROPOUTS])
-        self._begin, self._end = math.inf, 0.0
-        if rate > 0.0 and longest > 0.0:
-            self._next_gap()
-
-    def lost(self, time: float) -> bool:
-        """Whether a pose seen at this time is lost; times must not decrease."""
-        while time >= self._end and self._begin < math.inf:
-            self._next_gap()
-        return time >= self._begin
-
-    def _next_gap(self) -> None:
-        self._begin = self._end + self._generator.exponential(1.0 / self._rate)
-        self._end = self._begin + self._generator.uniform(0.0, self._longest)
-
-
 class Sensors:
     """Measurements of one flight, with independent noise at every tick.
 
@@ -97,7 +70,7 @@ class Sensors:
         self._noise, self._deviations = noise, np.empty(0)
         self._generator = np.random.default_rng(seed)
         self._delivery = delivery or SensorsSection()
-        self._dropouts = Dropouts(self._delivery.dropout_rate, self._delivery.dropout_duration, seed)
+        self._dropouts = Dropouts(self._delivery.dropout_rate, self._delivery.dropout_duration, [seed, _DROPOUTS])
         self._frame = seen_frame(self._delivery, seed)
         self._jitter = np.random.default_rng([seed, _JITTER])
         self._tip_noise = np.random.default_rng([seed, _TIP_FORCE])

@@ -17,7 +17,8 @@ from doorman.recording.layouts import PANELS, STATE
 
 @pytest.fixture(scope="module")
 def flown():
-    return package.simulate(package.Scenario.load("paper", overrides={"mission.start": "contact"}), duration=1.0)
+    keys = {"mission.start": "contact", "simulation.door_sensor.kind": "encoder"}
+    return package.simulate(package.Scenario.load("paper", overrides=keys), duration=1.0)
 
 
 def paths() -> list[str]:

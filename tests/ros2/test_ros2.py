@@ -26,6 +26,7 @@ from doorman.mission import simulate
 from doorman.ros2 import Feed
 from doorman.ros2 import types as ros
 from doorman.ros2.bridge import FlightPublisher, PoseSubscriber, dds_name
+from doorman.ros2.door_source import JointStateSource
 from doorman.ros2.feed import FedMessage, parse
 from doorman.ros2.messages import TYPES, Translator
 
@@ -39,7 +40,7 @@ INDEPENDENT = Path(__file__).parent / "independent.py"
 STORE = get_typestore(Stores.ROS2_HUMBLE)
 NAMES = {"odometry": "nav_msgs/msg/Odometry", "joint_states": "sensor_msgs/msg/JointState", "plan": "nav_msgs/msg/Path",
          "tip_force": "geometry_msgs/msg/WrenchStamped", "mission": "std_msgs/msg/String", "tf": "tf2_msgs/msg/TFMessage",
-         "markers": "visualization_msgs/msg/MarkerArray"}  # fmt: skip
+         "markers": "visualization_msgs/msg/MarkerArray", "door/joint_states": "sensor_msgs/msg/JointState"}  # fmt: skip
 
 
 @pytest.fixture
@@ -101,6 +102,7 @@ def test_types_and_bytes_are_those_of_ros(name, model):
         "plan": FedMessage("plan", 7, {"states": np.tile(model.start_state, (3, 1))}),
         "tip_force": FedMessage("estimate", 7, {"state": model.start_state, "tip_force": np.array([1.0, -2.0, 3.0])}),
         "mission": FedMessage("mission", 7, {"state": "open", "message": "now"}),
+        "door/joint_states": FedMessage("door_sensor", 7, {"joint": 0.52, "deviation": 0.002}),
     }
     told |= {"tf": told["odometry"], "joint_states": told["odometry"], "markers": told["tip_force"]}
     (message,) = [one.message for one in Translator(model).translate(told[name]) if one.topic == name]
@@ -109,6 +111,20 @@ def test_types_and_bytes_are_those_of_ros(name, model):
     assert bytes(STORE.serialize_cdr(read, NAMES[name])) == bytes(data)
     package, _, short = NAMES[name].split("/")
     assert TYPES[name].__idl_typename__ == f"{package}.msg.dds_.{short}_"
+
+
+def test_a_joint_of_ros_is_a_source_of_the_door():
+    """Messages of an encoder's node, by name and stamp; what has no such joint says so."""
+    source = JointStateSource("/door/joint_states", "hinge")
+    with pytest.raises(BackendError, match="not open"):
+        source.read()
+    now, stamp = time.monotonic(), time.time() - 0.2
+    header = ros.Header(ros.Time(int(stamp), int(stamp % 1.0 * 1e9)), "")
+    leaf = source._leaf(ros.JointState(header, ["latch", "hinge"], [0.1, 0.52], [], []))
+    assert leaf.joint == 0.52 and now - leaf.time == pytest.approx(0.2, abs=0.15)
+    with pytest.raises(BackendError, match="not in the messages"):
+        source._leaf(ros.JointState(header, ["latch"], [0.1], [], []))
+    source.stop()
 
 
 def test_poses_have_the_type_of_ros():

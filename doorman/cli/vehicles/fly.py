@@ -23,6 +23,7 @@ from doorman.cli.overrides import parse_overrides
 from doorman.cli.run_folder import new_folder
 from doorman.cli.setup.feeding import fed
 from doorman.cli.terminal.background_printer import BackgroundPrinter
+from doorman.cli.vehicles.ros2_door import door_source
 from doorman.dynamics.attitude_loop import AttitudeLoop
 from doorman.exceptions import DoormanError, RecordingError
 from doorman.feasibility import check
@@ -37,6 +38,7 @@ from doorman.hardware.vehicle_file import VehicleFile
 from doorman.model import Model
 from doorman.planning.planner import Planner
 from doorman.recording import Recorder, Recording
+from doorman.summary import has_measured_leaf, summarize, told_by_the_leaf
 
 _COLORS = {Verdict.GOOD: "green", Verdict.WARNING: "yellow", Verdict.BAD: "bold red"}
 _STATUS_PERIOD = 0.5
@@ -72,7 +74,7 @@ def fly_mission(
     planner, findings = Planner(model), check(model)
     rehearse(model, planner)
     console.print("Opening the links")
-    with real_time(), VehicleLinks(config) as opened:
+    with real_time(), VehicleLinks(config, door=door_source(config)) as opened:
         await_links(opened, console.print)
         checks = preflight(model, opened, findings)
         _print_checks(checks, output)
@@ -179,6 +181,7 @@ def _fly(
                 printer.print(f"The recording is not whole: {unwritten}")
     loop = None if unwritten else _attitude_loop(path)
     _print_report(report, session, gap, path, loop, output)
+    judged = None if unwritten else _by_the_leaf(path, model, output)
     return {
         "ready": True,
         "completed": report.completed,
@@ -187,12 +190,26 @@ def _fly(
         "seen": report.seen,
         "recording": str(path),
         "unwritten": unwritten,
+        "by_the_leaf": judged,
         "timing": timing,
         "attitude_lag_s": None if loop is None else loop.lag,
         "attitude_dead_time_s": None if loop is None else loop.dead_time,
         "hover": {name: value for name, value in session.flight.measured.items() if math.isfinite(value)},
         "journal": session.journal.lines,
     }
+
+
+def _by_the_leaf(path: Path, model: Model, output: Output) -> dict[str, Any] | None:
+    """Figures by the measured leaf, told in a sentence; None without a sensor of the door."""
+    try:
+        recording = Recording.load(path)
+        if not has_measured_leaf(recording):
+            return None
+        figures = summarize(recording, model)
+    except DoormanError:
+        return None
+    typer.echo(told_by_the_leaf(figures), err=output != "words")
+    return figures
 
 
 def _attitude_loop(path: Path) -> AttitudeLoop | None:

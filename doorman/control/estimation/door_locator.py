@@ -38,6 +38,8 @@ _LOST = 0.2
 """A tip that leaves the leaf for so long comes back to another point of it [s]."""
 _SPEED, _TURN = 0.005, 0.01
 """With which what is found is used: the vehicle is not to jump after it [m/s], [rad/s]."""
+_WANDERS = 1e-4
+"""By which the frame of the poses may wander from one reading of a sensor to the next [m], [rad]."""
 _STEP = 1e-5
 
 
@@ -65,7 +67,8 @@ class DoorLocator:
         self._touches = False
         self._goes_round = False
         self.frame: FrameFit | None = None
-        """What touches of the frame have found."""
+        """What touches of the frame have found, or a sensor of it."""
+        self._measured: Array | None = None  # covariance of what a sensor has found
         self._met: Array | None = None  # where the leaf was nearest to closed
         self._sum, self._count, self._since = np.zeros(3), 0, 0.0
         self._away, self._ended = 0.0, False
@@ -140,6 +143,23 @@ class DoorLocator:
         self._located_at = frame.time
         self.yaw_deviation = math.sqrt(float(frame.covariance[2, 2]))
 
+    def measure(self, offset: Array, yaw: float, place_deviation: float, yaw_deviation: float) -> None:
+        """Take in where a sensor has seen the frame: h, shape (2,), and the turn. The first one is used at once."""
+        self._works = False  # the track of a grip would only be second to this
+        if self._measured is None:
+            self._measured = np.diag([place_deviation**2, place_deviation**2, yaw_deviation**2])
+            found = np.array([*offset, yaw])
+            self._offset, self._turned = found[:2].copy(), yaw
+        else:
+            noise = np.diag([place_deviation**2, place_deviation**2, yaw_deviation**2])
+            doubt = self._measured + (_WANDERS**2) * np.eye(3)
+            gain = doubt @ np.linalg.inv(doubt + noise)
+            before = np.array([*self._known[:2], self.yaw])
+            found = before + gain @ (np.array([*offset, yaw]) - before)
+            self._measured = (np.eye(3) - gain) @ doubt
+        hinge, covariance = self._door.hinge_position, self._measured
+        self.learn(FrameFit(hinge, found[:2], float(found[2]), covariance, self._now))
+
     def seen(self, measured: Measurement) -> Measurement:
         """A measurement as it would be if the door stood where the map has it."""
         if not self._moved:
@@ -153,6 +173,7 @@ class DoorLocator:
         return Measurement(
             measured.time, origin + back @ moved, back @ measured.velocity, attitude, measured.body_rates,
             measured.arm_angles, measured.arm_rates, measured.pose_time, measured.arm_time, measured.tip_force,
+            measured.leaf, measured.frame,
         )  # fmt: skip
 
     def told(self, command: Command) -> Command:

@@ -140,6 +140,7 @@ class Estimator:
         self._numbers = leaf_numbers(model, _FIRST_NOISE)
         self._bank = leaf_filter(model, self._numbers)  # compiles while nothing is in flight
         self._run: LeafRun | None = None
+        self._face_is_known, self._leaf_time = False, -math.inf
         self._hinge = HingeFit(model)
         self._attitude_told: Array | None = None
         self._response = AttitudeResponse(model.scenario.vehicle.attitude_lag)
@@ -168,6 +169,7 @@ class Estimator:
 
     def know_the_face(self) -> None:
         """The door stands where it is believed: a leaf that is met elsewhere stands ajar."""
+        self._face_is_known = True
         if self._run is not None:
             self._run.know_face()
 
@@ -188,7 +190,12 @@ class Estimator:
         inputs = self._acting.at(measured.pose_time, measured.attitude)
         if self._run is None:
             self._run = LeafRun(self._model, self._numbers, measured.pose_time, measured.position, inputs, self._bank)
+            if self._face_is_known:  # a sensor has seen the frame before the first pose
+                self._run.know_face()
             return
+        if (leaf := measured.leaf) is not None and leaf.time != self._leaf_time:
+            self._leaf_time, door = leaf.time, self._model.door
+            self._run.see_leaf(leaf.time, door.angle_of_joint(leaf.joint), leaf.deviation / door.per_angle)
         if self._poses % _LISTENS == 0 and math.isfinite(noise := self._noise.deviation):
             self._run.pose_deviation(max(noise, _LEAST_NOISE))
         self._run.is_to_move(self._model.travel.left(float(self._run.estimate.mean[JOINT])) > _AT_THE_GOAL)

@@ -21,6 +21,7 @@ from doorman.estimation.leaf.hypotheses import (
     standing,
     switching,
 )
+from doorman.estimation.leaf.leaf_sensor import leaf_row
 from doorman.estimation.leaf.motion import LeafMotion
 from doorman.estimation.leaf.numbers import JOINT, PLACES, SIZE
 from doorman.estimation.measurement import Measurement
@@ -69,7 +70,7 @@ def leaf_filter(model: Model, numbers: Numbers) -> Filter:
             lower=least, upper=most,
         ),
         measurements=[
-            Measurement("pose", motion.position, motion.sensor.pose, gate=8.0), felt,
+            Measurement("pose", motion.position, motion.sensor.pose, gate=8.0), felt, leaf_row(motion),
         ],
         hypotheses=hypotheses, switching=switching(motion, names), outputs=[force, *winds, *slips, *gains, borne],
         allowed={AWAY: [FREE, BLOWN], AT_THE_LEAF: [FREE, PUSHING, STANDING], **(gripping if grips else {})},

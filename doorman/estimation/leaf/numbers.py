@@ -75,7 +75,10 @@ _STOP = 3e-3
 _TIP_FORCE = 0.5
 """Deviation of what a sensor in the tip reads from the force of a stiff contact [N]: the tip swings on its compliance."""
 
-TUNED = ("sensor.pose", "sensor.tip_force", *_TOUCH, *_SWITCH, *_NOISE, *_START)
+_LEAF = 5e-3
+"""Deviation of a sensor of the leaf whose readings come without their own [rad or m]."""
+
+TUNED = ("sensor.pose", "sensor.tip_force", "sensor.leaf", *_TOUCH, *_SWITCH, *_NOISE, *_START)
 """Names of what is no fact of vehicle or door."""
 
 
@@ -101,6 +104,7 @@ def leaf_numbers(model: Model, pose_deviation: float) -> Numbers:
         "reference.sense": math.copysign(1.0, model.goal_state[3] - model.start_state[3]),
         "sensor.pose": pose_deviation,
         "sensor.tip_force": math.hypot(_TIP_FORCE * scale.force, *_of_the_sensor(model)),
+        "sensor.leaf": _LEAF,
         "contact.stiffness": 1500.0 * scale.stiffness,
         **{
             name: value * (1.0 if name in ("contact.friction", "switch.jump") else units.get(name.partition(".")[2], 1.0))

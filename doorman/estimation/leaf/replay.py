@@ -1,12 +1,13 @@
 """A recorded flight through the filter at the leaf: its poses and commands, as they were measured and sent.
 
-The filter runs at the poses' time, and takes what acts then from `Acting`, as in flight. What is known now follows from the last
-pose by the leaf's own rate.
+The filter runs at the poses' time, takes what acts then from `Acting`, as in flight, and fuses readings of the leaf at their own
+time. What is known now follows from the last pose by the leaf's own rate.
 """
 
 from __future__ import annotations
 
 import math
+from collections import deque
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,6 +17,7 @@ from numpy.typing import NDArray
 from doorman.estimation.leaf.acting import Acting
 from doorman.estimation.leaf.hypotheses import PUSHING, STANDING, TOUCHING
 from doorman.estimation.leaf.leaf_filter import AT_THE_LEAF, AWAY, CLOSING, HELD, SLIPS, WINDS
+from doorman.estimation.leaf.leaf_sensor import recorded_readings
 from doorman.estimation.leaf.numbers import JOINT, JOINT_RATE, TUNED, leaf_numbers
 from doorman.estimation.leaf.running import LeafRun
 from doorman.exceptions import DoormanError, RecordingError
@@ -102,8 +104,12 @@ def replay_leaf(recording: Recording, model: Model, changes: dict[str, float] | 
     inputs = _inputs(recording, model, whole, new)
     run = LeafRun(model, numbers, pose_time[new[0]], measured["position"][new[0]], inputs[0])
     rows: list[tuple[Any, ...]] = []
+    readings = deque(recorded_readings(recording).tolist())
     for k in range(1, len(new)):
         reading = None if felt is None else felt[k : k + 1]
+        while readings and readings[0][0] <= measured.time[new[k]]:
+            _, seen_at, angle, deviation = readings.popleft()
+            run.see_leaf(seen_at, angle, deviation / model.door.per_angle)
         status = run.step(float(pose_time[new[k]]), measured["position"][new[k]], inputs[k], situations[k], reading)
         found = run.estimate
         rows.append((

@@ -12,6 +12,7 @@ from doorman.estimation.estimate import FilterEstimate
 from doorman.estimation.filter import Filter
 from doorman.estimation.leaf.hypotheses import FREE, HOLDING, STANDING, TOUCHING
 from doorman.estimation.leaf.leaf_filter import AT_THE_LEAF, AWAY, HELD, leaf_filter
+from doorman.estimation.leaf.leaf_sensor import LEAF
 from doorman.estimation.leaf.numbers import FACE, JOINT, JOINT_RATE, PLACES, first_state
 from doorman.estimation.status import Status
 from doorman.kinematics.numbers import Numbers
@@ -102,6 +103,20 @@ class LeafRun:
         self.estimate = bank.estimate()
         self._look_farther(situation)
         return status
+
+    def see_leaf(self, time: float, joint: float, deviation: float) -> Status:
+        """Take in where a sensor has seen the leaf; the next step fuses it at its own time.
+
+        Args:
+            time: At which it was true [s].
+            joint: q [rad].
+            deviation: Of q [rad]; that of the last reading holds for all that one step fuses.
+
+        Returns:
+            Whether it was taken.
+        """
+        self._bank.parameters[self._numbers.place("sensor.leaf")] = deviation
+        return self._bank.measure(LEAF, time, [joint])
 
     @property
     def deviations(self) -> Array:

@@ -12,6 +12,7 @@ from doorman.control.estimation.pose_age import oldest_pose
 from doorman.dynamics.attitude_loop import TESTED_DEAD_TIME, TESTED_LAG
 from doorman.feasibility import Report
 from doorman.flight.ground.checks import Check, Verdict, row
+from doorman.flight.ground.door import measured_door
 from doorman.flight.ground.judgements import (
     judge_age,
     judge_battery,
@@ -61,6 +62,7 @@ def preflight(model: Model, links: VehicleLinks, findings: Report) -> list[Check
         _mocap(model, links),
         _servos(model, links),
         judge_limits(model),
+        measured_door(model, links),
         _place(model, links),
         _computer(),
         judge_scenario(findings),

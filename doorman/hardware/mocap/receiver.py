@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from importlib.util import find_spec
-from types import TracebackType
+from types import MappingProxyType, TracebackType
 
 from doorman.clocks import REAL_TIME, Clock
 from doorman.copying import Uncopied
@@ -30,10 +31,13 @@ class MocapReceiver(Uncopied):
     Args:
         config: Stream, object, frames and limits.
         clock: By which it waits.
+        beside: Further objects of the same stream, by what they are: the door's leaf and frame.
     """
 
-    def __init__(self, config: MocapConfig, clock: Clock = REAL_TIME) -> None:
-        self.config, self._clock = config, clock
+    def __init__(
+        self, config: MocapConfig, clock: Clock = REAL_TIME, beside: Mapping[str, MocapConfig] = MappingProxyType({})
+    ) -> None:
+        self.config, self._clock, self.beside = config, clock, beside
         self._log = EventLog[MocapEvent]()
         self._worker: MocapWorker | None = None
 
@@ -53,7 +57,7 @@ class MocapReceiver(Uncopied):
             raise BackendError(f"these cameras need the package motioncapture; {how_to_install('mocap')}",
                                field="mocap.connection", given=self.config.connection)  # fmt: skip
         patience = self.config.open_timeout if timeout is None else timeout
-        self._worker = MocapWorker(listen(self.config.connection), self.config, self._log, self._clock)
+        self._worker = MocapWorker(listen(self.config.connection), self.config, self._log, self._clock, self.beside)
         self._worker.start()
         try:
             self._await_pose(self._worker, patience)
@@ -68,6 +72,19 @@ class MocapReceiver(Uncopied):
             BackendError: if it is not open.
         """
         return self._as_of_now(self._opened())
+
+    def read_beside(self, part: str) -> PoseSample:
+        """Newest pose of a further object, at once; what is wrong with it is in the sample alone.
+
+        Args:
+            part: One of `beside`.
+
+        Raises:
+            BackendError: if it is not open.
+        """
+        config = self.beside[part]
+        sample = self._opened().latest_beside(part)
+        return sample.at(self._clock.now(), config.stale_after, config.prediction_limit)
 
     def wait(self, sample: PoseSample, timeout: float) -> PoseSample:
         """Wait for a measurement that is newer than another.

@@ -6,7 +6,8 @@ import contextlib
 import math
 import os
 import socket
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
 
 from doorman.clocks import REAL_TIME, Clock
 from doorman.exceptions import BackendError
@@ -39,11 +40,13 @@ class MocapWorker:
         config: Settings.
         log: Gets what happens.
         clock: By which it waits.
+        beside: Further objects of the same stream, by what they are.
     """
 
     def __init__(
-        self, channel: socket.socket, config: MocapConfig, log: EventLog[MocapEvent], clock: Clock = REAL_TIME
-    ) -> None:
+        self, channel: socket.socket, config: MocapConfig, log: EventLog[MocapEvent], clock: Clock = REAL_TIME,
+        beside: Mapping[str, MocapConfig] = MappingProxyType({}),
+    ) -> None:  # fmt: skip
         self._clock = clock
         self._channel: socket.socket | None = channel
         self._config = config
@@ -53,6 +56,8 @@ class MocapWorker:
         self.client_words = ""
         """Why the cameras' client ended last."""
         self._pipeline = Pipeline(config, log)
+        self._beside = {part: Pipeline(one, EventLog()) for part, one in beside.items()}
+        self._all = self._pipeline, *self._beside.values()
         self._changed = clock.condition()
         self._stopping = False
         self._wake_read, self._wake_write = os.pipe()
@@ -62,6 +67,10 @@ class MocapWorker:
     def latest(self) -> PoseSample:
         """Newest measurement."""
         return self._pipeline.latest
+
+    def latest_beside(self, part: str) -> PoseSample:
+        """Newest measurement of a further object."""
+        return self._beside[part].latest
 
     @property
     def pipeline(self) -> Pipeline:
@@ -111,7 +120,8 @@ class MocapWorker:
             if self._cameras is not None:
                 self._look_after_client(self._cameras, self._channel)
             self._receive(self._channel)
-        self._pipeline.tick(self._clock.now())
+        for pipeline in self._all:
+            pipeline.tick(self._clock.now())
 
     def _look_after_client(self, cameras: CamerasLink, channel: socket.socket) -> None:
         """Start the cameras' client, and start it again where it has ended; it ends with this thread."""
@@ -139,7 +149,9 @@ class MocapWorker:
                 for _ in range(BATCH):
                     datagram, sender = channel.recvfrom(LARGEST)
                     arrival = self._clock.now()  # before the other one: what comes between makes poses older, not newer
-                    self._pipeline.feed(datagram, sender, arrival, self._clock.raw())
+                    raw = self._clock.raw()
+                    for pipeline in self._all:
+                        pipeline.feed(datagram, sender, arrival, raw)
         except BlockingIOError:
             return
         except (OSError, ValueError) as error:  # ValueError: the socket is closed

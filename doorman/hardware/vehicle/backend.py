@@ -193,10 +193,15 @@ class VehicleBackend(Backend):
         return PositionSetpoint(measured.position, float(attitude[2]), measured.velocity, acceleration)
 
     def _compose(self, now: float) -> Measurement:
-        links = self.links
+        links, leaf, frame = self.links, None, None
+        state, pose = links.autopilot.state(), self._newest_pose()
+        if links.door is not None:
+            seen, at = (state, state.position_time) if pose is None else (pose, pose.time)
+            links.door.note_pose(at, seen.position, seen.attitude)
+            leaf, frame = links.door.read(now, self.opened_at)
         return compose(
-            now, self.opened_at, links.autopilot.state(), links.servos.read(), self._newest_pose(), self.model.n_arm,
-            links.config.servo_patience, None if links.tip_force is None else links.tip_force.read(now),
+            now, self.opened_at, state, links.servos.read(), pose, self.model.n_arm,
+            links.config.servo_patience, None if links.tip_force is None else links.tip_force.read(now), leaf, frame,
         )  # fmt: skip
 
     def _newest_pose(self) -> PoseSample | None:

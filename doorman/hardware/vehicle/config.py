@@ -13,6 +13,8 @@ import numpy as np
 from doorman.arrays import Array
 from doorman.checks import vector
 from doorman.exceptions import BackendError
+from doorman.hardware.door import DoorSensorConfig, LeafGeometry
+from doorman.hardware.door.config import CAMERAS, PROGRAM
 from doorman.hardware.dynamixel import ServoConfig
 from doorman.hardware.mocap import MocapConfig
 from doorman.hardware.pixhawk import LocalFrame, PixhawkConfig, Rates, Timeouts
@@ -23,6 +25,8 @@ from doorman.kinematics.vehicles.rotor_layout import rotor_layout
 from doorman.kinematics.vehicles.vehicle import Vehicle
 from doorman.model import Model
 
+DOOR_SENSOR = "door_sensor"
+"""Table of the sensor of the door."""
 _SLOWEST_MOCAP, _FASTEST_MOCAP = 40.0, 2000.0
 """Frames per second that the usual settings of poses fit [1/s]."""
 
@@ -41,6 +45,8 @@ class VehicleConfig:
     """None: the autopilot's own estimate is flown on."""
     rate: float = 200.0
     """Ticks of the controller [1/s]."""
+    door_sensor: DoorSensorConfig | None = None
+    """None: nothing measures the door."""
     servo_patience: float = 0.3
     """Age up to which joint angles are used; the arm stands still from `servos.stale_after` on [s]."""
 
@@ -52,6 +58,9 @@ class VehicleConfig:
         if self.pixhawk.mocap is not (self.mocap is not None):
             raise BackendError("pixhawk.mocap must say whether there is motion capture", field="pixhawk.mocap",
                                given=self.pixhawk.mocap, allowed=str(self.mocap is not None))  # fmt: skip
+        if self.mocap is None and self.door_sensor is not None and self.door_sensor.source == CAMERAS:
+            raise BackendError("there are no cameras", field="door_sensor.source", given=CAMERAS,
+                               allowed="a vehicle whose poses come from cameras")  # fmt: skip
 
     @property
     def n_arm(self) -> int:
@@ -145,9 +154,25 @@ def vehicle_config(
         mocap=None if mocap is None else MocapConfig(
             object_name, mocap, rate=mocap_rate, stale_after=0.04, prediction_limit=0.2,
         ),
-        rate=rate,
+        rate=rate, door_sensor=_door_sensor(model, links or {}),
     )  # fmt: skip
-    return with_settings(config, links or {})
+    own = {key: value for key, value in (links or {}).items() if not _of_door_sensor(key)}
+    return with_settings(config, own)
+
+
+def _door_sensor(model: Model, links: Mapping[str, object]) -> DoorSensorConfig | None:
+    """Sensor of the door, where anything is said of it."""
+    prefix, found = f"{DOOR_SENSOR}.", DoorSensorConfig(source=PROGRAM, motion=LeafGeometry.of(model.door))
+    given = {key.removeprefix(prefix): value for key, value in links.items() if key.startswith(prefix)}
+    if isinstance(whole := links.get(DOOR_SENSOR), Mapping):
+        given = {**{str(key): value for key, value in whole.items()}, **given}
+    if not given:
+        return None
+    return with_settings(found, {"source": CAMERAS, **given}, prefix)
+
+
+def _of_door_sensor(key: str) -> bool:
+    return key == DOOR_SENSOR or key.startswith(f"{DOOR_SENSOR}.")
 
 
 def _tilted_rotors(model: Model) -> TiltedRotors | None:

@@ -13,13 +13,16 @@ are not those by which the vehicle took off. They are believed again once they h
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import replace
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
 
 from doorman.clocks import REAL_TIME, Clock
-from doorman.hardware.mocap import MocapConfig, MocapReceiver, PoseQuality, PoseSample
+from doorman.hardware.mocap import MocapConfig, MocapReceiver, PoseQuality, PoseSample, PoseSource
+from doorman.hardware.mocap.sources.polled import PolledReceiver
 from doorman.hardware.pixhawk import Autopilot, SampleStatus
 from doorman.hardware.quaternions import angle_between
 
@@ -38,8 +41,11 @@ class DoubtedMocap(MocapReceiver):
 
     # Far away are positions of a body that was found again since both agreed, and attitudes of any.
 
-    def __init__(self, config: MocapConfig, autopilot: Autopilot, clock: Clock = REAL_TIME) -> None:
-        super().__init__(config, clock)
+    def __init__(
+        self, config: MocapConfig, autopilot: Autopilot, clock: Clock = REAL_TIME,
+        beside: Mapping[str, MocapConfig] = MappingProxyType({}),
+    ) -> None:  # fmt: skip
+        super().__init__(config, clock, beside)
         self._autopilot = autopilot
         self._doubted, self._agreed = False, 0
         self._shift: tuple[float, float, float] = (0.0, 0.0, 0.0)
@@ -76,6 +82,21 @@ class DoubtedMocap(MocapReceiver):
             if apart < BELIEVED and not self._doubted:
                 self._agreed = pose.track
         return replace(pose, quality=PoseQuality.LOST, fresh=False) if self._doubted and pose.usable else pose
+
+
+class DoubtedPoses(DoubtedMocap, PolledReceiver):
+    """The same for poses of any source.
+
+    Args:
+        config: Rate and limits.
+        autopilot: Who contradicts; need not be open.
+        source: Brings the poses.
+        clock: By which it waits.
+    """
+
+    def __init__(self, config: MocapConfig, autopilot: Autopilot, source: PoseSource, clock: Clock = REAL_TIME) -> None:
+        super().__init__(config, autopilot, clock)
+        self.source = source
 
 
 def between(a: NDArray[np.float64], b: NDArray[np.float64]) -> float:

@@ -12,12 +12,15 @@ from doorman.arrays import Array
 from doorman.background import InThread, Opened
 from doorman.clocks import REAL_TIME, Clock
 from doorman.exceptions import BackendError, DoormanError
+from doorman.hardware.door import DoorSensor, DoorSource
+from doorman.hardware.door.sources.camera_objects import objects_beside
+from doorman.hardware.door.sources.configured import source_of
 from doorman.hardware.dynamixel import LATCHED, ServoBus
-from doorman.hardware.mocap import MocapReceiver
+from doorman.hardware.mocap import MocapConfig, MocapReceiver, PoseSource
 from doorman.hardware.pixhawk import Authority, Autopilot, Outcome, PositionSetpoint, SampleStatus
 from doorman.hardware.pixhawk.link.outgoing.stream import LONGEST_BLIND_HOLD
 from doorman.hardware.vehicle.config import VehicleConfig
-from doorman.hardware.vehicle.doubted_mocap import DoubtedMocap
+from doorman.hardware.vehicle.doubted_mocap import DoubtedMocap, DoubtedPoses
 from doorman.hardware.vehicle.gripper import CLOSED, CLOSES_WITHIN, HALF_OPEN, OPENS_WITHIN, gripper_current
 from doorman.hardware.vehicle.tip_force import TipForce, TipForceSource
 
@@ -45,10 +48,15 @@ class VehicleLinks(Opened):
         config: Of all of them.
         tip_force: Reads a force sensor in a tip that pushes, if there is one.
         clock: By which they wait.
+        door: Measures the door, in place of what the configuration names as its sensor.
+        poses: Brings the vehicle's poses, in place of the cameras that the configuration names.
 
     Raises:
-        BackendError: if a vehicle with a gripper is given such a sensor.
+        BackendError: if a vehicle with a gripper is given a sensor in its tip, or nothing says how the measured leaf moves.
     """
+
+    door: DoorSensor | None = None
+    """What measures the door."""
 
     tip_force: TipForce | None = None
     """The force sensor in the tip."""
@@ -56,8 +64,9 @@ class VehicleLinks(Opened):
     """By which the links, and whoever flies by them, wait."""
 
     def __init__(
-        self, config: VehicleConfig, tip_force: TipForceSource | None = None, clock: Clock = REAL_TIME
-    ) -> None:
+        self, config: VehicleConfig, tip_force: TipForceSource | None = None, clock: Clock = REAL_TIME,
+        door: DoorSource | None = None, poses: PoseSource | None = None,
+    ) -> None:  # fmt: skip
         if tip_force is not None and config.gripper:
             raise BackendError("only a tip that pushes has a force sensor", field="tip_force", given="a sensor",
                                allowed="none with a gripper")  # fmt: skip
@@ -65,12 +74,25 @@ class VehicleLinks(Opened):
         self.tip_force = None if tip_force is None else TipForce(tip_force)
         self.autopilot = Autopilot(config.pixhawk, clock)
         self.servos = ServoBus(config.servos, clock)
-        self.mocap = None if config.mocap is None else DoubtedMocap(config.mocap, self.autopilot, clock)
+        self.mocap = None if config.mocap is None else self._cameras(config, config.mocap, poses, door is None)
+        if config.door_sensor is not None:
+            self.door = DoorSensor(door or source_of(config.door_sensor, self.mocap, clock), config.door_sensor)
+        elif door is not None:
+            raise BackendError("how the leaf moves is not known", field="door_sensor", given=None,
+                               allowed='vehicle_config(links={"door_sensor.source": "program"})')  # fmt: skip
         self._inhibited: str | None = None
         self._guarded_at: float | None = None
         self._relay: _Relay | None = None
         self._grip_told: tuple[bool, float] | None = None
         self._open: ExitStack | None = None
+
+    def _cameras(
+        self, config: VehicleConfig, cameras: MocapConfig, poses: PoseSource | None, with_door: bool
+    ) -> DoubtedMocap:
+        if poses is not None:
+            return DoubtedPoses(cameras, self.autopilot, poses, self.clock)
+        beside = objects_beside(cameras, config.door_sensor) if with_door else {}
+        return DoubtedMocap(cameras, self.autopilot, self.clock, beside)
 
     # ------------------------------------------------------------ life
 
@@ -93,6 +115,9 @@ class VehicleLinks(Opened):
                 stack.enter_context(self.mocap)
             stack.enter_context(self.servos)
             stack.enter_context(self.autopilot)
+            if self.door is not None:
+                self.door.source.open()
+                stack.callback(self.door.source.stop)
             if self.mocap is not None:
                 self._relay = _Relay(self.mocap, self.autopilot, self.clock)
                 stack.enter_context(self._relay)

@@ -21,6 +21,7 @@ from doorman.hardware.interface import Measurement
 from doorman.hardware.mocap import PoseSample
 from doorman.hardware.pixhawk import SampleStatus, VehicleSample
 from doorman.hardware.quaternions import multiply, to_attitude
+from doorman.signals import FrameReading, LeafReading
 
 _LONGEST_STEP = 0.05
 """Joint angles are carried on by this much at most: the bus stops an arm that it does not hear [s]."""
@@ -35,6 +36,8 @@ def compose(
     n_arm: int,
     servo_patience: float,
     tip_force: float | None = None,
+    leaf: LeafReading | None = None,
+    frame: FrameReading | None = None,
 ) -> Measurement:
     heard = vehicle.status is SampleStatus.FRESH
     if not heard and (pose is None or vehicle.status is not SampleStatus.STALE):
@@ -59,6 +62,8 @@ def compose(
         arm_rates=servos.rates[:n_arm],
         pose_time=at - opened,
         tip_force=tip_force,
+        leaf=leaf,
+        frame=frame,
     )
 
 

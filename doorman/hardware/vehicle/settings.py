@@ -14,7 +14,7 @@ from doorman.exceptions import BackendError
 GIVEN = frozenset(
     {
         "pixhawk.mocap", "pixhawk.listen_only", "pixhawk.on_mocap_loss", "pixhawk.rotors", "servos.gripper",
-        "servos.lower_limits", "servos.upper_limits", "servos.rate_limits",
+        "servos.lower_limits", "servos.upper_limits", "servos.rate_limits", "door_sensor.motion",
     }
 )  # fmt: skip
 """What follows from the scenario and from the links themselves."""

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import tomlkit
-from pydantic import ValidationError
+from pydantic import BaseModel, ValidationError
 
 from doorman.exceptions import ScenarioError
 from doorman.hardware.vehicle_file.tables import TABLES
@@ -19,14 +19,15 @@ from doorman.scenario.files import read_tables
 from doorman.scenario.plain import plain
 
 
-def write_values(path: Path, values: Mapping[str, object]) -> None:
-    """Write values into a vehicle file; everything else in it stays, byte for byte.
+def write_values(path: Path, values: Mapping[str, object], tables: type[BaseModel] = TABLES) -> None:
+    """Write values into a vehicle file, or a task; everything else in it stays, byte for byte.
 
     The file is replaced in one step, and only by one that can be read again.
 
     Args:
         path: The file.
         values: By dotted key; tables that are missing are added at the end.
+        tables: What the file may hold: a vehicle file's tables, or a scenario's.
 
     Raises:
         ScenarioError: if the file is malformed or cannot be written, or a value does not fit its key.
@@ -37,9 +38,9 @@ def write_values(path: Path, values: Mapping[str, object]) -> None:
         _set(document, key, plain(value), path)
     text = tomlkit.dumps(document)
     try:
-        TABLES.model_validate(tomllib.loads(text))
+        tables.model_validate(tomllib.loads(text))
     except ValidationError as error:
-        raise explain(TABLES, error, path) from None
+        raise explain(tables, error, path) from None
     try:
         _replace(path, text)
     except OSError as error:

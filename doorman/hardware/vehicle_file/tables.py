@@ -60,7 +60,7 @@ def _checked(hint: Any, prefix: str) -> Any:
 def _tables() -> type[Section]:
     hints = get_type_hints(VehicleConfig)
     keys: dict[str, Any] = {
-        field.name: (_checked(hints[field.name], ""), None)
+        field.name: (_checked(hints[field.name], f"{field.name}."), None)
         for field in dataclasses.fields(VehicleConfig)
         if field.name not in LINKS
     }

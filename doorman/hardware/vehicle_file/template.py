@@ -9,9 +9,11 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from doorman.docstrings import field_docs
+from doorman.hardware.door import CameraConfig, DoorSensorConfig, Mark
 from doorman.hardware.pixhawk import Rates, ThrustCurve, Timeouts
 from doorman.hardware.pixhawk.wire.frames import LocalFrame
 from doorman.hardware.vehicle import vehicle_config
+from doorman.hardware.vehicle.config import DOOR_SENSOR
 from doorman.hardware.vehicle.settings import GIVEN
 from doorman.hardware.vehicle_file.tables import GAINS, LINKS, VEHICLE
 from doorman.model import Model
@@ -31,13 +33,16 @@ _FROM_THE_MODEL = {
 """What is said of keys whose default is another value for each vehicle or task."""
 _NESTED = {"local_frame": LocalFrame, "thrust_curve": ThrustCurve, "timeouts": Timeouts, "rates": Rates}
 """Tables of `[pixhawk]`."""
-_WITHOUT_DEFAULTS = "pixhawk.thrust_curve"
-"""Table that is not there until it is measured."""
+_DOOR = {"": DoorSensorConfig, "leaf.": Mark, "frame.": Mark, "camera.": CameraConfig}
+"""What describes the sensor of the door, by the beginning of its keys."""
+_WITHOUT_DEFAULTS = ("pixhawk.thrust_curve", DOOR_SENSOR)
+"""Tables that are not there until something is measured."""
 _ABOUT = {
     VEHICLE: "It takes the place of the scenario's [vehicle].",
     "pixhawk": "The link to the autopilot.",
     "servos": "Servos from base to tip, then the gripper's; a task that only pushes leaves the last one alone.",
     "mocap": 'The cameras; connection = "none" flies by the autopilot\'s own estimate.',
+    DOOR_SENSOR: "What measures the door; docs/how-to/measure_the_door.md.",
     **{name: f"What differs from the scenario's [{name}]." for name in GAINS},
 }
 _WRITTEN_BY = {
@@ -91,7 +96,7 @@ def vehicle_template(
             lines += ["", *_keys(keys, set_keys, every_key)]
             continue
         about = _ABOUT.get(table, "")
-        head = f"# [{table}]" if table == _WITHOUT_DEFAULTS else f"[{table}]"
+        head = f"# [{table}]" if table in _WITHOUT_DEFAULTS else f"[{table}]"
         lines += ["", head, *_comment(f"{about} {order}" if table == "servos" else about)]
         lines += [*([""] if about else []), *_keys(keys, set_keys, every_key)]
     return "\n".join(lines) + "\n"
@@ -99,7 +104,7 @@ def vehicle_template(
 
 def _keys(keys: Mapping[str, tuple[Any, str]], set_keys: Mapping[str, Any], every_key: bool) -> Iterator[str]:
     for key, (default, doc) in keys.items():
-        last = key.rpartition(".")[2]
+        last = key.removeprefix(f"{DOOR_SENSOR}.") if key.startswith(DOOR_SENSOR) else key.rpartition(".")[2]
         written = f" Written by {_WRITTEN_BY[key]}." if key in _WRITTEN_BY else ""
         if key in _FROM_THE_MODEL:
             default, written = None, f" {_FROM_THE_MODEL[key]}"
@@ -115,7 +120,7 @@ def _tables(every_key: bool, set_keys: Mapping[str, Any]) -> Iterator[tuple[str,
     """Default and docstring by dotted key, table by table; without `every_key` only those tables that have a set key."""
     config = vehicle_config(Model(Scenario()), "udp:14540", "/dev/servos", "udp:51001", on_mocap_loss="report")
     if every_key:
-        yield "", _of(config, "", exclude=tuple(LINKS))
+        yield "", _of(config, "", exclude=(*LINKS, DOOR_SENSOR))
     tables = list(_section_tables(VehicleSection(), VEHICLE))
     yield from tables if every_key else tables[:1]
     for name in LINKS:
@@ -124,8 +129,18 @@ def _tables(every_key: bool, set_keys: Mapping[str, Any]) -> Iterator[tuple[str,
         for nested, kind in _NESTED.items() if every_key and name == "pixhawk" else ():
             inner = getattr(part, nested) or kind
             yield f"{name}.{nested}", _of(inner, f"{name}.{nested}.")
+    if every_key:
+        yield DOOR_SENSOR, dict(_keys_of_the_door())
     for name, section in GAINS.items() if every_key else ():
         yield from _section_tables(section(), name)
+
+
+def _keys_of_the_door() -> Iterator[tuple[str, tuple[Any, str]]]:
+    """Not set, whatever their defaults: without a sensor of the door there is no table."""
+    for part, kind in _DOOR.items():
+        for key, (default, doc) in _of(kind, f"{DOOR_SENSOR}.", exclude=("leaf", "frame", "camera")).items():
+            words = "" if default is None else f" By default {value_text(default)}."
+            yield f"{DOOR_SENSOR}.{part}{key.rpartition('.')[2]}", (None, f"{doc}{words}")
 
 
 def _section_tables(section: Any, name: str) -> Iterator[tuple[str, dict[str, tuple[Any, str]]]]:

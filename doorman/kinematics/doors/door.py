@@ -8,7 +8,7 @@ from typing import Literal
 
 import numpy as np
 import pinocchio
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from doorman.copying import PerThread
 from doorman.exceptions import UrdfError
@@ -159,6 +159,8 @@ class Door(LeafInWorld):
         self.closing_torque = self.torque_of_closer(arm * self.section.preload)
         """Of the closer's preload, in the sense of damping [N m]."""
         self.stiction = arm * self.section.stiction
+        if any(self.section.position) or self.section.yaw:
+            self._stand(self.hinge_position, *standing(self.section.position, self.section.yaw, self.hinge_position))
 
     @property
     def largest_opening(self) -> float:
@@ -177,7 +179,18 @@ class Door(LeafInWorld):
     def joint_placements_along(self, door_angles: Array) -> Array:
         """Placements of what carries the `links`, in the world, at each of m angles."""
         values = np.array([[self.joint_value(float(angle))] for angle in door_angles])
-        return joint_placements_along(self.model, self._own.get(self.model.createData), values)
+        placed = joint_placements_along(self.model, self._own.get(self.model.createData), values)
+        return placed if self.yaw == 0.0 and not self.placement[:3, 3].any() else np.asarray(self.placement @ placed)
+
+    def _stand(self, before: Array, hinge: Array, yaw: float) -> None:
+        """Stand elsewhere: turned by an angle about the vertical through the hinge, which moves from one place to another."""
+        moved = np.eye(4)
+        moved[:2, :2] = [[math.cos(yaw), -math.sin(yaw)], [math.sin(yaw), math.cos(yaw)]]
+        moved[:3, 3] = hinge - moved[:3, :3] @ before
+        self.hinge_position, self.placement = frozen(hinge), frozen(moved @ self.placement)
+        self.yaw, self.azimuth = self.yaw + yaw, self.azimuth + yaw
+        turn = moved[:3, :3]
+        self._take_axes(turn @ self.into, turn @ self.along, turn @ self.up)
 
     def weight_torque(self, door_angle: float) -> float:
         """Torque G(α) of the leaf's own weight, in the sense of damping [N m]."""
@@ -250,9 +263,17 @@ class Door(LeafInWorld):
         return index
 
 
+def standing(position: ArrayLike, yaw: float, hinge: Array) -> tuple[Array, float]:
+    """Where the hinge is of a door whose URDF's origin is at a position, turned by a yaw."""
+    x, y, z = hinge.tolist()
+    turned = [math.cos(yaw) * x - math.sin(yaw) * y, math.sin(yaw) * x + math.cos(yaw) * y, z]
+    return np.asarray(position, float) + turned, yaw
+
+
 def _variant(urdf: Path, section: DoorSection) -> Path:
     """URDF of the door with the section's width and mass of the leaf."""
-    written = Door(urdf, section.model_copy(update={"width": None, "mass": None}))
+    as_drawn = {"width": None, "mass": None, "position": (0.0, 0.0, 0.0), "yaw": 0.0}
+    written = Door(urdf, section.model_copy(update=as_drawn))
     if written.slides and section.width is not None:
         raise UrdfError(
             "only a leaf on a hinge can be made wider", file=urdf, field="door.width", given=section.width,

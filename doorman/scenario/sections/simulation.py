@@ -7,6 +7,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
+from doorman.scenario.sections.door_sensor import DoorSensorSection
 from doorman.scenario.values import Angle, DoorAngle, NonNegative, Number, Positive, Section, Switch
 
 Elsewhere = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=-1, le=1)]
@@ -236,3 +237,4 @@ class SimulationSection(Section):
     gust: GustSection = GustSection()
     hand: HandSection = HandSection()
     wash: WashSection = WashSection()
+    door_sensor: DoorSensorSection = DoorSensorSection()

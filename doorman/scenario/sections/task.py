@@ -48,6 +48,14 @@ class DoorSection(Section):
     """τ_p, torque with which a closer shuts the door at any opening [N m]."""
     stiction: NonNegative = 0.0
     """τ_s, torque by which a standing hinge resists more than a moving one [N m]."""
+    position: tuple[Number, Number, Number] = (0.0, 0.0, 0.0)
+    """Where the origin of the URDF is, world frame; `doorman door locate` measures and writes it [m]."""
+    yaw: Angle = 0.0
+    """Angle by which the door is turned about the vertical through that origin; written with `position` [rad]."""
+    search: NonNegative = 0.1
+    """Distance from the map up to which a sensor of the door's frame moves the door; beyond it the vehicle does not fly [m]."""
+    search_yaw: NonNegative = math.radians(10.0)
+    """Angle up to which such a sensor turns it [rad]."""
     latched: Switch = False
     """Whether a latch or a lock holds the door; the check refuses such a door."""
 

@@ -16,6 +16,8 @@ _LOOK_AHEAD = 0.2
 """The predicted curve is what each plan says about this long after its start [s]."""
 _HORIZONS = 6
 """Whole horizons that are drawn."""
+_DOOR_ANGLE = 3
+"""Place of α in the states."""
 _VISIBLE = np.radians(0.1)
 """Truth is drawn where it leaves the estimate by more [rad]."""
 
@@ -50,6 +52,10 @@ def states_figure(recording: Recording, model: Model) -> Figure:
         axes.plot(estimate.time, np.degrees(estimate["state"][:, i]), color=BLACK, linewidth=1.3, label="measured")
         goal = float(np.degrees(model.goal_state[i]))
         axes.axhline(goal, color=GREEN, linewidth=1.3, label="desired", zorder=1.5)
+        if i == _DOOR_ANGLE and "door_sensor" in recording:
+            sensor = recording["door_sensor"]
+            readings = sensor["leaf_time"], np.degrees(sensor["door_angle"])
+            axes.plot(*readings, ".", color=SKY, markersize=1.5, label="sensor of the door", zorder=2.4)
         span = (float(estimate.time[0]), float(max(estimate.time[-1], estimate.time[0] + 1e-3)))
         axes.set_xlim(*span)
         draw_phases(axes, recording, span, named=i < 3)
@@ -70,7 +76,11 @@ def _legend(figure: Figure, panels: Any) -> None:
     for axes in panels:
         for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
             entries.setdefault(label, handle)
-    order = [name for name in ("measured", "truth", "predicted", "horizon", "desired") if name in entries]
+    order = [
+        name
+        for name in ("measured", "truth", "sensor of the door", "predicted", "horizon", "desired")
+        if name in entries
+    ]
     figure.legend([entries[name] for name in order], order, loc="outside lower center", ncols=len(order), fontsize=9)
 
 

@@ -12,6 +12,9 @@ from doorman.arrays import Array
 from doorman.exceptions import RecordingError
 from doorman.recording import Recording, Topic
 
+_SEEN_WITHIN = 0.3
+"""Time from a reading of the leaf within which it counts [s]."""
+
 FRAMES_PER_SECOND = 30
 """Moments that are shown per second of flight."""
 
@@ -106,7 +109,7 @@ def _poses(recording: Recording) -> tuple[Array, Array]:
     if source == "truth":
         angle = topic["door_angle"]
     else:
-        angle = np.interp(topic.time, recording["estimate"].time, recording["estimate"]["state"][:, 3])
+        angle = _leaf(recording, topic.time)
     rows = np.column_stack([topic["position"], topic["attitude"], angle, topic["arm_angles"]])
     good = np.isfinite(rows).all(axis=1)
     if not good.any():
@@ -114,6 +117,21 @@ def _poses(recording: Recording) -> tuple[Array, Array]:
     rows = rows[good]
     rows[:, 3:6] = np.unwrap(rows[:, 3:6], axis=0)
     return topic.time[good], rows
+
+
+def _leaf(recording: Recording, times: Array) -> Array:
+    """α at times, as a sensor of the door has measured it where there are readings, else as estimated."""
+    angle: Array = np.interp(times, recording["estimate"].time, recording["estimate"]["state"][:, 3])
+    if "door_sensor" not in recording:
+        return angle
+    sensor = recording["door_sensor"]
+    read, believed = sensor["leaf_time"], sensor["believed"].astype(bool)
+    if believed.sum() < 2:
+        return angle
+    read, seen = read[believed], sensor["door_angle"][believed]
+    after = np.clip(np.searchsorted(read, times), 1, len(read) - 1)
+    near = np.minimum(np.abs(times - read[after - 1]), np.abs(times - read[after])) < _SEEN_WITHIN
+    return np.asarray(np.where(near, np.interp(times, read, seen), angle))
 
 
 def _force(recording: Recording) -> tuple[Array, Array] | None:

@@ -162,3 +162,31 @@ def test_lost_poses_and_a_jump_of_the_clock_are_gone_through(recording, model, f
     replayed = replay_leaf(with_topics(recording, measurement=broken), model)
     assert (replayed.statuses == Status.LOST).sum() == 1 and np.isfinite(replayed.mean).all()
     assert len(replayed.time) < len(found.time) and np.isfinite(replayed.log_likelihood)
+
+
+def with_readings(recording: Recording, off: float = 0.0, deviation: float = 0.002) -> Recording:
+    """The same with a sensor of the leaf, 100 readings a second, 20 ms late."""
+    truth = recording["truth"]
+    when = np.arange(0.02, truth.time[-1] - 0.03, 0.01)
+    noise = deviation * np.random.default_rng(0).standard_normal(len(when))
+    angle = np.interp(when, truth.time, truth["door_angle"]) + noise + off
+    columns = {
+        "joint": angle, "door_angle": angle, "leaf_time": when, "deviation": np.full(len(when), deviation),
+        "believed": np.ones(len(when)),
+    }  # fmt: skip
+    return with_topics(recording, door_sensor=Topic("door_sensor", when + 0.02, columns))
+
+
+def test_a_measured_leaf_is_one_more_row(recording, found, model):
+    truth, measured = recording["truth"], replay_leaf(with_readings(recording), model)
+    errors = [
+        np.abs(one.joint - np.interp(one.time, truth.time, truth["door_angle"]))[100:] for one in (found, measured)
+    ]
+    assert np.degrees(errors[1].max()) < 0.3 and errors[1].max() < errors[0].max() + 1e-4
+    assert measured.deviations[-1, PLACES["joint"].start] < found.deviations[-1, PLACES["joint"].start]
+
+
+def test_readings_that_no_hypothesis_explains_are_refused(recording, found, model):
+    lying = replay_leaf(with_readings(recording, off=np.radians(-25.0)), model)
+    late = found.time > 1.0
+    assert np.degrees(np.abs(lying.joint - found.joint)[late].max()) < 1.0

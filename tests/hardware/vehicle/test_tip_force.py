@@ -58,7 +58,7 @@ def test_only_changes_are_told():
 def test_the_journal_tells():
     sensor, silent = TipForce(lambda: None), SimpleNamespace(events=list)
     sensor.read(time.monotonic())
-    links: Any = SimpleNamespace(autopilot=silent, servos=silent, mocap=None, tip_force=sensor)
+    links: Any = SimpleNamespace(autopilot=silent, servos=silent, mocap=None, tip_force=sensor, door=None)
     supervisor: Any = SimpleNamespace(findings=[])
     journal = Journal(links, supervisor, Recorder(None, {}))
     journal.take(time.monotonic() - 1.0)

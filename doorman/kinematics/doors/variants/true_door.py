@@ -6,20 +6,13 @@ Leaf, frame and wall stand at :math:`T = t(P_h + o)\,R_z(\psi)\,t(-P_h)` in the 
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
-
-import numpy as np
-from numpy.typing import NDArray
 
 from doorman.exceptions import UrdfError
 from doorman.kinematics.doors.door import Door, Side
 from doorman.kinematics.doors.variants.face import write_door_with_face
 from doorman.kinematics.urdf.elements import read_joints
-from doorman.kinematics.urdf.robot import frozen
 from doorman.scenario import ContactSection, DoorSection, SimulationSection
-
-Array = NDArray[np.float64]
 
 _KEYS = ("door_width", "door_offset", "door_yaw", "door_face_offset")
 """Of `[simulation]`, that make the true door another one than the planner is told."""
@@ -45,17 +38,7 @@ class TrueDoor(Door):
     ) -> None:  # fmt: skip
         told = _with_width(urdf, section, simulation, side)
         super().__init__(*_with_face(told, simulation.door_face_offset), side, contact)
-        believed = self.hinge_position
-        self.yaw = simulation.door_yaw
-        self.hinge_position = frozen(believed + simulation.door_offset)
-        self.placement = frozen(_placement(believed, self.hinge_position, self.yaw))
-        turn = self.placement[:3, :3]
-        self._take_axes(turn @ self.into, turn @ self.along, turn @ self.up)
-        self.azimuth += self.yaw
-
-    def joint_placements_along(self, door_angles: Array) -> Array:
-        """Placements of what carries the `links`, in the world, at each of m angles."""
-        return np.asarray(self.placement @ super().joint_placements_along(door_angles))
+        self._stand(self.hinge_position, self.hinge_position + simulation.door_offset, simulation.door_yaw)
 
 
 def is_another(simulation: SimulationSection) -> bool:
@@ -82,11 +65,3 @@ def _with_face(door: Door, offset: float | None) -> tuple[Path, DoorSection]:
     links, carried = door.link_placements(0.0), read_joints(door.urdf)[section.hinge].child
     towards_vehicle = links[carried][:3, :3].T @ -door.normal(0.0)
     return write_door_with_face(door.urdf, section.hinge, (offset - door.surface_offset) * towards_vehicle), section
-
-
-def _placement(believed: Array, true: Array, yaw: float) -> Array:
-    """Homogeneous matrix from where a door is believed to stand to where it stands, its hinges given, shape (4, 4)."""
-    placement = np.eye(4)
-    placement[:2, :2] = [[math.cos(yaw), -math.sin(yaw)], [math.sin(yaw), math.cos(yaw)]]
-    placement[:3, 3] = true - placement[:3, :3] @ believed
-    return placement

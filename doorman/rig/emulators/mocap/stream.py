@@ -38,6 +38,18 @@ PoseSource = Callable[[float], BodyPose]
 
 
 @dataclass(frozen=True)
+class TrackedBody:
+    """A further object that moves: the door's leaf, or its frame."""
+
+    source: PoseSource
+    """Moves the body that it is fixed to."""
+    position: ArrayLike = (0.0, 0.0, 0.0)
+    """Origin of the object, shape (3,), in the body [m]."""
+    attitude: ArrayLike = (0.0, 0.0, 0.0)
+    """Attitude Φ of the object in the body, shape (3,) [rad]."""
+
+
+@dataclass(frozen=True)
 class TrackerSetup:
     object_name: str  # at most 24 bytes
     rate: float = 100.0  # frames per second [1/s]
@@ -52,6 +64,7 @@ class TrackerSetup:
     """Attitude Φ of the tracked object in the body, shape (3,) [rad]."""
     others: Mapping[str, BodyPose] = field(default_factory=dict)
     """Poses of further objects, as Vicon sees them; they stand still."""
+    bodies: Mapping[str, TrackedBody] = field(default_factory=dict)  # further objects that move, by name
     block: int = 3  # objects in a packet at most; a frame takes as many packets as it needs
     packet_size: int | None = SIZES[0]  # to which packets are padded at least [byte]; None pads nothing
 
@@ -75,13 +88,18 @@ class TrackerStream:
         self.faults = StreamFaults()
         self._origin = vector(setup.origin_position, 3, "origin_position")
         self._axes = rotation_body_to_world(setup.origin_attitude)
-        self._offset = vector(setup.object_position, 3, "object_position")
-        self._mounting = rotation_body_to_world(setup.object_attitude)
+        self._own = TrackedBody(source, setup.object_position, setup.object_attitude)
+        self._mounts = {
+            name: (vector(one.position, 3, "object_position"), rotation_body_to_world(one.attitude))
+            for name, one in {"": self._own, **setup.bodies}.items()
+        }  # fmt: skip
+        self.faults_of = {name: StreamFaults() for name in setup.bodies}
+        """Of single further objects: `absent`, `frozen`, `zeroed`, `wrong_name`, `jump`, `outliers`, `not_finite`."""
         self._queue: list[tuple[float, int, bytes]] = []
         self._queued = 0
         self._due = -math.inf
         self._held: list[bytes] = []
-        self._last_seen: tuple[Array, Array] | None = None
+        self._last_seen: dict[str, tuple[Array, Array]] = {}
         self._last_number = setup.first_frame
         self._frames = 0
 
@@ -134,28 +152,32 @@ class TrackerStream:
         self._last_number = number
         self.frame_number += 1
         items = [item(name, *_still(pose)) for name, pose in self.setup.others.items()]
+        for name, body in self.setup.bodies.items():
+            own = self.faults_of[name]
+            if not own.absent:
+                items.append(item(own.wrong_name or name, *self._see(body.source(at), own, name)))
         if not faults.absent:
-            items.append(item(faults.wrong_name or self.setup.object_name, *self._see(self.source(at))))
+            items.append(item(faults.wrong_name or self.setup.object_name, *self._see(self.source(at), faults)))
         blocks = [items[start : start + size] for start in range(0, len(items), size)] or [[]]
         return [packet(number + faults.number_offset, block, self.setup.packet_size) for block in blocks]
 
-    def _see(self, body: BodyPose) -> tuple[Array, Array]:
-        """Pose of the object in Vicon's axes, [mm] and [rad]."""
-        faults = self.faults
+    def _see(self, body: BodyPose, faults: StreamFaults, name: str = "") -> tuple[Array, Array]:
+        """Pose of an object in Vicon's axes, [mm] and [rad]."""
         if faults.zeroed:
             return np.zeros(3), np.zeros(3)
-        if faults.frozen and self._last_seen is not None:
-            return self._last_seen
+        if faults.frozen and name in self._last_seen:
+            return self._last_seen[name]
+        offset, mounting = self._mounts[name]
         rotation = to_rotation(body.quaternion)
-        place = vector(body.position, 3, "position") + rotation @ self._offset
+        place = vector(body.position, 3, "position") + rotation @ offset
         seen = self._axes.T @ (place - self._origin) + np.asarray(faults.jump) + faults.noise(self.setup.position_noise)
         if faults.strike(faults.outliers):
             seen = seen + faults.outlier_distance * np.array(faults.direction())
         if faults.not_finite:
             seen[0] = np.nan
-        angles = euler_xyz(self._axes.T @ rotation @ self._mounting) + faults.noise(self.setup.attitude_noise)
-        self._last_seen = (1e3 * seen, angles)
-        return self._last_seen
+        angles = euler_xyz(self._axes.T @ rotation @ mounting) + faults.noise(self.setup.attitude_noise)
+        self._last_seen[name] = (1e3 * seen, angles)
+        return self._last_seen[name]
 
 
 def _still(pose: BodyPose) -> tuple[Array, Array]:

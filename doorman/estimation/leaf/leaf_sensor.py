@@ -1,0 +1,31 @@
+"""The leaf's own angle, as a sensor of the door measures it: one row, and what a recording holds of it."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from doorman.estimation.leaf.motion import LeafMotion
+from doorman.estimation.measurement import Measurement
+from doorman.recording import Recording
+
+Array = NDArray[np.float64]
+
+LEAF = "leaf"
+"""Name of the measurement; its reading is q at its own time."""
+_GATE = 8.0
+
+
+def leaf_row(motion: LeafMotion) -> Measurement:
+    """:math:`y = q + v`: a gap that is measured is no contact, for tip and face keep their distance in one."""
+    return Measurement(LEAF, motion.door_angle, motion.sensor.leaf, gate=_GATE)
+
+
+def recorded_readings(recording: Recording) -> Array:
+    """Readings that were believed, each once: when it came and was true [s], q [rad] and its deviation, shape (k, 4)."""
+    if "door_sensor" not in recording:
+        return np.empty((0, 4))
+    told = recording["door_sensor"]
+    new = np.concatenate([[True], np.diff(told["leaf_time"]) > 0.0]) & told["believed"].astype(bool)
+    rows = np.column_stack([told.time, told["leaf_time"], told["door_angle"], told["deviation"]])[new]
+    return np.asarray(rows[np.isfinite(rows).all(axis=1)])

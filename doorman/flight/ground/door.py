@@ -1,0 +1,127 @@
+"""Rows of the checklist about a sensor of the door: where it has frame and leaf, against the map."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from doorman.control.estimation.door_watch import DoorWatch
+from doorman.exceptions import BackendError
+from doorman.flight.ground.checks import Check, Verdict, row
+from doorman.hardware.door import DoorSensor
+from doorman.hardware.vehicle import VehicleLinks
+from doorman.model import Model
+from doorman.signals import FrameReading, LeafReading
+
+LISTENING = 1.0
+"""For readings, of which the mean counts [s]."""
+_EVERY = 0.01
+_NEAR, _TURNED = 0.01, math.radians(1.0)
+"""By which the map may be off without a word [m], [rad]."""
+_AJAR = math.radians(3.0)
+"""By which a leaf is off its start before it stands ajar [rad]."""
+
+
+def measured_door(model: Model, links: VehicleLinks) -> Iterator[Check]:
+    """Rows about frame and leaf; none without a sensor.
+
+    Args:
+        model: Model of the scenario.
+        links: Of the vehicle, open.
+    """
+    if links.door is None:
+        return
+    leaf, frame = mean_readings(links)
+    config = links.door.config
+    expects = config.frame is not None
+    words = "; ".join(said for _, said in links.door.events()[-2:]) or "no reading"
+    if frame is not None:
+        yield _frame(model, frame)
+    elif expects:
+        yield Check(
+            "door's frame",
+            Verdict.WARNING,
+            words,
+            "show the frame's mark to the sensor, or fly without: the map counts",
+        )
+    if leaf is not None:
+        yield _leaf(model, leaf)
+    elif config.leaf is not None or not expects:
+        yield Check(
+            "leaf", Verdict.WARNING, words, "show the leaf's mark to the sensor, or fly without: the tip finds the leaf"
+        )
+
+
+def mean_readings(links: VehicleLinks, duration: float = LISTENING) -> tuple[LeafReading | None, FrameReading | None]:
+    """Means of what a sensor of the door says for a while, the vehicle at rest; none where it says nothing.
+
+    Args:
+        links: Of the vehicle, open, with a sensor of the door.
+        duration: For which it is heard [s].
+
+    Raises:
+        BackendError: if there is no sensor.
+    """
+    if links.door is None:
+        raise BackendError("there is no sensor of the door", field="door_sensor", allowed="in the vehicle file")
+    leaves: list[LeafReading] = []
+    frames: list[FrameReading] = []
+    end = links.clock.now() + duration
+    while (now := links.clock.now()) < end:
+        _note_pose(links, links.door)
+        leaf, frame = links.door.read(now)
+        if leaf is not None and (not leaves or leaf.time != leaves[-1].time):
+            leaves.append(leaf)
+        if frame is not None and (not frames or frame.time != frames[-1].time):
+            frames.append(frame)
+        links.clock.sleep(_EVERY)
+    return _mean_leaf(leaves), _mean_frame(frames)
+
+
+def _note_pose(links: VehicleLinks, sensor: DoorSensor) -> None:
+    """Where the vehicle is, for what its own camera sees."""
+    if links.mocap is None:
+        state = links.autopilot.state()
+        at, position, attitude = state.position_time, state.position, state.attitude
+    else:
+        pose = links.mocap.read()
+        at, position, attitude = pose.time, pose.position, pose.attitude
+    if np.isfinite(position).all() and np.isfinite(attitude).all():
+        sensor.note_pose(at, position, attitude)
+
+
+def _mean_leaf(readings: list[LeafReading]) -> LeafReading | None:
+    if not readings:
+        return None
+    return LeafReading(float(np.mean([one.joint for one in readings])), readings[-1].time, readings[-1].deviation)
+
+
+def _mean_frame(readings: list[FrameReading]) -> FrameReading | None:
+    if not readings:
+        return None
+    position = np.mean([one.position for one in readings], axis=0)
+    yaw, last = float(np.mean([one.yaw for one in readings])), readings[-1]
+    return FrameReading(position, yaw, last.time, last.position_deviation, last.yaw_deviation)
+
+
+def _frame(model: Model, frame: FrameReading) -> Check:
+    watch = DoorWatch(model)
+    found = watch.moves(frame)
+    x, y, z = frame.position.tolist()
+    numbers = f"door.position = [{x:.3f}, {y:.3f}, {z:.3f}], door.yaw = {frame.yaw:.4f}"
+    advice = f"doorman vehicle door writes what is measured into the task: {numbers}"
+    if found is None:
+        return Check("door's frame", Verdict.BAD, watch.refused, advice)
+    off, turned = float(np.hypot(*found[0])), abs(found[1])
+    return row("door's frame", off < _NEAR and turned < _TURNED,
+               f"measured {1e2 * off:.1f} cm and {math.degrees(turned):.1f}° beside the map; the flight takes the measured place",
+               advice, Verdict.WARNING)  # fmt: skip
+
+
+def _leaf(model: Model, leaf: LeafReading) -> Check:
+    door, angle = model.door, model.door.angle_of_joint(leaf.joint)
+    found = f"measured at {door.in_words(angle)}, the task begins at {door.in_words(model.start_angle)}"
+    return row("leaf", abs(angle - model.start_angle) < _AJAR, found,
+               "shut the door, or fly: the vehicle goes to where the leaf is", Verdict.WARNING)  # fmt: skip

@@ -1,0 +1,201 @@
+"""What a source says of the door, as readings for an estimate: joint value of the leaf, and place of the frame in the map.
+
+A pose from the vehicle's camera is put into the world by the pose that the vehicle had when the picture was taken. The leaf's
+pose is taken against the measured frame where there is one, else against the map. What cannot be a reading of this door is none,
+and told once: a pose that is upside down or of another object, a joint value beyond the joint's range, numbers that are not
+finite.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections import deque
+
+import numpy as np
+from numpy.typing import NDArray
+
+from doorman.exceptions import BackendError
+from doorman.hardware.door.config import DoorSensorConfig
+from doorman.hardware.door.leaf_geometry import about
+from doorman.hardware.door.sample import DoorSample, DoorSource, FrameSample, LeafSample, MarkPose
+from doorman.hardware.quaternions import to_rotation
+from doorman.kinematics.rotations import rotation_body_to_world
+from doorman.signals import FrameReading, LeafReading
+
+Array = NDArray[np.float64]
+
+_KEPT = 1000
+"""Events that nobody takes."""
+_HISTORY = 0.5
+"""For so long poses of the vehicle are kept, to place what its camera saw [s]."""
+_MOST_OFF, _MOST_TURNED = 0.1, math.radians(10.0)
+"""By which a leaf's mark may be off every place of the leaf: the map's error, as `door.search` bounds it [m, rad]."""
+_BEYOND = 0.2
+"""By which a joint value may be beyond the joint's range: of a mark that is put on by eye [rad, or m]."""
+_NUMBERS = re.compile(r"[\d.+-]+")
+_VERTICAL = np.array([0.0, 0.0, 1.0])
+
+
+class DoorSensor:
+    """Readings of one flight.
+
+    Args:
+        source: Who measures.
+        config: Deviations, marks, and how the leaf moves.
+    """
+
+    def __init__(self, source: DoorSource, config: DoorSensorConfig) -> None:
+        if config.motion is None:
+            raise BackendError(
+                "how the leaf moves is not known", field="door_sensor.motion", allowed="LeafGeometry.of(door)"
+            )
+        self.source, self.config, self._motion = source, config, config.motion
+        self._poses: deque[tuple[float, Array, Array]] = deque()
+        self._events: deque[tuple[float, str]] = deque(maxlen=_KEPT)
+        self._faults = {"leaf": "", "frame": "", "": ""}
+        self._judged: tuple[LeafSample | None, LeafReading | None] = None, None
+        self._frame: FrameReading | None = None
+
+    def note_pose(self, time: float, position: Array, attitude: Array) -> None:
+        """Take in where the vehicle was.
+
+        Args:
+            time: When that was true [s].
+            position: P, shape (3,), world frame [m].
+            attitude: Φ, shape (3,) [rad].
+        """
+        poses = self._poses
+        if poses and time <= poses[-1][0]:
+            return
+        poses.append((time, position, attitude))
+        while time - poses[0][0] > _HISTORY:
+            poses.popleft()
+
+    def read(self, now: float, epoch: float = 0.0) -> tuple[LeafReading | None, FrameReading | None]:
+        """What can be used now.
+
+        Args:
+            now: Time of the call [s].
+            epoch: Subtracted from the readings' times [s].
+
+        Returns:
+            Leaf and frame.
+        """
+        try:
+            sample, fault = self.source.read(), ""
+        except Exception as error:  # whatever it is: the vehicle flies without the sensor
+            sample, fault = DoorSample(), f"{type(error).__name__}: {error}"
+        self._tell("", now, fault)
+        frame = self._checked("frame", now, sample.frame)
+        if isinstance(frame, FrameSample):
+            self._frame = self._frame_of(frame, epoch, now)
+        leaf = self._checked("leaf", now, sample.leaf)
+        if not isinstance(leaf, LeafSample):
+            return None, self._frame if frame is not None else None
+        if leaf != self._judged[0]:
+            self._judged = leaf, self._leaf_of(leaf, epoch, now)
+        return self._judged[1], self._frame if frame is not None else None
+
+    def events(self) -> list[tuple[float, str]]:
+        """Time and words of every change since the last call."""
+        return [self._events.popleft() for _ in range(len(self._events))]
+
+    def _checked(
+        self, part: str, now: float, sample: LeafSample | FrameSample | None
+    ) -> LeafSample | FrameSample | None:
+        """The sample, unless it is none or old."""
+        if sample is None:
+            if self._faults[part] != "" or part in self._expected:
+                self._tell(part, now, "no reading")
+            return None
+        if not -1e-3 <= now - sample.time <= self.config.stale_after:
+            self._tell(part, now, "the reading is old" if sample.time < now else "the reading is of a time to come")
+            return None
+        return sample
+
+    @property
+    def _expected(self) -> tuple[str, ...]:
+        marks = {"leaf": self.config.leaf, "frame": self.config.frame}
+        named = tuple(part for part, mark in marks.items() if mark is not None)
+        return named or ("leaf",)
+
+    def _frame_of(self, sample: FrameSample, epoch: float, now: float) -> FrameReading | None:
+        placed = self._in_world(sample.pose, sample.time)
+        if placed is None:
+            self._tell("frame", now, "not a pose, or of a time at which the vehicle's own is not known")
+            return None
+        position, rotation = placed
+        lean = math.acos(min(max(float(rotation[2, 2]), -1.0), 1.0))
+        if lean > _MOST_TURNED:
+            self._tell(
+                "frame", now, f"the mark on the frame leans by {math.degrees(lean):.0f}°: another object, or turned"
+            )
+            return None
+        yaw = math.atan2(float(rotation[1, 0] - rotation[0, 1]), float(rotation[0, 0] + rotation[1, 1]))
+        mark = np.zeros(3) if self.config.frame is None else np.array(self.config.frame.position)
+        place = position + rotation @ mark  # where the mark is seen: its place is known better than its attitude
+        self._tell("frame", now, "")
+        return FrameReading(
+            place - about(_VERTICAL, yaw) @ mark, yaw, sample.time - epoch, self.config.place_deviation,
+            self.config.turn_deviation,
+        )  # fmt: skip
+
+    def _leaf_of(self, sample: LeafSample, epoch: float, now: float) -> LeafReading | None:
+        config, (low, high) = self.config, self._motion.limits
+        if sample.pose is None:
+            joint, deviation = sample.joint, sample.deviation or config.deviation
+            if joint is None or not math.isfinite(joint):
+                self._tell("leaf", now, f"the reading is {joint}")
+                return None
+        else:
+            placed = self._in_world(sample.pose, sample.time)
+            if placed is None:
+                self._tell("leaf", now, "not a pose, or of a time at which the vehicle's own is not known")
+                return None
+            position, rotation = placed
+            known, motion = self._frame, self._motion
+            origin, yaw = (motion.door_position, motion.door_yaw) if known is None else (known.position, known.yaw)
+            back = about(_VERTICAL, -yaw)
+            position, rotation = back @ (position - np.array(origin)), back @ rotation
+            mark = (0.0, 0.0, 0.0) if config.leaf is None else config.leaf.position
+            joint, own, off, turned = self._motion.joint(
+                position, rotation, mark, config.place_deviation, config.turn_deviation
+            )
+            deviation = sample.deviation or own
+            if off > _MOST_OFF or turned > _MOST_TURNED:
+                words = f"{1e2 * off:.0f} cm and {math.degrees(turned):.0f}° off its way: another object, or turned"
+                self._tell("leaf", now, f"the mark on the leaf is {words}")
+                return None
+        if not low - _BEYOND <= joint <= high + _BEYOND:
+            self._tell("leaf", now, f"the leaf is seen at {joint:.2f}, beyond its joint's range")
+            return None
+        self._tell("leaf", now, "")
+        return LeafReading(float(joint), sample.time - epoch, float(deviation))
+
+    def _in_world(self, pose: MarkPose, time: float) -> tuple[Array, Array] | None:
+        """Position and rotation in the world, if they are known."""
+        position, quaternion = np.array(pose.position, float), np.array(pose.quaternion, float)
+        if not (np.isfinite(position).all() and np.isfinite(quaternion).all() and np.linalg.norm(quaternion) > 0.5):
+            return None
+        rotation = to_rotation(quaternion)
+        if not pose.in_body:
+            return position, rotation
+        poses = self._poses
+        if not poses or not poses[0][0] <= time <= poses[-1][0] + 0.05:
+            return None
+        after = next((k for k, one in enumerate(poses) if one[0] >= time), len(poses) - 1)
+        (start, place, turn), (end, place_after, turn_after) = poses[max(after - 1, 0)], poses[after]
+        share = (time - start) / (end - start) if end > start else 0.0
+        change = turn_after - turn
+        change[2] = math.remainder(change[2], 2.0 * math.pi)
+        body = rotation_body_to_world(turn + share * change)
+        return place + share * (place_after - place) + body @ position, body @ rotation
+
+    def _tell(self, part: str, now: float, fault: str) -> None:
+        kind = _NUMBERS.sub("", fault)  # what is wrong, not by how much
+        if kind == self._faults[part]:
+            return
+        self._faults[part] = kind
+        subject = part or "door sensor"
+        self._events.append((now, f"{subject}: {fault}" if fault else f"{subject}: readings are usable"))

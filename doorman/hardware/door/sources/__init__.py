@@ -1,0 +1,1 @@
+"""Sources of the door's readings, one a file."""

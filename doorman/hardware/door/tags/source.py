@@ -1,0 +1,169 @@
+"""Leaf and frame by their tags: a process of its own takes pictures and finds tags, and sends their poses.
+
+The process gives up the real-time scheduling of the flight that starts it, and uses one core: the controller does not wait for
+it. One that ends is started again.
+"""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import time
+from multiprocessing.connection import Connection
+from multiprocessing.process import BaseProcess
+
+import numpy as np
+from numpy.typing import NDArray
+
+from doorman.copying import Uncopied
+from doorman.exceptions import BackendError
+from doorman.hardware.door.config import CameraConfig, DoorSensorConfig, Mark
+from doorman.hardware.door.sample import DoorSample, FrameSample, LeafSample, MarkPose
+from doorman.hardware.door.tags.detector import TagDetector
+from doorman.hardware.door.tags.pictures import Pictures, Video
+from doorman.hardware.quaternions import from_rotation, to_rotation
+from doorman.kinematics.rotations import rotation_body_to_world
+
+Array = NDArray[np.float64]
+_Found = tuple[float, dict[int, MarkPose]]
+
+_AGAIN_AFTER = 1.0
+"""A process that has ended is started again so long after its start [s]."""
+_PATIENCE = 2.0
+"""For a process that was ended to be gone [s]."""
+
+
+class DoorByTags:
+    """Leaf and frame of the tags in a picture.
+
+    Args:
+        config: Marks and camera.
+    """
+
+    def __init__(self, config: DoorSensorConfig) -> None:
+        self._config = config
+        self._mounts = {
+            mark.tag: (np.array(mark.position), rotation_body_to_world(mark.attitude)) for mark in marks_of(config)
+        }
+
+    def sample(self, time: float, seen: dict[int, MarkPose], before: DoorSample) -> DoorSample:
+        """What the tags of one picture say; what is not in it stays as before.
+
+        Args:
+            time: Of the picture [s].
+            seen: Poses of the tags in the body, by number.
+            before: What was known.
+        """
+        leaf, frame = self._link(self._config.leaf, seen), self._link(self._config.frame, seen)
+        return DoorSample(
+            before.leaf if leaf is None else LeafSample(time, pose=leaf),
+            before.frame if frame is None else FrameSample(time, frame),
+        )
+
+    def _link(self, mark: Mark | None, seen: dict[int, MarkPose]) -> MarkPose | None:
+        """Pose of the link that a tag is stuck on."""
+        if mark is None or mark.tag not in seen:
+            return None
+        pose, (place, turn) = seen[mark.tag], self._mounts[mark.tag]
+        rotation = to_rotation(pose.quaternion) @ turn.T
+        x, y, z = (np.array(pose.position) - rotation @ place).tolist()
+        return MarkPose((x, y, z), from_rotation(rotation), in_body=True)
+
+
+class TagSource(Uncopied):
+    """A `DoorSource` by tags. The constructor starts nothing.
+
+    Args:
+        config: Marks and camera.
+        pictures: Takes the pictures, in place of the camera's device.
+    """
+
+    def __init__(self, config: DoorSensorConfig, pictures: Pictures | None = None) -> None:
+        camera = config.camera or CameraConfig()
+        self._camera, self._pictures = camera, pictures or Video(camera)
+        self._sizes = {mark.tag: mark.size for mark in marks_of(config)}
+        self._door, self._newest = DoorByTags(config), DoorSample()
+        self._process: BaseProcess | None = None
+        self._link: Connection | None = None
+        self._started, self._words = 0.0, ""
+
+    def open(self) -> None:
+        """Start the process.
+
+        Raises:
+            BackendError: if it runs already, or OpenCV is not installed.
+        """
+        if self._process is not None:
+            raise BackendError("the source is open already", allowed="stop() before another open()")
+        TagDetector(self._camera, self._sizes)  # says what is missing, before anything flies
+        self._newest, self._words = DoorSample(), ""
+        self._start()
+
+    def read(self) -> DoorSample:
+        """Where both were seen last.
+
+        Raises:
+            BackendError: if it is not open, or the process has ended; it says why.
+        """
+        if self._process is None or self._link is None:
+            raise BackendError("the source is not open", allowed="open() before read()")
+        try:
+            while self._link.poll():
+                found: _Found | str = self._link.recv()
+                if isinstance(found, str):
+                    self._words = found
+                else:
+                    self._newest, self._words = self._door.sample(*found, self._newest), ""
+        except (EOFError, OSError):
+            self._words = self._words or "the detector's process has ended"
+        if not self._process.is_alive():
+            self._words = self._words or "the detector's process has ended"
+            if time.monotonic() - self._started > _AGAIN_AFTER:
+                self._end()
+                self._start()
+        if self._words:
+            raise BackendError(self._words, field="door_sensor")
+        return self._newest
+
+    def stop(self) -> None:
+        """End the process; may be called twice."""
+        self._end()
+
+    def _start(self) -> None:
+        context = multiprocessing.get_context("spawn")
+        self._link, theirs = context.Pipe(duplex=False)
+        self._process = context.Process(
+            target=_run, args=(self._camera, self._sizes, self._pictures, theirs), name="tags", daemon=True
+        )
+        self._process.start()
+        theirs.close()
+        self._started = time.monotonic()
+
+    def _end(self) -> None:
+        process, link, self._process, self._link = self._process, self._link, None, None
+        if process is not None:
+            process.terminate()
+            process.join(_PATIENCE)
+        if link is not None:
+            link.close()
+
+
+def marks_of(config: DoorSensorConfig) -> list[Mark]:
+    """Those that there are."""
+    return [mark for mark in (config.leaf, config.frame) if mark is not None]
+
+
+def _run(camera: CameraConfig, sizes: dict[int, float], pictures: Pictures, link: Connection) -> None:
+    """Detect until the parent ends."""
+    if hasattr(os, "sched_setscheduler"):
+        os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
+    parent = os.getppid()
+    try:
+        detector = TagDetector(camera, sizes)
+        while os.getppid() == parent:
+            if (picture := pictures()) is not None:
+                link.send((picture.time, {number: tag.pose for number, tag in detector.detect(picture.grey).items()}))
+    except (KeyboardInterrupt, BrokenPipeError):
+        return
+    except Exception as error:  # whatever it is: the parent tells it
+        link.send(f"{type(error).__name__}: {error}")

@@ -1,0 +1,35 @@
+"""Gaps by chance, in which a sensor says nothing new."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+
+class Dropouts:
+    """Gaps by chance.
+
+    Args:
+        rate: Gaps per second without one [1/s].
+        longest: Length of the longest gap [s]; lengths are evenly spread from 0 to it.
+        seed: Of the gaps.
+    """
+
+    def __init__(self, rate: float, longest: float, seed: int | Sequence[int]) -> None:
+        self._rate, self._longest = rate, longest
+        self._generator = np.random.default_rng(seed)
+        self._begin, self._end = math.inf, 0.0
+        if rate > 0.0 and longest > 0.0:
+            self._next_gap()
+
+    def lost(self, time: float) -> bool:
+        """Whether what is seen at this time is lost; times must not decrease."""
+        while time >= self._end and self._begin < math.inf:
+            self._next_gap()
+        return time >= self._begin
+
+    def _next_gap(self) -> None:
+        self._begin = self._end + self._generator.exponential(1.0 / self._rate)
+        self._end = self._begin + self._generator.uniform(0.0, self._longest)
