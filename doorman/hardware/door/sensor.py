@@ -19,6 +19,7 @@ from doorman.exceptions import BackendError
 from doorman.hardware.door.config import DoorSensorConfig
 from doorman.hardware.door.leaf_geometry import about
 from doorman.hardware.door.sample import DoorSample, DoorSource, FrameSample, LeafSample, MarkPose
+from doorman.hardware.events import EventLog
 from doorman.hardware.quaternions import to_rotation
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.signals import FrameReading, LeafReading
@@ -52,7 +53,7 @@ class DoorSensor:
             )
         self.source, self.config, self._motion = source, config, config.motion
         self._poses: deque[tuple[float, Array, Array]] = deque()
-        self._events: deque[tuple[float, str]] = deque(maxlen=_KEPT)
+        self._events = EventLog[tuple[float, str]](_KEPT)
         self._faults = {"leaf": "", "frame": "", "": ""}
         self._judged: tuple[LeafSample | None, LeafReading | None] = None, None
         self._frame: FrameReading | None = None
@@ -99,7 +100,7 @@ class DoorSensor:
 
     def events(self) -> list[tuple[float, str]]:
         """Time and words of every change since the last call."""
-        return [self._events.popleft() for _ in range(len(self._events))]
+        return self._events.take()
 
     def _checked(
         self, part: str, now: float, sample: LeafSample | FrameSample | None
@@ -198,4 +199,4 @@ class DoorSensor:
             return
         self._faults[part] = kind
         subject = part or "door sensor"
-        self._events.append((now, f"{subject}: {fault}" if fault else f"{subject}: readings are usable"))
+        self._events.write((now, f"{subject}: {fault}" if fault else f"{subject}: readings are usable"))
