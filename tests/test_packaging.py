@@ -138,7 +138,7 @@ def distribution_of(module: str) -> str:
 @pytest.mark.parametrize("path", sorted((ROOT / "doorman").rglob("*.py")), ids=lambda path: str(path.relative_to(ROOT)))
 def test_every_import_is_a_declared_dependency(path):
     extras = {
-        "simulation": ("sim",), "visualization": ("viz",), "hardware": ("hardware", "mocap"), "campaign": ("campaign",),
+        "simulation": ("sim",), "visualization": ("viz",), "hardware": ("hardware", "mocap", "tags"), "campaign": ("campaign",),
         "feasibility": ("sim",), "recording": ("campaign",), "rig": ("sim", "hardware"),
         "ros2": ("ros2",), "learning": ("gym",), "flight": ("hardware",), "kinematics": ("xacro",),
     }.get(path.relative_to(ROOT / "doorman").parts[0], ())  # fmt: skip

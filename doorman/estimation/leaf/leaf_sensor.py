@@ -13,12 +13,13 @@ Array = NDArray[np.float64]
 
 LEAF = "leaf"
 """Name of the measurement; its reading is q at its own time."""
-_GATE = 8.0
+GATE = 8.0
+"""Deviations from which on a reading is of something else, or the leaf elsewhere."""
 
 
 def leaf_row(motion: LeafMotion) -> Measurement:
     """:math:`y = q + v`: a gap that is measured is no contact, for tip and face keep their distance in one."""
-    return Measurement(LEAF, motion.door_angle, motion.sensor.leaf, gate=_GATE)
+    return Measurement(LEAF, motion.door_angle, motion.sensor.leaf, gate=GATE)
 
 
 def recorded_readings(recording: Recording) -> Array:

@@ -12,7 +12,7 @@ from doorman.estimation.estimate import FilterEstimate
 from doorman.estimation.filter import Filter
 from doorman.estimation.leaf.hypotheses import FREE, HOLDING, STANDING, TOUCHING
 from doorman.estimation.leaf.leaf_filter import AT_THE_LEAF, AWAY, HELD, leaf_filter
-from doorman.estimation.leaf.leaf_sensor import LEAF
+from doorman.estimation.leaf.leaf_sensor import GATE, LEAF
 from doorman.estimation.leaf.numbers import FACE, JOINT, JOINT_RATE, PLACES, first_state
 from doorman.estimation.status import Status
 from doorman.kinematics.numbers import Numbers
@@ -34,6 +34,9 @@ _MET = 0.8
 _ELSEWHERE, _STRAYED, _FLIES = 1.5, 0.25, 0.1
 """Deviations by which a tip that touches nothing is behind the leaf's place, before that is elsewhere, and the deviations of its
 place [rad or m] and rate then [rad/s or m/s]."""
+
+_SEEN = 0.3
+"""For so long after a reading of the leaf it is where it was seen [s]."""
 
 _SPEED = 0.5
 """Speed of a vehicle of which nothing is known [m/s]."""
@@ -67,6 +70,7 @@ class LeafRun:
         self.lost = False
         """Whether the last step left no hypothesis with a meaning."""
         self._deviations: Array | None = None
+        self._seen_at = -math.inf
         self._taken, self._likelihood, self._fused, self._refused, self._innovation = time, 0.0, 0, 0, 0.0
 
     def step(self, time: float, position: Array, inputs: Array, situation: str, felt: Array | None = None) -> Status:
@@ -107,6 +111,8 @@ class LeafRun:
     def see_leaf(self, time: float, joint: float, deviation: float) -> Status:
         """Take in where a sensor has seen the leaf; the next step fuses it at its own time.
 
+        Where the leaf stands before the first touch is only presumed: one that nothing touches is where it is seen.
+
         Args:
             time: At which it was true [s].
             joint: q [rad].
@@ -115,6 +121,11 @@ class LeafRun:
         Returns:
             Whether it was taken.
         """
+        off = abs(joint - float(self.estimate.mean[JOINT]))
+        if self._touches() < 1.0 - _MET and off > GATE * math.hypot(deviation, float(self.deviations[JOINT])):
+            rate = float(self.estimate.mean[JOINT_RATE])
+            self._leaf_is({JOINT: (joint, deviation), JOINT_RATE: (rate, _FLIES)})
+        self._seen_at = time
         self._bank.parameters[self._numbers.place("sensor.leaf")] = deviation
         return self._bank.measure(LEAF, time, [joint])
 
@@ -181,26 +192,34 @@ class LeafRun:
 
     def _look_farther(self, situation: str) -> None:
         """A leaf that is not met where it should stand is beyond the tip; before the first touch, the map is right then."""
-        known, coupling = self.estimate, self._model.coupling
-        touches = sum(known.probabilities.get(name, 0.0) for name in TOUCHING)
+        touches, coupling = self._touches(), self._model.coupling
         self._met = self._met or touches > _MET
         if situation != AT_THE_LEAF or touches > 1.0 - _MET:
             return
-        mean, covariance, n = known.mean, known.covariance, self._model.n_arm
+        mean, n, lever = self.estimate.mean, self._model.n_arm, coupling.lever_length
         posture = self._inputs[3:6], self._inputs[6:9], self._inputs[12 : 12 + n], self._inputs[12 + n :]
         tip, tip_rate = coupling.door_state(mean[PLACES["position"]], mean[PLACES["velocity"]], *posture)
-        angle = tip - coupling.angle_of_face(float(mean[_FACE]))
-        behind = coupling.lever_length * (float(mean[JOINT]) - angle)
-        doubt = math.hypot(coupling.lever_length * float(self.deviations[JOINT]), float(self.deviations[_FACE]))
-        if behind <= _ELSEWHERE * doubt:
+        angle, joint, rate = tip - coupling.angle_of_face(float(mean[_FACE])), float(mean[JOINT]), mean[JOINT_RATE]
+        doubt = math.hypot(lever * float(self.deviations[JOINT]), float(self.deviations[_FACE]))
+        if lever * (joint - angle) <= _ELSEWHERE * doubt:
             return
-        mean, covariance = mean.copy(), covariance.copy()
-        deviations = {JOINT: _STRAYED, JOINT_RATE: _FLIES}
-        mean[JOINT], mean[JOINT_RATE] = angle, min(float(mean[JOINT_RATE]), tip_rate)  # it flies ahead of the tip
-        if not self._met:
-            mean[JOINT], mean[JOINT_RATE], mean[_FACE] = tip, 0.0, 0.0
-            deviations[JOINT_RATE], deviations[_FACE] = self._doubt[JOINT_RATE], FACE
-        for place, deviation in deviations.items():
+        if self.time - self._seen_at < _SEEN:  # the leaf is where it is seen: its face is elsewhere
+            self._leaf_is({_FACE: (lever * (tip - joint), FACE)})
+        elif self._met:  # it flies ahead of the tip
+            self._leaf_is({JOINT: (angle, _STRAYED), JOINT_RATE: (min(float(rate), tip_rate), _FLIES)})
+        else:
+            still = 0.0, float(self._doubt[JOINT_RATE])
+            self._leaf_is({JOINT: (tip, _STRAYED), JOINT_RATE: still, _FACE: (0.0, FACE)})
+
+    def _touches(self) -> float:
+        """Probability that the tip is at the leaf."""
+        return sum(self.estimate.probabilities.get(name, 0.0) for name in TOUCHING)
+
+    def _leaf_is(self, states: Mapping[int, tuple[float, float]]) -> None:
+        """Go on with other states of a leaf that is not touched: value and deviation, by place."""
+        mean, covariance = self.estimate.mean.copy(), self.estimate.covariance.copy()
+        for place, (value, deviation) in states.items():
+            mean[place] = value
             covariance[place, :] = covariance[:, place] = 0.0
             covariance[place, place] = deviation**2
         self._restart(mean, covariance, {FREE: 1.0})
