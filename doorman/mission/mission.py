@@ -151,7 +151,7 @@ class Mission(Uncopied):
         force = rotation_body_to_world(seen) @ self._rotors
         if estimate.lost:
             self.abort("the estimate was lost")
-        if estimate.touching and self._watch.apart(measurement, estimate.tip_angle) is not None:
+        if estimate.touching and self._watch.apart(measurement, estimate) is not None:
             estimate = replace(estimate, touching=False)
         self._known = estimate
         if self._abort_reason:

@@ -117,14 +117,14 @@ class DoorWatch:
         self.offset = off, yaw
         return self.offset
 
-    def apart(self, measured: Measurement, tip_angle: float) -> float | None:
+    def apart(self, measured: Measurement, estimate: Estimate) -> float | None:
         """Distance by which tip and measured leaf are surely apart, beyond what they were apart in contact [m]; None if not."""
         if measured.leaf is None:
             return None
         known = self._meets if self._meets is not None else 0.0
         doubt = _UNLIKELY * self._lever * self._deviation(measured)
         doubt += 0.0 if self._meets is not None else _TELLS * self._doubt
-        gap = self._gap(measured, tip_angle) - known
+        gap = self._gap(measured, self._tip(estimate)) - known
         return gap if gap > _APART + doubt else None
 
     def _judge(self, measured: Measurement, estimate: Estimate | None, tie: Tie) -> None:
@@ -148,7 +148,7 @@ class DoorWatch:
         if estimate is None or tie is Tie.FREE or tie is Tie.LEAVING:
             self._inside_since = None
             return
-        gap = self._gap(measured, estimate.tip_angle + (leaf.time - estimate.time) * estimate.door_rate)
+        gap = self._gap(measured, self._tip(estimate) + (leaf.time - estimate.time) * estimate.door_rate)
         sure = estimate.touching or tie is Tie.GRIPPED
         if self._meets is None:
             if sure:
@@ -169,6 +169,10 @@ class DoorWatch:
         self._inside_since = time if self._inside_since is None else self._inside_since
         if time - self._inside_since > _LASTS:
             self._lie(measured.time, f"the leaf is measured {1e2 * abs(off):.1f} cm from where the tip has it")
+
+    def _tip(self, estimate: Estimate) -> float:
+        """Where the map has the tip [rad]: the estimate's face is moved to where the leaf is measured."""
+        return estimate.tip_angle + self._model.coupling.angle_of_face(estimate.face_offset)
 
     def _gap(self, measured: Measurement, tip_angle: float) -> float:
         """Of the tip before the measured leaf [m]."""

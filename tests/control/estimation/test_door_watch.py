@@ -34,7 +34,8 @@ def flight(reads, tie=Tie.PUSHING, duration: float = 4.0, bias: float = 0.0):
             leaf = LeafReading(DOOR.joint_value(told + NOISE * random.normal()), now - 0.02, NOISE)
         measured = Measurement(now, none, none, none, none, np.zeros(4), np.zeros(4), now, leaf=leaf)
         believed.append(watch.checked(measured, before, tie if now > 1.005 else Tie.FREE).leaf is not None)
-        before = SimpleNamespace(time=now, tip_angle=tip, door_rate=RATE if now > 1.5 else 0.0, touching=now > 1.0)
+        rate = RATE if now > 1.5 else 0.0
+        before = SimpleNamespace(time=now, tip_angle=tip, door_rate=rate, touching=now > 1.0, face_offset=0.0)
     return watch, np.array(believed)
 
 
@@ -79,8 +80,8 @@ def test_a_leaf_that_runs_ahead_of_the_tip_is_a_gap_and_no_lie():
     leaf = LeafReading(DOOR.joint_value(1.0), 0.0, NOISE)
     none = np.zeros(3)
     measured = Measurement(4.0, none, none, none, none, np.zeros(4), np.zeros(4), 4.0, leaf=leaf)
-    assert watch.apart(measured, 1.0 + 0.2) == pytest.approx(0.2 * MODEL.coupling.lever_length, rel=0.05)
-    assert watch.apart(measured, 1.0) is None
+    assert watch.apart(measured, SimpleNamespace(tip_angle=1.2, face_offset=0.0)) == pytest.approx(0.2 * MODEL.coupling.lever_length, rel=0.05)
+    assert watch.apart(measured, SimpleNamespace(tip_angle=1.0, face_offset=0.0)) is None
 
 
 def frame_at(position, yaw, time=0.0) -> FrameReading:
