@@ -38,6 +38,9 @@ place [rad or m] and rate then [rad/s or m/s]."""
 _SEEN = 0.3
 """For so long after a reading of the leaf it is where it was seen [s]."""
 
+_TURNS = 0.5
+"""Share of the doubt of the face by which that of a measured leaf wanders: a map's error differs by angle [1/√s]."""
+
 _SPEED = 0.5
 """Speed of a vehicle of which nothing is known [m/s]."""
 
@@ -126,6 +129,8 @@ class LeafRun:
             rate = float(self.estimate.mean[JOINT_RATE])
             self._leaf_is({JOINT: (joint, deviation), JOINT_RATE: (rate, _FLIES)})
         self._seen_at = time
+        wanders = max(self._numbers.one("noise.face"), _TURNS * float(self._doubt[_FACE]))
+        self._bank.parameters[self._numbers.place("noise.face")] = wanders
         self._bank.parameters[self._numbers.place("sensor.leaf")] = deviation
         return self._bank.measure(LEAF, time, [joint])
 

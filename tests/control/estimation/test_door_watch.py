@@ -80,8 +80,9 @@ def test_a_leaf_that_runs_ahead_of_the_tip_is_a_gap_and_no_lie():
     leaf = LeafReading(DOOR.joint_value(1.0), 0.0, NOISE)
     none = np.zeros(3)
     measured = Measurement(4.0, none, none, none, none, np.zeros(4), np.zeros(4), 4.0, leaf=leaf)
-    assert watch.apart(measured, SimpleNamespace(tip_angle=1.2, face_offset=0.0)) == pytest.approx(0.2 * MODEL.coupling.lever_length, rel=0.05)
-    assert watch.apart(measured, SimpleNamespace(tip_angle=1.0, face_offset=0.0)) is None
+    apart, touching = (SimpleNamespace(tip_angle=angle, face_offset=0.0) for angle in (1.2, 1.0))
+    assert watch.apart(measured, apart) == pytest.approx(0.2 * MODEL.coupling.lever_length, rel=0.05)
+    assert watch.apart(measured, touching) is None
 
 
 def frame_at(position, yaw, time=0.0) -> FrameReading:
