@@ -157,7 +157,7 @@ class Estimator:
         self._acting.note(measured, self._told)
         situation = _situation(tie, closes and self._model.scenario.contact.kind == "grip")
         if self._run is None or measured.pose_time != self._run.time:
-            self._take_pose(measured, situation)
+            self._take_pose(measured, situation, tie is Tie.LEAVING)
         assert self._run is not None
         return self._in_short(measured, self._run, time_step)
 
@@ -181,7 +181,7 @@ class Estimator:
         """The leaf has stood here with nothing at it."""
         self._hinge.stays(angle)
 
-    def _take_pose(self, measured: Measurement, situation: str) -> None:
+    def _take_pose(self, measured: Measurement, situation: str, leaves: bool) -> None:
         """One step of the bank."""
         self._poses += 1
         self._noise.note(self._poses, measured.position)
@@ -191,6 +191,7 @@ class Estimator:
             return
         if self._poses % _LISTENS == 0 and math.isfinite(noise := self._noise.deviation):
             self._run.pose_deviation(max(noise, _LEAST_NOISE))
+        self._run.leaves(leaves)
         self._run.is_to_move(self._model.travel.left(float(self._run.estimate.mean[JOINT])) > _AT_THE_GOAL)
         self._run.step(measured.pose_time, measured.position, inputs, situation, self._felt(measured, situation))
 
