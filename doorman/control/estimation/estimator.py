@@ -141,6 +141,7 @@ class Estimator:
         self._bank = leaf_filter(model, self._numbers)  # compiles while nothing is in flight
         self._run: LeafRun | None = None
         self._hinge = HingeFit(model)
+        self._observes = float(model.scenario.control.door_observer_rate > 0.0)
         self._attitude_told: Array | None = None
         self._response = AttitudeResponse(model.scenario.vehicle.attitude_lag)
         self._sure, self._touches = model.scenario.estimation.sure, model.scenario.mission.start == "contact"
@@ -226,7 +227,7 @@ class Estimator:
         tip_angle -= model.coupling.angle_of_face(face)
         lever, off = model.coupling.lever_length, float(deviations[JOINT])
         force, friction, (along, up) = outputs["normal_force"][0], mean[PLACES["friction"]], door.face(angle)
-        unnamed = (
+        unnamed = self._observes * (
             model.travel.sense * outputs[BORNE][0] - door.damping * rate - door.stiffness * (angle - door.rest_angle)
         )
         return Estimate(
