@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from doorman.exceptions import BackendError, UrdfError
+from doorman.exceptions import UrdfError
 from doorman.resources import urdf_directory
 
 DOOR = (urdf_directory() / "hinged_door.urdf").read_text(encoding="utf-8")
