@@ -179,9 +179,9 @@ def test_a_flight_opens_ticks_records_and_stops(model: Model) -> None:
     assert recording["mission"]["message"].tolist() == ["", "flown to its end"]
     times, angles, collected = zip(*reports, strict=True)
     assert 15 <= len(times) <= 21
-    np.testing.assert_allclose(angles, math.pi / 2, atol=1e-12)
+    np.testing.assert_allclose(angles, math.pi / 2, atol=1e-4)
     assert not any(collected) and gc.isenabled()
-    np.testing.assert_allclose(recording["estimate"]["state"], np.tile(model.start_state, (51, 1)), atol=1e-12)
+    np.testing.assert_allclose(recording["estimate"]["state"], np.tile(model.start_state, (51, 1)), atol=1e-3)
     for k, command in enumerate(backend.commands):
         assert recording["command"]["thrust"][k] == command.thrust
         assert command.thrust == pytest.approx(float(np.linalg.norm(recording["controller"]["force"][k])))
@@ -239,13 +239,14 @@ def test_yaw_does_not_jump_at_half_a_turn(model: Model) -> None:
     def turning(measurement: Measurement) -> Measurement:
         yaw = -3.0 - 0.5 * measurement.time
         wrapped = (yaw + math.pi) % (2.0 * math.pi) - math.pi
-        return dataclasses.replace(measurement, attitude=np.array([0.0, 0.0, wrapped]))
+        turns = np.array([0.0, 0.0, -0.5])
+        return dataclasses.replace(measurement, attitude=np.array([0.0, 0.0, wrapped]), body_rates=turns)
 
     recorder = Recorder(None, {})
     Mission(model, recorder=recorder).fly(ScriptedBackend(model, turning), 0.8)
     recording = recorder.recording()
     assert np.abs(np.diff(recording["measurement"]["attitude"][:, 2])).max() > 6.0
-    np.testing.assert_allclose(recording["estimate"]["state"][:, 2], -3.0 - 0.5 * recording["estimate"].time, atol=1e-9)
+    np.testing.assert_allclose(recording["estimate"]["state"][:, 2], -3.0 - 0.5 * recording["estimate"].time, atol=1e-3)
 
 
 def test_without_any_usable_plan_the_first_position_is_held(model: Model) -> None:
@@ -259,7 +260,9 @@ def test_without_any_usable_plan_the_first_position_is_held(model: Model) -> Non
     Mission(model, planner, recorder).fly(backend, TUG + 0.4)
     begins, recording = opening(recorder)
     setpoint = {name: recording["setpoint"][name][begins + 1 :] for name in ("position", "arm_rates", "force")}
-    np.testing.assert_allclose(setpoint["position"], np.tile(setpoint["position"][0], (len(setpoint["position"]), 1)))
+    np.testing.assert_allclose(
+        setpoint["position"], np.tile(setpoint["position"][0], (len(setpoint["position"]), 1)), atol=0.02
+    )
     assert len(setpoint["position"]) > 90
     assert not setpoint["arm_rates"].any() and not setpoint["force"].any()
     assert backend.commands[-1].thrust < backend.commands[begins].thrust

@@ -11,7 +11,7 @@ from doorman import Model, Planner, Scenario
 from doorman.control.state_converter import StateConverter
 from doorman.exceptions import DoormanError
 from doorman.mission.opening.gripped import Opening
-from doorman.mission.opening.held_leaf import HeldLeaf
+from doorman.mission.opening.held_leaf import QuasiStaticHold
 from doorman.mission.schedule import PlanSchedule, Wanted
 from doorman.planning.hinge import Hinge
 from doorman.recording import Recorder
@@ -121,7 +121,7 @@ def test_a_silent_planner_ends_the_opening(model: Model, schedule: PlanSchedule)
     class Seen:
         time, door_angle, door_disturbance, yaw = 0.0, 1.5, 0.0, model.start_yaw
 
-    opening = Opening(model, HeldLeaf(model, StateConverter(model), schedule), schedule)
+    opening = Opening(model, QuasiStaticHold(model, StateConverter(model), schedule), schedule)
     opening.resume(0.0, 0.0)
     schedule.update(0.0, lambda: Wanted(model.start_state, FREE))
     Seen.time = 0.4

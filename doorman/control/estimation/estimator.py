@@ -142,6 +142,7 @@ class Estimator:
         self._run: LeafRun | None = None
         self._face_is_known, self._leaf_time = False, -math.inf
         self._hinge = HingeFit(model)
+        self._observes = float(model.scenario.control.door_observer_rate > 0.0)
         self._attitude_told: Array | None = None
         self._response = AttitudeResponse(model.scenario.vehicle.attitude_lag)
         self._sure, self._touches = model.scenario.estimation.sure, model.scenario.mission.start == "contact"
@@ -158,7 +159,7 @@ class Estimator:
         self._acting.note(measured, self._told)
         situation = _situation(tie, closes and self._model.scenario.contact.kind == "grip")
         if self._run is None or measured.pose_time != self._run.time:
-            self._take_pose(measured, situation)
+            self._take_pose(measured, situation, tie is Tie.LEAVING)
         assert self._run is not None
         return self._in_short(measured, self._run, time_step)
 
@@ -183,7 +184,7 @@ class Estimator:
         """The leaf has stood here with nothing at it."""
         self._hinge.stays(angle)
 
-    def _take_pose(self, measured: Measurement, situation: str) -> None:
+    def _take_pose(self, measured: Measurement, situation: str, leaves: bool) -> None:
         """One step of the bank."""
         self._poses += 1
         self._noise.note(self._poses, measured.position)
@@ -198,6 +199,7 @@ class Estimator:
             self._run.see_leaf(leaf.time, door.angle_of_joint(leaf.joint), leaf.deviation / door.per_angle)
         if self._poses % _LISTENS == 0 and math.isfinite(noise := self._noise.deviation):
             self._run.pose_deviation(max(noise, _LEAST_NOISE))
+        self._run.leaves(leaves)
         self._run.is_to_move(self._model.travel.left(float(self._run.estimate.mean[JOINT])) > _AT_THE_GOAL)
         self._run.step(measured.pose_time, measured.position, inputs, situation, self._felt(measured, situation))
 
@@ -232,7 +234,7 @@ class Estimator:
         tip_angle -= model.coupling.angle_of_face(face)
         lever, off = model.coupling.lever_length, float(deviations[JOINT])
         force, friction, (along, up) = outputs["normal_force"][0], mean[PLACES["friction"]], door.face(angle)
-        unnamed = (
+        unnamed = self._observes * (
             model.travel.sense * outputs[BORNE][0] - door.damping * rate - door.stiffness * (angle - door.rest_angle)
         )
         return Estimate(

@@ -75,6 +75,9 @@ _STOP = 3e-3
 _TIP_FORCE = 0.5
 """Deviation of what a sensor in the tip reads from the force of a stiff contact [N]: the tip swings on its compliance."""
 
+LEAVES = {"switch.lose": 10.0, "switch.make": 1.0}
+"""The same of a tip that is to come off the leaf: of one that follows it and one that stays, the latter is the likelier."""
+
 _LEAF = 5e-3
 """Deviation of a sensor of the leaf whose readings come without their own [rad or m]."""
 

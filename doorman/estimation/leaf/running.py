@@ -13,7 +13,7 @@ from doorman.estimation.filter import Filter
 from doorman.estimation.leaf.hypotheses import FREE, HOLDING, STANDING, TOUCHING
 from doorman.estimation.leaf.leaf_filter import AT_THE_LEAF, AWAY, HELD, leaf_filter
 from doorman.estimation.leaf.leaf_sensor import GATE, LEAF
-from doorman.estimation.leaf.numbers import FACE, JOINT, JOINT_RATE, PLACES, first_state
+from doorman.estimation.leaf.numbers import FACE, JOINT, JOINT_RATE, LEAVES, PLACES, first_state
 from doorman.estimation.status import Status
 from doorman.kinematics.numbers import Numbers
 from doorman.model import Model
@@ -166,6 +166,11 @@ class LeafRun:
         """Say whether a leaf that stands is pushed to move: one that is held where it stands tells nothing of its friction."""
         more = self._numbers.one("contact.more")
         self._bank.parameters[self._numbers.place("contact.more")] = more if is_to else -0.5 * more
+
+    def leaves(self, is_to: bool) -> None:
+        """Say whether the tip is to come off the leaf."""
+        for name, rate in LEAVES.items():
+            self._bank.parameters[self._numbers.place(name)] = rate if is_to else self._numbers.one(name)
 
     def know_face(self) -> None:
         """The face stands where it is believed: what is met elsewhere is a leaf that stands ajar."""

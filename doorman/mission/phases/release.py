@@ -64,7 +64,7 @@ class Release(MissionPhase):
         """A closed gripper still holds."""
         if self.closes_gripper:
             return Tie.GRIPPED
-        return Tie.LEAVING if self.attempt.failure else Tie.PUSHING
+        return Tie.LEAVING if self.attempt.failure or self.attempt.grips else Tie.PUSHING
 
     @property
     def closes_gripper(self) -> bool:

@@ -9,7 +9,7 @@ import numpy as np
 import pinocchio
 import pytest
 
-from doorman.exceptions import BackendError
+from doorman.exceptions import BackendError, UrdfError
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.resources import urdf_directory
 
@@ -169,7 +169,7 @@ def test_mesh_of_a_visual_is_ignored_and_that_of_a_collision_is_an_error(flight,
         f'<origin xyz="-0.06 1.24 1.04" rpy="0 0 0"/>\n      {box}', f"<origin xyz='0 0 0'/>{mesh}"
     )
     path = written(tmp_path, "collision.urdf", collision)
-    with pytest.raises(BackendError, match=r"hull\.dae"):
+    with pytest.raises(UrdfError, match=r"hull\.dae"):
         flight(door__urdf=path)
 
 

@@ -40,7 +40,7 @@ class Retreat(MissionPhase):
         """A tip that has let go of an opened door may still rest on it; one that was not at the leaf is not there now."""
         if self._was_free:
             return Tie.FREE
-        return Tie.LEAVING if self.attempt.failure else Tie.PUSHING
+        return Tie.LEAVING
 
     def speed_back(self, estimate: Estimate) -> float:
         """Speed with which the reference goes back from the leaf [m/s]."""
