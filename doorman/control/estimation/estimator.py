@@ -142,7 +142,7 @@ class Estimator:
         self._run: LeafRun | None = None
         self._face_is_known, self._leaf_time = False, -math.inf
         self._hinge = HingeFit(model)
-        self._observes = float(model.scenario.control.door_observer_rate > 0.0)
+        self._unnamed = 0.0
         self._attitude_told: Array | None = None
         self._response = AttitudeResponse(model.scenario.vehicle.attitude_lag)
         self._sure, self._touches = model.scenario.estimation.sure, model.scenario.mission.start == "contact"
@@ -234,8 +234,13 @@ class Estimator:
         tip_angle -= model.coupling.angle_of_face(face)
         lever, off = model.coupling.lever_length, float(deviations[JOINT])
         force, friction, (along, up) = outputs["normal_force"][0], mean[PLACES["friction"]], door.face(angle)
-        unnamed = self._observes * (
+        unnamed = (
             model.travel.sense * outputs[BORNE][0] - door.damping * rate - door.stiffness * (angle - door.rest_angle)
+        )
+        control = model.scenario.control
+        share = 1.0 - math.exp(-control.door_observer_rate * time_step)
+        self._unnamed += share * (
+            min(max(unnamed, -control.max_door_disturbance), control.max_door_disturbance) - self._unnamed
         )
         return Estimate(
             time=measured.time, position=position, velocity=velocity, arm_angles=arm,
@@ -246,7 +251,7 @@ class Estimator:
             friction_force=friction, normal_force=force,
             near=lever * (tip_angle - angle - 2.0 * off) < _REACH * model.scale.length, touching=touching,
             resistance=max(resistance, _LEAST_RESISTANCE * model.hinge_scale),
-            friction_share=self._hinge.friction_share(angle), face_offset=face, door_disturbance=unnamed,
+            friction_share=self._hinge.friction_share(angle), face_offset=face, door_disturbance=self._unnamed,
             hinge=self._hinge.found(angle, inertia, inertia * float(deviations[_TOLD[4]])),
             attitude_lag=self._response.lag, lift=lift, angle_deviation=off, lost=run.lost,
         )  # fmt: skip

@@ -10,9 +10,9 @@ from doorman.estimation.hypothesis import Hypothesis, Row
 from doorman.estimation.leaf.motion import LeafMotion
 
 FREE, BLOWN, PUSHING, STANDING = "free", "blown", "pushing", "standing"
-GRIPPED, HOLDING = "gripped", "holding"
+GRIPPED, HOLDING, THROWN = "gripped", "holding", "thrown"
 
-TOUCHING = (PUSHING, STANDING, GRIPPED, HOLDING)
+TOUCHING = (PUSHING, STANDING, GRIPPED, HOLDING, THROWN)
 """Those in which the tip feels a force."""
 RESTING = (STANDING, HOLDING)
 """Those of them in which the leaf does not move."""
@@ -89,10 +89,20 @@ def holding(motion: LeafMotion) -> Hypothesis:
     )  # fmt: skip
 
 
+def thrown(motion: LeafMotion) -> Hypothesis:
+    """The tip grips a leaf that a hand or a gust throws or catches, and moves with it."""
+    force = motion.force_on_moving
+    noise = _noise(motion, force, _gripping(motion, force), motion.noise.throw, speed=motion.noise.thrown_along)
+    return Hypothesis(
+        THROWN, motion.dynamics(force, motion.pushed(force), motion.contact.friction_lasts), noise,
+        holds=_in_the_grip(motion, force),
+    )  # fmt: skip
+
+
 def switching(motion: LeafMotion, names: tuple[str, ...]) -> dict[tuple[str, str], Any]:
     """Rates among hypotheses: a tip touches where it is near, and a leaf stops or moves on. One that rests is met at rest."""
     switch = motion.switch
-    touching = [name for name in names if name in TOUCHING]
+    touching = [name for name in names if name in TOUCHING and name != THROWN]
     moves = ca.tanh(motion.rate_to_goal / _ROUNDING) ** 2
     closeness = 0.5 * (1 + ca.tanh(2 * (switch.near - motion.gap) / switch.near))
     rates: dict[tuple[str, str], Any] = {(FREE, BLOWN): switch.jump, (BLOWN, FREE): switch.calm}
@@ -101,13 +111,19 @@ def switching(motion: LeafMotion, names: tuple[str, ...]) -> dict[tuple[str, str
         rates[FREE, name] = (switch.far * reached + switch.make * closeness) * (1 - moves if name in RESTING else moves)
         rates[name, FREE] = switch.slip if name in (GRIPPED, HOLDING) else switch.lose
         rates.update({(name, other): switch.stop for other in touching if other != name})
+    if THROWN in names:
+        rates.update({(name, THROWN): switch.throw for name in (GRIPPED, HOLDING)})
+        rates.update({(THROWN, GRIPPED): switch.calm, (THROWN, HOLDING): switch.calm, (THROWN, FREE): switch.slip})
     return rates
 
 
-def _noise(motion: LeafMotion, force: Any, friction: Any, rate: Any, resistance: Any = None, wind: Any = None) -> Any:
+def _noise(
+    motion: LeafMotion, force: Any, friction: Any, rate: Any, resistance: Any = None, wind: Any = None, speed: Any = None
+) -> Any:  # fmt: skip
     noise = motion.noise
     wind = noise.wind if wind is None else wind
-    speed = ca.sqrt(noise.velocity**2 + (noise.bounce * force / motion.vehicle.mass) ** 2)
+    if speed is None:
+        speed = ca.sqrt(noise.velocity**2 + (noise.bounce * force / motion.vehicle.mass) ** 2)
     return motion.column(
         velocity=ca.repmat(speed, 3, 1), wind=ca.vertcat(wind, wind, noise.draught),
         wind_turn=noise.wind_turn, gust=noise.gust * ca.sqrt(2 / noise.gust_lasts), lift=noise.lift, joint_rate=rate,

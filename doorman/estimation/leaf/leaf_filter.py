@@ -13,6 +13,7 @@ from doorman.estimation.leaf.hypotheses import (
     PUSHING,
     RESTING,
     STANDING,
+    THROWN,
     blown,
     free,
     gripped,
@@ -20,6 +21,7 @@ from doorman.estimation.leaf.hypotheses import (
     pushing,
     standing,
     switching,
+    thrown,
 )
 from doorman.estimation.leaf.leaf_sensor import leaf_row
 from doorman.estimation.leaf.motion import LeafMotion
@@ -44,8 +46,10 @@ def leaf_filter(model: Model, numbers: Numbers) -> Filter:
     """Filter of a scenario's vehicle and door; see `LeafMotion`. Readings of the tip's force are fused where they come."""
     motion = LeafMotion(ArmPattern.of(model.vehicle.arm)[0], model.vehicle.point_names, numbers)
     grips = model.scenario.contact.kind == "grip"
-    hypotheses = [each(motion) for each in (free, blown, pushing, standing, *((gripped, holding) if grips else ()))]
-    gripping = {CLOSING: [FREE, GRIPPED, HOLDING], HELD: [FREE, GRIPPED, HOLDING]}
+    hypotheses = [
+        each(motion) for each in (free, blown, pushing, standing, *((gripped, holding, thrown) if grips else ()))
+    ]
+    gripping = {CLOSING: [FREE, GRIPPED, HOLDING], HELD: [FREE, GRIPPED, HOLDING, THROWN]}
     names = tuple(each.name for each in hypotheses)
     least, most = np.full(SIZE, -np.inf), np.full(SIZE, np.inf)
     inertia, play = PLACES["log_inertia"], numbers.one("start.joint")

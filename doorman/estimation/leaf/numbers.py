@@ -43,6 +43,7 @@ _SWITCH = {
     "switch.slip": 2e-3,  # grips that end [1/s]
     "switch.jump": 1e-3,  # winds that jump: rare, and plain when they do [1/s]
     "switch.calm": 5.0,  # jumps that end [1/s]
+    "switch.throw": 0.02,  # gripped leaves that a hand or a gust throws or catches [1/s]
     "switch.stop": 1.0,  # leaves that come to rest, or begin to move [1/s]
 }
 _NOISE = {
@@ -56,6 +57,8 @@ _NOISE = {
     "noise.wind_turn": 1e-3,  # of the wind's turn rate [rad/s per √s]
     "noise.lift": 0.003,  # batteries sag: of the lift's share [1 per √s]
     "noise.rate": 0.05,  # forces on the leaf that are not in the model [rad/s per √s]
+    "noise.throw": 3.0,  # of a gripped leaf that is thrown: by 1 rad/s in 0.1 s [rad/s per √s]
+    "noise.thrown_along": 2.0,  # and of the vehicle that goes along [m/s per √s]
     "noise.drawn": 0.3,  # share of the resistance that draws an open leaf back, a closer [√s]
     "noise.resistance": 0.35,  # wind on the leaf, and friction that differs by place [N m per √s]
     "noise.gives": 1.0,  # share of what a leaf that rests bears, which may give way [1 per √s]
@@ -91,7 +94,8 @@ def leaf_numbers(model: Model, pose_deviation: float) -> Numbers:
     units = {
         "gap": scale.length, "gap_rate": scale.speed, "pull": scale.force, "inside": scale.length, "near": scale.length,
         "velocity": scale.speed, "wind": scale.force, "jump": scale.force, "draught": scale.force,
-        "wind_turn": scale.rate, "rate": scale.rate, "resistance": scale.torque, "more": scale.torque, "face": scale.length,
+        "wind_turn": scale.rate, "rate": scale.rate, "throw": scale.rate, "thrown_along": scale.speed,
+        "resistance": scale.torque, "more": scale.torque, "face": scale.length,
         "reach": scale.length, "friction": scale.force, "joint_rate": scale.rate,
     }  # fmt: skip
     tuned = {**_TOUCH, **_SWITCH, **_NOISE, **_START}
@@ -110,7 +114,7 @@ def leaf_numbers(model: Model, pose_deviation: float) -> Numbers:
         "sensor.leaf": _LEAF,
         "contact.stiffness": 1500.0 * scale.stiffness,
         **{
-            name: value * (1.0 if name in ("contact.friction", "switch.jump") else units.get(name.partition(".")[2], 1.0))
+            name: value * (1.0 if name in ("contact.friction", "switch.jump", "switch.throw") else units.get(name.partition(".")[2], 1.0))
             for name, value in tuned.items()
         },
     })  # fmt: skip
