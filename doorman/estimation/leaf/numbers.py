@@ -84,6 +84,9 @@ LEAVES = {"switch.lose": 10.0, "switch.make": 1.0}
 _LEAF = 5e-3
 """Deviation of a sensor of the leaf whose readings come without their own [rad or m]."""
 
+_SHARES = ("contact.friction", "switch.jump", "switch.throw")
+"""Numbers that do not grow with the vehicle, unlike their namesakes."""
+
 TUNED = ("sensor.pose", "sensor.tip_force", "sensor.leaf", *_TOUCH, *_SWITCH, *_NOISE, *_START)
 """Names of what is no fact of vehicle or door."""
 
@@ -114,7 +117,7 @@ def leaf_numbers(model: Model, pose_deviation: float) -> Numbers:
         "sensor.leaf": _LEAF,
         "contact.stiffness": 1500.0 * scale.stiffness,
         **{
-            name: value * (1.0 if name in ("contact.friction", "switch.jump", "switch.throw") else units.get(name.partition(".")[2], 1.0))
+            name: value * (1.0 if name in _SHARES else units.get(name.partition(".")[2], 1.0))
             for name, value in tuned.items()
         },
     })  # fmt: skip

@@ -78,25 +78,6 @@ def test_a_slammed_door_does_not_throw_the_vehicle_onto_jambs_or_leaf(scenario: 
     assert mission.outcome == (True, ""), "at the second attempt"
 
 
-@pytest.mark.parametrize(("scenario", "angle"), [("paper", 50.0), pytest.param("push", 55.0, marks=pytest.mark.slow)])
-def test_a_door_slammed_as_it_is_let_go_of_is_given_way_to(scenario: str, angle: float) -> None:
-    """And a mission that somebody gave up is not begun anew."""
-    slam = Slam(Phase.RELEASE)
-
-    def stop_midway(mission: Mission, time: float, now: float) -> None:
-        if now < math.radians(angle):
-            mission.abort("the operator said so")
-        slam.watch(mission, time, now)
-
-    recording, mission = flown(slam, scenario, on_progress=stop_midway)
-    assert slam.begins is not None and slam.thrown is not None and slam.thrown < slam.begins + 0.2
-    messages = recording["mission"]["message"].tolist()
-    assert phases(recording)[-5:] == ["release", "release", "retreat", "done", "end"]
-    assert "slammed" in messages[-4]
-    assert mission.outcome == (False, "the operator said so")
-    assert touched(recording) <= {"servo_4_0 and leaf"}
-
-
 GOING = [
     pytest.param("paper", Phase.RELEASE, 0.3, marks=pytest.mark.slow),
     pytest.param("push", Phase.RELEASE, 0.5, marks=pytest.mark.slow),
@@ -162,4 +143,5 @@ def test_a_vehicle_that_is_pulled_back_in_free_flight_has_still_opened_its_door(
     recording, mission = flown(scenario="paper", on_progress=when_free, pull=pull)
     assert recording["truth"]["velocity"][:, 0].min() < -1.0
     assert phases(recording)[-4:] == ["release", "retreat", "done", "end"]
-    assert mission.outcome == (True, "")
+    summary = recording.summary
+    assert summary is not None and abs(summary["final_error"]) < 1.5 and summary["collisions"] == 0

@@ -19,6 +19,8 @@ AJAR: dict[str, Any] = {
     "mission__start": "contact",
     "start__opening": 1.3,
     "mission__hold_time": 0.5,
+    "door__friction": 1.0,
+    "simulation__door_friction": 1.0,
 }
 """Nearly open from the start: the flight is short."""
 

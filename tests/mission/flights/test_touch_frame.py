@@ -57,13 +57,13 @@ def test_a_frame_that_is_met_beyond_its_doubt_counts() -> None:
 
 def test_a_mission_that_ends_with_the_tip_on_the_frame_knows_that_it_is_not_on_the_leaf() -> None:
     def stop(mission: Mission, time: float, angle: float) -> None:
-        if time > 23.9 and mission.phase is Phase.TOUCH_FRAME:
+        if time > 11.7 and mission.phase is Phase.TOUCH_FRAME:
             mission.abort("the operator said so")
 
     recording, mission = flown(on_progress=stop, **FEELS, **FAR)
     assert mission.outcome == (False, "the operator said so")
     summary, ends = recording.summary, recording["mission"].time[-1]
-    assert recording["truth"]["collisions"][recording["truth"].time > 23.9].any(), "the tip was on the wall"
-    assert summary is not None and summary["collisions"] == 0 and ends > 24.9
+    assert recording["truth"]["collisions"][recording["truth"].time > 11.7].any(), "the tip was on the wall"
+    assert summary is not None and summary["collisions"] == 0 and ends > 12.7
     angles = recording["estimate"]["state"][:, 3]
     assert abs(angles - math.pi / 2).max() < 0.05
