@@ -40,8 +40,8 @@ COPIES: dict[str, Callable[[Any], Any]] = {
     "deepcopy": copy.deepcopy,
     "pickle": lambda one: pickle.loads(pickle.dumps(one)),
 }
-ABSTRACT = {"Solver", "Observer", "PoseSource"}
-"""A base of the solvers below; what keeps the eye on a vehicle's backend, which refuses; and what cameras are."""
+ABSTRACT = {"Solver", "Observer", "PoseSource", "DoorSource"}
+"""A base of the solvers below; what keeps the eye on a vehicle's backend, which refuses; and what cameras and sensors are."""
 
 
 def public_classes() -> dict[str, type]:

@@ -21,7 +21,7 @@ KEYS = {
     "opened", "final_door_angle_deg", "target_door_angle_deg", "time_to_open_s", "max_constraint_violation_m",
     "min_clearance_m", "collisions", "contact_fraction", "max_pull_force_n", "door_angle_estimate_error_deg_max",
     "went_through", "planner_ms", "planner_rate_hz", "deadline_misses", "realtime_factor", "attempts", "max_push_force_n",
-    "final_error", "unit", "final_opening", "target_opening", "true_causes", "free_door_rate_deg_s_max",
+    "final_error", "unit", "final_opening", "target_opening", "true_causes", "free_door_rate_deg_s_max", "judged_by",
 }  # fmt: skip
 
 

@@ -15,6 +15,7 @@ from collections import deque
 import numpy as np
 from numpy.typing import NDArray
 
+from doorman.copying import Uncopied
 from doorman.exceptions import BackendError
 from doorman.hardware.door.config import DoorSensorConfig
 from doorman.hardware.door.leaf_geometry import about
@@ -38,7 +39,7 @@ _NUMBERS = re.compile(r"[\d.+-]+")
 _VERTICAL = np.array([0.0, 0.0, 1.0])
 
 
-class DoorSensor:
+class DoorSensor(Uncopied):
     """Readings of one flight.
 
     Args:

@@ -49,7 +49,7 @@ class DoorSection(Section):
     stiction: NonNegative = 0.0
     """τ_s, torque by which a standing hinge resists more than a moving one [N m]."""
     position: tuple[Number, Number, Number] = (0.0, 0.0, 0.0)
-    """Where the origin of the URDF is, world frame; `doorman door locate` measures and writes it [m]."""
+    """Where the origin of the URDF is, world frame; `doorman vehicle door` measures and writes it [m]."""
     yaw: Angle = 0.0
     """Angle by which the door is turned about the vertical through that origin; written with `position` [rad]."""
     search: NonNegative = 0.1

@@ -95,7 +95,7 @@ def test_a_grip_from_the_start_holds_the_leaf():
     error = found.joint - np.interp(found.time, held["truth"].time, held["truth"]["door_angle"])
     assert np.ptp(held["truth"]["door_angle"]) > np.radians(1.5)
     assert np.degrees(np.abs(error)).max() < 1.0
-    assert found.probabilities[-1, -2:].sum() > 0.99 and found.hypotheses[-2:] == ("gripped", "holding")
+    assert found.probabilities[-1, -3:].sum() > 0.99 and found.hypotheses[-3:] == ("gripped", "holding", "thrown")
     assert 2.0 < found.mean_nis < 4.5
 
 

@@ -62,7 +62,7 @@ def test_a_hover_that_wind_does_not_let_come_to_rest_says_so() -> None:
 
 
 def test_a_gripped_door_that_has_not_come_to_rest_at_the_goal_in_time_is_held_there() -> None:
-    recording, mission = flown(scenario="paper", mission__start="contact", mission__time_out__open=7.5)
+    recording, mission = flown(scenario="paper", mission__start="contact", mission__time_out__open=5.5)
     assert phases(recording) == ["touch", "open", "hold", "done", "end"]
     assert "the door did not come to rest" in list(recording["mission"]["message"])
     assert mission.outcome == (True, "")
@@ -87,7 +87,7 @@ def test_a_gripper_that_opens_does_not_push_a_door_without_friction() -> None:
     """Damping alone would let it coast on by degrees from a touch of two newtons."""
     recording, mission = flown(scenario="paper", simulation__door_damping=2.0, simulation__door_friction=0.0)
     assert mission.outcome == (True, "")
-    assert "release" in phases(recording)
+    assert {"release", "hold"} & set(phases(recording))
     summary = recording.summary
     assert summary is not None and summary["collisions"] == 0
     assert abs(summary["final_door_angle_deg"] - 20.0) < 1.0

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from doorman.copying import Uncopied
 from doorman.hardware.door.sample import DoorSample
 
 
-class CallableSource:
+class CallableSource(Uncopied):
     """Asks a callable at every tick; it must answer at once.
 
     Args:
