@@ -15,7 +15,8 @@ from urdf_parser import load_description
 from urdf_variants import DOOR, VEHICLE, write_door, write_edited
 
 import doorman
-from doorman.kinematics.urdf.elements import read_boxes, read_joints
+from doorman.kinematics.urdf.elements import read_joints
+from doorman.kinematics.urdf.shapes import read_collisions
 
 ROOT = Path(__file__).parent.parent
 
@@ -222,7 +223,7 @@ def test_joints_are_those_that_yourdfpy_reads(urdf):
 
 def test_boxes_are_those_that_yourdfpy_reads(urdf):
     for name, link in load_description(urdf).link_map.items():
-        boxes = read_boxes(urdf, name)
+        boxes = [shape if shape.kind == "box" else None for shape in read_collisions(urdf) if shape.link == name]
         assert [box is not None for box in boxes] == [shape.geometry.box is not None for shape in link.collisions]
         for box, shape in zip(boxes, link.collisions, strict=True):
             if box is not None:

@@ -145,7 +145,7 @@ class Door(LeafInWorld):
         """Plane beside the way of a slide's contact: normal in the doorway, and distance from P_h along it [m]; None without."""
         self.frame_depth, self.frame_back = leaf_on_joint.frame_depth(self.axes, leaf_size)
         """How far the jambs' boxes reach before the hinge axis, towards the vehicle, and how far behind it [m]."""
-        self.framed = next(leaf_on_joint.fixed_boxes(), None) is not None
+        self.framed = bool(leaf_on_joint.fixed_boxes)
         """Whether anything stands around the leaf."""
         given = self.section.frame_height
         self.frame_height = leaf_on_joint.frame_height(self.axes, leaf_size) if given is None else given

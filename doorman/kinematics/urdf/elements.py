@@ -1,4 +1,4 @@
-"""What a URDF says that Pinocchio does not keep: its joints' effort, torques and leaders, and the boxes of a link.
+"""What a URDF says that Pinocchio does not keep: its joints' effort, torques and leaders.
 
 Read from the XML itself, in a fraction of a millisecond: parsers of whole URDFs take half a second to import.
 """
@@ -10,7 +10,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import pinocchio
 from numpy.typing import NDArray
 
 from doorman.bounds import parse_numbers
@@ -42,25 +41,9 @@ class UrdfJoint:
     """Joint that it follows by `<mimic>`."""
 
 
-@dataclass(frozen=True)
-class UrdfBox:
-    """A box among a link's collision shapes."""
-
-    size: Array
-    """Edges, shape (3,) [m]."""
-    placement: Array
-    """Of its centre in the link, homogeneous, shape (4, 4)."""
-
-
 def read_joints(path: Path) -> dict[str, UrdfJoint]:
     """Joints of a URDF by name, in the order of the file."""
     return {joint.name: joint for joint in map(_joint, check_structure(path).findall("joint"))}
-
-
-def read_boxes(path: Path, link: str) -> list[UrdfBox | None]:
-    """Collision shapes of a link, as far as they are boxes."""
-    (element,) = (found for found in check_structure(path).findall("link") if found.get("name") == link)
-    return [_box(collision) for collision in element.findall("collision")]
 
 
 def _joint(element: ElementTree.Element) -> UrdfJoint:
@@ -77,15 +60,6 @@ def _joint(element: ElementTree.Element) -> UrdfJoint:
         friction=_numbers(element, "dynamics", "friction", "0")[0],
         leader=None if mimic is None else mimic.get("joint", ""),
     )
-
-
-def _box(collision: ElementTree.Element) -> UrdfBox | None:
-    box = collision.find("geometry/box")
-    if box is None:
-        return None
-    rotation = pinocchio.rpy.rpyToMatrix(np.array(_numbers(collision, "origin", "rpy", "0 0 0")))
-    placement = pinocchio.SE3(rotation, np.array(_numbers(collision, "origin", "xyz", "0 0 0")))
-    return UrdfBox(np.array(parse_numbers(box.get("size", ""))), np.array(placement.homogeneous))
 
 
 def _numbers(element: ElementTree.Element, tag: str, attribute: str, default: str) -> list[float]:

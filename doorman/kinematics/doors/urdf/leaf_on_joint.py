@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -151,17 +151,18 @@ class LeafOnJoint:
         into, along, up = axes @ self.rotation(closed)
         return 0.0 - self._shape.face(into, along, up, (place[0], self._shape.extent(up)[0] + place[1]))
 
-    def fixed_boxes(self) -> Iterator[tuple[Array, Array]]:
+    @cached_property
+    def fixed_boxes(self) -> tuple[tuple[Array, Array], ...]:
         """Placement in the world, (4, 4), and lengths of boxes that do not move with the leaf."""
-        return fixed_boxes(self._urdf, self._model)
+        return tuple(fixed_boxes(self._urdf, self._model))
 
     def frame_depth(self, axes: Array, leaf: LeafSize) -> tuple[float, float]:
         """How far boxes beside the doorway, that do not move with the leaf, reach before and behind the hinge axis [m]."""
-        return depth_beside(self.fixed_boxes(), axes, leaf.corner, leaf.sides[:2], self._upright)
+        return depth_beside(self.fixed_boxes, axes, leaf.corner, leaf.sides[:2], self._upright)
 
     def frame_height(self, axes: Array, leaf: LeafSize) -> float | None:
         """Height of the opening above the leaf's lower edge; None where nothing of the frame is over it [m]."""
-        return height_below_lintel(self.fixed_boxes(), axes, leaf.corner, leaf.sides[:2]) if self._upright else None
+        return height_below_lintel(self.fixed_boxes, axes, leaf.corner, leaf.sides[:2]) if self._upright else None
 
     def contact(self, contact: ContactSection, closed: float, into: Array) -> tuple[Array, Array | None]:
         """Where a tip touches, as the section names it, and the unit vector away from the leaf there, if that is told."""
@@ -241,7 +242,7 @@ class LeafOnJoint:
 
     def _at_a_jamb(self, limits: tuple[float, float], upright: bool) -> Closed:
         lower, upper = limits
-        axis, boxes = self.rotation(0.0).T @ self._axis, extents(self.fixed_boxes())
+        axis, boxes = self.rotation(0.0).T @ self._axis, extents(self.fixed_boxes)
         middle = self.origin + 0.5 * sum(self._shape.extent(axis)) * self._axis
 
         def at_a_jamb(value: float) -> bool:

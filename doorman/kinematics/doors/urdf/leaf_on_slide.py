@@ -74,7 +74,7 @@ class LeafOnSlide(LeafOnJoint):
             return None
         normal = np.sign(away[side]) * axes[side]
         planes = [float(np.sign(away[side]) * middle[side] + reach[side])]
-        for placed, size in self.fixed_boxes():
+        for placed, size in self.fixed_boxes:
             plane = float(normal @ placed[:3, 3] + np.abs(normal @ placed[:3, :3]) @ size / 2)
             if plane < float(normal @ point):
                 planes.append(plane)
