@@ -24,11 +24,7 @@ _File = TypeVar("_File", bound="int | HasFileno")
 
 
 class Clock:
-    """The computer's monotonic clock. Threads, events, conditions and locks that it makes wait by it.
-
-    Whatever waits for something in this package is given a clock, and waits by nothing else: under another clock, the same
-    threads, sockets and emulators run at another speed. No other lock may be held while waiting.
-    """
+    """The computer's monotonic clock; its threads, events, conditions and locks wait by it. Hold no other lock while waiting."""
 
     now = staticmethod(time.monotonic)
     """The time [s]."""

@@ -16,10 +16,7 @@ _UNSUPPORTED = (errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP)
 
 @contextmanager
 def locked(path: Path, *, wait: bool = False) -> Iterator[None]:
-    """Hold a lock; its file is made, holds nothing, and goes again with the lock.
-
-    A lock that a process has left behind when it was killed is free. Links are not followed.
-    """
+    """Hold a lock by an empty file, removed with it; a killed process leaves it free, and links are not followed."""
     descriptor = _held(path, wait)
     try:
         yield

@@ -291,10 +291,7 @@ class Model:
         return door.place_on_face(contact) if door.handle is None else door.handle[:2]
 
     def _surroundings(self) -> Surroundings:
-        """A vehicle that pulls stays before the wall; one whose tip is near an edge of the leaf begins beside a jamb.
-
-        One that opens a door beyond a right angle ends behind the jamb at the hinge.
-        """
+        """A vehicle that pulls stays before the wall; one whose tip is near an edge of the leaf begins beside a jamb."""
         if not self.door.framed:
             return "open"
         if not self.door.upright:

@@ -61,13 +61,7 @@ def audit(
     checks: int = 2000,
     seed: int = 0,
 ) -> AuditReport:
-    """Sample configurations on the kinematic constraint and hold the constraints against FCL.
-
-    States are drawn uniformly: any yaw, tilt up to `max_tilt`, α in `door_angles`, the arm within its joint limits. Those that
-    the constraints allow go through FCL; so do as many at the boundary (found by bisection towards forbidden states), and the
-    allowed neighbours of the closest states of every pair of shapes, round by round nearer: an adversary that looks for
-    collisions in corners which uniform samples miss. The guarantee is that of a search, for the sampled tilt range.
-    """
+    """Sample configurations on the kinematic constraint and hold the constraints against FCL."""
     rows = constraints or analytic_constraints(coupling)
     region = Region(coupling, door_angles, max_tilt)
     generator = np.random.default_rng(seed)

@@ -24,10 +24,7 @@ class PairBounds(NamedTuple):
     """Radius of each shape's bounding sphere, shape (n_shapes,) [m]."""
 
     def at(self, placements: Array) -> Array:
-        """Bounds at m configurations.
-
-        Two bounds hold: one's bounding sphere to the other's box, and the gap of the two boxes along an axis of either.
-        """
+        """Bounds at m configurations."""
         centers, rotations = placements[:, :, :3, 3], placements[:, :, :3, :3]
         apart = centers[:, self.first] - centers[:, self.second]
         turned = np.abs(np.swapaxes(rotations[:, self.first], 2, 3) @ rotations[:, self.second])

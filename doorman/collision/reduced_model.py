@@ -30,14 +30,7 @@ def _printed(pattern: ArmPattern, point_names: tuple[str, ...], numbers: Numbers
 
 
 class ReducedModel:
-    """x⁺ and h of reduced states x = [Φ, α, α̇, H] and inputs u = [f_t, Ω, Ḣ_d]. Threads may share it.
-
-    Args:
-        vehicle: Whose arm it is.
-        numbers: Of the task, see `task_numbers`.
-        time_step: Of the RK4 integration [s].
-        kinds: Of the collision constraints.
-    """
+    """x⁺ and h of reduced states x = [Φ, α, α̇, H] and inputs u = [f_t, Ω, Ḣ_d]. Threads may share it."""
 
     def __init__(self, vehicle: Vehicle, numbers: Numbers, time_step: float, kinds: Kinds = IN_A_DOORWAY) -> None:
         pattern, _ = ArmPattern.of(vehicle.arm)

@@ -55,20 +55,7 @@ class Clearances(OneLine):
 
 
 class CollisionScene:
-    """Vehicle and door as FCL shapes.
-
-    Every shape of the vehicle is paired with every shape of the door, but not the tip (`tip_shapes`) with the leaf, which touch
-    by design. Every shape of the arm is paired with those fixed to the base link, but not those of the arm's first link, which
-    hangs on it.
-
-    Args:
-        vehicle: The vehicle.
-        door: The door.
-        ignored: Further pairs of links, vehicle's first, that are not checked.
-
-    Raises:
-        UrdfError: if a collision shape cannot be used, or vehicle or door have none.
-    """
+    """Vehicle and door as FCL shapes, paired but for the tip with the leaf and for what hangs on each other."""
 
     def __init__(self, vehicle: Vehicle, door: Door, ignored: Iterable[tuple[str, str]] = ()) -> None:
         self.vehicle = vehicle
@@ -145,10 +132,7 @@ class CollisionScene:
     def least_clearance(
         self, positions: ArrayLike, rotations: ArrayLike, arm_angles: ArrayLike, door_angles: ArrayLike
     ) -> Clearance:
-        """Distance of the closest pair at the closest of m configurations.
-
-        That is the worst of `min_clearance_along`, found faster: what cannot be the closest is not measured.
-        """
+        """Distance of the closest pair at the closest of m configurations."""
         given = self._checked(positions, rotations, arm_angles, door_angles)
         best, pair = np.inf, 0
         for first in range(0, len(given[0]), _BLOCK):

@@ -39,10 +39,7 @@ def arm_joint_of_links(vehicle: Vehicle) -> dict[str, int]:
 
 
 def tip_shapes(vehicle: Vehicle) -> dict[int, Array]:
-    """Shapes that may touch the leaf: those of the tip's link, and those fixed to it at whose hull the tip is.
-
-    The tip is at a hull that holds it, or that is no farther from it than half the hull's own thickness.
-    """
+    """Shapes that may touch the leaf: those of the tip's link, and those fixed to it at whose hull the tip is."""
     placements, tip = vehicle.link_placements(np.zeros(vehicle.n_arm)), tip_link(vehicle)
     moved, found = arm_joint_of_links(vehicle), {}
     for index, shape in enumerate(read_shapes(vehicle.urdf)):

@@ -35,10 +35,7 @@ from doorman.kinematics.vehicles.body_symbols import symmetric
 
 
 class LagrangianTask(TiedTask):
-    """x = [Φ, α, Φ̇, α̇, H], u = [f_t, T, Ḣ_d]; `vehicle.inertia` is I_A of an arm without mass: xx, xy, xz, yy, yz, zz.
-
-    See `TiedTask`.
-    """
+    """x = [Φ, α, Φ̇, α̇, H], u = [f_t, T, Ḣ_d]; `vehicle.inertia` is I_A of an arm without mass: xx, xy, xz, yy, yz, zz."""
 
     def __init__(self, pattern: ArmPattern, point_names: tuple[str, ...], numbers: Numbers) -> None:
         super().__init__(pattern, point_names, numbers)

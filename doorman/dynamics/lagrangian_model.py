@@ -45,18 +45,7 @@ def inertia_numbers(vehicle: Vehicle) -> dict[str, Array]:
 
 
 class LagrangianModel:
-    """Full dynamics of vehicle and door tied together at the contact point, the arm locked within them.
-
-    States are x = [φ, θ, ψ, α, φ̇, θ̇, ψ̇, α̇, η_1 … η_n], inputs u = [f_t, T, Ḣ_d]; shapes (8 + n,) and (4 + n,).
-
-    Args:
-        coupling: Vehicle, door and the contact point that ties them.
-        time_step: Of the RK4 integration [s].
-        disturbance: Further torque on the hinge in the sense of damping, negative where it resists opening [N m].
-
-    Raises:
-        SolverError: if the time step is not a positive number, or the disturbance is not finite.
-    """
+    """Full dynamics of vehicle and door tied at the tip, arm locked: x = [φ, θ, ψ, α, φ̇, θ̇, ψ̇, α̇, η…], u = [f_t, T, Ḣ_d]."""
 
     def __init__(
         self,
@@ -103,10 +92,7 @@ class LagrangianModel:
         return np.asarray(of_vehicle + of_door)
 
     def energy(self, state: ArrayLike) -> float:
-        r"""Kinetic and potential energy, :math:`\frac12\dot q^T M_q\dot q + m_A g z + \frac12 k(\alpha-\alpha_0)^2`.
-
-        The height z is that of the centre of mass.
-        """
+        """Kinetic and potential energy, ½ q̇ᵀ M_q q̇ + m_A g z + ½ k (α − α₀)², z of the centre of mass."""
         x = self.check_state(state)
         vehicle, door = self.coupling.vehicle, self.coupling.door
         kinetic = 0.5 * x[4:8] @ self.mass_matrix(x[:4], x[8:]) @ x[4:8]

@@ -22,10 +22,7 @@ from doorman.kinematics.vehicles.arms.arm_pattern import ArmPattern
 
 
 class QuasiStaticTask(TiedTask):
-    """x = [Φ, α, α̇, H], u = [f_t, Ω, Ḣ_d]; I_D is `door.moving_inertia`. See `TiedTask`.
-
-    A fully actuated vehicle has f_x and f_y as further inputs.
-    """
+    """x = [Φ, α, α̇, H], u = [f_t, Ω, Ḣ_d]; I_D is `door.moving_inertia`. See `TiedTask`."""
 
     def __init__(self, pattern: ArmPattern, point_names: tuple[str, ...], numbers: Numbers) -> None:
         super().__init__(pattern, point_names, numbers)

@@ -186,10 +186,7 @@ class FlyingBackend(Backend):
 
 @contextmanager
 def _ended_by_exceptions(may: Callable[[], bool]) -> Iterator[None]:
-    """Let signals that would kill the process raise SystemExit, once and only while they may; two Ctrl-C at once are one.
-
-    Those that would stop it are ignored.
-    """
+    """Let signals that would kill the process raise SystemExit, once and only while they may; two Ctrl-C at once are one."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return

@@ -8,15 +8,7 @@ from doorman.recording import Recorder
 
 
 class Journal:
-    """Takes the links' events and writes them as topic `event`, stamped on the backend's clock.
-
-    Events from before the mission have time 0. Used by one thread.
-
-    Args:
-        links: Of the vehicle.
-        supervisor: Of the flight.
-        recorder: Gets the events.
-    """
+    """Takes the links' events and writes them as topic `event`, stamped on the backend's clock."""
 
     def __init__(self, links: VehicleLinks, supervisor: Supervisor, recorder: Recorder) -> None:
         self._links, self._supervisor, self._recorder = links, supervisor, recorder

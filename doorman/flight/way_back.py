@@ -51,15 +51,7 @@ def out_of_the_doorway(model: Model, position: Array) -> list[Array]:
 
 
 class WayBack:
-    """Flies a vehicle back as far as it is ours, once for a flight.
-
-    Args:
-        model: Model of the scenario.
-        links: Of the vehicle.
-        supervisor: Told that somebody flies the vehicle back; what it has decided goes before.
-        say: Told of every step.
-        note: Called all the way, to write down what the links tell.
-    """
+    """Flies a vehicle back as far as it is ours, once for a flight."""
 
     def __init__(
         self,

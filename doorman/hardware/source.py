@@ -9,17 +9,10 @@ Sample_co = TypeVar("Sample_co", covariant=True)
 
 @runtime_checkable
 class Source(Protocol[Sample_co]):
-    """Three methods: poses of the vehicle come so (`PoseSource`), and readings of the door (`DoorSource`).
-
-    A source says of each sample when it was true, by `time.monotonic`. Who reads it judges what else is wrong.
-    """
+    """Three methods: poses of the vehicle come so (`PoseSource`), and readings of the door (`DoorSource`)."""
 
     def open(self) -> None:
-        """Begin to receive; a source of poses waits for a steady one.
-
-        Raises:
-            BackendError: if that cannot be; it says what comes instead.
-        """
+        """Begin to receive; a source of poses waits for a steady one."""
 
     def read(self) -> Sample_co:
         """Newest sample, at once."""

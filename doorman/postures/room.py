@@ -35,17 +35,7 @@ _UP = np.array([0.0, 0.0, 1.0])
 
 
 class Room:
-    """Distances of postures x = [Φ, α, α̇, H] from what bounds them.
-
-    Args:
-        vehicle: The vehicle.
-        door: The door.
-        reduced: The constraints in numbers.
-        margin: m, of the constraints [m].
-        pushes: Whether the tip can only push: it then stays near the leaf's normal.
-        mobile: Whether the mobility counts.
-        jambs: Whether the constraints between disc and jambs do.
-    """
+    """Distances of postures x = [Φ, α, α̇, H] from what bounds them."""
 
     def __init__(
         self,

@@ -97,11 +97,7 @@ class RigBody:
 
 
 class RigLeaf:
-    """The leaf's link of the plant's true door as the cameras see it.
-
-    Args:
-        plant: The plant.
-    """
+    """The leaf's link of the plant's true door as the cameras see it."""
 
     def __init__(self, plant: RigPlant) -> None:
         self._plant = plant
@@ -115,11 +111,7 @@ class RigLeaf:
 
 
 class RigFrame:
-    """What stands around the leaf: where the true door is against the map.
-
-    Args:
-        plant: The plant.
-    """
+    """What stands around the leaf: where the true door is against the map."""
 
     def __init__(self, plant: RigPlant) -> None:
         self._pose = _pose_of(plant.model.true_door.placement)

@@ -24,15 +24,7 @@ _IN = Qos(
 
 
 class JointStateSource(Uncopied):
-    """A `DoorSource`. The constructor joins no network.
-
-    A message without a stamp counts as one of now; a stamp is that of ROS, of this computer's clock or one that is kept with it.
-
-    Args:
-        topic: Such as `/door/joint_states`.
-        joint: Name of the joint in the messages; the first one if empty.
-        domain: ROS_DOMAIN_ID.
-    """
+    """A `DoorSource`. The constructor joins no network."""
 
     def __init__(self, topic: str, joint: str = "", domain: int = 0) -> None:
         self._topic, self._joint, self._domain = topic, joint, domain
@@ -41,11 +33,7 @@ class JointStateSource(Uncopied):
         self._newest = DoorSample()
 
     def open(self) -> None:
-        """Join the network.
-
-        Raises:
-            BackendError: if it is open already.
-        """
+        """Join the network."""
         if self._reader is not None:
             raise BackendError("the source is open already", allowed="stop() before another open()")
         self._newest = DoorSample()
@@ -54,11 +42,7 @@ class JointStateSource(Uncopied):
         self._reader = DataReader(self._participant, topic, qos=_IN)
 
     def read(self) -> DoorSample:
-        """What the newest message says.
-
-        Raises:
-            BackendError: if it is not open, or the joint is not in the messages.
-        """
+        """What the newest message says."""
         if self._reader is None:
             raise BackendError("the source is not open", allowed="open() before read()")
         for message in self._reader.take(16):

@@ -9,13 +9,7 @@ import numpy as np
 
 
 class Dropouts:
-    """Gaps by chance.
-
-    Args:
-        rate: Gaps per second without one [1/s].
-        longest: Length of the longest gap [s]; lengths are evenly spread from 0 to it.
-        seed: Of the gaps.
-    """
+    """Gaps by chance."""
 
     def __init__(self, rate: float, longest: float, seed: int | Sequence[int]) -> None:
         self._rate, self._longest = rate, longest

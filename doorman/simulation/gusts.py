@@ -37,13 +37,7 @@ _BLOCK = 256
 
 
 class Gust:
-    """Wind of one flight.
-
-    Args:
-        section: Means, direction, its rate, and variation.
-        door: The door, whose leaf it blows on.
-        seed: Of the variation; the same seed gives the same wind to the bit.
-    """
+    """Wind of one flight."""
 
     def __init__(self, section: GustSection, door: Door, seed: int) -> None:
         self._section = section

@@ -21,11 +21,7 @@ _RATE = 0.05
 
 
 class Hand:
-    """Hand of one flight.
-
-    Args:
-        section: When it comes, for how long, and what it does.
-    """
+    """Hand of one flight."""
 
     def __init__(self, section: HandSection) -> None:
         self._section = section

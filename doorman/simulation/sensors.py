@@ -55,14 +55,7 @@ _Sample = TypeVar("_Sample", _Pose, _Arm)
 
 
 class Sensors:
-    """Measurements of one flight, with independent noise at every tick.
-
-    Args:
-        noise: Standard deviations.
-        seed: Of noise and gaps; the same seed gives the same to the bit.
-        delivery: Latency, rate and gaps of the poses; by default the present pose at every tick.
-        backlash: Play of every servo [rad].
-    """
+    """Measurements of one flight, with independent noise at every tick."""
 
     def __init__(
         self, noise: NoiseSection, seed: int, delivery: SensorsSection | None = None, backlash: float = 0.0

@@ -22,15 +22,7 @@ _FEWEST = 10
 
 
 def measured_figures(recording: Recording, model: Model) -> dict[str, Any]:
-    """Figures of a flight without true states, by a sensor of the door.
-
-    Args:
-        recording: With the topics door_sensor, measurement, estimate and mission.
-        model: Of the recorded scenario.
-
-    Returns:
-        Keys as of a simulated run, as far as a sensor of the door tells them.
-    """
+    """Figures of a flight without true states, by a sensor of the door."""
     time, angle = _readings(recording)
     target, door = model.goal_angle, model.door
     late = time >= time[-1] - STANDS_FOR
@@ -59,12 +51,7 @@ def measured_figures(recording: Recording, model: Model) -> dict[str, Any]:
 
 
 def told_by_the_leaf(figures: dict[str, Any], unit: str = "°") -> str:
-    """A sentence of what the sensor of the door says of a flight.
-
-    Args:
-        figures: Of `measured_figures`.
-        unit: Of the angles.
-    """
+    """A sentence of what the sensor of the door says of a flight."""
     final, target = figures["final_door_angle_deg"], figures["target_door_angle_deg"]
     where = f"the door ended at {final:.1f}{unit}, {abs(final - target):.1f}{unit} from the target"
     if not figures["opened"]:
@@ -78,11 +65,7 @@ def has_measured_leaf(recording: Recording) -> bool:
 
 
 def gaps(recording: Recording, model: Model) -> tuple[Array, Array]:
-    """Distance of the tip before the measured leaf, at every reading.
-
-    Returns:
-        Times [s] and distances [m], shape (k,) each.
-    """
+    """Distance of the tip before the measured leaf, at every reading."""
     measured, sensor, estimate = recording["measurement"], recording["door_sensor"], recording["estimate"]
     tips = measured["position"] + model.coupling.tips(measured["attitude"], measured["arm_angles"])
     offset, hinge = estimate["door_place"][-1], model.door.hinge_position

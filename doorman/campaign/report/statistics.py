@@ -9,11 +9,7 @@ _QUANTILE = 1.959963984540054
 
 
 def wilson_interval(successes: int, runs: int) -> tuple[float, float]:
-    r"""Wilson's 95 % confidence interval of a success rate.
-
-    .. math::
-        \frac{\hat p + \frac{z^2}{2n} \pm z\sqrt{\frac{\hat p (1 - \hat p)}{n} + \frac{z^2}{4n^2}}}{1 + \frac{z^2}{n}}
-    """
+    """Wilson's 95 % confidence interval of a success rate p: (p + z²/2n ± z √(p(1−p)/n + z²/4n²)) / (1 + z²/n)."""
     if runs == 0:
         return 0.0, 1.0
     share, z2 = successes / runs, _QUANTILE**2 / runs

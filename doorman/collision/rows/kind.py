@@ -19,12 +19,7 @@ class Kind(ABC):
 
     @abstractmethod
     def excess(self, task: Any, margin: Any) -> list[Any]:
-        """Value of every row, positive where it is violated [m].
-
-        Args:
-            task: Symbols of a `kinematics.task.Task`, or numbers by the same names.
-            margin: m, added to every row [m].
-        """
+        """Value of every row, positive where it is violated [m]."""
 
 
 def dot(a: Any, b: Any) -> Any:

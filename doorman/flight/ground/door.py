@@ -25,12 +25,7 @@ _AJAR = math.radians(3.0)
 
 
 def measured_door(model: Model, links: VehicleLinks) -> Iterator[Check]:
-    """Rows about frame and leaf; none without a sensor.
-
-    Args:
-        model: Model of the scenario.
-        links: Of the vehicle, open.
-    """
+    """Rows about frame and leaf; none without a sensor."""
     if links.door is None:
         return
     leaf, frame = mean_readings(links)
@@ -55,15 +50,7 @@ def measured_door(model: Model, links: VehicleLinks) -> Iterator[Check]:
 
 
 def mean_readings(links: VehicleLinks, duration: float = LISTENING) -> tuple[LeafReading | None, FrameReading | None]:
-    """Means of what a sensor of the door says for a while, the vehicle at rest; none where it says nothing.
-
-    Args:
-        links: Of the vehicle, open, with a sensor of the door.
-        duration: For which it is heard [s].
-
-    Raises:
-        BackendError: if there is no sensor.
-    """
+    """Means of what a sensor of the door says for a while, the vehicle at rest; none where it says nothing."""
     if links.door is None:
         raise BackendError("there is no sensor of the door", field="door_sensor", allowed="in the vehicle file")
     leaves: list[LeafReading] = []

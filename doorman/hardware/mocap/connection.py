@@ -32,11 +32,7 @@ class CamerasLink:
 
 
 def parse_cameras(text: str) -> CamerasLink | None:
-    """Cameras that a connection names.
-
-    `optitrack:192.168.10.5`, `qualisys:192.168.10.5:22222`, `vrpn:mocap.local:3883`, `vicon:192.168.10.5` for the DataStream,
-    `optitrack:192.168.10.5,interface_ip=192.168.10.7` where the computer is in several networks.
-    """
+    """Cameras that a connection names."""
     found = re.fullmatch(
         rf"({'|'.join(KINDS)}):(?://)?([A-Za-z0-9.-]+)(?::(\d{{1,5}}))?((?:,\w+=[\w.:-]+)*)", text.strip(), re.ASCII
     )
@@ -57,11 +53,7 @@ def check_connection(text: str) -> None:
 
 
 def parse_connection(text: str) -> tuple[str, int]:
-    """Address to listen on.
-
-    `udp:51001` listens on loopback, `udp:192.168.1.7:51001` on that interface, `udp:0.0.0.0:51001` on all, which broadcasts
-    need.
-    """
+    """Address to listen on."""
     found = re.fullmatch(r"udp:(?://)?(?:([A-Za-z0-9.-]+):)?(\d{1,5})", text.strip(), re.ASCII)
     if found is None or not 0 < int(found[2]) < 65536:
         raise BackendError("not an address to listen on", field="mocap.connection", given=text, allowed=_ALLOWED)

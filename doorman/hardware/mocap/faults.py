@@ -86,12 +86,7 @@ class MocapEvent:
 
 
 class FaultBook:
-    """Faults that hold now. Those that strike single packets hold until they have not struck for a while.
-
-    Args:
-        log: Gets an event for every fault that begins or ends.
-        hold: For how long a fault that struck holds on [s].
-    """
+    """Faults that hold now. Those that strike single packets hold until they have not struck for a while."""
 
     def __init__(self, log: EventLog[MocapEvent], hold: float) -> None:
         self._log = log

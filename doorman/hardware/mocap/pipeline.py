@@ -15,12 +15,7 @@ from doorman.hardware.mocap.poses.tracker import PoseTracker
 
 
 class Pipeline:
-    """Takes datagrams in, and has the newest measurement with everything that is wrong.
-
-    Args:
-        config: Settings.
-        log: Gets what happens.
-    """
+    """Takes datagrams in, and has the newest measurement with everything that is wrong."""
 
     def __init__(self, config: MocapConfig, log: EventLog[MocapEvent]) -> None:
         self._config = config

@@ -33,15 +33,7 @@ BATCH = 64
 
 
 class MocapWorker:
-    """Receives until it is stopped.
-
-    Args:
-        channel: Bound socket; the worker closes it.
-        config: Settings.
-        log: Gets what happens.
-        clock: By which it waits.
-        beside: Further objects of the same stream, by what they are.
-    """
+    """Receives until it is stopped."""
 
     def __init__(
         self, channel: socket.socket, config: MocapConfig, log: EventLog[MocapEvent], clock: Clock = REAL_TIME,

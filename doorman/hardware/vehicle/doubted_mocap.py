@@ -85,14 +85,7 @@ class DoubtedMocap(MocapReceiver):
 
 
 class DoubtedPoses(DoubtedMocap, PolledReceiver):
-    """The same for poses of any source.
-
-    Args:
-        config: Rate and limits.
-        autopilot: Who contradicts; need not be open.
-        source: Brings the poses.
-        clock: By which it waits.
-    """
+    """The same for poses of any source."""
 
     def __init__(self, config: MocapConfig, autopilot: Autopilot, source: PoseSource, clock: Clock = REAL_TIME) -> None:
         super().__init__(config, autopilot, clock)

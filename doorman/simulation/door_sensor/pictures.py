@@ -43,19 +43,7 @@ _BLUR, _NOISE = 0.8, 4.0
 def scene_with_tags(
     mujoco: Any, model: Model, layout: RotorLayout, time_step: float, marks: tuple[Mark, Mark], camera: CameraConfig
 ) -> Any:
-    """The plant once more, for pictures alone: with tags on leaf and frame, and a camera on the vehicle.
-
-    Args:
-        mujoco: The engine.
-        model: Of the scenario.
-        layout: Of the rotors.
-        time_step: Of the physics [s].
-        marks: On leaf and frame.
-        camera: On the vehicle.
-
-    Returns:
-        A compiled model whose `qpos` is the plant's.
-    """
+    """The plant once more, for pictures alone: with tags on leaf and frame, and a camera on the vehicle."""
     spec, door, names = assemble(mujoco, model, layout, time_step), model.true_door, model.vehicle.names
     leaf, world = spec.body(DOOR + link_name(door.urdf, door.section.leaf)), spec.worldbody
     base, placed = spec.body(VEHICLE + link_name(model.vehicle.urdf, names.base_link)), door.placement
@@ -85,18 +73,7 @@ def scene_with_tags(
 
 
 class PictureSensor:
-    """The real detector on rendered pictures.
-
-    Args:
-        mujoco: The engine.
-        simulator: Whose plant is seen.
-        marks: On leaf and frame.
-        camera: On the vehicle.
-        seed: Of the noise.
-
-    Raises:
-        BackendError: if nothing can be rendered off screen, or OpenCV is missing.
-    """
+    """The real detector on rendered pictures."""
 
     def __init__(
         self, mujoco: Any, simulator: Simulator, marks: tuple[Mark, Mark], camera: CameraConfig, seed: int
@@ -154,13 +131,7 @@ class PictureSensor:
     def look(
         self, time: float, position: NDArray[np.float64], attitude: NDArray[np.float64]
     ) -> tuple[LeafReading | None, FrameReading | None]:
-        """What a picture of now says, with the pose that the vehicle believes to have.
-
-        Args:
-            time: Now [s].
-            position: P, shape (3,) [m].
-            attitude: Φ, shape (3,) [rad].
-        """
+        """What a picture of now says, with the pose that the vehicle believes to have."""
         self.seen = self._detector.detect(self.picture())
         self._sample = self._door.sample(time, {number: tag.pose for number, tag in self.seen.items()}, DoorSample())
         self._sensor.note_pose(time, position, attitude)

@@ -17,15 +17,7 @@ DoorReadings = Callable[[Truth], tuple[LeafReading | None, FrameReading | None]]
 
 
 def door_readings(simulator: Simulator, seed: int) -> DoorReadings:
-    """The sensor that `[simulation.door_sensor]` names.
-
-    Args:
-        simulator: Whose door it measures.
-        seed: Of noise and gaps.
-
-    Raises:
-        BackendError: if pictures cannot be rendered, or OpenCV is missing.
-    """
+    """The sensor that `[simulation.door_sensor]` names."""
     model = simulator.model
     section = model.scenario.simulation.door_sensor
     if section.kind in ("cameras", "encoder"):

@@ -47,13 +47,7 @@ class _Reading(NamedTuple):
 
 
 class SimulatedDoorSensor:
-    """Readings of one flight.
-
-    Args:
-        model: Model of the scenario.
-        seed: Of noise and gaps.
-        view: Says at a time what can be seen; everything if not given.
-    """
+    """Readings of one flight."""
 
     def __init__(self, model: Model, seed: int, view: Callable[[Truth], Seen] | None = None) -> None:
         self._section = section = model.scenario.simulation.door_sensor

@@ -25,15 +25,7 @@ _BEFORE = 0.02
 
 
 class TagView:
-    """What is seen in one flight.
-
-    Args:
-        mujoco: The engine.
-        plant: The plant.
-        marks: Tags on leaf and frame.
-        camera: On the vehicle.
-        occlusion: Whether what stands before a tag hides it.
-    """
+    """What is seen in one flight."""
 
     def __init__(
         self, mujoco: Any, plant: Plant, marks: tuple[Mark, Mark], camera: CameraConfig, occlusion: bool

@@ -79,17 +79,7 @@ def calibrate(engine_model: Any, tip_body: int, leaf_body: int, model: Model) ->
 
 
 class Gripper:
-    """Ties the tip to the leaf where it touches, and lets it go.
-
-    Args:
-        mujoco: The engine.
-        engine_model: MjModel.
-        data: MjData.
-        tip_shapes: Indices of the tip's shapes.
-        leaf_shapes: Indices of the leaf's shapes.
-        closes: Whether it can close; one that cannot is a tip that only pushes, whatever is asked of it.
-        force: Largest force with which it holds [N]; None holds against any.
-    """
+    """Ties the tip to the leaf where it touches, and lets it go."""
 
     def __init__(
         self,
@@ -120,10 +110,7 @@ class Gripper:
         return self._tie is not None and bool(self._active[self._tie])
 
     def set(self, closed: bool) -> None:
-        """Close or open; a gripper too far from the leaf closes on nothing, one that cannot close never does.
-
-        One that was torn off closes again only after it was opened.
-        """
+        """Close or open; a gripper too far from the leaf closes on nothing, one that cannot close never does."""
         self._slipped &= closed
         if self._tie is None or closed == self.closed or (closed and (self._slipped or not self._closes)):
             return
@@ -140,10 +127,7 @@ class Gripper:
         self._tie_up(closed)
 
     def strain(self, force: Array, normal: Array) -> None:
-        """Tear the tip off the leaf where it carries more than the gripper holds; once per physics step.
-
-        What counts is the force without its push, which the tip's face carries: pull and force along the leaf.
-        """
+        """Tear the tip off where pull and force along the leaf exceed the grip; once per physics step."""
         if self._force is None or not self.closed:
             return
         held = force - max(float(normal @ force), 0.0) * normal
@@ -157,16 +141,7 @@ class Gripper:
 
 
 class ContactReader:
-    """Reads the contacts of the last physics step out of MuJoCo.
-
-    Args:
-        mujoco: The engine.
-        engine_model: MjModel.
-        data: MjData.
-        tip_shapes: Indices of the tip's shapes.
-        leaf_shapes: Indices of the leaf's shapes.
-        gripper: Says whether tip and leaf are tied.
-    """
+    """Reads the contacts of the last physics step out of MuJoCo."""
 
     def __init__(
         self,

@@ -12,15 +12,7 @@ from doorman.simulation.reality.door_catches import DoorCatches, has_catches
 
 
 class HingeTorques:
-    """Torque, friction and stiction of the hinge's joint, as the stepping kernel reads them.
-
-    Args:
-        model: The model.
-        plant: Its plant.
-
-    Attributes:
-        numbers: The three of them, shape (3,), in the joint's units.
-    """
+    """Torque, friction and stiction of the hinge's joint, as the stepping kernel reads them."""
 
     def __init__(self, model: Model, plant: Plant) -> None:
         told, true = model.true_door, model.scenario.simulation

@@ -11,13 +11,7 @@ Sent = TypeVar("Sent")
 
 
 class CommandLink(Generic[Sent]):
-    """Commands on their way; none overtakes another.
-
-    Args:
-        rate: Commands that are taken per second; every one if not given [1/s].
-        jitter: Largest delay, drawn evenly for every command [s].
-        seed: Of the delays.
-    """
+    """Commands on their way; none overtakes another."""
 
     def __init__(self, rate: float | None, jitter: float, seed: int) -> None:
         self._interval = 0.0 if rate is None else 1.0 / rate

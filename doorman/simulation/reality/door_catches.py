@@ -24,14 +24,7 @@ _WINDS_UP = 1e-3
 
 
 class DoorCatches:
-    """What holds the leaf of one door beside its friction.
-
-    Args:
-        simulation: What is true.
-        door: The true door.
-        friction: Of its hinge [N m].
-        weight_lever: m g r of the leaf [N m].
-    """
+    """What holds the leaf of one door beside its friction."""
 
     def __init__(self, simulation: SimulationSection, door: Door, friction: float, weight_lever: float) -> None:
         self._true, self._door, self._friction = simulation, door, friction

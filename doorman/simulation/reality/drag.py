@@ -23,13 +23,7 @@ Array = NDArray[np.float64]
 
 
 class Drag:
-    """Forces of one flight, at the origin of the free body.
-
-    Args:
-        model: The model.
-        plant: Its plant.
-        layout: Its rotors.
-    """
+    """Forces of one flight, at the origin of the free body."""
 
     def __init__(self, model: Model, plant: Plant, layout: RotorLayout) -> None:
         simulation = model.scenario.simulation

@@ -8,12 +8,7 @@ import numpy as np
 
 
 class Jumps:
-    """A Poisson process, with random numbers of its own.
-
-    Args:
-        rate: Jumps per second [1/s]; 0 for none.
-        seed: Of times and of what a jump draws, with the number of its stream.
-    """
+    """A Poisson process, with random numbers of its own."""
 
     def __init__(self, rate: float, seed: tuple[int, int]) -> None:
         self._rate = rate

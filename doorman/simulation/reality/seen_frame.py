@@ -25,12 +25,7 @@ _FRAME = 3
 
 
 class SeenFrame:
-    """Frame in which the poses of one flight are seen.
-
-    Args:
-        section: Rates and sizes.
-        seed: Of jumps and direction.
-    """
+    """Frame in which the poses of one flight are seen."""
 
     def __init__(self, section: SensorsSection, seed: int) -> None:
         self._section = section

@@ -30,14 +30,7 @@ _NEAREST = 0.5
 
 
 class TrueThrust:
-    """Gears of one plant's rotors.
-
-    Args:
-        simulation: What is true.
-        plant: The plant.
-        layout: Its rotors.
-        radius: Of one rotor [m].
-    """
+    """Gears of one plant's rotors."""
 
     def __init__(self, simulation: SimulationSection, plant: Plant, layout: RotorLayout, radius: float) -> None:
         self._scale, self._fall, self._wash = simulation.thrust_scale, simulation.thrust_fall, simulation.wash

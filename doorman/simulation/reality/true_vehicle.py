@@ -16,12 +16,7 @@ _LEAST_SHARE = 0.05
 
 
 def make_true(vehicle: Any, base: Any, model: Model) -> None:
-    r"""Give the vehicle its true mass, centre of mass and inertia.
-
-    All links are scaled to the true mass M. Then the arm gets its mass, which the base link loses. The base link of mass m then
-    moves by :math:`\frac{M}{m}d`, for which the centre of mass of the whole is d elsewhere. Its moments of inertia about its own
-    centre of mass grow by the given scale.
-    """
+    """Give the vehicle its true mass, centre of mass and inertia."""
     true = model.scenario.simulation
     if true.vehicle_mass is not None:
         scale_mass(vehicle.bodies, true.vehicle_mass / model.vehicle.mass)
@@ -40,10 +35,7 @@ def make_true(vehicle: Any, base: Any, model: Model) -> None:
 
 
 def set_arm_mass(vehicle: Any, base: Any, model: Model, mass: float) -> None:
-    """Give the arm its true mass, and take it from the base link.
-
-    Links that have mass are scaled. Where none has, all get the same, as balls at their frames.
-    """
+    """Give the arm its true mass, and take it from the base link."""
     carried = (joint.parent for joint in vehicle.joints if joint.name in model.vehicle.joint_names[:1])
     moved = [part for link in carried for part in (link, *link.find_all("body"))]
     told = sum(part.mass for part in moved)

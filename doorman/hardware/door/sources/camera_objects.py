@@ -10,12 +10,7 @@ from doorman.hardware.mocap import MocapConfig, MocapReceiver, PoseSample
 
 
 def objects_beside(cameras: MocapConfig, sensor: DoorSensorConfig | None) -> dict[str, MocapConfig]:
-    """Further objects that a receiver follows, by `leaf` and `frame`.
-
-    Args:
-        cameras: Settings of the vehicle's own object.
-        sensor: Of the door.
-    """
+    """Further objects that a receiver follows, by `leaf` and `frame`."""
     if sensor is None or sensor.source != CAMERAS:
         return {}
     marks = {"leaf": sensor.leaf, "frame": sensor.frame}
@@ -28,11 +23,7 @@ def objects_beside(cameras: MocapConfig, sensor: DoorSensorConfig | None) -> dic
 
 
 class CameraObjects:
-    """What a receiver sees of the door; it is opened and stopped with the vehicle's poses.
-
-    Args:
-        receiver: Follows the objects of `objects_beside`.
-    """
+    """What a receiver sees of the door; it is opened and stopped with the vehicle's poses."""
 
     def __init__(self, receiver: MocapReceiver) -> None:
         self._receiver = receiver

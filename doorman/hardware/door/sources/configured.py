@@ -12,16 +12,7 @@ from doorman.hardware.mocap import MocapReceiver
 
 
 def source_of(config: DoorSensorConfig, cameras: MocapReceiver | None, clock: Clock = REAL_TIME) -> DoorSource:
-    """The source of a configuration; it is not open.
-
-    Args:
-        config: Says who measures.
-        cameras: That see the vehicle, if there are any.
-        clock: By which readings are stamped.
-
-    Raises:
-        BackendError: if there are no cameras to see the door, or somebody else has to make the source.
-    """
+    """The source of a configuration; it is not open."""
     if config.source == CAMERAS:
         if cameras is None:
             raise BackendError(

@@ -47,15 +47,7 @@ class SeenTag:
 
 
 class TagDetector:
-    """Finds tags of known sizes.
-
-    Args:
-        camera: That takes the pictures.
-        sizes: Edge of the black square by the tag's number [m].
-
-    Raises:
-        BackendError: if OpenCV is not installed.
-    """
+    """Finds tags of known sizes."""
 
     def __init__(self, camera: CameraConfig, sizes: dict[int, float]) -> None:
         self._cv = cv = opencv()
@@ -69,14 +61,7 @@ class TagDetector:
         self._axes = rotation_body_to_world(camera.attitude) @ _OPTICAL
 
     def detect(self, picture: NDArray[np.uint8]) -> dict[int, SeenTag]:
-        """Tags in a picture.
-
-        Args:
-            picture: Grey, shape (height, width).
-
-        Returns:
-            By number; a number that is seen twice is left out.
-        """
+        """Tags in a picture."""
         found, numbers, _ = self._detector.detectMarkers(picture)
         seen: dict[int, SeenTag] = {}
         numbers = [] if numbers is None else [int(one) for one in np.ravel(numbers)]
@@ -132,11 +117,7 @@ class TagDetector:
 
 
 def opencv() -> Any:
-    """OpenCV, on one core.
-
-    Raises:
-        BackendError: if it is not installed.
-    """
+    """OpenCV, on one core."""
     try:
         import cv2
     except ImportError as error:

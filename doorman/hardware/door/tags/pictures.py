@@ -29,11 +29,7 @@ there, and open its camera at the first call."""
 
 
 class Video:
-    """A V4L2 device. Opens at the first call.
-
-    Args:
-        camera: Device, size, rate and latency.
-    """
+    """A V4L2 device. Opens at the first call."""
 
     def __init__(self, camera: CameraConfig) -> None:
         self._camera, self._capture = camera, None

@@ -28,13 +28,7 @@ def usual_camera(field_of_view: float) -> CameraConfig:
 
 
 def usual_marks(model: Model, size: float = 0.16, camera: CameraConfig | None = None) -> tuple[Mark, Mark]:
-    """Tags for leaf and frame that the vehicle sees from its hover.
-
-    Args:
-        model: Of the task.
-        size: Edge of the black squares [m].
-        camera: On the vehicle; the usual one if not given.
-    """
+    """Tags for leaf and frame that the vehicle sees from its hover."""
     door, start = model.door, model.start_state
     body = model.coupling.vehicle_position(start[:3], float(start[3]), start[5:])
     lens = (camera or CameraConfig()).position[2]

@@ -34,24 +34,12 @@ class Page(NamedTuple):
 
 
 def tag_cells(number: int) -> NDArray[np.bool_]:
-    """Which cells of a tag are black, rows from above, shape (8, 8).
-
-    Args:
-        number: Of the tag, 0 to 586.
-    """
+    """Which cells of a tag are black, rows from above, shape (8, 8)."""
     return np.asarray(opencv().aruco.generateImageMarker(dictionary(), number, CELLS, borderBits=1) == 0)
 
 
 def tag_pdf(pages: Sequence[Page], paper: str = "a4") -> bytes:
-    """The PDF.
-
-    Args:
-        pages: One for each tag.
-        paper: One of `PAPERS`.
-
-    Raises:
-        BackendError: if there is no such paper, or a tag with its white border is larger than it.
-    """
+    """The PDF."""
     if paper not in PAPERS:
         raise BackendError("no such paper", field="--paper", given=paper, allowed=", ".join(PAPERS))
     width, height = PAPERS[paper]

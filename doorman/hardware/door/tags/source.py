@@ -34,11 +34,7 @@ _PATIENCE = 2.0
 
 
 class DoorByTags:
-    """Leaf and frame of the tags in a picture.
-
-    Args:
-        config: Marks and camera.
-    """
+    """Leaf and frame of the tags in a picture."""
 
     def __init__(self, config: DoorSensorConfig) -> None:
         self._config = config
@@ -47,13 +43,7 @@ class DoorByTags:
         }
 
     def sample(self, time: float, seen: dict[int, MarkPose], before: DoorSample) -> DoorSample:
-        """What the tags of one picture say; what is not in it stays as before.
-
-        Args:
-            time: Of the picture [s].
-            seen: Poses of the tags in the body, by number.
-            before: What was known.
-        """
+        """What the tags of one picture say; what is not in it stays as before."""
         leaf, frame = self._link(self._config.leaf, seen), self._link(self._config.frame, seen)
         return DoorSample(
             before.leaf if leaf is None else LeafSample(time, pose=leaf),
@@ -71,12 +61,7 @@ class DoorByTags:
 
 
 class TagSource(Uncopied):
-    """A `DoorSource` by tags. The constructor starts nothing.
-
-    Args:
-        config: Marks and camera.
-        pictures: Takes the pictures, in place of the camera's device.
-    """
+    """A `DoorSource` by tags. The constructor starts nothing."""
 
     def __init__(self, config: DoorSensorConfig, pictures: Pictures | None = None) -> None:
         camera = config.camera or CameraConfig()
@@ -88,11 +73,7 @@ class TagSource(Uncopied):
         self._started, self._words = 0.0, ""
 
     def open(self) -> None:
-        """Start the process.
-
-        Raises:
-            BackendError: if it runs already, or OpenCV is not installed.
-        """
+        """Start the process."""
         if self._process is not None:
             raise BackendError("the source is open already", allowed="stop() before another open()")
         TagDetector(self._camera, self._sizes)  # says what is missing, before anything flies
@@ -100,11 +81,7 @@ class TagSource(Uncopied):
         self._start()
 
     def read(self) -> DoorSample:
-        """Where both were seen last.
-
-        Raises:
-            BackendError: if it is not open, or the process has ended; it says why.
-        """
+        """Where both were seen last."""
         if self._process is None or self._link is None:
             raise BackendError("the source is not open", allowed="open() before read()")
         try:

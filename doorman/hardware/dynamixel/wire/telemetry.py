@@ -56,11 +56,7 @@ class Telemetry:
         return cls(*_LAYOUT.unpack(data))
 
     def is_ours(self, watchdog_counts: int) -> bool:
-        """Whether the block still shows what it was set up to show.
-
-        A servo that restarted forgets the indirect addresses and shows zeros; torque, supply and watchdog of one that is set
-        up are never all zero.
-        """
+        """Whether the block still shows what it was set up to show; a servo that restarted shows zeros."""
         if self.bus_watchdog == WATCHDOG_OFF:
             return self.torque_enable == TORQUE_ON and self.voltage > 0
         return self.bus_watchdog in (watchdog_counts, WATCHDOG_FIRED)

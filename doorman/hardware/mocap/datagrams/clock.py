@@ -17,12 +17,7 @@ _DRIFTED = 0.01
 
 
 class FrameClock:
-    """Maps frame numbers to this computer's raw clock.
-
-    Args:
-        rate: Nominal frames per second [1/s].
-        latency: Between exposure and arrival of the quickest packets [s].
-    """
+    """Maps frame numbers to this computer's raw clock."""
 
     def __init__(self, rate: float, latency: float) -> None:
         self._nominal = 1.0 / rate

@@ -29,11 +29,7 @@ Point = tuple[float, float]
 
 
 class RateMonitor:
-    """Compares the frames' rate with its nominal value.
-
-    Args:
-        rate: Nominal frames per second [1/s].
-    """
+    """Compares the frames' rate with its nominal value."""
 
     def __init__(self, rate: float) -> None:
         self._period = 1.0 / rate
@@ -93,12 +89,7 @@ class RateMonitor:
 
 
 class _Bins:
-    """Least offset of every bin of time.
-
-    Args:
-        width: Of a bin [s].
-        kept: Newest bins that are kept.
-    """
+    """Least offset of every bin of time."""
 
     def __init__(self, width: float, kept: int) -> None:
         self._width = width

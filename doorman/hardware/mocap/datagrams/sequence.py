@@ -31,12 +31,7 @@ class Order(Enum):
 
 
 class FrameSequence:
-    """Frame numbers of a stream, without the wrap at 2³².
-
-    Args:
-        clock: Tells when frames are due; started anew when the numbers are.
-        rate: Nominal frames per second [1/s].
-    """
+    """Frame numbers of a stream, without the wrap at 2³²."""
 
     def __init__(self, clock: FrameClock, rate: float) -> None:
         self._clock = clock

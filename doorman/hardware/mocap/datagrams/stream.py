@@ -48,13 +48,7 @@ class Reading(NamedTuple):
 
 
 class StreamReader:
-    """Reads the packets of one sender.
-
-    Args:
-        config: Object, sender and limits.
-        book: Is told what is wrong.
-        figures: Is told what came.
-    """
+    """Reads the packets of one sender."""
 
     def __init__(self, config: MocapConfig, book: FaultBook, figures: Figures) -> None:
         self._config = config

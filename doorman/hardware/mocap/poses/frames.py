@@ -47,17 +47,7 @@ def object_angles(q: Quaternion) -> Vector:
 
 
 class Alignment:
-    """Where Vicon's axes stand in the world, and the tracked object in the body.
-
-    Args:
-        origin_position: p_V, shape (3,), world frame [m].
-        origin_attitude: Φ of R_WV, shape (3,) [rad].
-        object_position: p_O, shape (3,), body frame [m].
-        object_attitude: Φ of R_BO, shape (3,) [rad].
-
-    Raises:
-        DimensionError: if one of them is not three finite numbers.
-    """
+    """Where Vicon's axes stand in the world, and the tracked object in the body."""
 
     def __init__(
         self,

@@ -14,19 +14,7 @@ from doorman.hardware.quaternions import Vector
 
 
 class PoseTracker:
-    """Follows the body from pose to pose.
-
-    A pose that the motion gate lets through continues the track. When no such pose has come for `prediction_limit`, the track
-    is over, and `acquire_frames` poses in a row that agree with each other begin a new one, wherever they are.
-
-    The gate opens with time. So a pose that is nearer to outliers that came without a gap than to the body's course is one of
-    them: no motion led there, the body was seen to jump.
-
-    Args:
-        config: Frames and limits.
-        book: Is told what is wrong.
-        figures: Is told what was used.
-    """
+    """Follows the body from pose to pose; `acquire_frames` poses that agree begin a track after `prediction_limit`."""
 
     def __init__(self, config: MocapConfig, book: FaultBook, figures: Figures) -> None:
         self._config = config

@@ -33,11 +33,7 @@ class TimedPose(NamedTuple):
 
 
 class VelocityFilter:
-    """Poses of the last moments and the velocity that they show.
-
-    Args:
-        window: Between the oldest and the newest of them [s].
-    """
+    """Poses of the last moments and the velocity that they show."""
 
     def __init__(self, window: float) -> None:
         self._window = window

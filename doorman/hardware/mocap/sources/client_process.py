@@ -16,13 +16,7 @@ _PATIENCE = 1.0
 
 
 class ClientProcess:
-    """Runs the client from its making until `close`; ends with the thread that made it.
-
-    Args:
-        link: Cameras.
-        port: Of the receiver, on loopback.
-        rate: Frames per second [1/s].
-    """
+    """Runs the client from its making until `close`; ends with the thread that made it."""
 
     def __init__(self, link: CamerasLink, port: int, rate: float) -> None:
         self._words: IO[bytes] = tempfile.TemporaryFile()  # noqa: SIM115  # open as long as the process

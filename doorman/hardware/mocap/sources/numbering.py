@@ -24,11 +24,7 @@ _FOLLOWED = 0.02
 
 
 class ArrivalNumbers:
-    """Numbers of one stream of frames.
-
-    Args:
-        rate: Nominal frames per second [1/s].
-    """
+    """Numbers of one stream of frames."""
 
     def __init__(self, rate: float) -> None:
         self._rate = rate

@@ -23,14 +23,7 @@ class PolledReceiver(MocapReceiver):
     """Rate, latency and limits; its connection is of no use."""
 
     def open(self, timeout: float | None = None) -> None:
-        """Open the source, and wait for a usable pose.
-
-        Args:
-            timeout: How long to wait [s]; `config.open_timeout` if None.
-
-        Raises:
-            BackendError: if none comes.
-        """
+        """Open the source, and wait for a usable pose."""
         self._figures, self._count, self._began = Figures(), -1, self._clock.now()
         self.source.open()
         end = self._clock.now() + (self.config.open_timeout if timeout is None else timeout)
@@ -50,15 +43,7 @@ class PolledReceiver(MocapReceiver):
         return sample
 
     def wait(self, sample: PoseSample, timeout: float) -> PoseSample:
-        """Wait for a measurement that is newer than another.
-
-        Args:
-            sample: The other.
-            timeout: How long to wait [s].
-
-        Raises:
-            BackendError: if none comes in time.
-        """
+        """Wait for a measurement that is newer than another."""
         end = self._clock.now() + timeout
         while (newest := self.read()).count <= sample.count:
             if self._clock.now() > end:

@@ -114,10 +114,7 @@ class AttitudeParameters(NamedTuple):
 
 @kernel
 def attitude_error(quaternion: Array, desired: Array) -> tuple[float, float, float]:
-    """Rotation from an attitude to the desired one: two components of tilt and one of turn, as 2 sin(angle/2).
-
-    Quaternions are [w, x, y, z], body to world, shape (4,).
-    """
+    """2 sin(angle/2) of tilt (2) and turn (1) from an attitude to the desired one; quaternions [w, x, y, z], body to world."""
     a, b, c, d = quaternion[0], -quaternion[1], -quaternion[2], -quaternion[3]
     e, f, g, h = desired[0], desired[1], desired[2], desired[3]
     w = a * e - b * f - c * g - d * h

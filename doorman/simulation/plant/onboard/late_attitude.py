@@ -11,11 +11,7 @@ Array = NDArray[np.float64]
 
 
 class LateAttitude:
-    """Each set point acts so many physics steps after it was given; the one before holds meanwhile.
-
-    Args:
-        delay: Number of steps.
-    """
+    """Each set point acts so many physics steps after it was given; the one before holds meanwhile."""
 
     def __init__(self, delay: int) -> None:
         self._delay = delay

@@ -55,10 +55,7 @@ def add_servos(spec: Any, mujoco: Any, vehicle: Vehicle, prefix: str) -> None:
 
 
 def servo_numbers(vehicle: Vehicle) -> tuple[Array, Array, Array, Array]:
-    """Inertia, K_v, K_i and braking of every joint's servo, in the vehicle's units.
-
-    The contact's spring and damper grow with the vehicle. Servos that did not would be far too weak for them, or far too stiff.
-    """
+    """Inertia, K_v, K_i and braking of every joint's servo, in the vehicle's units."""
     scale = Scale.of(vehicle.radius, vehicle.mass)
     levers = np.array([_LEVER * scale.length if slides else 1.0 for slides in vehicle.slides])
     torque, time = scale.torque / levers**2, scale.time

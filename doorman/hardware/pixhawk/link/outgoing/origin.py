@@ -103,10 +103,7 @@ class CautiousOrigin(Origin):
         self._asked, self._lost, self._released = 0, False, False
 
     def estimator(self, flags: int) -> None:
-        """Take in how the autopilot says that its estimator is; only its word since the last question counts.
-
-        On the ground it is in ESTIMATOR_CONST_POS_MODE with a position, too.
-        """
+        """Take in how the autopilot says that its estimator is; only its word since the last question counts."""
         self._lost = not flags & _NAVIGATES
         if not self._lost:
             self._began = float("-inf")  # there is nothing to wait for

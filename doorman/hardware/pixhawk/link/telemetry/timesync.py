@@ -123,10 +123,7 @@ class ClockMap:
         return now_ns
 
     def answer(self, ts1: int, tc1: int, now_ns: int) -> SyncResult:
-        """Take in an answer to a TIMESYNC request.
-
-        Answers to other stations' requests, and second copies of one to ours, are not taken.
-        """
+        """Take in an answer to a TIMESYNC request."""
         if ts1 not in self._pending:
             return SyncResult.UNASKED
         self._pending.remove(ts1)
