@@ -31,8 +31,8 @@ class Rule:
     accepts: Callable[[float], bool]
     value: Callable[[float], float] | None  # value to write for a given one; None where a person must decide
     severity: Severity
-    when: When
     why: str
+    when: When = When.ALWAYS
     optional: bool = False  # whether firmware without the parameter is fine
     only_with: tuple[str, int] | None = None
     """Another parameter and the value that it must have for this one to count; it has a rule of its own."""
@@ -58,65 +58,53 @@ class Rule:
 
 
 def equal(
-    names: str, value: float, severity: Severity, when: When, why: str, *, optional: bool = False, near: float = 1e-4
+    names: str, value: float, severity: Severity, why: str, *, optional: bool = False, near: float = 1e-4
 ) -> Rule:
     """Rule of a parameter that has one right value."""
     return Rule(
-        tuple(names.split()),
-        f"{value:g}",
-        lambda given: abs(given - value) <= near,
-        lambda _: value,
-        severity,
-        when,
-        why,
-        optional,
-    )
+        tuple(names.split()), f"{value:g}", lambda given: abs(given - value) <= near, lambda _: value, severity, why,
+        optional=optional,
+    )  # fmt: skip
 
 
-def within(names: str, low: float, high: float, best: float, severity: Severity, when: When, why: str) -> Rule:
+def within(
+    names: str, low: float, high: float, best: float, severity: Severity, why: str, *, optional: bool = False
+) -> Rule:
     """Rule of a parameter with a range."""
     return Rule(
-        tuple(names.split()),
-        f"{low:g} to {high:g}",
-        lambda given: low <= given <= high,
-        lambda _: best,
-        severity,
-        when,
-        why,
-    )
+        tuple(names.split()), f"{low:g} to {high:g}", lambda given: low <= given <= high, lambda _: best, severity, why,
+        optional=optional,
+    )  # fmt: skip
 
 
-def one_of(
-    names: str, values: tuple[int, ...], severity: Severity, when: When, why: str, *, optional: bool = False
-) -> Rule:
+def one_of(names: str, values: tuple[int, ...], severity: Severity, why: str, *, optional: bool = False) -> Rule:
     """Rule of a parameter with a few right values."""
-    wanted = " or ".join(str(value) for value in values)
+    wanted, best = " or ".join(map(str, values)), float(values[0])
     return Rule(
         tuple(names.split()),
         wanted,
         lambda given: round(given) in values,
-        lambda _: float(values[0]),
+        lambda _: best,
         severity,
-        when,
         why,
-        optional,
+        optional=optional,
     )
 
 
-def bit(names: str, bit: int, severity: Severity, when: When, why: str) -> Rule:
+def bit(names: str, bit: int, severity: Severity, why: str) -> Rule:
     """Rule of a parameter with a bit that must be set; its other bits stay."""
     mask = 1 << bit
     return Rule(
-        tuple(names.split()),
-        f"bit {bit} ({mask}) set",
-        lambda given: bool(round(given) & mask),
-        lambda given: float(round(given) | mask),
-        severity,
-        when,
-        why,
-    )
+        tuple(names.split()), f"bit {bit} ({mask}) set", lambda given: bool(round(given) & mask),
+        lambda given: float(round(given) | mask), severity, why,
+    )  # fmt: skip
 
 
 def where(other: str, value: int, *rules: Rule) -> tuple[Rule, ...]:
     """Rules that count only where another parameter has a value."""
     return tuple(replace(rule, only_with=(other, value)) for rule in rules)
+
+
+def when(set_up: When, *rules: Rule) -> tuple[Rule, ...]:
+    """Rules that count only for a set-up."""
+    return tuple(replace(rule, when=set_up) for rule in rules)

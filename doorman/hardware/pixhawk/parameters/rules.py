@@ -6,169 +6,91 @@ from dataclasses import replace
 
 from doorman.hardware.pixhawk.config import PixhawkConfig
 from doorman.hardware.pixhawk.dialect import PX4, Dialect
-from doorman.hardware.pixhawk.parameters.rule import Rule, Severity, When, bit, equal, one_of, where, within
+from doorman.hardware.pixhawk.parameters.rule import Rule, Severity, When, bit, equal, one_of, when, where, within
 
 _E, _W = Severity.ERROR, Severity.WARNING
 _NO_CLIMB = "the vehicle must return at its height: a climb in a doorway ends in the lintel"
 _KEEPS_HEADING = "a turn in the doorway turns the arm into the frame and costs thrust"
 _LANDS = "above its pad the vehicle must land soon, while dead reckoning holds"
+_LOW_BATTERY = "on a low battery the autopilot must land or warn, not climb to return"
+_COMPENSATED = "doorman compensates for the battery already"
+_STEEL = "steel indoors bends the field; yaw comes from mocap"
 
 PX4_RULES = (
-    Rule(
-        ("COM_OBL_ACT",),
-        "absent",
-        lambda _: False,
-        None,
-        _E,
-        When.ALWAYS,
-        "PX4 1.13 or older has other parameters than these; without a radio it flies offboard only with bit 2 (4) of "
-        "COM_RCL_EXCEPT; update to 1.14 or newer",
-        optional=True,
-    ),
-    within("COM_OF_LOSS_T", 0.1, 1.0, 0.2, _E, When.ALWAYS, "time without setpoints until the failsafe acts"),
-    one_of(
-        "COM_OBL_RC_ACT",
-        (4, 3),
-        _E,
-        When.ALWAYS,
-        "without setpoints it must land, in place (4) or on its pad (3); the default waits for a pilot or climbs to return",
-    ),
+    Rule(("COM_OBL_ACT",), "absent", lambda _: False, None, _E,
+         "PX4 1.13 or older has other parameters than these; without a radio it flies offboard only with bit 2 (4) of "
+         "COM_RCL_EXCEPT; update to 1.14 or newer", optional=True),
+    within("COM_OF_LOSS_T", 0.1, 1.0, 0.2, _E, "time without setpoints until the failsafe acts"),
+    one_of("COM_OBL_RC_ACT", (4, 3), _E,
+           "without setpoints it must land, in place (4) or on its pad (3); the default waits for a pilot or climbs to return"),
     *where(
-        "COM_OBL_RC_ACT",
-        3,
-        within("RTL_RETURN_ALT", 0.0, 0.5, 0.0, _E, When.ALWAYS, _NO_CLIMB),
-        equal(
-            "RTL_CONE_ANG", 0, _E, When.ALWAYS, "the vehicle must return at its height: with a cone it sinks on the way"
-        ),
-        equal("RTL_TYPE", 0, _E, When.ALWAYS, "the vehicle must return to where it took off"),
-        within("NAV_ACC_RAD", 0.05, 0.5, 0.2, _E, When.ALWAYS, "distance from its pad at which the vehicle lands"),
-        within("RTL_MIN_DIST", 0.5, 0.8, 0.5, _W, When.ALWAYS, _KEEPS_HEADING),
-        equal("MPC_YAW_MODE", 5, _W, When.ALWAYS, _KEEPS_HEADING),
-        within("RTL_LAND_DELAY", 0.0, 1.0, 0.0, _E, When.ALWAYS, _LANDS),
+        "COM_OBL_RC_ACT", 3,
+        within("RTL_RETURN_ALT", 0.0, 0.5, 0.0, _E, _NO_CLIMB),
+        equal("RTL_CONE_ANG", 0, _E, "the vehicle must return at its height: with a cone it sinks on the way"),
+        equal("RTL_TYPE", 0, _E, "the vehicle must return to where it took off"),
+        within("NAV_ACC_RAD", 0.05, 0.5, 0.2, _E, "distance from its pad at which the vehicle lands"),
+        within("RTL_MIN_DIST", 0.5, 0.8, 0.5, _W, _KEEPS_HEADING),
+        equal("MPC_YAW_MODE", 5, _W, _KEEPS_HEADING),
+        within("RTL_LAND_DELAY", 0.0, 1.0, 0.0, _E, _LANDS),
     ),
-    one_of(
-        "NAV_DLL_ACT",
-        (0, 3),
-        _W,
-        When.ALWAYS,
-        "without a ground station the vehicle must land or go on, not climb to return",
-    ),
-    one_of(
-        "NAV_RCL_ACT",
-        (3, 1, 7),
-        _W,
-        When.ALWAYS,
-        "without the radio the vehicle must land or hold, not climb to return",
-    ),
-    one_of(
-        "COM_LOW_BAT_ACT",
-        (2, 0),
-        _W,
-        When.ALWAYS,
-        "on a low battery the autopilot must land or warn, not climb to return",
-    ),
-    equal(
-        "MC_BAT_SCALE_EN", 0, _E, When.OWN_COMPENSATION, "doorman compensates for the battery already", optional=True
-    ),
-    equal("EKF2_EV_CTRL", 11, _E, When.MOCAP, "position, height and yaw are fused from mocap"),
-    equal("EKF2_HGT_REF", 3, _E, When.MOCAP, "height comes from mocap"),
-    equal("EKF2_GPS_CTRL", 0, _E, When.MOCAP, "no GPS indoors"),
-    equal(
-        "EKF2_BARO_CTRL",
-        1,
-        _W,
+    one_of("NAV_DLL_ACT", (0, 3), _W, "without a ground station the vehicle must land or go on, not climb to return"),
+    one_of("NAV_RCL_ACT", (3, 1, 7), _W, "without the radio the vehicle must land or hold, not climb to return"),
+    one_of("COM_LOW_BAT_ACT", (2, 0), _W, _LOW_BATTERY),
+    *when(When.OWN_COMPENSATION, equal("MC_BAT_SCALE_EN", 0, _E, _COMPENSATED, optional=True)),
+    *when(
         When.MOCAP,
-        "height when the cameras fail: with neither, the autopilot does not notice a landing, and the motors run on",
+        equal("EKF2_EV_CTRL", 11, _E, "position, height and yaw are fused from mocap"),
+        equal("EKF2_HGT_REF", 3, _E, "height comes from mocap"),
+        equal("EKF2_GPS_CTRL", 0, _E, "no GPS indoors"),
+        equal("EKF2_BARO_CTRL", 1, _W,
+              "height when the cameras fail: with neither, the autopilot does not notice a landing, and the motors run on"),
+        equal("EKF2_RNG_CTRL", 0, _W, "no range finder over the door's sill"),
+        equal("EKF2_MAG_TYPE", 5, _E, _STEEL),
+        equal("EKF2_EVP_NOISE", 0.01, _W, "noise of the pose's position [m]"),
+        equal("EKF2_EVA_NOISE", 0.02, _W, "noise of the pose's attitude [rad]"),
     ),
-    equal("EKF2_RNG_CTRL", 0, _W, When.MOCAP, "no range finder over the door's sill"),
-    equal("EKF2_MAG_TYPE", 5, _E, When.MOCAP, "steel indoors bends the field; yaw comes from mocap"),
-    equal("EKF2_EVP_NOISE", 0.01, _W, When.MOCAP, "noise of the pose's position [m]"),
-    equal("EKF2_EVA_NOISE", 0.02, _W, When.MOCAP, "noise of the pose's attitude [rad]"),
-)
+)  # fmt: skip
 """Rules for PX4."""
 
 ARDUPILOT_RULES = (
-    bit(
-        "GUID_OPTIONS",
-        3,
-        _E,
-        When.ATTITUDE,
-        "otherwise ArduPilot takes the thrust of an attitude setpoint for a climb rate",
-    ),
-    within(
-        "GUID_TIMEOUT",
-        0.1,
-        1.0,
-        0.2,
-        _W,
-        When.ALWAYS,
-        "time without setpoints until the vehicle levels and stops; before 4.5.2 it also turns to north",
-    ),
-    one_of(
-        "FS_GCS_ENABLE",
-        (5, 1),
-        _E,
-        When.ALWAYS,
-        "ArduPilot holds position setpoints for ever: without doorman it must land, in place (5) or on its pad (1)",
-    ),
+    *when(When.ATTITUDE, bit("GUID_OPTIONS", 3, _E,
+                             "otherwise ArduPilot takes the thrust of an attitude setpoint for a climb rate")),
+    within("GUID_TIMEOUT", 0.1, 1.0, 0.2, _W,
+           "time without setpoints until the vehicle levels and stops; before 4.5.2 it also turns to north"),
+    one_of("FS_GCS_ENABLE", (5, 1), _E,
+           "ArduPilot holds position setpoints for ever: without doorman it must land, in place (5) or on its pad (1)"),
     *where(
-        "FS_GCS_ENABLE",
-        1,
-        replace(within("RTL_ALT", 0.0, 50.0, 30.0, _E, When.ALWAYS, _NO_CLIMB), optional=True),
-        replace(within("RTL_ALT_M", 0.0, 0.5, 0.3, _E, When.ALWAYS, _NO_CLIMB), optional=True),
-        equal("RTL_CLIMB_MIN_M RTL_CLIMB_MIN", 0, _E, When.ALWAYS, _NO_CLIMB),
-        equal("RTL_ALT_FINAL_M RTL_ALT_FINAL", 0, _E, When.ALWAYS, "the vehicle must land"),
-        one_of("WP_YAW_BEHAVIOR", (2, 0), _W, When.ALWAYS, _KEEPS_HEADING),
-        within(
-            "WPNAV_JERK WP_JERK",
-            3.0,
-            20.0,
-            5.0,
-            _W,
-            When.ALWAYS,
-            "the vehicle must be back before dead reckoning ends",
-        ),
-        within("RTL_LOIT_TIME", 0.0, 1000.0, 0.0, _E, When.ALWAYS, _LANDS),
-        within("FS_GCS_TIMEOUT", 2.0, 3.0, 2.0, _W, When.ALWAYS, "the vehicle drifts until this time is over"),
-        bit("FS_OPTIONS", 3, _E, When.ALWAYS, "a vehicle that lands already must go on landing, not fly to its pad"),
+        "FS_GCS_ENABLE", 1,
+        within("RTL_ALT", 0.0, 50.0, 30.0, _E, _NO_CLIMB, optional=True),
+        within("RTL_ALT_M", 0.0, 0.5, 0.3, _E, _NO_CLIMB, optional=True),
+        equal("RTL_CLIMB_MIN_M RTL_CLIMB_MIN", 0, _E, _NO_CLIMB),
+        equal("RTL_ALT_FINAL_M RTL_ALT_FINAL", 0, _E, "the vehicle must land"),
+        one_of("WP_YAW_BEHAVIOR", (2, 0), _W, _KEEPS_HEADING),
+        within("WPNAV_JERK WP_JERK", 3.0, 20.0, 5.0, _W, "the vehicle must be back before dead reckoning ends"),
+        within("RTL_LOIT_TIME", 0.0, 1000.0, 0.0, _E, _LANDS),
+        within("FS_GCS_TIMEOUT", 2.0, 3.0, 2.0, _W, "the vehicle drifts until this time is over"),
+        bit("FS_OPTIONS", 3, _E, "a vehicle that lands already must go on landing, not fly to its pad"),
     ),
-    one_of(
-        "FS_THR_ENABLE",
-        (3, 0, 7),
-        _W,
-        When.ALWAYS,
-        "without the radio the vehicle must land or go on, not climb to return",
-    ),
-    one_of(
-        "BATT_FS_LOW_ACT",
-        (1, 0),
-        _W,
-        When.ALWAYS,
-        "on a low battery the autopilot must land or warn, not climb to return",
-        optional=True,
-    ),
-    one_of("BATT_FS_CRT_ACT", (1, 0), _W, When.ALWAYS, "as above", optional=True),
-    one_of("FS_EKF_ACTION", (1, 3), _W, When.ALWAYS, "without an estimate the vehicle must land"),
-    equal("MOT_BAT_VOLT_MAX", 0, _E, When.OWN_COMPENSATION, "doorman compensates for the battery already"),
-    equal("GPS1_TYPE GPS_TYPE", 0, _E, When.MOCAP, "no GPS indoors"),
-    equal("COMPASS_USE", 0, _E, When.MOCAP, "steel indoors bends the field; yaw comes from mocap"),
-    equal("COMPASS_USE2", 0, _E, When.MOCAP, "as above", optional=True),
-    equal("COMPASS_USE3", 0, _E, When.MOCAP, "as above", optional=True),
-    equal("EK3_SRC1_POSXY", 6, _E, When.MOCAP, "position comes from mocap"),
-    equal("EK3_SRC1_POSZ", 6, _E, When.MOCAP, "height comes from mocap"),
-    equal("EK3_SRC1_YAW", 6, _E, When.MOCAP, "yaw comes from mocap"),
-    equal("EK3_SRC1_VELXY", 0, _E, When.MOCAP, "mocap sends no velocity"),
-    equal("EK3_SRC1_VELZ", 0, _E, When.MOCAP, "mocap sends no velocity"),
-    equal("VISO_TYPE", 1, _E, When.MOCAP, "poses come by MAVLink"),
-    one_of(
-        "VISO_QUAL_MIN",
-        (0, -1),
-        _E,
+    one_of("FS_THR_ENABLE", (3, 0, 7), _W, "without the radio the vehicle must land or go on, not climb to return"),
+    one_of("BATT_FS_LOW_ACT", (1, 0), _W, _LOW_BATTERY, optional=True),
+    one_of("BATT_FS_CRT_ACT", (1, 0), _W, "as above", optional=True),
+    one_of("FS_EKF_ACTION", (1, 3), _W, "without an estimate the vehicle must land"),
+    *when(When.OWN_COMPENSATION, equal("MOT_BAT_VOLT_MAX", 0, _E, _COMPENSATED)),
+    *when(
         When.MOCAP,
-        "poses carry no quality: with another value ArduPilot drops them",
-        optional=True,
+        equal("GPS1_TYPE GPS_TYPE", 0, _E, "no GPS indoors"),
+        equal("COMPASS_USE", 0, _E, _STEEL),
+        equal("COMPASS_USE2", 0, _E, "as above", optional=True),
+        equal("COMPASS_USE3", 0, _E, "as above", optional=True),
+        equal("EK3_SRC1_POSXY", 6, _E, "position comes from mocap"),
+        equal("EK3_SRC1_POSZ", 6, _E, "height comes from mocap"),
+        equal("EK3_SRC1_YAW", 6, _E, "yaw comes from mocap"),
+        equal("EK3_SRC1_VELXY", 0, _E, "mocap sends no velocity"),
+        equal("EK3_SRC1_VELZ", 0, _E, "mocap sends no velocity"),
+        equal("VISO_TYPE", 1, _E, "poses come by MAVLink"),
+        one_of("VISO_QUAL_MIN", (0, -1), _E, "poses carry no quality: with another value ArduPilot drops them", optional=True),
     ),
-)
+)  # fmt: skip
 """Rules for ArduPilot; that of the ground station's id and those of delays depend on the set-up."""
 
 MOCAP_DELAY = {"PX4": ("EKF2_EV_DELAY", 20.0), "ArduPilot": ("VISO_DELAY_MS", 20.0)}
@@ -178,7 +100,7 @@ THRUST_MODEL = {"PX4": "THR_MDL_FAC", "ArduPilot": "MOT_THST_EXPO"}
 _LEAST_BENT = 0.2
 """Least sum of that and the curve's own shape: what measured motors have at least."""
 _EARLIER = 0.2
-"""By which the mission is given up before, for the sag of a manoeuvre [V]."""
+"""Margin above the autopilot's threshold at which the mission is given up, for the sag of a manoeuvre [V]."""
 
 
 def rules_for(dialect: Dialect, config: PixhawkConfig, mocap_delay: float | None = None) -> tuple[Rule, ...]:
@@ -201,9 +123,9 @@ def thrust_model_rule(dialect: Dialect, shape: float) -> Rule:
         lambda given: low - 1e-4 <= given <= high + 1e-4,
         None,
         _W,
-        When.ATTITUDE,
         "the thrust of real motors grows with the square of their signal; doorman measures it in hover, but the "
         "autopilot's own loops act more strongly than they were tuned for",
+        When.ATTITUDE,
     )
 
 
@@ -218,7 +140,6 @@ def voltage_rules(min_voltage: float | None) -> tuple[Rule, ...]:
             lambda given: given <= max(most, 0.0),
             None,
             _W,
-            When.ALWAYS,
             "the autopilot would land in the doorway: the mission must be given up first, at a higher voltage",
             optional=True,
             only_with=(action, 1),
@@ -229,16 +150,11 @@ def voltage_rules(min_voltage: float | None) -> tuple[Rule, ...]:
 
 def station_rule(system_id: int) -> Rule:
     """Rule of the ground station's id: ArduPilot acts on the loss of one station's heartbeat only."""
-    return equal(
-        "MAV_GCS_SYSID SYSID_MYGCS",
-        system_id,
-        _E,
-        When.ALWAYS,
-        "doorman's system id: otherwise ArduPilot does not notice when doorman stops",
-    )
+    why = "doorman's system id: otherwise ArduPilot does not notice when doorman stops"
+    return equal("MAV_GCS_SYSID SYSID_MYGCS", system_id, _E, why)
 
 
 def delay_rule(dialect: Dialect, delay: float) -> Rule:
     """Rule of the delay that the autopilot's estimator assumes for poses."""
     name, near = MOCAP_DELAY[dialect.name]
-    return equal(name, round(1e3 * delay), _W, When.MOCAP, "delay of the pose [ms]", near=near)
+    return replace(equal(name, round(1e3 * delay), _W, "delay of the pose [ms]", near=near), when=When.MOCAP)
