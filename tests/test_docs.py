@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from pydantic import BaseModel
 from typer.testing import CliRunner
 
 import doorman
@@ -209,79 +208,3 @@ def test_the_table_of_names_is_made_from_the_vocabulary():
     text = made["PAGE"].read_text(encoding="utf-8")
     assert text == made["page"](text), "run: python docs/make_names.py"
     assert text == made["page"](text.replace("| `thrust` |", "| `push` |"))
-
-
-def scenario_keys(table: type[BaseModel], prefix: str = "") -> dict[str, Any]:
-    """Default by dotted key of every value in a scenario."""
-    keys: dict[str, Any] = {}
-    for name, field in table.model_fields.items():
-        if isinstance(field.default, BaseModel):
-            keys |= scenario_keys(type(field.default), f"{prefix}{name}.")
-        else:
-            keys[f"{prefix}{name}"] = field.default
-    return keys
-
-
-def documented_keys() -> dict[str, list[str]]:
-    page = (ROOT / "docs" / "scenario.md").read_text(encoding="utf-8")
-    documented = {}
-    for part in re.split(r"^## (?=`\[)", page, flags=re.MULTILINE)[1:]:
-        table = re.match(r"`\[([\w.]+)\]`", part).group(1)
-        for key, *cells in rows(part):
-            if key.startswith("`"):
-                documented[f"{table}.{key.strip('`')}"] = cells
-    return documented
-
-
-def test_the_scenario_page_lists_every_key():
-    documented, known = set(documented_keys()), set(scenario_keys(Scenario))
-    assert documented == known, f"missing: {sorted(known - documented)}; gone: {sorted(documented - known)}"
-
-
-def test_the_scenario_page_gives_defaults_and_units():
-    known = scenario_keys(Scenario)
-    for key, (cell, unit, meaning) in documented_keys().items():
-        assert unit and meaning, key
-        assert says_default(cell, known[key]), f"{key} is {known[key]!r}, not {cell}"
-
-
-def says_default(cell: str, default: Any) -> bool:
-    """Whether a cell gives a default: as TOML, or in words where it is not a fixed value."""
-    if default is None:
-        return bool(cell) and not cell.startswith("`")
-    value = tomllib.loads(f"value = {cell.removesuffix(' †').strip('`')}")["value"]
-    if isinstance(default, str):
-        return bool(value == default)
-    return bool(value == pytest.approx(list(default) if isinstance(default, tuple) else default, rel=1e-6, abs=1e-6))
-
-
-@pytest.mark.parametrize(
-    ("cell", "default", "right"),
-    [("`0.7`", 0.7, True), ("`0.7`", 0.71, False), ("`50`", 50, True), ("from the URDF", None, True), ("`0.0`", None, False),
-     ("`[1.0, 2.0]`", (1.0, 2.0), True), ("`[1.0, 2.0]`", (1.0, 2.5), False), ('`"grip"`', "push", False)],
-)  # fmt: skip
-def test_a_wrong_default_would_be_noticed(cell, default, right):
-    assert says_default(cell, default) is right
-
-
-def test_the_numbers_of_the_urdf_page_are_those_of_the_urdfs(model):
-    page = (ROOT / "urdf" / "README.md").read_text(encoding="utf-8")
-    vehicle, door = model.vehicle, model.door
-    numbers = {row[0]: row[1] for row in rows(section(page, "## Where each number comes from"))}
-    assert numbers["vehicle's mass"].startswith(f"{vehicle.mass:.1f} kg")
-    assert "diag(0.045, 0.045, 0.080)" in numbers["vehicle's inertia"]
-    assert model.vehicle_inertia.diagonal() == pytest.approx([0.045, 0.045, 0.080])
-    assert f"{len(vehicle.rotors)}" == "6" and "six" in numbers["rotors"]
-    assert f"{vehicle.rotors[0].max_thrust:g} N each, {vehicle.max_thrust:g} N together" in numbers["rotors"]
-    assert numbers["disc's radius R_A"].startswith(f"{vehicle.radius:.2f} m")
-    assert numbers["leaf"] == f"{door.width:g} m wide, {door.height:g} m high, {door.mass:g} kg"
-    assert numbers["leaf's thickness"] == f"{door.thickness:g} m"
-    assert f"{door.inertia:.2f} kg m²" in numbers["inertia about the hinge"]
-    assert door.damping == door.friction == 0.0 and numbers["hinge's damping and friction"] == "none"
-    assert numbers["hinge's limits"].startswith(f"−{-door.lower_limit:g} to {door.upper_limit:g} rad")
-    assert numbers["P_h"].startswith("({:g}, {:g}, {:g})".format(*door.hinge_position))
-    joints = rows(section(page, "## Joints of the arm"))[1:]
-    assert [row[0].strip("`") for row in joints] == list(vehicle.joint_names)
-    for row, upper, rate in zip(joints, vehicle.upper_limits, vehicle.rate_limits, strict=True):
-        limit = row[3].replace("±", "").replace("π", "3.14159265")
-        assert (float(limit), float(row[4])) == (pytest.approx(upper), pytest.approx(rate))
