@@ -9,9 +9,6 @@ from doorman.clocks import REAL_TIME, Clock
 from doorman.copying import Uncopied
 from doorman.exceptions import BackendError
 
-JOIN_TIMEOUT = 2.0
-"""How long `stop` waits for a thread, which ends with the process all the same [s]."""
-
 
 class Opened(Uncopied):
     """Base of what `open` opens and `stop`, which may be called twice, closes; `with` does both."""
@@ -30,34 +27,20 @@ class Opened(Uncopied):
         self.stop()
 
 
-class Started(Uncopied):
-    """Base of what `start` starts and `stop`, which may be called twice, ends; `with` does both."""
+class InThread(Opened):
+    """Base of what calls `_run` in a thread of its own, from `open` until `_stopping` is set."""
 
-    def start(self) -> None:
-        raise NotImplementedError
-
-    def stop(self) -> None:
-        raise NotImplementedError
-
-    def __enter__(self) -> Self:
-        self.start()
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.stop()
-
-
-class InThread(Started):
-    """Base of what calls `_run` in a thread of its own, from `start` until `_stopping` is set."""
+    _patience = 2.0
+    """How long `stop` waits for the thread [s]."""
 
     def __init__(self, name: str, clock: Clock = REAL_TIME) -> None:
         self._name, self._clock = name, clock
         self._stopping = clock.event()
         self._thread: threading.Thread | None = None
 
-    def start(self) -> None:
+    def open(self) -> None:
         if self._thread is not None:
-            raise BackendError(f"the {self._name} runs already", allowed="stop() before another start()")
+            raise BackendError(f"the {self._name} runs already", allowed="stop() before another open()")
         self._stopping.clear()
         self._begin()
         self._thread = self._clock.thread(self._run, name=self._name)
@@ -68,8 +51,15 @@ class InThread(Started):
         if thread is not None:
             self._stopping.set()
             self._interrupt()
-            thread.join(JOIN_TIMEOUT)
+            thread.join(self._patience)
+            if thread.is_alive():
+                self._stuck()
             self._end()
+
+    @property
+    def alive(self) -> bool:
+        """Whether the thread runs, and nobody has stopped it."""
+        return self._thread is not None and self._thread.is_alive()
 
     def _begin(self) -> None:
         """Open what the thread uses."""
@@ -79,6 +69,9 @@ class InThread(Started):
 
     def _interrupt(self) -> None:
         """Wake a thread that waits for something else than `_stopping`."""
+
+    def _stuck(self) -> None:
+        """The thread does not end; by default it goes on until the process ends."""
 
     def _end(self) -> None:
         """Close what the thread used."""

@@ -134,7 +134,7 @@ class GuardedFlight(Uncopied):
         self.links.release()
         if self.links.servos.read().fault & ServoFault.JUMPED and not self.links.autopilot.state().armed:
             self.links.servos.recover(_RECOVERY)  # on the ground somebody may have turned the arm
-        self.supervisor.start()
+        self.supervisor.open()
 
     def rise(self) -> str:
         """Engage, arm, take off, fly to the hover point; returns what went wrong, or nothing."""

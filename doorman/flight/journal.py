@@ -13,8 +13,7 @@ class Journal:
     def __init__(self, links: VehicleLinks, supervisor: Supervisor, recorder: Recorder) -> None:
         self._links, self._supervisor, self._recorder = links, supervisor, recorder
         self._findings = 0
-        self.lines: list[str] = []
-        """Everything so far, in words."""
+        self.lines: list[str] = []  # everything so far, in words
 
     def take(self, epoch: float) -> None:
         """Write what has happened since the last call."""

@@ -33,7 +33,7 @@ class FlightReport:
     seen: str
     """What the vehicle lay on in the air, or lies on now; empty where it touched nothing that shows, and stands on the floor."""
     findings: tuple[Finding, ...]
-    """Of the supervisor."""
+    """Findings of the supervisor."""
 
 
 class FlightSession(Uncopied):

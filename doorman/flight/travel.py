@@ -5,13 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.hardware.pixhawk import Authority
 from doorman.hardware.pixhawk.straight_way import SPEED, StraightWay
 from doorman.hardware.vehicle import VehicleLinks
-
-Array = NDArray[np.float64]
 
 _NEAR = 0.06
 """Distance that counts as arrived [m]."""

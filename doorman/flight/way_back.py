@@ -6,8 +6,8 @@ import contextlib
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.control.passage import behind_the_door
 from doorman.control.way_out import way_out
 from doorman.exceptions import BackendError
@@ -19,14 +19,12 @@ from doorman.hardware.vehicle import Places, VehicleLinks
 from doorman.hardware.vehicle.links import Whereabouts
 from doorman.model import Model
 
-Array = NDArray[np.float64]
-
 _UNHEARD = 0.4
 """In a hold, for it to become known where the vehicle is, before it flies back without: it drifts as it waits [s]."""
 _JUMP, _FASTEST = 0.1, 2.0
 """Its position jumps where it moves from one look to the next by more than this [m], and faster than that [m/s]."""
 _PLANS = 5
-"""Of a way out, each from where the vehicle is then."""
+"""Plans of a way out, each from where the vehicle is then."""
 _RELEASE_TIME = 0.6
 """For the gripper to open before the vehicle backs off [s]."""
 OPERATOR_PATIENCE = 30.0

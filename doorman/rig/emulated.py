@@ -12,7 +12,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Literal, cast
 
-from doorman.background import Started
+from doorman.background import Opened
 from doorman.clocks import REAL_TIME, Clock
 from doorman.exceptions import BackendError
 from doorman.hardware.door import DoorSensorConfig
@@ -145,8 +145,8 @@ def _autopilot_settings(vehicle: VehicleConfig | None) -> dict[str, Any]:
     return settings
 
 
-class Rig(Started):
-    """Everything that `doorman fly` needs but the hardware. The constructor opens nothing; `start` does, on loopback only.
+class Rig(Opened):
+    """Everything that `doorman fly` needs but the hardware. The constructor opens nothing; `open` does, on loopback only.
 
     Args:
         model: The model, for the rig alone.
@@ -229,17 +229,16 @@ class Rig(Started):
         """What starts the autopilot's own code in another terminal; None where the autopilot is emulated."""
         return None if self.pilot is None else self.pilot.command(self.setup.pixhawk_port, self._folder)
 
-    def start(self) -> None:
+    def open(self) -> None:
         """Let the plant move and the emulators talk.
 
         Raises:
             BackendError: if it runs already, or a port is taken.
         """
         if self._running is not None:
-            raise BackendError("the rig runs already", allowed="stop() before another start()")
+            raise BackendError("the rig runs already", allowed="stop() before another open()")
         with ExitStack() as stack:
-            self.plant.start()
-            stack.callback(self.plant.stop)
+            stack.enter_context(self.plant)
             stack.enter_context(self.servos)
             if self.autopilot is not None:
                 stack.enter_context(self.autopilot)

@@ -98,13 +98,13 @@ class RigPlant(InThread):
 
     # ------------------------------------------------------------ life
 
-    def start(self) -> None:
+    def open(self) -> None:
         """Let time pass.
 
         Raises:
             BackendError: if it passes already.
         """
-        super().start()
+        super().open()
 
     def stop(self) -> None:
         """Let time stand still; may be called twice."""
@@ -112,7 +112,7 @@ class RigPlant(InThread):
 
     def _begin(self) -> None:
         if self._pilot is not None:
-            self._pilot.start()
+            self._pilot.open()
         self.epoch = self._clock.now() - self._simulator.time
 
     def _end(self) -> None:

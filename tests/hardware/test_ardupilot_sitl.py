@@ -57,7 +57,7 @@ def flown(model, layout):
     sitl = ArduPilotSitl(layout, free_port())
     plant = RigPlant(model, pilot=sitl)
     copter = Copter(sitl._port)
-    sitl.start()
+    sitl.open()
     yield plant, copter, sitl
     sitl.stop()
     copter.socket.close()
@@ -132,7 +132,7 @@ def test_every_output_drives_its_own_rotor(flown, layout):
 def test_quadratic_motors_make_the_square_of_their_signal(model, layout):
     sitl = ArduPilotSitl(layout, free_port(), "quadratic")
     plant, copter = RigPlant(model, pilot=sitl), Copter(sitl._port)
-    sitl.start()
+    sitl.open()
     try:
         plant.advance()
         for pwm in (1200, 1500, 1950):
@@ -189,7 +189,7 @@ def test_port_that_is_taken(layout):
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
         other.bind(("127.0.0.1", 0))
         with pytest.raises(BackendError, match="sitl port"):
-            ArduPilotSitl(layout, other.getsockname()[1]).start()
+            ArduPilotSitl(layout, other.getsockname()[1]).open()
 
 
 def test_rig_tells_how_to_start_it(model, tmp_path):

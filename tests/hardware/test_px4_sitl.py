@@ -69,7 +69,7 @@ def flown(model, layout):
     """Plant and PX4; the plant's time passes by `advance`, not by the clock."""
     sitl = Px4Sitl(layout, free_port())
     plant = RigPlant(model, pilot=sitl)
-    sitl.start()
+    sitl.open()
     px4 = Px4(sitl._port)
     yield plant, px4, sitl
     sitl.stop()
@@ -134,7 +134,7 @@ def test_every_output_drives_its_own_rotor(flown, layout):
 def test_quadratic_motors_make_the_square_of_their_signal(model, layout):
     sitl = Px4Sitl(layout, free_port(), "quadratic")
     plant = RigPlant(model, pilot=sitl, motor_lag=0.04)
-    sitl.start()
+    sitl.open()
     px4 = Px4(sitl._port)
     try:
         run(plant, px4, [0.0] * 6, 2)
@@ -219,7 +219,7 @@ def test_port_that_is_taken(layout):
         other.bind(("127.0.0.1", 0))
         other.listen(1)
         with pytest.raises(BackendError, match="sitl port"):
-            Px4Sitl(layout, other.getsockname()[1]).start()
+            Px4Sitl(layout, other.getsockname()[1]).open()
 
 
 def test_rig_tells_how_to_start_it(model, layout, tmp_path):

@@ -17,7 +17,7 @@ def running_rig(tmp_path_factory: pytest.TempPathFactory) -> Iterator[FlightRig]
     rehearse(rig.model, rig.planner)
     with real_time():  # where the system permits it, a busy computer does not disturb the flights
         try:
-            rig.start()
+            rig.open()
             yield rig
         finally:
             rig.stop()

@@ -95,7 +95,7 @@ class FlightRig:
         )
         self._collisions: list[str] = []
 
-    def start(self) -> None:
+    def open(self) -> None:
         self.links.open()
         until(lambda: self.links.autopilot.state().status is SampleStatus.FRESH, "the autopilot's state")
 

@@ -40,7 +40,7 @@ class LinkedRig:
 
     def __enter__(self) -> Self:
         try:
-            self.rig.start()
+            self.rig.open()
             self.links.open()
             await_links(self.links)
         except BaseException:

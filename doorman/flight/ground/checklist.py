@@ -37,13 +37,13 @@ _LEAST_RATE = 0.6
 _PLACE = 0.5
 """Distance between the vehicle and its pad beyond which it does not take off [m]."""
 _LEVEL = math.radians(3.0)
-"""By which roll and pitch of cameras and autopilot may differ: a twentieth of the weight points elsewhere [rad]."""
+"""Largest difference of roll or pitch between cameras and autopilot: a twentieth of the weight then points elsewhere [rad]."""
 _SETTLED = 0.5
 Sample = TypeVar("Sample")
 _FLOWN_WITH = ServoFault.VOLTAGE | ServoFault.WARM
-"""Of the servos' faults: they are as likely to go in the air."""
+"""Faults of servos that do not keep a flight on the ground: they may disappear in the air as well."""
 _MOST_ROUND_TRIP, _MOST_FOR_STAMPS = 0.05, 0.01
-"""Of TIMESYNC: for our map of the autopilot's clock, and for PX4's map of ours, by which it takes the poses' stamps [s]."""
+"""Largest TIMESYNC round trips: for our map of the autopilot's clock, and for PX4's map of ours, used for poses' stamps [s]."""
 
 
 def preflight(model: Model, links: VehicleLinks, findings: Report) -> list[Check]:

@@ -7,7 +7,7 @@ from enum import Enum
 
 
 class Verdict(Enum):
-    """Of one check."""
+    """Result of one check."""
 
     GOOD = "ok"
     WARNING = "warning"

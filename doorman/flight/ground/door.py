@@ -19,9 +19,9 @@ LISTENING = 1.0
 """For readings, of which the mean counts [s]."""
 _EVERY = 0.01
 _NEAR, _TURNED = 0.01, math.radians(1.0)
-"""By which the map may be off without a word [m], [rad]."""
+"""Error of the map that is not reported [m], [rad]."""
 _AJAR = math.radians(3.0)
-"""By which a leaf is off its start before it stands ajar [rad]."""
+"""Difference from its start at which a leaf counts as ajar [rad]."""
 
 
 def measured_door(model: Model, links: VehicleLinks) -> Iterator[Check]:

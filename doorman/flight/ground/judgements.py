@@ -19,7 +19,7 @@ from doorman.hardware.vehicle import Places
 from doorman.model import Model
 
 _LEAST_BATTERY, _FOR_THE_FLIGHT = 0.3, 0.1
-"""Of its charge, and above what the mission is given up at."""
+"""Least charge, and its margin above the charge at which the mission is given up."""
 _POSTURE, _ELSEWHERE = 0.15, 0.5
 """Angle between the arm's posture and that of the start that is worth a word, and between it and all those that the arm has in
 the swing, as after a mission that was given up, that is not flown with [rad]."""

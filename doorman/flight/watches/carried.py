@@ -17,8 +17,7 @@ class CarriedWatch:
 
     def __init__(self) -> None:
         self._since = math.inf
-        self.words = ""
-        """What bore how much of the vehicle, where it lay and how; empty if nothing did."""
+        self.words = ""  # what bore how much of the vehicle, where it lay and how; empty if nothing did
 
     def note(self, seen: Observation, holds: bool) -> None:
         """Take in a look, and whether the gripper holds the leaf, which may bear the vehicle."""

@@ -5,12 +5,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.hardware.mocap import PoseSample
 from doorman.hardware.pixhawk import VehicleSample
-
-Array = NDArray[np.float64]
 
 _STEP, _MOST = 0.002, 0.15
 """Resolution and largest size of a delay that is looked for, either way [s]."""

@@ -26,8 +26,6 @@ FIRST_READS = 10
 """Attempts to hear all servos before the thread starts."""
 STRONGEST_GRIP = 2.0
 """More than any of the servos takes [A]."""
-STOP_TIMEOUT = 3.0
-"""How long `stop` waits for the thread [s]."""
 
 
 class ServoBus(Opened):
@@ -84,7 +82,7 @@ class ServoBus(Opened):
         try:
             self._ready = connection.commission(self.config, self._log)
             self._worker = self._hear_all(connection)
-            self._worker.start()
+            self._worker.open()
         except BaseException:
             self._worker = None
             connection.port.close()
@@ -185,9 +183,8 @@ class ServoBus(Opened):
     def stop(self) -> None:
         """Command zero velocity, leave the servos at rest with torque on, and close the port; may be called twice."""
         worker, self._worker = self._worker, None
-        if worker is not None and not worker.stop(STOP_TIMEOUT):
-            raise BackendError("the servo bus does not stop", field="servos.port", given=self.config.port,
-                               allowed="a device that answers; the servos' watchdogs stop the arm")  # fmt: skip
+        if worker is not None:
+            worker.stop()
 
     def _hear_all(self, connection: Connection) -> BusWorker:
         """Worker with a first sample of all servos."""

@@ -13,9 +13,9 @@ from doorman.hardware.dynamixel.wire.telemetry import Telemetry
 from doorman.hardware.dynamixel.wire.units import CURRENT_UNITS, RADIANS_PER_TICK, VELOCITY_UNIT
 
 HYSTERESIS = 5.0
-"""By which a hot servo must cool down [°C]."""
+"""Hysteresis of a hot servo's temperature [°C]."""
 PLAY = math.radians(1.0)
-"""By which play and noise let an angle jump, four times what the maker states [rad]."""
+"""Largest jump of an angle by play and noise, four times the maker's figure [rad]."""
 _ANGLE_LIES = ServoFault.ENCODER | ServoFault.JUMPED
 _OUTCOMES = {
     Outcome.TIMEOUT: ServoFault.TIMEOUT,

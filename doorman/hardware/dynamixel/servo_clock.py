@@ -20,7 +20,7 @@ from doorman.hardware.dynamixel.wire.units import TICK_RANGE, TICK_UNIT
 RESOLUTION = 2.0 * TICK_UNIT
 """Two readings of a clock of whole milliseconds [s]."""
 DRIFT = 1e-2
-"""By which the clocks may run apart: what a clock without a quartz may be off. An answer that comes late by d from some moment on
+"""Largest drift between the clocks: what a clock without a quartz may be off. An answer that comes late by d from some moment on
 is told for about d / DRIFT, far longer than it takes to stop the arm."""
 
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from doorman.background import InThread
 from doorman.exceptions import BackendError
 from doorman.hardware.dynamixel.config import ServoConfig
 from doorman.hardware.dynamixel.cycle import ServoCommand, ServoCycle
@@ -49,8 +50,10 @@ class BusStatistics:
     """[s]."""
 
 
-class BusWorker:
+class BusWorker(InThread):
     """Runs cycles until it is stopped."""
+
+    _patience = 3.0
 
     def __init__(
         self,
@@ -60,30 +63,25 @@ class BusWorker:
         log: EventLog[ServoEvent],
         first: ServoSample,
     ) -> None:
-        self._clock = connection.clock
+        super().__init__("servo-bus", connection.clock)
         self._connection: Connection | None = connection
         self._cycle = cycle
         self._config = config
         self._log = log
-        self._stopping = self._clock.event()
         self._published = self._clock.condition()
         self._starts: deque[float] = deque(maxlen=STARTS_KEPT)
         self._next = 0.0
         self._overruns = 0
-        self._thread = self._clock.thread(self._run, name="servo-bus")
         self.command: ServoCommand | None = None  # newest command; replaced as a whole, so no lock is needed
         self.request: RecoveryRequest | None = None  # recovery that is asked for
         self.latest = first  # newest sample; replaced as a whole
 
-    def start(self) -> None:
-        """Begin to cycle."""
+    def _begin(self) -> None:
         self._next = self._clock.now()
-        self._thread.start()
 
-    def stop(self, timeout: float) -> bool:
-        self._stopping.set()
-        self._thread.join(timeout)
-        return not self._thread.is_alive()
+    def _stuck(self) -> None:
+        raise BackendError("the servo bus does not stop", field="servos.port", given=self._config.port,
+                           allowed="a device that answers; the servos' watchdogs stop the arm")  # fmt: skip
 
     def wait(self, cycle: int, timeout: float) -> ServoSample:
         """Wait for a sample after a cycle."""

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from importlib.util import find_spec
-from types import MappingProxyType, TracebackType
+from types import MappingProxyType
 
+from doorman.background import Opened
 from doorman.clocks import REAL_TIME, Clock
-from doorman.copying import Uncopied
 from doorman.exceptions import BackendError, how_to_install
 from doorman.hardware.events import EventLog
 from doorman.hardware.mocap.config import MocapConfig
@@ -18,11 +18,8 @@ from doorman.hardware.mocap.pipeline import Pipeline
 from doorman.hardware.mocap.poses.sample import PoseSample
 from doorman.hardware.mocap.worker import MocapWorker
 
-STOP_TIMEOUT = 2.0
-"""How long `stop` waits for the thread [s]."""
 
-
-class MocapReceiver(Uncopied):
+class MocapReceiver(Opened):
     """The body's pose from cameras, received by a thread of its own: Vicon Tracker's stream, or whatever `connection` names.
 
     `read` returns the newest pose at once, with its age as of the call. The constructor touches no device. Whatever happens to
@@ -58,7 +55,7 @@ class MocapReceiver(Uncopied):
                                field="mocap.connection", given=self.config.connection)  # fmt: skip
         patience = self.config.open_timeout if timeout is None else timeout
         self._worker = MocapWorker(listen(self.config.connection), self.config, self._log, self._clock, self.beside)
-        self._worker.start()
+        self._worker.open()
         try:
             self._await_pose(self._worker, patience)
         except BaseException:
@@ -117,22 +114,10 @@ class MocapReceiver(Uncopied):
     def stop(self) -> None:
         """End the thread and close the socket; may be called twice."""
         worker, self._worker = self._worker, None
-        if worker is not None and not worker.stop(STOP_TIMEOUT):
-            raise BackendError(
-                "the mocap receiver does not stop", field="mocap.connection", given=self.config.connection
-            )
-
-    def __enter__(self) -> MocapReceiver:
-        self.open()
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
-    ) -> None:
-        self.stop()
+        if worker is not None:
+            worker.stop()
 
     def _await_pose(self, worker: MocapWorker, timeout: float) -> None:
-
         def decided(pipeline: Pipeline) -> bool:
             return pipeline.ready or pipeline.wrong_rate is not None or bool(worker.client_words)
 

@@ -9,6 +9,7 @@ import socket
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
 
+from doorman.background import InThread
 from doorman.clocks import REAL_TIME, Clock
 from doorman.exceptions import BackendError
 from doorman.hardware.events import EventLog
@@ -32,28 +33,25 @@ BATCH = 64
 """Datagrams that are read before deadlines are looked at: a flood must not hide them."""
 
 
-class MocapWorker:
+class MocapWorker(InThread):
     """Receives until it is stopped."""
 
     def __init__(
         self, channel: socket.socket, config: MocapConfig, log: EventLog[MocapEvent], clock: Clock = REAL_TIME,
         beside: Mapping[str, MocapConfig] = MappingProxyType({}),
     ) -> None:  # fmt: skip
-        self._clock = clock
+        super().__init__("mocap", clock)
         self._channel: socket.socket | None = channel
         self._config = config
         self._cameras = parse_cameras(config.connection)
         self._client: ClientProcess | None = None
         self._started = -math.inf
-        self.client_words = ""
-        """Why the cameras' client ended last."""
+        self.client_words = ""  # why the cameras' client ended last
         self._pipeline = Pipeline(config, log)
         self._beside = {part: Pipeline(one, EventLog()) for part, one in beside.items()}
         self._all = self._pipeline, *self._beside.values()
         self._changed = clock.condition()
-        self._stopping = False
         self._wake_read, self._wake_write = os.pipe()
-        self._thread = clock.thread(self._run, name="mocap")
 
     @property
     def latest(self) -> PoseSample:
@@ -69,29 +67,24 @@ class MocapWorker:
         """To look at; only the thread may change it."""
         return self._pipeline
 
-    def start(self) -> None:
-        """Begin to receive."""
-        self._thread.start()
-
-    def stop(self, timeout: float) -> bool:
-        """End the thread and close the socket."""
-        self._stopping = True
-        os.write(self._wake_write, b"!")
-        self._thread.join(timeout)
-        if self._thread.is_alive():
-            return False
-        os.close(self._wake_read)
-        os.close(self._wake_write)
-        return True
-
     def wait(self, condition: Callable[[Pipeline], bool], timeout: float) -> bool:
         """Wait until something is so."""
         with self._changed:
             return self._changed.wait_for(lambda: condition(self._pipeline), timeout)
 
+    def _interrupt(self) -> None:
+        os.write(self._wake_write, b"!")
+
+    def _stuck(self) -> None:
+        raise BackendError("the mocap receiver does not stop", field="mocap.connection", given=self._config.connection)
+
+    def _end(self) -> None:
+        os.close(self._wake_read)
+        os.close(self._wake_write)
+
     def _run(self) -> None:
         try:
-            while not self._stopping:
+            while not self._stopping.is_set():
                 try:
                     self._turn()
                 except Exception as error:  # the last line of defence: without the thread, no fault would be told
@@ -167,7 +160,7 @@ class MocapWorker:
 
     def _reopen(self) -> None:
         self._pause(REOPEN_INTERVAL)
-        if self._stopping:
+        if self._stopping.is_set():
             return
         with contextlib.suppress(BackendError):  # not yet: tried again
             self._channel = listen(self._config.connection)

@@ -60,10 +60,10 @@ class Autopilot(Opened):
         Raises:
             BackendError: if it is open already, the line cannot be opened, or the autopilot is silent.
         """
-        if self._link.open:
+        if self._link.alive:
             raise BackendError("the link is open already", field="connection", given=self.config.connection)
         self._link = Link(self.config, self._clock)
-        self._link.start()
+        self._link.open()
         try:
             sequences.await_autopilot(self._link)
         except BaseException:
@@ -74,7 +74,7 @@ class Autopilot(Opened):
         """Land what still flies by our setpoints (`on_stop`), end the thread and close the line; may be called twice."""
         link = self._link
         try:
-            if link.open and link.inbox.identity is not None:
+            if link.alive and link.inbox.identity is not None:
                 sequences.leave(link)
         finally:
             link.stop()
@@ -87,7 +87,7 @@ class Autopilot(Opened):
         age = sample.age(now)
         if age == float("inf"):
             status = SampleStatus.INCOMPLETE
-        elif age > self.config.timeouts.state or not self._link.clock.synchronised or not self._link.open:
+        elif age > self.config.timeouts.state or not self._link.clock.synchronised or not self._link.alive:
             status = SampleStatus.STALE
         else:
             status = SampleStatus.FRESH

@@ -81,7 +81,7 @@ def engage(link: Link, unarmed: bool = False) -> Outcome:
     def prepares() -> bool:
         return link.authority.state is Authority.PREPARING and not taken()
 
-    while link.time.now() < deadline and link.open and prepares():
+    while link.time.now() < deadline and link.alive and prepares():
         answer = command(
             link, mavlink.MAV_CMD_DO_SET_MODE, *dialect.mode_parameters(dialect.companion_mode), go_on=prepares
         )
@@ -111,7 +111,7 @@ def arm(link: Link, timeout: float) -> Outcome:
         wait = _HEARTBEAT_WAIT if outcome.done else min(_RETRY, max(0.1, deadline - link.time.now()))
         if _until(link, lambda: link.tracker.sample.armed, wait):
             return _DONE
-        if link.time.now() >= deadline or not link.open:
+        if link.time.now() >= deadline or not link.alive:
             break
     if outcome.done:
         disarm(link)  # it may be armed all the same
@@ -189,7 +189,7 @@ def land(link: Link) -> Outcome:
     if not link.request_landing():
         return Outcome(OutcomeStatus.CONTROL_LOST, "doorman does not control the vehicle")
     on_ground_since: float | None = None
-    while link.time.now() < deadline and link.open:
+    while link.time.now() < deadline and link.alive:
         if _until(link, lambda: not link.tracker.sample.armed, 0.2):
             authority.withdraw(link.time.now())
             return _DONE
@@ -205,7 +205,7 @@ def land(link: Link) -> Outcome:
 
 def leave(link: Link) -> None:
     flying = link.tracker.sample.armed and link.authority.state is Authority.ENGAGED
-    if flying and link.config.on_stop == "land" and link.open and link.request_landing():
+    if flying and link.config.on_stop == "land" and link.alive and link.request_landing():
         _until(link, lambda: link.authority.state is not Authority.ENGAGED, link.config.timeouts.stop)
     link.authority.withdraw(link.time.now())
 
@@ -216,7 +216,7 @@ def wait_for_sample(link: Link, accept: Callable[[VehicleSample], bool], timeout
 
 
 def _lost(link: Link) -> bool:
-    return link.authority.state is not Authority.ENGAGED or not link.open
+    return link.authority.state is not Authority.ENGAGED or not link.alive
 
 
 def _until(link: Link, condition: Callable[[], bool], timeout: float) -> bool:
@@ -224,4 +224,4 @@ def _until(link: Link, condition: Callable[[], bool], timeout: float) -> bool:
 
 
 def _sleep(link: Link, duration: float) -> None:
-    link.exchange.wait(lambda: None if link.open else True, duration)
+    link.exchange.wait(lambda: None if link.alive else True, duration)

@@ -48,8 +48,7 @@ class HeldTip:
         self._known: Array | None = None  # hx, hy, ρ, ζ
         self._covariance = np.zeros((4, 4))
         self._sum, self._count, self._since = np.zeros(3), 0, math.nan
-        self.misfit = 0.0
-        """By how much the last average does not fit, in standard deviations."""
+        self.misfit = 0.0  # by how much the last average does not fit, in standard deviations
 
     def take(self, position: Array, attitude: Array, arm_angles: Array, now: float) -> None:
         self._since = now if self._count == 0 else self._since

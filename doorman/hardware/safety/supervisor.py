@@ -85,13 +85,13 @@ class Supervisor(InThread):
 
     # ------------------------------------------------------------ life
 
-    def start(self) -> None:
+    def open(self) -> None:
         """Begin to watch.
 
         Raises:
             BackendError: if it watches already.
         """
-        super().start()
+        super().open()
 
     def stop(self) -> None:
         """Watch no more; may be called twice."""

@@ -97,7 +97,7 @@ class ArduPilotSitl(Uncopied):
     def connected(self) -> bool:
         return self._peer is not None
 
-    def start(self) -> None:
+    def open(self) -> None:
         self._socket = listener(socket.SOCK_DGRAM, self._port)
 
     def stop(self) -> None:

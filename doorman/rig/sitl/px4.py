@@ -97,7 +97,7 @@ class Px4Sitl(Uncopied):
     def connected(self) -> bool:
         return self._peer is not None
 
-    def start(self) -> None:
+    def open(self) -> None:
         self._listener = listener(socket.SOCK_STREAM, self._port)
 
     def stop(self) -> None:

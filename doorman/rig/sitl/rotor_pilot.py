@@ -47,7 +47,7 @@ class RotorPilot(Protocol):
     rate: float  # states a second [1/s]
     directions: Array  # in which the rotors turn, +1 counter-clockwise seen from above, shape (m,)
 
-    def start(self) -> None:
+    def open(self) -> None:
         """Listen, on loopback only."""
 
     def stop(self) -> None:

@@ -244,5 +244,5 @@ def test_misuse_is_refused():
     with pytest.raises(BackendError, match="no such servo.*allowed: 1, 2"):
         emulator.servo(3)
     with emulator, pytest.raises(BackendError, match="runs already"):
-        emulator.start()
+        emulator.open()
     emulator.stop()

@@ -50,7 +50,7 @@ def start_rig(
     )
     for name, value in (faults or {}).items():
         setattr(tracker.faults, name, value)
-    tracker.start()
+    tracker.open()
     return Rig(tracker, config)
 
 

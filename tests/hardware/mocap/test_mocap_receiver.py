@@ -281,5 +281,5 @@ def test_settings_of_the_emulator_are_checked(fields):
 def test_emulator_starts_once():
     emulator = MocapEmulator(swaying, "quad", ("127.0.0.1", free_port()))
     with emulator, pytest.raises(BackendError, match="runs already"):
-        emulator.start()
+        emulator.open()
     emulator.stop()

@@ -79,7 +79,7 @@ def clients() -> Iterator[Callable[..., Client]]:
     def make(flavour: str, **settings: Any) -> Client:
         port = free_port()
         emulator = EmulatedAutopilot(flavour, remote=("127.0.0.1", port), heartbeat_rate=10.0, clock=CLOCK, **settings)  # type: ignore[arg-type]
-        emulator.start()
+        emulator.open()
         made.append(Client(emulator, port))
         return made[-1]
 

@@ -89,7 +89,7 @@ class Rig:
 
     def open(self) -> Rig:
         """Start both and wait for a fresh state."""
-        self.emulator.start()
+        self.emulator.open()
         self.pilot.open()
         assert wait_until(
             lambda: self.pilot.state().status is SampleStatus.FRESH or self.emulator.build.vision, clock=self.clock

@@ -86,7 +86,7 @@ def test_noise_does_not_stop_it(clients):
 def test_it_binds_nothing_but_loopback():
     for settings in ({"local": ("0.0.0.0", 0)}, {"remote": ("192.168.1.1", 14550)}):
         with pytest.raises(BackendError, match="loopback"):
-            EmulatedAutopilot("px4", **settings).start()  # type: ignore[arg-type]
+            EmulatedAutopilot("px4", **settings).open()  # type: ignore[arg-type]
     with pytest.raises(BackendError, match="px4 or ardupilot"):
         EmulatedAutopilot("betaflight")  # type: ignore[arg-type]
 
@@ -94,9 +94,9 @@ def test_it_binds_nothing_but_loopback():
 def test_it_runs_once_at_a_time_and_says_when_its_port_is_taken():
     with EmulatedAutopilot("px4") as emulator:
         with pytest.raises(BackendError, match="runs already"):
-            emulator.start()
+            emulator.open()
         with pytest.raises(BackendError, match="cannot be bound"):
-            EmulatedAutopilot("px4", local=emulator.address).start()
+            EmulatedAutopilot("px4", local=emulator.address).open()
     with pytest.raises(BackendError, match="does not run"):
         _ = emulator.address
 

@@ -285,11 +285,11 @@ def test_a_vehicle_whose_thrust_px4_does_not_take(rigs):
 def test_other_vehicle_first(rigs):
     """Told which system to fly, it waits for that one."""
     rig = rigs("px4", {"vehicle_system": 3, "timeouts": replace(QUICK, open=0.3)})
-    rig.emulator.start()
+    rig.emulator.open()
     with pytest.raises(BackendError, match="none from a multirotor"):
         rig.pilot.open()
     plane = rigs("px4", {"timeouts": replace(QUICK, open=0.3)}, vehicle_type=1)
-    plane.emulator.start()
+    plane.emulator.open()
     with pytest.raises(BackendError, match="multirotor"):
         plane.pilot.open()
 
@@ -299,7 +299,7 @@ def test_signature_missing(rigs, tmp_path):
     key.write_bytes(bytes(range(32)))
     key.chmod(0o600)
     rig = rigs("px4", {"signing_key": key, "timeouts": replace(QUICK, open=0.3)})
-    rig.emulator.start()
+    rig.emulator.open()
     with pytest.raises(BackendError, match="signatures.*PX4 before 1.17"):
         rig.pilot.open()
     rig.happens(EventKind.BAD_SIGNATURE)

@@ -231,7 +231,7 @@ def test_disarming_is_refused_in_the_air(hovering):
 
 def test_closing_in_the_air_lands_what_is_ours(rigs):
     rig = rigs("ardupilot")
-    rig.emulator.start()
+    rig.emulator.open()
     with pytest.raises(RuntimeError, match="controller"), rig.pilot as pilot:
         assert wait_until(lambda: pilot.state().status is SampleStatus.FRESH)
         assert pilot.engage().done and pilot.arm().done and pilot.take_off(0.3).done
@@ -293,7 +293,7 @@ def test_px4_gets_a_place_on_earth_before_its_poses(rigs):
 
 def test_px4_that_navigates_already_gets_no_place_on_earth(rigs):
     rig = rigs("px4", {"mocap": True}, vision=True)
-    rig.emulator.start()
+    rig.emulator.open()
     rig.emulator.estimator.accepted_poses = 100
     rig.pilot.open()
     assert wait_until(lambda: rig.emulator.receiver.received["COMMAND_LONG"] > 10)

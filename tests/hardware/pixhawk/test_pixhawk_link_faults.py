@@ -17,7 +17,7 @@ from doorman.hardware.pixhawk import Authority, Autopilot, EventKind, SampleStat
 def test_messages_lost(rigs):
     rig = rigs("ardupilot")
     rig.emulator.parameters["FS_GCS_TIMEOUT"] = 10.0
-    rig.emulator.start()
+    rig.emulator.open()
     rig.emulator.outgoing.loss = rig.emulator.incoming.loss = 0.2
     rig.pilot.open()
     assert fresh(rig)
@@ -29,7 +29,7 @@ def test_messages_lost(rigs):
 
 def test_messages_doubled_and_reordered(rigs):
     rig = rigs("px4")
-    rig.emulator.start()
+    rig.emulator.open()
     for faults in (rig.emulator.outgoing, rig.emulator.incoming):
         faults.duplicate = faults.reorder = 0.2
     rig.pilot.open()
@@ -44,7 +44,7 @@ def test_messages_doubled_and_reordered(rigs):
 
 def test_messages_corrupted(rigs):
     rig = rigs("ardupilot")
-    rig.emulator.start()
+    rig.emulator.open()
     rig.emulator.outgoing.corrupt = rig.emulator.incoming.corrupt = 0.2
     rig.pilot.open()
     assert fresh(rig)
@@ -93,7 +93,7 @@ def test_autopilot_silent_from_the_start(rigs):
     rig = rigs("px4", {"timeouts": replace(QUICK, open=0.3)})
     with pytest.raises(BackendError, match="no heartbeat"):
         rig.pilot.open()
-    rig.emulator.start()
+    rig.emulator.open()
     rig.emulator.telemetry.heartbeats_stopped = True
     with pytest.raises(BackendError, match="no heartbeat"):
         rig.pilot.open()
@@ -102,7 +102,7 @@ def test_autopilot_silent_from_the_start(rigs):
 def test_device_lost(rigs):
     """A TCP connection, as to a simulator or through a serial server, that breaks and comes back."""
     rig = rigs("px4")
-    rig.emulator.start()
+    rig.emulator.open()
     with socket.create_server(("127.0.0.1", 0)) as server, Bridge(server, rig) as bridge:
         pilot = Autopilot(replace(rig.config, connection=f"tcp:127.0.0.1:{server.getsockname()[1]}"), CLOCK)
         rig.pilot.stop()

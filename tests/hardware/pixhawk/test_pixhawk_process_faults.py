@@ -33,7 +33,7 @@ FLYER = """
 def test_process_killed(rigs):
     """SIGKILL: nothing of ours can act, so the autopilot must."""
     rig = rigs("px4", clock=REAL_TIME)
-    rig.emulator.start()
+    rig.emulator.open()
     script = [sys.executable, "-c", textwrap.dedent(FLYER), str(rig.port)]
     with subprocess.Popen(script, stderr=subprocess.PIPE) as process:
         try:

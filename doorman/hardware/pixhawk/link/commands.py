@@ -34,7 +34,7 @@ def command(
         answer = _wait(link, number, start, link.config.timeouts.answer)
         if answer is not None:
             return _outcome(link, number, answer, started)
-        if not (link.open and go_on()):
+        if not (link.alive and go_on()):
             break
     text = f"command {number} was not acknowledged, sent {confirmation + 1} times"
     link.events.happen(EventKind.COMMAND_UNANSWERED, link.time.now(), text, command=number)

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import contextlib
-import threading
 from collections import deque
 
+from doorman.background import InThread
 from doorman.clocks import REAL_TIME, Clock
 from doorman.exceptions import BackendError
 from doorman.hardware.pixhawk.authority import Authority, AuthorityKeeper
@@ -48,8 +48,11 @@ class _Timer:
         return True
 
 
-class Link:
+class Link(InThread):
+    """The line to one autopilot; it is opened once."""
+
     def __init__(self, config: PixhawkConfig, time: Clock = REAL_TIME) -> None:
+        super().__init__("pixhawk", time)
         self.config, self.time = config, time
         self.events = LinkLog()
         self.exchange = Exchange(time)
@@ -68,18 +71,12 @@ class Link:
         self._watchdog = Watchdog(config, self.events)
         self._queue: deque[Message] = deque()
         self._line: Line | None = None
-        self._thread: threading.Thread | None = None
-        self._stop = time.event()
         self._reopen_at = 0.0
         rates = config.rates
         self._heartbeat, self._sync = _Timer(1.0 / rates.heartbeat), _Timer(1.0 / rates.timesync)
         self._setpoint, self._look = _Timer(1.0 / rates.setpoint), _Timer(_WATCH_PERIOD)
 
     # ------------------------------------------------------------ from any thread
-
-    @property
-    def open(self) -> bool:
-        return self._thread is not None and self._thread.is_alive()
 
     @property
     def target(self) -> tuple[int, int]:
@@ -104,23 +101,14 @@ class Link:
         fresh = sample.age(self.time.now()) <= self.config.timeouts.state
         return self.authority.request_landing(here(sample) if fresh else None)
 
-    def start(self) -> None:
-        """Open the line and start the thread; once in the life of a link."""
+    def _begin(self) -> None:
         config = self.config
         key = None if config.signing_key is None else load_key(config.signing_key)
         self.codec = Codec(config.system_id, config.component_id, key, WANTED)
         self._line = open_line(self._endpoint, config.timeouts.open)
         self._endpoint = self._line.endpoint
-        self._stop.clear()
-        self._thread = self.time.thread(self._run, name="pixhawk")
-        self._thread.start()
 
-    def stop(self) -> None:
-        """End the thread and close the line; may be called twice."""
-        self._stop.set()
-        thread, self._thread = self._thread, None
-        if thread is not None and thread is not threading.current_thread():
-            thread.join(2.0)
+    def _end(self) -> None:
         if self._line is not None:
             self._line.close()
             self._line = None
@@ -130,7 +118,7 @@ class Link:
 
     def _run(self) -> None:
         try:
-            while not self._stop.is_set():
+            while not self._stopping.is_set():
                 self._once()
         except Exception as error:  # noqa: BLE001  # nothing may be raised out of the thread unseen
             self.events.happen(EventKind.IO_FAILED, self.time.now(), f"{type(error).__name__}: {error}")
@@ -238,14 +226,14 @@ class Link:
         now = self.time.now()
         self._watch(now)
         if now < self._reopen_at:
-            self._stop.wait(min(self._reopen_at - now, 0.02))
+            self._stopping.wait(min(self._reopen_at - now, 0.02))
             return
         self._reopen_at = now + _REOPEN_PERIOD
         try:
             line = open_line(self._endpoint, 0.2)
         except BackendError:
             return
-        if self._stop.is_set():  # nobody would close it
+        if self._stopping.is_set():  # nobody would close it
             line.close()
             return
         line.peer = line.peer or self.inbox.peer.address

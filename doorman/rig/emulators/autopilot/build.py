@@ -14,8 +14,7 @@ class Build:
     """What no reboot changes."""
 
     flavour: Flavour = "px4"  # whose rules it follows
-    vision: bool = False
-    """Whether its position comes from VISION_POSITION_ESTIMATE, rather than from satellites."""
+    vision: bool = False  # whether its position comes from VISION_POSITION_ESTIMATE, rather than from satellites
     system_id: int = 1  # its MAVLink system id
     start_up: float = 22.0  # until ArduPilot's gyros are calibrated [s]
     heartbeat_rate: float = 1.0  # [1/s]

@@ -32,7 +32,7 @@ _MOST_STEPS = 25
 
 
 class EmulatedAutopilot(InThread):
-    """A multirotor's autopilot on UDP. The constructor binds nothing; `start` does, on loopback only."""
+    """A multirotor's autopilot on UDP. The constructor binds nothing; `open` does, on loopback only."""
 
     # Its parts may be looked into, and their plain fields set, at any time: a reboot makes `brain`, `estimator`, `telemetry`,
     # `receiver` and `clock` anew.
@@ -57,8 +57,7 @@ class EmulatedAutopilot(InThread):
         if self.build.motors == "linear":
             self.parameters[dialect.linearisation] = 1.0
         self.parameters[dialect.hover_thrust] = normalised_thrust(share, self.parameters[dialect.linearisation])
-        self.lock = clock.lock()
-        """Held while it thinks: whoever calls into its parts from another thread takes it."""
+        self.lock = clock.lock()  # held while it thinks: whoever calls into its parts from another thread takes it
         self._local, self._remote = local, remote
         self._udp: FaultyUdp | None = None
         self._boot()
@@ -113,7 +112,7 @@ class EmulatedAutopilot(InThread):
     @property
     def _line(self) -> FaultyUdp:
         if self._udp is None:
-            raise BackendError("the emulated autopilot does not run", allowed="start() first")
+            raise BackendError("the emulated autopilot does not run", allowed="open() first")
         return self._udp
 
     def _begin(self) -> None:

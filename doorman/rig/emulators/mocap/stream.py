@@ -41,12 +41,9 @@ PoseSource = Callable[[float], BodyPose]
 class TrackedBody:
     """A further object that moves: the door's leaf, or its frame."""
 
-    source: PoseSource
-    """Moves the body that it is fixed to."""
-    position: ArrayLike = (0.0, 0.0, 0.0)
-    """Origin of the object, shape (3,), in the body [m]."""
-    attitude: ArrayLike = (0.0, 0.0, 0.0)
-    """Attitude Φ of the object in the body, shape (3,) [rad]."""
+    source: PoseSource  # moves the body that it is fixed to
+    position: ArrayLike = (0.0, 0.0, 0.0)  # origin of the object, shape (3,), in the body [m]
+    attitude: ArrayLike = (0.0, 0.0, 0.0)  # attitude Φ of the object in the body, shape (3,) [rad]
 
 
 @dataclass(frozen=True)
@@ -60,8 +57,7 @@ class TrackerSetup:
     origin_position: ArrayLike = (0.0, 0.0, 0.0)  # Vicon's origin, shape (3,), world frame [m]
     origin_attitude: ArrayLike = (0.0, 0.0, 0.0)  # attitude Φ of Vicon's axes in the world, shape (3,) [rad]
     object_position: ArrayLike = (0.0, 0.0, 0.0)  # origin of the tracked object, shape (3,), body frame [m]
-    object_attitude: ArrayLike = (0.0, 0.0, 0.0)
-    """Attitude Φ of the tracked object in the body, shape (3,) [rad]."""
+    object_attitude: ArrayLike = (0.0, 0.0, 0.0)  # attitude Φ of the tracked object in the body, shape (3,) [rad]
     others: Mapping[str, BodyPose] = field(default_factory=dict)
     """Poses of further objects, as Vicon sees them; they stand still."""
     bodies: Mapping[str, TrackedBody] = field(default_factory=dict)  # further objects that move, by name
@@ -94,7 +90,7 @@ class TrackerStream:
             for name, one in {"": self._own, **setup.bodies}.items()
         }  # fmt: skip
         self.faults_of = {name: StreamFaults() for name in setup.bodies}
-        """Of single further objects: `absent`, `frozen`, `zeroed`, `wrong_name`, `jump`, `outliers`, `not_finite`."""
+        """Faults of single further objects: `absent`, `frozen`, `zeroed`, `wrong_name`, `jump`, `outliers`, `not_finite`."""
         self._queue: list[tuple[float, int, bytes]] = []
         self._queued = 0
         self._due = -math.inf

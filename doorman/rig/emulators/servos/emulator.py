@@ -71,7 +71,7 @@ class ServoEmulator(InThread):
         if self._link is not None:
             return str(self._link)
         if self._slave < 0:
-            raise BackendError("the emulated port is not plugged in", allowed="start() before port")
+            raise BackendError("the emulated port is not plugged in", allowed="open() before port")
         return os.ttyname(self._slave)
 
     def servo(self, servo_id: int) -> EmulatedServo:

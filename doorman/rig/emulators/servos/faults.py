@@ -20,8 +20,7 @@ class BusFaults:
     noise: float = 0.0  # probability that random bytes stand before a status packet
     deafness: float = 0.0  # probability that a bit of what the servos hear flips
     delay: float = 0.0  # how late status packets are [s]
-    frozen: set[int] = field(default_factory=set)
-    """Ids of servos that repeat their last status packet of every kind."""
+    frozen: set[int] = field(default_factory=set)  # ids of servos that repeat their last status packet of every kind
     echo: bool = False  # whether the adapter hears its own bytes, as on a two-wire bus without switching
     babble: bool = False  # whether random bytes flood the bus
     chain_breaks: bool = True

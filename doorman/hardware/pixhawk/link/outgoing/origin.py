@@ -24,7 +24,7 @@ _CAUTIOUS_PERIOD, _CAUTIOUS_PATIENCE = 0.5, 5.0
 _FORGOTTEN = 5.0
 """After so long without an answer an autopilot that stands has no origin any more [s]."""
 _QUESTIONS = 3
-"""That PX4 is asked before it gets an origin: an answer may be lost."""
+"""Questions to PX4 before it gets an origin: an answer may be lost."""
 _NAVIGATES = mavlink.ESTIMATOR_POS_HORIZ_REL | mavlink.ESTIMATOR_POS_HORIZ_ABS | mavlink.ESTIMATOR_PRED_POS_HORIZ_REL
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from doorman.arrays import Array
+from doorman.arrays import frozen, sealed
 from doorman.hardware.pixhawk.dialect import Dialect
 from doorman.hardware.pixhawk.link.telemetry.timesync import ClockMap
 from doorman.hardware.pixhawk.sample import Battery, LandedState, VehicleSample
@@ -148,9 +148,9 @@ class Tracker:
         self.sample = replace(
             self.sample,
             attitude_time=self._clock.to_local(ms_to_seconds(message.time_boot_ms), now),
-            quaternion=_frozen(quaternion),
-            attitude=_frozen(np.array(to_attitude(quaternion.tolist()))),
-            body_rates=_frozen(frd_to_flu(rates)),
+            quaternion=sealed(quaternion),
+            attitude=frozen(to_attitude(quaternion.tolist())),
+            body_rates=sealed(frd_to_flu(rates)),
         )
 
     def _position(self, message: Message, now: float) -> None:
@@ -162,8 +162,8 @@ class Tracker:
         self.sample = replace(
             self.sample,
             position_time=self._clock.to_local(ms_to_seconds(message.time_boot_ms), now),
-            position=_frozen(self._frame.position_to_world(position)),
-            velocity=_frozen(self._frame.vector_to_world(velocity)),
+            position=sealed(self._frame.position_to_world(position)),
+            velocity=sealed(self._frame.vector_to_world(velocity)),
         )
 
     def _system(self, message: Message, now: float) -> None:
@@ -220,11 +220,5 @@ class Tracker:
                 self.sample,
                 thrust_target=float(message.thrust),
                 thrust_target_time=self._clock.to_local(ms_to_seconds(message.time_boot_ms), now),
-                attitude_target=_frozen(target),
+                attitude_target=sealed(target),
             )
-
-
-def _frozen(values: Array) -> Array:
-    array = np.asarray(values, dtype=np.float64)
-    array.flags.writeable = False
-    return array

@@ -34,8 +34,7 @@ class CompanionClock:
     """Maps stamps of a companion to the autopilot's clock, the way the two autopilots do it."""
 
     def __init__(self, by_timesync: bool) -> None:
-        self.answers, self.offset = 0, 0.0
-        """Answers so far, and the autopilot's clock minus the companion's [s]."""
+        self.answers, self.offset = 0, 0.0  # answers so far, and the autopilot's clock minus the companion's [s]
         self._by_timesync, self._least = by_timesync, math.inf
 
     def answer(self, sent_ns: int, companion_ns: int, now_ns: int) -> None:

@@ -78,8 +78,7 @@ class Telemetry:
         self.steered, self.normalised = estimator.estimate.quaternion, 0.0
         """Attitude by which the controller steers, shape (4,), and thrust that it asks of the mixer, 0 … 1."""
         self.schedule = Schedule(build.dialect, build.heartbeat_rate)
-        self.mav = mavlink.MAVLink(None, build.system_id, mavlink.MAV_COMP_ID_AUTOPILOT1)
-        """Reads and writes messages."""
+        self.mav = mavlink.MAVLink(None, build.system_id, mavlink.MAV_COMP_ID_AUTOPILOT1)  # reads and writes messages
         self.mav.robust_parsing = True
         if build.signing_key is not None:
             self.mav.signing.secret_key, self.mav.signing.sign_outgoing = build.signing_key, True

@@ -48,16 +48,14 @@ class Brain:
         self.home, self.sticks = NOTHING, (0.0, 0.0, 0.0)
         """Where it was armed, as it was believed then [m]; and the velocity that the pilot asks for [m/s]. World frame."""
         self._now, self._estimate, self._station_age, self._start_up = now, estimate, math.inf, start_up
-        self._heard_at, self._armed_at = -math.inf, now
-        """When the newest setpoint came, and when it was armed [s]."""
+        self._heard_at, self._armed_at = -math.inf, now  # when the newest setpoint came, and when it was armed [s]
         self._hold: Demand | None = None
         self._return: WayHome | None = None
         self._taking_off_to: float | None = None
         self._ground = GroundWatch(parameters)
         self._lost_at = self._killed_at = math.inf
         """When the stream ended that it needs, and when a switch stopped its motors [s]."""
-        self._goes_back = False
-        """Whether it left `companion` for want of setpoints: it is back as soon as they are."""
+        self._goes_back = False  # whether it left `companion` for want of setpoints: it is back as soon as they are
 
     def is_in(self, *names: str) -> bool:
         return self.mode in [self.dialect.modes[name] for name in names]

@@ -11,7 +11,7 @@ from doorman.model import Model
 from doorman.scenario import Scenario
 from doorman.signals import Command
 from doorman.simulation import SimulatedBackend, Simulator
-from doorman.simulation.reality.command_link import CommandLink
+from doorman.simulation.delay_line import DelayLine
 
 HOVER = {"mission.start": "hover"}
 
@@ -55,7 +55,7 @@ def test_thrust_has_no_dead_time() -> None:
 
 
 def test_link_takes_so_many_a_second_and_keeps_their_order() -> None:
-    link, taken = CommandLink[int](50.0, 0.03, 1), []
+    link, taken = DelayLine[int](0.0, 0.03, 50.0, 1), []
     for tick in range(1000):
         now = 0.004 * tick
         link.send(now, tick)
@@ -64,6 +64,6 @@ def test_link_takes_so_many_a_second_and_keeps_their_order() -> None:
     ages = np.array([now - 0.004 * one for now, one in taken])
     assert [one for _, one in taken] == sorted({one for _, one in taken})
     assert len(taken) <= 4.0 * 50.0 + 1 and ages.min() >= -1e-9 and ages.max() < 0.03 + 0.005 and ages.std() > 0.003
-    plain = CommandLink[int](None, 0.0, 1)
+    plain = DelayLine[int](seed=1)
     plain.send(0.0, 7)
     assert plain.is_plain and plain.arrived(0.0) == 7 and plain.arrived(math.inf) is None
