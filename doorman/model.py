@@ -6,8 +6,9 @@ import math
 import os
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from doorman.arrays import Array
 from doorman.checks import number, numbers, vector
 from doorman.collision.reduced_model import ReducedModel
 from doorman.collision.rows.listed import Surroundings, kinds_of
@@ -27,8 +28,6 @@ from doorman.kinematics.vehicles.vehicle import Vehicle
 from doorman.postures.proposal import propose, start_arm
 from doorman.scenario import Scenario
 from doorman.scenario.sized import sized
-
-Array = NDArray[np.float64]
 
 _TOUCHES_A_JAMB = 0.02
 """Depth to which a disc must reach into a jamb for a way to lead there: the check measures it exactly [m]."""

@@ -8,9 +8,8 @@ from collections import deque
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from doorman.arrays import Array
 
 _KEPT = 1000
 _ENOUGH = 50

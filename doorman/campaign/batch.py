@@ -41,7 +41,7 @@ class BatchFlight(OneLine):
     recording: Path | None
     """Its file, where a folder was given."""
     wall_time: float
-    """That it took, the making of its model included [s]; NaN where its process died."""
+    """Duration on the wall clock, with the construction of its model [s]; NaN if its process died."""
 
 
 OnFlight = Callable[[BatchFlight], None]
@@ -140,7 +140,7 @@ class _Processes:
         self.over = False  # whether no flight is begun any more
 
     def mine(self) -> FlightProcess:
-        """That of the calling thread."""
+        """Process of the calling thread."""
         with self._lock:
             thread = threading.get_ident()
             if thread not in self._all:

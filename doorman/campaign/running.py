@@ -111,8 +111,7 @@ class _Orders:
     """What a client has ordered of a cluster, and the files that go with it."""
 
     def __init__(self, client: Client, campaign: Campaign) -> None:
-        self.futures: dict[Future[Any], tuple[Flight, int]] = {}
-        """Flights that are ordered, and how often each was."""
+        self.futures: dict[Future[Any], tuple[Flight, int]] = {}  # flights that are ordered, and how often each was
         self._client, self._campaign = client, campaign
         self._name = uuid.uuid4().hex
         self._files: dict[str, Future[Any]] = {}

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.collision.audit_report import AuditReport, Offender, RowConservatism
 from doorman.collision.reduced_model import ReducedModel
 from doorman.collision.sampling import Constraints, Region
@@ -26,7 +27,6 @@ from doorman.kinematics.task_numbers import task_numbers
 
 __all__ = ["TOLERANCE", "AuditReport", "analytic_constraints", "audit", "clearances_at"]
 
-Array = NDArray[np.float64]
 
 TOLERANCE = 5e-4
 """Largest overlap that does not count as a collision [m]: FCL's accuracy, and the half thickness of the thin shapes."""

@@ -7,7 +7,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from doorman.arrays import Array
+
 Indices = NDArray[np.int64]
 
 

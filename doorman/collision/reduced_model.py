@@ -6,8 +6,9 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from doorman.arrays import Array
 from doorman.collision.rows.listed import IN_A_DOORWAY, Kinds, row_names
 from doorman.copying import PerThread
 from doorman.kinematics.numbers import Numbers
@@ -16,8 +17,6 @@ from doorman.kinematics.vehicles.vehicle import Vehicle
 from doorman.ocp.kernels import functions
 from doorman.ocp.kernels.printed.loading import load
 from doorman.ocp.kernels.printed.printed_problem import kept_text
-
-Array = NDArray[np.float64]
 
 
 def _printed(pattern: ArmPattern, point_names: tuple[str, ...], numbers: Numbers, kinds: Kinds) -> str:

@@ -9,9 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.kinematics.coupling import Coupling
-
-Array = NDArray[np.float64]
 
 Constraints = Callable[[Array], Array]
 """h of states (m, 5 + n) as an array (m, rows); a state is allowed where all rows are ≤ 0."""

@@ -10,6 +10,7 @@ import fcl
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from doorman.arrays import Array
 from doorman.checks import numbers, vector
 from doorman.collision.bounds import PairBounds
 from doorman.collision.shapes import Shape, read_shapes
@@ -18,8 +19,6 @@ from doorman.exceptions import DimensionError, UrdfError
 from doorman.kinematics.doors.door import Door
 from doorman.kinematics.vehicles.vehicle import Vehicle
 from doorman.one_line import OneLine
-
-Array = NDArray[np.float64]
 
 _ROTATION_TOLERANCE = 1e-6
 _BLOCK = 256

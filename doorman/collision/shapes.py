@@ -10,13 +10,11 @@ from typing import Any
 
 import fcl
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.kinematics.urdf.mesh_hull import convex_hull
 from doorman.kinematics.urdf.robot import frozen
 from doorman.kinematics.urdf.shapes import UrdfShape, read_collisions
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -7,14 +7,12 @@ from __future__ import annotations
 
 import fcl
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.collision.shapes import Shape, read_shapes
 from doorman.kinematics.doors.door import Door
 from doorman.kinematics.urdf.shapes import link_name, read_parents
 from doorman.kinematics.vehicles.vehicle import Vehicle
-
-Array = NDArray[np.float64]
 
 _POINT = 1e-6
 """Radius of the ball that stands for the tip's frame [m]."""

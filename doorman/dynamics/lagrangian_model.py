@@ -14,8 +14,9 @@ from functools import cache
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from doorman.arrays import Array
 from doorman.checks import vector
 from doorman.exceptions import SolverError
 from doorman.kinematics.coupling import JACOBIAN_OF_DOOR_ANGLE, Coupling
@@ -24,8 +25,6 @@ from doorman.kinematics.rotations import regular_state, regular_step, rotation_b
 from doorman.kinematics.task_numbers import task_numbers
 from doorman.kinematics.vehicles.arms.arm_pattern import ArmPattern
 from doorman.kinematics.vehicles.vehicle import Vehicle
-
-Array = NDArray[np.float64]
 
 
 @cache

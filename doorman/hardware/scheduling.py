@@ -11,7 +11,7 @@ from contextlib import contextmanager
 PRIORITY = 20
 """Priority in the real-time class, 1 … 99: above ordinary processes, below the kernel's own threads."""
 _BEHIND = 5
-"""By which a thread that gives way is behind the others."""
+"""Priority difference of a thread that gives way."""
 SWITCH_INTERVAL = 0.0005
 """After which a Python thread gives way to another that waits; the default of 5 ms is a whole tick [s]."""
 

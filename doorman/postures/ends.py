@@ -8,13 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.kinematics.coupling import BESIDE
 from doorman.kinematics.doors.door import Door
 from doorman.postures.room import Room
 from doorman.postures.search import YAW
 from doorman.scenario import GoalSection, Scenario, StartSection
-
-Array = NDArray[np.float64]
 
 PAPER_POSTURES: dict[str, tuple[float, ...]] = {
     "start.attitude": (0.0, 0.0, 0.0),

@@ -6,9 +6,8 @@ from collections.abc import Callable
 
 import numpy as np
 import proxsuite
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from doorman.arrays import Array
 
 _LARGEST_STEP = 0.3
 _SMALLEST_STEP = 1e-5

@@ -13,8 +13,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.collision.reduced_model import ReducedModel
 from doorman.kinematics.doors.door import Door
 from doorman.kinematics.doors.leaf.travel import Travel
@@ -27,7 +27,6 @@ from doorman.scenario import Scenario
 
 __all__ = ["PAPER_POSTURES", "Postures", "propose", "start_arm"]
 
-Array = NDArray[np.float64]
 
 _WHOLE_TURN = math.radians(69.9)
 """Turn of a leaf's face, as of the paper's, for which a pushing arm moves from its start to its goal [rad]. A slide's face does

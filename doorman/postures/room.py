@@ -16,8 +16,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.collision.reduced_model import ReducedModel
 from doorman.collision.rows.jambs import JAMBS
 from doorman.kinematics.coupling import BESIDE
@@ -25,8 +25,6 @@ from doorman.kinematics.doors.door import Door
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.kinematics.vehicles.balance import balance_of
 from doorman.kinematics.vehicles.vehicle import Vehicle
-
-Array = NDArray[np.float64]
 
 _DIFFERENCE = 1e-6
 """For the slopes of the mobility [rad]."""

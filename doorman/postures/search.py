@@ -9,11 +9,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.kinematics.vehicles.vehicle import Vehicle
 from doorman.postures.minimax import minimise_largest
 from doorman.postures.room import Room
-
-Array = NDArray[np.float64]
 
 YAW = 2
 """Index of the heading in x."""

@@ -5,12 +5,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.postures.room import Room
 from doorman.postures.search import YAW, widest
-
-Array = NDArray[np.float64]
 
 _SPACING = math.radians(7.5)
 _ACROSS = np.linspace(0.0, 1.0, 15)

@@ -11,11 +11,11 @@ from doorman.exceptions import BackendError, DimensionError
 from doorman.hardware.interface import Backend, Command, Measurement
 from doorman.model import Model
 from doorman.recording import Recorder
+from doorman.simulation.delay_line import DelayLine
 from doorman.simulation.door_sensor.readings import DoorReadings, door_readings
 from doorman.simulation.gusts import Gust, together
 from doorman.simulation.hand import Hand
 from doorman.simulation.plant.onboard.attitude_loop import AttitudeGains
-from doorman.simulation.reality.command_link import CommandLink
 from doorman.simulation.sensors import Sensors
 from doorman.simulation.simulator import Disturbance, DisturbanceSource, Simulator
 from doorman.simulation.truth import Truth
@@ -57,7 +57,7 @@ class SimulatedBackend(Backend):
         self._gains = gains
         self._simulator: Simulator | None = None
         self._sensors: Sensors | None = None
-        self._link: CommandLink[Command] | None = None
+        self._link: DelayLine[Command] | None = None
         self._door: DoorReadings | None = None
         self._truth: Truth | None = None
         self._ticks = 0
@@ -86,7 +86,7 @@ class SimulatedBackend(Backend):
         simulation = self.model.scenario.simulation
         self._sensors = Sensors(simulation.noise, self.seed, simulation.sensors, simulation.servo_backlash)
         self._door = door_readings(self._simulator, self.seed) if simulation.door_sensor.works else None
-        self._link = CommandLink(simulation.command_rate, simulation.command_jitter, self.seed)
+        self._link = DelayLine(0.0, simulation.command_jitter, simulation.command_rate, self.seed)
         self._truth = self._simulator.truth()
         self._ticks = 0
 

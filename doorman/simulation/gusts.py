@@ -29,7 +29,7 @@ from doorman.simulation.reality.jumps import Jumps
 from doorman.simulation.simulator import Disturbance
 
 _GUSTS = 2
-"""Of the random numbers of one seed, the stream that makes gusts."""
+"""Stream of random numbers of a seed for gusts."""
 _JUMPS = 5
 """The stream that makes its jumps."""
 _BLOCK = 256

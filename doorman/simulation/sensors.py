@@ -11,24 +11,22 @@ from collections import deque
 from typing import NamedTuple, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array, sealed
 from doorman.hardware.interface import Measurement
 from doorman.scenario import NoiseSection, SensorsSection
 from doorman.simulation.gaps import Dropouts
 from doorman.simulation.reality.seen_frame import SeenFrame, seen_frame
 from doorman.simulation.truth import Truth
 
-Array = NDArray[np.float64]
-
 _DROPOUTS = 1
-"""Of the random numbers of one seed, the stream that makes the gaps; the noise has the seed's own."""
+"""Stream of random numbers of a seed for gaps; the noise has the seed's own."""
 _JITTER = 4
 """The stream that makes the jitter."""
 _TIP_FORCE = 6
 """The stream that makes the noise of the tip's force sensor."""
 _TOLERANCE = 1e-9
-"""By which a sum of periods may miss a time [s]."""
+"""Rounding error of a sum of periods [s]."""
 
 
 class _Pose(NamedTuple):
@@ -38,8 +36,7 @@ class _Pose(NamedTuple):
     position: Array
     velocity: Array
     attitude: Array
-    delay: float = 0.0
-    """By which it is later than the latency [s]."""
+    delay: float = 0.0  # by which it is later than the latency [s]
 
 
 class _Arm(NamedTuple):
@@ -84,7 +81,7 @@ class Sensors:
         if sampled and self._frame is not None:
             position, velocity, attitude = self._in_frame(self._frame, truth)
         true = np.concatenate((position, velocity, attitude, truth.body_rates, arm_angles, truth.arm_rates))
-        seen = _sealed(true + noise)
+        seen = sealed(true + noise)
         if sampled:
             self._keep(self._poses, self._pose(time, seen, velocity))
         self._keep(self._arms, _Arm(time, seen[12 : 12 + n], seen[12 + n :]))
@@ -133,7 +130,7 @@ class Sensors:
         delay = self._delivery.jitter * float(self._jitter.uniform()) if self._delivery.jitter > 0.0 else 0.0
         position, velocity = seen[0:3], seen[3:6]
         if self._delivery.velocity != "measured":
-            velocity = _sealed(self._differenced(time, position, true_velocity))
+            velocity = sealed(self._differenced(time, position, true_velocity))
         return _Pose(time, position, velocity, seen[6:9], delay)
 
     def _differenced(self, time: float, position: Array, true_velocity: Array) -> Array:
@@ -161,9 +158,3 @@ class Sensors:
         while len(samples) > 1 and samples[1].time + samples[1].delay + latency <= now + _TOLERANCE:
             samples.popleft()
         return samples[0]
-
-
-def _sealed(array: Array) -> Array:
-    """An array that nobody else has, from now on read-only."""
-    array.flags.writeable = False
-    return array

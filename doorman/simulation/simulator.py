@@ -8,19 +8,20 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from doorman.arrays import Array, sealed
 from doorman.copying import Uncopied
 from doorman.dynamics.attitude_loop import AttitudeLoop
 from doorman.exceptions import BackendError
 from doorman.kinematics.rotations import SMALLEST_COSINE, quaternion_of
 from doorman.model import Model
 from doorman.numba_types.handles import held
+from doorman.simulation.delay_line import DelayLine
 from doorman.simulation.plant.contact import TOUCH, ContactReader, Gripper
 from doorman.simulation.plant.engine import addresses, check_stability, engine
 from doorman.simulation.plant.hinge_torques import HingeTorques
 from doorman.simulation.plant.onboard.attitude_loop import AttitudeGains, AttitudeParameters
-from doorman.simulation.plant.onboard.late_attitude import LateAttitude
 from doorman.simulation.plant.onboard.rotors import MixerParameters, RotorLayout, rotor_layout
 from doorman.simulation.plant.onboard.servos import ServoParameters
 from doorman.simulation.plant.onboard.step import OnboardParameters
@@ -29,8 +30,6 @@ from doorman.simulation.plant.stepping import Engine, StepParameters, look, take
 from doorman.simulation.reality.drag import drag
 from doorman.simulation.reality.true_thrust import true_thrust
 from doorman.simulation.truth import Truth
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -89,7 +88,7 @@ class Simulator(Uncopied):
         self._tip_on_frame = _tip_on_frame(self.plant)
         gains = gains or simulated_gains(model)
         self._own = self._parameters(gains)
-        self._late = LateAttitude(round(gains.dead_time / time_step))
+        self._attitudes = DelayLine[Array](round(gains.dead_time / time_step))  # in physics steps
         self._stepping = held(self._own)
         self._command, self._tip, self._state = self._own.command, self._own.tip, self._own.truth
         self._counts = self._own.engine.contacts
@@ -128,8 +127,8 @@ class Simulator(Uncopied):
             side_force: Body force along x and y, shape (2,) [N]; rotors that cannot make it take no notice.
         """
         self._command[0] = thrust
-        self._late.give(self._steps, np.array(quaternion_of(attitude)))
-        self._late.act(self._steps, self._command[1:5], 1)
+        self._attitudes.send(self._steps, np.array(quaternion_of(attitude)))
+        self._steps_until_attitude(1)
         self._command[5:7] = side_force
         self._command[7:] = arm_rates
 
@@ -169,8 +168,7 @@ class Simulator(Uncopied):
         while steps > 0:
             if not self._at_once:
                 self._act()
-            most = self._late.act(self._steps, self._command[1:5], steps if self._at_once else 1)
-            taken = take_steps(self._stepping, most)
+            taken = take_steps(self._stepping, self._steps_until_attitude(steps if self._at_once else 1))
             self._steps += taken
             steps -= taken
             if self._counts[0] > self._counts[1]:
@@ -179,6 +177,12 @@ class Simulator(Uncopied):
                 self._gripper.strain(self._tip[:3], self._normal(float(self._own.hinge_before[0])))
         if any(self._warnings.tolist()):
             check_stability(self._mujoco, self.plant.data)
+
+    def _steps_until_attitude(self, most: int) -> int:
+        """Let attitudes act whose dead time has passed; returns for how many steps, up to a number, no other does."""
+        if (attitude := self._attitudes.arrived(self._steps)) is not None:
+            self._command[1:5] = attitude
+        return int(min(self._attitudes.due - self._steps, most))
 
     def truth(self) -> Truth:
         """State now, and contacts since the last call of `advance` began.
@@ -191,7 +195,7 @@ class Simulator(Uncopied):
                 "the vehicle has turned over: Euler angles are singular", field="attitude",
                 given=f"time {self.time:.3f} s",
             )  # fmt: skip
-        plant, state, tip = self.plant, _sealed(self._state.copy()), _sealed(self._tip.copy())
+        plant, state, tip = self.plant, sealed(self._state.copy()), sealed(self._tip.copy())
         _, _, _, normal_force, max_pull, max_push = tip.tolist()
         position, velocity, attitude, body_rates, arm_angles, arm_rates, thrusts = [state[part] for part in self._parts]
         force, closed, door, engine = tip[:3], self._gripper.closed, plant.hinge, self._own.engine
@@ -237,7 +241,7 @@ class Simulator(Uncopied):
         )
 
     def _pair_names(self) -> tuple[str, ...]:
-        """Of the shapes that have touched, but tip and leaf."""
+        """Names of the shapes that have touched, except tip and leaf."""
         if not self._pairs:
             return ()
         return tuple(sorted({" and ".join(map(self.plant.shape_name, pair)) for pair in self._pairs}))
@@ -276,7 +280,7 @@ class Simulator(Uncopied):
 
 
 def simulated_gains(model: Model) -> AttitudeGains:
-    """Of the loop that the simulated vehicle has, whatever is believed of it."""
+    """Gains of the simulated vehicle's true loop."""
     true = model.scenario.simulation
     loop = AttitudeLoop(true.attitude_lag, true.attitude_dead_time)
     return AttitudeGains.of(loop, true.motor_time_constant, true.attitude_overshoot)
@@ -288,12 +292,6 @@ def _tip_on_frame(plant: Plant) -> frozenset[tuple[int, int]]:
     fixed = np.flatnonzero(engine_model.body_weldid[engine_model.geom_bodyid] == 0).tolist()
     pairs = [(tip, other) for tip in plant.tip_shapes for other in fixed]
     return frozenset([*pairs, *((other, tip) for tip, other in pairs)])
-
-
-def _sealed(array: Array) -> Array:
-    """An array that nobody else has, from now on read-only."""
-    array.flags.writeable = False
-    return array
 
 
 def _engine_memory(mujoco: Any, plant: Plant) -> Engine:

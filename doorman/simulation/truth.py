@@ -5,12 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
+from doorman.arrays import Array
 from doorman.one_line import OneLine
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -58,7 +54,7 @@ class Truth(OneLine):
     grip_slips: int = 0
     """How often it was torn off the leaf since the flight began."""
     outer_force: float = 0.0
-    """Of wind and whatever else acts on the vehicle beside rotors, air and leaf [N]."""
+    """Force of wind and of whatever acts on the vehicle besides rotors, air and leaf [N]."""
 
     def fields(self) -> dict[str, Any]:
         """Everything but the time, for a recorder; the pairs of collisions as one text."""

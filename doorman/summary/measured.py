@@ -8,11 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.model import Model
 from doorman.recording import Recording
 from doorman.summary.outcome import COMPLETED, GOAL_MISSED, STANDS, STANDS_FOR, missed, time_to_open, told_outcome
-
-Array = NDArray[np.float64]
 
 JUDGED_BY = "the measured leaf"
 _TOUCHES = 0.015

@@ -25,7 +25,7 @@ from doorman.hardware.vehicle_file import VehicleFile
 from doorman.model import Model
 
 LONGEST_DELAY = 0.25
-"""That ArduPilot takes [s]."""
+"""Longest delay that ArduPilot accepts [s]."""
 
 
 def print_parameters(

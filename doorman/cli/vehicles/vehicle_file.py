@@ -25,7 +25,7 @@ from doorman.scenario.files import is_path
 from doorman.scenario.toml_text import value_text
 
 _LARGEST_LAG = 1.0
-"""That the key takes [s]."""
+"""Largest lag that the key accepts [s]."""
 
 
 def new_file(file: Path, urdf: str, base_link: str, tip: str, every_key: bool) -> int:

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 REAL_TIME_PRIORITY = 20
-"""That the real-time class is asked for with."""
+"""Priority requested in the real-time class."""
 
 
 @dataclass(frozen=True)

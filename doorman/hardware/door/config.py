@@ -27,7 +27,7 @@ class Mark:
     name: str
     """Name of the object in the cameras' stream, or number of the tag, 0 to 586."""
     position: Triple = (0.0, 0.0, 0.0)
-    """Of the object's origin, or the tag's middle: in the leaf's link, or in the world of the door's URDF [m]."""
+    """Position of the object's origin, or the tag's middle: in the leaf's link, or in the world of the door's URDF [m]."""
     attitude: Triple = (0.0, 0.0, 0.0)
     """Attitude Φ of its axes there. Those of a tag: x to its right, y up, z out of the paper [rad]."""
     size: float = 0.16
@@ -68,9 +68,9 @@ class CameraConfig:
     device: str = "/dev/video0"
     """V4L2 device."""
     width: int = 640
-    """Of the picture [pixel]."""
+    """Width of the picture [pixel]."""
     height: int = 480
-    """Of the picture [pixel]."""
+    """Height of the picture [pixel]."""
     fx: float = 343.0
     """Focal length along the picture's rows [pixel]."""
     fy: float = 343.0
@@ -82,7 +82,7 @@ class CameraConfig:
     distortion: tuple[float, ...] = ()
     """k1, k2, p1, p2, k3 and so on, as OpenCV's calibration writes them."""
     position: Triple = (0.12, 0.0, 0.0)
-    """Of the camera, body frame [m]."""
+    """Position of the camera, body frame [m]."""
     attitude: Triple = (0.0, 0.0, 0.0)
     """Attitude Φ of the camera in the body; with zeros it looks forward, along x [rad]."""
     rate: float = 30.0
@@ -122,11 +122,11 @@ class DoorSensorConfig:
     joint: str = ""
     """Name of the door's joint in the messages of a ROS 2 topic; empty: the first one."""
     deviation: float = 0.005
-    """Of a joint value that comes without its own: of encoders [rad, or m]."""
+    """Standard deviation of a joint value that comes without one, as from encoders [rad, or m]."""
     place_deviation: float = 0.002
-    """Of a mark's place as cameras or tags have it [m]."""
+    """Standard deviation of a mark's position by cameras or tags [m]."""
     turn_deviation: float = 0.01
-    """Of a mark's attitude [rad]."""
+    """Standard deviation of a mark's attitude [rad]."""
     stale_after: float = 0.3
     """Age from which on the newest reading counts as none [s]."""
     motion: LeafGeometry | None = None

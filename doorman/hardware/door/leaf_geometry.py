@@ -12,11 +12,11 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from doorman.arrays import Array
 from doorman.kinematics.doors.door import Door
 
-Array = NDArray[np.float64]
 Triple = tuple[float, float, float]
 
 _QUARTER = 0.5 * math.pi
@@ -29,20 +29,20 @@ class LeafGeometry:
     """Motion of a leaf's link in the world of its URDF; make one with `of`."""
 
     position: Triple
-    """Of the link at joint value 0 [m]."""
+    """Position of the link at joint value 0 [m]."""
     rotation: tuple[Triple, Triple, Triple]
-    """Of the link there, rows."""
+    """Rotation of the link there, as rows."""
     axis: Triple
     """Unit vector about which the leaf turns, or along which it slides, as the joint's value grows."""
     point: Triple
     """On the hinge's axis [m]."""
     slides: bool
     limits: tuple[float, float] = (-_ENDLESS, _ENDLESS)
-    """Of the joint's value [rad, or m]."""
+    """Range of the joint's value [rad, or m]."""
     door_position: Triple = (0.0, 0.0, 0.0)
     """Where the map has the origin of the door's URDF [m]."""
     door_yaw: float = 0.0
-    """By which the map has the door turned [rad]."""
+    """Yaw of the door in the map [rad]."""
 
     @classmethod
     def of(cls, door: Door) -> LeafGeometry:
@@ -128,7 +128,7 @@ def about(axis: Array, angle: float) -> Array:
 
 
 def _axis(turn: Array) -> Array:
-    """Of a rotation by a right angle."""
+    """Axis of a rotation by a right angle."""
     return np.array([turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]])
 
 

@@ -14,7 +14,7 @@ class MarkPose:
     """A pose of a link of the door."""
 
     position: Vector
-    """Of the link's origin [m]."""
+    """Position of the link's origin [m]."""
     quaternion: Quaternion
     """[w, x, y, z], link to world, or to the body."""
     in_body: bool = False
@@ -31,7 +31,7 @@ class LeafSample:
     """[rad, or m]."""
     pose: MarkPose | None = None
     deviation: float | None = None
-    """Of the joint's value [rad, or m]; None: as `door_sensor.deviation`, or as the pose's own lets it follow."""
+    """Standard deviation of the joint's value [rad, or m]; None: as `door_sensor.deviation`, or as follows from the pose."""
 
 
 @dataclass(frozen=True)

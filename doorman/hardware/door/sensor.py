@@ -13,8 +13,8 @@ import re
 from collections import deque
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.copying import Uncopied
 from doorman.exceptions import BackendError
 from doorman.hardware.door.config import DoorSensorConfig
@@ -25,16 +25,14 @@ from doorman.hardware.quaternions import to_rotation
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.signals import FrameReading, LeafReading
 
-Array = NDArray[np.float64]
-
 _KEPT = 1000
 """Events that nobody takes."""
 _HISTORY = 0.5
 """For so long poses of the vehicle are kept, to place what its camera saw [s]."""
 _MOST_OFF, _MOST_TURNED = 0.1, math.radians(10.0)
-"""By which a leaf's mark may be off every place of the leaf: the map's error, as `door.search` bounds it [m, rad]."""
+"""Largest error of a leaf's mark against every place of the leaf: that of the map, as `door.search` bounds it [m, rad]."""
 _BEYOND = 0.2
-"""By which a joint value may be beyond the joint's range: of a mark that is put on by eye [rad, or m]."""
+"""Tolerance beyond the joint's range, for marks that are stuck on by eye [rad, or m]."""
 _NUMBERS = re.compile(r"[\d.+-]+")
 _VERTICAL = np.array([0.0, 0.0, 1.0])
 

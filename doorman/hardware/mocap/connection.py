@@ -25,10 +25,8 @@ _ALLOWED = f"{_UDP}; or {_CAMERAS}"
 class CamerasLink:
     """Cameras with a protocol of their own."""
 
-    kind: str
-    """One of `KINDS`."""
-    settings: Mapping[str, str]
-    """As the wheel `motioncapture` takes them."""
+    kind: str  # one of `KINDS`
+    settings: Mapping[str, str]  # as the wheel `motioncapture` takes them
 
 
 def parse_cameras(text: str) -> CamerasLink | None:

@@ -72,7 +72,7 @@ class MocapEvent:
     """A fault that began or ended, or something worth knowing."""
 
     time: float
-    """Of `time.monotonic` [s]."""
+    """By `time.monotonic` [s]."""
     fault: MocapFault
     """Which; `NONE` where nothing is wrong."""
     began: bool
@@ -92,10 +92,8 @@ class FaultBook:
         self._log = log
         self._hold = hold
         self._ends: dict[MocapFault, float] = {}
-        self.holds = MocapFault.NONE
-        """Everything that is wrong now; replaced as a whole."""
-        self.counts: Counter[MocapFault] = Counter()
-        """How often each has struck or begun."""
+        self.holds = MocapFault.NONE  # everything that is wrong now; replaced as a whole
+        self.counts: Counter[MocapFault] = Counter()  # how often each has struck or begun
 
     def strike(self, fault: MocapFault, now: float, text: str) -> None:
         """A single packet shows a fault."""

@@ -23,9 +23,9 @@ class MocapStatistics:
     packets: int
     """Datagrams received."""
     frames: int
-    """Of the stream, each counted once."""
+    """Frames of the stream, each counted once."""
     poses: int
-    """That were used."""
+    """Poses that were used."""
     dropped: int
     """Frames whose packets did not come."""
     counts: Mapping[MocapFault, int]

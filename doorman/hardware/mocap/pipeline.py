@@ -23,8 +23,7 @@ class Pipeline:
         self._figures = Figures()
         self._stream = StreamReader(config, self.book, self._figures)
         self._tracker = PoseTracker(config, self.book, self._figures)
-        self.latest = nothing_yet()
-        """Newest measurement; replaced as a whole."""
+        self.latest = nothing_yet()  # newest measurement; replaced as a whole
 
     @property
     def ready(self) -> bool:

@@ -29,8 +29,7 @@ class Dialect:
     mode: Callable[[int], Mode]  # mode of a `custom_mode`
     parameters_bytewise: bool
     """Whether integer parameters travel as the bytes of the float field, rather than as its value."""
-    needs_stream: bool
-    """Whether setpoints must stream before it enters the companion mode, and go on to stay in it."""
+    needs_stream: bool  # whether setpoints must stream before it enters the companion mode, and go on to stay in it
     takes_off_by_command: bool  # whether NAV_TAKEOFF must lift it off, rather than a setpoint above it
     angle_boost: bool
     """Whether it divides the commanded thrust by the cosine of the commanded tilt, unless `ATC_ANGLE_BOOST` is 0."""

@@ -8,16 +8,14 @@ from enum import Enum
 
 import numpy as np
 
-from doorman.arrays import Array
+from doorman.arrays import Array, sealed
 from doorman.hardware.pixhawk.modes import Mode
 from doorman.hardware.pixhawk.wire.messages import mavlink
 
 
 def unknown(size: int) -> Array:
     """A read-only vector of NaN: nothing has been received yet."""
-    values = np.full(size, math.nan)
-    values.flags.writeable = False
-    return values
+    return sealed(np.full(size, math.nan))
 
 
 class SampleStatus(Enum):

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from doorman.arrays import Array
+from doorman.arrays import Array, sealed
 from doorman.checks import vector
 from doorman.exceptions import DimensionError
 from doorman.hardware.pixhawk.wire.frames import LocalFrame, flu_to_frd
@@ -105,5 +105,4 @@ def _frozen(values: Array, name: str) -> Array:
     array = vector(values, 3, name)
     if np.abs(array).max() > _LARGEST:
         raise DimensionError("out of all bounds", field=name, given=array.tolist(), allowed=f"at most {_LARGEST:g}")
-    array.flags.writeable = False
-    return array
+    return sealed(array)

@@ -61,7 +61,7 @@ class VehicleLinks(Opened):
     tip_force: TipForce | None = None
     """The force sensor in the tip."""
     clock: Clock = REAL_TIME
-    """By which the links, and whoever flies by them, wait."""
+    """Clock of the links and of their users."""
 
     def __init__(
         self, config: VehicleConfig, tip_force: TipForceSource | None = None, clock: Clock = REAL_TIME,

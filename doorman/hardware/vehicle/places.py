@@ -6,8 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from doorman.arrays import Array
-from doorman.kinematics.urdf.robot import frozen
+from doorman.arrays import Array, frozen
 from doorman.model import Model
 
 LEG_CLEARANCE = 0.10

@@ -27,7 +27,7 @@ NO_CAMERAS = "none"
 PIXHAWK, SERVOS, MOCAP = "pixhawk.connection", "servos.port", "mocap.connection"
 """Keys of the three links."""
 OPTIONS = {PIXHAWK: "--pixhawk", SERVOS: "--servos"}
-"""That give what a file must say otherwise."""
+"""Options that replace a key of the file."""
 _PER_SERVO = ("servos.ids", "servos.directions", "servos.zero_positions", "servos.homing_offsets")
 _ARGUMENTS = {"servo_ids": "servos.ids", "mocap_rate": "mocap.rate"}
 """Key of an argument of `vehicle_config`."""

@@ -6,10 +6,9 @@ import re
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
-import numpy as np
 import pinocchio
-from numpy.typing import NDArray
 
+from doorman.arrays import frozen as frozen
 from doorman.exceptions import UrdfError
 from doorman.kinematics.urdf.document import read_content
 from doorman.kinematics.urdf.mesh_checks import check_meshes
@@ -55,13 +54,6 @@ def link_index(model: pinocchio.Model, name: str, path: Path, field: str) -> int
         names = ", ".join(frame.name for frame in model.frames if frame.type == body)
         raise UrdfError(f"the URDF has no link '{name}'", file=path, field=field, given=name, allowed=names)
     return int(model.getFrameId(name, body))
-
-
-def frozen(values: object) -> NDArray[np.float64]:
-    """Read-only float array."""
-    array = np.array(values, dtype=np.float64)
-    array.flags.writeable = False
-    return array
 
 
 def _make_revolute(root: ElementTree.Element) -> None:

@@ -12,6 +12,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from doorman.arrays import sealed
 from doorman.exceptions import RecordingError, shown
 from doorman.recording.files.cdr import TIME, Field, Kind, Layout, native, read_fields
 
@@ -65,10 +66,10 @@ class MessageType:
         """Take messages apart."""
         texts = self._texts(tails)
         columns = {
-            field.name: _frozen(texts[field.name] if field.kind == "string" else native(rows, field))
+            field.name: sealed(texts[field.name] if field.kind == "string" else native(rows, field))
             for field in self.fields
         }
-        return _frozen(np.array(rows[TIME], dtype=np.float64)), columns
+        return sealed(np.array(rows[TIME], dtype=np.float64)), columns
 
     def _texts(self, tails: Sequence[bytes]) -> dict[str, NDArray[np.str_]]:
         if not self.layout.texts:
@@ -107,7 +108,7 @@ def joined(blocks: Sequence[Columns]) -> Columns:
         return blocks[0]
     time = np.concatenate([times for times, _ in blocks])
     fields = {name: np.concatenate([columns[name] for _, columns in blocks]) for name in blocks[0][1]}
-    return _frozen(time), {name: _frozen(values) for name, values in fields.items()}
+    return sealed(time), {name: sealed(values) for name, values in fields.items()}
 
 
 def header_schema(value: Any) -> dict[str, Any]:
@@ -128,11 +129,6 @@ def header_schema(value: Any) -> dict[str, Any]:
 
 
 _PLAIN = ("boolean", "string", "number")
-
-
-def _frozen(array: NDArray[Any]) -> NDArray[Any]:
-    array.flags.writeable = False
-    return array
 
 
 def _field(topic: str, name: str, value: Value) -> Field:

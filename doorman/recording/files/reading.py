@@ -47,8 +47,7 @@ class Contents:
     header: dict[str, Any] | None = None
     topics: dict[str, Columns] = field(default_factory=dict)
     attachments: dict[str, bytes] = field(default_factory=dict)
-    damaged_chunks: int = 0
-    """Chunks that could not be read, behind which others could, or that the summary counts."""
+    damaged_chunks: int = 0  # chunks that could not be read, behind which others could, or that the summary counts
     damaged_messages: dict[str, int] = field(default_factory=dict)  # messages that were left out, by topic
     complete: bool = False  # whether the file ends as it should, and nothing of it is damaged
 

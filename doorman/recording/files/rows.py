@@ -20,7 +20,7 @@ _UNCOUNTED = 9
 _FRAME = {"length": ("<u8", 1), "channel": ("<u2", 9), "log": ("<u8", 15), "publish": ("<u8", 23)}
 """Type and place of what is filled in at the end."""
 _MOST_BYTES = 64_000
-"""That wait of one topic."""
+"""Most bytes of one topic that wait."""
 _CODES = {"number": "d", "integer": "q", "boolean": "?"}
 """Codes of single values for `struct`."""
 _EXACT = {"number": float, "integer": int, "boolean": bool}

@@ -16,7 +16,7 @@ from doorman.recording.merging.flight_log import LogTopic
 
 _MICRO = 1e-6
 _JITTER = 5.0
-"""By which messages of one topic may stand in another order than their times say [s]."""
+"""Largest disorder of the times within one topic [s]."""
 _LARGEST = np.uint64(np.iinfo(np.int64).max)
 """Recordings hold no larger integer."""
 

@@ -27,17 +27,17 @@ from doorman.simulation.simulator import Simulator
 
 CAMERA = "vehicle camera"
 _GROUP = 3
-"""Of the sites that are drawn."""
+"""Group of the sites that are drawn."""
 _CELL = 32
 """Pixels of a tag's cell in its texture."""
 _THIN = 2e-4
 """Half of a sheet's thickness [m]."""
 _MOST_SHAPES = 2000
-"""Of a scene."""
+"""Most shapes of a scene."""
 _LENS = (0.5, 0.5, -0.5, -0.5)
 """Quaternion from a camera of MuJoCo (right, up, back) to one that looks along x."""
 _BLUR, _NOISE = 0.8, 4.0
-"""Of the lens [pixel] and the sensor [grey levels]."""
+"""Blur of the lens [pixel] and noise of the sensor [grey levels]."""
 
 
 def scene_with_tags(
@@ -104,8 +104,7 @@ class PictureSensor:
         config = DoorSensorConfig(source="tags", leaf=marks[0], frame=marks[1], camera=camera, motion=motion)
         self._door, self._sample = DoorByTags(config), DoorSample()
         self._sensor = DoorSensor(CallableSource(lambda: self._sample), config)
-        self.seen: dict[int, SeenTag] = {}
-        """Tags of the last picture."""
+        self.seen: dict[int, SeenTag] = {}  # tags of the last picture
 
     def picture(self) -> NDArray[np.uint8]:
         """What the camera sees now, with blur and noise, grey, shape (height, width)."""

@@ -11,24 +11,22 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.hardware.door.tags.placing import usual_marks
 from doorman.model import Model
 from doorman.signals import FrameReading, LeafReading
 from doorman.simulation.gaps import Dropouts
 from doorman.simulation.truth import Truth
 
-Array = NDArray[np.float64]
-
 _STREAM, _GAPS = 7, 8
-"""Of the random numbers of one seed, those of the noise and of the gaps."""
+"""Streams of random numbers of a seed, for noise and gaps."""
 _TOLERANCE = 1e-9
-"""By which a sum of periods may miss a time [s]."""
+"""Rounding error of a sum of periods [s]."""
 _OLD = 0.3
 """Age from which on a reading counts as none [s]."""
 _JUMP = math.radians(10.0)
-"""Of a sensor that jumps [rad, or as a share of a slide's metre]."""
+"""Jump of a faulty sensor [rad, or as a share of a slide's metre]."""
 _LATE = 0.3
 """Delay of a sensor that comes late, and stamps its readings when they come [s]."""
 
@@ -57,7 +55,7 @@ class SimulatedDoorSensor:
         lever = max(abs(float(self._door.in_doorway(_mark_on_closed(model, mark.position))[1])), 0.05)
         by_place = usual.place if self._door.slides else usual.place / lever
         self.deviation = usual.turn if section.kind == "encoder" else 1.0 / math.hypot(1.0 / by_place, 1.0 / usual.turn)
-        """Of a joint value [rad, or m]."""
+        """Standard deviation of a joint value [rad, or m]."""
         if self._door.slides:
             self.deviation = usual.place
         self._noise = np.random.default_rng([seed, _STREAM])

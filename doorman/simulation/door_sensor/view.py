@@ -6,22 +6,20 @@ import math
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.hardware.door.config import CameraConfig, Mark
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.simulation.door_sensor.simulated import Seen
 from doorman.simulation.plant.plant import Plant
 from doorman.simulation.truth import Truth
 
-Array = NDArray[np.float64]
-
 _ASLANT = math.cos(math.radians(65.0))
 """Cosine of the angle from which on a tag is seen too flat to be read."""
 _SMALLEST = 25.0
 """Edge of a tag that can still be read [pixel]."""
 _BEFORE = 0.02
-"""By which something must be nearer than the tag to hide it [m]."""
+"""Distance before the tag from which something hides it [m]."""
 
 
 class TagView:

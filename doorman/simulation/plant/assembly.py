@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.collision.tip_shapes import tip_link, tip_shapes
 from doorman.exceptions import BackendError, ScenarioError
 from doorman.gravity import weight_of
@@ -20,8 +20,6 @@ from doorman.simulation.plant.hulls import read_spec
 from doorman.simulation.plant.onboard.rotors import RotorLayout
 from doorman.simulation.plant.onboard.servos import add_servos
 from doorman.simulation.reality.true_vehicle import make_true, scale_mass
-
-Array = NDArray[np.float64]
 
 VEHICLE = "vehicle/"
 DOOR = "door/"

@@ -11,11 +11,9 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.model import Model
-
-Array = NDArray[np.float64]
 
 IMPEDANCE = 0.05
 """d: small, so that spring and damper and not the engine's estimate of the mass decide."""
@@ -38,10 +36,8 @@ TOUCH = 1e-6
 class ContactForces(NamedTuple):
     """Contacts of one physics step."""
 
-    tip: Array
-    """Force of the tip on the door, shape (3,), world frame [N]."""
-    others: tuple[tuple[int, int], ...]
-    """Pairs of shapes, by index, of all contacts but that of tip and leaf."""
+    tip: Array  # force of the tip on the door, shape (3,), world frame [N]
+    others: tuple[tuple[int, int], ...]  # pairs of shapes, by index, of all contacts but that of tip and leaf
 
 
 NO_FORCES = ContactForces(np.zeros(3), ())
@@ -97,8 +93,7 @@ class Gripper:
         self._tie = tie if tie >= 0 else None
         self._active = data.eq_active
         self._force = force
-        self.slips = 0
-        """How often it was torn off the leaf."""
+        self.slips = 0  # how often it was torn off the leaf
         self._slipped = False
         if self.closed and not closes:
             self._active[self._tie] = False

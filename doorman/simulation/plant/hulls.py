@@ -10,16 +10,13 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pinocchio
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.exceptions import BackendError, UrdfError
 from doorman.kinematics.urdf.mesh_hull import Hull, convex_hull
 from doorman.kinematics.urdf.shapes import UrdfShape, read_collisions
 from doorman.kinematics.urdf.structure import check_structure
-
-Array = NDArray[np.float64]
 
 
 def read_spec(mujoco: Any, urdf: Path, tip: str = "", tip_shapes: Mapping[int, Array] | None = None) -> Any:

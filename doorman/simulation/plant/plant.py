@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.exceptions import ScenarioError
 from doorman.kinematics.doors.door import Door
 from doorman.kinematics.rotations import rotation_body_to_world
@@ -17,7 +18,6 @@ from doorman.simulation.plant.contact import calibrate
 from doorman.simulation.plant.faults import build_fault
 from doorman.simulation.plant.onboard.rotors import RotorLayout
 
-Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 
@@ -25,36 +25,21 @@ Indices = NDArray[np.int64]
 class Plant:
     """Compiled model with its addresses; `data` is the state that the physics advances."""
 
-    engine_model: Any
-    """MjModel."""
-    data: Any
-    """MjData."""
-    root_to_base: Array
-    """Homogeneous matrix of the base link in the free body, shape (4, 4)."""
-    root_to_base_quaternion: Array
-    """Its rotation as [w, x, y, z], shape (4,)."""
-    base_body: int
-    """Index of the base link."""
-    arm_positions: Indices
-    """Index of every arm joint in qpos, shape (n,)."""
-    arm_velocities: Indices
-    """Index of every arm joint in qvel, shape (n,)."""
-    hinge_position: int
-    """Index of the hinge in qpos."""
-    hinge_velocity: int
-    """Index of the hinge in qvel."""
-    hinge: Door
-    """The door as it is."""
-    tip_shapes: frozenset[int]
-    """Geometry indices of the tip."""
-    leaf_shapes: frozenset[int]
-    """Geometry indices of the leaf."""
-    leaf_body: int
-    """Index of the leaf."""
-    normal_in_leaf: Array
-    """n_D in the leaf's body, shape (3,)."""
-    n_rotors: int
-    """Number of rotors; their controls come first."""
+    engine_model: Any  # mjModel
+    data: Any  # mjData
+    root_to_base: Array  # homogeneous matrix of the base link in the free body, shape (4, 4)
+    root_to_base_quaternion: Array  # its rotation as [w, x, y, z], shape (4,)
+    base_body: int  # index of the base link
+    arm_positions: Indices  # index of every arm joint in qpos, shape (n,)
+    arm_velocities: Indices  # index of every arm joint in qvel, shape (n,)
+    hinge_position: int  # index of the hinge in qpos
+    hinge_velocity: int  # index of the hinge in qvel
+    hinge: Door  # the door as it is
+    tip_shapes: frozenset[int]  # geometry indices of the tip
+    leaf_shapes: frozenset[int]  # geometry indices of the leaf
+    leaf_body: int  # index of the leaf
+    normal_in_leaf: Array  # n_D in the leaf's body, shape (3,)
+    n_rotors: int  # number of rotors; their controls come first
 
     @property
     def door_angle(self) -> float:

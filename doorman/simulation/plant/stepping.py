@@ -18,6 +18,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.compilation import kernel
 from doorman.numba_types.pointers import call_with_two
 from doorman.simulation.plant.onboard.step import (
@@ -28,7 +29,6 @@ from doorman.simulation.plant.onboard.step import (
     rotate_back,
 )
 
-Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 STANDS = 2e-4
@@ -38,27 +38,18 @@ STANDS = 2e-4
 class Engine(NamedTuple):
     """Where MuJoCo's step and what it works on are, and views of its memory."""
 
-    addresses: Indices
-    """Of `mj_step`, of the MjModel and of the MjData, shape (3,)."""
+    addresses: Indices  # of `mj_step`, of the MjModel and of the MjData, shape (3,)
     qpos: Array
     qvel: Array
     control: Array
-    applied: Array
-    """Forces on the joints beside the actuators', shape (nv,)."""
-    constrained: Array
-    """Forces of constraints on the joints, shape (nv,)."""
-    frictions: Array
-    """Of the joints, shape (nv,)."""
-    contacts: Array
-    """Numbers of all contacts and of those of tip and leaf, shape (2,)."""
-    tied: NDArray[np.bool_]
-    """Whether the tip is tied to the leaf, shape (1,), or nothing where it cannot be."""
-    leaf_axes: Array
-    """Rotation of the leaf's body, row by row, shape (9,)."""
-    made: Array
-    """Of the rotors: activations or controls, at least of shape (m,) [N]."""
-    gears: Array
-    """Of the actuators, shape (nu, 6)."""
+    applied: Array  # forces on the joints beside the actuators', shape (nv,)
+    constrained: Array  # forces of constraints on the joints, shape (nv,)
+    frictions: Array  # of the joints, shape (nv,)
+    contacts: Array  # numbers of all contacts and of those of tip and leaf, shape (2,)
+    tied: NDArray[np.bool_]  # whether the tip is tied to the leaf, shape (1,), or nothing where it cannot be
+    leaf_axes: Array  # rotation of the leaf's body, row by row, shape (9,)
+    made: Array  # of the rotors: activations or controls, at least of shape (m,) [N]
+    gears: Array  # of the actuators, shape (nu, 6)
 
 
 class StepParameters(NamedTuple):
@@ -66,24 +57,16 @@ class StepParameters(NamedTuple):
 
     engine: Engine
     onboard: OnboardParameters
-    command: Array
-    """See `onboard_step`, shape (7 + n,)."""
-    rotors: Array
-    """Set points of somebody else who flies, shape (m,) [N]; NaN where the onboard loop does."""
-    hinge: Array
-    """Torque on the hinge's joint, its friction, and its stiction; shape (3,), in the joint's units."""
-    hinge_at: Indices
-    """The hinge in qpos and in qvel, shape (2,)."""
-    normal_in_leaf: Array
-    """n_D in the leaf's body, shape (3,)."""
-    place_in_root: Array
-    """Of the base link in the free body, shape (3,) [m]."""
-    arm_at: Indices
-    """Arm joints in qpos and in qvel, shape (2, n)."""
+    command: Array  # see `onboard_step`, shape (7 + n,)
+    rotors: Array  # set points of somebody else who flies, shape (m,) [N]; NaN where the onboard loop does
+    hinge: Array  # torque on the hinge's joint, its friction, and its stiction; shape (3,), in the joint's units
+    hinge_at: Indices  # the hinge in qpos and in qvel, shape (2,)
+    normal_in_leaf: Array  # n_D in the leaf's body, shape (3,)
+    place_in_root: Array  # of the base link in the free body, shape (3,) [m]
+    arm_at: Indices  # arm joints in qpos and in qvel, shape (2, n)
     tip: Array
     """Result: force on the door, shape (3,) [N], its share along n_D, and the largest pull and push; shape (6,)."""
-    hinge_before: Array
-    """Result: value of the hinge's joint before the last step, shape (1,)."""
+    hinge_before: Array  # result: value of the hinge's joint before the last step, shape (1,)
     truth: Array
     """Result: position, velocity, attitude, body rates, arm angles, arm rates and rotor thrusts, shape (12 + 2 n + m,)."""
 

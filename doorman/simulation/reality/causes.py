@@ -18,7 +18,7 @@ FRAME, LATE, NOISY = "the frame of the poses moved", "the poses were late", "the
 WEAK = "the thrust is not what it is told to be"
 
 _WIND_SHARE = 0.1
-"""Of the weight, from which on wind counts as strong: a tenth is a tilt of 6 degrees."""
+"""Share of the weight from which on wind counts as strong: a tenth is a tilt of 6 degrees."""
 _FAR, _TURNED, _OPEN = 0.01, math.radians(1.0), math.radians(2.0)
 """A door so far from where it is believed [m], [rad], or so far open [rad], counts as elsewhere, or ajar."""
 _MOVED = 0.01

@@ -11,15 +11,13 @@ leaf: it falls as the velocity of an image behind the wall, and is F_w where the
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.kinematics.doors.door import Door
 from doorman.model import Model
 from doorman.simulation.plant.onboard.rotors import RotorLayout
 from doorman.simulation.plant.plant import Plant
 from doorman.simulation.reality.true_thrust import rotor_radius
-
-Array = NDArray[np.float64]
 
 
 class Drag:

@@ -12,8 +12,7 @@ class Jumps:
 
     def __init__(self, rate: float, seed: tuple[int, int]) -> None:
         self._rate = rate
-        self.generator = np.random.default_rng(list(seed))
-        """For what jumps draw."""
+        self.generator = np.random.default_rng(list(seed))  # for what jumps draw
         self._next = math.inf
         if rate > 0.0:
             self._next = self._wait()

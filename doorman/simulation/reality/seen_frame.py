@@ -13,15 +13,13 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.scenario import SensorsSection
 from doorman.simulation.reality.jumps import Jumps
 
-Array = NDArray[np.float64]
-
 _FRAME = 3
-"""Of the random numbers of one seed, the stream that moves the frame."""
+"""Stream of random numbers of a seed that moves the frame."""
 
 
 class SeenFrame:

@@ -16,14 +16,12 @@ import math
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.model import Model
 from doorman.scenario import SimulationSection
 from doorman.simulation.plant.onboard.rotors import RotorLayout
 from doorman.simulation.plant.plant import Plant
-
-Array = NDArray[np.float64]
 
 _NEAREST = 0.5
 """Rotors count as no nearer to floor and ceiling than this share of their radius: below it neither model was measured."""

@@ -12,7 +12,7 @@ from doorman.model import Model
 _MASSLESS, _BALL = 1e-3, 0.03
 """An arm that is lighter has no mass in the URDF [kg]; radius of the balls that stand for its links [m]."""
 _LEAST_SHARE = 0.05
-"""Of the vehicle's mass that the base link has at least, where the centre of mass is moved by it."""
+"""Least share of the vehicle's mass in the base link if that moves the centre of mass."""
 
 
 def make_true(vehicle: Any, base: Any, model: Model) -> None:

@@ -13,13 +13,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.exceptions import BackendError, how_to_install
 from doorman.hardware.door.config import CameraConfig
 from doorman.hardware.door.sample import MarkPose
 from doorman.hardware.quaternions import from_rotation
 from doorman.kinematics.rotations import rotation_body_to_world
-
-Array = NDArray[np.float64]
 
 _PLACES = np.linspace(0.12, 0.88, 24)
 """Along an edge, where it is looked for: its ends are rounded by blur."""
@@ -40,10 +39,8 @@ _OPTICAL = np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
 class SeenTag:
     """A tag in a picture."""
 
-    corners: Array
-    """Of its black square, from the upper left one clockwise as it is printed, shape (4, 2) [pixel]."""
-    pose: MarkPose
-    """In the vehicle's body."""
+    corners: Array  # of its black square, from the upper left one clockwise as it is printed, shape (4, 2) [pixel]
+    pose: MarkPose  # in the vehicle's body
 
 
 class TagDetector:

@@ -17,10 +17,8 @@ from doorman.hardware.door.tags.detector import opencv
 class Picture(NamedTuple):
     """One picture."""
 
-    time: float
-    """When it was exposed, by `time.monotonic` [s]."""
-    grey: NDArray[np.uint8]
-    """Shape (height, width)."""
+    time: float  # when it was exposed, by `time.monotonic` [s]
+    grey: NDArray[np.uint8]  # shape (height, width)
 
 
 Pictures = Callable[[], Picture | None]

@@ -5,14 +5,12 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.hardware.door.config import CameraConfig, Mark
 from doorman.hardware.quaternions import from_rotation, to_attitude
 from doorman.kinematics.doors.door import Door
 from doorman.model import Model
-
-Array = NDArray[np.float64]
 
 LEAF_TAG, FRAME_TAG = "2", "3"
 _CLEAR = 0.12

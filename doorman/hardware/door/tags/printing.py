@@ -19,7 +19,7 @@ from doorman.hardware.door.tags.detector import dictionary, opencv
 PAPERS = {"a4": (210.0, 297.0), "a3": (297.0, 420.0), "letter": (215.9, 279.4)}
 """Width and height by name [mm]."""
 CELLS = 8
-"""Of a tag's edge, with its black border."""
+"""Cells along a tag's edge, with its black border."""
 _POINT = 72.0 / 25.4
 """Points of a millimetre."""
 _RULER = 100.0

@@ -13,7 +13,6 @@ from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
 
 import numpy as np
-from numpy.typing import NDArray
 
 from doorman.copying import Uncopied
 from doorman.exceptions import BackendError
@@ -24,7 +23,6 @@ from doorman.hardware.door.tags.pictures import Pictures, Video
 from doorman.hardware.quaternions import from_rotation, to_rotation
 from doorman.kinematics.rotations import rotation_body_to_world
 
-Array = NDArray[np.float64]
 _Found = tuple[float, dict[int, MarkPose]]
 
 _AGAIN_AFTER = 1.0

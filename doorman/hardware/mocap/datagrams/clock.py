@@ -11,7 +11,7 @@ A clock that a time server slews would look like a queue that grows: times are t
 from __future__ import annotations
 
 _DRIFT = 1e-4
-"""Of two crystals against each other, at most [s/s]."""
+"""Largest drift of two crystals against each other [s/s]."""
 _DRIFTED = 0.01
 """Lateness that may still be drift [s]."""
 

@@ -25,7 +25,7 @@ REFUSED_ITEM = 255
 REFUSALS = (MocapFault.FOREIGN, MocapFault.CORRUPT)
 """Why a sender refuses frames."""
 MOST_ITEMS = 255
-"""Of a packet."""
+"""Most items of a packet."""
 NAME_SIZE = 24
 _HEADER = struct.Struct("<IB")
 _ITEM = struct.Struct("<BH")
@@ -36,20 +36,16 @@ class TrackedObject(NamedTuple):
     """An object as Tracker sees it."""
 
     name: str
-    translation: Vector
-    """In Vicon's axes [mm]."""
-    rotation: Vector
-    """About x, y' and z'' [rad]."""
+    translation: Vector  # in Vicon's axes [mm]
+    rotation: Vector  # about x, y' and z'' [rad]
 
 
 class ObjectPacket(NamedTuple):
     """Content of one datagram; a frame may take several."""
 
-    frame_number: int
-    """Modulo 2³²."""
+    frame_number: int  # modulo 2³²
     objects: tuple[TrackedObject, ...]
-    refused: tuple[MocapFault, ...] = ()
-    """Why the sender has refused frames since its last packet, once for each."""
+    refused: tuple[MocapFault, ...] = ()  # why the sender has refused frames since its last packet, once for each
 
 
 class Malformed(NamedTuple):

@@ -36,10 +36,8 @@ class RateMonitor:
         self._first: tuple[int, float] | None = None
         self._quick = _Bins(_QUICK_BIN, _QUICK_BINS)
         self._exact = _Bins(_EXACT_BIN, _LEARNING_BINS)
-        self.quick: float | None = None
-        """Deviation over the last 0.8 s; None for the first 0.3 s."""
-        self.exact: float | None = None
-        """Deviation over up to 10 s; None for the first 4 s."""
+        self.quick: float | None = None  # deviation over the last 0.8 s; None for the first 0.3 s
+        self.exact: float | None = None  # deviation over up to 10 s; None for the first 4 s
         self.learnt: float | None = None
         """Deviation of the cameras' rate: `exact`, until that over 20 s has been steady, which is kept."""
         self._settled = False

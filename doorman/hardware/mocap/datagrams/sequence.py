@@ -12,7 +12,7 @@ EARLY = 0.02
 FORGIVEN = 2.0
 """So late a frame may be; what is later still belongs to a stream whose numbers began anew [s]."""
 PACE = 0.03
-"""By which frames that begin anew may miss their pace [s]."""
+"""Tolerance on the pace of frames that begin anew [s]."""
 NEW_RUN = 10
 """Frames in a row, at the nominal rate, that make a new beginning."""
 _REMEMBERED = 64
@@ -40,8 +40,7 @@ class FrameSequence:
         self._run: list[tuple[int, float]] = []
         self._recent: deque[int] = deque(maxlen=_REMEMBERED)
         self._strides: deque[int] = deque(maxlen=16)
-        self.newest: int | None = None
-        """Newest frame; None before the first."""
+        self.newest: int | None = None  # newest frame; None before the first
         self.skipped = 0
         """Frames that are missing before the newest, beyond what is usual for a stream that sends every n-th."""
 

@@ -31,20 +31,13 @@ Sender = tuple[str, int]
 class Reading(NamedTuple):
     """A measurement of the object that has not been seen before."""
 
-    frame: int
-    """Number of its frame, without wraps."""
-    frame_number: int
-    """Its number modulo 2³², as the cameras send it."""
-    arrival: float
-    """By `time.monotonic` [s]."""
-    time: float
-    """When it was true, by the same clock [s]."""
-    translation: Vector
-    """[mm]."""
-    rotation: Vector
-    """[rad]."""
-    era: int
-    """Counts how often the frame numbers began anew."""
+    frame: int  # number of its frame, without wraps
+    frame_number: int  # its number modulo 2³², as the cameras send it
+    arrival: float  # by `time.monotonic` [s]
+    time: float  # when it was true, by the same clock [s]
+    translation: Vector  # [mm]
+    rotation: Vector  # [rad]
+    era: int  # counts how often the frame numbers began anew
 
 
 class StreamReader:
@@ -62,11 +55,9 @@ class StreamReader:
         self._repeats = 0
         self._poses: dict[tuple[Vector, Vector], None] = {}
         self._era = 0
-        self.names: dict[str, None] = {}
-        """Objects that were in the stream."""
+        self.names: dict[str, None] = {}  # objects that were in the stream
         self.monitor = RateMonitor(config.rate)
-        self.last_packet: float | None = None
-        """When the newest packet came [s]."""
+        self.last_packet: float | None = None  # when the newest packet came [s]
 
     @property
     def frame_rate(self) -> float:

@@ -21,16 +21,11 @@ from doorman.hardware.quaternions import Vector, angle_between
 class MotionGate:
     """Limits of the vehicle's motion and of the poses' noise."""
 
-    max_speed: float
-    """[m/s]."""
-    max_acceleration: float
-    """[m/s²]."""
-    max_rotation_rate: float
-    """[rad/s]."""
-    position_slack: float
-    """n: what noise and vibration add [m]."""
-    attitude_slack: float
-    """n_q [rad]."""
+    max_speed: float  # [m/s]
+    max_acceleration: float  # [m/s²]
+    max_rotation_rate: float  # [rad/s]
+    position_slack: float  # n: what noise and vibration add [m]
+    attitude_slack: float  # n_q [rad]
 
     def beyond_speed(self, former: TimedPose, pose: TimedPose) -> str:
         """Whether the body would have had to move or turn too fast from pose to pose."""

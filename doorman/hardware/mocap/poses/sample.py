@@ -10,13 +10,9 @@ import math
 from dataclasses import dataclass, replace
 from enum import Enum
 
-import numpy as np
-from numpy.typing import NDArray
-
+from doorman.arrays import Array, frozen
 from doorman.hardware.mocap.faults import MocapFault
 from doorman.hardware.quaternions import Quaternion, Vector, from_rotation_vector, multiply, to_attitude
-
-Array = NDArray[np.float64]
 
 
 class PoseQuality(Enum):
@@ -65,7 +61,7 @@ class PoseSample:
     """Whether the pose is `MEASURED`: only then may it be handed on as a measurement."""
     quality: PoseQuality
     origin: PoseSample | None = None
-    """Of a predicted pose, the measurement that it was carried on from."""
+    """Measurement from which a predicted pose was extrapolated."""
     track: int = 0
     """Grows by one whenever the body is found again after a gap longer than `stale_after`: it may be another body then."""
     shift: Vector = (0.0, 0.0, 0.0)
@@ -104,9 +100,9 @@ class PoseSample:
         quaternion = multiply((w, x, y, z), from_rotation_vector((turn_x, turn_y, turn_z)))
         return replace(
             self,
-            position=read_only(self.position + age * self.velocity),
-            attitude=read_only(to_attitude(quaternion)),
-            quaternion=read_only(quaternion),
+            position=frozen(self.position + age * self.velocity),
+            attitude=frozen(to_attitude(quaternion)),
+            quaternion=frozen(quaternion),
             age=age,
             fresh=False,
             quality=PoseQuality.PREDICTED,
@@ -128,22 +124,15 @@ def measured(
 ) -> PoseSample:
     """Sample of a new measurement."""
     return PoseSample(
-        time, read_only(position), read_only(to_attitude(quaternion)), read_only(quaternion), read_only(velocity),
-        read_only(body_rates), frame_number, count, MocapFault.NONE, 0.0, True, PoseQuality.MEASURED, track=track, shift=shift,
+        time, frozen(position), frozen(to_attitude(quaternion)), frozen(quaternion), frozen(velocity),
+        frozen(body_rates), frame_number, count, MocapFault.NONE, 0.0, True, PoseQuality.MEASURED, track=track, shift=shift,
         lateness=lateness,
     )  # fmt: skip
 
 
 def nothing_yet() -> PoseSample:
     """Sample before the first measurement."""
-    three, four = read_only((math.nan,) * 3), read_only((math.nan,) * 4)
+    three, four = frozen((math.nan,) * 3), frozen((math.nan,) * 4)
     return PoseSample(
         -math.inf, three, three, four, three, three, -1, 0, MocapFault.NONE, math.inf, False, PoseQuality.NONE
     )
-
-
-def read_only(values: tuple[float, ...] | Array) -> Array:
-    """Array that cannot be written to."""
-    array = np.array(values, dtype=np.float64)
-    array.flags.writeable = False
-    return array

@@ -23,10 +23,8 @@ class PoseTracker:
         self._alignment = config.alignment()
         self._gate = config.gate()
         self._filter = VelocityFilter(config.velocity_window)
-        self._run: list[TimedPose] = []
-        """Poses off the track that agree with each other."""
-        self._leap: Vector | None = None
-        """By how much the first of them was off the course; None after a gap [m]."""
+        self._run: list[TimedPose] = []  # poses off the track that agree with each other
+        self._leap: Vector | None = None  # by how much the first of them was off the course; None after a gap [m]
         self._shift: Vector = (0.0, 0.0, 0.0)
         self._era = self._track = 0
 

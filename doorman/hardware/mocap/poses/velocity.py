@@ -24,12 +24,9 @@ _TOLERANCE = 1e-9
 class TimedPose(NamedTuple):
     """A pose of the body."""
 
-    time: float
-    """By the frames' own clock [s]."""
-    position: Vector
-    """World frame [m]."""
-    quaternion: Quaternion
-    """Body to world."""
+    time: float  # by the frames' own clock [s]
+    position: Vector  # world frame [m]
+    quaternion: Quaternion  # body to world
 
 
 class VelocityFilter:
@@ -38,12 +35,9 @@ class VelocityFilter:
     def __init__(self, window: float) -> None:
         self._window = window
         self._poses: deque[TimedPose] = deque()
-        self.velocity: Vector = (0.0, 0.0, 0.0)
-        """World frame [m/s]; means nothing before there are two poses."""
-        self.body_rates: Vector = (0.0, 0.0, 0.0)
-        """Body frame [rad/s]."""
-        self.lag = 0.0
-        """Between the time for which these are true and the newest pose [s]."""
+        self.velocity: Vector = (0.0, 0.0, 0.0)  # world frame [m/s]; means nothing before there are two poses
+        self.body_rates: Vector = (0.0, 0.0, 0.0)  # body frame [rad/s]
+        self.lag = 0.0  # between the time for which these are true and the newest pose [s]
 
     @property
     def newest(self) -> TimedPose | None:

@@ -17,10 +17,8 @@ _EVERY = 0.001
 class PolledReceiver(MocapReceiver):
     """Asks a source, which is set before `open`; it says itself what is wrong with its poses."""
 
-    source: PoseSource
-    """Who brings the poses."""
-    config: MocapConfig
-    """Rate, latency and limits; its connection is of no use."""
+    source: PoseSource  # who brings the poses
+    config: MocapConfig  # rate, latency and limits; its connection is of no use
 
     def open(self, timeout: float | None = None) -> None:
         """Open the source, and wait for a usable pose."""

@@ -33,7 +33,7 @@ _DELAYS = np.arange(-0.04, 0.2001, 0.01)
 """Delays of velocity behind thrust that are tried: motors, estimator and lines; late thrust readings seem to lead [s]."""
 _ENOUGH_READINGS = 20
 _CORRELATED = 3.0
-"""By which the least squares' deviation is too small: neighbouring velocities of an estimator err alike."""
+"""Factor on the least squares' deviation: errors of an estimator's neighbouring velocities are correlated."""
 
 
 @dataclass(frozen=True)

@@ -25,7 +25,7 @@ from doorman.kinematics.vehicles.rotor_layout import RotorLayout
 COUNT, OLD_SWITCH = "CA_ROTOR_COUNT", "SYS_CTRL_ALLOC"
 """Number of rotors, and the switch that PX4 1.13 allocates by or not."""
 _MOST_ROTORS = 12
-"""That PX4 has parameters of."""
+"""Most rotors for which PX4 has parameters."""
 _NO_MATTER = 1e-6
 """Share of a rotor's thrust below which it takes no part in a force to the side."""
 _SAME_AXIS, _SAME_PLACE = 0.05, 0.2

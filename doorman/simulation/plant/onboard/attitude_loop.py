@@ -16,13 +16,11 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from doorman.arrays import Array
 from doorman.compilation import kernel
 from doorman.dynamics.attitude_loop import USUAL_LAG, AttitudeLoop
-
-Array = NDArray[np.float64]
-
 
 _QUICKEST, _USUAL_MOTORS = USUAL_LAG, 0.03
 """No loop is quicker than the first with motors whose lag is the second [s]: without feed-forward it would saturate them."""
@@ -88,16 +86,11 @@ def _damping(overshoot: float) -> float:
 class AttitudeParameters(NamedTuple):
     """Numbers and memory of the attitude kernels."""
 
-    gains: Array
-    """Rows K_a, K_p, K_i, K_d, largest rates, largest integral; shape (6, 3)."""
-    inertia: Array
-    """I_A, shape (3, 3) [kg m²]."""
-    timing: Array
-    """Period [s] and share of the derivative's low-pass that passes in one, shape (2,)."""
-    memory: Array
-    """Rows integral z, last rates, filtered dΩ/dt, rate errors; shape (4, 3)."""
-    torque: Array
-    """Result: τ, shape (3,), body frame [N m]."""
+    gains: Array  # rows K_a, K_p, K_i, K_d, largest rates, largest integral; shape (6, 3)
+    inertia: Array  # I_A, shape (3, 3) [kg m²]
+    timing: Array  # period [s] and share of the derivative's low-pass that passes in one, shape (2,)
+    memory: Array  # rows integral z, last rates, filtered dΩ/dt, rate errors; shape (4, 3)
+    torque: Array  # result: τ, shape (3,), body frame [N m]
 
     @classmethod
     def of(

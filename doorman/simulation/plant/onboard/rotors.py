@@ -16,32 +16,24 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.compilation import kernel
 from doorman.kinematics.vehicles.rotor_layout import RING_RADIUS as RING_RADIUS
 from doorman.kinematics.vehicles.rotor_layout import RING_SIZE as RING_SIZE
 from doorman.kinematics.vehicles.rotor_layout import RotorLayout as RotorLayout
 from doorman.kinematics.vehicles.rotor_layout import rotor_layout as rotor_layout
 
-Array = NDArray[np.float64]
-
 
 class MixerParameters(NamedTuple):
     """Numbers of the mixer kernel."""
 
-    inverse: Array
-    """B⁺, shape (m, 4), see `RotorLayout.inverse`."""
-    side_inverse: Array
-    """Of a force to the side, shape (m, 2)."""
-    allocation: Array
-    """B, shape (4, m)."""
-    max_thrusts: Array
-    """Shape (m,) [N]."""
-    thrusts: Array
-    """Result: thrust set point of every rotor, shape (m,) [N]."""
-    achieved: Array
-    """Result: [f_t, τ] that these make, shape (4,)."""
+    inverse: Array  # B⁺, shape (m, 4), see `RotorLayout.inverse`
+    side_inverse: Array  # of a force to the side, shape (m, 2)
+    allocation: Array  # B, shape (4, m)
+    max_thrusts: Array  # shape (m,) [N]
+    thrusts: Array  # result: thrust set point of every rotor, shape (m,) [N]
+    achieved: Array  # result: [f_t, τ] that these make, shape (4,)
 
     @classmethod
     def of(cls, layout: RotorLayout) -> MixerParameters:

@@ -16,11 +16,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.compilation import kernel
 from doorman.kinematics.scale import Scale
 from doorman.kinematics.vehicles.vehicle import Vehicle
-
-Array = NDArray[np.float64]
 
 _ARMATURE = 0.01
 """Inertia of a servo's motor seen through its gear, of the shipped vehicle as all servos here [kg m²]."""
@@ -31,7 +30,7 @@ _INTEGRAL_GAIN = 2000.0
 _BRAKING = 10.0
 """Deceleration towards a joint's end [rad/s²]: half of what the torque limit allows with the default gains at 1 kHz."""
 _LEVER = 0.25
-"""Of the turning servo that a sliding one is as stiff as: gains and inertia by its square, braking by itself [m]."""
+"""Lever of the turning servo with the stiffness of a sliding one; its square scales gains and inertia, itself braking [m]."""
 UNLIMITED = 1e6
 """Stands for a limit that the URDF leaves out (zero or infinite)."""
 
@@ -66,18 +65,14 @@ def servo_numbers(vehicle: Vehicle) -> tuple[Array, Array, Array, Array]:
 class ServoParameters(NamedTuple):
     """Numbers and memory of the servo kernel."""
 
-    positions: NDArray[np.int64]
-    """Index of every joint in qpos, shape (n,)."""
-    velocities: NDArray[np.int64]
-    """Index of every joint in qvel, shape (n,)."""
+    positions: NDArray[np.int64]  # index of every joint in qpos, shape (n,)
+    velocities: NDArray[np.int64]  # index of every joint in qvel, shape (n,)
     limits: Array
     """Rows lower [rad], upper [rad], largest rate [rad/s], largest torque [N m], or in m and N; shape (4, n)."""
     gains: Array
     """Rows K_v [N m s/rad], K_i [N m/rad], braking [rad/s²], in N and m where a joint slides; shape (3, n)."""
-    integral: Array
-    """Memory: z, shape (n,) [N m]."""
-    period: float
-    """Of the loop [s]."""
+    integral: Array  # memory: z, shape (n,) [N m]
+    period: float  # of the loop [s]
 
     @classmethod
     def of(

@@ -4,15 +4,11 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
+from doorman.arrays import Array
 from doorman.compilation import kernel
 from doorman.simulation.plant.onboard.attitude_loop import AttitudeParameters, attitude_torque, integrate_rate_error
 from doorman.simulation.plant.onboard.rotors import MixerParameters, add_side, mix
 from doorman.simulation.plant.onboard.servos import ServoParameters, servo_references
-
-Array = NDArray[np.float64]
 
 
 class OnboardParameters(NamedTuple):
@@ -20,13 +16,10 @@ class OnboardParameters(NamedTuple):
 
     attitude: AttitudeParameters
     mixer: MixerParameters
-    root_to_base: Array
-    """Quaternion of the base link in the free body, shape (4,)."""
+    root_to_base: Array  # quaternion of the base link in the free body, shape (4,)
     servos: ServoParameters
-    quaternion: Array
-    """Scratch: attitude of the base link, shape (4,)."""
-    rates: Array
-    """Scratch: body rates in the base link, shape (3,)."""
+    quaternion: Array  # scratch: attitude of the base link, shape (4,)
+    rates: Array  # scratch: body rates in the base link, shape (3,)
 
 
 @kernel

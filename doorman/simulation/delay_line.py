@@ -1,0 +1,54 @@
+"""Commands on their way: so many at most in a time, each late by a constant and by chance."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from typing import Generic, TypeVar
+
+import numpy as np
+
+Sent = TypeVar("Sent")
+
+_OWN = 67
+"""Keeps its draws apart from those of sensors and gusts of the same seed."""
+_ROUNDED = 1e-9
+"""Rounding error of a sum of periods [s]."""
+
+
+class DelayLine(Generic[Sent]):
+    """Commands that arrive later than they were sent; none overtakes another."""
+
+    def __init__(self, delay: float = 0.0, jitter: float = 0.0, rate: float | None = None, seed: int = 0) -> None:
+        self._delay, self._jitter = delay, jitter
+        self._interval = 0.0 if rate is None else 1.0 / rate
+        self._draw = np.random.default_rng([seed, _OWN])
+        self._on_the_way: deque[tuple[float, Sent]] = deque()
+        self._next = 0.0
+
+    @property
+    def is_plain(self) -> bool:
+        """Whether every command is there at once."""
+        return self._delay == self._jitter == self._interval == 0.0
+
+    @property
+    def due(self) -> float:
+        """When the next command arrives; ∞ if none is on its way."""
+        return self._on_the_way[0][0] if self._on_the_way else math.inf
+
+    def send(self, now: float, command: Sent) -> None:
+        """Send a command, unless the last one was sent too short a time ago."""
+        if now < self._next - _ROUNDED:
+            return
+        self._next = max(self._next + self._interval, now)
+        arrives = now + self._delay + self._jitter * float(self._draw.random())
+        if self._on_the_way:
+            arrives = max(arrives, self._on_the_way[-1][0])
+        self._on_the_way.append((arrives, command))
+
+    def arrived(self, now: float) -> Sent | None:
+        """The newest command that has arrived and was not handed out before."""
+        newest: Sent | None = None
+        while self._on_the_way and self.due <= now + _ROUNDED:
+            newest = self._on_the_way.popleft()[1]
+        return newest
