@@ -190,12 +190,12 @@ def _ended_by_exceptions(may: Callable[[], bool]) -> Iterator[None]:
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    asked, interrupted_at = False, -math.inf
+    stopped, interrupted_at = False, -math.inf
 
     def end(number: int, _: FrameType | None) -> None:
-        nonlocal asked
-        if may() and not asked:
-            asked = True
+        nonlocal stopped
+        if may() and not stopped:
+            stopped = True
             raise SystemExit(128 + number)
 
     def interrupt(number: int, frame: FrameType | None) -> None:

@@ -1,7 +1,7 @@
 """Summary of a run: the figures of `summary.json`, from the true states where a simulator recorded them."""
 
 from doorman.summary.figures import summarize
-from doorman.summary.measured import has_measured_leaf, told_by_the_leaf
+from doorman.summary.measured import has_measured_leaf, sentence_by_the_leaf
 from doorman.summary.outcome import (
     COMPLETED,
     FLOWN,
@@ -25,6 +25,6 @@ __all__ = [
     "has_measured_leaf",
     "summarize",
     "time_to_open",
-    "told_by_the_leaf",
+    "sentence_by_the_leaf",
     "verdict",
 ]

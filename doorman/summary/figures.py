@@ -22,8 +22,8 @@ from doorman.summary.outcome import (
     TOUCHED,
     missed,
     rate_at_the_end,
+    reported_outcome,
     time_to_open,
-    told_outcome,
 )
 from doorman.summary.plans import planner_figures, realtime_factor
 from doorman.summary.safety import (
@@ -53,7 +53,7 @@ def summarize(recording: Recording, model: Model, touched_after: int = 0) -> dic
     touched_at = float(time[touched[0]]) if len(touched) else float(time[0])
     moving = rate_at_the_end(recording)
     opened_at = time_to_open(time, angle, target) if abs(moving) < STANDS else None
-    outcome, reason = told_outcome(recording)
+    outcome, reason = reported_outcome(recording)
     states = recording["mission"]["state"].tolist()
     if outcome == COMPLETED and opened_at is None:
         outcome, reason = GOAL_MISSED, missed(model.true_door, float(angle[-1]), target, moving, reason)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from doorman.arrays import Array
 from doorman.model import Model
 from doorman.recording import Recording
-from doorman.summary.outcome import COMPLETED, GOAL_MISSED, STANDS, STANDS_FOR, missed, time_to_open, told_outcome
+from doorman.summary.outcome import COMPLETED, GOAL_MISSED, STANDS, STANDS_FOR, missed, reported_outcome, time_to_open
 
 JUDGED_BY = "the measured leaf"
 _TOUCHES = 0.015
@@ -27,7 +27,7 @@ def measured_figures(recording: Recording, model: Model) -> dict[str, Any]:
     late = time >= time[-1] - STANDS_FOR
     moving = float(np.polyfit(time[late], angle[late], 1)[0]) if late.sum() > 2 else 0.0
     opened_at = time_to_open(time, angle, target) if abs(moving) < STANDS else None
-    outcome, reason = told_outcome(recording)
+    outcome, reason = reported_outcome(recording)
     if outcome == COMPLETED and opened_at is None:
         outcome, reason = GOAL_MISSED, missed(door, float(angle[-1]), target, moving, reason)
     gap = gaps(recording, model)
@@ -49,7 +49,7 @@ def measured_figures(recording: Recording, model: Model) -> dict[str, Any]:
     }
 
 
-def told_by_the_leaf(figures: dict[str, Any], unit: str = "°") -> str:
+def sentence_by_the_leaf(figures: dict[str, Any], unit: str = "°") -> str:
     """A sentence of what the sensor of the door says of a flight."""
     final, target = figures["final_door_angle_deg"], figures["target_door_angle_deg"]
     where = f"the door ended at {final:.1f}{unit}, {abs(final - target):.1f}{unit} from the target"

@@ -70,7 +70,7 @@ def missed(door: Door, angle: float, target: float, moving: float, said: str) ->
     return f"{why}; the mission said: {said}" if said else why
 
 
-def told_outcome(recording: Recording) -> tuple[str, str]:
+def reported_outcome(recording: Recording) -> tuple[str, str]:
     """How the mission ended by its own account."""
     mission = recording["mission"]
     states, words = [str(state) for state in mission["state"]], str(mission["message"][-1])

@@ -36,9 +36,9 @@ def merge_log(run: Path, log: Path, offset: float | None, out: Path | None, as_j
     counts = write_merged(recording, flown, found, target)
     deviation = found.deviation if math.isfinite(found.deviation) else None
     if as_json:
-        told = {"offset": found.offset, "deviation": deviation, "by": found.by}
+        clock = {"offset": found.offset, "deviation": deviation, "by": found.by}
         typer.echo(
-            json.dumps({"file": str(target), **told, "topics": counts, "damaged": dict(flown.damaged)}, indent=2)
+            json.dumps({"file": str(target), **clock, "topics": counts, "damaged": dict(flown.damaged)}, indent=2)
         )
         return 0
     around = "" if deviation is None else f" ± {1e3 * deviation:.1f} ms"

@@ -52,12 +52,12 @@ def run_bridge(
         typer.echo(f"The bridge runs until Ctrl-C; start the flight with --feed {publisher.port}.")
         for part in parts:
             part.start()
-        told: set[str] = set()
+        printed: set[str] = set()
         while not over.wait(_TELLS_EVERY):
-            _tell(publisher, subscriber, told)
+            _print_news(publisher, subscriber, printed)
         for part in parts:
             part.join(1.0)
-        _tell(publisher, subscriber, told)
+        _print_news(publisher, subscriber, printed)
         taken = "" if subscriber is None else f", took {subscriber.received} poses, left out {subscriber.refused}"
         typer.echo(f"Published {publisher.published} messages of the flight{taken}.")
         for part in parts:
@@ -66,9 +66,9 @@ def run_bridge(
     return 0
 
 
-def _tell(publisher: FlightPublisher, subscriber: PoseSubscriber | None, told: set[str]) -> None:
-    for reason in set(publisher.refusals) - told:
-        told.add(reason)
+def _print_news(publisher: FlightPublisher, subscriber: PoseSubscriber | None, printed: set[str]) -> None:
+    for reason in set(publisher.refusals) - printed:
+        printed.add(reason)
         typer.echo(f"doorman: feed: left out: {reason}", err=True)
     for event in [] if subscriber is None else subscriber.events():
         typer.echo(f"doorman: poses: {event.text}", err=True)

@@ -38,7 +38,7 @@ from doorman.hardware.vehicle_file import VehicleFile
 from doorman.model import Model
 from doorman.planning.planner import Planner
 from doorman.recording import Recorder, Recording
-from doorman.summary import has_measured_leaf, summarize, told_by_the_leaf
+from doorman.summary import has_measured_leaf, sentence_by_the_leaf, summarize
 
 _COLORS = {Verdict.GOOD: "green", Verdict.WARNING: "yellow", Verdict.BAD: "bold red"}
 _STATUS_PERIOD = 0.5
@@ -208,7 +208,7 @@ def _by_the_leaf(path: Path, model: Model, output: Output) -> dict[str, Any] | N
         figures = summarize(recording, model)
     except DoormanError:
         return None
-    typer.echo(told_by_the_leaf(figures), err=output != "words")
+    typer.echo(sentence_by_the_leaf(figures), err=output != "words")
     return figures
 
 

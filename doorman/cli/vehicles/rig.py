@@ -58,9 +58,9 @@ def run_rig(
     )  # fmt: skip
     header = recorded_header(scenario) | {"rig": autopilot, "motors": motors}
     witness = Witness(model)
-    asked: list[int] = []  # no Event: this thread would wait for its own lock where the signal finds it in `wait`
+    signals: list[int] = []  # no Event: this thread would wait for its own lock where the signal finds it in `wait`
     for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda number, _: asked.append(number))
+        signal.signal(number, lambda number, _: signals.append(number))
     with (
         nullcontext()
         if out is None and not judges
@@ -80,7 +80,7 @@ def run_rig(
                 words = f"Start {rig.pilot.program} in another terminal with\n{other}\n{words}"
             typer.echo(json.dumps(document) if as_json else words)
             sys.stdout.flush()
-            while not asked and rig.plant.failure is None:
+            while not signals and rig.plant.failure is None:
                 time.sleep(_LOOK)
         failure = rig.plant.failure
     if failure is not None:

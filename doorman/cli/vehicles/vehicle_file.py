@@ -24,9 +24,6 @@ from doorman.scenario import Scenario
 from doorman.scenario.files import is_path
 from doorman.scenario.toml_text import value_text
 
-_LARGEST_LAG = 1.0
-"""Largest lag that the key accepts [s]."""
-
 
 def new_file(file: Path, urdf: str, base_link: str, tip: str, every_key: bool) -> int:
     names = {"base_link": base_link, "tip": tip}

@@ -148,11 +148,11 @@ def _swing(model: Model) -> list[NDArray[np.float64]]:
 def judge_scenario(report: Report) -> Iterator[Check]:
     """Rows about the scenario."""
     yield row(
-        "scenario", report.possible, _told(report.errors) or "possible", "run doorman check: it says what to change"
+        "scenario", report.possible, _in_words(report.errors) or "possible", "run doorman check: it says what to change"
     )
     if report.warnings:
-        yield Check("scenario's warnings", Verdict.WARNING, _told(report.warnings))
+        yield Check("scenario's warnings", Verdict.WARNING, _in_words(report.warnings))
 
 
-def _told(findings: tuple[Finding, ...]) -> str:
+def _in_words(findings: tuple[Finding, ...]) -> str:
     return "; ".join(f"{finding.name}: {finding.message}" for finding in findings)

@@ -76,12 +76,12 @@ def judge_model(slope: Slope | None, model: ThrustModel | None, hover_thrust: fl
     """Why a tip that only pushes is not flown to the leaf with this thrust model; nothing if it is."""
     if slope is None or slope.deviation > _FOUND or 1.0 / _STEEPEST_PUSH <= slope.value <= _STEEPEST_PUSH:
         return ""
-    told = f"thrust grows {slope.value:.2f} times as fast as its setpoint"
+    measured = f"thrust grows {slope.value:.2f} times as fast as its setpoint"
     bounds = f"allowed for a push: {1.0 / _STEEPEST_PUSH:.2f} to {_STEEPEST_PUSH:.2f}"
     if model is None:
-        return f"{told}; {bounds}; set the autopilot's thrust model, and tune its rate loops anew"
+        return f"{measured}; {bounds}; set the autopilot's thrust model, and tune its rate loops anew"
     right = model.right_value(slope, hover_thrust)
     return (
-        f"{told}: the motors' curve is {right:.2f}, {model.name} is {model.value:.2f}; {bounds}; "
+        f"{measured}: the motors' curve is {right:.2f}, {model.name} is {model.value:.2f}; {bounds}; "
         f"set {model.name} to {right:.2f}, reboot the autopilot, and tune its rate loops anew"
     )

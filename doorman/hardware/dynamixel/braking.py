@@ -21,14 +21,14 @@ def stopping_rate(distance: float, deceleration: float, delay: float) -> float:
 
 
 def allowed_rate(
-    asked: float, angle: float, lower: float, upper: float, largest: float, deceleration: float, delay: float
+    wanted: float, angle: float, lower: float, upper: float, largest: float, deceleration: float, delay: float
 ) -> float:
-    """Rate that a joint may have: what is asked, inside its rate limit, and so that it can stop at its limits."""
-    if not (math.isfinite(asked) and math.isfinite(angle)):
+    """Rate that a joint may have: what is wanted, inside its rate limit, and so that it can stop at its limits."""
+    if not (math.isfinite(wanted) and math.isfinite(angle)):
         return 0.0
     up = min(stopping_rate(upper - angle, deceleration, delay), largest)
     down = min(stopping_rate(angle - lower, deceleration, delay), largest)
-    return max(min(asked, up), -down)
+    return max(min(wanted, up), -down)
 
 
 class RateRounder:

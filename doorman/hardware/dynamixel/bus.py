@@ -126,13 +126,13 @@ class ServoBus(Opened):
         last = (0.0, now) if worker.command is None else (worker.command.current, worker.command.grip_time)
         try:
             wanted = _finite(rates, self.config.n_joints, "rates")
-            current, asked = last if grip is None else (_grip_current(grip), now)
+            current, grip_time = last if grip is None else (_grip_current(grip), now)
         except BackendError:
             worker.command = ServoCommand((0.0,) * self.config.n_joints, last[0], now, last[1])
             raise
         if worker.latest.state is BusState.STOPPED:
             raise BackendError("the servo bus is stopped", allowed="open() before command()")
-        worker.command = ServoCommand(tuple(float(rate) for rate in wanted), current, now, asked)
+        worker.command = ServoCommand(tuple(float(rate) for rate in wanted), current, now, grip_time)
 
     def recover(self, timeout: float = 10.0) -> tuple[str, ...]:
         """Set up again every servo that is missing or has a latched fault; one that has shut down is rebooted.

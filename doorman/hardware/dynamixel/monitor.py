@@ -74,7 +74,7 @@ class ServoMonitor:
 
     @property
     def latched(self) -> ServoFault:
-        """Faults that two answers in a row have told, until the servo is set up again."""
+        """Faults that two answers in a row have reported, until the servo is set up again."""
         return self._latched
 
     def recovered(self) -> None:
@@ -122,8 +122,8 @@ class ServoMonitor:
         before, suspect = self._before, self._jumped_to
         if before is None:
             return False
-        told = VELOCITY_UNIT * max(abs(telemetry.velocity), abs(before.velocity))
-        most = PLAY + max(self._fastest, told) * (now - self.time) + told * self._config.latency
+        reported = VELOCITY_UNIT * max(abs(telemetry.velocity), abs(before.velocity))
+        most = PLAY + max(self._fastest, reported) * (now - self.time) + reported * self._config.latency
         ticks = abs(telemetry.position - before.position)
         jumps = ticks * RADIANS_PER_TICK > most
         jumps = jumps or (suspect is not None and abs(telemetry.position - suspect) < ticks)

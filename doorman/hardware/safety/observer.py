@@ -155,12 +155,12 @@ class Observer:
     def _disobedience(self, sample: VehicleSample, conditions: Set[EventKind], now: float) -> float:
         """Angle by which the autopilot steers elsewhere than it is told, while the gripper holds on to the door."""
         backend = self._backend
-        told = backend.attitude
+        commanded = backend.attitude
         holds = EventKind.SETPOINT_STALE in conditions  # the link tells it to, while the controller is late
-        if holds or not (backend.commanding and np.isfinite(told).all()):
+        if holds or not (backend.commanding and np.isfinite(commanded).all()):
             self._obedience.forget()
             return math.nan
-        self._obedience.tell(told, now)
+        self._obedience.follow(commanded, now)
         if not backend.links.holding or backend.links.config.pixhawk.setpoints != "attitude":
             return math.nan
         if now - sample.thrust_target_time > _TARGET_AGE or not np.isfinite(sample.attitude_target).all():

@@ -75,7 +75,7 @@ class Supervisor(InThread):
         self._acknowledged = False
         self._alive_at: float | None = None
         self._wishes: deque[Fault] = deque()
-        self._told = False
+        self._printed = False
         self.rising = False
         """Whether the vehicle has not reached its hover point yet: a retreat lands it where it is."""
         self.action: Action | None = None
@@ -163,8 +163,8 @@ class Supervisor(InThread):
 
     def _tell(self, error: Exception) -> None:
         """Print what only a mistake in this program can be, once."""
-        if not self._told:
-            self._told = True  # in a thread of its own: a terminal may take nothing
+        if not self._printed:
+            self._printed = True  # in a thread of its own: a terminal may take nothing
             threading.Thread(target=traceback.print_exception, args=(error,), daemon=True).start()
 
     def _heed(self) -> None:

@@ -28,16 +28,16 @@ _WORTH_A_WORD = 1.0
 def await_links(links: VehicleLinks, say: Callable[[str], None] | None = None) -> None:
     """Wait; what is missing after that, a checklist says."""
     clock = links.clock
-    begin, told = clock.now(), ""
+    begin, said = clock.now(), ""
     while True:
         while (missing := _missing(links)) and clock.now() < begin + PATIENCE:
-            if say is not None and missing != told and clock.now() > begin + _WORTH_A_WORD:
+            if say is not None and missing != said and clock.now() > begin + _WORTH_A_WORD:
                 say(f"Waiting for {missing}")
-                told = missing
+                said = missing
             clock.sleep(0.05)
         clock.sleep(SETTLING)
         if not _missing(links) or clock.now() > begin + PATIENCE:
-            return  # what an autopilot has not told at first, it may find wrong now: once more then
+            return  # what an autopilot has not reported at first, it may find wrong now: once more then
 
 
 def _missing(links: VehicleLinks) -> str:

@@ -88,7 +88,7 @@ class Px4Sitl(Uncopied):
         self._peer: socket.socket | None = None
         self._mavlink = _parser()
         self._random = np.random.default_rng(0)
-        self._count, self._boot, self._told, self._heard = 0, 0.0, 0, -1
+        self._count, self._boot, self._sent, self._heard = 0, 0.0, 0, -1
         self._in_step = False
         self._controls: Array | None = None
         self._last: Truth | None = None
@@ -125,14 +125,14 @@ class Px4Sitl(Uncopied):
         last, self._last = self._last, truth
         if self._peer is None or last is None or truth.time <= last.time:
             return
-        if self._heard >= 0 and self._told - self._heard > _BACKLOG:  # its clock waits for us to wait for it
+        if self._heard >= 0 and self._sent - self._heard > _BACKLOG:  # its clock waits for us to wait for it
             return
         to_body = rotation_body_to_world(truth.attitude).T
         slow = self._count % _SLOW_EVERY == 0
         self._count += 1
-        self._told = round((truth.time - self._boot) * 1e6)
+        self._sent = round((truth.time - self._boot) * 1e6)
         message = self._mavlink.hil_sensor_encode(
-            self._told,
+            self._sent,
             *self._measured(specific_force(last, truth), "acceleration"),
             *self._measured(truth.body_rates, "rate"),
             *self._measured(to_body @ _NORTH, "field"),
@@ -187,7 +187,7 @@ class Px4Sitl(Uncopied):
             peer, _ = self._listener.accept()
             peer.setblocking(False)
             peer.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-            self._peer, self._boot, self._told, self._heard = peer, now, 0, -1
+            self._peer, self._boot, self._sent, self._heard = peer, now, 0, -1
             self._controls, self._in_step = None, False
             self._mavlink = _parser()
 
@@ -203,7 +203,7 @@ class Px4Sitl(Uncopied):
             try:
                 data = self._peer.recv(4096)
             except BlockingIOError:
-                if self._heard >= self._told or left <= 0.0:
+                if self._heard >= self._sent or left <= 0.0:
                     break
                 select.select([self._peer], [], [], left)
                 continue
@@ -216,4 +216,4 @@ class Px4Sitl(Uncopied):
                 if message.get_type() == "HIL_ACTUATOR_CONTROLS":
                     self._heard = int(message.time_usec)
                     self._controls = np.array(message.controls) if message.mode & _ARMED else None
-        return self._heard >= self._told
+        return self._heard >= self._sent

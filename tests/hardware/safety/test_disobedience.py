@@ -57,7 +57,7 @@ def longest(told, steered, until: float = 3.0) -> float:
     """Longest time for which the autopilot steers farther off than is allowed, looked at as the supervisor does [s]."""
     obedience, since, most = Obedience(), math.inf, 0.0
     for time in np.arange(0.0, until, LOOK):
-        obedience.tell(told(time), time)
+        obedience.follow(told(time), time)
         off = obedience.angle(steered(time)) > LIMIT
         since = min(since, time) if off else math.inf
         most = max(most, time - since)
@@ -98,7 +98,7 @@ def test_an_autopilot_that_levels_as_it_is_told_to_pull_ever_harder_disobeys():
 
 def test_a_follower_that_was_forgotten_begins_anew():
     obedience = Obedience()
-    obedience.tell(giving_way(0.0), 0.0)
+    obedience.follow(giving_way(0.0), 0.0)
     obedience.forget()
-    obedience.tell(giving_way(2.0), 0.02)
+    obedience.follow(giving_way(2.0), 0.02)
     assert obedience.angle(giving_way(0.0)) > LIMIT

@@ -12,7 +12,7 @@ from doorman.mission import simulate
 from doorman.model import Model
 from doorman.recording import Recording
 from doorman.scenario import Scenario
-from doorman.summary import told_by_the_leaf
+from doorman.summary import sentence_by_the_leaf
 
 KEY = "simulation.door_sensor."
 ELSEWHERE = {"simulation.door_offset": (0.04, -0.05, 0.0), "simulation.door_yaw": 0.05, "simulation.door_ajar": 0.25}
@@ -55,7 +55,7 @@ def test_the_flight_is_judged_by_the_measured_leaf(beside):
     assert judged["final_door_angle_deg"] == pytest.approx(beside.summary["final_door_angle_deg"], abs=0.5)
     assert judged["time_to_open_s"] == pytest.approx(beside.summary["time_to_open_s"], abs=0.7)
     assert judged["contact_fraction"] > 0.8
-    assert "was opened in" in told_by_the_leaf(judged)
+    assert "was opened in" in sentence_by_the_leaf(judged)
 
 
 def test_a_frame_beyond_the_search_is_refused_in_words():

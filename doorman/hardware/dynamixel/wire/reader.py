@@ -26,12 +26,12 @@ class ServoReader:
 
     def read(self) -> dict[int, Reply]:
         """Ask every servo."""
-        asked = [joint for joint in range(len(self._ids)) if joint not in self.absent and joint != self.excluded]
+        present = [joint for joint in range(len(self._ids)) if joint not in self.absent and joint != self.excluded]
         replies: dict[int, Reply] = {}
-        if asked:
-            answers = self._link.sync_read([self._ids[joint] for joint in asked], INDIRECT_DATA, BLOCK_SIZE)
-            replies = dict(zip(asked, answers, strict=True))
-            silent = [joint for joint in asked if replies[joint].outcome in (Outcome.TIMEOUT, Outcome.CORRUPT)]
+        if present:
+            answers = self._link.sync_read([self._ids[joint] for joint in present], INDIRECT_DATA, BLOCK_SIZE)
+            replies = dict(zip(present, answers, strict=True))
+            silent = [joint for joint in present if replies[joint].outcome in (Outcome.TIMEOUT, Outcome.CORRUPT)]
             for joint in silent[1:]:
                 replies[joint] = self._read_one(joint)
         return replies | self._probe()

@@ -27,7 +27,7 @@ class PoseSender(Uncopied):
 
     Args:
         target: Address and port of the receiver.
-        rate: Frames per second, as the receiver is told [1/s].
+        rate: Frames per second, as set for the receiver [1/s].
     """
 
     def __init__(self, target: tuple[str, int], rate: float) -> None:
@@ -65,9 +65,9 @@ class PoseSender(Uncopied):
         if number is None:
             return False
         objects = [_tracked(name, *pose) for name, pose in poses.items()]
-        told = refused[: MOST_ITEMS - len(objects)]
+        reported = refused[: MOST_ITEMS - len(objects)]
         try:
-            self._socket.sendto(pack(self._first + number, objects, told), self._target)
+            self._socket.sendto(pack(self._first + number, objects, reported), self._target)
         except ConnectionRefusedError:  # nobody listens yet
             return False
         return True

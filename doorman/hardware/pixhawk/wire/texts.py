@@ -41,22 +41,22 @@ class TextParts:
 
     def __init__(self) -> None:
         self._begun: _Begun | None = None
-        self._told: tuple[int, frozenset[int], float] = (0, frozenset(), -math.inf)
+        self._ended: tuple[int, frozenset[int], float] = (0, frozenset(), -math.inf)
 
     def take(self, message: Message, now: float) -> list[StatusText]:
-        """Texts that are told now."""
+        """Texts that are complete now."""
         if message.id == 0:
-            return [_told(now, message.severity, message.text)]
-        identifier, numbers, ended = self._told
+            return [_status_text(now, message.severity, message.text)]
+        identifier, numbers, ended = self._ended
         if message.id == identifier and message.chunk_seq in numbers and now - ended < _COPIES:
             return []
-        begun, told = self._begun, []
+        begun, texts = self._begun, []
         if begun is None or begun.identifier != message.id:
-            told = self._end(now)
+            texts = self._end(now)
             begun = self._begun = _Begun(message.id, now, message.severity)
         if message.chunk_seq < _PARTS:
             begun.parts[message.chunk_seq], begun.since = message.text, now
-        return told + (self._end(now) if begun.parts and begun.whole else [])
+        return texts + (self._end(now) if begun.parts and begun.whole else [])
 
     def late(self, now: float) -> list[StatusText]:
         """Texts whose rest does not come."""
@@ -66,11 +66,11 @@ class TextParts:
         begun, self._begun = self._begun, None
         if begun is None or not begun.parts:
             return []
-        self._told = begun.identifier, frozenset(begun.parts), now
-        return [_told(now, begun.severity, "".join(begun.parts[number] for number in sorted(begun.parts)))]
+        self._ended = begun.identifier, frozenset(begun.parts), now
+        return [_status_text(now, begun.severity, "".join(begun.parts[number] for number in sorted(begun.parts)))]
 
 
-def _told(now: float, severity: int, text: str) -> StatusText:
+def _status_text(now: float, severity: int, text: str) -> StatusText:
     """What can be printed of it; PX4 ends with a tab what it tells as an event, too."""
     printable = (character if character.isprintable() else "?" for character in text.rstrip("\t"))
     return StatusText(now, severity, "".join(printable))

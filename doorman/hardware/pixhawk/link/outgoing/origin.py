@@ -2,8 +2,8 @@
 
 ArduPilot has no position without, and calls the height at which it stands zero in the second after it got its origin
 (`AP_Baro::update_field_elevation`). A pose that came before makes that a step: from then on its heights are larger than
-mocap's by the height of the pose. An origin that comes while its filter begins is told of, and forgotten by the filter; without
-one it navigates, but does not arm in GUIDED ("waiting for home"). So it is asked as long as it stands.
+mocap's by the height of the pose. An origin that comes while its filter begins is confirmed, and forgotten by the filter; without
+one it navigates, but does not arm in GUIDED ("waiting for home"). So doorman asks as long as it stands.
 
 PX4 flies without, but has no home then: it neither returns to its pad nor holds when its pilot asks for that. It takes every
 origin that comes, and one that comes late moves its position: by the origin's altitude, and by 5200 km where it navigates
@@ -100,7 +100,7 @@ class CautiousOrigin(Origin):
     def reset(self) -> None:
         """Begin anew, as after a reboot."""
         super().reset()
-        self._asked, self._lost, self._released = 0, False, False
+        self._questions_sent, self._lost, self._released = 0, False, False
 
     def estimator(self, flags: int) -> None:
         """Take in how the autopilot says that its estimator is; only its word since the last question counts."""
@@ -115,8 +115,8 @@ class CautiousOrigin(Origin):
 
     def _may_give(self, armed: bool) -> bool:
         lost, self._lost = self._lost, False
-        self._asked += 1
-        return self._asked > _QUESTIONS and lost and not (armed or self._released)
+        self._questions_sent += 1
+        return self._questions_sent > _QUESTIONS and lost and not (armed or self._released)
 
     def _questions(self) -> tuple[int, ...]:
         return (mavlink.MAVLINK_MSG_ID_GPS_GLOBAL_ORIGIN, mavlink.MAVLINK_MSG_ID_ESTIMATOR_STATUS)

@@ -96,8 +96,8 @@ class Telemetry:
 
     def tell(self, identifier: int) -> bool:
         """Send the message that somebody asks for."""
-        asked = identifier in self._brain.dialect.on_request
-        return asked and self._send_if_any(identifier, self._estimator.navigates)
+        known = identifier in self._brain.dialect.on_request
+        return known and self._send_if_any(identifier, self._estimator.navigates)
 
     def send(self, message: Any) -> None:
         data = message.pack(self.mav)
@@ -155,10 +155,10 @@ class Telemetry:
     def _system(self) -> Any:
         """SYS_STATUS: whether it would arm PX4 tells in its health alone."""
         health = _READY if self._estimator.estimate.position_valid and self._brain.refusal is None else 0
-        told, battery = 0 if self._px4 else _READY, self._battery
+        present, battery = 0 if self._px4 else _READY, self._battery
         power = round(battery.voltage * 1e3), round(battery.current * 1e2), round(battery.remaining * 1e2)
         known = (0xFFFF, -1, -1) if battery.silent else power
-        return mavlink.MAVLink_sys_status_message(told, told, health, 200, *known, 0, 0, 0, 0, 0, 0)
+        return mavlink.MAVLink_sys_status_message(present, present, health, 200, *known, 0, 0, 0, 0, 0, 0)
 
     def _battery_status(self) -> Any:
         battery = self._battery

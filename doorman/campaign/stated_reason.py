@@ -1,4 +1,4 @@
-"""Whether a mission that failed told the true reason, as far as the simulator knows it."""
+"""Whether a mission that failed stated the true reason, as far as the simulator knows it."""
 
 from __future__ import annotations
 

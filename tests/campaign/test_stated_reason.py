@@ -8,7 +8,7 @@ import pytest
 
 from doorman.campaign.report.figures import figures
 from doorman.campaign.report.pages import page
-from doorman.campaign.told_reason import told_truly
+from doorman.campaign.stated_reason import told_truly
 from doorman.scenario import Scenario
 from doorman.simulation.reality.causes import ELSEWHERE, LATCHED, LATE, NEVER_CLOSED, NOISY, SEALED, SLIPPED, WIND
 
