@@ -123,8 +123,9 @@ def test_the_toml_of_the_readme_and_the_docs_is_a_scenario(tmp_path):
 # ---------------------------------------------------------------- how-to pages
 
 
+WITHOUT_PYTHON = ("first_day",)
 RUN = [
-    *sorted((ROOT / "docs" / "how-to").glob("*.md")),
+    *(page for page in sorted((ROOT / "docs" / "how-to").glob("*.md")) if page.stem not in WITHOUT_PYTHON),
     *(ROOT / "docs" / f"{name}.md" for name in ("viewing", "scenario", "estimation")),
 ]
 

@@ -53,6 +53,10 @@ def test_torque_and_mode_decide_whether_it_moves(connect):
     assert emulator.plant.motion(CLOCK.now()).rates[0] == 0.0
 
 
+def test_modes_that_do_not_exist_are_refused(client):
+    assert [mode for mode in range(18) if client.write(11, 1, mode) == 0] == [0, 1, 3, 4, 5, 16]
+
+
 def test_torque_on_begins_at_zero_velocity(client):
     client.write(GOAL_VELOCITY, 4, 100)
     client.write(TORQUE, 1, 1)

@@ -23,6 +23,12 @@ _CALM_TILT = math.radians(8.0)
 _ENOUGH_READINGS = 10
 
 
+def signal(thrust: float, k: float) -> float:
+    """Root u ≥ 0 of k u² + (1 − k) u = τ."""
+    linear = 1.0 - k
+    return thrust if k < 1e-9 else (math.sqrt(linear * linear + 4.0 * k * thrust) - linear) / (2.0 * k)
+
+
 @dataclass(frozen=True)
 class ThrustCurve:
     """Calibrated map between newtons and normalised thrust."""
@@ -77,12 +83,7 @@ class ThrustCurve:
         Returns:
             τ, cut to `min_thrust` … `max_thrust`.
         """
-        share = max(0.0, force / self.max_force(voltage))
-        linear = 1.0 - self.shape
-        if self.shape < 1e-9:
-            thrust = share
-        else:
-            thrust = (math.sqrt(linear * linear + 4.0 * self.shape * share) - linear) / (2.0 * self.shape)
+        thrust = signal(max(0.0, force / self.max_force(voltage)), self.shape)
         return min(max(thrust, self.min_thrust), self.max_thrust)
 
     def beside(self, force: float, thrust: float, voltage: float = math.nan) -> float:

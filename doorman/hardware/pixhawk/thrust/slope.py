@@ -24,6 +24,7 @@ from doorman.arrays import Array
 from doorman.gravity import weight_of
 from doorman.hardware.pixhawk.sample import VehicleSample
 from doorman.hardware.pixhawk.setpoints import PositionSetpoint
+from doorman.hardware.pixhawk.thrust.curve import signal
 
 _HEIGHT, _ASIDE, _PERIOD = 0.04, 0.03, 1.2
 """Height, way aside, period of the bob: a tenth of the weight, 5° of tilt, slow enough for 20 messages a second [m], [m], [s]."""
@@ -59,9 +60,9 @@ class ThrustModel:
     def right_value(self, slope: Slope, hover_thrust: float) -> float:
         """The k with which this slope would be 1: that of the motors themselves."""
         k = min(max(self.value, 0.0), 1.0)
-        signal = _signal(hover_thrust, k)
-        own = (2.0 * k * signal + 1.0 - k) / (k * signal + 1.0 - k)
-        return Slope(slope.value * own, slope.deviation).shape(signal)
+        u = signal(hover_thrust, k)
+        own = (2.0 * k * u + 1.0 - k) / (k * u + 1.0 - k)
+        return Slope(slope.value * own, slope.deviation).shape(u)
 
 
 class SlopeMeasurement:
@@ -106,12 +107,6 @@ def bob(at: PositionSetpoint, passed: float) -> PositionSetpoint:
         rate * math.sin(angle) * way,
         rate**2 * math.cos(angle) * way,
     )
-
-
-def _signal(thrust: float, k: float) -> float:
-    """U ≥ 0 of k u² + (1 − k) u = τ."""
-    linear = 1.0 - k
-    return thrust if k < 1e-9 else (math.sqrt(linear * linear + 4.0 * k * thrust) - linear) / (2.0 * k)
 
 
 def _newer(time: float, readings: list[tuple[float, float]]) -> bool:

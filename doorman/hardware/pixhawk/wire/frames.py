@@ -34,33 +34,20 @@ def _plain(values: ArrayLike) -> list[float]:
     return numbers
 
 
-def world_to_ned(values: ArrayLike) -> Array:
+def half_turned(values: ArrayLike) -> Array:
+    """Vector (x, y, z) as (x, −y, −z): of the world in NED, of the body z up in the body z down, and back."""
     return _flip(values, _HALF_TURN)
 
 
-def ned_to_world(values: ArrayLike) -> Array:
-    """Vector (x, y, z) of NED in the world: (x, −y, −z)."""
-    return _flip(values, _HALF_TURN)
+world_to_ned = ned_to_world = flu_to_frd = frd_to_flu = half_turned
 
 
-def flu_to_frd(values: ArrayLike) -> Array:
-    """Vector of the body x forward, y left, z up in x forward, y right, z down."""
-    return _flip(values, _HALF_TURN)
-
-
-def frd_to_flu(values: ArrayLike) -> Array:
-    """Vector of the body x forward, y right, z down in x forward, y left, z up."""
-    return _flip(values, _HALF_TURN)
-
-
-def quaternion_world_to_ned(quaternion: ArrayLike) -> Array:
-    """Attitude FLU → world as attitude FRD → NED: (w, x, −y, −z)."""
+def half_turned_quaternion(quaternion: ArrayLike) -> Array:
+    """Attitude FLU → world as attitude FRD → NED, and back: (w, x, −y, −z)."""
     return _flip(quaternion, _HALF_TURN_QUATERNION)
 
 
-def quaternion_ned_to_world(quaternion: ArrayLike) -> Array:
-    """Attitude FRD → NED as attitude FLU → world: (w, x, −y, −z)."""
-    return _flip(quaternion, _HALF_TURN_QUATERNION)
+quaternion_world_to_ned = quaternion_ned_to_world = half_turned_quaternion
 
 
 @dataclass(frozen=True)

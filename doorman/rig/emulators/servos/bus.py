@@ -9,24 +9,13 @@ from typing import TypeGuard
 import numpy as np
 
 from doorman.rig.emulators.servos.faults import BusFaults
-from doorman.rig.emulators.servos.memory import PacketError
-from doorman.rig.emulators.servos.packets import (
-    BROADCAST,
-    MAX_LENGTH,
-    Instruction,
-    fast_status_packet,
-    status_packet,
-)
+from doorman.rig.emulators.servos.packets import BROADCAST, Instruction, status_packet
 from doorman.rig.emulators.servos.plant import ServoPlant
 from doorman.rig.emulators.servos.unit import EmulatedServo
 
-PING, READ = 0x01, 0x02
-SYNC_READ, SYNC_WRITE, BULK_READ, BULK_WRITE = 0x82, 0x83, 0x92, 0x93
-FAST_SYNC_READ, FAST_BULK_READ = 0x8A, 0x9A
-QUESTIONS = frozenset({PING, READ, SYNC_READ, BULK_READ, FAST_SYNC_READ, FAST_BULK_READ})
+PING, READ, SYNC_READ, SYNC_WRITE = 0x01, 0x02, 0x82, 0x83
+QUESTIONS = frozenset({PING, READ, SYNC_READ})
 """Instructions that change nothing."""
-FAST_FIRMWARE = 45
-"""Oldest firmware that knows the fast reads."""
 BITS_PER_BYTE = 10
 """Start bit, eight data bits, stop bit."""
 RETURN_DELAY_UNIT = 2e-6
@@ -81,14 +70,12 @@ class ServoBusLogic:
         return replies
 
     def _answer(self, code: int, servo: EmulatedServo, error: int, data: bytes) -> _Answer:
-        return _Answer(servo, self._thaw(code, servo.servo_id, status_packet(servo.servo_id, error, data)))
-
-    def _thaw(self, code: int, servo_id: int, packet: bytes) -> bytes:
-        """A packet, or what a frozen servo says instead."""
-        if servo_id in self._faults.frozen:
-            packet = self._last_packets.get((servo_id, code), packet)
-        self._last_packets[servo_id, code] = packet
-        return packet
+        """A status packet, or what a frozen servo says instead."""
+        key, packet = (servo.servo_id, code), status_packet(servo.servo_id, error, data)
+        if servo.servo_id in self._faults.frozen:
+            packet = self._last_packets.get(key, packet)
+        self._last_packets[key] = packet
+        return _Answer(servo, packet)
 
     def _speaks(self, servo: EmulatedServo | None) -> TypeGuard[EmulatedServo]:
         return (
@@ -98,89 +85,38 @@ class ServoBusLogic:
         )
 
     def _answers(self, now: float, instruction: Instruction, listening: list[EmulatedServo]) -> Iterator[_Answer]:
-        by_id = {servo.servo_id: servo for servo in listening}
-        if instruction.code in (SYNC_WRITE, BULK_WRITE):
-            if instruction.intact and instruction.servo_id == BROADCAST:
-                self._write_many(instruction, by_id)
-        elif instruction.code in (SYNC_READ, BULK_READ):
-            if instruction.intact and instruction.servo_id == BROADCAST:
-                yield from self._read_many(instruction, by_id)
-        elif instruction.code in (FAST_SYNC_READ, FAST_BULK_READ):
-            if instruction.intact and instruction.servo_id == BROADCAST:
-                yield from self._read_fast(instruction, by_id)
-        elif instruction.servo_id == BROADCAST:
-            for servo in sorted(listening, key=lambda servo: servo.servo_id):
+        to_all = instruction.servo_id == BROADCAST
+        if instruction.code in (SYNC_READ, SYNC_WRITE):
+            if instruction.intact and to_all:
+                by_id = {servo.servo_id: servo for servo in listening}
+                parameters = instruction.parameters
+                address, length = (int.from_bytes(parameters[at : at + 2], "little") for at in (0, 2))
+                if instruction.code == SYNC_READ:
+                    yield from self._read_many(address, length, parameters[4:], by_id)
+                else:
+                    self._write_many(address, length, parameters[4:], by_id)
+            return
+        for servo in sorted(listening, key=lambda servo: servo.servo_id):
+            if to_all or servo.servo_id == instruction.servo_id:
                 yield from self._execute(now, instruction, servo)
-        else:
-            for servo in listening:
-                if servo.servo_id == instruction.servo_id:
-                    yield from self._execute(now, instruction, servo)
-                elif servo.is_grouped(instruction):
-                    servo.execute(now, instruction)  # nobody answers to a secondary id
 
     def _execute(self, now: float, instruction: Instruction, servo: EmulatedServo) -> Iterator[_Answer]:
         status = servo.execute(now, instruction)
         if status is not None and servo.servo_id not in self._faults.mute:
             yield self._answer(instruction.code, servo, *status)
 
-    def _read_many(self, instruction: Instruction, by_id: dict[int, EmulatedServo]) -> Iterator[_Answer]:
-        for servo_id, address, length in _wanted(instruction):
+    def _read_many(self, address: int, length: int, ids: bytes, by_id: dict[int, EmulatedServo]) -> Iterator[_Answer]:
+        for servo_id in ids:
             servo = by_id.get(servo_id)
             if not self._speaks(servo):
                 if self._faults.chain_breaks:
                     return
                 continue
             error, data = servo.memory.read(address, length)
-            yield self._answer(instruction.code, servo, servo.error_byte(error), data)
-
-    def _read_fast(self, instruction: Instruction, by_id: dict[int, EmulatedServo]) -> Iterator[_Answer]:
-        """One packet of all servos: it breaks off at the first that stays silent, since the others wait for it."""
-        wanted = list(_wanted(instruction))
-        announced = 1 + sum(length + 4 for _, _, length in wanted)
-        parts = []
-        for servo_id, address, length in wanted:
-            servo = by_id.get(servo_id)
-            if not self._speaks(servo) or servo.memory.get("firmware version") < FAST_FIRMWARE:
-                break
-            error, data = servo.memory.read(address, length)
-            if error is not PacketError.NONE:
-                break  # what a servo says then is not documented
-            parts.append(self._thaw(instruction.code, servo_id, bytes((servo.error_byte(error), servo_id)) + data))
-        if parts and announced <= MAX_LENGTH:
-            yield _Answer(by_id[wanted[0][0]], fast_status_packet(announced, parts))
+            yield self._answer(SYNC_READ, servo, servo.error_byte(error), data)
 
     @staticmethod
-    def _write_many(instruction: Instruction, by_id: dict[int, EmulatedServo]) -> None:
-        for servo_id, address, data in _given(instruction):
-            if servo_id in by_id:
-                by_id[servo_id].write(address, data)
-
-
-def _wanted(instruction: Instruction) -> Iterator[tuple[int, int, int]]:
-    """Id, address and length of everything that a sync or bulk read asks for."""
-    parameters = instruction.parameters
-    if instruction.code in (SYNC_READ, FAST_SYNC_READ):
-        address, length = int.from_bytes(parameters[0:2], "little"), int.from_bytes(parameters[2:4], "little")
-        for servo_id in parameters[4:]:
-            yield servo_id, address, length
-        return
-    for start in range(0, len(parameters) - 4, 5):
-        row = parameters[start : start + 5]
-        yield row[0], int.from_bytes(row[1:3], "little"), int.from_bytes(row[3:5], "little")
-
-
-def _given(instruction: Instruction) -> Iterator[tuple[int, int, bytes]]:
-    """Id, address and bytes of everything that a sync or bulk write sets."""
-    parameters = instruction.parameters
-    if instruction.code == SYNC_WRITE:
-        address, length = int.from_bytes(parameters[0:2], "little"), int.from_bytes(parameters[2:4], "little")
-        for start in range(4, len(parameters) - length, length + 1):
-            yield parameters[start], address, parameters[start + 1 : start + 1 + length]
-        return
-    start = 0
-    while start + 5 <= len(parameters):
-        length = int.from_bytes(parameters[start + 3 : start + 5], "little")
-        data = parameters[start + 5 : start + 5 + length]
-        if len(data) == length:
-            yield parameters[start], int.from_bytes(parameters[start + 1 : start + 3], "little"), data
-        start += 5 + length
+    def _write_many(address: int, length: int, rows: bytes, by_id: dict[int, EmulatedServo]) -> None:
+        for start in range(0, len(rows) - length, length + 1):
+            if rows[start] in by_id:
+                by_id[rows[start]].write(address, rows[start + 1 : start + 1 + length])

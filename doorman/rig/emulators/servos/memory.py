@@ -12,7 +12,6 @@ from doorman.rig.emulators.servos.table import (
     ITEM_AT,
     ITEMS,
     OPERATING_MODES,
-    POSITION_MODE,
     TABLE_END,
     Item,
 )
@@ -109,9 +108,6 @@ class ServoMemory:
             return PacketError.DATA_RANGE
         if item.limited_by is not None and abs(value) > self.get(item.limited_by):
             return PacketError.DATA_LIMIT
-        if item.name == "goal position" and self.get("operating mode") == POSITION_MODE:
-            if not self.get("min position limit") <= value <= self.get("max position limit"):
-                return PacketError.DATA_LIMIT
         return PacketError.NONE
 
     def _target(self, address: int) -> int:

@@ -5,7 +5,6 @@ Written from the protocol's description alone and sharing nothing with the adapt
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 
 HEADER = b"\xff\xff\xfd\x00"
@@ -43,15 +42,6 @@ def status_packet(servo_id: int, error: int, parameters: bytes = b"") -> bytes:
             body.append(0xFD)
     packet = HEADER + bytes((servo_id,)) + (len(body) + 2).to_bytes(2, "little") + bytes(body)
     return packet + checksum(packet).to_bytes(2, "little")
-
-
-def fast_status_packet(length: int, parts: Iterable[bytes]) -> bytes:
-    """Status packet that servos make together in answer to a fast read; nothing in it is stuffed."""
-    packet = HEADER + bytes((BROADCAST,)) + length.to_bytes(2, "little") + bytes((STATUS,))
-    for part in parts:
-        packet += part
-        packet += checksum(packet).to_bytes(2, "little")
-    return packet
 
 
 @dataclass(frozen=True)

@@ -15,12 +15,8 @@ TICKS_PER_TURN = 4096
 """Counts of a position in one turn."""
 RATE_UNIT = 0.229 * 2.0 * math.pi / 60.0
 """One count of a velocity [rad/s]."""
-CURRENT_MODE, VELOCITY_MODE, POSITION_MODE, EXTENDED_POSITION_MODE, CURRENT_BASED_POSITION_MODE, PWM_MODE = (
-    0, 1, 3, 4, 5, 16,
-)  # fmt: skip
-OPERATING_MODES = frozenset(
-    (CURRENT_MODE, VELOCITY_MODE, POSITION_MODE, EXTENDED_POSITION_MODE, CURRENT_BASED_POSITION_MODE, PWM_MODE)
-)
+CURRENT_MODE, VELOCITY_MODE = 0, 1
+OPERATING_MODES = frozenset((CURRENT_MODE, VELOCITY_MODE, 3, 4, 5, 16))
 """What `operating mode` may hold."""
 
 

@@ -6,16 +6,11 @@ import math
 from dataclasses import dataclass, field
 from types import MappingProxyType
 
-from doorman.rig.emulators.servos.instructions import Instructions
 from doorman.rig.emulators.servos.memory import WATCHDOG_ERROR, PacketError, ServoMemory
 from doorman.rig.emulators.servos.packets import BROADCAST, Instruction
-from doorman.rig.emulators.servos.position import POSITION_MODES, position_rate
 from doorman.rig.emulators.servos.table import (
     BAUD_RATES,
-    CURRENT_BASED_POSITION_MODE,
     CURRENT_MODE,
-    EEPROM_END,
-    POSITION_MODE,
     RATE_UNIT,
     TICKS_PER_TURN,
     VELOCITY_MODE,
@@ -29,8 +24,6 @@ WATCHDOG_UNIT = 0.02
 """One count of the bus watchdog [s]."""
 DAMPING = 0.2
 """Friction of a servo in current mode, as current per rate [A s/rad]."""
-LAST_ID = 252
-"""Above it, a secondary id is none."""
 ALERT = 0x80
 VOLTAGE, OVERHEATING, ENCODER, SHOCK, OVERLOAD = 0x01, 0x04, 0x08, 0x10, 0x20
 """Bits of hardware error status and of shutdown."""
@@ -38,10 +31,6 @@ READY = MappingProxyType({"baud rate": 3, "return delay time": 0, "operating mod
 """EEPROM of a servo that is set up for 1 Mbaud and velocity mode."""
 READY_TO_GRIP = MappingProxyType({**READY, "operating mode": CURRENT_MODE})
 """EEPROM of a servo that is set up for 1 Mbaud and current mode, as a gripper needs it."""
-
-
-def _whole_turns(ticks: int) -> int:
-    return ticks // TICKS_PER_TURN * TICKS_PER_TURN
 
 
 @dataclass
@@ -66,7 +55,6 @@ class EmulatedServo:
         self.memory = ServoMemory(setup.eeprom | {"id": setup.servo_id})
         self.lasting_errors = 0  # hardware error bits whose cause persists; a reboot does not help against them
         self._turn_base: int | None = None
-        self._instructions = Instructions(self)
         self._heard = 0.0
         self._booted = 0.0
         self._silent_until = -math.inf
@@ -90,16 +78,13 @@ class EmulatedServo:
             return
         memory, sign, reverse = self.memory, self.setup.direction, self._reverse
         ticks = self.setup.zero + round(sign * angle * TICKS_PER_TURN / (2.0 * math.pi))
-        is_lost = self._turn_base is None
         if self._turn_base is None:
-            self._turn_base = reverse * _whole_turns(reverse * ticks)
+            self._turn_base = reverse * (reverse * ticks // TICKS_PER_TURN * TICKS_PER_TURN)
         counts = round(sign * rate / RATE_UNIT)
         if memory.get("hardware error status") & ENCODER:
             counts = 0  # it does not see itself turn: the position stands, too
         else:
             memory.set("present position", reverse * (ticks - self._turn_base) + memory.get("homing offset"))
-        if is_lost:
-            memory.set("goal position", memory.get("present position"))
         memory.set("present velocity", reverse * counts)
         if memory.get("operating mode") == CURRENT_MODE:
             memory.set("present current", memory.get("goal current") if self._is_on(time) else 0)
@@ -115,7 +100,7 @@ class EmulatedServo:
         return self._has_torque(time) or self.setup.spring != 0.0
 
     def goal_rate(self, time: float) -> float:
-        """Rate that motor and spring bring about, in the joint's sign; in PWM mode nothing moves."""
+        """Rate that motor and spring bring about, in the joint's sign; in modes of position and PWM nothing moves."""
         # In current mode, what the spring leaves of the current works against friction; without torque, the spring alone does.
         memory = self.memory
         on, mode = self._is_on(time), memory.get("operating mode")
@@ -127,23 +112,14 @@ class EmulatedServo:
             return ASTRAY
         if mode == VELOCITY_MODE and on:
             return sign * memory.get("goal velocity") * RATE_UNIT
-        if mode in POSITION_MODES and on:
-            return sign * position_rate(memory)
         return 0.0
 
     def hear(self, time: float) -> None:
         """Note that an instruction packet went over the bus: that is what the bus watchdog watches."""
         self._heard = time
 
-    def is_grouped(self, instruction: Instruction) -> bool:
-        """Whether an instruction is for its secondary id, and may be: EEPROM is not written that way."""
-        if instruction.servo_id != self.memory.get("secondary id") or instruction.servo_id > LAST_ID:
-            return False
-        writes = instruction.code in (0x03, 0x04)
-        return not writes or int.from_bytes(instruction.parameters[:2], "little") >= EEPROM_END
-
     def execute(self, time: float, instruction: Instruction) -> tuple[int, bytes] | None:
-        error, data = self._instructions.carry_out(instruction)
+        error, data = self._carry_out(instruction)
         level = {0x01: 0, 0x02: 1}.get(instruction.code, 2)
         answers = self.memory.get("status return level") >= level
         if instruction.servo_id == BROADCAST:
@@ -153,6 +129,25 @@ class EmulatedServo:
             self._reboots_at = min(self._reboots_at, time + self.setup.reboot_delay)
             self._reboot_if_due(time)
         return status
+
+    def _carry_out(self, instruction: Instruction) -> tuple[PacketError, bytes]:
+        memory, parameters = self.memory, instruction.parameters
+        address = int.from_bytes(parameters[:2], "little")
+        if not instruction.intact:
+            return PacketError.CRC, b""
+        match instruction.code:
+            case 0x01:
+                model, firmware = memory.get("model number"), memory.get("firmware version")
+                return PacketError.NONE, model.to_bytes(2, "little") + bytes((firmware,))
+            case 0x02 if len(parameters) == 4:
+                return memory.read(address, int.from_bytes(parameters[2:], "little"))
+            case 0x02:
+                return PacketError.DATA_LENGTH, b""
+            case 0x03:
+                return self.write(address, parameters[2:]), b""
+            case 0x08:
+                return PacketError.NONE, b""
+        return PacketError.INSTRUCTION, b""
 
     def error_byte(self, error: PacketError) -> int:
         """Error byte of a status packet: error number, with the alert bit while a hardware error stands."""
@@ -164,10 +159,10 @@ class EmulatedServo:
             if item.name == "torque enable" and value and self._is_shut_down():
                 return PacketError.RESULT_FAIL  # only a reboot brings torque back
             if item.name == "torque enable" and value and not self.memory.get("torque enable"):
-                self._stay_put()
+                self.memory.set("goal velocity", 0)
+                self.memory.set("goal current", 0)
         self.memory.store(changes)
         if any(item.name == "operating mode" for item, _ in changes):
-            self._keep_to_one_turn()
             self.memory.set("profile velocity", 0)
             self.memory.set("profile acceleration", 0)
             self.memory.set("goal pwm", self.memory.get("pwm limit"))
@@ -181,14 +176,9 @@ class EmulatedServo:
         self.memory.set("present temperature", temperature)
         self.memory.set("present input voltage", voltage)
         self._turn_base = None
-        self._instructions.forget()
         self._reboots_at = math.inf
         self._booted = self._heard = time
         self._silent_until = time + self.setup.boot_time
-
-    def forget_turns(self) -> None:
-        """Count the position within one turn again, from the next motion on."""
-        self._turn_base = None
 
     def trip(self, bits: int) -> None:
         """Raise hardware errors, as an overload does; those in `shutdown` take the torque."""
@@ -212,24 +202,6 @@ class EmulatedServo:
 
     def _is_shut_down(self) -> bool:
         return bool(self.memory.get("hardware error status") & self.memory.get("shutdown"))
-
-    def _stay_put(self) -> None:
-        """Forget goals from before torque comes on; in current-based position mode the current is a bound and stays."""
-        memory = self.memory
-        memory.set("goal velocity", 0)
-        if memory.get("operating mode") != CURRENT_BASED_POSITION_MODE:
-            memory.set("goal current", 0)
-        self._keep_to_one_turn()
-        memory.set("goal position", memory.get("present position"))
-
-    def _keep_to_one_turn(self) -> None:
-        """In position mode, count from the beginning of the turn that it is in."""
-        if self.memory.get("operating mode") != POSITION_MODE or self._turn_base is None:
-            return
-        position = self.memory.get("present position")
-        turns = _whole_turns(position - self.memory.get("homing offset"))
-        self._turn_base += self._reverse * turns
-        self.memory.set("present position", position - turns)
 
     def _reboot_if_due(self, time: float) -> bool:
         due = time >= self._reboots_at
