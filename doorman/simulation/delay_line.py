@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import math
 from collections import deque
 from typing import Generic, TypeVar
@@ -25,6 +26,13 @@ class DelayLine(Generic[Sent]):
         self._draw = np.random.default_rng([seed, _OWN])
         self._on_the_way: deque[tuple[float, Sent]] = deque()
         self._next = 0.0
+
+    def shifted(self, by: float) -> DelayLine[Sent]:
+        """The same on its way, by a clock that begins so much later."""
+        other = copy.deepcopy(self)
+        other._on_the_way = deque((arrives - by, command) for arrives, command in self._on_the_way)
+        other._next -= by
+        return other
 
     @property
     def is_plain(self) -> bool:

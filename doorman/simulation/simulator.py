@@ -88,7 +88,7 @@ class Simulator(Uncopied):
         self._tip_on_frame = _tip_on_frame(self.plant)
         gains = gains or simulated_gains(model)
         self._own = self._parameters(gains)
-        self._attitudes = DelayLine[Array](round(gains.dead_time / time_step))  # in physics steps
+        self._late = DelayLine[Array](round(gains.dead_time / time_step))  # in physics steps
         self._stepping = held(self._own)
         self._command, self._tip, self._state = self._own.command, self._own.tip, self._own.truth
         self._counts = self._own.engine.contacts
@@ -127,7 +127,7 @@ class Simulator(Uncopied):
             side_force: Body force along x and y, shape (2,) [N]; rotors that cannot make it take no notice.
         """
         self._command[0] = thrust
-        self._attitudes.send(self._steps, np.array(quaternion_of(attitude)))
+        self._late.send(self._steps, np.array(quaternion_of(attitude)))
         self._steps_until_attitude(1)
         self._command[5:7] = side_force
         self._command[7:] = arm_rates
@@ -180,9 +180,9 @@ class Simulator(Uncopied):
 
     def _steps_until_attitude(self, most: int) -> int:
         """Let attitudes act whose dead time has passed; returns for how many steps, up to a number, no other does."""
-        if (attitude := self._attitudes.arrived(self._steps)) is not None:
+        if (attitude := self._late.arrived(self._steps)) is not None:
             self._command[1:5] = attitude
-        return int(min(self._attitudes.due - self._steps, most))
+        return int(min(self._late.due - self._steps, most))
 
     def truth(self) -> Truth:
         """State now, and contacts since the last call of `advance` began.

@@ -76,6 +76,8 @@ def test_a_campaign_says_what_contact_it_asks_for(asked, figures, success):
 def test_every_reason_is_told():
     reason = judge(GOOD | {"collisions": 1, "outcome": "cut off", "final_error": 70.0}).reason
     assert reason == "1 contacts other than tip and leaf; cut off; the door ended +70.0° from the target"
+    touched = judge(GOOD | {"collisions": 3, "outcome": "touched", "reason": "3 contacts"})
+    assert touched.reason == "3 contacts other than tip and leaf", "once"
 
 
 @pytest.mark.parametrize(("successes", "runs"), [(95, 100), (190, 200), (3, 4), (1, 2), (57, 61)])

@@ -41,6 +41,14 @@ def test_every_truncation_gives_a_prefix(tmp_path):
     assert lengths == sorted(lengths) and lengths[0] == 0 and lengths[-1] == 200 and len(set(lengths)) > 5
 
 
+def test_times_that_go_back_hold_up_nothing(tmp_path):
+    path = tmp_path / "run.mcap"
+    with Recorder(path, HEADER) as recorder:
+        for time in (5.0, 1.0):
+            recorder.write("topic", time, {"value": time})
+        assert Recording.load(path)["topic"]["value"].tolist() == [5.0, 1.0]
+
+
 def test_corrupted_chunk_costs_its_own_messages(tmp_path):
     path = tmp_path / "run.mcap"
     with Recorder(path, {}) as recorder:

@@ -67,3 +67,10 @@ def test_link_takes_so_many_a_second_and_keeps_their_order() -> None:
     plain = DelayLine[int](seed=1)
     plain.send(0.0, 7)
     assert plain.is_plain and plain.arrived(0.0) == 7 and plain.arrived(math.inf) is None
+
+
+def test_what_is_on_its_way_goes_on_by_another_clock() -> None:
+    link = DelayLine[int](0.5)
+    link.send(3.0, 7)
+    other = link.shifted(2.0)
+    assert (other.due, link.due) == (1.5, 3.5) and other.arrived(1.5) == 7

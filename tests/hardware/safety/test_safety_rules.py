@@ -55,10 +55,10 @@ def test_rule(rule):
 def test_what_passes_in_time_is_no_fault(rule):
     assessor = Assessor(LIMITS)
     bad = replace(GOOD, **BROKEN[rule.fault])
-    for start in (0.0, 10.0):  # the second time must not count what the first one lasted
-        for seen, at in ((bad, 0.0), (bad, 0.6 * rule.patience), (GOOD, 0.7 * rule.patience)):
+    for start, between in ((0.0, GOOD), (10.0, replace(bad, armed=False)), (20.0, GOOD)):
+        for seen, at in ((bad, 0.0), (bad, 0.6 * rule.patience), (between, 0.7 * rule.patience)):
             found = assessor.assess(replace(seen, now=100.0 + start + at))
-            assert rule.fault not in [finding.fault for finding in found]
+            assert rule.fault not in [finding.fault for finding in found], "what lasted earlier does not count"
 
 
 def test_late_poses_are_lost_poses():
