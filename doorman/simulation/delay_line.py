@@ -49,10 +49,7 @@ class DelayLine(Generic[Sent]):
         if now < self._next - _ROUNDED:
             return
         self._next = max(self._next + self._interval, now)
-        arrives = now + self._delay + self._jitter * float(self._draw.random())
-        if self._on_the_way:
-            arrives = max(arrives, self._on_the_way[-1][0])
-        self._on_the_way.append((arrives, command))
+        self._on_the_way.append((now + self._delay + self._jitter * float(self._draw.random()), command))
 
     def arrived(self, now: float) -> Sent | None:
         """The newest command that has arrived and was not handed out before."""
