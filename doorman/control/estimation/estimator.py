@@ -18,7 +18,7 @@ from doorman.estimation.leaf.hypotheses import TOUCHING
 from doorman.estimation.leaf.leaf_filter import AT_THE_LEAF, AWAY, BORNE, CLOSING, GAINS, HELD, WINDS, leaf_filter
 from doorman.estimation.leaf.numbers import JOINT, PLACES, leaf_numbers
 from doorman.estimation.leaf.running import LeafRun
-from doorman.kinematics.rotations import euler_rates
+from doorman.kinematics.rotations import euler_rates, rotation_body_to_world
 from doorman.model import Model
 from doorman.one_line import OneLine
 from doorman.position_noise import PositionNoise
@@ -64,7 +64,8 @@ class Estimate(OneLine):
     tip_angle: float
     """Of the tip about the hinge: α where it touches [rad]."""
     tip_speed: float
-    """Of the tip along the door's normal [m/s]."""
+    """Of the tip along the door's normal, but for what tilting gives it: a law that fed that back would tilt the vehicle the other
+    way, with the loop's dead time [m/s]."""
     wind: Array
     """On the vehicle, shape (3,), world frame [N]."""
     tip_force: Array
@@ -228,9 +229,9 @@ class Estimator:
             self._hinge.learn(known.time, angle, rate, resistance, float(deviations[_TOLD[1]]), strength)
         if self._attitude_told is not None:
             self._response.update(self._attitude_told, attitude, measured.body_rates, time_step)
-        tip_angle, tip_rate = self._converter.tip(
-            position, velocity, attitude, measured.body_rates, arm, measured.arm_rates
-        )
+        attitude_rates = np.array(euler_rates(attitude, measured.body_rates))
+        turning = attitude_rates[2] * rotation_body_to_world(attitude)[2]
+        tip_angle, tip_rate = self._converter.tip(position, velocity, attitude, turning, arm, measured.arm_rates)
         tip_angle -= model.coupling.angle_of_face(face)
         lever, off = model.coupling.lever_length, float(deviations[JOINT])
         force, friction, (along, up) = outputs["normal_force"][0], mean[PLACES["friction"]], door.face(angle)
@@ -245,7 +246,7 @@ class Estimator:
         return Estimate(
             time=measured.time, position=position, velocity=velocity, arm_angles=arm,
             state=np.concatenate([attitude, (angle, rate), arm]),
-            attitude_rates=np.array(euler_rates(attitude, measured.body_rates)),
+            attitude_rates=attitude_rates,
             tip_angle=tip_angle, tip_speed=-lever * tip_rate, wind=wind,
             tip_force=force * door.normal(angle) + friction[0] * along + friction[1] * up,
             friction_force=friction, normal_force=force,

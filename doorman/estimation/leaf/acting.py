@@ -47,9 +47,11 @@ class Acting:
     def note(self, measured: Measurement, force: Array) -> None:
         """Take in a tick, and what was commanded since the tick before, shape (3,), body frame [N]."""
         age = 0.0 if measured.arm_time is None else max(measured.time - measured.arm_time, 0.0)
+        rates_age = 0.0 if measured.rates_time is None else max(measured.time - measured.rates_time, 0.0)
         rates = measured.body_rates if np.isfinite(measured.body_rates).all() else self._memory[RATES:FORCE].copy()
         note_tick(
-            self._times, self._rows, self._memory, measured.time, rates, force, measured.arm_angles, measured.arm_rates, age
+            self._times, self._rows, self._memory, measured.time, rates, force, measured.arm_angles, measured.arm_rates, age,
+            rates_age,
         )  # fmt: skip
 
     def at(self, time: float, attitude: Array) -> Array:
