@@ -75,8 +75,6 @@ class Measurement(OneLine):
     pose_time: float
     """When position, velocity and attitude were true, as the receiver knows it [s]: at most `time`, the same as before if
     nothing new has come, and before 0 where the pose is older than the backend's opening."""
-    rates_time: float | None = None
-    """When the body rates were true [s]; None: at `time`."""
     arm_time: float | None = None
     """When the arm's angles were true [s]; None: at `time`."""
     tip_force: float | None = None

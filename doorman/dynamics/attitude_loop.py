@@ -18,6 +18,8 @@ from dataclasses import dataclass
 
 USUAL_LAG = 0.1
 """Of a Pixhawk with default gains on motors with a lag of 0.03 s [s]."""
+FEEDBACK_LAG = 0.16
+"""Of both autopilots' feedback with usual gains [s]. Feed-forward of the commands makes a loop quicker, and answers no moment."""
 _RATE_GAIN = 2.8
 """κ_r by κ_a."""
 TESTED_LAG, TESTED_DEAD_TIME = 0.25, 0.1
@@ -55,8 +57,8 @@ class AttitudeLoop:
 
     @property
     def stiffness(self) -> float:
-        """Angular acceleration with which it answers an error that stays, per radian [1/s²]."""
-        return 700.0 * self.quickness**2
+        """Angular acceleration with which its feedback answers an error that stays, per radian [1/s²]."""
+        return 700.0 * min(self.quickness, USUAL_LAG / FEEDBACK_LAG) ** 2
 
     @property
     def acceleration_look_ahead(self) -> float:

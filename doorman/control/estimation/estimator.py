@@ -153,6 +153,10 @@ class Estimator:
         """Take in what the vehicle is told from now on: Φ_d, and the rotors' force, shape (3,) each, body frame [N]."""
         self._attitude_told, self._told = attitude, force
 
+    def rates_are_late(self, lateness: float) -> None:
+        """Take in how much later than the poses' attitudes the body rates come [s]."""
+        self._acting.are_late(lateness)
+
     def update(self, measured: Measurement, tie: Tie, closes: bool, time_step: float) -> Estimate:
         """Take in one measurement; `closes` says whether the gripper is to be closed."""
         if not all(np.isfinite(part).all() for part in _parts(measured)):

@@ -58,7 +58,6 @@ def compose(
         velocity=seen.velocity,
         attitude=_turned(quaternion, body_rates, at - turned_at),
         body_rates=body_rates,
-        rates_time=(vehicle.attitude_time if heard or pose is None else pose.time) - opened,
         arm_angles=servos.angles[:n_arm] + ahead * servos.rates[:n_arm],
         arm_rates=servos.rates[:n_arm],
         pose_time=at - opened,

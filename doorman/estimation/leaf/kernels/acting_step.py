@@ -13,7 +13,7 @@ Array = NDArray[np.float64]
 
 COUNT, POSED, RATES, FORCE, ATTITUDE, LATE, MEMORY = 0, 1, 2, 5, 8, 11, 12
 """Places in the memory: ticks in the ring, time of the last pose (NaN before), Ω, force of the rotors, Φ at that pose, and how late
-the gyroscope is [s]."""
+the body rates are [s]."""
 TURNED, MADE, ARM = 0, 3, 6
 """Columns of the ring: integral of the rates [rad], force of the rotors [N], then the arm's angles and rates."""
 
@@ -22,8 +22,6 @@ _MOTOR_LAG = 0.03
 _HALF = 0.02
 """Half of the time over which the gyroscope's change is taken: shorter, and its noise moves a tip of 0.6 m by more than a newton
 [s]."""
-_LATENESS_LASTS = 0.2
-"""Time over which the gyroscope's lateness is averaged: it comes at a rate of its own [s]."""
 _ATTITUDE_LASTS = 0.25
 """Time for which the gyroscope's attitude is better than that of the poses: until its bias shows [s]."""
 
@@ -31,7 +29,7 @@ _ATTITUDE_LASTS = 0.25
 @kernel
 def note_tick(
     times: Array, rows: Array, memory: Array, now: float, body_rates: Array, force: Array, arm: Array, arm_rates: Array,
-    arm_age: float, rates_age: float,
+    arm_age: float,
 ) -> None:  # fmt: skip
     """Take in a tick, and what was commanded since the one before."""
     k, n, half = int(memory[COUNT]), arm.shape[0], times.shape[0] // 2
@@ -39,15 +37,12 @@ def note_tick(
         times[:half] = times[half:]
         rows[:half] = rows[half:]
         k = half
-    if k == 0:
-        memory[LATE] = rates_age
     if k > 0:
         passed = now - times[k - 1]
         share = 1.0 - math.exp(-max(passed, 0.0) / _MOTOR_LAG)
         for i in range(3):
             rows[k, TURNED + i] = rows[k - 1, TURNED + i] + passed * memory[RATES + i]
             memory[FORCE + i] += share * (force[i] - memory[FORCE + i])
-        memory[LATE] += (1.0 - math.exp(-max(passed, 0.0) / _LATENESS_LASTS)) * (rates_age - memory[LATE])
     for i in range(3):
         memory[RATES + i] = body_rates[i]
         rows[k, MADE + i] = memory[FORCE + i]
