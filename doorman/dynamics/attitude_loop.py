@@ -18,8 +18,6 @@ from dataclasses import dataclass
 
 USUAL_LAG = 0.1
 """Of a Pixhawk with default gains on motors with a lag of 0.03 s [s]."""
-FEEDBACK_LAG = 0.16
-"""Of both autopilots' feedback with usual gains [s]. Feed-forward of the commands makes a loop quicker, and answers no moment."""
 _RATE_GAIN = 2.8
 """κ_r by κ_a."""
 TESTED_LAG, TESTED_DEAD_TIME = 0.25, 0.1
@@ -36,8 +34,12 @@ class AttitudeLoop:
     """d [s]."""
 
     def resolved(self, time_step: float) -> AttitudeLoop:
-        """As steps of this length can follow it [s]: lag that is too short for them counts as dead time."""
-        lag = max(self.lag, _RATE_GAIN * time_step)
+        """With the same sum of lag and dead time, as steps of this length can follow it, and as feedback of usual gains is [s].
+
+        Feed-forward of the commands makes a loop quicker than its feedback, which alone answers a moment: a lag below the usual
+        one stands for it, and takes dead time in its place.
+        """
+        lag = max(self.lag, min(USUAL_LAG, self.lag + self.dead_time), _RATE_GAIN * time_step)
         return AttitudeLoop(lag, max(self.dead_time + self.lag - lag, 0.0))
 
     @property
@@ -57,8 +59,8 @@ class AttitudeLoop:
 
     @property
     def stiffness(self) -> float:
-        """Angular acceleration with which its feedback answers an error that stays, per radian [1/s²]."""
-        return 700.0 * min(self.quickness, USUAL_LAG / FEEDBACK_LAG) ** 2
+        """Angular acceleration with which it answers an error that stays, per radian [1/s²]."""
+        return 700.0 * self.quickness**2
 
     @property
     def acceleration_look_ahead(self) -> float:
