@@ -84,12 +84,18 @@ class PlanningModel(Protocol):
 
 
 def planned_with(model: Model) -> str:
-    """Name of the model that a scenario plans with: the whole body, but where it asks for another."""
-    return model.scenario.planner.model or "whole_body"
+    """Name of the model that a scenario plans with.
+
+    A tied tip swings with an attitude loop that is slower or quicker than it is believed to be: where the loop is not measured in
+    hover, a grip plans quasi-statically.
+    """
+    scenario = model.scenario
+    measured = scenario.mission.start == "hover" and scenario.mission.measure_attitude
+    return scenario.planner.model or ("whole_body" if measured or scenario.contact.kind == "push" else "quasi_static")
 
 
 def planning_model(model: Model) -> PlanningModel:
-    """The model that a scenario plans with: by `planner.model`, or the whole body where that is not given."""
+    """The model that a scenario plans with: by `planner.model`, or by `contact.kind` where that is not given."""
     kinds: dict[str, Callable[[Model], PlanningModel]] = {"whole_body": WholeBodyPlanning}
     if model.scenario.contact.kind == "grip":
         kinds |= {"quasi_static": QuasiStaticPlanning, "lagrangian": LagrangianPlanning}

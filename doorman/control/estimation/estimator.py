@@ -205,7 +205,8 @@ class Estimator:
         if self._poses % _LISTENS == 0 and math.isfinite(noise := self._noise.deviation):
             self._run.pose_deviation(max(noise, _LEAST_NOISE))
         self._run.leaves(leaves)
-        self._run.is_to_move(self._model.travel.left(float(self._run.estimate.mean[JOINT])) > _AT_THE_GOAL)
+        left = self._model.travel.left(float(self._run.estimate.mean[JOINT]))
+        self._run.is_to_move(int(left > _AT_THE_GOAL) - int(situation == HELD and left < -_AT_THE_GOAL))
         self._run.step(measured.pose_time, measured.position, inputs, situation, self._felt(measured, situation))
 
     def _felt(self, measured: Measurement, situation: str) -> Array | None:
