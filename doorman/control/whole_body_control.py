@@ -83,7 +83,9 @@ class WholeBodyController:
         """Believe another attitude loop from now on."""
         self._loop = loop.resolved(self._numbers.one("plan.time_step"))
         self._loop_numbers = loop_numbers(self._model, self._loop, self._grips)
-        self._tilt.fly_by(self._loop)
+        self._dead_time = loop.dead_time
+        """Of the loop as it is, not as a plan resolves it [s]."""
+        self._tilt.fly_by(loop)
 
     def forget(self, grips: bool = False, goal: float | None = None) -> None:
         """Begin anew, with door and arm at rest: to push the leaf, or to hold it and bring it to an angle [rad]."""
@@ -144,7 +146,7 @@ class WholeBodyController:
 
     def _acting(self, known: Estimate, now: float) -> Array:
         """Roll and pitch that are commanded by what acts now, shape (2,) [rad]; the measured ones before anything does."""
-        time = now - self._loop.dead_time + _ROUNDED
+        time = now - self._dead_time + _ROUNDED
         acting = next((inputs for sent, inputs in reversed(self._sent) if sent <= time), None)
         return known.attitude[:2] if acting is None else acting[1:3]
 

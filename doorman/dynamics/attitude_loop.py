@@ -34,8 +34,12 @@ class AttitudeLoop:
     """d [s]."""
 
     def resolved(self, time_step: float) -> AttitudeLoop:
-        """As steps of this length can follow it [s]: lag that is too short for them counts as dead time."""
-        lag = max(self.lag, _RATE_GAIN * time_step)
+        """With the same sum of lag and dead time, as steps of this length can follow it, and as feedback of usual gains is [s].
+
+        Feed-forward of the commands makes a loop quicker than its feedback, which alone answers a moment: a lag below the usual
+        one stands for it, and takes dead time in its place.
+        """
+        lag = max(self.lag, min(USUAL_LAG, self.lag + self.dead_time), _RATE_GAIN * time_step)
         return AttitudeLoop(lag, max(self.dead_time + self.lag - lag, 0.0))
 
     @property

@@ -114,6 +114,17 @@ class Filter(Uncopied):
         )  # fmt: skip
         self._memory.clocks[LONGEST_STEP] = longest_step
         self._handle = held(self._memory)
+        self._compile()
+
+    def _compile(self) -> None:
+        """Make one step, so that none compiles later, and forget it."""
+        self.start(0.0, np.zeros(self._model.size), np.ones(self._model.size))
+        for name, kind in self._measurements.items():
+            self.measure(name, 0.0, np.zeros(self._sizes[kind]))
+        self.step(self._memory.clocks[LONGEST_STEP], np.zeros(self._memory.coming.size))
+        if self.running:
+            self.estimate()
+        self._memory.places[STARTED] = 0
 
     @property
     def time(self) -> float:

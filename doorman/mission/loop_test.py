@@ -7,9 +7,10 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from doorman.control.estimation.loop_fit import LoopFit, MeasuredLoop
+from doorman.control.estimation.loop_fit import LoopFit, MeasuredLoop, lateness
 from doorman.dynamics.attitude_loop import TESTED_DEAD_TIME, TESTED_LAG
 from doorman.model import Model
+from doorman.signals import Measurement
 
 Array = NDArray[np.float64]
 
@@ -37,6 +38,10 @@ class LoopTest:
 
     def __init__(self, model: Model) -> None:
         self._fit = LoopFit(DURATION, model.scenario.simulation.controller_rate)
+        self._rates: list[tuple[float, Array]] = []
+        self._attitudes: list[tuple[float, Array]] = []
+        self.rates_late = 0.0
+        """How much later than the poses' attitudes the body rates come, where that was measured [s]."""
         self._began: float | None = None
         self.done = not model.scenario.mission.measure_attitude
         """Whether nothing is left to test."""
@@ -61,10 +66,14 @@ class LoopTest:
             tilt[int(axis)] = _STEP if math.floor(within / _HALF + 1.0) % 4 < 2 else -_STEP
         return tilt
 
-    def note(self, now: float, commanded: Array, seen: Array, pose_time: float) -> None:
-        """Take in a tick of the test."""
+    def note(self, commanded: Array, seen: Array, measured: Measurement) -> None:
+        """Take in a tick of the test: what is commanded from now on, and the attitude by now."""
         assert self._began is not None
-        self._fit.note(now, commanded[:2], seen[:2], pose_time)
+        now = measured.time
+        self._fit.note(now, commanded[:2], seen[:2], measured.pose_time)
+        self._rates.append((now, measured.body_rates[:2]))
+        if not self._attitudes or self._attitudes[-1][0] < measured.pose_time:
+            self._attitudes.append((measured.pose_time, measured.attitude[:2]))
         if now - self._began < DURATION:
             return
         self.done = True
@@ -74,6 +83,10 @@ class LoopTest:
         late = found.lag + found.dead_time
         if abs(float(late[0] - late[1])) < _ALIKE + 0.2 * float(late.mean()):
             self.measured = found
+            poses, rates = (
+                [np.array(part) for part in zip(*taken, strict=True)] for taken in (self._attitudes, self._rates)
+            )
+            self.rates_late = lateness(*poses, *rates)
 
     def unfit(self) -> str:
         """Why contact does not bear this loop; empty if it does, or if it could not be measured."""

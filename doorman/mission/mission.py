@@ -194,7 +194,7 @@ class Mission(Uncopied):
         self._rotors = self._lift.made(command, scaled)
         self._under_way.note(now, scaled.attitude)
         if (test := self._sequence.attempt.loop_test).runs:
-            test.note(now, scaled.attitude, seen, measurement.pose_time)
+            test.note(scaled.attitude, seen, measurement)
         if self._whole_body is not None:
             self._whole_body.note(now, command, float(measurement.attitude[2]))
         told = self._locator.told(scaled)
@@ -241,7 +241,8 @@ class Mission(Uncopied):
         for user in (self.converter, self._under_way, self._whole_body):
             if user is not None:
                 user.fly_by(found.loop)
-        self.recorder.write("attitude_loop", now, asdict(found))
+        self._estimator.rates_are_late(test.rates_late)
+        self.recorder.write("attitude_loop", now, {**asdict(found), "rates_late": test.rates_late})
 
     def _change_smoothly(self, setpoint: Setpoint, estimate: Estimate) -> None:
         """From force back to position control: the observer begins with the wind, not with what it took the door for."""

@@ -18,7 +18,7 @@ from doorman.estimation.leaf.hypotheses import TOUCHING
 from doorman.estimation.leaf.leaf_filter import AT_THE_LEAF, AWAY, BORNE, CLOSING, GAINS, HELD, WINDS, leaf_filter
 from doorman.estimation.leaf.numbers import JOINT, PLACES, leaf_numbers
 from doorman.estimation.leaf.running import LeafRun
-from doorman.kinematics.rotations import euler_rates
+from doorman.kinematics.rotations import euler_rates, rotation_body_to_world
 from doorman.model import Model
 from doorman.one_line import OneLine
 from doorman.position_noise import PositionNoise
@@ -64,7 +64,8 @@ class Estimate(OneLine):
     tip_angle: float
     """Of the tip about the hinge: α where it touches [rad]."""
     tip_speed: float
-    """Of the tip along the door's normal [m/s]."""
+    """Of the tip along the door's normal, but for what tilting gives it: a law that fed that back would tilt the vehicle the other
+    way, with the loop's dead time [m/s]."""
     wind: Array
     """On the vehicle, shape (3,), world frame [N]."""
     tip_force: Array
@@ -152,6 +153,10 @@ class Estimator:
         """Take in what the vehicle is told from now on: Φ_d, and the rotors' force, shape (3,) each, body frame [N]."""
         self._attitude_told, self._told = attitude, force
 
+    def rates_are_late(self, lateness: float) -> None:
+        """Take in how much later than the poses' attitudes the body rates come [s]."""
+        self._acting.are_late(lateness)
+
     def update(self, measured: Measurement, tie: Tie, closes: bool, time_step: float) -> Estimate:
         """Take in one measurement; `closes` says whether the gripper is to be closed."""
         if not all(np.isfinite(part).all() for part in _parts(measured)):
@@ -200,7 +205,8 @@ class Estimator:
         if self._poses % _LISTENS == 0 and math.isfinite(noise := self._noise.deviation):
             self._run.pose_deviation(max(noise, _LEAST_NOISE))
         self._run.leaves(leaves)
-        self._run.is_to_move(self._model.travel.left(float(self._run.estimate.mean[JOINT])) > _AT_THE_GOAL)
+        left = self._model.travel.left(float(self._run.estimate.mean[JOINT]))
+        self._run.is_to_move(int(left > _AT_THE_GOAL) - int(situation == HELD and left < -_AT_THE_GOAL))
         self._run.step(measured.pose_time, measured.position, inputs, situation, self._felt(measured, situation))
 
     def _felt(self, measured: Measurement, situation: str) -> Array | None:
@@ -228,9 +234,9 @@ class Estimator:
             self._hinge.learn(known.time, angle, rate, resistance, float(deviations[_TOLD[1]]), strength)
         if self._attitude_told is not None:
             self._response.update(self._attitude_told, attitude, measured.body_rates, time_step)
-        tip_angle, tip_rate = self._converter.tip(
-            position, velocity, attitude, measured.body_rates, arm, measured.arm_rates
-        )
+        attitude_rates = np.array(euler_rates(attitude, measured.body_rates))
+        turning = attitude_rates[2] * rotation_body_to_world(attitude)[2]
+        tip_angle, tip_rate = self._converter.tip(position, velocity, attitude, turning, arm, measured.arm_rates)
         tip_angle -= model.coupling.angle_of_face(face)
         lever, off = model.coupling.lever_length, float(deviations[JOINT])
         force, friction, (along, up) = outputs["normal_force"][0], mean[PLACES["friction"]], door.face(angle)
@@ -245,7 +251,7 @@ class Estimator:
         return Estimate(
             time=measured.time, position=position, velocity=velocity, arm_angles=arm,
             state=np.concatenate([attitude, (angle, rate), arm]),
-            attitude_rates=np.array(euler_rates(attitude, measured.body_rates)),
+            attitude_rates=attitude_rates,
             tip_angle=tip_angle, tip_speed=-lever * tip_rate, wind=wind,
             tip_force=force * door.normal(angle) + friction[0] * along + friction[1] * up,
             friction_force=friction, normal_force=force,

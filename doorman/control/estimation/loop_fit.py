@@ -23,6 +23,8 @@ _LAGS = np.geomspace(0.015, 0.6, 24)
 """Of the bank [s]."""
 _DELAYS = 0.01 * np.arange(21)
 """[s]."""
+_LATENESSES = 0.002 * np.arange(31)
+"""Of the body rates [s]."""
 _COARSE = 0.4
 """Of the quickest loop's rate gain: a step of the bank is no longer than this over it."""
 _CELL = 1.0 / math.sqrt(12.0)
@@ -109,6 +111,28 @@ class LoopFit:
         rows = [_least(spread[:, :, axis], self._poses) for axis in (0, 1)]
         lag, dead, lag_deviation, dead_deviation, least = np.array(rows).T
         return MeasuredLoop(lag, dead, lag_deviation, dead_deviation, 1.0 - least / np.maximum(moved, 1e-12))
+
+
+def lateness(pose_times: Array, attitudes: Array, times: Array, rates: Array) -> float:
+    r"""How much later than the poses' attitudes the body rates come [s].
+
+    .. math:: \min_\theta\ \sum_k \big|\dot\phi(t_k) - \omega(t_k + \theta)\big|^2
+
+    Args:
+        pose_times: When the attitudes were true, shape (k,) [s].
+        attitudes: Roll and pitch then, shape (k, 2) [rad].
+        times: When the rates came, shape (m,) [s].
+        rates: About the body's x and y axis, shape (m, 2) [rad/s].
+    """
+    turning = (attitudes[2:] - attitudes[:-2]) / (pose_times[2:] - pose_times[:-2])[:, None]
+    off = [
+        sum(
+            float(np.square(np.interp(pose_times[1:-1] + late, times, rates[:, i]) - turning[:, i]).mean())
+            for i in (0, 1)
+        )
+        for late in _LATENESSES
+    ]
+    return float(_LATENESSES[int(np.argmin(off))])
 
 
 def _least(spread: Array, count: int) -> tuple[float, float, float, float, float]:

@@ -14,6 +14,7 @@ from doorman.estimation.leaf.kernels.acting_step import (
     ARM,
     ATTITUDE,
     FORCE,
+    LATE,
     MEMORY,
     POSED,
     RATES,
@@ -43,18 +44,32 @@ class Acting:
         self._memory, self._n = np.zeros(MEMORY), n_arm
         self._memory[FORCE:ATTITUDE], self._memory[ATTITUDE + 2], self._memory[POSED] = force, yaw, math.nan
         self._inputs, self._now = np.zeros(12 + 2 * n_arm), np.zeros(3 + n_arm)
+        self._compile()
+
+    def _compile(self) -> None:
+        """Nothing compiles in flight."""
+        note_tick(
+            self._times, self._rows, self._memory.copy(), 0.0, np.zeros(3), np.zeros(3), np.zeros(self._n), np.zeros(self._n), 0.0
+        )  # fmt: skip
+        find_inputs(self._times, self._rows, self._memory.copy(), 0.0, np.zeros(3), self._inputs)
+        find_now(self._times, self._rows, self._memory.copy(), self._now)
+
+    def are_late(self, lateness: float) -> None:
+        """Say how much later than the poses' attitudes the body rates come, by their filter and their link [s]."""
+        self._memory[LATE] = lateness
 
     def note(self, measured: Measurement, force: Array) -> None:
         """Take in a tick, and what was commanded since the tick before, shape (3,), body frame [N]."""
         age = 0.0 if measured.arm_time is None else max(measured.time - measured.arm_time, 0.0)
         rates = measured.body_rates if np.isfinite(measured.body_rates).all() else self._memory[RATES:FORCE].copy()
         note_tick(
-            self._times, self._rows, self._memory, measured.time, rates, force, measured.arm_angles, measured.arm_rates, age
+            self._times, self._rows, self._memory, measured.time, np.array(rates), np.array(force),
+            np.array(measured.arm_angles), np.array(measured.arm_rates), age,
         )  # fmt: skip
 
     def at(self, time: float, attitude: Array) -> Array:
         """Inputs at the time of a pose, which comes with an attitude, shape (m,)."""
-        find_inputs(self._times, self._rows, self._memory, time, attitude, self._inputs)
+        find_inputs(self._times, self._rows, self._memory, time, np.array(attitude), self._inputs)
         return self._inputs.copy()
 
     def now(self) -> tuple[Array, Array]:

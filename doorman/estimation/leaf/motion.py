@@ -162,8 +162,9 @@ class LeafMotion(TipOnFace):
         return self.reference.sense * torque
 
     def stuck(self, force: Any) -> Any:
-        """Growth of the resistance of a leaf that rests though it is pushed: it bears that, and more [N m/s]."""
-        return ca.fmax(self.borne(force) + self.contact.more - self.resistance, 0) / self.contact.sticks
+        """Growth of the resistance of a leaf that rests though it is pushed, or drawn back: it bears that, and more [N m/s]."""
+        way = self.contact.way
+        return way * ca.fmax(way * (self.borne(force) - self.resistance) + self.contact.more, 0) / self.contact.sticks
 
     def pushed(self, force: Any) -> Any:
         """Acceleration of the mechanism under a normal force [rad/s² or m/s²]."""

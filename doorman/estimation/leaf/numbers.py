@@ -32,6 +32,7 @@ _TOUCH = {
     "contact.friction_lasts": 5.0,  # until a tip that creeps has lost the friction that it had [s]
     "contact.settles": 0.05,  # until a leaf that stops stands [s]
     "contact.sticks": 0.3,  # until a leaf that stands is believed to resist with more than it bears [s],
+    "contact.way": 1.0,  # it is to go on, or back: -1
     "contact.more": 0.2,  # by so much on average [N m]
 }
 _SWITCH = {
@@ -87,7 +88,7 @@ _LEAF = 5e-3
 _SHARES = ("contact.friction", "switch.jump", "switch.throw")
 """Numbers that do not grow with the vehicle, unlike their namesakes."""
 
-TUNED = ("sensor.pose", "sensor.tip_force", "sensor.leaf", *_TOUCH, *_SWITCH, *_NOISE, *_START)
+TUNED = ("sensor.pose", "sensor.tip_force", "sensor.leaf", *(name for name in _TOUCH if name != "contact.way"), *_SWITCH, *_NOISE, *_START)
 """Names of what is no fact of vehicle or door."""
 
 

@@ -162,10 +162,11 @@ class LeafRun:
         """Say how noisy positions are [m]; from the next step on."""
         self._bank.parameters[self._numbers.place("sensor.pose")] = deviation
 
-    def is_to_move(self, is_to: bool) -> None:
-        """Say whether a leaf that stands is pushed to move: one that is held where it stands tells nothing of its friction."""
+    def is_to_move(self, way: int) -> None:
+        """Say whether a leaf that stands is to go on, 1, or back, -1: one that is held, 0, tells nothing of its friction."""
         more = self._numbers.one("contact.more")
-        self._bank.parameters[self._numbers.place("contact.more")] = more if is_to else -0.5 * more
+        self._bank.parameters[self._numbers.place("contact.more")] = more if way else -0.5 * more
+        self._bank.parameters[self._numbers.place("contact.way")] = way or 1
 
     def leaves(self, is_to: bool) -> None:
         """Say whether the tip is to come off the leaf."""

@@ -11,8 +11,9 @@ from doorman.compilation import kernel
 
 Array = NDArray[np.float64]
 
-COUNT, POSED, RATES, FORCE, ATTITUDE, MEMORY = 0, 1, 2, 5, 8, 11
-"""Places in the memory: ticks in the ring, time of the last pose (NaN before), Ω, force of the rotors, Φ at that pose."""
+COUNT, POSED, RATES, FORCE, ATTITUDE, LATE, MEMORY = 0, 1, 2, 5, 8, 11, 12
+"""Places in the memory: ticks in the ring, time of the last pose (NaN before), Ω, force of the rotors, Φ at that pose, and how late
+the body rates are [s]."""
 TURNED, MADE, ARM = 0, 3, 6
 """Columns of the ring: integral of the rates [rad], force of the rotors [N], then the arm's angles and rates."""
 
@@ -59,14 +60,14 @@ def find_inputs(times: Array, rows: Array, memory: Array, time: float, seen: Arr
     for i in range(3):
         memory[ATTITUDE + i] = out[3 + i]
     memory[POSED] = time
-    late = time + _HALF > times[int(memory[COUNT]) - 1]  # the gyroscope has not gone so far yet
+    late = time + memory[LATE] + _HALF > times[int(memory[COUNT]) - 1]  # the gyroscope has not gone so far yet
     ahead = 0.0 if late else _HALF
     for i in range(3):
-        turned = value_at(times, rows, memory, time, TURNED + i)
-        before = value_at(times, rows, memory, time - _HALF, TURNED + i)
-        after, first = value_at(times, rows, memory, time + ahead, TURNED + i), turned if not late else before
-        last = before if not late else value_at(times, rows, memory, time - 2.0 * _HALF, TURNED + i)
-        earlier = value_at(times, rows, memory, time - (2.0 if not late else 3.0) * _HALF, TURNED + i)
+        turned = turned_at(times, rows, memory, time, i)
+        before = turned_at(times, rows, memory, time - _HALF, i)
+        after, first = turned_at(times, rows, memory, time + ahead, i), turned if not late else before
+        last = before if not late else turned_at(times, rows, memory, time - 2.0 * _HALF, i)
+        earlier = turned_at(times, rows, memory, time - (2.0 if not late else 3.0) * _HALF, i)
         out[i] = value_at(times, rows, memory, time, MADE + i)
         out[6 + i] = (turned - before) / _HALF
         out[9 + i] = ((after - first) - (last - earlier)) / (2.0 * _HALF * _HALF)
@@ -92,9 +93,9 @@ def carried(times: Array, rows: Array, memory: Array, time: float, i: int) -> fl
     angle = memory[ATTITUDE + i]
     if time == memory[POSED]:
         return float(angle)
-    x = value_at(times, rows, memory, time, TURNED) - value_at(times, rows, memory, memory[POSED], TURNED)
-    y = value_at(times, rows, memory, time, TURNED + 1) - value_at(times, rows, memory, memory[POSED], TURNED + 1)
-    z = value_at(times, rows, memory, time, TURNED + 2) - value_at(times, rows, memory, memory[POSED], TURNED + 2)
+    x = turned_at(times, rows, memory, time, 0) - turned_at(times, rows, memory, memory[POSED], 0)
+    y = turned_at(times, rows, memory, time, 1) - turned_at(times, rows, memory, memory[POSED], 1)
+    z = turned_at(times, rows, memory, time, 2) - turned_at(times, rows, memory, memory[POSED], 2)
     roll, pitch = memory[ATTITUDE], memory[ATTITUDE + 1]
     across = math.sin(roll) * y + math.cos(roll) * z
     if i == 0:
@@ -102,6 +103,14 @@ def carried(times: Array, rows: Array, memory: Array, time: float, i: int) -> fl
     if i == 1:
         return float(angle + math.cos(roll) * y - math.sin(roll) * z)
     return float(angle + across / math.cos(pitch))
+
+
+@kernel
+def turned_at(times: Array, rows: Array, memory: Array, time: float, i: int) -> float:
+    """Integral of a body rate up to a time; beyond what the gyroscope has told, the last rate goes on."""
+    last, known = int(memory[COUNT]) - 1, time + memory[LATE]
+    beyond = min(max(known - times[last], 0.0), memory[LATE])
+    return float(value_at(times, rows, memory, known, TURNED + i) + beyond * memory[RATES + i])
 
 
 @kernel
