@@ -52,7 +52,9 @@ class StateConverter:
 
     def __init__(self, model: Model, ahead: LookAheads | None = None) -> None:
         self.model = model
-        self._ahead = ahead or LookAheads.of(model.attitude_loop)
+        self.loop = model.attitude_loop
+        """Of the attitude, as it is believed."""
+        self._ahead = ahead or LookAheads.of(self.loop)
         self._planning = planning_model(model)
         self._coupling = model.coupling
         self._arm, self._leaf = ArmParameters.of(model.vehicle.arm), leaf_numbers(model.door)
@@ -67,7 +69,7 @@ class StateConverter:
 
     def fly_by(self, loop: AttitudeLoop) -> None:
         """Believe another attitude loop from now on."""
-        self._ahead = LookAheads.of(loop)
+        self.loop, self._ahead = loop, LookAheads.of(loop)
 
     def state(
         self,

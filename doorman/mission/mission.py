@@ -74,7 +74,7 @@ class Mission(Uncopied):
         self._opened_at: float | None = None
         self._last_setpoint: Setpoint | None = None
         self._rotors = np.array([0.0, 0.0, model.vehicle.weight])
-        self._lift = LiftScale(model.vehicle.weight, model.vehicle.max_thrust)
+        self._lift = LiftScale(model.vehicle.max_thrust)
         self._abort_reason = ""
 
     @property
@@ -191,7 +191,7 @@ class Mission(Uncopied):
         elif tie is Tie.FREE:
             self._lift.learn(estimate.lift)
         scaled = self._lift.scaled(command)
-        self._rotors = self._lift.made(command, scaled)
+        self._rotors = self._lift.made(scaled)
         self._under_way.note(now, scaled.attitude)
         if (test := self._sequence.attempt.loop_test).runs:
             test.note(scaled.attitude, seen, measurement)
@@ -199,7 +199,7 @@ class Mission(Uncopied):
             self._whole_body.note(now, command, float(measurement.attitude[2]))
         told = self._locator.told(scaled)
         backend.command(told)
-        self._estimator.tell(scaled.attitude, scaled.body_force)
+        self._estimator.tell(scaled.body_force)
         self._record(measured, estimate, setpoint, thrust, told)
         self._record_door(measured, told_leaf)
         self._locator.update(measured, at_the_leaf and estimate.touching, tie is Tie.GRIPPED, elapsed)

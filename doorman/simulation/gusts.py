@@ -6,7 +6,9 @@ r"""Gusts: wind on vehicle and leaf, a force that varies by chance and whose dir
     d(t) = d_0 + \omega t + j
 
 ξ is an Ornstein-Uhlenbeck process of mean 0 and deviation 1, one for the vehicle and one for the leaf, v the `variation` and
-T the `correlation_time`. The wind blows towards d, with the `direction` d₀ and the `turn_rate` ω: of constant strength where v is
+T the `correlation_time`. A third one is the vertical force on the vehicle, of deviation `vertical`.
+
+The wind blows towards d, with the `direction` d₀ and the `turn_rate` ω: of constant strength where v is
 0. At random times the direction jumps by `jump_angle` to either side, which j sums. The strength s is then drawn anew, evenly
 within `jump_strength` of 1. On the leaf the force acts at half its width w: the torque in the hinge is
 :math:`\frac{w}{2} F \sin(d - \beta)` for a leaf along β, which is α where the door stands as its URDF has it.
@@ -32,6 +34,8 @@ _GUSTS = 2
 """Stream of random numbers of a seed for gusts."""
 _JUMPS = 5
 """The stream that makes its jumps."""
+_UPWARDS = 8
+"""The stream that makes its vertical force."""
 _BLOCK = 256
 """Pairs of random numbers that are drawn at once."""
 
@@ -44,7 +48,8 @@ class Gust:
         self._door, self._lever = door, door.lever_length(door.width / 2)
         self._generator = np.random.default_rng([seed, _GUSTS])
         self._drawn: Iterator[list[float]] = iter(())
-        self._variation = self._draw()
+        self._upwards = np.random.default_rng([seed, _UPWARDS])
+        self._variation, self._rises = self._draw(), self._rise()
         self._time, self._elapsed, self._kept, self._fresh = 0.0, 0.0, 1.0, 0.0
         self._jumps = Jumps(section.jump_rate, (seed, _JUMPS))
         self._jumped, self._strength = 0.0, 1.0
@@ -62,7 +67,8 @@ class Gust:
         x, y = math.cos(towards), math.sin(towards)
         across, along, _ = self._door.normal(door_angle).tolist()
         blown = Disturbance(
-            force=(vehicle * x, vehicle * y, 0.0), hinge_torque=-self._lever * leaf * (across * x + along * y)
+            force=(vehicle * x, vehicle * y, wind.vertical * self._rises),
+            hinge_torque=-self._lever * leaf * (across * x + along * y),
         )
         return together(blown, self._draught(door_angle)) if wind.draughty else blown
 
@@ -89,6 +95,11 @@ class Gust:
         if self._kept < 1.0:
             kept, fresh, (vehicle, leaf), (a, b) = self._kept, self._fresh, self._variation, self._draw()
             self._variation = [kept * vehicle + fresh * a, kept * leaf + fresh * b]
+            self._rises = kept * self._rises + fresh * self._rise()
+
+    def _rise(self) -> float:
+        """A standard normal number, where there is a vertical force."""
+        return float(self._upwards.standard_normal()) if self._section.vertical > 0.0 else 0.0
 
     def _draw(self) -> list[float]:
         """Two standard normal numbers: the next of the generator's, which are drawn in blocks."""

@@ -1,7 +1,9 @@
 """Sensors: the truth as motion capture, servos and gyroscope tell it: noisy, late, with gaps; the door's angle is not seen.
 
 Motion capture samples position, velocity and attitude at its rate, loses the samples of a gap, and delivers the others after
-its latency and jitter; meanwhile the last pose holds. The arm's angles and rates come by another cable: as late, without gaps or
+its latency and jitter; meanwhile the last pose holds. It may take markers for others.
+
+The arm's angles and rates come by another cable: as late, without gaps or
 jitter, and with the servos' play. Body rates are the gyroscope's, and a force sensor's readings the tip's, of the present moment.
 """
 
@@ -17,6 +19,7 @@ from doorman.hardware.interface import Measurement
 from doorman.scenario import NoiseSection, SensorsSection
 from doorman.simulation.gaps import Dropouts
 from doorman.simulation.reality.seen_frame import SeenFrame, seen_frame
+from doorman.simulation.reality.swaps import Swaps
 from doorman.simulation.truth import Truth
 
 _DROPOUTS = 1
@@ -61,7 +64,7 @@ class Sensors:
         self._generator = np.random.default_rng(seed)
         self._delivery = delivery or SensorsSection()
         self._dropouts = Dropouts(self._delivery.dropout_rate, self._delivery.dropout_duration, [seed, _DROPOUTS])
-        self._frame = seen_frame(self._delivery, seed)
+        self._frame, self._swaps = seen_frame(self._delivery, seed), Swaps(self._delivery, seed)
         self._jitter = np.random.default_rng([seed, _JITTER])
         self._tip_noise = np.random.default_rng([seed, _TIP_FORCE])
         self._backlash, self._servo_angles = backlash, np.empty(0)
@@ -80,6 +83,9 @@ class Sensors:
         sampled = self._samples(time)
         if sampled and self._frame is not None:
             position, velocity, attitude = self._in_frame(self._frame, truth)
+        if sampled and self._delivery.swap_rate > 0.0:
+            off = self._swaps.off(time)
+            position, attitude = position + off[:3], attitude + off[3:]
         true = np.concatenate((position, velocity, attitude, truth.body_rates, arm_angles, truth.arm_rates))
         seen = sealed(true + noise)
         if sampled:

@@ -48,7 +48,7 @@ class Hovering:
             now = self.tick * TICK
             seen = Measurement(now, self.place, rest, self.attitude, rest, model.start_arm, np.zeros(model.n_arm), now)
             step = TICK if self.tick else 0.0
-            self.estimator.tell(self.attitude, rotation_body_to_world(self.attitude).T @ force)
+            self.estimator.tell(rotation_body_to_world(self.attitude).T @ force)
             known = self.estimator.update(seen, Tie.PUSHING if at_the_leaf else Tie.FREE, False, step)
             command = self.flight.command(known, seen, at_the_leaf, step)
             self.tick += 1

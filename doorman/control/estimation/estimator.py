@@ -9,13 +9,20 @@ from enum import Enum
 import numpy as np
 from numpy.typing import NDArray
 
-from doorman.control.observers.attitude_response import AttitudeResponse
 from doorman.control.state_converter import StateConverter
-from doorman.dynamics.attitude_loop import USUAL_LAG
 from doorman.estimation.leaf.acting import Acting
 from doorman.estimation.leaf.hinge_fit import HingeEstimate, HingeFit
-from doorman.estimation.leaf.hypotheses import TOUCHING
-from doorman.estimation.leaf.leaf_filter import AT_THE_LEAF, AWAY, BORNE, CLOSING, GAINS, HELD, WINDS, leaf_filter
+from doorman.estimation.leaf.hypotheses import RESTING, TOUCHING
+from doorman.estimation.leaf.leaf_filter import (
+    AT_THE_LEAF,
+    AWAY,
+    BORNE,
+    CLOSING,
+    GAINS,
+    HELD,
+    WINDS,
+    leaf_filter,
+)
 from doorman.estimation.leaf.numbers import JOINT, PLACES, leaf_numbers
 from doorman.estimation.leaf.running import LeafRun
 from doorman.kinematics.rotations import euler_rates, rotation_body_to_world
@@ -87,10 +94,10 @@ class Estimate(OneLine):
     door_disturbance: float
     """τ̂_d, all of the hinge's torque that the scenario does not name, in the sense of damping [N m]."""
     hinge: HingeEstimate
-    attitude_lag: float = USUAL_LAG
-    """τ̂ of roll and pitch behind what they are told [s]."""
     lift: float = 0.0
     """Lift of the rotors beyond their command, as a share of it."""
+    rests: bool = False
+    """Whether the leaf at which the tip is probably rests."""
     angle_deviation: float = 0.0
     """Of α [rad]."""
     lost: bool = False
@@ -144,14 +151,13 @@ class Estimator:
         self._face_is_known, self._leaf_time = False, -math.inf
         self._hinge = HingeFit(model)
         self._unnamed = 0.0
-        self._attitude_told: Array | None = None
-        self._response = AttitudeResponse(model.scenario.vehicle.attitude_lag)
         self._sure, self._touches = model.scenario.estimation.sure, model.scenario.mission.start == "contact"
+        self._rests = False
         self._unloaded = np.zeros(2)  # sum of what the tip's sensor has read in free flight, and how many readings
 
-    def tell(self, attitude: Array, force: Array) -> None:
-        """Take in what the vehicle is told from now on: Φ_d, and the rotors' force, shape (3,) each, body frame [N]."""
-        self._attitude_told, self._told = attitude, force
+    def tell(self, force: Array) -> None:
+        """Take in what the rotors are told from now on, shape (3,), body frame [N]."""
+        self._told = force
 
     def rates_are_late(self, lateness: float) -> None:
         """Take in how much later than the poses' attitudes the body rates come [s]."""
@@ -193,9 +199,13 @@ class Estimator:
         """One step of the bank."""
         self._poses += 1
         self._noise.note(self._poses, measured.position)
-        inputs = self._acting.at(measured.pose_time, measured.attitude)
+        position, attitude = measured.position, measured.attitude
+        if self._run is not None:
+            position, swapped = self._run.unswapped(measured.pose_time, position)
+            attitude = self._acting.carried(measured.pose_time) if swapped else attitude
+        inputs = self._acting.at(measured.pose_time, attitude)
         if self._run is None:
-            self._run = LeafRun(self._model, self._numbers, measured.pose_time, measured.position, inputs, self._bank)
+            self._run = LeafRun(self._model, self._numbers, measured.pose_time, position, inputs, self._bank)
             if self._face_is_known:  # a sensor has seen the frame before the first pose
                 self._run.know_face()
             return
@@ -207,7 +217,7 @@ class Estimator:
         self._run.leaves(leaves)
         left = self._model.travel.left(float(self._run.estimate.mean[JOINT]))
         self._run.is_to_move(int(left > _AT_THE_GOAL) - int(situation == HELD and left < -_AT_THE_GOAL))
-        self._run.step(measured.pose_time, measured.position, inputs, situation, self._felt(measured, situation))
+        self._run.step(measured.pose_time, position, inputs, situation, self._felt(measured, situation))
 
     def _felt(self, measured: Measurement, situation: str) -> Array | None:
         """What the tip's sensor reads beyond what it reads in free flight, shape (1,) [N]."""
@@ -226,14 +236,12 @@ class Estimator:
         attitude, arm = self._acting.now()
         rate, resistance, face, lift, inertia = (float(mean[place]) for place in _TOLD)
         angle, inertia, door = float(mean[JOINT]) + age * rate, math.exp(inertia), model.door
-        touches = sum(known.probabilities.get(name, 0.0) for name in TOUCHING)
-        self._touches = touching = touches > (1.0 - self._sure if self._touches else self._sure)
+        self._touches = touching = self._believes(run, TOUCHING, self._touches)
+        self._rests = self._believes(run, RESTING, self._rests)
         wind = np.array([outputs[name][0] for name in WINDS])
         if touching:
             strength = math.hypot(*wind[:2].tolist())
             self._hinge.learn(known.time, angle, rate, resistance, float(deviations[_TOLD[1]]), strength)
-        if self._attitude_told is not None:
-            self._response.update(self._attitude_told, attitude, measured.body_rates, time_step)
         attitude_rates = np.array(euler_rates(attitude, measured.body_rates))
         turning = attitude_rates[2] * rotation_body_to_world(attitude)[2]
         tip_angle, tip_rate = self._converter.tip(position, velocity, attitude, turning, arm, measured.arm_rates)
@@ -256,11 +264,17 @@ class Estimator:
             tip_force=force * door.normal(angle) + friction[0] * along + friction[1] * up,
             friction_force=friction, normal_force=force,
             near=lever * (tip_angle - angle - 2.0 * off) < _REACH * model.scale.length, touching=touching,
+            rests=self._rests,
             resistance=max(resistance, _LEAST_RESISTANCE * model.hinge_scale),
             friction_share=self._hinge.friction_share(angle), face_offset=face, door_disturbance=self._unnamed,
             hinge=self._hinge.found(angle, inertia, inertia * float(deviations[_TOLD[4]])),
-            attitude_lag=self._response.lag, lift=lift, angle_deviation=off, lost=run.lost,
+            lift=lift, angle_deviation=off, lost=run.lost,
         )  # fmt: skip
+
+    def _believes(self, run: LeafRun, names: tuple[str, ...], before: bool) -> bool:
+        """Whether one of these hypotheses is surely true, or was and is not surely false."""
+        probability = sum(run.estimate.probabilities.get(name, 0.0) for name in names)
+        return probability > (1.0 - self._sure if before else self._sure)
 
 
 _TOLD = tuple(PLACES[name].start for name in ("joint_rate", "resistance", "face", "lift", "log_inertia"))

@@ -13,8 +13,6 @@ from doorman.signals import Command
 
 Array = NDArray[np.float64]
 
-_SHORT = 1e-6
-"""Share of the weight by which rotors make less than was wanted."""
 _LEAST, _MOST = 0.7, 1.3
 """Of s: beyond, it is another vehicle."""
 
@@ -23,12 +21,11 @@ class LiftScale:
     """Scale of the lift in one flight.
 
     Args:
-        weight: m g [N].
         max_thrust: Largest thrust that is commanded [N].
     """
 
-    def __init__(self, weight: float, max_thrust: float) -> None:
-        self._weight, self._max_thrust = weight, max_thrust
+    def __init__(self, max_thrust: float) -> None:
+        self._max_thrust = max_thrust
         self.scale = 1.0
         """s: thrust that a command of one newton makes, as far as the believed mass is right."""
 
@@ -44,10 +41,9 @@ class LiftScale:
         ahead, left = (side / self.scale for side in command.side_force)
         return Command(thrust, command.attitude, command.arm_rates, command.grip, (ahead, left))
 
-    def made(self, wanted: Command, told: Command) -> Array:
-        """What the rotors make of a command, which is less than was wanted where they can do no more."""
-        short = self.scale * told.thrust < wanted.thrust - _SHORT * self._weight
-        return self.scale * told.body_force if short else wanted.body_force
+    def made(self, told: Command) -> Array:
+        """What the rotors make of a command, which is less than was wanted where they can do no more, shape (3,) [N]."""
+        return np.asarray(self.scale * told.body_force)
 
     @property
     def reach(self) -> float:

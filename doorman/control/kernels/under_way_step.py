@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.compilation import kernel
-from doorman.control.kernels.attitude_step import rates_of_euler
 
 Array = NDArray[np.float64]
 
@@ -21,6 +20,15 @@ NOW, AHEAD, ATTITUDE, RATES, FORCE, STEADY, GIVEN = 0, 1, 2, 5, 8, 11, 13
 vehicle along the world's x and y."""
 _STEPS = 16
 """Of the horizon."""
+
+
+@kernel
+def rates_of_euler(attitude: Array, body_rates: Array) -> tuple[float, float, float]:
+    r"""Rates :math:`\dot\Phi = W(\Phi)\,\Omega`: three numbers, infinite or without sense near θ = ±π/2 [rad/s]."""
+    cr, sr = math.cos(attitude[0]), math.sin(attitude[0])
+    cp, tp = math.cos(attitude[1]), math.tan(attitude[1])
+    turning = sr * body_rates[1] + cr * body_rates[2]
+    return body_rates[0] + tp * turning, cr * body_rates[1] - sr * body_rates[2], turning / cp
 
 
 @kernel

@@ -18,6 +18,7 @@ from doorman.estimation.leaf.kernels.acting_step import (
     MEMORY,
     POSED,
     RATES,
+    carried,
     find_inputs,
     find_now,
     note_tick,
@@ -71,6 +72,10 @@ class Acting:
         """Inputs at the time of a pose, which comes with an attitude, shape (m,)."""
         find_inputs(self._times, self._rows, self._memory, time, np.array(attitude), self._inputs)
         return self._inputs.copy()
+
+    def carried(self, time: float) -> Array:
+        """Φ that the gyroscope has carried on from the last pose, without jumps, shape (3,) [rad]."""
+        return np.array([carried(self._times, self._rows, self._memory, time, i) for i in range(3)])
 
     def now(self) -> tuple[Array, Array]:
         """Φ, yaw without jumps, and H at the last tick, shapes (3,) and (n,) [rad]."""

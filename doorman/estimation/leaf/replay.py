@@ -110,7 +110,8 @@ def replay_leaf(recording: Recording, model: Model, changes: dict[str, float] | 
         while readings and readings[0][0] <= measured.time[new[k]]:
             _, seen_at, angle, deviation = readings.popleft()
             run.see_leaf(seen_at, angle, deviation / model.door.per_angle)
-        status = run.step(float(pose_time[new[k]]), measured["position"][new[k]], inputs[k], situations[k], reading)
+        position, _ = run.unswapped(float(pose_time[new[k]]), measured["position"][new[k]])
+        status = run.step(float(pose_time[new[k]]), position, inputs[k], situations[k], reading)
         found = run.estimate
         rows.append((
             found.mean, found.deviations, list(found.probabilities.values()), found.outputs["normal_force"],

@@ -14,6 +14,7 @@ from doorman.estimation.leaf.hypotheses import FREE, HOLDING, STANDING, TOUCHING
 from doorman.estimation.leaf.leaf_filter import AT_THE_LEAF, AWAY, HELD, leaf_filter
 from doorman.estimation.leaf.leaf_sensor import GATE, LEAF
 from doorman.estimation.leaf.numbers import FACE, JOINT, JOINT_RATE, LEAVES, PLACES, first_state
+from doorman.estimation.leaf.swapped import Swapped
 from doorman.estimation.status import Status
 from doorman.kinematics.numbers import Numbers
 from doorman.model import Model
@@ -29,8 +30,6 @@ _REFUSED_LONGEST = 0.1
 _FACE = PLACES["face"].start
 _OF_THE_LEAF = ("joint", "joint_rate", "resistance", "log_inertia", "face", "reach", "friction")
 
-_MET = 0.8
-"""Probability from which on the tip has met the leaf."""
 _ELSEWHERE, _STRAYED, _FLIES = 1.5, 0.25, 0.1
 """Deviations by which a tip that touches nothing is behind the leaf's place, before that is elsewhere, and the deviations of its
 place [rad or m] and rate then [rad/s or m/s]."""
@@ -61,7 +60,7 @@ class LeafRun:
         self, model: Model, numbers: Numbers, time: float, position: Array, inputs: Array, bank: Filter | None = None
     ) -> None:
         situation, first = _begins(model)
-        self._model, self._met = model, first != FREE
+        self._model, self._met, self._sure = model, first != FREE, model.scenario.estimation.sure
         self._bank = bank or leaf_filter(model, numbers)
         self._situation, self._inputs, self._numbers = situation, inputs, numbers
         self._mean, self._doubt = first_state(model, numbers, position)
@@ -72,6 +71,7 @@ class LeafRun:
         """Of the last pose [s]."""
         self.lost = False
         """Whether the last step left no hypothesis with a meaning."""
+        self._swapped = Swapped(model.scenario.safety.speed)
         self._deviations: Array | None = None
         self._seen_at = -math.inf
         self._taken, self._likelihood, self._fused, self._refused, self._innovation = time, 0.0, 0, 0, 0.0
@@ -111,6 +111,14 @@ class LeafRun:
         self._look_farther(situation)
         return status
 
+    def unswapped(self, time: float, position: Array) -> tuple[Array, bool]:
+        """A pose as the right markers would give it, shape (3,) [m], and whether the cameras see others; once for each pose."""
+        mean, passed = self.estimate.mean, time - self.time
+        expected = mean[PLACES["position"]] + passed * mean[PLACES["velocity"]]
+        deviation = float(self._bank.parameters[self._numbers.place("sensor.pose")][0])
+        seen = self._swapped.undone(time, position, expected, passed, deviation)
+        return seen, self._swapped.now
+
     def see_leaf(self, time: float, joint: float, deviation: float) -> Status:
         """Take in where a sensor has seen the leaf; the next step fuses it at its own time.
 
@@ -125,7 +133,7 @@ class LeafRun:
             Whether it was taken.
         """
         off = abs(joint - float(self.estimate.mean[JOINT]))
-        if self._touches() < 1.0 - _MET and off > GATE * math.hypot(deviation, float(self.deviations[JOINT])):
+        if self._touches() < 1.0 - self._sure and off > GATE * math.hypot(deviation, float(self.deviations[JOINT])):
             rate = float(self.estimate.mean[JOINT_RATE])
             self._leaf_is({JOINT: (joint, deviation), JOINT_RATE: (rate, _FLIES)})
         self._seen_at = time
@@ -204,8 +212,8 @@ class LeafRun:
     def _look_farther(self, situation: str) -> None:
         """A leaf that is not met where it should stand is beyond the tip; before the first touch, the map is right then."""
         touches, coupling = self._touches(), self._model.coupling
-        self._met = self._met or touches > _MET
-        if situation != AT_THE_LEAF or touches > 1.0 - _MET:
+        self._met = self._met or touches > self._sure
+        if situation != AT_THE_LEAF or touches > 1.0 - self._sure:
             return
         mean, n, lever = self.estimate.mean, self._model.n_arm, coupling.lever_length
         posture = self._inputs[3:6], self._inputs[6:9], self._inputs[12 : 12 + n], self._inputs[12 + n :]

@@ -36,17 +36,11 @@ class DoorOpening(ABC):
         self._progress = Progress(model, pushes)
         self.held = False
         """Whether the door is being held, and not moved: never with a grip, which moves a door to where it stays."""
-        self._last = 0.0
 
     def may_go_on(self, estimate: Estimate) -> bool:
         """Whether another attempt may do better than one that is stuck: plans come and are flown, and the door has swung."""
         plans = self._schedule.overdue(estimate.time) <= SILENT and not self._schedule.refusal
         return plans and self._progress.swung
-
-    @property
-    def rate(self) -> float:
-        """The door's, averaged over half a second: poses with 1 mm of noise make a rate of 0.05 rad/s in each tick [rad/s]."""
-        return self._progress.rate
 
     def done(self, now: float) -> bool:
         """Whether the door has stood at the goal for long enough, and stands still right now."""

@@ -11,9 +11,7 @@ from doorman.control.estimation.estimator import Estimate
 from doorman.control.position_controller import Setpoint
 from doorman.mission.opening.door_opening import HEADING_LOST, DoorOpening
 from doorman.mission.opening.held_leaf import HeldLeaf
-from doorman.mission.opening.resistance import Resistance
 from doorman.mission.schedule import PlanSchedule
-from doorman.mission.since import since
 from doorman.model import Model
 
 Array = NDArray[np.float64]
@@ -21,9 +19,9 @@ Array = NDArray[np.float64]
 _STUCK = 10.0
 """Time without progress after which an opening is given up [s]."""
 _TOO_FAR_AHEAD = math.radians(22.0)
-_GIVES_WAY, _LEANS = 0.05, 0.3
-"""A gripping vehicle that is turned farther ahead of a door that is slower for so long leans on it, and is turned on [rad],
-[rad/s], [s]."""
+"""A gripping vehicle that is turned farther ahead of a door that rests leans on it, and is turned on [rad]."""
+_UNSURE = 0.2
+"""By which a room door's closer may seem to be stronger than friction for a gripped door to be tried nevertheless [N m]."""
 
 
 class Opening(DoorOpening):
@@ -37,40 +35,25 @@ class Opening(DoorOpening):
 
     def __init__(self, model: Model, held_leaf: HeldLeaf, schedule: PlanSchedule) -> None:
         super().__init__(model, schedule, pushes=False)
-        self._held_leaf = held_leaf
-        self.resistance = Resistance(model, self._progress)
-        """What the hinge resists with."""
-        self._leans_since: float | None = None
+        self._held_leaf, self._unsure = held_leaf, _UNSURE * model.hinge_scale
 
     def resume(self, now: float, push: float) -> None:
         """Begin."""
         self._held_leaf.begin(now)
         self._progress.resume(now)
-        self._last, self._leans_since = now, None
 
     def hold_again(self, estimate: Estimate, push: float) -> None:
         """Bring a door that was held before back to the goal."""
         self.resume(estimate.time, push)
 
     def keeps_the_door(self, estimate: Estimate) -> bool:
-        """Whether the door may stay by itself."""
-        return self.resistance.keeps_the_door(estimate)
-
-    def done(self, now: float) -> bool:
-        """Whether the door has stood at the goal for long enough. Friction may then hold it where it is near enough."""
-        done = super().done(now)
-        self.resistance.is_open = self.resistance.is_open or done
-        return done
+        """Whether the door may stay by itself, within a deviation: what is let go is watched then, before it is left."""
+        return estimate.hinge.spare + min(estimate.hinge.spare_deviation, self._unsure) > 0.0
 
     def step(self, estimate: Estimate, body_rates: Array) -> Setpoint:
         """Setpoint for now."""
-        time_step, self._last = estimate.time - self._last, estimate.time
-        self.resistance.learn(estimate, time_step)
-        self._progress.update(estimate, False, time_step)
-        ahead = self._held_leaf.ahead(estimate.yaw, estimate.door_angle) > _TOO_FAR_AHEAD
-        leans = ahead and abs(self._progress.rate) < _GIVES_WAY
-        self._leans_since = since(self._leans_since, leans, estimate.time)
-        return self._held_leaf.follow(estimate, body_rates, lambda: self.resistance.torque(estimate, time_step))
+        self._progress.update(estimate, False)
+        return self._held_leaf.follow(estimate, body_rates, lambda: estimate.door_disturbance)
 
     def stuck(self, estimate: Estimate) -> str:
         """Reason to give the opening up; empty if there is none. See `DoorOpening`."""
@@ -78,7 +61,7 @@ class Opening(DoorOpening):
             return silence
         angle = self._model.door.in_words(estimate.door_angle)
         ahead = self._held_leaf.ahead(estimate.yaw, estimate.door_angle)
-        if self._leans_since is not None and estimate.time - self._leans_since > _LEANS:
+        if ahead > _TOO_FAR_AHEAD and estimate.rests:
             return f"the door does not give way: the vehicle is {math.degrees(ahead):.0f}° ahead of it at {angle}"
         if abs(ahead) > HEADING_LOST:
             turned = math.degrees(abs(ahead))

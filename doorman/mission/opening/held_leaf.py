@@ -99,7 +99,7 @@ class QuasiStaticHold(HeldLeaf):
         beyond = way * self.ahead(setpoint.yaw, estimate.door_angle) - _AHEAD
         if beyond > 0.0:  # plans turn with a door that should move, and one that is held does not
             setpoint, turning = replace(setpoint, yaw=setpoint.yaw - way * self._sense * beyond), 0.0
-        aid = self._turning_aid.force(estimate.state, body_rates, turning, time_step, estimate.attitude_lag)
+        aid = self._turning_aid.force(estimate.state, body_rates, turning, time_step, self._converter.loop.lag)
         return replace(setpoint, force=setpoint.force + aid)
 
     def _hinge(self, estimate: Estimate, torque: float) -> Hinge:

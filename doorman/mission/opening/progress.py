@@ -8,29 +8,15 @@ from doorman.control.estimation.estimator import Estimate
 from doorman.mission.since import since
 from doorman.model import Model
 
-NEARLY = math.radians(4.0)
-"""Nearer to the goal, a door that comes loose with a jerk would pass it [rad]."""
-STANDS = 0.01
-"""A door whose average rate is smaller stands [rad/s]."""
 STILL_OPEN = math.radians(1.5)
 """A held door that is farther from the goal is pushed again, if it is not open enough [rad]."""
-HELD_WITHIN = 0.006
-"""A gripped door that stands within this of the goal is open: twice what the tip's angle is uncertain by [rad]."""
-SLOW = 0.005
-"""A gripped door that is slower at the goal, for a while, is taken to stay there [rad/s],"""
-AT_GOAL = math.radians(0.9)
-"""if it is no farther off [rad];"""
-_LENIENCE = math.radians(0.35)
-"""by which that is more with every time that it passed the goal but the first, up to `_NEAR`: it sticks and slips [rad]."""
+_WITHIN = 0.006
+"""A gripped door that rests within this of the goal is open: twice what the tip's angle is uncertain by [rad]. It grows with
+every hold time that the door is near the goal, where friction may keep it."""
 _NEAR = math.radians(2.0)
-"""A door that swings about the goal and no farther is near enough after a while [rad]."""
-_SETTLING = 4.0
+"""A door that is no farther from the goal is near it [rad];"""
 _PATIENCE = 12.0
-"""Hold times after which a slow door, and one that swings about the goal, is there."""
-_BEYOND = math.radians(2.0)
-"""A held door that is so far past the goal has not been opened as asked."""
-_AVERAGED = 0.5
-"""Over which the rate is averaged [s]."""
+"""one that swings about the goal and no farther is near enough after so many hold times."""
 _STEP = math.radians(0.5)
 """By which a door must have come nearer to the goal to get on [rad]."""
 _SWINGING = 4
@@ -46,54 +32,31 @@ class Progress:
     """
 
     def __init__(self, model: Model, pushes: bool) -> None:
-        self._pushes = pushes
+        self._pushes, self._goal, self._travel = pushes, model.goal_angle, model.travel
         self._hold_time = model.scenario.mission.hold_time
-        self._goal = model.goal_angle
         self._way = abs(model.start_angle - self._goal)
-        self.rate = 0.0
-        """The door's, averaged [rad/s]."""
-        self.passes = -1
-        """How often it passed the goal."""
-        self.stood_before = 0.0
-        """For how long it has stood just before the goal, and is not held [s]."""
-        self._side = 0.0
-        self._nearest = math.inf
-        self._got_on_at = 0.0
-        self._steps = 0
-        self._good_since: float | None = None
-        self._slow_since: float | None = None
+        self._nearest, self._got_on_at, self._steps, self._passed = math.inf, 0.0, 0, False
         self._near_since: float | None = None
-        self._held_since: float | None = None
+        self._there_since: float | None = None
 
     def resume(self, now: float) -> None:
         """Begin, or go on after contact was regained."""
-        self.stood_before, self._nearest, self._got_on_at = 0.0, math.inf, now
+        self._nearest, self._got_on_at = math.inf, now
 
-    def update(self, estimate: Estimate, held: bool, time_step: float) -> None:
+    def update(self, estimate: Estimate, held: bool) -> None:
         """Take in where the door is. Once per tick."""
         now, off = estimate.time, estimate.door_angle - self._goal
-        self.rate += min(time_step / _AVERAGED, 1.0) * (estimate.door_rate - self.rate)
-        stands = 0.0 < off < NEARLY and abs(self.rate) < STANDS and not held
-        self.stood_before = self.stood_before + time_step if stands else 0.0
-        if self.passes > 0 and abs(off) > self._nearest + _STEP:
+        self._passed = self._passed or self._travel.left(estimate.door_angle) < -_WITHIN
+        if self._passed and abs(off) > self._nearest + _STEP:
             self._nearest = abs(off)  # a grip brings a door back that has passed the goal, and so may a closer
         if abs(off) < self._nearest - _STEP:
             self._steps += math.isfinite(self._nearest) and abs(off) < self._way  # where it begins is no step
             self._nearest, self._got_on_at = abs(off), now
-        if abs(off) > HELD_WITHIN and math.copysign(1.0, off) != self._side:
-            self._side, self.passes = math.copysign(1.0, off), self.passes + 1
-        self._good_since = since(self._good_since, abs(off) < HELD_WITHIN and abs(self.rate) < 2.0 * SLOW, now)
-        self._slow_since = since(self._slow_since, abs(off) < self.at_goal and abs(self.rate) < SLOW, now)
         self._near_since = since(self._near_since, abs(off) < _NEAR, now)
         if self._near_since is not None:
             self._got_on_at = now  # one that leaves the goal has time to come back
-        stays = held and -_BEYOND < off < STILL_OPEN and abs(self.rate) < STANDS
-        self._held_since = since(self._held_since, stays, now)
-
-    @property
-    def at_goal(self) -> float:
-        """Distance from the goal at which a gripped door may stay [rad]."""
-        return min(AT_GOAL + _LENIENCE * max(0, self.passes - 1), _NEAR)
+        there = held and -_NEAR < off < STILL_OPEN if self._pushes else abs(off) < _WITHIN * max(self._waited(now), 1.0)
+        self._there_since = since(self._there_since, there and estimate.rests, now)
 
     @property
     def swung(self) -> bool:
@@ -105,10 +68,10 @@ class Progress:
         return now - self._got_on_at
 
     def done(self, now: float) -> bool:
-        """Whether the door has stood at the goal for long enough, and stands still right now."""
-        if self._pushes:
-            return self._held_since is not None and now - self._held_since >= self._hold_time
-        good = self._good_since is not None and now - self._good_since >= self._hold_time
-        slow = self._slow_since is not None and now - self._slow_since >= _SETTLING * self._hold_time
-        near = self._near_since is not None and now - self._near_since >= _PATIENCE * self._hold_time
-        return ((good or slow) and abs(self.rate) < 0.4 * SLOW) or near
+        """Whether the door has rested at the goal for long enough."""
+        rested = self._there_since is not None and now - self._there_since >= self._hold_time
+        return rested or (not self._pushes and self._waited(now) >= _PATIENCE)
+
+    def _waited(self, now: float) -> float:
+        """For how many hold times the door has been near the goal."""
+        return 0.0 if self._near_since is None else (now - self._near_since) / self._hold_time

@@ -11,7 +11,7 @@ from doorman.control.estimation.estimator import Estimate
 from doorman.control.position_controller import Setpoint
 from doorman.mission.opening.at_the_leaf import AtTheLeaf
 from doorman.mission.opening.door_opening import HEADING_LOST, DoorOpening
-from doorman.mission.opening.progress import NEARLY, STANDS, STILL_OPEN
+from doorman.mission.opening.progress import STILL_OPEN
 from doorman.mission.schedule import PlanSchedule
 from doorman.model import Model
 
@@ -19,8 +19,8 @@ Array = NDArray[np.float64]
 
 _STUCK, _STUCK_IN_SWING = 10.0, 6.0
 """Time without progress after which an opening is given up, and where the door has swung: somebody holds it [s]."""
-_SWINGS, _SURELY = 0.02, 1.0
-"""A door swings that is faster [rad/s], and has swung that was so for longer [s]."""
+_NEARLY = math.radians(4.0)
+"""A door that has swung, and stands nearer to the goal, has come back from there [rad]."""
 _GUSTINESS = 1.5
 """Wind on the leaf that a door must stand, as a share of what the vehicle feels."""
 _CLOSE = math.radians(1.0)
@@ -40,12 +40,12 @@ class Swing(DoorOpening):
         super().__init__(model, schedule, pushes=True)
         self._leaf = leaf
         self._goal = model.goal_angle
-        self._push = self._swung = 0.0
+        self._push = 0.0
 
     def resume(self, now: float, push: float) -> None:
         """Begin, or go on after contact was regained."""
         self._progress.resume(now)
-        self.held, self._last, self._push = False, now, push
+        self.held, self._push = False, push
 
     def hold_again(self, estimate: Estimate, push: float) -> None:
         """Hold a door that was held before."""
@@ -58,14 +58,12 @@ class Swing(DoorOpening):
 
     def step(self, estimate: Estimate, body_rates: Array) -> Setpoint:
         """Take in where the door is. Once per tick."""
-        time_step, self._last = estimate.time - self._last, estimate.time
-        self._swung += time_step if estimate.door_rate < -_SWINGS else 0.0
-        self._progress.update(estimate, self.held, time_step)
+        self._progress.update(estimate, self.held)
         off = estimate.door_angle - self._goal
         if self.held:
             self.held = off <= STILL_OPEN
         else:
-            self.held = off < 0.0 or (off < _CLOSE and abs(self._progress.rate) < STANDS)
+            self.held = off < 0.0 or (off < _CLOSE and estimate.rests)
         return self._leaf.push(estimate, self._push)
 
     def keeps_the_door(self, estimate: Estimate) -> bool:
@@ -83,8 +81,7 @@ class Swing(DoorOpening):
         if turned > HEADING_LOST:
             angle = self._model.door.in_words(estimate.door_angle)
             return f"the heading is lost: {math.degrees(turned):.0f}° off at {angle}"
-        swung = self._progress.swung and self._swung > _SURELY
-        in_swing = swung and estimate.door_angle - self._goal > NEARLY  # nearer, it has come back
+        in_swing = self._progress.swung and estimate.door_angle - self._goal > _NEARLY
         if self._progress.stuck_for(estimate.time) < (_STUCK_IN_SWING if in_swing else _STUCK):
             return ""
         if self._is_past(estimate):

@@ -74,7 +74,7 @@ class Guard:
     def _nearness(self, estimate: Estimate, searching: bool) -> tuple[bool, bool]:
         """Whether the rotors come near the leaf, and near a jamb."""
         leaf = self._attempt.leaf
-        if self._attempt.grips and abs(self._attempt.opening.rate) >= _MOVING:
+        if self._attempt.grips and abs(estimate.door_rate) >= _MOVING:
             return False, False  # a leaf that swings meets a vehicle that lets go
         near = leaf.hits_the_rotors(estimate, searching)
         beside = leaf.levels_into_a_jamb(estimate) if self._attempt.grips else leaf.meets_a_jamb(estimate)

@@ -12,12 +12,9 @@ from doorman.control.position_controller import Setpoint
 from doorman.mission.opening.progress import STILL_OPEN
 from doorman.mission.phases.attempt import Attempt
 from doorman.mission.phases.phase import GiveUp, MissionPhase, Next, Phase, Then
-from doorman.mission.since import since
 
 Array = NDArray[np.float64]
 
-_STANDS, _AVERAGED, _STOOD = 0.006, 0.5, 1.0
-"""A held door is not left yet that has been faster within the last second, on average over half of one [rad/s], [s], [s]."""
 _MOVING = 10.0
 """Hold times for which an open door may move before the mission ends."""
 _PATIENCE = 5.0
@@ -36,8 +33,6 @@ class Hold(MissionPhase):
         self._goal = attempt.model.goal_angle
         self._waits = False
         self._open_at = self.entered
-        self._rate = 0.0
-        self._stands_since: float | None = None
 
     @property
     def tie(self) -> Tie:
@@ -55,13 +50,12 @@ class Hold(MissionPhase):
 
     def step(self, estimate: Estimate, body_rates: Array, time_step: float) -> tuple[Setpoint, Then]:
         """Go on holding, and judge whether that is over."""
-        then = self._judge(estimate, time_step)
-        return self.attempt.opening.step(estimate, body_rates), then
+        return self.attempt.opening.step(estimate, body_rates), self._judge(estimate)
 
-    def _judge(self, estimate: Estimate, time_step: float) -> Then:
+    def _judge(self, estimate: Estimate) -> Then:
         settings = self.attempt.settings
         held, off = estimate.time - self.entered, abs(estimate.door_angle - self._goal)
-        stands, is_open = self._stands(estimate, time_step), off < OPEN_ENOUGH
+        is_open = off < OPEN_ENOUGH
         self._open_at = estimate.time if is_open else self._open_at
         angle = self.attempt.model.door.in_words(estimate.door_angle, 0)
         if self._waits:
@@ -71,7 +65,7 @@ class Hold(MissionPhase):
             if is_open and held >= settings.time_out.hold:
                 return GiveUp(f"the door did not stay by itself, and the vehicle let go after {held:.0f} s")
             return None
-        if stands:
+        if estimate.rests:
             patience = 1.0 if off < STILL_OPEN else _PATIENCE
         else:
             patience = _MOVING if is_open else _PATIENCE
@@ -86,9 +80,3 @@ class Hold(MissionPhase):
             return GiveUp("the door did not stay by itself, and the vehicle does not fly through")
         self.attempt.keeps_hold = True
         return Next(Phase.DONE)
-
-    def _stands(self, estimate: Estimate, time_step: float) -> bool:
-        """Whether the door has stood for long enough."""
-        self._rate += min(time_step / _AVERAGED, 1.0) * (estimate.door_rate - self._rate)
-        self._stands_since = since(self._stands_since, abs(self._rate) < _STANDS, estimate.time)
-        return self._stands_since is not None and estimate.time - self._stands_since >= _STOOD

@@ -30,8 +30,8 @@ _LETTING_GO, _FADES = 0.5, 8.0
 _UNLOADING, _UNLOADED = 0.7, 1.5
 """Time in which a load fades, and the load with which a gripper opens before that has passed, where nobody minds whether the door
 stays [s], [N]: a vehicle that lets go of a load is flung away from it until its tilt has followed;"""
-_COMES_ALIVE, _AVERAGED = 0.1, 0.1
-"""at once where the leaf moves faster [rad/s], on average over a while [s], which is then not let back but thrown."""
+_COMES_ALIVE = 0.1
+"""at once where the leaf moves faster, which is then not let back but thrown [rad/s]."""
 _GIVING_WAY = 2.5
 """A vehicle that has not left the doorway by then [s] is held there, or is as slow as it may be."""
 _EASING = 1.5
@@ -55,7 +55,6 @@ class Release(MissionPhase):
         self._goal = attempt.model.goal_angle
         self._angle, self._load, self._push = estimate.door_angle, estimate.normal_force, estimate.normal_force
         self._let_go_at = None if closed else self.entered
-        self._rate = attempt.opening.rate
         self._gives_way = False
         attempt.leaf.begin(estimate.yaw, estimate, 0.0 if attempt.grips else max(self._push, 0.0))
 
@@ -83,12 +82,11 @@ class Release(MissionPhase):
     def step(self, estimate: Estimate, body_rates: Array, time_step: float) -> tuple[Setpoint, Then]:
         """Go on letting go: the gripper opens, the push fades into backing off."""
         attempt, leaf = self.attempt, self.attempt.leaf
-        self._rate += min(time_step / _AVERAGED, 1.0) * (estimate.door_rate - self._rate)
         failed, scale = bool(attempt.failure), attempt.model.scale
         if self._let_go_at is None:
             if not failed:
                 return self._rest_in_gripper(estimate)
-            loaded = abs(estimate.normal_force) > _UNLOADED * scale.force and abs(self._rate) < _COMES_ALIVE
+            loaded = abs(estimate.normal_force) > _UNLOADED * scale.force and abs(estimate.door_rate) < _COMES_ALIVE
             if loaded and estimate.time - self.entered < _UNLOADING:
                 return leaf.push(estimate, self._load_left(estimate)), None
             self._let_go_at = estimate.time
@@ -123,7 +121,7 @@ class Release(MissionPhase):
         spent, left = estimate.time - self.entered, self._load_left(estimate)
         setpoint = self.attempt.leaf.push(estimate, left)
         moved = abs(estimate.door_angle - self._angle) > _COMES_BACK
-        if moved and abs(self._rate) < _COMES_ALIVE:  # faster, somebody has it
+        if moved and abs(estimate.door_rate) < _COMES_ALIVE:  # faster, somebody has it
             return setpoint, self._hold(estimate, left, "moved as the load was taken off it")
         if spent >= _UNLOADING + _WATCHING:
             self._let_go_at = estimate.time

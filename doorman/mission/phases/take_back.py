@@ -21,8 +21,8 @@ THERE, _LEVELS = math.radians(1.0), 0.7
 """A door that is no farther from where it was found is back [rad]. The vehicle stops pushing within this time [s]."""
 _DRAWS_BACK = 0.35
 """Plans draw the tip back no faster [m/s]."""
-_STEP, _STUCK = math.radians(0.5), 3.0
-"""One that does not move by so much [rad] within so long [s] is let go where it is."""
+_STUCK = 3.0
+"""One that rests elsewhere for so long is let go where it is [s]."""
 
 
 class TakeBack(MissionPhase):
@@ -33,7 +33,7 @@ class TakeBack(MissionPhase):
     def __init__(self, attempt: Attempt, estimate: Estimate, before: MissionPhase | None) -> None:
         super().__init__(attempt, estimate, before)
         self._start = attempt.model.start_angle
-        self._stood_at, self._moved_at = estimate.door_angle, self.entered
+        self._moved_at = self.entered
         self._there_since: float | None = None
         attempt.held_leaf.begin(estimate.time)
 
@@ -63,8 +63,7 @@ class TakeBack(MissionPhase):
         there_for = 0.0 if self._there_since is None else now - self._there_since
         left = max(1.0 - there_for / _LEVELS, 0.0)
         setpoint = attempt.held_leaf.follow(estimate, body_rates, lambda: left * estimate.door_disturbance, self._start)
-        if abs(angle - self._stood_at) > _STEP:
-            self._stood_at, self._moved_at = angle, now
+        self._moved_at = self._moved_at if estimate.rests else now
         if there_for > _LEVELS:
             return setpoint, Next(Phase.RELEASE)
         if now - self._moved_at > _STUCK or attempt.schedule.overdue(now) > SILENT:

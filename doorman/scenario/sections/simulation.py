@@ -73,6 +73,14 @@ class SensorsSection(Section):
     """Speed at which the frame slides away, in a random horizontal direction [m/s]."""
     turn_rate: Number = 0.0
     """Rate at which the frame turns about the vertical through the world's origin [rad/s]."""
+    swap_rate: NonNegative = 0.0
+    """Times at which the cameras take markers for others, per second without a swap; poses are off meanwhile [1/s]."""
+    swap_duration: NonNegative = 0.8
+    """Longest swap; swaps are evenly spread from 0 to it [s]."""
+    swap: Share = 0.03
+    """By which the position is off in a swap, in a random direction; up to 1 [m]."""
+    swap_turn: Turned = 0.026
+    """By which the attitude is off in a swap, about a random axis; −1 to 1 [rad]."""
     tip_force: Switch = False
     """Whether a tip that pushes has a sensor of the force with which it presses along the face's normal; it is not late."""
     tip_force_bias: Number = 0.0
@@ -80,7 +88,7 @@ class SensorsSection(Section):
 
 
 class GustSection(Section):
-    """Wind in the simulation: a steady horizontal force that varies by chance."""
+    """Wind in the simulation: a steady horizontal force that varies by chance, and a vertical one about zero."""
 
     vehicle: NonNegative = 0.0
     """F on the vehicle [N]."""
@@ -100,10 +108,12 @@ class GustSection(Section):
     """Force on the vehicle through the open doorway, positive away from it; it grows as the door opens [N]."""
     draught_leaf: Number = 0.0
     """Force on the closed leaf at half its width, positive away from the vehicle; it fades as the door opens [N]."""
+    vertical: NonNegative = 0.0
+    """Deviation of a vertical force on the vehicle, whose mean is 0 [N]."""
     variation: NonNegative = 0.15
     """v, deviation of the strength as a share of its mean."""
     correlation_time: Positive = 1.0
-    """Correlation time of ξ [s]."""
+    """Correlation time of ξ, and of the vertical force [s]."""
 
     @property
     def draughty(self) -> bool:
@@ -113,7 +123,7 @@ class GustSection(Section):
     @property
     def blows(self) -> bool:
         """Whether there is any wind."""
-        return self.vehicle > 0.0 or self.leaf > 0.0 or self.draughty
+        return self.vehicle > 0.0 or self.leaf > 0.0 or self.vertical > 0.0 or self.draughty
 
 
 class HandSection(Section):

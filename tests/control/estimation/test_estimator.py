@@ -64,7 +64,7 @@ class Vehicle:
         self.poses = self.poses or [(-1.0, place)]
         for k in range(1, steps + 1):
             self.time += TICK
-            self.estimator.tell(np.array([0.0, 0.0, self.yaw]), in_body)
+            self.estimator.tell(in_body)
             measured = self.measurement(place + k / steps * (to - place), reads)
             known = self.estimator.update(measured, tie, False, TICK)
         return known

@@ -112,6 +112,35 @@ def test_a_blow_that_no_gate_passes_is_survived(model):
     assert flown.run.log_likelihood > 0.0 and 1.0 < flown.run.mean_nis < 5.0
 
 
+@pytest.mark.parametrize("gap", [0.5, 0.0])
+def test_markers_that_are_swapped_for_a_while_move_nothing(model, gap):
+    """3 cm for 0.6 s, in free air and with the tip on the leaf: neither a blow nor a slip."""
+    flown, situation, force = Flown(model, gap), AT_THE_LEAF if gap == 0.0 else AWAY, 3.0 if gap == 0.0 else 0.0
+    flown.hover(1.0)
+    swap, told = np.array([0.015, -0.02, 0.016]), []
+    for k in range(200):
+        swapped = 80 <= k < 155
+        seen = flown.at + swapped * swap + NOISE * flown.rng.normal(size=3)
+        flown.time += PERIOD
+        position, now = flown.run.unswapped(flown.time, seen)
+        status = flown.run.step(flown.time, position, flown.inputs(force * flown.normal), situation)
+        told.append((now, status, np.abs(flown.run.estimate.mean[:3] - flown.at).max()))
+    assert [now for now, _, _ in told] == [80 <= k < 155 for k in range(200)]
+    assert {status for _, status, _ in told} == {Status.OK} and max(off for _, _, off in told[20:]) < 6.0 * NOISE
+
+
+def test_a_frame_that_has_moved_for_good_is_believed_after_a_while(model):
+    flown = Flown(model, 0.5)
+    flown.hover(1.0)
+    flown.at = flown.at + [0.03, 0.0, 0.0]
+    for _ in range(round(1.5 / PERIOD)):
+        seen = flown.at + NOISE * flown.rng.normal(size=3)
+        flown.time += PERIOD
+        position, now = flown.run.unswapped(flown.time, seen)
+        flown.run.step(flown.time, position, flown.inputs(np.zeros(3)), AWAY)
+    assert not now and np.abs(flown.run.estimate.mean[:3] - flown.at).max() < 5.0 * NOISE
+
+
 def test_bad_input_gives_a_status_and_the_filter_goes_on(model):
     flown = Flown(model, 0.5)
     flown.hover(1.0)

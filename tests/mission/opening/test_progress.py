@@ -36,7 +36,7 @@ def watched(
     now = since
     for _ in range(round(seconds / TICK)):
         now += TICK
-        progress.update(replace(first, time=now, state=state), held, TICK)
+        progress.update(replace(first, time=now, state=state, rests=True), held)
     return now
 
 
@@ -73,7 +73,7 @@ def swinging(model: Model, first: Estimate, progress: Progress, amplitude: float
         state = first.state.copy()
         state[3] = model.goal_angle + amplitude * math.sin(pace * now)
         state[4] = amplitude * pace * math.cos(pace * now)
-        progress.update(replace(first, time=now, state=state), False, TICK)
+        progress.update(replace(first, time=now, state=state, rests=False), False)
     return now
 
 
@@ -85,3 +85,25 @@ def test_a_gripped_door_that_swings_about_the_goal_is_there_after_a_while(
     progress = Progress(model, pushes=False)
     progress.resume(0.0)
     assert progress.done(swinging(model, first, progress, math.radians(degrees), seconds)) is there
+
+
+@pytest.mark.parametrize(("degrees", "seconds", "there"), [(0.2, 1.5, True), (0.8, 1.5, False), (0.8, 5.0, True)])
+def test_friction_may_keep_a_gripped_door_a_little_away_from_the_goal(
+    seen: tuple[Model, Estimate], degrees: float, seconds: float, there: bool
+) -> None:
+    model, first = seen
+    progress = Progress(model, pushes=False)
+    progress.resume(0.0)
+    assert progress.done(watched(model, first, progress, math.radians(degrees), 0.0, seconds)) is there
+
+
+@pytest.mark.parametrize("pushes", [True, False])
+def test_a_door_that_does_not_rest_is_not_open_yet(seen: tuple[Model, Estimate], pushes: bool) -> None:
+    model, first = seen
+    progress = Progress(model, pushes)
+    progress.resume(0.0)
+    for k in range(150):
+        state = first.state.copy()
+        state[3:5] = model.goal_angle, 0.0
+        progress.update(replace(first, time=TICK * k, state=state, rests=False), pushes)
+    assert not progress.done(3.0)

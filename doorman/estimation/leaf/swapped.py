@@ -1,0 +1,57 @@
+r"""Markers that the cameras take for others: for a while every pose is off by the same d.
+
+A pose p that is farther from the last one than a vehicle can fly meanwhile begins a swap. With :math:`\hat p`, where it is
+expected, :math:`d = p - \hat p`. A later pose is off by d or by nothing, whichever is nearer to what is expected:
+
+.. math:: \lVert p - d - \hat p\rVert < \lVert p - \hat p\rVert .
+
+A blow does not move the vehicle so fast. A frame that has moved for good passes for a swap until that has lasted too long.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+_LONGEST = 1.0
+"""A swap that lasts longer is a frame of the poses that has moved [s]."""
+_UNLIKELY = 8.0
+"""Deviations of a pose that noise does not reach."""
+
+
+class Swapped:
+    """Whether the cameras see other markers now.
+
+    Args:
+        fastest: Largest speed of the vehicle [m/s].
+    """
+
+    def __init__(self, fastest: float) -> None:
+        self._fastest, self._off, self._since, self._has_moved = fastest, np.zeros(3), 0.0, False
+        self._last: Array | None = None
+        self.now = False
+        """Whether they do."""
+
+    def undone(self, time: float, position: Array, expected: Array, passed: float, deviation: float) -> Array:
+        """A pose as the right markers would give it; a frame that has moved for good is seen as it is, shape (3,) [m].
+
+        Args:
+            time: Of the pose [s].
+            position: Shape (3,) [m].
+            expected: Where the vehicle should be then, shape (3,) [m].
+            passed: Since the last pose [s].
+            deviation: Of a pose [m].
+        """
+        off = position - expected
+        most = max(self._fastest * passed, _UNLIKELY * deviation)
+        far = bool(np.linalg.norm(off) > most)
+        jumped = self._last is not None and bool(np.linalg.norm(position - self._last) > most)
+        self._has_moved, self._last = self._has_moved and far, position
+        if self.now:
+            over, lasts = np.linalg.norm(off) < np.linalg.norm(off - self._off), time - self._since >= _LONGEST
+            self.now, self._has_moved = not (over or lasts), bool(lasts and not over)
+        elif far and jumped and not self._has_moved:
+            self.now, self._off, self._since = True, off, time
+        return position - self._off if self.now else position
