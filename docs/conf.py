@@ -33,6 +33,7 @@ include_patterns = [
     "SECURITY.md",
     "CHANGELOG.md",
     "examples/README.md",
+    "examples/*.ipynb",
     "urdf/README.md",
     "docs/**.md",
 ]
@@ -108,6 +109,7 @@ gallery/*
 
 how-to/*
 /examples/README
+/examples/plot_a_flight
 ```
 
 ```{toctree}

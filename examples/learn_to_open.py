@@ -56,9 +56,10 @@ def learn(steps: int, seed: int) -> tuple[PPO, VecNormalize, np.ndarray[Any, Any
 def judge(policy: PPO, environments: VecNormalize, count: int) -> float:
     """Share of doors that the mean of the policy opens."""
     environments.training = False
-    observations, outcomes = environments.reset(), list[bool]()
+    observations: Any = environments.reset()
+    outcomes: list[bool] = []
     while len(outcomes) < count:
-        actions, _ = policy.predict(observations, deterministic=True)  # type: ignore[arg-type]
+        actions, _ = policy.predict(observations, deterministic=True)
         observations, _, over, infos = environments.step(actions)
         outcomes += [info["opened"] for info, ends in zip(infos, over, strict=True) if ends]
     return float(np.mean(outcomes[:count]))

@@ -199,7 +199,8 @@ class OpenDoorEnv(Uncopied, gymnasium.Env[Array32, Array32]):
             measured.position - self._contact, measured.velocity, measured.attitude, measured.body_rates,
             measured.arm_angles, measured.arm_rates, [truth.door_angle - self._goal, truth.door_rate],
         ])  # fmt: skip
-        return np.clip(seen, self._low, self._high, dtype=np.float32, casting="same_kind")
+        bounded: Array32 = np.clip(seen, self._low, self._high, dtype=np.float32, casting="same_kind")
+        return bounded
 
 
 def _ticks(controller_rate: float, rate: float) -> int:
