@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import ast
+import importlib
 import json
+import pkgutil
 import re
 import runpy
 import tomllib
@@ -140,6 +143,45 @@ def test_the_python_of_the_how_to_pages_runs(page, tmp_path, monkeypatch):
     names: dict[str, Any] = {"__name__": page.stem}
     for block in blocks:
         exec(compile(block, page.name, "exec"), names)
+
+
+# ---------------------------------------------------------------- the library's pages
+
+
+API = sorted((ROOT / "docs" / "api").glob("*.md"))
+
+
+@pytest.mark.docs
+@pytest.mark.parametrize("page", API, ids=lambda page: page.stem)
+def test_the_example_of_a_package_runs(page, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for block in code_blocks(page.read_text(encoding="utf-8"), "python"):
+        exec(compile(block, page.name, "exec"), {"__name__": page.stem})
+
+
+def exported_names() -> dict[str, set[str]]:
+    """Public names by package."""
+    packages = [module.name for module in pkgutil.walk_packages(doorman.__path__, "doorman.") if module.ispkg]
+    inside = ("doorman.cli", "doorman.compilation", "doorman.rig.emulators", "doorman.summary")
+    public = ["doorman", *(name for name in packages if not name.startswith(inside))]
+    return {name: set(getattr(importlib.import_module(name), "__all__", ())) for name in public}
+
+
+def test_every_public_name_is_used_in_the_example_of_its_package():
+    used: set[tuple[str, str]] = set()
+    for page in API:
+        for block in code_blocks(page.read_text(encoding="utf-8"), "python"):
+            tree = ast.parse(block)
+            names = {node.id for node in ast.walk(tree) if isinstance(node, ast.Name)}
+            for node in ast.walk(tree):
+                if isinstance(node, ast.ImportFrom):
+                    used |= {
+                        (node.module or "", alias.name) for alias in node.names if (alias.asname or alias.name) in names
+                    }
+                elif isinstance(node, ast.Attribute):
+                    used.add((ast.unparse(node.value), node.attr))
+    missing = {(package, name) for package, names in exported_names().items() for name in names} - used
+    assert missing == set()
 
 
 # ---------------------------------------------------------------- examples
