@@ -64,7 +64,9 @@ html_show_copyright = False
 
 autodoc_member_order = "bysource"
 autodoc_typehints = "signature"
-autodoc_type_aliases = {name: name for name in ("Array", "ArrayLike", "Function", "Integrator", "OnProgress", "Listener")}
+autodoc_type_aliases = {
+    name: name for name in ("Array", "ArrayLike", "Function", "Integrator", "OnProgress", "Listener")
+}
 """Names that signatures keep: what they stand for fills lines."""
 autodoc_default_options = {"members": True, "undoc-members": True, "show-inheritance": True}
 default_role = "code"
