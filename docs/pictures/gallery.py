@@ -37,10 +37,12 @@ SPEED, RATE = 3.0, 10
 WIDTH, HEIGHT = 640, 400
 QUALITY = {"crf": "38", "b": "0", "cpu-used": "4"}
 """Of VP9: constant quality."""
+PLAYED = 'style="max-width: 100%" controls muted loop playsinline preload="none"'
+"""How a page plays a video: no wider than a phone."""
 HEAD = """# Gallery
 
-The scenarios that ship, flown once in simulation with the seed 0. The videos run at three times real
-time. `doorman list` prints the tasks; `doorman open NAME` flies one. `docs/pictures/gallery.py` makes this page.
+The scenarios that ship, flown once in simulation with the seed 0. The videos run at three times real time. `doorman list` prints the
+tasks; `doorman open NAME` flies one. `docs/pictures/gallery.py` makes this page.
 """
 
 
@@ -95,11 +97,8 @@ def encode(pictures: list[Image.Image], video: Path) -> None:
 
 def write_page(tasks: dict[str, Path], runs: Path) -> None:
     """The page; a task whose run is not there keeps its section."""
-    old = (
-        dict(re.findall(r"^## (\w+)\n(.*?)(?=^## |\Z)", PAGE.read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL))
-        if PAGE.is_file()
-        else {}
-    )
+    written = PAGE.read_text(encoding="utf-8") if PAGE.is_file() else ""
+    old = dict(re.findall(r"^## (\w+)\n(.*?)(?=^## |\Z)", written, re.MULTILINE | re.DOTALL))
     sections = []
     for name, path in tasks.items():
         summary = runs / name / "summary.json"
@@ -123,7 +122,7 @@ def section(name: str, path: Path, summary: dict[str, Any]) -> str:
     return f"""
 {first_sentence(path)}{more}
 
-<video src="pictures/gallery/{name}.webm" poster="pictures/gallery/{name}.png" width="{WIDTH}" style="max-width: 100%" controls muted loop playsinline preload="none">
+<video src="pictures/gallery/{name}.webm" poster="pictures/gallery/{name}.png" width="{WIDTH}" {PLAYED}>
 <a href="pictures/gallery/{name}.webm">A video of the flight</a></video>
 
 ```sh

@@ -61,7 +61,7 @@ def swing_figure(recording: Recording, model: Model) -> Figure:
     axes.set_xlim(min(_BEFORE, vehicle[:, 0].min() - room), max(_BEHIND, vehicle[:, 0].max() + room))
     axes.set_xlabel("from the hinge through the doorway [m]")
     lies = model.true_door.lies
-    axes.set_ylabel("above the hinge [m]" if lies else "from the hinge to the left of that, along the wall [m]")
+    axes.set_ylabel("above the hinge [m]" if lies else "from the hinge along the wall, to the left [m]")
     axes.grid(alpha=0.25)
     sizes = f"disc of {model.vehicle.radius:.2f} m,\nleaf of {model.true_door.width:.2f} m"
     figure.legend(fontsize=8, loc="outside right upper", title=sizes, title_fontsize=8)
