@@ -41,8 +41,8 @@ PLAYED = 'style="max-width: 100%" controls muted loop playsinline preload="none"
 """How a page plays a video: no wider than a phone."""
 HEAD = """# Gallery
 
-The scenarios that ship, flown once in simulation with the seed 0. The videos run at three times real time. `doorman list` prints the
-tasks; `doorman open NAME` flies one. `docs/pictures/gallery.py` makes this page.
+The scenarios that ship, flown once in simulation with the seed 0. The videos run at three times real time. `doorman list` prints
+the tasks; `doorman open NAME` flies one. `docs/pictures/gallery.py` makes this page.
 """
 
 
