@@ -33,6 +33,7 @@ include_patterns = [
     "SECURITY.md",
     "CHANGELOG.md",
     "examples/README.md",
+    "examples/*.ipynb",
     "urdf/README.md",
     "docs/**.md",
 ]
@@ -63,6 +64,10 @@ html_show_copyright = False
 
 autodoc_member_order = "bysource"
 autodoc_typehints = "signature"
+autodoc_type_aliases = {
+    name: name for name in ("Array", "ArrayLike", "Function", "Integrator", "OnProgress", "Listener")
+}
+"""Names that signatures keep: what they stand for fills lines."""
 autodoc_default_options = {"members": True, "undoc-members": True, "show-inheritance": True}
 default_role = "code"
 napoleon_google_docstring = True
@@ -108,6 +113,7 @@ gallery/*
 
 how-to/*
 /examples/README
+/examples/plot_a_flight
 ```
 
 ```{toctree}
@@ -174,6 +180,17 @@ def setup(app: Sphinx) -> None:
 def _add_contents(_app: Sphinx, page: str, text: list[str]) -> None:
     if page == root_doc:
         text[0] += _CONTENTS
+    elif page == "docs/scenario":
+        text[0] = re.sub(r"^## `\[([\w.]+)\]`\n(?:(?!^## ).*\n)*", _indexed, text[0], flags=re.MULTILINE)
+
+
+def _indexed(section: re.Match[str]) -> str:
+    """A table of a scenario with an entry of the index for every key, by which a search for `door mass` finds it."""
+    keys = re.findall(r"^\| `(\w+)` \|", section[0], re.MULTILINE)
+    heading, rest = section[0].split("\n", 1)
+    words = [f"{section[1]} {key}".replace(".", " ").replace("_", " ") for key in keys]
+    entries = "".join(f"   single: {each}\n" for each in words)
+    return f"{heading}\n\n```{{eval-rst}}\n.. index::\n{entries}```\n\n{rest}" if keys else section[0]
 
 
 def _before_napoleon(_app: Sphinx, what: str, name: str, _object: Any, _options: Any, lines: list[str]) -> None:
@@ -214,3 +231,5 @@ def _formula(node: nodes.Element, display: str) -> str:
 def _write_entry(app: Sphinx, error: Exception | None) -> None:
     if error is None and app.builder.format == "html":
         (Path(app.outdir) / "index.html").write_text(_ENTRY, encoding="utf-8")
+        videos = Path("docs") / "pictures" / "gallery"  # raw HTML names them, so that nobody else copies them
+        shutil.copytree(Path(app.srcdir) / videos, Path(app.outdir) / videos, dirs_exist_ok=True)

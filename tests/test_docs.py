@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import ast
+import importlib
+import json
+import pkgutil
 import re
 import runpy
 import tomllib
@@ -141,6 +145,45 @@ def test_the_python_of_the_how_to_pages_runs(page, tmp_path, monkeypatch):
         exec(compile(block, page.name, "exec"), names)
 
 
+# ---------------------------------------------------------------- the library's pages
+
+
+API = sorted((ROOT / "docs" / "api").glob("*.md"))
+
+
+@pytest.mark.docs
+@pytest.mark.parametrize("page", API, ids=lambda page: page.stem)
+def test_the_example_of_a_package_runs(page, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for block in code_blocks(page.read_text(encoding="utf-8"), "python"):
+        exec(compile(block, page.name, "exec"), {"__name__": page.stem})
+
+
+def exported_names() -> dict[str, set[str]]:
+    """Public names by package."""
+    packages = [module.name for module in pkgutil.walk_packages(doorman.__path__, "doorman.") if module.ispkg]
+    inside = ("doorman.cli", "doorman.compilation", "doorman.rig.emulators", "doorman.summary")
+    public = ["doorman", *(name for name in packages if not name.startswith(inside))]
+    return {name: set(getattr(importlib.import_module(name), "__all__", ())) for name in public}
+
+
+def test_every_public_name_is_used_in_the_example_of_its_package():
+    used: set[tuple[str, str]] = set()
+    for page in API:
+        for block in code_blocks(page.read_text(encoding="utf-8"), "python"):
+            tree = ast.parse(block)
+            names = {node.id for node in ast.walk(tree) if isinstance(node, ast.Name)}
+            for node in ast.walk(tree):
+                if isinstance(node, ast.ImportFrom):
+                    used |= {
+                        (node.module or "", alias.name) for alias in node.names if (alias.asname or alias.name) in names
+                    }
+                elif isinstance(node, ast.Attribute):
+                    used.add((ast.unparse(node.value), node.attr))
+    missing = {(package, name) for package, names in exported_names().items() for name in names} - used
+    assert missing == set()
+
+
 # ---------------------------------------------------------------- examples
 
 
@@ -156,7 +199,8 @@ EXAMPLES = {
     "plot_a_recording": "written: door.png and replay.html",
     "plan_from_your_estimate": "replan: median",
 }
-"""What they print, among other things; `fly_the_door` is flown by `tests/rig`, `ocp_pendulum` run by `tests/ocp/toys`."""
+"""What they print, among other things; `fly_the_door` is flown by `tests/rig`, `ocp_pendulum` run by `tests/ocp/toys`;
+`learn_to_open` takes minutes, and an extra of 1 GB."""
 
 
 @pytest.mark.docs
@@ -169,7 +213,17 @@ def test_an_example_runs(name, capsys, tmp_path, monkeypatch):
 
 def test_every_example_is_run():
     names = {path.stem for path in (ROOT / "examples").glob("*.py")}
-    assert names == {*EXAMPLES, "fly_the_door", "ocp_pendulum"}
+    assert names == {*EXAMPLES, "fly_the_door", "learn_to_open", "ocp_pendulum"}
+
+
+def test_notebooks_are_kept_with_their_results():
+    """`make docs` executes them anew; who reads one in the repository sees numbers and pictures."""
+    for path in (ROOT / "examples").glob("*.ipynb"):
+        cells = [cell for cell in json.loads(path.read_text(encoding="utf-8"))["cells"] if cell["cell_type"] == "code"]
+        assert [cell["execution_count"] for cell in cells] == list(range(1, len(cells) + 1)), path.name
+        outputs = [output for cell in cells for output in cell["outputs"]]
+        assert any("image/png" in output.get("data", {}) for output in outputs), path.name
+        assert not any(output["output_type"] == "error" for output in outputs), path.name
 
 
 # ---------------------------------------------------------------- docs
@@ -202,6 +256,13 @@ def test_the_tables_of_settings_are_made_from_the_docstrings():
     assert text == made["page"](text), "run: python docs/make_settings.py"
     assert text == made["page"](text.replace("| rad/s |", "| rad |")), "whatever the tables say, they are made anew"
     assert made["LINKS"].read_text(encoding="utf-8") == made["links_page"](), "run: python docs/make_settings.py"
+
+
+def test_the_table_of_topics_is_made_from_the_code():
+    made = runpy.run_path(str(ROOT / "docs" / "make_topics.py"))
+    text = made["PAGE"].read_text(encoding="utf-8")
+    assert text == made["page"](text), "run: python docs/make_topics.py"
+    assert text == made["page"](text.replace("every tick", "never")), "whatever the table says, it is made anew"
 
 
 def test_the_table_of_names_is_made_from_the_vocabulary():

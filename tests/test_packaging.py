@@ -139,7 +139,7 @@ def distribution_of(module: str) -> str:
 def test_every_import_is_a_declared_dependency(path):
     extras = {
         "simulation": ("sim",), "visualization": ("viz",), "hardware": ("hardware", "mocap", "tags"), "campaign": ("campaign",),
-        "feasibility": ("sim",), "recording": ("campaign",), "rig": ("sim", "hardware"),
+        "feasibility": ("sim",), "recording": ("campaign", "pandas"), "rig": ("sim", "hardware"),
         "ros2": ("ros2",), "learning": ("gym",), "flight": ("hardware",), "kinematics": ("xacro",),
     }.get(path.relative_to(ROOT / "doorman").parts[0], ())  # fmt: skip
     declared = requirements(*extras)

@@ -27,8 +27,8 @@ pytestmark = pytest.mark.docs
 
 ROOT = Path(__file__).parent.parent
 PUBLIC = ["doorman", *(f"doorman.{name}" for name in (
-    "campaign", "estimation", "feasibility", "flight", "hardware.dynamixel", "hardware.mocap", "hardware.pixhawk",
-    "hardware.safety", "hardware.vehicle", "hardware.vehicle_file", "learning", "mission", "ocp", "recording",
+    "campaign", "estimation", "feasibility", "flight", "hardware", "hardware.door", "hardware.dynamixel", "hardware.mocap",
+    "hardware.pixhawk", "hardware.safety", "hardware.vehicle", "hardware.vehicle_file", "learning", "mission", "ocp", "recording",
     "recording.merging", "rig", "ros2", "scenario", "simulation", "visualization",
 ))]  # fmt: skip
 """Packages that export names."""

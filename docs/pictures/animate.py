@@ -22,6 +22,8 @@ from visualization.browser import Browser  # noqa: E402
 
 COLORS, SAMPLES = 256, 12
 """Of the palette that all frames share, and how many frames it is made from."""
+DRAWN = ((0xD5, 0x5E, 0x00), (0xCC, 0x79, 0xA7), (0xF4, 0x9E, 0xCE), (0x00, 0x9E, 0x73), (0x40, 0xC0, 0x92))
+"""Colours of path, arrow and ribbon, in shade and light, which are too small in the pictures to get a place in the palette."""
 PLAIN = "for (const one of document.querySelectorAll('#caption, #legend, #controls, .dg')) one.style.display = 'none'"
 
 
@@ -63,7 +65,9 @@ def frames(browser: Browser, arguments: argparse.Namespace) -> list[Image.Image]
 def write(pictures: list[Image.Image], path: Path, rate: float) -> None:
     """A GIF that repeats; one palette for all, so that what stands still does not flicker."""
     chosen = pictures[:: max(1, len(pictures) // SAMPLES)]
-    palette = Image.fromarray(np.concatenate([np.asarray(each) for each in chosen])).quantize(COLORS)
+    band = np.ones((chosen[0].height // 8, chosen[0].width, 1), np.uint8)
+    drawn = [band * np.array(color, np.uint8) for color in DRAWN]
+    palette = Image.fromarray(np.concatenate([*drawn, *map(np.asarray, chosen)])).quantize(COLORS)
     reduced = [picture.quantize(palette=palette, dither=Image.Dither.NONE) for picture in pictures]
     reduced[0].save(
         path, save_all=True, append_images=reduced[1:], duration=round(1000.0 / rate), loop=0, optimize=True

@@ -29,7 +29,7 @@ _EXTRAS = {
     "mujoco": "sim", "matplotlib": "viz", "meshcat": "viz", "pymavlink": "hardware", "serial": "hardware",
     "dynamixel_sdk": "hardware", "distributed": "campaign", "dask": "campaign", "pyarrow": "campaign",
     "tomlkit": "hardware", "motioncapture": "mocap", "packaging": "hardware",
-    "cyclonedds": "ros2", "gymnasium": "gym", "cv2": "tags",
+    "cyclonedds": "ros2", "gymnasium": "gym", "cv2": "tags", "pandas": "pandas",
 }  # fmt: skip
 """Extra of the package that brings a module in."""
 

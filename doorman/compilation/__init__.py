@@ -11,6 +11,7 @@ from doorman.compilation.cached_kernels import (
     kernel,
     kernel_counts,
 )
+from doorman.compilation.known_kernels import known_kernels
 
 __all__ = [
     "PRINTED",
@@ -22,4 +23,5 @@ __all__ = [
     "check_compiler",
     "kernel",
     "kernel_counts",
+    "known_kernels",
 ]

@@ -2,23 +2,29 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import Any
 
 import gymnasium
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from doorman.arrays import Array
 from doorman.checks import numbers
 from doorman.copying import Uncopied
 from doorman.exceptions import BackendError, DimensionError, DoormanError
-from doorman.learning.reward import RewardWeights, Step, reward_terms
+from doorman.learning.reward import Place, RewardWeights, Step, reward_terms
+from doorman.learning.spaces import Observations, action_names
 from doorman.model import Model
 from doorman.scenario import Scenario
 from doorman.signals import Command, Measurement
 from doorman.simulation import SimulatedBackend, Truth
 
+Array32 = NDArray[np.float32]
+
+AT_THE_LEAF: dict[str, Any] = {"mission.start": "contact", "mission.touch_frame": False, "simulation.door_ajar": 0.0}
+"""How an episode begins, of a scenario that is given by name."""
 THRUST_SHARE = 0.5
 """Largest difference of thrust and weight, as a share of the weight."""
 TILT = 0.35
@@ -29,24 +35,37 @@ ROOM = 4.0
 """Distance from the contact point at which the vehicle has left the room [m]."""
 
 
-class OpenDoorEnv(Uncopied, gymnasium.Env[Array, Array]):
+class OpenDoorEnv(Uncopied, gymnasium.Env[Array32, Array32]):
     r"""Open the door of a scenario.
 
-    Action, each −1 to 1, shape (4 + n,): thrust :math:`m g (1 + \tfrac12 a_0)`; roll and pitch 0.35 a₁ and 0.35 a₂; yaw 0.35 a₃
-    from where it is; joint rates by the arm's limits.
+    Action, each −1 to 1, shape (4 + n,), see `action_names`: thrust :math:`m g (1 + \tfrac12 a_0)`; roll and pitch 0.35 a₁ and
+    0.35 a₂; yaw 0.35 a₃ from where it is; joint rates by the arm's limits.
 
-    Observation, shape (14 + 2 n,). As the sensors say: position from the contact point on the leaf at the start, velocity,
-    attitude, body rates, arm angles and arm rates. As they are: the door's angle from its goal, and its rate.
+    Observation, shape (14 + 2 n,), see `observation_names`, cut off at the bounds of `observation_space`. As the sensors say:
+    position from the contact point on the leaf at the start, velocity, attitude, body rates, arm angles and arm rates. As they
+    are: the door's angle from its goal, and its rate.
 
-    The episode ends when the door is open, and as a failure by a collision, a fall, or leaving the room; it is cut off after
-    `duration`. A scenario whose tip grips holds on by itself.
+    The episode ends when the door is open, and as a failure by a collision, a fall, or leaving the room. `gymnasium.make` cuts it
+    off after 1,000 steps, or `max_episode_steps`. A scenario whose tip grips holds on by itself.
+
+    Example:
+        >>> import gymnasium
+        >>> env = gymnasium.make("doorman/OpenDoor-v0")
+        >>> observation, info = env.reset(seed=3)
+        >>> observation, reward, terminated, truncated, info = env.step(0.0 * env.action_space.sample())
+        >>> terminated, truncated
+        (False, False)
+        >>> env.close()
 
     Args:
         scenario: A scenario, or the name or path of one.
         overrides: Keys of the scenario by dotted name, where it is given by name; the vehicle begins at the leaf by default.
         rate: Steps a second; the controller's rate divided by a whole number [1/s].
-        duration: Longest episode [s].
         weights: Of the reward.
+
+    Attributes:
+        observation_names: Of the entries of an observation, with units.
+        action_names: Of the entries of an action.
 
     Raises:
         DoormanError: if the scenario cannot be used, or an option is out of range.
@@ -59,20 +78,17 @@ class OpenDoorEnv(Uncopied, gymnasium.Env[Array, Array]):
         scenario: Scenario | str = "paper",
         overrides: Mapping[str, Any] | None = None,
         rate: float = 50.0,
-        duration: float = 20.0,
         weights: RewardWeights | None = None,
     ) -> None:
         if isinstance(scenario, str):
-            scenario = Scenario.load(scenario, {"mission.start": "contact"} | dict(overrides or {}))
+            scenario = Scenario.load(scenario, AT_THE_LEAF | dict(overrides or {}))
         elif overrides:
             raise DoormanError(
                 "overrides cannot change a Scenario", field="overrides", given=dict(overrides), allowed="a name"
             )
         self._model = Model(scenario)
         self._ticks = _ticks(scenario.simulation.controller_rate, rate)
-        if not 1.0 / rate <= duration <= 3600.0:
-            raise DoormanError("out of range", field="duration", given=duration, allowed="a step to 3600 s")
-        self._steps, self._duration = round(duration * rate), 1.0 / rate
+        self._duration = 1.0 / rate
         self._weights = weights or RewardWeights()
         self._goal = self._model.goal_angle
         self._contact = self._model.coupling.contact_point(self._model.start_angle)
@@ -80,14 +96,19 @@ class OpenDoorEnv(Uncopied, gymnasium.Env[Array, Array]):
         self._arm_rates = np.asarray(self._model.vehicle.rate_limits, dtype=np.float64)
         self._backend: SimulatedBackend | None = None
         self._yaw = 0.0
-        self._count = 0
-        self._away = self._whole = 0.0
-        self._observation: Array = np.zeros(14 + 2 * self._model.n_arm)
-        self._action_shape = (4 + self._model.n_arm,)
-        self.action_space = gymnasium.spaces.Box(-1.0, 1.0, self._action_shape, np.float64)
-        self.observation_space = gymnasium.spaces.Box(-np.inf, np.inf, self._observation.shape, np.float64)
+        self._place = Place(1.0, 1.0, 0.0)
+        observations = Observations(self._model, ROOM)
+        self.observation_names = observations.names
+        self.action_names = action_names(self._model)
+        self._low, self._high = observations.low, observations.high
+        self._observation: Array32 = np.zeros(len(self.observation_names), np.float32)
+        self._action_shape = (len(self.action_names),)
+        self.action_space = gymnasium.spaces.Box(-1.0, 1.0, self._action_shape, np.float32)
+        self.observation_space = gymnasium.spaces.Box(self._low, self._high, dtype=np.float32)
 
-    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Array, dict[str, Any]]:
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Array32, dict[str, Any]]:
         """Begin an episode at the scenario's start; its noise and gusts are drawn by the seed.
 
         Args:
@@ -102,19 +123,19 @@ class OpenDoorEnv(Uncopied, gymnasium.Env[Array, Array]):
         self._backend = SimulatedBackend(self._model, int(self.np_random.integers(2**31)))
         self._backend.open()
         measured = self._backend.read()
-        self._count = 0
-        self._away = self._whole = abs(self._backend.truth.door_angle - self._goal)
-        self._observation = self._observe(measured, self._backend.truth)
-        return self._observation, {"door_angle": self._backend.truth.door_angle}
+        truth = self._backend.truth
+        self._place = self._placed(truth, abs(truth.door_angle - self._goal))
+        self._observation = self._observe(measured, truth)
+        return self._observation, {"door_angle": truth.door_angle}
 
-    def step(self, action: Array) -> tuple[Array, float, bool, bool, dict[str, Any]]:
+    def step(self, action: ArrayLike) -> tuple[Array32, float, bool, bool, dict[str, Any]]:
         """Hold an action for a step.
 
         Args:
             action: See the class; what is beyond −1 to 1 is cut.
 
         Returns:
-            Observation, reward, whether the episode has ended, whether it was cut off, and figures of the step by name.
+            Observation, reward, whether the episode has ended, False, and figures of the step by name.
 
         Raises:
             BackendError: if `reset` was not called, or the action is not finite.
@@ -123,19 +144,15 @@ class OpenDoorEnv(Uncopied, gymnasium.Env[Array, Array]):
         backend = self._backend
         if backend is None:
             raise BackendError("the episode has not begun", allowed="reset() before step()")
-        action = np.clip(self._action(action), -1.0, 1.0)
-        backend.command(self._command(action))  # refuses what is not finite
-        fallen, touched = False, 0
+        checked = np.clip(self._action(action), -1.0, 1.0)
+        backend.command(self._command(checked))  # refuses what is not finite
+        fallen = False
         try:
-            for _ in range(self._ticks - 1):
-                backend.read()
-                touched = max(touched, backend.truth.collisions)
-            measured = backend.read()
-            touched = max(touched, backend.truth.collisions)
+            measured = backend.read(self._ticks)
             self._observation = self._observe(measured, backend.truth)
         except BackendError:  # it has turned over, or the physics cannot follow: the last observation stays
             fallen = True
-        return self._judge(action, backend.truth, fallen, touched)
+        return self._judge(checked, backend.truth, fallen)
 
     def close(self) -> None:
         """Let go of the simulator."""
@@ -149,27 +166,26 @@ class OpenDoorEnv(Uncopied, gymnasium.Env[Array, Array]):
             raise DimensionError("wrong shape", field="action", given=action.shape, allowed=str(shape))
         return action
 
-    def _judge(
-        self, action: Array, truth: Truth, fallen: bool, touched: int
-    ) -> tuple[Array, float, bool, bool, dict[str, Any]]:
-        self._count += 1
-        away = abs(truth.door_angle - self._goal)
-        left = bool(np.linalg.norm(truth.position - self._contact) > ROOM)
-        failed = fallen or touched > 0 or left
-        opened = away < OPENED and not failed
+    def _judge(self, action: Array, truth: Truth, fallen: bool) -> tuple[Array32, float, bool, bool, dict[str, Any]]:
+        before, after = self._place, self._placed(truth, self._place.whole)
+        failed = fallen or truth.collisions > 0 or math.dist(truth.position, self._contact) > ROOM
+        opened = after.away < OPENED and not failed
         rates = float(truth.body_rates @ truth.body_rates)
-        step = Step(self._away, away, self._whole, float(action @ action), rates, self._duration, opened, failed)
+        step = Step(before, after, float(action @ action), rates, self._duration, opened, failed)
         terms = reward_terms(self._weights, step)
-        self._away = away
+        self._place = after
         info = {
             "door_angle": truth.door_angle,
             "opened": opened,
-            "collisions": touched,
+            "collisions": truth.collisions,
             "fallen": fallen,
             "terms": terms,
         }
-        over = opened or failed
-        return self._observation, sum(terms.values()), over, not over and self._count >= self._steps, info
+        return self._observation, sum(terms.values()), opened or failed, False, info
+
+    def _placed(self, truth: Truth, whole: float) -> Place:
+        at_contact = self._model.coupling.vehicle_position(truth.attitude, truth.door_angle, truth.arm_angles)
+        return Place(abs(truth.door_angle - self._goal), whole, math.dist(truth.position, at_contact))
 
     def _command(self, action: Array) -> Command:
         thrust = min(self._weight * (1.0 + THRUST_SHARE * float(action[0])), self._model.vehicle.max_thrust)
@@ -177,12 +193,14 @@ class OpenDoorEnv(Uncopied, gymnasium.Env[Array, Array]):
         grips = self._model.scenario.contact.kind == "grip"
         return Command(thrust, attitude, self._arm_rates * action[4:], grips)
 
-    def _observe(self, measured: Measurement, truth: Truth) -> Array:
+    def _observe(self, measured: Measurement, truth: Truth) -> Array32:
         self._yaw = float(measured.attitude[2])
-        return np.concatenate([
+        seen = np.concatenate([
             measured.position - self._contact, measured.velocity, measured.attitude, measured.body_rates,
             measured.arm_angles, measured.arm_rates, [truth.door_angle - self._goal, truth.door_rate],
         ])  # fmt: skip
+        bounded: Array32 = np.clip(seen, self._low, self._high, dtype=np.float32, casting="same_kind")
+        return bounded
 
 
 def _ticks(controller_rate: float, rate: float) -> int:

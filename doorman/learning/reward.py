@@ -1,38 +1,65 @@
-r"""Reward of a step: how much nearer the leaf came to its goal, less what it cost.
+r"""Reward of a step: what the potential of the state has grown by, less what the step cost.
 
 .. math::
-    r = w_p \frac{|\alpha_k - \alpha_g| - |\alpha_{k+1} - \alpha_g|}{|\alpha_0 - \alpha_g|}
-      - \bigl(w_u \lVert a \rVert^2 + w_\omega \lVert \Omega \rVert^2\bigr) T + w_g [\text{opened}] - w_c [\text{failed}]
+    r = \Phi(s_{k+1}) - \Phi(s_k) - \bigl(w_t + w_u \lVert a \rVert^2 + w_\omega \lVert \Omega \rVert^2\bigr) T
+      + w_g [\text{opened}] - w_c [\text{failed}], \qquad
+    \Phi = w_p \Bigl(1 - \frac{|\alpha - \alpha_g|}{|\alpha_0 - \alpha_g|}\Bigr) - w_d \min(d / 0.5\,\text{m}, 1)
 
-Over an episode the first term adds up to w_p for a door that is opened, whatever the length of a step.
+with the distance d of the tip from the contact point on the leaf. Over an episode the potential adds up to its change from start
+to end, whatever the way and the length of a step: it leads to the goal and leaves the best policy as it is (Ng, Harada and
+Russell, ICML 1999, without discount).
+
+A failure costs more than to hover for twenty seconds, and as much as a quarter of the way is worth: trying beats hovering, and
+hovering beats falling.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
+REACH = 0.5
+"""Distance of the tip from the contact point beyond which the potential falls no further [m]: an arm's length."""
+
 
 @dataclass(frozen=True)
 class RewardWeights:
-    """Weights of the terms."""
+    """Weights of the terms.
+
+    Example:
+        >>> from doorman.learning import RewardWeights
+        >>> RewardWeights(action=0.0).progress
+        10.0
+    """
 
     progress: float = 10.0
     """w_p: for the whole way of the leaf."""
+    contact: float = 1.0
+    """w_d: for a tip at an arm's length from the contact point, against one that is there."""
     opened: float = 10.0
     """w_g: once, at the goal."""
-    failed: float = 10.0
+    failed: float = 2.5
     """w_c: once, for a collision, a fall, or leaving the room."""
-    action: float = 0.02
+    time: float = 0.1
+    """w_t [1/s]."""
+    action: float = 0.01
     """w_u [1/s]."""
-    body_rates: float = 0.02
+    body_rates: float = 0.01
     """w_ω [s/rad²]."""
 
 
 @dataclass(frozen=True)
-class Step:
-    before: float  # |α − α_g| before [rad]
-    after: float  # |α − α_g| after [rad]
+class Place:
+    """What the potential is made of."""
+
+    away: float  # |α − α_g| [rad]
     whole: float  # |α − α_g| at the start [rad]
+    gap: float  # d, of the tip from the contact point [m]
+
+
+@dataclass(frozen=True)
+class Step:
+    before: Place
+    after: Place
     action_squared: float
     rates_squared: float  # [rad²/s²]
     duration: float  # T [s]
@@ -42,8 +69,11 @@ class Step:
 
 def reward_terms(weights: RewardWeights, step: Step) -> dict[str, float]:
     """Terms of the reward by name; it is their sum."""
+    before, after = step.before, step.after
     return {
-        "progress": weights.progress * (step.before - step.after) / step.whole,
+        "progress": weights.progress * (before.away - after.away) / before.whole,
+        "contact": weights.contact * (min(before.gap / REACH, 1.0) - min(after.gap / REACH, 1.0)),
+        "time": -weights.time * step.duration,
         "action": -weights.action * step.action_squared * step.duration,
         "body_rates": -weights.body_rates * step.rates_squared * step.duration,
         "opened": weights.opened * step.opened,

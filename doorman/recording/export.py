@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import itertools
 import json
 import re
 from collections.abc import Callable
@@ -17,6 +16,7 @@ from doorman.exceptions import DoormanError, RecordingError, how_to_install
 from doorman.recording.files.cdr import TIME
 from doorman.recording.files.messages import HEADER
 from doorman.recording.recording import Recording, Topic
+from doorman.recording.tables import columns
 
 Format = Literal["csv", "parquet"]
 
@@ -30,9 +30,9 @@ _UNSAFE = re.compile(r"[^\w-]")
 def export(recording: Recording, folder: str | Path, form: Format) -> dict[str, Path]:
     """Write one file a topic, and the header as JSON.
 
-    In CSV an array's entries are columns of their own, `field[0]` or `field[3,1]`, and floats keep all their digits; a text that
-    a spreadsheet would take for a formula begins with an apostrophe. In Parquet an array is a list of fixed length, nested for
-    every further dimension.
+    In CSV an array's entries are columns of their own, named as in `Topic.to_pandas`, and floats keep all their digits; a text
+    that a spreadsheet would take for a formula begins with an apostrophe. In Parquet an array is a list of fixed length, nested
+    for every further dimension.
 
     Args:
         recording: What to write.
@@ -64,14 +64,11 @@ def export(recording: Recording, folder: str | Path, form: Format) -> dict[str, 
 
 def _csv_writer() -> Callable[[Topic, Path], None]:
     def write(topic: Topic, file: Path) -> None:
-        names, columns = [TIME], [topic.time]
-        for field, values in topic.items():
-            names += _entry_names(field, values.shape[1:])
-            columns += list(values.reshape(len(values), -1).T)
+        table = columns({TIME: topic.time, **topic})
         with file.open("w", newline="", encoding="utf-8") as stream:
             rows = csv.writer(_Rows(stream))
-            rows.writerow(map(_defused, names))
-            rows.writerows(zip(*map(_cells, columns), strict=True))
+            rows.writerow(map(_defused, table))
+            rows.writerows(zip(*map(_cells, table.values()), strict=True))
 
     return write
 
@@ -94,12 +91,6 @@ def _cells(column: NDArray[Any]) -> list[Any]:
 def _defused(text: str) -> str:
     """A text that no spreadsheet takes for a formula."""
     return f"'{text}" if text.startswith(_FORMULA) and not _NUMBER.fullmatch(text) else text
-
-
-def _entry_names(field: str, shape: tuple[int, ...]) -> list[str]:
-    if not shape:
-        return [field]
-    return [f"{field}[{','.join(map(str, entry))}]" for entry in itertools.product(*map(range, shape))]
 
 
 def _parquet_writer() -> Callable[[Topic, Path], None]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +13,7 @@ from doorman.bounds import LARGEST_LOG
 from doorman.exceptions import RecordingError
 from doorman.recording.files.reading import read_contents
 from doorman.recording.runs import recording_file
+from doorman.recording.tables import data_frame
 
 _JUDGED = ("truth", "estimate", "mission")
 """Topics without which a run has no summary."""
@@ -54,6 +55,33 @@ class Topic(Mapping[str, NDArray[Any]]):
 
     def __repr__(self) -> str:
         return f"Topic({self.name!r}, {len(self.time)} messages of {', '.join(self)})"
+
+    def __array__(self, *_: Any, **__: Any) -> NoReturn:
+        raise RecordingError(
+            f"topic '{self.name}' is a table, not an array", field="topic",
+            allowed=f"its fields, such as topic['{next(iter(self), 'field')}'], or topic.to_pandas()",
+        )  # fmt: skip
+
+    def to_pandas(self) -> Any:
+        """The topic as a `pandas.DataFrame`: a row a message, the time [s] as index, a column for every entry of an array.
+
+        Vectors in space have `position_x`, `position_y`, `position_z`, attitudes `attitude_roll` and so on; other entries are
+        numbered from 0, `arm_angles_0`, and by row and column, `states_50_8`. Needs pandas.
+
+        Example:
+            >>> import numpy as np
+            >>> from doorman.recording import Topic
+            >>> topic = Topic("truth", np.array([0.0, 0.1]), {"position": np.zeros((2, 3)), "door_angle": np.ones(2)})
+            >>> list(topic.to_pandas().columns)
+            ['position_x', 'position_y', 'position_z', 'door_angle']
+
+        Returns:
+            The data frame.
+
+        Raises:
+            DoormanError: if pandas is not installed.
+        """
+        return data_frame(self.time, self)
 
 
 class Recording(Mapping[str, Topic]):
@@ -169,6 +197,24 @@ class Recording(Mapping[str, Topic]):
 
     def __len__(self) -> int:
         return len(self._topics)
+
+    def to_pandas(self, topic: str) -> Any:
+        """A topic as a `pandas.DataFrame`, see `Topic.to_pandas`.
+
+        Args:
+            topic: Its name.
+
+        Returns:
+            The data frame: a row a message, the time [s] as index.
+
+        Raises:
+            RecordingError: if there is no such topic.
+            DoormanError: if pandas is not installed.
+        """
+        return self[topic].to_pandas()
+
+    def __array__(self, *_: Any, **__: Any) -> NoReturn:
+        raise RecordingError("a recording is no array", allowed=f"a topic: to_pandas(topic), with {', '.join(self)}")
 
     def __repr__(self) -> str:
         return f"Recording({', '.join(f'{name}: {len(topic.time)}' for name, topic in self.items())})"

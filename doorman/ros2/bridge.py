@@ -21,8 +21,9 @@ from doorman.hardware.mocap import MocapEvent, MocapFault
 from doorman.model import Model
 from doorman.ros2 import types as ros
 from doorman.ros2.feed import BUFFER, LARGEST, PORT, parse
-from doorman.ros2.messages import TYPES, Translator
+from doorman.ros2.messages import Outgoing, Translator
 from doorman.ros2.relay import PoseRelay
+from doorman.ros2.topics import TOPICS, RosTopic
 
 _DEPTH = 100
 """Messages that a slow subscriber may be behind."""
@@ -31,6 +32,13 @@ _LONGEST_WAIT = 0.1
 _PLAIN = Policy.DataRepresentation(use_cdrv0_representation=True)
 """CDR as ROS 2 has it."""
 _OUT = Qos(Policy.Reliability.Reliable(duration(milliseconds=100)), Policy.History.KeepLast(_DEPTH), _PLAIN)
+_LATCHED = Qos(
+    Policy.Reliability.Reliable(duration(milliseconds=100)),
+    Policy.History.KeepLast(1),
+    Policy.Durability.TransientLocal,
+    _PLAIN,
+)
+"""Keeps the last message for subscribers that come late."""
 _IN = Qos(Policy.Reliability.BestEffort, Policy.History.KeepLast(_DEPTH), _PLAIN)
 """Takes poses of reliable and of best-effort publishers."""
 
@@ -46,7 +54,7 @@ class FlightPublisher(Uncopied):
     def __init__(self, model: Model, port: int = PORT, domain: int = 0, prefix: str = "doorman") -> None:
         self._translator = Translator(model)
         self._participant = DomainParticipant(domain)
-        self._writers = {name: self._writer(name, prefix) for name in TYPES}
+        self._writers = {topic.name: self._writer(topic, prefix) for topic in TOPICS}
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, BUFFER)
         try:
@@ -56,6 +64,8 @@ class FlightPublisher(Uncopied):
             raise BackendError(
                 f"cannot listen: {error.strerror}", field="port", given=port, allowed="a free port"
             ) from error
+        for told in self._translator.at_the_start():
+            self._write(told)
         self.port = int(self._socket.getsockname()[1])  # of the feed
         self.published = 0  # messages of the flight
         self.refusals: Counter[str] = Counter()  # what was left out, by its reason
@@ -73,8 +83,8 @@ class FlightPublisher(Uncopied):
             self.refusals["no message of a flight"] += 1
             return
         try:
-            for topic, message in self._translator.translate(told):
-                self._writers[topic].write(message)
+            for message in self._translator.translate(told):
+                self._write(message)
         except BackendError as error:
             self.refusals[f"{error.field}: {error.message}"] += 1
         except DDSException as error:
@@ -95,9 +105,12 @@ class FlightPublisher(Uncopied):
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    def _writer(self, name: str, prefix: str) -> Any:
-        topic = dds_name(name if name == "tf" or not prefix else f"{prefix}/{name}")
-        return DataWriter(self._participant, Topic(self._participant, topic, TYPES[name]), qos=_OUT)
+    def _write(self, told: Outgoing) -> None:
+        self._writers[told.topic].write(told.message)
+
+    def _writer(self, topic: RosTopic, prefix: str) -> Any:
+        dds = Topic(self._participant, dds_name(topic.under(prefix)), topic.type)
+        return DataWriter(self._participant, dds, qos=_LATCHED if topic.latched else _OUT)
 
 
 class PoseSubscriber(Uncopied):

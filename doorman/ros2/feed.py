@@ -24,14 +24,15 @@ LARGEST = 65_000
 BUFFER = 1 << 22
 """Receive buffer of the bridge's socket: some seconds of a flight [byte]."""
 TEXT, NUMBER = 0, -1
-FED = {
+FED: dict[str, dict[str, int]] = {
+    "truth": {},
     "measurement": {"position": 1, "velocity": 1, "attitude": 1, "body_rates": 1, "arm_angles": 1, "arm_rates": 1},
     "estimate": {"state": 1, "tip_force": 1},
     "plan": {"states": 2},
     "door_sensor": {"joint": NUMBER, "deviation": NUMBER},
     "mission": {"state": TEXT, "message": TEXT},
 }
-"""Fields that the bridge reads, by topic: texts, numbers, and dimensions of arrays."""
+"""Fields that the bridge reads, by topic: texts, numbers, and dimensions of arrays. A truth says that time is simulated."""
 _END_OF_TIME = 2**31 * 1_000_000_000
 """First time that ROS cannot hold [ns]."""
 
@@ -42,6 +43,7 @@ class FedMessage(NamedTuple):
     topic: str
     wall_time: int  # when it was recorded, since 1970 [ns]
     fields: Mapping[str, Any]  # numbers, texts, and arrays; of arrays NaN stays NaN
+    time: float = 0.0  # since the flight's backend was opened [s]
 
 
 class Feed(Uncopied):
@@ -69,7 +71,7 @@ class Feed(Uncopied):
         if topic not in FED:
             return
         chosen = {name: _plain(fields[name]) for name in FED[topic]}
-        data = orjson.dumps([topic, clock.time_ns(), chosen])
+        data = orjson.dumps([topic, clock.time_ns(), chosen, float(time)])
         try:
             self._socket.send(data)
         except OSError:  # nobody listens, or its buffer is full
@@ -89,11 +91,13 @@ class Feed(Uncopied):
 def parse(datagram: bytes) -> FedMessage | None:
     """What `Feed` has sent; None for anything else."""
     try:
-        topic, wall_time, fields = orjson.loads(datagram)
+        topic, wall_time, fields, time = orjson.loads(datagram)
         read = {name: _value(fields[name], dimensions) for name, dimensions in FED[topic].items()}
     except (ValueError, KeyError, TypeError):
         return None
-    return FedMessage(topic, wall_time, read) if type(wall_time) is int and 0 <= wall_time < _END_OF_TIME else None
+    if type(wall_time) is not int or type(time) is not float or not 0 <= max(wall_time, 1e9 * time) < _END_OF_TIME:
+        return None
+    return FedMessage(topic, wall_time, read, time)
 
 
 def _plain(value: Any) -> Any:

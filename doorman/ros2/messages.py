@@ -15,9 +15,8 @@ from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import Model
 from doorman.ros2 import types as ros
 from doorman.ros2.feed import FedMessage
+from doorman.ros2.frames import WORLD, Frames, description
 
-WORLD, BODY = "map", "base_link"
-"""Frames."""
 _ARROW, _CUBE = 0, 1
 """Types of markers."""
 _ADD = 0
@@ -25,6 +24,8 @@ _AXES = 3
 _METRES_PER_NEWTON = 0.06
 """Length of the arrow of the tip's force [m/N]."""
 _LINE_WIDTH = 0.02
+_SIMULATED = 1_000_000_000
+"""After a message of the truth, time is that of the simulation for so long [ns]."""
 _SELDOM = 100_000_000
 """Between two plans, or two sets of markers, at least [ns]: they are long, and for eyes."""
 
@@ -34,20 +35,21 @@ class Outgoing(NamedTuple):
     message: IdlStruct
 
 
-TYPES: dict[str, type[IdlStruct]] = {
-    "odometry": ros.Odometry, "joint_states": ros.JointState, "tip_force": ros.WrenchStamped, "plan": ros.Path,
-    "mission": ros.String, "markers": ros.MarkerArray, "tf": ros.TFMessage, "door/joint_states": ros.JointState,
-}  # fmt: skip
-"""What is published."""
-
-
 class Translator:
     """Turns a flight's messages into those of ROS."""
 
     def __init__(self, model: Model) -> None:
         self._model = model
+        self._frames = Frames(model)
+        self._simulated_until = -1
         self._sent: dict[str, int] = {}
         self._sizes = {"arm_angles": model.n_arm, "arm_rates": model.n_arm, "state": model.nx, "states": model.nx}
+
+    def at_the_start(self) -> Iterator[Outgoing]:
+        """What is told once, and kept for whoever comes late."""
+        yield Outgoing("/robot_description", ros.String(description(self._model.vehicle.urdf)))
+        yield Outgoing("door_description", ros.String(description(self._model.door.urdf)))
+        yield Outgoing("/tf_static", ros.TFMessage(self._frames.standing))
 
     def translate(self, told: FedMessage) -> Iterator[Outgoing]:
         """Messages for one of the flight's."""
@@ -56,7 +58,12 @@ class Translator:
             if isinstance(value, np.ndarray) and value.shape[-1] != size:
                 raise BackendError("the flight is of another scenario", field=f"{told.topic}.{name}",
                                    given=value.shape[-1], allowed=f"{size} numbers, as in the bridge's scenario")  # fmt: skip
-        stamp = time_of(told.wall_time)
+        if told.topic == "truth":
+            self._simulated_until = told.wall_time + _SIMULATED
+            yield Outgoing("/clock", ros.Clock(time_of(round(1e9 * told.time))))
+            return
+        simulated = told.wall_time < self._simulated_until
+        stamp = time_of(round(1e9 * told.time) if simulated else told.wall_time)
         if told.topic == "measurement":
             yield from self._measurement(told, stamp)
         elif told.topic == "estimate":
@@ -64,7 +71,8 @@ class Translator:
         elif told.topic == "door_sensor":
             names = [self._model.scenario.door.hinge]
             yield Outgoing(
-                "door/joint_states", ros.JointState(ros.Header(stamp, WORLD), names, [told.fields["joint"]], [], [])
+                "door/measured_joint_states",
+                ros.JointState(ros.Header(stamp, WORLD), names, [told.fields["joint"]], [], []),
             )
         elif told.topic == "plan" and self._due("plan", told.wall_time):
             yield Outgoing("plan", self._path(told.fields["states"], stamp))
@@ -84,20 +92,28 @@ class Translator:
         twist = ros.Twist(_vector(velocity), _vector(fields["body_rates"]))
         unknown = [0.0] * 36
         header = ros.Header(stamp, WORLD)
+        base = self._frames.base
         pose = ros.PoseWithCovariance(ros.Pose(ros.Point(x, y, z), turn), unknown)
-        yield Outgoing("odometry", ros.Odometry(header, BODY, pose, ros.TwistWithCovariance(twist, unknown)))
-        placed = ros.TransformStamped(header, BODY, ros.Transform(ros.Vector3(x, y, z), turn))
-        yield Outgoing("tf", ros.TFMessage([placed]))
+        yield Outgoing("odometry", ros.Odometry(header, base, pose, ros.TwistWithCovariance(twist, unknown)))
+        if np.isfinite([*fields["position"], *fields["attitude"], *fields["arm_angles"]]).all():
+            placed = ros.TransformStamped(header, base, ros.Transform(ros.Vector3(x, y, z), turn))
+            yield Outgoing("/tf", ros.TFMessage([placed, *self._frames.arm(stamp, fields["arm_angles"])]))
         names = list(self._model.vehicle.joint_names)
         angles, rates = fields["arm_angles"].tolist(), fields["arm_rates"].tolist()
-        yield Outgoing("joint_states", ros.JointState(ros.Header(stamp, BODY), names, angles, rates, []))
+        yield Outgoing("joint_states", ros.JointState(ros.Header(stamp, base), names, angles, rates, []))
 
     def _estimate(self, told: FedMessage, stamp: ros.Time) -> Iterator[Outgoing]:
         header, force = ros.Header(stamp, WORLD), told.fields["tip_force"]
         yield Outgoing("tip_force", ros.WrenchStamped(header, ros.Wrench(_vector(force), _vector(np.zeros(3)))))
+        angle, rate = told.fields["state"][3:5].tolist()
+        if not np.isfinite([angle, rate]).all():
+            return
+        door = self._model.door
+        joint = [door.joint_value(angle)], [door.joint_rate(rate)]
+        yield Outgoing("door/joint_states", ros.JointState(header, [self._model.scenario.door.hinge], *joint, []))
+        yield Outgoing("/tf", ros.TFMessage(self._frames.leaf(stamp, angle)))
         if self._due("markers", told.wall_time):
-            angle = float(told.fields["state"][3])
-            if np.isfinite([angle, *force]).all():
+            if np.isfinite(force).all():
                 yield Outgoing(
                     "markers", ros.MarkerArray([self._leaf(header, angle), self._arrow(header, angle, force)])
                 )

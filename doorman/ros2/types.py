@@ -26,6 +26,13 @@ class Duration(IdlStruct, typename="builtin_interfaces.msg.dds_.Duration_"):
 
 
 @dataclass
+class Clock(IdlStruct, typename="rosgraph_msgs.msg.dds_.Clock_"):
+    """Time of a simulation."""
+
+    clock: Time
+
+
+@dataclass
 class Header(IdlStruct, typename="std_msgs.msg.dds_.Header_"):
     stamp: Time
     frame_id: str

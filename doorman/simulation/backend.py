@@ -90,18 +90,21 @@ class SimulatedBackend(Backend):
         self._truth = self._simulator.truth()
         self._ticks = 0
 
-    def read(self) -> Measurement:
+    def read(self, periods: int = 1) -> Measurement:
         """Advance by one period of the controller and measure; the first call measures the start, at time 0.
 
+        Args:
+            periods: Advance by so many periods, and measure at their end alone: sensors sample no faster then.
+
         Returns:
-            The measurement.
+            The measurement. Its truth has the contacts of all these periods.
 
         Raises:
             BackendError: if the simulation is not open, or the physics became unstable.
         """
         simulator = self._opened()
         if self._ticks > 0:
-            self._advance(simulator)
+            self._advance(simulator, periods * self.steps_per_period)
         elif self._realtime:
             self._wall_start = time.monotonic()
         self._truth = simulator.truth()
@@ -156,13 +159,13 @@ class SimulatedBackend(Backend):
         simulator.set_command(command.thrust, command.attitude, command.arm_rates, command.side_force)
         simulator.set_grip(command.grip)
 
-    def _advance(self, simulator: Simulator) -> None:
-        """One period; a command that comes between two ticks is taken then."""
+    def _advance(self, simulator: Simulator, steps: int) -> None:
+        """Physics steps; a command that comes between two ticks is taken then."""
         assert self._link is not None
         if self._link.is_plain:
-            simulator.advance(self.steps_per_period)
+            simulator.advance(steps)
             return
-        for _ in range(self.steps_per_period):
+        for _ in range(steps):
             self._follow(simulator)
             simulator.advance(1)
 

@@ -52,17 +52,18 @@ def test_check_says_why_a_task_is_not_possible():
         assert finding["value"] is not None and finding["limit"] is not None
 
 
-def test_check_prints_every_finding_and_what_to_change(monkeypatch):
+def test_check_prints_what_to_change_and_with_v_every_finding(monkeypatch):
     findings = (
         Finding("reach", Severity.OK, "the arm reaches [far]", 0.5, 0.1, "m"),
         Finding("tilt", Severity.WARNING, "the plan tilts by 31°", 0.54, 0.5, "rad", "a larger control.max_tilt"),
         Finding("doorway width", Severity.ERROR, "the doorway is too narrow", -0.2, 0.0, "m", "a wider door"),
     )
     monkeypatch.setattr("doorman.cli.simulated.check.check", lambda scenario: Report("paper", findings))
-    result = run("check")
-    assert result.exit_code == 1
-    for finding in findings:
-        assert finding.name in result.stdout
-        assert finding.message in result.stdout
-        assert finding.advice in result.stdout
-    assert result.stdout.splitlines()[-1] == "The scenario 'paper' is not possible: doorway width."
+    quiet, verbose = run("check"), run("check", "-v")
+    for result, shown in ((quiet, findings[1:]), (verbose, findings)):
+        assert result.exit_code == 1
+        for finding in findings:
+            assert (finding.message in result.stdout) is (finding in shown)
+            assert finding not in shown or (finding.name in result.stdout and finding.advice in result.stdout)
+        assert result.stdout.splitlines()[-1] == "The scenario 'paper' is not possible: doorway width."
+    assert "1 of 3 findings are fine" in quiet.stdout and "fine" not in verbose.stdout

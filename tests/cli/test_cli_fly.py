@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import signal
 from types import SimpleNamespace
 from typing import cast
@@ -89,6 +90,21 @@ def test_parameters_that_were_to_be_written_ground_the_vehicle_whether_they_coul
     result = _written(cast(VehicleLinks, links), "words")
     assert result is not None and not result["ready"] and words in result["message"]
     assert "by hand: MIS_TAKEOFF_ALT" in capsys.readouterr().out
+
+
+def test_a_dry_run_without_hardware_says_what_a_flight_needs():
+    result = CliRunner().invoke(app, ["fly", "pull", "--dry-run", "--json"], env={"TERM": "dumb"})
+    assert result.exit_code == 1, result.output
+    rows = {row["name"]: row for row in json.loads(result.stdout)["checklist"]}
+    assert (rows["autopilot"]["verdict"], rows["servos"]["verdict"]) == ("no", "no")
+    assert "6 rotors" in rows["autopilot"]["found"] and "--pixhawk" in rows["autopilot"]["advice"]
+    assert "eta_4, and one for the gripper" in rows["servos"]["found"] and rows["scenario"]["verdict"] == "ok"
+    half = CliRunner().invoke(
+        app, ["fly", "pull", "--dry-run", "--json", "--pixhawk", "udp:14540"], env={"TERM": "dumb"}
+    )
+    verdicts = {row["name"]: row["verdict"] for row in json.loads(half.stdout)["checklist"]}
+    assert (verdicts["autopilot"], verdicts["servos"]) == ("warning", "no")
+    assert CliRunner().invoke(app, ["fly", "pull"], env={"TERM": "dumb"}).exit_code == 2
 
 
 @pytest.mark.parametrize("duration", ["nan", "0", "-1", "inf"])

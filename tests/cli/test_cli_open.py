@@ -19,6 +19,7 @@ from typer.testing import Result
 
 from doorman.cli.simulated.open_door import RUN_FILES
 from doorman.cli.terminal.display import flight_progress
+from doorman.compilation import KernelCounts
 from doorman.model import Model
 from doorman.postures.proposal import PAPER_POSTURES
 from doorman.recording import Recording
@@ -40,6 +41,7 @@ def test_the_door_opens_and_the_status_is_0(flight):
     assert "door's angle at the end" in result.stdout
     assert "postures" not in result.stdout, "the paper's go without saying"
     assert str(folder) in result.stdout.replace("\n", "")
+    assert result.stdout.splitlines()[-1] == f"Watch it again: doorman view {folder}"
     assert result.stderr == ""
 
 
@@ -134,12 +136,17 @@ def test_an_older_run_in_the_folder_is_replaced(tmp_path):
 def test_the_progress_bar_shows_the_door_and_the_time_left(monkeypatch):
     terminal = Console(file=StringIO(), force_terminal=True, width=100)
     monkeypatch.setattr("doorman.cli.terminal.display.Console", lambda **_: terminal)
+    compiled = iter(range(1000))
+    monkeypatch.setattr("doorman.cli.terminal.display.kernel_counts", lambda: KernelCounts(next(compiled), 0))
     with flight_progress(4.0, shown=True) as on_progress:
         on_progress(1.0, 1.0)
         on_progress(4.0, 0.35)
     text = terminal.file.getvalue()
     for words in ("Preparing", "Flying", "1.0 s", "door at 57°", "4.0 s", "door at 20°", "left"):
         assert words in text
+    done, most = map(int, re.search(r"(\d+) of at most (\d+) kernels", text).groups())
+    assert 0 < done < most
+    assert "kernels" not in text[text.index("Flying") :], "nothing compiles in flight"
 
 
 @pytest.mark.parametrize(("shown", "is_terminal"), [(False, True), (True, False)])

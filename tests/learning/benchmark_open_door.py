@@ -17,7 +17,7 @@ def main() -> None:
     parser = argparse.ArgumentParser()
     parser.add_argument("steps", nargs="?", type=int, default=1000)
     count = parser.parse_args().steps
-    env = OpenDoorEnv(duration=3600.0)
+    env = OpenDoorEnv()
     env.reset(seed=0)
     action = np.zeros(env.action_space.shape)
     start, episodes = time.perf_counter(), 1

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas
 import pytest
 from pyarrow import parquet
 from typer.testing import CliRunner, Result
@@ -28,7 +29,7 @@ from doorman.mission.schedule import Wanted
 from doorman.model import Model
 from doorman.planning.hinge import Hinge
 from doorman.planning.planner import Planner
-from doorman.recording import Recorder, Recording
+from doorman.recording import Recorder, Recording, Topic
 from doorman.recording.export import export
 from doorman.resources import urdf_directory
 from doorman.scenario import Scenario
@@ -90,9 +91,41 @@ def test_csv_keeps_every_bit(flight, recording):
         assert len(table[0]) == expected
     with (flight / "recording-csv" / "plan.csv").open(newline="", encoding="utf-8") as stream:
         plans = list(csv.DictReader(stream))
-    assert [float(row["states[50,8]"]) for row in plans] == recording["plan"]["states"][:, 50, 8].tolist()
+    assert [float(row["states_50_8"]) for row in plans] == recording["plan"]["states"][:, 50, 8].tolist()
     assert [row["status"] for row in plans] == recording["plan"]["status"].tolist()
     assert [float(row["cost"]) for row in plans] == recording["plan"]["cost"].tolist()
+
+
+def test_a_data_frame_is_what_csv_says(flight, recording):
+    folder = Path(json.loads(run("export", flight, "--csv", "--json").stdout)["topics"]["header"]["file"]).parent
+    for name in recording:
+        frame, table = recording.to_pandas(name), pandas.read_csv(folder / f"{name}.csv", keep_default_na=False)
+        assert frame.index.name == "time" and list(table.columns) == ["time", *frame.columns]
+        np.testing.assert_array_equal(frame.index, recording[name].time)
+    truth = recording.to_pandas("truth")
+    np.testing.assert_array_equal(truth["position_z"], recording["truth"]["position"][:, 2])
+    np.testing.assert_array_equal(truth["attitude_yaw"], recording["truth"]["attitude"][:, 2])
+    np.testing.assert_array_equal(truth["arm_angles_3"], recording["truth"]["arm_angles"][:, 3])
+
+
+@pytest.mark.parametrize("reader", [pandas.DataFrame, np.asarray, np.array])
+def test_a_topic_is_no_array_of_its_names(recording, reader):
+    for thing in (recording, recording["truth"]):
+        with pytest.raises(RecordingError, match="to_pandas"):
+            reader(thing)
+
+
+def test_a_data_frame_without_pandas_names_the_extra(recording, monkeypatch):
+    monkeypatch.setitem(sys.modules, "pandas", None)
+    with pytest.raises(DoormanError, match=r"pip install -e '.\[pandas\]'"):
+        recording.to_pandas("truth")
+
+
+def test_fields_of_one_name_keep_their_columns():
+    fields = {"position": np.ones((1, 3)), "position_x": np.zeros(1)}
+    assert list(Topic("log", np.zeros(1), fields).to_pandas().columns) == [
+        "position[x]", "position[y]", "position[z]", "position_x"
+    ]  # fmt: skip
 
 
 def test_parquet_keeps_every_bit_and_the_shapes(flight, recording, tmp_path):
@@ -129,9 +162,7 @@ def test_names_of_topics_do_not_leave_the_folder(tmp_path):
         recorder.write("../up", 0.0, {"value": float("nan"), "flags": [True, False], "words": ["a", "b,c"]})
         files = export(recorder.recording(), tmp_path / "tables", "csv")
         assert files["../up"].parent == tmp_path / "tables"
-        assert (
-            files["../up"].read_text() == 'time,value,flags[0],flags[1],words[0],words[1]\n0.0,nan,True,False,a,"b,c"\n'
-        )
+        assert files["../up"].read_text() == 'time,value,flags_0,flags_1,words_0,words_1\n0.0,nan,True,False,a,"b,c"\n'
         recorder.write(".._up", 0.0, {"value": 1.0})
         recorder.write("___up", 0.0, {"value": 1.0})
         with pytest.raises(RecordingError, match="same file"):
@@ -150,9 +181,9 @@ def test_no_cell_is_taken_for_a_formula(tmp_path):
     with files["event"].open(newline="", encoding="utf-8") as stream:
         rows = list(csv.DictReader(stream))
     assert [row["message"] for row in rows] == [*(f"'{word}" for word in formulas), *harmless]
-    assert [row["words[0]"] for row in rows] == [row["message"] for row in rows]
+    assert [row["words_0"] for row in rows] == [row["message"] for row in rows]
     assert [float(row["amount"]) for row in rows] == [-0.5 - k for k in range(20)]
-    assert list(rows[0])[3:5] == ["words[1]", "'=2+2"]
+    assert list(rows[0])[3:5] == ["words_1", "'=2+2"]
 
 
 @pytest.mark.parametrize("command", ["estimate", "export", "plot", "replay", "view"])

@@ -1,6 +1,6 @@
 """A participant that knows ROS 2's messages from rosbags alone, in a process of its own: it prints what it hears, or sends poses.
 
-python independent.py listen DOMAIN TYPE TOPIC COUNT
+python independent.py listen DOMAIN TYPE TOPIC COUNT [latched]
 python independent.py send DOMAIN TOPIC COUNT
 """
 
@@ -35,6 +35,9 @@ BASES = {
     "bool": bool,
 }
 QOS = Qos(Policy.Reliability.Reliable(duration(seconds=1)), Policy.History.KeepLast(1000))
+LATCHED = Qos(
+    Policy.Reliability.Reliable(duration(seconds=1)), Policy.History.KeepLast(1), Policy.Durability.TransientLocal
+)
 made: dict[str, Any] = {}
 
 
@@ -71,10 +74,10 @@ def plain(value: Any) -> Any:
     return [plain(one) for one in value] if isinstance(value, list | tuple) else value
 
 
-def listen(domain: str, name: str, topic: str, count: str) -> None:
+def listen(domain: str, name: str, topic: str, count: str, latched: str = "") -> None:
     """Say when somebody publishes, and print every message as rosbags reads its bytes."""
     participant = DomainParticipant(int(domain))
-    reader = DataReader(participant, Topic(participant, topic, dds_type(name)), qos=QOS)
+    reader = DataReader(participant, Topic(participant, topic, dds_type(name)), qos=LATCHED if latched else QOS)
     end = time.monotonic() + 120.0
     while not reader.get_matched_publications() and time.monotonic() < end:
         time.sleep(0.01)

@@ -6,6 +6,7 @@ import json
 import math
 import os
 import random
+import re
 import socket
 import subprocess
 import sys
@@ -28,7 +29,8 @@ from doorman.ros2 import types as ros
 from doorman.ros2.bridge import FlightPublisher, PoseSubscriber, dds_name
 from doorman.ros2.door_source import JointStateSource
 from doorman.ros2.feed import FedMessage, parse
-from doorman.ros2.messages import TYPES, Translator
+from doorman.ros2.messages import Translator
+from doorman.ros2.topics import TOPICS
 
 LOOPBACK = (
     '<CycloneDDS><Domain><General><Interfaces><NetworkInterface name="lo" multicast="true"/></Interfaces></General>'
@@ -38,9 +40,12 @@ BEHIND = 50
 """Messages that the listener may be behind: fewer than the publisher keeps for it."""
 INDEPENDENT = Path(__file__).parent / "independent.py"
 STORE = get_typestore(Stores.ROS2_HUMBLE)
-NAMES = {"odometry": "nav_msgs/msg/Odometry", "joint_states": "sensor_msgs/msg/JointState", "plan": "nav_msgs/msg/Path",
-         "tip_force": "geometry_msgs/msg/WrenchStamped", "mission": "std_msgs/msg/String", "tf": "tf2_msgs/msg/TFMessage",
+NAMES = {topic.name: topic.type_name.replace("/", "/msg/") for topic in TOPICS}
+KNOWN = {"odometry": "nav_msgs/msg/Odometry", "joint_states": "sensor_msgs/msg/JointState", "plan": "nav_msgs/msg/Path",
+         "tip_force": "geometry_msgs/msg/WrenchStamped", "mission": "std_msgs/msg/String", "/tf": "tf2_msgs/msg/TFMessage",
+         "/clock": "rosgraph_msgs/msg/Clock", "/robot_description": "std_msgs/msg/String", "/tf_static": "tf2_msgs/msg/TFMessage",
          "markers": "visualization_msgs/msg/MarkerArray", "door/joint_states": "sensor_msgs/msg/JointState"}  # fmt: skip
+"""As other nodes of ROS expect them."""
 
 
 @pytest.fixture
@@ -94,6 +99,33 @@ def measurement(index):
     return {name: np.array(values) for name, values in state.items()}
 
 
+def heard(listener):
+    """The next message that a participant has heard."""
+    return json.loads(listener.stdout.readline())
+
+
+def matrix(transform):
+    """Homogeneous matrix of a message's transform."""
+    place, turn = transform["translation"], transform["rotation"]
+    w, v = turn["w"], np.array([turn["x"], turn["y"], turn["z"]])
+    cross = np.array([[0.0, -v[2], v[1]], [v[2], 0.0, -v[0]], [-v[1], v[0], 0.0]])
+    placed = np.eye(4)
+    placed[:3, :3] += 2.0 * w * cross + 2.0 * cross @ cross
+    placed[:3, 3] = place["x"], place["y"], place["z"]
+    return placed
+
+
+def transforms(message):
+    """Transforms of a message, as rosbags reads its bytes."""
+    return plain(STORE.deserialize_cdr(message.serialize(), NAMES["/tf"]))["transforms"]
+
+
+def plain(value):
+    if hasattr(value, "__dataclass_fields__"):
+        return {name: plain(getattr(value, name)) for name in value.__dataclass_fields__ if name != "__msgtype__"}
+    return [plain(one) for one in value] if isinstance(value, list) else value
+
+
 @pytest.mark.parametrize("name", NAMES)
 def test_types_and_bytes_are_those_of_ros(name, model):
     """Every message is the same bytes as rosbags writes for the same values."""
@@ -102,15 +134,20 @@ def test_types_and_bytes_are_those_of_ros(name, model):
         "plan": FedMessage("plan", 7, {"states": np.tile(model.start_state, (3, 1))}),
         "tip_force": FedMessage("estimate", 7, {"state": model.start_state, "tip_force": np.array([1.0, -2.0, 3.0])}),
         "mission": FedMessage("mission", 7, {"state": "open", "message": "now"}),
-        "door/joint_states": FedMessage("door_sensor", 7, {"joint": 0.52, "deviation": 0.002}),
+        "door/measured_joint_states": FedMessage("door_sensor", 7, {"joint": 0.52, "deviation": 0.002}),
+        "/clock": FedMessage("truth", 7, {}, 1.25),
     }
-    told |= {"tf": told["odometry"], "joint_states": told["odometry"], "markers": told["tip_force"]}
-    (message,) = [one.message for one in Translator(model).translate(told[name]) if one.topic == name]
+    told |= {"/tf": told["odometry"], "joint_states": told["odometry"], "markers": told["tip_force"]}
+    told["door/joint_states"] = told["tip_force"]
+    translator = Translator(model)
+    sent = translator.translate(told[name]) if name in told else translator.at_the_start()
+    (message,) = [one.message for one in sent if one.topic == name]
     data = message.serialize()
     read = STORE.deserialize_cdr(data, NAMES[name])
     assert bytes(STORE.serialize_cdr(read, NAMES[name])) == bytes(data)
     package, _, short = NAMES[name].split("/")
-    assert TYPES[name].__idl_typename__ == f"{package}.msg.dds_.{short}_"
+    assert type(message).__idl_typename__ == f"{package}.msg.dds_.{short}_"
+    assert KNOWN.get(name, NAMES[name]) == NAMES[name]
 
 
 def test_a_joint_of_ros_is_a_source_of_the_door():
@@ -185,9 +222,76 @@ def test_a_flight_that_is_fed_is_published(model, domain):
     with FlightPublisher(model, 0, domain) as bridge, Feed(bridge.port) as feed:
         with stepping(bridge):
             recording = simulate(model, duration=1.0, listener=feed.listen)
-            fed = sum(len(recording[topic].time) for topic in ("measurement", "estimate", "plan", "mission"))
+            fed = sum(len(recording[topic].time) for topic in ("truth", "measurement", "estimate", "plan", "mission"))
             until(lambda: bridge.published + feed.unsent >= fed)
         assert (bridge.published, bridge.refused, feed.unsent) == (fed, 0, 0)
+
+
+@pytest.mark.parametrize("name", ["/robot_description", "/tf_static", "mission"])
+def test_who_comes_late_hears_what_is_kept(model, domain, name):
+    """A participant that starts after the messages were sent."""
+    with FlightPublisher(model, 0, domain) as bridge, Feed(bridge.port) as feed, stepping(bridge):
+        feed.listen("mission", 0.0, {"state": "approach", "message": ""})
+        feed.listen("mission", 0.1, {"state": "open", "message": "now"})
+        until(lambda: bridge.published == 2)
+        topic = next(one for one in TOPICS if one.name == name)
+        with participant("listen", domain, NAMES[name], dds_name(topic.under("doorman")), 1, "latched") as listener:
+            assert listener.stdout.readline() == "ready\n"
+            message = heard(listener)
+    if name == "mission":
+        assert message == {"data": "open: now"}
+    elif name == "/tf_static":
+        names = {one["child_frame_id"] for one in message["transforms"]}
+        assert {"rotor_1", "door/frame"} <= names and "base_link" not in names
+    else:
+        assert message["data"].startswith("<robot") and 'joint name="eta_1"' in message["data"]
+
+
+def test_the_frames_lead_from_the_map_to_tip_and_leaf(model):
+    """What other nodes make of the transforms is what doorman's own kinematics says; every frame has one parent."""
+    translator, state = Translator(model), model.start_state
+    measured = {"position": np.array([0.3, -0.2, 1.1]), "velocity": np.zeros(3), "attitude": np.array([0.1, -0.2, 1.5]),
+                "body_rates": np.zeros(3), "arm_angles": state[5:] + 0.2, "arm_rates": np.zeros(4)}  # fmt: skip
+    told = [*translator.at_the_start(), *translator.translate(FedMessage("measurement", 7, measured))]
+    told += translator.translate(FedMessage("estimate", 7, {"state": state, "tip_force": np.zeros(3)}))
+    parents = {}
+    for one in told:
+        if one.topic in ("/tf", "/tf_static"):
+            for each in transforms(one.message):
+                assert each["child_frame_id"] not in parents
+                parents[each["child_frame_id"]] = each["header"]["frame_id"], matrix(each["transform"])
+    places = {}
+    for name in ("tip", "door/leaf"):
+        at, placed = name, np.eye(4)
+        while at != "map":
+            at, step = parents[at]
+            placed = step @ placed
+        places[name] = placed
+    tip = measured["position"] + rotation_body_to_world(measured["attitude"]) @ model.vehicle.tip_position(
+        measured["arm_angles"]
+    )
+    np.testing.assert_allclose(places["tip"][:3, 3], tip, atol=1e-9)
+    np.testing.assert_allclose(places["door/leaf"], model.door.link_placements(state[3])["leaf"], atol=1e-9)
+
+
+def test_stamps_are_simulated_time_where_time_is_simulated(model):
+    translator, fields = Translator(model), measurement(1)
+    clock, *_ = translator.translate(FedMessage("truth", 10**18, {}, 2.5))
+    assert (clock.topic, clock.message.clock.sec, clock.message.clock.nanosec) == ("/clock", 2, 500_000_000)
+    stamps = []
+    for wall in (10**18 + 5, 10**18 + 2 * 10**9):  # the second long after the simulation has ended
+        sent = {one.topic: one.message for one in translator.translate(FedMessage("measurement", wall, fields, 2.5))}
+        stamps.append(sent["/tf"].transforms[0].header.stamp)
+    assert (stamps[0].sec, stamps[0].nanosec) == (2, 500_000_000) and stamps[1].sec == 10**9 + 2
+
+
+@pytest.mark.parametrize("file", ["doorman.rviz", "plotjuggler.xml"])
+def test_what_viewers_are_told_to_show_is_published(file):
+    text = (Path(__file__).parents[2] / "examples" / "ros2" / file).read_text(encoding="utf-8")
+    published = {topic.under("doorman") for topic in TOPICS}
+    named = re.findall(r"(?:Value: |name=\")(/[\w/]+)", text)
+    assert len(named) >= 4
+    assert all(any(name == topic or name.startswith(f"{topic}/") for topic in published) for name in named)
 
 
 def test_the_plan_ends_where_the_planner_ends(model):
@@ -249,7 +353,7 @@ def test_the_command_says_how_to_feed_it(domain, tmp_path):
     try:
         assert f"--feed {port}" in process.stdout.readline()
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as stranger:
-            stranger.sendto(b'["mission",1e400,{"state":"","message":""}]', ("127.0.0.1", port))
+            stranger.sendto(b'["mission",1e400,{"state":"","message":""},0.0]', ("127.0.0.1", port))
         assert "left out" in process.stderr.readline()
         process.terminate()
         assert "Published 0 messages" in process.communicate(timeout=60.0)[0]

@@ -25,7 +25,9 @@ def test_measured_predicted_and_desired_curves(flight, model):
     assert len(panels) == model.nx
     plan = flight["plan"]
     for i, axes in enumerate(panels):
-        (measured,), (predicted,), (desired,) = (lines(axes, name) for name in ("measured", "predicted", "desired"))
+        wanted = "desired" if i in (3, 4) else "preferred, one cost among others"
+        (measured,), (predicted,), (desired,) = (lines(axes, name) for name in ("measured", "predicted", wanted))
+        assert predicted.get_linewidth() < measured.get_linewidth()
         np.testing.assert_array_equal(measured.get_xdata(), flight["estimate"].time)
         np.testing.assert_allclose(measured.get_ydata(), np.degrees(flight["estimate"]["state"][:, i]))
         np.testing.assert_allclose(predicted.get_xdata(), plan.time + 0.2)
@@ -86,7 +88,8 @@ def test_arms_of_any_number_of_joints(tmp_path, joints, fly):
 
 def test_a_flight_without_truth_and_plan(model, fly):
     figure = states_figure(fly(model, 0.2, with_truth=False, with_plan=False), model)
-    assert [line.get_label() for line in figure.axes[0].lines] == ["measured", "desired"]
+    assert [line.get_label() for line in figure.axes[3].lines] == ["measured", "desired"]
+    assert [line.get_label() for line in figure.axes[0].lines] == ["measured", "preferred, one cost among others"]
 
 
 def test_a_single_tick_and_values_that_are_not_finite(model, tmp_path):

@@ -133,9 +133,9 @@ def ros2(
 ) -> int:
     """Connect a flight with ROS 2, without a ROS installation, until Ctrl-C.
 
-    The node publishes odometry, joint states, the tip's force, plan, mission and markers of a flight with --feed, and its
-    transform on /tf. It receives poses for a flight whose --mocap is udp:51001. It uses DDS, the default of ROS 2. The flight
-    does not depend on the node, and never waits for it.
+    The node publishes odometry, joint states, the tip's force, plan, mission and markers of a flight with --feed, the URDFs, the
+    transforms of vehicle, arm and door on /tf and /tf_static, and /clock in simulation. It receives poses for a flight whose
+    --mocap is udp:51001. It uses DDS, the default of ROS 2. The flight does not depend on the node, and never waits for it.
     """
     from doorman.cli.setup.ros2 import PoseLink, run_bridge
 

@@ -26,8 +26,9 @@ def check_scenario(
     with_audit: bool = False,
     vehicle: str | None = None,
     quick: bool = False,
+    verbose: bool = False,
 ) -> int:
-    """Check a scenario, fly it if nothing speaks against it, and print what was found."""
+    """Check a scenario, fly it if nothing speaks against it, and print what speaks against it, or everything."""
     model = Model(load_task(source, settings, vehicle))
     check_links(model, vehicle)
     report = check(model, with_audit=True) if with_audit else check(model)
@@ -38,8 +39,13 @@ def check_scenario(
         typer.echo(json.dumps(report.as_dict(), indent=2))
     else:
         console = Console(highlight=False)
-        console.print(findings_table(report.findings))
-        console.print(Text(f"\n{report.sentence}"), soft_wrap=True)
+        if shown := report.findings if verbose else report.complaints:
+            console.print(findings_table(shown))
+            console.print()
+        if not verbose:
+            fine, count = len(report.findings) - len(shown), len(report.findings)
+            console.print(Text(f"{fine} of {count} findings are fine; -v shows them."), soft_wrap=True)
+        console.print(Text(report.sentence), soft_wrap=True)
     return 0 if report.possible else 1
 
 

@@ -24,6 +24,9 @@ def check_command(
     quick: Annotated[
         bool, typer.Option("--quick", help="Do not fly it in simulation, which takes some seconds.")
     ] = False,
+    verbose: Annotated[
+        bool, typer.Option("--verbose", "-v", help="Also print what is fine, with its numbers and limits.")
+    ] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the findings as JSON.")] = False,
 ) -> int:
     """Check whether a scenario can work, before any flight.
@@ -31,15 +34,29 @@ def check_command(
     The command checks masses and inertias, and loads the URDFs in MuJoCo if it is installed. It checks the arm's reach and joint
     limits, the rotor disc between the jambs along the whole swing, thrust and tilt for the force that the door needs, start and
     goal against the constraints, and the path from the hover to the leaf. A short rehearsal shows whether the planner opens the
-    door. If nothing speaks against it, the command flies the scenario once in simulation: what is possible has been flown. Every
-    finding names the number, its limit and what to change.
+    door. If nothing speaks against it, the command flies the scenario once in simulation: what is possible has been flown. The
+    command prints warnings and errors, each with the number, its limit and what to change. `-v` also prints what is fine.
 
     `doorman open`, `doorman fly` and `doorman.simulate` decide by the same findings. The exit status is 0 if the scenario is
     possible, 1 if it is not.
     """
     from doorman.cli.simulated.check import check_scenario
 
-    return check_scenario(scenario, settings or [], as_json, audit, vehicle, quick)
+    return check_scenario(scenario, settings or [], as_json, audit, vehicle, quick, verbose)
+
+
+@command(app, PREPARE, "list")
+def list_command(
+    as_json: Annotated[bool, typer.Option("--json", help="Print the list as JSON.")] = False,
+) -> int:
+    """List the scenarios that ship, in words.
+
+    Each name is a SCENARIO of `doorman check`, `doorman open` and the other commands. The gallery in the documentation shows a
+    flight of each.
+    """
+    from doorman.cli.simulated.listing import list_scenarios
+
+    return list_scenarios(as_json)
 
 
 @command(app, PREPARE, "warmup")

@@ -14,12 +14,13 @@ predictive control by constrained differential dynamic programming) plans one se
 Vehicle, door and contact are simulated in MuJoCo, or real.
 
 A SCENARIO names the URDFs of vehicle and door, the contact, start and goal, and the options of planner, controller and
-simulator. It is the name of a shipped scenario (paper, push, push_campaign) or the path of a TOML file. Every key has a
+simulator. It is the name of a shipped scenario, as `doorman list` shows them, or the path of a TOML file. Every key has a
 default, and `--set key=value` overrides it. A RUN is the folder that a flight writes, or its recording.
 
 First steps:
 
 - `doorman warmup`: compile the kernels once, so that the first flight starts without delay.
+- `doorman list`: what ships.
 - `doorman check paper`: is the task possible?
 - `doorman open paper --view --realtime`: check it, fly it and watch; the results go to a new folder under runs.
 - `doorman view`: watch the newest run again: play, pause, speed, and a slider for the time.

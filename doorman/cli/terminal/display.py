@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import shlex
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -14,7 +15,7 @@ from rich.progress import BarColumn, Progress, ProgressColumn, Task, TextColumn,
 from rich.table import Table
 from rich.text import Text
 
-from doorman.compilation import KernelCounts
+from doorman.compilation import KernelCounts, kernel_counts, known_kernels
 from doorman.mission import OnProgress
 
 TYPICAL = 35.0
@@ -25,8 +26,8 @@ _REFRESH_INTERVAL = 0.2
 
 @contextmanager
 def flight_progress(duration: float, shown: bool) -> Iterator[OnProgress]:
-    """A progress bar with the time left, on stderr; silent where stderr is not a terminal."""
-    # It is drawn from within the callback, never by a thread of its own that would take time away from the planner.
+    """Kernels compiled before the flight, then a bar with the time left, on stderr; silent where stderr is not a terminal."""
+    # In flight it is drawn from within the callback, never by a thread of its own that would take time away from the planner.
     console = Console(stderr=True)
     if not (shown and console.is_terminal):
         yield lambda now, door_angle: None
@@ -35,31 +36,44 @@ def flight_progress(duration: float, shown: bool) -> Iterator[OnProgress]:
         TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[now]}"), TimeRemainingColumn(),
         TextColumn("left"),
     )  # fmt: skip
-    with Progress(*columns, console=console, auto_refresh=False) as progress:
-        task = progress.add_task("Preparing (the first run compiles)", total=duration, now="")
-        progress.refresh()
-        last_drawn = -math.inf
+    preparing = Progress(TextColumn("Preparing"), _CompiledColumn(kernel_counts), TimeElapsedColumn(), console=console,
+                         refresh_per_second=2, transient=True)  # fmt: skip
+    preparing.add_task("")
+    flying = Progress(*columns, console=console, auto_refresh=False)
+    task = flying.add_task("Flying", total=duration, now="")
+    last_drawn = -math.inf
 
-        def on_progress(now: float, door_angle: float) -> None:
-            nonlocal last_drawn
-            if time.monotonic() - last_drawn < _REFRESH_INTERVAL and now < duration:
-                return
-            last_drawn = time.monotonic()
-            position = f"{now:.1f} s, door at {math.degrees(door_angle):.0f}°"
-            progress.update(task, description="Flying", completed=now, now=position, refresh=True)
+    def on_progress(now: float, door_angle: float) -> None:
+        nonlocal last_drawn
+        if last_drawn == -math.inf:
+            preparing.stop()
+            flying.start()
+        if time.monotonic() - last_drawn < _REFRESH_INTERVAL and now < duration:
+            return
+        last_drawn = time.monotonic()
+        position = f"{now:.1f} s, door at {math.degrees(door_angle):.0f}°"
+        flying.update(task, completed=now, now=position, refresh=True)
 
+    preparing.start()
+    try:
         yield on_progress
+    finally:
+        preparing.stop()
+        if last_drawn > -math.inf:
+            flying.stop()
 
 
 class _CompiledColumn(ProgressColumn):
-    """Number of kernels compiled so far, live: one of them may take a minute."""
+    """Kernels compiled so far and at most, live: one of them may take a minute. Empty where the cache has them all."""
 
     def __init__(self, counts: Callable[[], KernelCounts]) -> None:
         super().__init__()
         self._counts, self._before = counts, counts().compiled
 
     def render(self, task: Task) -> Text:
-        return Text(f"kernels compiled: {self._counts().compiled - self._before}")
+        if (compiled := self._counts().compiled - self._before) == 0:
+            return Text("")
+        return Text(f"compiling, once: {compiled} of at most {known_kernels()} kernels")
 
 
 @contextmanager
@@ -88,7 +102,10 @@ def print_run(summary: dict[str, Any], sentence: str, folder: Path) -> None:
         table.add_row(name, Text(value))
     console = Console(highlight=False)
     console.print(table)
-    console.print(Text(f"\n{sentence}\nResults: {folder}"), soft_wrap=True)
+    console.print(
+        Text(f"\n{sentence}\nResults: {folder}\nWatch it again: doorman view {shlex.quote(str(folder))}"),
+        soft_wrap=True,
+    )
 
 
 def _where_it_ended(summary: dict[str, Any]) -> list[tuple[str, str]]:

@@ -28,6 +28,7 @@ from doorman.dynamics.attitude_loop import AttitudeLoop
 from doorman.exceptions import DoormanError, RecordingError
 from doorman.feasibility import check
 from doorman.flight import Check, End, FlightReport, FlightSession, Verdict, listen, preflight, ready, rehearse
+from doorman.flight.ground.listening import NEEDED, without_links
 from doorman.flight.guarded import STOPPING
 from doorman.flight.watches.attitude_loop import recorded_loop
 from doorman.flown import carried_files, recorded_header
@@ -66,8 +67,10 @@ def fly_mission(
         raise DoormanError("not a duration", field="--duration", given=duration, allowed="a number of seconds > 0")
     file = VehicleFile() if vehicle is None else VehicleFile.load(vehicle)
     model = Model(file.scenario(source, parse_overrides(settings)))
-    config = file.links(model, links)
     console = Console(stderr=True, highlight=False)
+    if dry_run and vehicle is None and not links.keys() >= NEEDED.keys():
+        return _say(without_links(model, check(model), links), output)
+    config = file.links(model, links)
     if dry_run:
         return _dry_run(model, config, output)
     console.print("Preparing planner and controller")
@@ -138,7 +141,11 @@ def _dry_run(model: Model, config: VehicleConfig, output: Output) -> int:
     """Check what can be checked without sending anything."""
     findings = check(model)
     Console(stderr=True, highlight=False).print("Listening to the links without sending")
-    checks = listen(model, config, findings)
+    return _say(listen(model, config, findings), output)
+
+
+def _say(checks: list[Check], output: Output) -> int:
+    """Print the rows of a dry run, and what they come to."""
     _print_checks(checks, output)
     good = ready(checks)
     words = "no check failed so far" if good else "the vehicle would not fly, see the lines marked 'no'"

@@ -24,8 +24,9 @@ _key = partial(typer.Option, rich_help_panel="Instead of keys of the vehicle fil
 
 
 def _named(context: typer.Context, parameter: typer.CallbackParam, value: str | None) -> str | None:
-    """A link that the command line names, or leaves to a vehicle file."""
-    if value is None and context.params.get("vehicle") is None and not context.resilient_parsing:
+    """A link that the command line names, or leaves to a vehicle file; a dry run says that it is missing."""
+    asked_for = context.params.get("vehicle") is None and not context.params.get("dry_run")
+    if value is None and asked_for and not context.resilient_parsing:
         raise typer.BadParameter("A link is missing: give this option or --vehicle.", param_hint=parameter.opts[0])
     return value
 
@@ -41,7 +42,11 @@ Duration = Annotated[
     typer.Option(metavar="SECONDS", help="End the mission after this time.", show_default="the mission's end"),
 ]
 DryRun = Annotated[
-    bool, typer.Option("--dry-run", help="Listen to the links without sending, and run the checks that this allows.")
+    bool,
+    typer.Option(
+        "--dry-run",
+        help="Listen to the links without sending, and run the checks that this allows; without links, say what is needed.",
+    ),
 ]
 WriteParameters = Annotated[
     bool,

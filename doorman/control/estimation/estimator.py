@@ -71,8 +71,8 @@ class Estimate(OneLine):
     tip_angle: float
     """Of the tip about the hinge: α where it touches [rad]."""
     tip_speed: float
-    """Of the tip along the door's normal, but for what tilting gives it: a law that fed that back would tilt the vehicle the other
-    way, with the loop's dead time [m/s]."""
+    """Of the tip along the door's normal, but for what tilting gives it: a law that fed that back would tilt the vehicle
+    the other way, with the loop's dead time [m/s]."""
     wind: Array
     """On the vehicle, shape (3,), world frame [N]."""
     tip_force: Array

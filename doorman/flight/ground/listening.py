@@ -6,7 +6,7 @@ import contextlib
 import os
 import stat
 import time
-from collections.abc import Iterator
+from collections.abc import Container, Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -36,6 +36,41 @@ def listen(model: Model, config: VehicleConfig, findings: Report) -> list[Check]
     """
     rows = [*_autopilot(model, config), *_mocap(config), *_servos(config)]
     return [*rows, *judge_limits(model), *judge_scenario(findings)]
+
+
+NEEDED = {
+    "pixhawk.connection": ("autopilot", "--pixhawk udp:14540"),
+    "servos.port": ("servos", "--servos /dev/ttyUSB0"),
+}
+"""Links that every flight needs: row and option, by key."""
+
+
+def without_links(model: Model, findings: Report, named: Container[str]) -> list[Check]:
+    """What a flight of a scenario needs, where not all of its links are named; nothing is opened.
+
+    Args:
+        model: Model of the scenario.
+        findings: Of `doorman.feasibility.check` for the scenario.
+        named: Keys of the links that are named.
+
+    Returns:
+        All rows; a link that is missing is a no.
+    """
+    vehicle, grips = model.vehicle, model.scenario.contact.kind == "grip"
+    joints = ", ".join(vehicle.joint_names)
+    needs = {
+        "autopilot": f"PX4 or ArduPilot, {len(vehicle.rotors)} rotors, {vehicle.mass:.2f} kg",
+        "servos": f"{vehicle.n_arm} Dynamixel servos, {joints}{', and one for the gripper' if grips else ''}",
+    }
+    rows = [
+        Check(row, Verdict.WARNING if key in named else Verdict.BAD, f"needs {needs[row]}",
+              "not opened" if key in named else f"{option}, or a vehicle file: doorman vehicle new my.toml")
+        for key, (row, option) in NEEDED.items()
+    ]  # fmt: skip
+    poses = Check(
+        "mocap", Verdict.WARNING, "needs poses of the vehicle", "--mocap udp:51001, or the autopilot's own estimate"
+    )
+    return [*rows, poses, *judge_limits(model), *judge_scenario(findings)]
 
 
 def _autopilot(model: Model, config: VehicleConfig) -> Iterator[Check]:

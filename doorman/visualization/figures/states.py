@@ -16,18 +16,20 @@ _LOOK_AHEAD = 0.2
 """The predicted curve is what each plan says about this long after its start [s]."""
 _HORIZONS = 6
 """Whole horizons that are drawn."""
-_DOOR_ANGLE = 3
-"""Place of α in the states."""
+_DOOR_ANGLE, _DOOR_RATE = 3, 4
+"""Places of α and α̇ in the states."""
+_PREFERRED = "preferred, one cost among others"
 _VISIBLE = np.radians(0.1)
 """Truth is drawn where it leaves the estimate by more [rad]."""
 
 
 def states_figure(recording: Recording, model: Model) -> Figure:
-    """States of a flight: measured (black), predicted by the planner (dashed orange) and desired (green), as in Fig. 4.
+    """States of a flight: measured (black), predicted by the planner (thin, dashed, red) and desired (green), as in Fig. 4.
 
-    Measured is the state converter's estimate; the simulator's truth is a thin blue line where it differs. Predicted is the
-    plan's state 0.2 s ahead, drawn at the time that it speaks of; some whole horizons are thin dashed lines. Bands in the
-    background are the mission's phases, named above the first row.
+    Desired are the door's angle and rate. Attitude and arm have preferred values (dotted): each is one cost among others, which
+    the plan gives up for the door, its limits and the doorway. Measured is the state converter's estimate; the simulator's truth
+    is a thin blue line where it differs. Predicted is the plan's state 0.2 s ahead, drawn at the time that it speaks of; some
+    whole horizons are thin dashed lines. Bands in the background are the mission's phases, named above the first row.
 
     Args:
         recording: With topic `estimate`; `truth` and `plan` are drawn if they are there.
@@ -51,7 +53,10 @@ def states_figure(recording: Recording, model: Model) -> Figure:
             axes.plot(truth[0], np.degrees(truth[1][:, i]), color=SKY, linewidth=0.8, label="truth", zorder=2.5)
         axes.plot(estimate.time, np.degrees(estimate["state"][:, i]), color=BLACK, linewidth=1.3, label="measured")
         goal = float(np.degrees(model.goal_state[i]))
-        axes.axhline(goal, color=GREEN, linewidth=1.3, label="desired", zorder=1.5)
+        if i in (_DOOR_ANGLE, _DOOR_RATE):
+            axes.axhline(goal, color=GREEN, linewidth=1.3, label="desired", zorder=1.5)
+        else:
+            axes.axhline(goal, color=GREEN, linewidth=1.0, linestyle=":", label=_PREFERRED, zorder=1.5)
         if i == _DOOR_ANGLE and "door_sensor" in recording:
             sensor = recording["door_sensor"]
             readings = sensor["leaf_time"], np.degrees(sensor["door_angle"])
@@ -78,7 +83,7 @@ def _legend(figure: Figure, panels: Any) -> None:
             entries.setdefault(label, handle)
     order = [
         name
-        for name in ("measured", "truth", "sensor of the door", "predicted", "horizon", "desired")
+        for name in ("measured", "truth", "sensor of the door", "predicted", "horizon", "desired", _PREFERRED)
         if name in entries
     ]
     figure.legend([entries[name] for name in order], order, loc="outside lower center", ncols=len(order), fontsize=9)
@@ -105,13 +110,13 @@ def _draw_prediction(axes: Axes, recording: Recording, model: Model, index: int)
     ahead = min(max(round(_LOOK_AHEAD / step), 1), states.shape[1] - 1)
     for k in np.unique(np.linspace(0, len(states) - 1, _HORIZONS).astype(int)):
         horizon = plan.time[k] + step * np.arange(states.shape[1])
-        axes.plot(horizon, states[k], color=RED, linewidth=0.7, linestyle=(0, (4, 3)), alpha=0.7, label="horizon")
+        axes.plot(horizon, states[k], color=RED, linewidth=0.5, linestyle=(0, (4, 3)), alpha=0.7, label="horizon")
     axes.plot(
         plan.time + ahead * step,
         states[:, ahead],
         color=RED,
         linestyle="--",
-        linewidth=1.3,
+        linewidth=0.8,
         label="predicted",
         zorder=3,
     )

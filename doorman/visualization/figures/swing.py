@@ -43,7 +43,7 @@ def swing_figure(recording: Recording, model: Model) -> Figure:
     swing = [moment for moment in moments if moment.phase in TIED] or moments
     if not swing:
         raise RecordingError("no motion to draw", field="recording")
-    figure = Figure(figsize=(7.0, 6.4), layout="constrained")
+    figure = Figure(figsize=(8.6, 6.4), layout="constrained")
     axes = figure.subplots()
     _draw_doorway(axes, model)
     vehicle = np.array([_points(moment, model)[0] for moment in swing])
@@ -61,10 +61,10 @@ def swing_figure(recording: Recording, model: Model) -> Figure:
     axes.set_xlim(min(_BEFORE, vehicle[:, 0].min() - room), max(_BEHIND, vehicle[:, 0].max() + room))
     axes.set_xlabel("from the hinge through the doorway [m]")
     lies = model.true_door.lies
-    axes.set_ylabel("above the hinge [m]" if lies else "from the hinge to the left of that, along the wall [m]")
+    axes.set_ylabel("above the hinge [m]" if lies else "from the hinge along the wall, to the left [m]")
     axes.grid(alpha=0.25)
-    axes.legend(fontsize=8, loc="best", title=f"disc of {model.vehicle.radius:.2f} m, leaf of {model.true_door.width:.2f} m",
-                title_fontsize=8)  # fmt: skip
+    sizes = f"disc of {model.vehicle.radius:.2f} m,\nleaf of {model.true_door.width:.2f} m"
+    figure.legend(fontsize=8, loc="outside right upper", title=sizes, title_fontsize=8)
     figure.suptitle(f"Swing from {'the side' if lies else 'above'}: {flight_name(recording)}", fontsize=11)
     return figure
 

@@ -12,8 +12,8 @@ from doorman.compilation import kernel
 Array = NDArray[np.float64]
 
 COUNT, POSED, RATES, FORCE, ATTITUDE, LATE, MEMORY = 0, 1, 2, 5, 8, 11, 12
-"""Places in the memory: ticks in the ring, time of the last pose (NaN before), Ω, force of the rotors, Φ at that pose, and how late
-the body rates are [s]."""
+"""Places in the memory: ticks in the ring, time of the last pose (NaN before), Ω, force of the rotors, Φ at that pose, and how
+late the body rates are [s]."""
 TURNED, MADE, ARM = 0, 3, 6
 """Columns of the ring: integral of the rates [rad], force of the rotors [N], then the arm's angles and rates."""
 
