@@ -90,16 +90,16 @@ def taught(name: str, place: int, returns: Any) -> Any:
         key = function
 
         def generic(self, args: Any, kws: Any) -> Any:
-            return signature(returns, *args) if args and args[0] is TABLE else None  # type: ignore[no-untyped-call]
+            return signature(returns, *args) if args and args[0] is TABLE else None
 
-    @lower_builtin(function, FunctionTableType, types.VarArg(types.Any))  # type: ignore[no-untyped-call, untyped-decorator]
+    @lower_builtin(function, FunctionTableType, types.VarArg(types.Any))
     def build(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         table = cgutils.create_struct_proxy(TABLE)(context, builder, value=args[0])
         table.number = context.cast(builder, args[1], sig.args[1], types.int64)
-        rest = signature(sig.return_type, sig.args[0], *sig.args[2:])  # type: ignore[no-untyped-call]
+        rest = signature(sig.return_type, sig.args[0], *sig.args[2:])
         return call(context, builder, place, rest, [table._getvalue(), *args[2:]])
 
-    infer_global(function, types.Function(Template))  # type: ignore[no-untyped-call]
+    infer_global(function, types.Function(Template))
     return function
 
 

@@ -56,12 +56,12 @@ def _written(kernel: Any, args: tuple[Any, ...]) -> Any:
     function, context = kernel.py_func, kernel.targetctx
     context.refresh()
     returns = types.float64 if function.__annotations__.get("return") in (float, "float") else types.none
-    number = next(FunctionIdentity._unique_ids)  # type: ignore[attr-defined]
+    number = next(FunctionIdentity._unique_ids)
     names = function.__code__.co_varnames[: len(args)]
     described = PythonFunctionDescriptor(
         True, function.__module__, function.__qualname__, f"{function.__qualname__}${number}", "", {}, returns, {},
         names, (), mangler=context.mangler, argtypes=args, uid=number,
-    )  # type: ignore[no-untyped-call]  # fmt: skip
+    )  # fmt: skip
     library = context.codegen().create_library(function.__qualname__)
     library.enable_object_caching()
     module = context.create_module(function.__qualname__)
@@ -75,10 +75,10 @@ def _written(kernel: Any, args: tuple[Any, ...]) -> Any:
         context.call_conv.return_value(builder, context.get_return_value(builder, returns, result))
         library.add_ir_module(module)
         library.finalize()
-    environment = Environment.from_fndesc(described)  # type: ignore[no-untyped-call]
-    return compile_result(  # type: ignore[no-untyped-call]
+    environment = Environment.from_fndesc(described)
+    return compile_result(
         typing_context=kernel.typingctx, target_context=context, entry_point=None, typing_error=None, type_annotation="",
-        library=library, call_helper=None, signature=signature(returns, *args), objectmode=False, lifted=(),  # type: ignore[no-untyped-call]
+        library=library, call_helper=None, signature=signature(returns, *args), objectmode=False, lifted=(),
         fndesc=described, environment=environment, metadata={}, reload_init=[],
     )  # fmt: skip
 
@@ -120,7 +120,7 @@ class _Lines(Emitter):
             sig, build = generator.__wrapped__(None, *(_kind(each) for each in values))
             result = build(self.context, self.builder, sig, values)
             if isinstance(sig.return_type, types.BaseTuple):
-                return tuple(_Value(self, each) for each in cgutils.unpack_tuple(self.builder, result))  # type: ignore[no-untyped-call]
+                return tuple(_Value(self, each) for each in cgutils.unpack_tuple(self.builder, result))
             return _Value(self, result)
 
         return call
@@ -190,7 +190,7 @@ class _Numbers:
     def __init__(self, lines: _Lines, kind: Any, value: Any) -> None:
         array = lines.context.make_array(kind)(lines.context, lines.builder, value)
         self.lines, self.data, self._strided = lines, array.data, kind.layout != "C"
-        self._steps = cgutils.unpack_tuple(lines.builder, array.strides)  # type: ignore[no-untyped-call]
+        self._steps = cgutils.unpack_tuple(lines.builder, array.strides)
 
     def _place(self, index: Any) -> Any:
         builder, indices = self.lines.builder, index if isinstance(index, tuple) else (index,)

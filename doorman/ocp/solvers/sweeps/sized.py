@@ -61,7 +61,7 @@ class SizedTable(FunctionTable):
 
 def sized_table(sizes: Sizes, workspace: Any) -> SizedTable:
     """Table for a workspace's sizes; compiled, or loaded from the cache."""
-    return SizedTable(shape_of(sizes), numba.typeof(workspace))
+    return SizedTable(shape_of(sizes), numba.typeof(workspace))  # type: ignore[no-untyped-call]
 
 
 def shape_of(sizes: Sizes) -> Shape:
@@ -96,7 +96,7 @@ def eliminate(shape: Any, k: int, work: Any) -> bool:
     for i in range(nx):
         costate = max(costate, abs(node.value[i, nx]))
     policy.sums[k, 0], policy.sums[k, 1] = decrease, costate
-    return positive
+    return positive  # type: ignore[no-any-return]
 
 
 @_entry()
@@ -205,7 +205,7 @@ def mark_state_bounds(shape: Any, k: int, work: Any, values: Array, scale: float
         k, shape.states, values, limits.state_lower, limits.state_upper, work.multipliers.states, scale,
         work.active.states, work.proposal.states,
     )  # fmt: skip
-    return 2 * count + int(changed)
+    return 2 * count + int(changed)  # type: ignore[no-any-return]
 
 
 @_entry(_ROW, types.float64, returns=types.int64)
@@ -216,4 +216,4 @@ def mark_input_bounds(shape: Any, k: int, work: Any, values: Array, scale: float
         k, shape.inputs, values, limits.input_lower, limits.input_upper, work.multipliers.inputs, scale,
         work.active.inputs, work.proposal.inputs,
     )  # fmt: skip
-    return 2 * count + int(changed)
+    return 2 * count + int(changed)  # type: ignore[no-any-return]
