@@ -8,6 +8,7 @@ from doorman.compilation.cached_kernels import (
     cache_content,
     cache_directory,
     check_compiler,
+    kept,
     kernel,
     kernel_counts,
 )
@@ -21,6 +22,7 @@ __all__ = [
     "cache_content",
     "cache_directory",
     "check_compiler",
+    "kept",
     "kernel",
     "kernel_counts",
     "known_kernels",

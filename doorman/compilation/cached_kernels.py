@@ -107,14 +107,18 @@ def cache_directory() -> Path:
 def kernel(function: Callable[Parameters, Result]) -> Callable[Parameters, Result]:
     """Compile a function of arrays and scalars with numba: cached on disk, without the GIL, IEEE errors as NaN and inf."""
     check_compiler()
-    dispatcher: Any = Kernel(function)
+    compiled: Callable[Parameters, Result] = kept(Kernel(function), function)
+    return compiled
+
+
+def kept(dispatcher: Any, function: Callable[..., Any]) -> Any:
+    """A kernel, with the cache on disk of what it compiles."""
     directory = _directory_if_any()
     if directory is not None and Path(inspect.getfile(function)).is_file():
         dispatcher._cache = _Cache(function, directory, _LINKED)
         dispatcher.entry_cache = _Cache(function, directory)
     _kernels.append(dispatcher)
-    compiled: Callable[Parameters, Result] = dispatcher
-    return compiled
+    return dispatcher
 
 
 @cache

@@ -184,6 +184,10 @@ def tanh(x: Any) -> Any:
     return np.tanh(x)
 
 
+INSTRUCTIONS = {"sincos": _sincos, "square_root": _square_root, "larger": _larger, "tanh": _tanh}
+"""Generators of these functions' instructions."""
+
+
 @overload(sincos, strict=False)
 def _compiled_sincos(x: Any) -> Any:
     return lambda x: _sincos(x)

@@ -13,7 +13,9 @@ import numpy as np
 from llvmlite import ir
 from numba.core import cgutils, types
 from numba.core.extending import models, register_model, unbox
+from numba.core.imputils import lower_builtin
 from numba.core.pythonapi import NativeValue
+from numba.core.typing.templates import AbstractTemplate, infer_global, signature
 from numba.np.arrayobj import populate_array
 
 from doorman.numba_types.lanes import builtin
@@ -74,6 +76,31 @@ def with_number(typingctx: Any, table: Any, number: Any) -> Any:
         return changed._getvalue()
 
     return TABLE(table, number), build
+
+
+def taught(name: str, place: int, returns: Any) -> Any:
+    """What compiled code calls for a table's function at a place, with the table, a number and the other arguments."""
+
+    def function(*_: Any) -> Any:
+        raise NotImplementedError(f"{name} exists in compiled code only")
+
+    function.__name__ = name
+
+    class Template(AbstractTemplate):
+        key = function
+
+        def generic(self, args: Any, kws: Any) -> Any:
+            return signature(returns, *args) if args and args[0] is TABLE else None
+
+    @lower_builtin(function, FunctionTableType, types.VarArg(types.Any))
+    def build(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        table = cgutils.create_struct_proxy(TABLE)(context, builder, value=args[0])
+        table.number = context.cast(builder, args[1], sig.args[1], types.int64)
+        rest = signature(sig.return_type, sig.args[0], *sig.args[2:])
+        return call(context, builder, place, rest, [table._getvalue(), *args[2:]])
+
+    infer_global(function, types.Function(Template))
+    return function
 
 
 def call(context: Any, builder: Any, place: int, sig: Any, args: Any) -> Any:

@@ -8,6 +8,7 @@ are not counted. A field that is a NamedTuple is a handle again.
 
 from __future__ import annotations
 
+import struct
 from typing import Any, Generic, TypeVar, cast
 
 import numba
@@ -19,9 +20,9 @@ from numba.core.imputils import lower_getattr_generic
 from numba.core.pythonapi import NativeValue
 from numba.core.registry import cpu_target
 from numba.core.typing.templates import AttributeTemplate, infer_getattr
+from numpy.typing import NDArray
 
-from doorman.compilation import kernel
-from doorman.numba_types.lanes import builtin
+from doorman.numba_types.function_tables import FunctionTable
 
 T = TypeVar("T")
 
@@ -54,14 +55,13 @@ class Handle(Generic[T]):
     def __init__(self, content: T) -> None:
         self.content = content
         self._numba_type_ = HandleType(numba.typeof(content))
-        self._memory = np.zeros(_words(content), dtype=np.int64)
+        self._memory = _packed(content)
         self.address = int(self._memory.ctypes.data)
-        _fill(self, content)
 
     def replace(self, content: T) -> None:
         """Hold another NamedTuple of the same type."""
         self.content = content
-        _fill(self, content)
+        self._memory[:] = _packed(content)
 
     def __reduce__(self) -> tuple[Any, ...]:
         return Handle, (self.content,)  # a copy has memory of its own, with the addresses of its own arrays
@@ -97,19 +97,6 @@ def _typed(context: Any, builder: Any, content: Any, pointer: Any) -> Any:
     return builder.bitcast(pointer, context.get_data_type(content).as_pointer())
 
 
-@builtin
-def _write(typingctx: Any, handle: Any, value: Any) -> Any:
-    if not isinstance(handle, HandleType) or handle.content != value:
-        return None
-
-    def build(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        data = context.data_model_manager[value].as_data(builder, args[1])
-        builder.store(data, _typed(context, builder, value, args[0]), align=8)
-        return context.get_dummy_value()
-
-    return types.void(handle, value), build
-
-
 def _borrowed(context: Any, builder: Any, kind: Any, value: Any) -> Any:
     """A value whose arrays own nothing, with the memory of the given one."""
     if isinstance(kind, types.Array):
@@ -125,15 +112,30 @@ def _borrowed(context: Any, builder: Any, kind: Any, value: Any) -> Any:
     return value
 
 
-@kernel
-def _fill(handle: Any, content: Any) -> None:
-    _write(handle, content)
-
-
-def _words(content: Any) -> int:
+def _packed(content: Any) -> NDArray[np.int64]:
+    """A NamedTuple in the compiled code's layout: every number, address or length takes a word of its own."""
+    words: list[int] = []
+    _append(words, content)
     context = cpu_target.target_context
     size: int = context.get_abi_sizeof(context.get_data_type(numba.typeof(content)))
-    return size // 8 + 1
+    if size != 8 * len(words):
+        raise TypeError(f"{type(content).__name__} holds more than floats, integers, arrays and tuples of them")
+    return np.array([*words, 0], dtype=np.int64)
+
+
+def _append(words: list[int], content: Any) -> None:
+    """Append the words of a part."""
+    if isinstance(content, np.ndarray):
+        words += [0, 0, content.size, content.itemsize, content.ctypes.data, *content.shape, *content.strides]
+    elif isinstance(content, tuple):
+        for part in content:
+            _append(words, part)
+    elif isinstance(content, float):
+        words.append(struct.unpack("q", struct.pack("d", content))[0])
+    elif isinstance(content, FunctionTable):
+        words += [content.address, 0]
+    else:
+        words.append(int(content))
 
 
 def _is_held(kind: Any) -> bool:
@@ -154,7 +156,8 @@ class _Fields(AttributeTemplate):
 
 
 @lower_getattr_generic(HandleType)
-def _field(context: Any, builder: Any, handle: HandleType, value: Any, name: str) -> Any:
+def field_of(context: Any, builder: Any, handle: HandleType, value: Any, name: str) -> Any:
+    """A field's value, with its memory borrowed."""
     index = handle.content.fields.index(name)
     kind = handle.content[index]
     place = builder.gep(

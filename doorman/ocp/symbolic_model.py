@@ -10,7 +10,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike
 
-from doorman.checks import per_node, vector
+from doorman.checks import number, per_node, vector
 from doorman.exceptions import DimensionError, SolverError
 from doorman.ocp.kernels.printed.module_text import module_text
 from doorman.ocp.kernels.printed.printed_problem import printed_problem
@@ -87,7 +87,7 @@ class SymbolicModel:
     def problem(
         self, horizon: int, time_step: float, cost: QuadraticCost, *, bounds: Bounds | None = None,
         constraints: Sequence[Constraint] = (), costs: Sequence[Cost | Residual] = (),
-        parameters: ArrayLike = (), node_parameters: ArrayLike | None = None, second_derivatives: bool | None = None,
+        parameters: ArrayLike = (), node_parameters: ArrayLike | None = None, second_derivatives: bool = True,
         free_time: FreeTime | None = None,
     ) -> Problem:  # fmt: skip
         """Problem of these dynamics; its kernels are compiled by the first solver of it, and kept on disk.
@@ -102,8 +102,7 @@ class SymbolicModel:
             parameters: Values of the parameters, shape (np,).
             node_parameters: Values at nodes 0 … N, shape (N + 1, nq), or (nq,) for the same at all; zeros if not given.
             second_derivatives: Print the Hessian of the Lagrangian, too: solvers then search by `SolverOptions.hessian`.
-                Without it they compile sooner. If not given, they are printed unless they would take minutes to compile, as
-                with more than some fifteen states.
+                Without it they compile sooner.
             free_time: Bounds and cost of the duration, where the solver chooses it.
 
         Returns:
@@ -115,6 +114,7 @@ class SymbolicModel:
             DimensionError: if a size does not fit.
         """
         check_count("horizon", horizon, 1)
+        time_step = number(time_step, "time_step", "> 0 s")
         given = vector(parameters, self.parameters.numel(), "parameters")
         for name, size in (("cost.state_goal", self.nx), ("cost.input_goal", self.nu)):
             found = len(getattr(cost, name.partition(".")[2]))
@@ -146,14 +146,14 @@ class SymbolicModel:
         self,
         constraints: Sequence[Constraint] = (),
         costs: Sequence[Cost | Residual] = (),
-        second_derivatives: bool | None = False,
+        second_derivatives: bool = False,
     ) -> str:
         """Python module that computes these expressions: all of a problem but its numbers; see `printed_problem`.
 
         Args:
             constraints: Rows that must not be positive, lie between two ends, or are zero.
             costs: Terms on top of the quadratic cost.
-            second_derivatives: Print the Hessian of the Lagrangian, too; None: where it is short enough.
+            second_derivatives: Print the Hessian of the Lagrangian, too.
 
         Raises:
             SolverError: if an expression contains an unknown symbol or an operation without translation, or a name twice.
@@ -165,7 +165,7 @@ class SymbolicModel:
         self,
         constraints: Sequence[Constraint],
         costs: Sequence[Cost | Residual],
-        second_derivatives: bool | None,
+        second_derivatives: bool,
         full: bool,
     ) -> str:
         """Text of a problem whose duration is free: that of a model with its stretch."""

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from doorman.ocp.solvers.workspace import Workspace
+from doorman.ocp.solvers.memory.workspace import Workspace
 
 Array = NDArray[np.float64]
 

@@ -10,7 +10,7 @@ from double_integrator import Variant
 from numpy.typing import NDArray
 
 from doorman.ocp.problem.problem import Problem
-from doorman.ocp.solvers.workspace import Workspace
+from doorman.ocp.solvers.memory.workspace import Workspace
 from doorman.planning.grip.door_problem import door_problem
 
 Array = NDArray[np.float64]

@@ -89,7 +89,8 @@ _SHARES = ("contact.friction", "switch.jump", "switch.throw")
 """Numbers that do not grow with the vehicle, unlike their namesakes."""
 
 TUNED = (
-    "sensor.pose", "sensor.tip_force", "sensor.leaf", *(name for name in _TOUCH if name != "contact.way"), *_SWITCH, *_NOISE, *_START
+    "sensor.pose", "sensor.tip_force", "sensor.leaf", *(name for name in _TOUCH if name != "contact.way"),
+    *_SWITCH, *_NOISE, *_START,
 )  # fmt: skip
 """Names of what is no fact of vehicle or door."""
 

@@ -14,7 +14,6 @@ from doorman.estimation.model import ProcessModel
 from doorman.estimation.output import Output
 from doorman.estimation.printed.functions import Function
 from doorman.exceptions import DimensionError
-from doorman.ocp.kernels.printed.operations import IMPORTS
 
 _HEAD = '''"""Kernels of a filter, printed from CasADi expressions.
 
@@ -23,8 +22,7 @@ States x: {x}. Inputs u: {u}. Parameters p: {p}. Hypotheses: {hypotheses}. Measu
 
 import numpy as np
 
-from doorman.compilation import kernel
-{imports}'''
+from doorman.numba_types.straight import straight'''
 
 
 def functions_of(
@@ -49,7 +47,7 @@ def text_of(
     symbols = {"x": model.state, "u": model.inputs, "p": model.parameters}
     words = {name: ", ".join(map(str, ca.symvar(each))) or "none" for name, each in symbols.items()}
     head = _HEAD.format(
-        imports=IMPORTS, hypotheses=", ".join(each.name for each in hypotheses),
+        hypotheses=", ".join(each.name for each in hypotheses),
         measurements=", ".join(each.name for each in measurements) or "none", **words,
     )  # fmt: skip
     symbols["h"] = model.time_step

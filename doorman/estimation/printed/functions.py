@@ -59,7 +59,7 @@ class Function:
             self.name, symbols, results, lambda symbol, i: "h" if symbol == "h" else f"{symbol}[{i}]",
             lambda k, i, value: f"out[{offsets[k] + i}] = {value}",
         )  # fmt: skip
-        return f"@kernel\ndef {self.name}(x, u, p, h, out):\n    " + "\n    ".join(lines)
+        return f"@straight\ndef {self.name}(x, u, p, h, out):\n    " + "\n    ".join(lines)
 
 
 def padded(tables: Sequence[Sequence[int]]) -> Indices:

@@ -78,6 +78,13 @@ def scatter_curvature(
 
 
 @kernel
+def add_entries(values: Array, first: int, rows: Indices, columns: Indices, matrix: Array) -> None:
+    """Add numbers that stand side by side to the entries of a matrix."""
+    for i in range(rows.shape[0]):
+        matrix[rows[i], columns[i]] += values[first + i]
+
+
+@kernel
 def add_squares(squares: Array, ends: Indices, columns: Indices, gradient: Array, hessian: Array) -> None:
     """Add gradient Jᵀ W r and Gauss and Newton's Hessian Jᵀ W J of ½ Σ w r²."""
     count, size = ends.shape[0] - 1, gradient.shape[0]

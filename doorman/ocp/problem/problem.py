@@ -133,7 +133,7 @@ class Problem(OneLine):
             ("horizon", 1), ("n_constraints", 0), ("n_input_constraints", 0), ("n_end_constraints", 0), ("integrators", 0)
         ):  # fmt: skip
             check_count(name, getattr(self, name), least)
-        if not (self.time_step > 0.0 and np.isfinite(self.time_step)):
+        if not number(self.time_step, "time_step", "> 0 s") > 0.0:
             raise DimensionError("not a time step", field="time_step", given=self.time_step, allowed="> 0 s")
         if self.integrators > min(self.nx, self.nu):
             raise DimensionError(

@@ -8,7 +8,7 @@ from doorman.ocp.solvers.engine import FAST_ITERATIONS
 from doorman.ocp.solvers.iterations import augmented_lagrangian as kernels
 from doorman.ocp.solvers.iterations import nominal
 from doorman.ocp.solvers.iterations.careful import FIRST_PENALTY
-from doorman.ocp.solvers.result import RESULT
+from doorman.ocp.solvers.memory.result import RESULT
 from doorman.ocp.solvers.solution import PlanStatus
 from doorman.ocp.solvers.solver import Array, Solver
 

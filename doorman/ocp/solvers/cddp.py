@@ -7,8 +7,8 @@ import time
 from doorman.exceptions import SolverError
 from doorman.ocp.problem.problem import Problem
 from doorman.ocp.solvers.iterations import guess, nominal
+from doorman.ocp.solvers.memory.result import RESULT
 from doorman.ocp.solvers.options import SolverOptions
-from doorman.ocp.solvers.result import RESULT
 from doorman.ocp.solvers.solution import PlanStatus
 from doorman.ocp.solvers.solver import Array, Solver
 from doorman.ocp.solvers.sweeps import backward as backward_pass

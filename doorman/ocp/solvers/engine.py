@@ -20,17 +20,17 @@ from doorman.ocp.solvers.arguments import copy_checked
 from doorman.ocp.solvers.iterations import cold_start, guess, nominal, rollout
 from doorman.ocp.solvers.iterations.augmented_lagrangian import PAUSED
 from doorman.ocp.solvers.iterations.careful import iterate_carefully
-from doorman.ocp.solvers.iterations.real_time import steer
+from doorman.ocp.solvers.iterations.real_time import STEER, settle
 from doorman.ocp.solvers.kept import Kept
+from doorman.ocp.solvers.memory.parts import Multipliers
+from doorman.ocp.solvers.memory.result import RESULT
+from doorman.ocp.solvers.memory.workspace import Workspace
 from doorman.ocp.solvers.options import SolverOptions
-from doorman.ocp.solvers.parts import Multipliers
 from doorman.ocp.solvers.progress import compilation_told
-from doorman.ocp.solvers.result import RESULT
 from doorman.ocp.solvers.solution import PlanStatus
 from doorman.ocp.solvers.stretch import set_stretch
 from doorman.ocp.solvers.sweeps.stage_qp import StageQpSolver
 from doorman.ocp.solvers.telling import Teller
-from doorman.ocp.solvers.workspace import Workspace
 
 Array = NDArray[np.float64]
 
@@ -52,10 +52,6 @@ class Engine(CopiedWhole, ABC):
                 "the model's type has no kernel for 'step'", field="problem.model",
                 given=type(problem.model).__name__, allowed="a NamedTuple type with implement(functions.step, …)",
             )  # fmt: skip
-        self._work = Workspace.of(problem, self.options)
-        self._teller = Teller(self._work.result)
-        self._memory = held(self._work)
-        self._qp = StageQpSolver(problem.nu, len(self._work.program.constraints))
         self._rollout_time, self._deadline, self._gave_up = 0.0, math.inf, False
         self._prices: Multipliers | None = None
         """Multipliers of the first guess, where they are given."""
@@ -66,6 +62,10 @@ class Engine(CopiedWhole, ABC):
         self.quadratic_programs = 0
         """Quadratic programs that ProxQP has solved so far."""
         with compilation_told(problem):
+            self._work = Workspace.of(problem, self.options)
+            self._teller = Teller(self._work.result)
+            self._memory = held(self._work)
+            self._qp = StageQpSolver(problem.nu, len(self._work.program.constraints))
             names = called_functions(problem, self._work.sizes.extra_cost > 0, self._is_curved)
             self._model = CompiledModel(separate(problem.model), names)
             self._compile()
@@ -221,7 +221,7 @@ class Engine(CopiedWhole, ABC):
         nominal.linearize(self._model, self._memory)
         nominal.measure_nominal(self._memory)
         nominal.nominal_cost(self._model, self._memory)
-        steer(self._model, self._memory)
+        settle(self._model, self._memory, self.options.feasibility, STEER)
         self._roll_out(0.0)
         self._accept()
 

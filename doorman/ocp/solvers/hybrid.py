@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from typing import Literal
 
@@ -15,9 +16,9 @@ from doorman.ocp.solvers.iterations import augmented_lagrangian as kernels
 from doorman.ocp.solvers.iterations import cold_start, guess, nominal, rollout
 from doorman.ocp.solvers.iterations.careful import FIRST_PENALTY
 from doorman.ocp.solvers.kept import Kept
+from doorman.ocp.solvers.memory.result import RESULT
 from doorman.ocp.solvers.order import is_last_first
 from doorman.ocp.solvers.replanning import Replanner
-from doorman.ocp.solvers.result import RESULT
 from doorman.ocp.solvers.solution import PlanStatus
 from doorman.ocp.solvers.telling import Stopped
 
@@ -34,7 +35,8 @@ _PATIENCE = 4
 _SEARCH_ITERATIONS = 240
 """Enough for a search in either half of a replan that aims anew."""
 _FAR_OFF = 0.1
-"""Share of |J| that a replan's last sweep may promise; where it promises more, the search is asked."""
+"""Share of |J| that a replan's last sweep may promise; where it promises more, and more than the accuracy of one iteration, the
+square root of the tolerance, the search is asked."""
 _POLISHING = 6
 """Largest number of fast iterations from a solution of the search."""
 
@@ -55,10 +57,10 @@ class Hybrid(Replanner):
     def _solve_thoroughly(
         self, searcher: Searcher, state: Array, max_iterations: int, deadline: float
     ) -> tuple[PlanStatus, int]:
-        """Fast iterations, then the interior-point search: the cheapest of what they find.
+        """Fast iterations, and the interior-point search where they do not find a minimum: the cheapest of what there is.
 
         Results that differ say that there are several minima; the search then begins elsewhere, too, until two results agree.
-        With multipliers the guess is an earlier solution: the search follows only where the fast iterations fail.
+        With multipliers the guess is an earlier solution, whose minimum needs no check.
         """
         given, result = self._given, self._work.result
         fast = given[2] or self.options.hessian != "exact"
@@ -68,7 +70,7 @@ class Hybrid(Replanner):
             return PlanStatus.INVALID_STATE, 0
         iterations, resort = int(result[RESULT.ITERATIONS]), Kept.of(self._work, np.inf)
         best = on_top = self._found(code) if fast else None
-        if best is not None and given[2]:
+        if best is not None and (given[2] or self._is_minimum(searcher, best)):
             return PlanStatus.CONVERGED, iterations
         for start in ("first", "held", "straight") if given[0] or given[1] else ("held", "straight", "first"):
             if iterations >= max_iterations or time.monotonic() >= deadline:
@@ -96,6 +98,12 @@ class Hybrid(Replanner):
         if best is not None and on_top is not best:
             self._put_back_whole(best)
         return PlanStatus.CONVERGED if best is not None else self._go_on_from(resort, state), iterations
+
+    def _is_minimum(self, searcher: Searcher, found: Kept) -> bool:
+        """Whether a solution of the fast iterations, the nominal trajectory, is a minimum; its feedback stays."""
+        holds = searcher.is_minimum(self._model, self._memory, 1.0 + abs(found.cost))
+        np.copyto(self._work.policy.gains, found.gains)
+        return holds
 
     def _search(self, searcher: Searcher, max_iterations: int, deadline: float) -> int:
         """Interior-point search from the nominal trajectory; its code."""
@@ -205,9 +213,11 @@ class Hybrid(Replanner):
     def _recovery_iterations(self) -> int:
         return super()._recovery_iterations() if self._searcher is None else _SEARCH_ITERATIONS
 
-    def _is_far_off(self) -> bool:
-        result = self._work.result
-        return self._searcher is not None and bool(result[RESULT.DECREASE] > _FAR_OFF * abs(self.cost))
+    def _is_far_off(self, found: list[float]) -> bool:
+        if self._searcher is None:
+            return False
+        cost = abs(found[RESULT.COST])
+        return found[RESULT.DECREASE] > max(_FAR_OFF * cost, math.sqrt(self.options.tolerance) * (1.0 + cost))
 
     def _settles(self, patience: int) -> bool:
         """Whether the fast iterations have found their active set, or have not had so many iterations for it."""
@@ -287,6 +297,7 @@ class Hybrid(Replanner):
         super()._compile()
         if self._searcher is not None:
             self._searcher.search(self._model, self._memory, 1, 0.0)
+            self._searcher.is_minimum(self._model, self._memory, 1.0)
         self._compile_follow()
 
     def _compile_descent(self) -> None:

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from doorman.ocp.solvers.parts import Multipliers
-from doorman.ocp.solvers.result import RESULT
-from doorman.ocp.solvers.workspace import Workspace
+from doorman.ocp.solvers.memory.parts import Multipliers
+from doorman.ocp.solvers.memory.result import RESULT
+from doorman.ocp.solvers.memory.workspace import Workspace
 
 Array = NDArray[np.float64]
 

@@ -17,14 +17,15 @@ from doorman.ocp.solvers.engine import StateGuess
 from doorman.ocp.solvers.iterations import cold_start, guess, nominal, real_time, rollout
 from doorman.ocp.solvers.iterations.real_time import (
     EXTRA_ITERATIONS,
+    KEEP_BETTER,
+    RETURN,
+    STEER,
     follow,
-    keep_better,
-    return_to_guess,
-    steer,
+    settle,
 )
 from doorman.ocp.solvers.kept import Kept
-from doorman.ocp.solvers.parts import Multipliers
-from doorman.ocp.solvers.result import RESULT
+from doorman.ocp.solvers.memory.parts import Multipliers
+from doorman.ocp.solvers.memory.result import RESULT
 from doorman.ocp.solvers.solution import PlanStatus
 from doorman.ocp.solvers.stretch import divide_rest, time_step_of
 from doorman.ocp.solvers.sweeps import sweep
@@ -80,13 +81,14 @@ class Replanner(Cddp):
         most, extra = (iterations, EXTRA_ITERATIONS) if max_iterations is None else (budget, 0)
         if self._problem.free_time is not None:
             shift = self._divide_rest(first, shift)
-        status = self._follow(first, shift, _LATEST_SHIFT, most, time_limit, extra)
-        done, left = self.iterations, time_limit - (time.monotonic() - started)
-        if status is not PlanStatus.DIVERGED and self._is_dearer(before) and done < budget and left > 0.0:
+        status, found = self._follow(first, shift, _LATEST_SHIFT, most, time_limit, extra), self._work.result.tolist()
+        done, left = int(found[RESULT.ITERATIONS]), time_limit - (time.monotonic() - started)
+        if status is not PlanStatus.DIVERGED and _is_dearer(found, before) and done < budget and left > 0.0:
             status = self._follow(first, 0.0, _LATEST_SHIFT, min(iterations, budget - done), left, extra)
-            done, left = done + self.iterations, time_limit - (time.monotonic() - started)
-        wild = self.change > JUMP or self._is_dearer(before) or self._is_far_off()
-        if (not status.usable or wild) and done < budget and left > 0.0:
+            found = self._work.result.tolist()
+            done, left = done + int(found[RESULT.ITERATIONS]), time_limit - (time.monotonic() - started)
+        wild = found[RESULT.CHANGE] > JUMP or _is_dearer(found, before) or self._is_far_off(found)
+        if (wild or not status.usable) and done < budget and left > 0.0:
             status, more = self.aim_anew(first, status, budget - done, left)
             done += more
         self._note(status)
@@ -96,12 +98,7 @@ class Replanner(Cddp):
         """Largest number of iterations of a replan that has to aim anew."""
         return _RECOVERY_ITERATIONS
 
-    def _is_dearer(self, before: float) -> bool:
-        """Whether the rollout costs much more than the iteration expected, and than the trajectory before."""
-        result = self._work.result
-        return float(result[RESULT.ROLLED]) > _DEARER * max(before, float(result[RESULT.EXPECTED]))
-
-    def _is_far_off(self) -> bool:
+    def _is_far_off(self, found: list[float]) -> bool:
         """Whether the last sweep says that the trajectory is no optimum, where finding one anew takes little."""
         return False
 
@@ -206,13 +203,13 @@ class Replanner(Cddp):
                     self._go_back()
                     return PlanStatus.DIVERGED
                 work.result[RESULT.ROLLED] = math.inf
-                return_to_guess(self._model, self._memory)
+                settle(self._model, self._memory, options.feasibility, RETURN)
             elif code >= 0:
                 self._accept()
-                keep_better(self._model, self._memory, options.feasibility)
+                settle(self._model, self._memory, options.feasibility, KEEP_BETTER)
         except BaseException:
             self._go_back()
-            steer(self._model, self._memory)
+            settle(self._model, self._memory, options.feasibility, STEER)
             raise
         self._raise_failure()
         if work.result[RESULT.VIOLATION] <= options.feasibility:
@@ -313,6 +310,9 @@ class Replanner(Cddp):
 
     def _compile_follow(self) -> None:
         follow(self._model, self._memory, self._problem.cost.state_goal.copy(), -1.0, 2, 1, 0, 0.0, True, 0.0)
-        keep_better(self._model, self._memory, 0.0)
-        return_to_guess(self._model, self._memory)
         self._go_back()
+
+
+def _is_dearer(found: list[float], before: float) -> bool:
+    """Whether the rollout costs much more than the iteration expected, and than the trajectory before."""
+    return found[RESULT.ROLLED] > _DEARER * max(before, found[RESULT.EXPECTED])

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.ocp.problem.problem import Problem
-from doorman.ocp.solvers.parts import Multipliers
+from doorman.ocp.solvers.memory.parts import Multipliers
 from doorman.ocp.solvers.stretch import with_stretch
 from doorman.ocp.solvers.sweeps.kkt import conditions
 from doorman.one_line import OneLine

@@ -18,10 +18,10 @@ from doorman.ocp.problem.problem import FIRST_GOAL, Problem
 from doorman.ocp.solvers.arguments import checked_budget, checked_state, read_only
 from doorman.ocp.solvers.batch import solve_all
 from doorman.ocp.solvers.engine import Engine, StateGuess
-from doorman.ocp.solvers.iterations.real_time import steer
+from doorman.ocp.solvers.iterations.real_time import STEER, settle
 from doorman.ocp.solvers.kept import Kept
-from doorman.ocp.solvers.parts import Multipliers
-from doorman.ocp.solvers.result import RESULT
+from doorman.ocp.solvers.memory.parts import Multipliers
+from doorman.ocp.solvers.memory.result import RESULT
 from doorman.ocp.solvers.solution import PlanStatus, Solution, Timings
 from doorman.ocp.solvers.stretch import time_step_of
 from doorman.ocp.solvers.telling import Callback, Stopped
@@ -313,7 +313,7 @@ class Solver(Engine):
             worth = other.cost + _CHEAPER * (1.0 + abs(other.cost)) + price * float(result[RESULT.INFEASIBILITY])
             if within and worth < found:
                 if other is not seen:  # the guess itself has no feedback
-                    steer(self._model, self._memory)
+                    settle(self._model, self._memory, self.options.feasibility, STEER)
                 return PlanStatus.ITERATION_LIMIT
         self._put_back_whole(own)
         return status

@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.ocp.problem.problem import Problem
-from doorman.ocp.solvers.parts import Trajectory
-from doorman.ocp.solvers.workspace import Workspace
+from doorman.ocp.solvers.memory.parts import Trajectory
+from doorman.ocp.solvers.memory.workspace import Workspace
 
 Array = NDArray[np.float64]
 

@@ -10,7 +10,7 @@ from typing import Literal
 
 from numpy.typing import NDArray
 
-from doorman.ocp.solvers.result import RESULT
+from doorman.ocp.solvers.memory.result import RESULT
 
 Phase = Literal["fast", "interior", "careful", "descent"]
 

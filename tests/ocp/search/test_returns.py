@@ -21,7 +21,7 @@ from doorman.ocp.solvers import telling
 from doorman.ocp.solvers.batch import solve_all
 from doorman.ocp.solvers.interior.iterate import lower_barrier
 from doorman.ocp.solvers.interior.memory import NUMBER
-from doorman.ocp.solvers.result import RESULT
+from doorman.ocp.solvers.memory.result import RESULT
 
 SCALES = (1e-4, 1e-2, 1e3, 1e6)
 

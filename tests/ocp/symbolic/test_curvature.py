@@ -10,7 +10,6 @@ import unicycle
 from doorman import ocp
 from doorman.ocp.kernels import functions
 from doorman.ocp.kernels.default_curvature import _curve_horizon
-from doorman.ocp.kernels.printed import module_text
 
 
 @pytest.mark.slow
@@ -34,14 +33,11 @@ def test_printed_hessians_are_differences_of_gradients() -> None:
     assert np.abs(printed[1]).max() > 0.1
 
 
-def test_hessians_are_left_out_where_they_are_long_or_not_wanted(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_hessians_are_there_unless_they_are_not_wanted() -> None:
     x, u = ca.SX.sym("x"), ca.SX.sym("u")
     model, cost = ocp.SymbolicModel(x, u, u - ca.sin(x)), ocp.QuadraticCost([1.0], [1.0], [1.0], [0.0], [0.0])
 
-    def has_them(wanted: bool | None) -> bool:
-        problem = model.problem(5, 0.1, cost, second_derivatives=wanted)
-        return functions.is_implemented(functions.curve_horizon, type(problem.model))
+    def has_them(**wanted: bool) -> bool:
+        return functions.is_implemented(functions.curve_horizon, type(model.problem(5, 0.1, cost, **wanted).model))
 
-    assert has_them(None) and has_them(True) and not has_them(False)
-    monkeypatch.setattr(module_text, "_MOST_LINES", 10)
-    assert not has_them(None) and has_them(True)
+    assert has_them() and not has_them(second_derivatives=False)

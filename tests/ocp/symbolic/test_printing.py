@@ -8,7 +8,7 @@ import pytest
 
 from doorman.exceptions import SolverError
 from doorman.ocp.kernels.printed.loading import load
-from doorman.ocp.kernels.printed.operations import IMPORTS, words_for
+from doorman.ocp.kernels.printed.operations import words_for
 from doorman.ocp.kernels.printed.printing import printed
 from doorman.ocp.kernels.runtime import LANES
 
@@ -33,11 +33,11 @@ def module():
         lambda k, i, v: f"put(out, {i}, zero(WIDTH) + {v})",
     )  # fmt: skip
     kernels = "".join(
-        f"@kernel\ndef {name}(z, out):\n    " + "\n    ".join(lines) + "\n\n\n"
+        f"@straight\ndef {name}(z, out):\n    " + "\n    ".join(lines) + "\n\n\n"
         for name, lines in (("plain", plain), ("side_by_side", side_by_side))
     )
-    head = "import numpy as np\nfrom doorman.compilation import kernel\nfrom doorman.ocp.kernels.runtime import WIDTH\n"
-    return load(head + IMPORTS + "\n\n" + kernels)
+    imports = "from doorman.numba_types.straight import straight\nfrom doorman.ocp.kernels.runtime import WIDTH\n"
+    return load("import numpy as np\n" + imports + "\n\n" + kernels)
 
 
 def test_operations_are_those_of_casadi() -> None:

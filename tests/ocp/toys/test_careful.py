@@ -17,8 +17,8 @@ from doorman.ocp.solvers.iterations.augmented_lagrangian import CONVERGED, OUT_O
 from doorman.ocp.solvers.iterations.careful import FIRST_PENALTY, iterate_carefully, squared
 from doorman.ocp.solvers.iterations.guess import roll_blindly
 from doorman.ocp.solvers.iterations.nominal import linearize, measure_nominal, nominal_cost
-from doorman.ocp.solvers.result import RESULT
-from doorman.ocp.solvers.workspace import Workspace
+from doorman.ocp.solvers.memory.result import RESULT
+from doorman.ocp.solvers.memory.workspace import Workspace
 
 FEASIBILITY = 1e-6
 

@@ -15,15 +15,13 @@ CURVE_ROWS = {rows}
 CURVE_COLUMNS = {columns}
 
 
-@kernel
+@straight
 def curve_lanes(model, x, u, q, costates, prices, out):
     {lanes}
 
 
-@kernel
+@straight
 def curve_end(model, x, prices, gradient, hessian):
-    gradient[:] = 0.0
-    hessian[:, :] = 0.0
     {end}
 
 
@@ -39,6 +37,8 @@ def curve_horizon(model, states, inputs, costates, prices, counts, gradients, he
         gather(prices, first, n, model.prices)
         curve_lanes(model, model.x_lanes, model.u_lanes, model.q_lanes, model.costates, model.prices, model.out)
         scatter_curvature(model.out, first, n, CURVE_ROWS, CURVE_COLUMNS, gradients, hessians)
+    gradients[n, :] = 0.0
+    hessians[n, :, :] = 0.0
     curve_end(functions.at_node(model, n), states[n], prices[n], gradients[n], hessians[n])
 """
 

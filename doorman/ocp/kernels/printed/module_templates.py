@@ -10,11 +10,13 @@ from typing import NamedTuple
 import numpy as np
 
 from doorman.compilation import kernel
-{imports}from doorman.ocp.kernels import functions
+from doorman.numba_types.straight import straight
+from doorman.ocp.kernels import functions
 from doorman.ocp.kernels.printed.loading import remade
 from doorman.ocp.kernels.runtime import (
     LANES,
     WIDTH,
+    add_entries,
     add_squares,
     gather,
     keep_positive,
@@ -100,7 +102,7 @@ STEP_ROWS = {step_rows}
 STEP_COLUMNS = {step_columns}
 
 
-@kernel
+@straight
 def scatter_step(values, ahead, jacobian):
     {scatter_step}
 
@@ -125,7 +127,7 @@ HORIZON_ROWS = """        gather(states, first + 1, n + 1, model.x_lanes)
             scatter_rows(model.out[:, side], rows[first + side], row_jacobians[first + side])
 
 
-@kernel
+@straight
 def scatter_rows(values, row, jacobian):
     {scatter_rows}
 

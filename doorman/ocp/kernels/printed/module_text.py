@@ -17,21 +17,13 @@ from doorman.ocp.kernels.printed.module_templates import (
     LINEARIZE_STEP,
     NODE,
 )
-from doorman.ocp.kernels.printed.operations import IMPORTS
 from doorman.ocp.kernels.printed.printing import printed
 from doorman.ocp.problem.expressions import Expansion, Expressions, integrators_of
 
-_MOST_LINES = 10_000
-"""Longer kernels of second derivatives take minutes to compile."""
-_MOST_PLACES = 128
-"""Slopes that are written one by one; more of them take seconds to compile, and a loop hardly longer to write."""
 
-
-def module_text(expressions: Expressions, second_derivatives: bool | None = False) -> str:
+def module_text(expressions: Expressions, second_derivatives: bool = False) -> str:
     """The module's text: the same for the same expressions."""
-    curvature, outputs = ("", 0) if second_derivatives is False else curvature_text(expressions)
-    if second_derivatives is None and curvature.count("\n") > _MOST_LINES:
-        curvature, outputs = "", 0
+    curvature, outputs = curvature_text(expressions) if second_derivatives else ("", 0)
     nodes = [NODE] if _has_nodes(expressions) else []
     parts = [_head(expressions, outputs), *nodes, *_step(expressions), *_state_rows(expressions)]
     parts += _rows(expressions, "constrain_input", "linearize_input_constraints", expressions.input_rows, expressions.u)
@@ -50,7 +42,8 @@ def _has_nodes(expressions: Expressions) -> bool:
 def _head(expressions: Expressions, outputs: int) -> str:
     x, u, p, q = expressions.x, expressions.u, expressions.parameters, expressions.node_parameters
     bent = 0 if expressions.stage_cost is None else x.numel() + u.numel()
-    squares = bent + max((_squares(each) for each in (expressions.stage_cost, expressions.end_cost) if each), default=0)
+    costs = [each for each in (expressions.stage_cost, expressions.end_cost) if each]
+    squares = bent + max((_squares(each) + int(each.convex.nnz()) for each in costs), default=0)
     largest = max(_outputs(expressions.step, _both(expressions)), _outputs(expressions.rows, x), outputs)
     symbols = {
         name: ", ".join(str(symbol) for symbol in ca.symvar(each)) or "none"
@@ -59,7 +52,7 @@ def _head(expressions: Expressions, outputs: int) -> str:
     rows = tuple(each.numel() for each in (expressions.rows, expressions.input_rows, expressions.end_rows))
     return HEAD.format(
         nx=x.numel(), nu=u.numel(), nq=q.numel(), outputs=largest, bent=bent, squares=squares, prices=prices_of(expressions),
-        imports=IMPORTS, rows=rows, integrators=integrators_of(expressions), names=expressions.names,
+        rows=rows, integrators=integrators_of(expressions), names=expressions.names,
         equalities=expressions.equalities, **symbols,
     )  # fmt: skip
 
@@ -80,14 +73,14 @@ def _step(expressions: Expressions) -> list[str]:
         _plain_rate(expressions),
         _kernel(expressions, "step", "model, x, u, out", values, lambda k, i, v: f"out[{i}] = {v}"),
         _lanes(expressions, "step_lanes", "model, x, u, q, out", [expressions.checked_step, slopes]),
-        _decorators(expressions, "linearize_step") + LINEARIZE_STEP.format(spread=_spread_node(expressions)),
+        _decorators(expressions, "linearize_step", "kernel") + LINEARIZE_STEP.format(spread=_spread_node(expressions)),
     ]
 
 
 def _plain_rate(expressions: Expressions) -> str:
     """Kernel of ẋ: no solver calls it."""
     text = _kernel(expressions, "rate", "model, x, u, out", [expressions.rate], lambda k, i, v: f"out[{i}] = {v}")
-    return text[text.index("@kernel") :]
+    return text[text.index("@straight") :]
 
 
 def _state_rows(expressions: Expressions) -> list[str]:
@@ -99,7 +92,7 @@ def _state_rows(expressions: Expressions) -> list[str]:
         _kernel(expressions, "constrain", "model, x, h", [rows], lambda k, i, v: f"h[{i}] = {v}"),
         _lanes(expressions, "rows_lanes", "model, x, q, out", [rows, ca.jacobian(rows, expressions.x)]),
         _lanes(expressions, "row_values_lanes", "model, x, q, out", [rows]),
-        _decorators(expressions, "linearize_constraints") + LINEARIZE_ROWS.format(spread=spread),
+        _decorators(expressions, "linearize_constraints", "kernel") + LINEARIZE_ROWS.format(spread=spread),
     ]
 
 
@@ -130,14 +123,10 @@ def _horizon(expressions: Expressions) -> str:
     step = _places(ca.jacobian(expressions.step, _both(expressions)))
     nx, nh = expressions.x.numel(), expressions.rows.numel()
     scattered = [f"jacobian[{i}, {nx}] = values[{i}] - ahead[{i}]" for i in range(nx)]  # [A | e | B]
-    if len(step) > _MOST_PLACES:
-        scattered += ["for i in range(STEP_ROWS.shape[0]):"]
-        scattered += [f"    jacobian[STEP_ROWS[i], STEP_COLUMNS[i] + (STEP_COLUMNS[i] >= {nx})] = values[{nx} + i]"]
-    else:
-        scattered += [
-            f"jacobian[{row}, {column if column < nx else column + 1}] = values[{nx + i}]"
-            for i, (row, column) in enumerate(step)
-        ]
+    scattered += [
+        f"jacobian[{row}, {column if column < nx else column + 1}] = values[{nx + i}]"
+        for i, (row, column) in enumerate(step)
+    ]
     text = HORIZON.format(
         step_rows=_indices([row for row, _ in step]), step_columns=_indices([column for _, column in step]),
         scatter_step="\n    ".join(scattered),
@@ -168,7 +157,9 @@ def _cost(expressions: Expressions, name: str, cost: Expansion, arguments: str) 
     ends = np.cumsum([0, *np.bincount([row for _, row in _places(by_rows)], minlength=count)]).tolist()
     tables = (
         f"{name.upper()}_ENDS = {_indices(ends)}\n"
-        f"{name.upper()}_COLUMNS = {_indices([column for column, _ in _places(by_rows)])}"
+        f"{name.upper()}_COLUMNS = {_indices([column for column, _ in _places(by_rows)])}\n"
+        f"{name.upper()}_CONVEX_ROWS = {_indices([row for row, _ in convex])}\n"
+        f"{name.upper()}_CONVEX_COLUMNS = {_indices([column for _, column in convex])}"
     )
 
     def write(k: int, i: int, value: str) -> str:
@@ -176,17 +167,19 @@ def _cost(expressions: Expressions, name: str, cost: Expansion, arguments: str) 
             return f"gradient[{i}] = {value}"
         if k == 1:
             return f"hessian[{bent[i][0]}, {bent[i][1]}] = {value}"
-        return f"h{i} = {value}" if k == 2 else f"model.squares[{i + (k - 3) * count}] = {value}"
+        return f"model.squares[{_squares(cost) + i if k == 2 else i + (k - 3) * count}] = {value}"
 
     after = ["keep_positive(hessian, model.curvature)"] if bent else []
-    after += [f"hessian[{row}, {column}] += h{i}" for i, (row, column) in enumerate(convex)]
+    if convex:
+        places = f"{name.upper()}_CONVEX_ROWS, {name.upper()}_CONVEX_COLUMNS"
+        after += [f"add_entries(model.squares, {_squares(cost)}, {places}, hessian)"]
     if count:
         after += [f"add_squares(model.squares, {name.upper()}_ENDS, {name.upper()}_COLUMNS, gradient, hessian)"]
     squares = [ca.densify(cost.residuals), cost.weights, by_rows]
     results = [ca.densify(cost.gradient), cost.bent, cost.convex, *squares]
     return [
-        *([tables] if count else []),
-        _kernel(expressions, name, arguments, [cost.value], lambda k, i, v: f"return {v}"),
+        tables,
+        _kernel(expressions, name, arguments, [cost.value], lambda k, i, v: f"return {v}", returns=" -> float"),
         _kernel(
             expressions,
             f"expand_{name}",
@@ -217,18 +210,22 @@ def _arguments(expressions: Expressions) -> dict[str, Any]:
 
 def _kernel(
     expressions: Expressions, name: str, arguments: str, results: list[Any], write: Any, before: Sequence[str] = (),
-    after: Sequence[str] = (),
+    after: Sequence[str] = (), returns: str = "",
 ) -> str:  # fmt: skip
-    """A kernel of one node."""
+    """A kernel of one node; with lines that are not straight before or after, these around the formula."""
     places = {"x": "x[{}]", "u": "u[{}]", "h": "model.time_step", "p": "model.parameters[{}]", "q": "model.q[{}]"}
     lines = printed(name, _arguments(expressions), results, lambda symbol, i: places[symbol].format(i), write)
-    body = "\n    ".join([*before, *lines, *after])
-    return f"{_decorators(expressions, name)}def {name}({arguments}):\n    {body}"
+    body = "\n    ".join(lines)
+    if not (before or after):
+        return f"{_decorators(expressions, name)}def {name}({arguments}){returns}:\n    {body}"
+    around = "\n    ".join([*before, f"{name}_formula({arguments})", *after])
+    formula = f"@straight\ndef {name}_formula({arguments}):\n    {body}\n\n\n"
+    return f"{formula}{_decorators(expressions, name, 'kernel')}def {name}({arguments}):\n    {around}"
 
 
-def _decorators(expressions: Expressions, name: str) -> str:
+def _decorators(expressions: Expressions, name: str, kind: str = "straight") -> str:
     owners = ("Model", "Node") if _has_nodes(expressions) else ("Model",)
-    return "".join(f"@functions.implement(functions.{name}, {owner})\n" for owner in owners) + "@kernel\n"
+    return "".join(f"@functions.implement(functions.{name}, {owner})\n" for owner in owners) + f"@{kind}\n"
 
 
 def _lanes(expressions: Expressions, name: str, arguments: str, results: list[Any]) -> str:
@@ -243,4 +240,4 @@ def _lanes(expressions: Expressions, name: str, arguments: str, results: list[An
         return f"put(out, {offsets[k] + i}, zero(WIDTH) + {value})"
 
     lines = printed(name, _arguments(expressions), results, read, write)
-    return f"@kernel\ndef {name}({arguments}):\n    " + "\n    ".join(lines)
+    return f"@straight\ndef {name}({arguments}):\n    " + "\n    ".join(lines)

@@ -27,17 +27,6 @@ _NAMES = {getattr(ca, name): name for name in dir(ca) if name.startswith("OP_")}
 WORDS = {getattr(ca, f"OP_{name}"): words for name, words in _WORDS.items()}
 """Template by CasADi's number of the operation."""
 
-_ELEMENTARY = ("larger", "square_root", "tanh")
-_FROM_FUNCTIONS = sorted({words.split("(")[0] for words in _WORDS.values() if "(" in words} - set(_ELEMENTARY))
-
-IMPORTS = (
-    "from doorman.numba_types.lane_functions import (\n"
-    + "".join(f"    {name},\n" for name in _FROM_FUNCTIONS)
-    + ")\nfrom doorman.numba_types.elementary import larger, sincos, square_root, tanh\n"
-    + "from doorman.numba_types.lanes import get, put, zero\n"
-)
-"""What printed kernels need."""
-
 
 def words_for(operation: int, where: str) -> str:
     """Template of an operation."""

@@ -22,9 +22,9 @@ from doorman.ocp.solvers.interior.memory import FILTER_SIZE, NUMBER, Interior
 from doorman.ocp.solvers.iterations.augmented_lagrangian import CONVERGED, FAILED, OUT_OF_ITERATIONS, PAUSED, STALLED
 from doorman.ocp.solvers.iterations.guess import settle_integrators
 from doorman.ocp.solvers.iterations.nominal import linearize, measure_nominal, save
-from doorman.ocp.solvers.result import RESULT
+from doorman.ocp.solvers.memory.result import RESULT
+from doorman.ocp.solvers.memory.workspace import Workspace
 from doorman.ocp.solvers.sweeps.linear_algebra import copy_rows
-from doorman.ocp.solvers.workspace import Workspace
 
 _TOLERANCE = 1e-7
 """Largest residual of a solution, in units of the scaled cost."""
@@ -187,9 +187,9 @@ def move(work: Workspace, interior: Interior, part: float) -> None:
     """Set the nominal trajectory to `saved` plus a share of the step."""
     nominal, saved = work.nominal, work.saved
     for k in range(nominal.inputs.shape[0]):
-        for i in range(len(work.sizes.inputs)):
+        for i in range(work.sizes.inputs):
             nominal.inputs[k, i] = saved.inputs[k, i] + part * interior.input_steps[k, i]
-        for i in range(len(work.sizes.states)):
+        for i in range(work.sizes.states):
             nominal.states[k + 1, i] = saved.states[k + 1, i] + part * interior.state_steps[k + 1, i]
 
 

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from doorman.ocp.solvers.workspace import Workspace
+from doorman.ocp.solvers.memory.workspace import Workspace
 
 Array = NDArray[np.float64]
 
@@ -61,7 +61,7 @@ class Interior(NamedTuple):
     def of(cls, work: Workspace) -> Interior:
         """Memory for the sizes of a workspace."""
         n, nu = work.nominal.inputs.shape
-        nx, narrow, rows = len(work.sizes.states), len(work.sizes.narrow), work.program.active.shape[1]
+        nx, narrow, rows = work.sizes.states, work.sizes.narrow, work.program.active.shape[1]
         values, slacks, duals, estimates, slack_steps, dual_steps = (np.zeros((n + 1, rows)) for _ in range(6))
         return cls(
             applies=_applies(work), equal=_equalities(work), values=values, slacks=slacks, duals=duals,
@@ -107,7 +107,7 @@ NUMBER = Number()
 
 def _applies(work: Workspace) -> NDArray[np.bool_]:
     """Which rows exist at which node."""
-    nx, n = len(work.sizes.states), work.nominal.inputs.shape[0]
+    nx, n = work.sizes.states, work.nominal.inputs.shape[0]
     nh, nt, ng = work.sizes.rows, work.sizes.end_rows, work.sizes.input_rows
     found = np.zeros((n + 1, work.program.active.shape[1]), dtype=np.bool_)
     found[1:, :nh] = True

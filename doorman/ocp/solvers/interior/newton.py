@@ -12,22 +12,20 @@ minimum, a multiple of the identity is added, as in IPOPT (Wächter and Biegler 
 from __future__ import annotations
 
 from doorman.compilation import kernel
-from doorman.numba_types.lanes import load, store
-from doorman.numba_types.matrix_rows import multiply_rows
 from doorman.ocp.kernels.functions import curve_horizon
 from doorman.ocp.solvers.interior.memory import NUMBER, Interior
-from doorman.ocp.solvers.result import RESULT
+from doorman.ocp.solvers.memory.result import RESULT
+from doorman.ocp.solvers.memory.workspace import Workspace
 from doorman.ocp.solvers.sweeps.full_weights import off_diagonal_curvature, off_diagonal_slope
 from doorman.ocp.solvers.sweeps.linear_algebra import copy_rows
-from doorman.ocp.solvers.sweeps.node_elimination import eliminate_inputs
+from doorman.ocp.solvers.sweeps.sized import add_square, eliminate, multiply_dynamics, multiply_gains
 from doorman.ocp.solvers.sweeps.sweep import add_input_row
-from doorman.ocp.solvers.workspace import Workspace
 
 
 @kernel
 def expand(model: object, work: Workspace, interior: Interior) -> None:
     """Gradients of the cost and Hessians of the Lagrangian at all nodes."""
-    nx, nu, n = len(work.sizes.states), len(work.sizes.inputs), work.nominal.inputs.shape[0]
+    nx, nu, n = work.sizes.states, work.sizes.inputs, work.nominal.inputs.shape[0]
     states, inputs, weights = work.nominal.states, work.nominal.inputs, work.weights
     counts = (work.sizes.rows, work.sizes.end_rows, work.sizes.input_rows)
     curve_horizon(
@@ -67,15 +65,13 @@ def force(interior: Interior, k: int, i: int) -> float:
 @kernel
 def add_state_rows(work: Workspace, interior: Interior, k: int) -> None:
     """Add rows and bounds of state k to its value function."""
-    nx, nh, nt, ng = len(work.sizes.states), work.sizes.rows, work.sizes.end_rows, work.sizes.input_rows
+    nx, nh, nt, ng = work.sizes.states, work.sizes.rows, work.sizes.end_rows, work.sizes.input_rows
     value, linear, program, n = work.node.value, work.linear, work.program, work.nominal.inputs.shape[0]
     for i in range(nh + nt if k == n else nh):
         row = linear.row_jacobians[k - 1, i] if i < nh else linear.end_row_jacobians[i - nh]
         row[nx] = force(interior, k, i)
         stiff = weight(interior, k, i)
-        for a in range(nx):
-            scale = stiff * row[a]
-            store(value, (a, 0), load(value, (a, 0), work.sizes.narrow) + scale * load(row, 0, work.sizes.narrow))
+        add_square(work.tiles, k, work, row, stiff)
         row[nx] = 0.0
     for i in range(program.bounded.shape[0]):
         a, at = program.bounded[i], nh + nt + ng + i
@@ -88,7 +84,7 @@ def add_state_rows(work: Workspace, interior: Interior, k: int) -> None:
 @kernel
 def set_base(work: Workspace, interior: Interior, k: int, regularization: float) -> None:
     """Lagrangian of node k with its mixed rows and input bounds, into `node.base_x` and `node.base_u`."""
-    nx, nu = len(work.sizes.states), len(work.sizes.inputs)
+    nx, nu = work.sizes.states, work.sizes.inputs
     nh, nt, ng = work.sizes.rows, work.sizes.end_rows, work.sizes.input_rows
     base_x, base_u, program = work.node.base_x, work.node.base_u, work.program
     hessian, gradient = interior.hessians[k], interior.gradients[k]
@@ -118,8 +114,8 @@ def set_base(work: Workspace, interior: Interior, k: int, regularization: float)
 @kernel
 def sweep(work: Workspace, interior: Interior, regularization: float) -> bool:
     """Policy of all nodes, by one Riccati sweep."""
-    nx, n = len(work.sizes.states), work.nominal.inputs.shape[0]
-    node, policy, value = work.node, work.policy, work.node.value
+    nx, n = work.sizes.states, work.nominal.inputs.shape[0]
+    node, value = work.node, work.node.value
     value[:, :] = 0.0
     node.base_x[:, :] = 0.0
     node.base_u[:, :] = 0.0
@@ -132,10 +128,7 @@ def sweep(work: Workspace, interior: Interior, regularization: float) -> bool:
         add_state_rows(work, interior, k + 1)
         copy_rows(value, interior.behind[k])
         set_base(work, interior, k, regularization)
-        if not eliminate_inputs(
-            work.sizes, k, work.weights.time_step, work.linear.jacobians, value, node.base_x, node.base_u,
-            policy.gains, policy.factors, policy.values, node.rows, node.scaled,
-        ):  # fmt: skip
+        if not eliminate(work.tiles, k, work):
             return False
     return True
 
@@ -146,7 +139,7 @@ def step_along(work: Workspace, interior: Interior) -> None:
 
     `interior.numbers` gets the longest steps that keep slacks and multipliers positive, and the slope of φ.
     """
-    nx, nu, n = len(work.sizes.states), len(work.sizes.inputs), work.nominal.inputs.shape[0]
+    nx, nu, n = work.sizes.states, work.sizes.inputs, work.nominal.inputs.shape[0]
     step, slope, largest = work.node.step, 0.0, 0.0
     step[:] = 0.0
     interior.numbers[NUMBER.PRIMAL] = 1.0
@@ -155,7 +148,7 @@ def step_along(work: Workspace, interior: Interior) -> None:
         step[nx] = 1.0
         for i in range(nu):
             step[nx + 1 + i] = 0.0
-        multiply_rows(work.policy.gains, k, work.sizes.inputs, work.sizes.narrow, step, step, nx + 1)
+        multiply_gains(work.tiles, k, work)
         for i in range(nu):
             interior.input_steps[k, i] = step[nx + 1 + i]
             largest = max(largest, work.weights.metric[i] * abs(step[nx + 1 + i]))
@@ -163,7 +156,7 @@ def step_along(work: Workspace, interior: Interior) -> None:
         for i in range(nx):
             slope += interior.gradients[k, i] * step[i]
         slope += step_rows(work, interior, k)
-        multiply_rows(work.linear.jacobians, k, work.sizes.states, work.sizes.wide, step, step, 0)
+        multiply_dynamics(work.tiles, k, work)
         for i in range(nx):
             interior.state_steps[k + 1, i] = step[i]
             total = interior.behind[k, i, nx]
@@ -179,7 +172,7 @@ def step_along(work: Workspace, interior: Interior) -> None:
 @kernel
 def step_rows(work: Workspace, interior: Interior, k: int) -> float:
     """Steps of node k's slacks and multipliers, from `node.step`."""
-    nx, nh, nt, ng = len(work.sizes.states), work.sizes.rows, work.sizes.end_rows, work.sizes.input_rows
+    nx, nh, nt, ng = work.sizes.states, work.sizes.rows, work.sizes.end_rows, work.sizes.input_rows
     step, program, numbers, slope = work.node.step, work.program, interior.numbers, 0.0
     barrier, reach = numbers[NUMBER.BARRIER], 1.0 - max(0.0, min(0.01, numbers[NUMBER.BARRIER] / numbers[NUMBER.SCALE]))
     for i in range(interior.values.shape[1]):
@@ -193,7 +186,7 @@ def step_rows(work: Workspace, interior: Interior, k: int) -> float:
                 row = work.linear.input_row_jacobians[k, i - nh - nt]
                 for j in range(nx):
                     change += row[j] * step[j]
-                for j in range(nx + 1, nx + 1 + len(work.sizes.inputs)):
+                for j in range(nx + 1, nx + 1 + work.sizes.inputs):
                     change += row[j] * step[j]
             else:
                 index = program.bounded[i - nh - nt - ng]

@@ -7,8 +7,8 @@ import numpy as np
 from doorman.compilation import kernel
 from doorman.ocp.solvers.interior.memory import NUMBER, Interior
 from doorman.ocp.solvers.iterations.nominal import total_cost
-from doorman.ocp.solvers.result import RESULT
-from doorman.ocp.solvers.workspace import Workspace
+from doorman.ocp.solvers.memory.result import RESULT
+from doorman.ocp.solvers.memory.workspace import Workspace
 
 FIRST_PENALTY = 30.0
 """First penalty w of equalities, in units of the scaled cost: a guess may be far from them, or unable to reach them to first
@@ -31,7 +31,7 @@ _RELAXED = 1e-8
 def fill_values(work: Workspace, interior: Interior) -> None:
     """Values of all rows along the nominal trajectory, after its linearisation."""
     nominal, program, values, n = work.nominal, work.program, interior.values, work.nominal.inputs.shape[0]
-    nx, nh, nt, ng = len(work.sizes.states), work.sizes.rows, work.sizes.end_rows, work.sizes.input_rows
+    nx, nh, nt, ng = work.sizes.states, work.sizes.rows, work.sizes.end_rows, work.sizes.input_rows
     for k in range(n + 1):
         for i in range(nh if k > 0 else 0):
             values[k, i] = nominal.rows[k - 1, i]
@@ -54,7 +54,7 @@ def push_inside(work: Workspace) -> None:
     """Move the nominal inputs away from their bounds."""
     limits, inputs = work.limits, work.nominal.inputs
     if work.sizes.input_bounds > 0:
-        for i in range(len(work.sizes.inputs)):
+        for i in range(work.sizes.inputs):
             low, high = limits.input_lower[i], limits.input_upper[i]
             room = _PUSH * min(
                 high - low, 1.0 + max(abs(low) if low > -np.inf else 0.0, abs(high) if high < np.inf else 0.0)
@@ -119,8 +119,8 @@ def raise_reached(work: Workspace, interior: Interior) -> None:
 
     They damp the first steps. Bounds that are far off for the step damp nothing: a solve without them goes the same way.
     """
-    nx, first = len(work.sizes.states), work.sizes.rows + work.sizes.end_rows + work.sizes.input_rows
-    for a in range(nx, nx + len(work.sizes.inputs)):
+    nx, first = work.sizes.states, work.sizes.rows + work.sizes.end_rows + work.sizes.input_rows
+    for a in range(nx, nx + work.sizes.inputs):
         reached = False
         for i in range(first, interior.values.shape[1]):
             for k in range(interior.input_steps.shape[0] if work.program.bounded[i - first] == a else 0):
@@ -134,7 +134,7 @@ def raise_reached(work: Workspace, interior: Interior) -> None:
 def measure(model: object, work: Workspace, interior: Interior) -> None:
     """Infeasibility θ and barrier function φ of the nominal trajectory, after its linearisation and `fill_values`."""
     infeasibility, logarithms, equalities = 0.0, 0.0, 0.0
-    nx = len(work.sizes.states)
+    nx = work.sizes.states
     for k in range(work.nominal.inputs.shape[0]):
         for i in range(nx):
             infeasibility += abs(work.linear.jacobians[k, i, nx])
@@ -158,7 +158,7 @@ def error(work: Workspace, interior: Interior, barrier: float) -> float:
 
     Equalities hold only in the problem itself, barrier problems have an augmented Lagrangian for them.
     """
-    nx, nu, n = len(work.sizes.states), len(work.sizes.inputs), work.nominal.inputs.shape[0]
+    nx, nu, n = work.sizes.states, work.sizes.inputs, work.nominal.inputs.shape[0]
     r, scale, worst = interior.residual, interior.numbers[NUMBER.SCALE], 0.0
     for k in range(n + 1):
         for i in range(nx + nu):
@@ -192,7 +192,7 @@ def error(work: Workspace, interior: Interior, barrier: float) -> float:
 @kernel
 def add_rows(work: Workspace, interior: Interior, k: int) -> None:
     """Add node k's rows times their multipliers to the residual."""
-    nx, nh, nt, ng = len(work.sizes.states), work.sizes.rows, work.sizes.end_rows, work.sizes.input_rows
+    nx, nh, nt, ng = work.sizes.states, work.sizes.rows, work.sizes.end_rows, work.sizes.input_rows
     r, program, n = interior.residual, work.program, work.nominal.inputs.shape[0]
     for i in range(0 if k == 0 else nh + nt if k == n else nh):
         row = work.linear.row_jacobians[k - 1, i] if i < nh else work.linear.end_row_jacobians[i - nh]
@@ -202,7 +202,7 @@ def add_rows(work: Workspace, interior: Interior, k: int) -> None:
         row, dual = work.linear.input_row_jacobians[k, i], interior.duals[k, nh + nt + i]
         for j in range(nx):
             r[j] += row[j] * dual
-        for j in range(len(work.sizes.inputs)):
+        for j in range(work.sizes.inputs):
             r[nx + j] += row[nx + 1 + j] * dual
     for i in range(program.bounded.shape[0]):
         if interior.applies[k, nh + nt + ng + i]:
@@ -212,7 +212,7 @@ def add_rows(work: Workspace, interior: Interior, k: int) -> None:
 @kernel
 def export_multipliers(work: Workspace, interior: Interior) -> None:
     """Write the multipliers to where the other solvers have them, `work.multipliers`."""
-    nx, nh, nt, ng = len(work.sizes.states), work.sizes.rows, work.sizes.end_rows, work.sizes.input_rows
+    nx, nh, nt, ng = work.sizes.states, work.sizes.rows, work.sizes.end_rows, work.sizes.input_rows
     program, out, n = work.program, work.multipliers, work.nominal.inputs.shape[0]
     out.states[:, :] = 0.0
     out.inputs[:, :] = 0.0

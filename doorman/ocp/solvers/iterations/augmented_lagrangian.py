@@ -22,12 +22,12 @@ from doorman.ocp.solvers.iterations.nominal import (
     take_multipliers,
     total_cost,
 )
-from doorman.ocp.solvers.result import RESULT
+from doorman.ocp.solvers.memory.result import RESULT
+from doorman.ocp.solvers.memory.workspace import FILTER_SIZE, Workspace, copy_trajectory
 from doorman.ocp.solvers.sweeps.active_set import classify
 from doorman.ocp.solvers.sweeps.inner_search import best_part, shorten
 from doorman.ocp.solvers.sweeps.linear_algebra import copy_rows
 from doorman.ocp.solvers.sweeps.sweep import step_along, sweep
-from doorman.ocp.solvers.workspace import FILTER_SIZE, Workspace, copy_trajectory
 
 CONVERGED = 0
 OUT_OF_ITERATIONS = 1
@@ -223,12 +223,12 @@ def slack(work: Workspace) -> float:
         for i in range(work.sizes.input_rows):
             total += slack_of_row(price.input_rows[k, i], trial.input_rows[k, i], floors.input_rows[i])
         if work.sizes.state_bounds > 0:
-            for i in range(len(work.sizes.states)):
+            for i in range(work.sizes.states):
                 total += slack_of_bound(
                     price.states[k, i], trial.states[k + 1, i], limits.state_lower[i], limits.state_upper[i]
                 )
         if work.sizes.input_bounds > 0:
-            for i in range(len(work.sizes.inputs)):
+            for i in range(work.sizes.inputs):
                 total += slack_of_bound(
                     price.inputs[k, i], trial.inputs[k, i], limits.input_lower[i], limits.input_upper[i]
                 )

@@ -34,10 +34,10 @@ from doorman.ocp.solvers.iterations.nominal import (
     take_multipliers,
     total_cost,
 )
-from doorman.ocp.solvers.result import RESULT
+from doorman.ocp.solvers.memory.result import RESULT
+from doorman.ocp.solvers.memory.workspace import LARGEST_STATE, Workspace
 from doorman.ocp.solvers.sweeps.active_set import classify
 from doorman.ocp.solvers.sweeps.linear_algebra import copy_rows
-from doorman.ocp.solvers.workspace import LARGEST_STATE, Workspace
 
 FIRST_PENALTY = 30.0
 """1/μ to begin with where nothing is known yet."""
@@ -61,7 +61,7 @@ _LARGEST_REGULARIZATION = 1e8
 def merit(model: object, work: Workspace, penalty: float, weight: float) -> float:
     """Merit m of the nominal trajectory after its linearisation; its cost goes into `result`."""
     nominal, multipliers, limits, floors = work.nominal, work.multipliers, work.limits, work.floors
-    nx, total, defects = len(work.sizes.states), 0.0, 0.0
+    nx, total, defects = work.sizes.states, 0.0, 0.0
     for k in range(nominal.inputs.shape[0]):
         stiff, of_state = penalty * work.stiffness[k], 0.0
         for i in range(work.sizes.rows):
@@ -69,12 +69,12 @@ def merit(model: object, work: Workspace, penalty: float, weight: float) -> floa
         for i in range(work.sizes.input_rows):
             total += squared(multipliers.input_rows[k, i], nominal.input_rows[k, i], penalty, floors.input_rows[i])
         if work.sizes.state_bounds > 0:
-            for i in range(len(work.sizes.states)):
+            for i in range(work.sizes.states):
                 x, multiplier = nominal.states[k + 1, i], multipliers.states[k, i]
                 of_state += squared_bound(multiplier, x - limits.state_upper[i], limits.state_lower[i] - x, stiff)
         total += of_state / work.stiffness[k]
         if work.sizes.input_bounds > 0:
-            for i in range(len(work.sizes.inputs)):
+            for i in range(work.sizes.inputs):
                 u, multiplier = nominal.inputs[k, i], multipliers.inputs[k, i]
                 total += squared_bound(multiplier, u - limits.input_upper[i], limits.input_lower[i] - u, penalty)
         if weight > 0.0:
@@ -105,9 +105,9 @@ def squared_bound(multiplier: float, above: float, below: float, penalty: float)
 @kernel
 def roll(model: object, work: Workspace, scale: float) -> bool:
     """Nominal trajectory by the policy around `saved`, on the dynamics and inside the inputs' bounds."""
-    nx, nominal, saved, gains, limits = len(work.sizes.states), work.nominal, work.saved, work.policy.gains, work.limits
+    nx, nominal, saved, gains, limits = work.sizes.states, work.nominal, work.saved, work.policy.gains, work.limits
     for k in range(nominal.inputs.shape[0]):
-        for a in range(len(work.sizes.inputs)):
+        for a in range(work.sizes.inputs):
             total = saved.inputs[k, a] + scale * gains[k, a, nx]
             for j in range(nx):
                 total += gains[k, a, j] * (nominal.states[k, j] - saved.states[k, j])

@@ -14,9 +14,9 @@ from doorman.ocp.solvers.iterations.augmented_lagrangian import CONVERGED, PAUSE
 from doorman.ocp.solvers.iterations.guess import aim_straight, roll_blindly, settle_integrators, start_trial
 from doorman.ocp.solvers.iterations.nominal import total_cost
 from doorman.ocp.solvers.iterations.rollout import take_rollout
-from doorman.ocp.solvers.result import RESULT
+from doorman.ocp.solvers.memory.result import RESULT
+from doorman.ocp.solvers.memory.workspace import Workspace, copy_trajectory
 from doorman.ocp.solvers.sweeps.linear_algebra import copy_rows
-from doorman.ocp.solvers.workspace import Workspace, copy_trajectory
 
 Array = NDArray[np.float64]
 
@@ -60,10 +60,10 @@ def begin(model: object, work: Workspace, state: Array, inputs: bool, states: bo
     """Start anew from what is given in the nominal trajectory and the multipliers: no feedback, nothing rolled out."""
     nominal, limits = work.nominal, work.limits
     for k in range(nominal.inputs.shape[0]):
-        for i in range(0 if inputs else len(work.sizes.inputs)):
+        for i in range(0 if inputs else work.sizes.inputs):
             nominal.inputs[k, i] = work.weights.input_goal[i]
         if work.sizes.input_bounds > 0:
-            for i in range(len(work.sizes.inputs)):
+            for i in range(work.sizes.inputs):
                 nominal.inputs[k, i] = min(max(nominal.inputs[k, i], limits.input_lower[i]), limits.input_upper[i])
     if not multipliers:
         forget_multipliers(work)
@@ -112,7 +112,7 @@ def forget_policy(work: Workspace) -> None:
     policy.gains[:, :, :] = 0.0
     policy.factors[:, :, :] = 0.0
     for k in range(policy.factors.shape[0]):
-        for i in range(len(work.sizes.inputs)):
+        for i in range(work.sizes.inputs):
             policy.factors[k, i, i] = work.weights.metric[i]
 
 

@@ -12,8 +12,8 @@ from doorman.ocp.kernels.functions import (
     linearize_input_constraints,
     linearize_step,
 )
+from doorman.ocp.solvers.memory.workspace import Workspace
 from doorman.ocp.solvers.sweeps.stage_program import project_row
-from doorman.ocp.solvers.workspace import Workspace
 
 FEASIBILITY = 2e-7
 """A row counts as violated beyond this; corrections aim at zero [the row's unit]."""
@@ -29,7 +29,7 @@ def linearize_node(model: object, work: Workspace, k: int) -> None:
     Dynamics go into `node.hessian`, rows of the next state and then of the end into `program.scratch`, mixed ones into
     `node.plain`.
     """
-    nx = len(work.sizes.states)
+    nx = work.sizes.states
     nh, nt, ng = work.sizes.rows, work.sizes.end_rows, work.sizes.input_rows
     program, trial = work.program, work.trial
     x, u, ahead = trial.states[k], trial.inputs[k], trial.states[k + 1]
@@ -46,7 +46,7 @@ def linearize_node(model: object, work: Workspace, k: int) -> None:
 @kernel
 def borrow_linearization(work: Workspace, k: int) -> None:
     """Derivatives at node k from the nominal trajectory, to where `linearize_node` writes; rows stay as they are."""
-    nx, nu = len(work.sizes.states), len(work.sizes.inputs)
+    nx, nu = work.sizes.states, work.sizes.inputs
     nh, nt, ng = work.sizes.rows, work.sizes.end_rows, work.sizes.input_rows
     program, linear, dynamics = work.program, work.linear, work.node.hessian
     for i in range(nx):
@@ -66,7 +66,7 @@ def borrow_linearization(work: Workspace, k: int) -> None:
 @kernel
 def fill_program(work: Workspace, k: int) -> None:
     """Program of the correction at node k of the trial trajectory, from its rows and derivatives."""
-    nx, nu = len(work.sizes.states), len(work.sizes.inputs)
+    nx, nu = work.sizes.states, work.sizes.inputs
     nh, nt, ng = work.sizes.rows, work.sizes.end_rows, work.sizes.input_rows
     program, trial, dynamics, slopes = work.program, work.trial, work.node.hessian, work.node.plain
     factors, rows = work.policy.factors[k], program.jacobian

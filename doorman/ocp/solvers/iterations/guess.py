@@ -6,10 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.compilation import kernel
-from doorman.numba_types.matrix_rows import multiply_rows
 from doorman.ocp.kernels.functions import at_node, step
 from doorman.ocp.solvers.iterations.nominal import measure, violation
-from doorman.ocp.solvers.workspace import LARGEST_STATE, Workspace, copy_trajectory
+from doorman.ocp.solvers.memory.workspace import LARGEST_STATE, Workspace, copy_trajectory
+from doorman.ocp.solvers.sweeps.sized import multiply_dynamics, multiply_gains
 
 Array = NDArray[np.float64]
 
@@ -17,7 +17,7 @@ Array = NDArray[np.float64]
 @kernel
 def settle_integrators(work: Workspace) -> None:
     """Set the integrators of the nominal trajectory by its first state and its inputs."""
-    nx, nu, m = len(work.sizes.states), len(work.sizes.inputs), len(work.sizes.integrators)
+    nx, nu, m = work.sizes.states, work.sizes.inputs, work.sizes.integrators
     states, inputs, dt = work.nominal.states, work.nominal.inputs, work.weights.time_step
     if m > 0:
         for k in range(inputs.shape[0]):
@@ -45,7 +45,7 @@ def roll_blindly(model: object, work: Workspace, first: int) -> None:
 @kernel
 def aim_straight(work: Workspace) -> None:
     """Set the nominal states on the straight line to the goal, and inputs of integrators to the rate that leads there."""
-    nx, nu, m = len(work.sizes.states), len(work.sizes.inputs), len(work.sizes.integrators)
+    nx, nu, m = work.sizes.states, work.sizes.inputs, work.sizes.integrators
     states, inputs, goal, limits = work.nominal.states, work.nominal.inputs, work.weights.state_goal, work.limits
     n = inputs.shape[0]
     for k in range(n):
@@ -119,7 +119,7 @@ def lead_to(work: Workspace, state: Array, shift: float) -> None:
 
     That keeps to the rows which were active in the sweep, where a first state that jumps would violate them all along.
     """
-    nx, nu, step, nominal = len(work.sizes.states), len(work.sizes.inputs), work.node.step, work.nominal
+    nx, nu, step, nominal = work.sizes.states, work.sizes.inputs, work.node.step, work.nominal
     n, whole = nominal.inputs.shape[0], int(shift + 0.5)
     step[:] = 0.0
     for i in range(nx):
@@ -129,14 +129,14 @@ def lead_to(work: Workspace, state: Array, shift: float) -> None:
         step[nx] = 0.0
         for i in range(nu):
             step[nx + 1 + i] = 0.0
-        multiply_rows(work.policy.gains, of_plan, work.sizes.inputs, work.sizes.narrow, step, step, nx + 1)
+        multiply_gains(work.tiles, of_plan, work)
         for i in range(nu):
             value = nominal.inputs[k, i] + step[nx + 1 + i]
             if work.sizes.input_bounds > 0:
                 value = min(max(value, work.limits.input_lower[i]), work.limits.input_upper[i])
             step[nx + 1 + i] = value - nominal.inputs[k, i]
             nominal.inputs[k, i] = value
-        multiply_rows(work.linear.jacobians, of_plan, work.sizes.states, work.sizes.wide, step, step, 0)
+        multiply_dynamics(work.tiles, of_plan, work)
         for i in range(nx):
             nominal.states[k + 1, i] += step[i]
 
@@ -144,7 +144,7 @@ def lead_to(work: Workspace, state: Array, shift: float) -> None:
 @kernel
 def last_violation(work: Workspace, tolerance: float) -> int:
     """Last node at which a row or bound of the nominal trajectory exceeds `tolerance`; −1 if none does."""
-    nominal, program, nx = work.nominal, work.program, len(work.sizes.states)
+    nominal, program, nx = work.nominal, work.program, work.sizes.states
     n = nominal.inputs.shape[0]
     floors = work.floors
     for i in range(nominal.end_rows.shape[0]):
@@ -168,7 +168,7 @@ def last_violation(work: Workspace, tolerance: float) -> int:
 @kernel
 def start_trial(work: Workspace) -> None:
     """Start the trial trajectory where the nominal one starts."""
-    for i in range(len(work.sizes.states)):
+    for i in range(work.sizes.states):
         work.trial.states[0, i] = work.nominal.states[0, i]
 
 

@@ -15,11 +15,12 @@ from doorman.ocp.kernels.functions import (
     linearize_step,
     stage_cost,
 )
-from doorman.ocp.solvers.parts import Trajectory
-from doorman.ocp.solvers.result import RESULT
+from doorman.ocp.solvers.memory.parts import Trajectory
+from doorman.ocp.solvers.memory.result import RESULT
+from doorman.ocp.solvers.memory.workspace import Workspace
 from doorman.ocp.solvers.sweeps.full_weights import off_diagonal_cost
 from doorman.ocp.solvers.sweeps.linear_algebra import copy_rows
-from doorman.ocp.solvers.workspace import Workspace
+from doorman.ocp.solvers.sweeps.sized import diagonal_cost
 
 Array = NDArray[np.float64]
 
@@ -27,7 +28,7 @@ Array = NDArray[np.float64]
 @kernel
 def linearize(model: object, work: Workspace) -> None:
     """Linearise dynamics with defects, and all rows, along the nominal trajectory."""
-    nx, nu = len(work.sizes.states), len(work.sizes.inputs)
+    nx, nu = work.sizes.states, work.sizes.inputs
     nominal, linear, plain = work.nominal, work.linear, work.node.plain
     linearize_horizon(model, nominal.states, nominal.inputs, linear.jacobians, nominal.rows, linear.row_jacobians)
     ng, nt, n = work.sizes.input_rows, work.sizes.end_rows, nominal.inputs.shape[0]
@@ -58,20 +59,8 @@ def slopes_at(model: object, k: int, x: Array, u: Array, jacobian: Array) -> Non
 @kernel
 def total_cost(model: object, work: Workspace, trajectory: Trajectory) -> float:
     """Cost J of a trajectory."""
-    nx, nu = len(work.sizes.states), len(work.sizes.inputs)
-    weights, states, inputs = work.weights, trajectory.states, trajectory.inputs
-    n, total = inputs.shape[0], 0.0
-    for k in range(n):
-        for i in range(nx):
-            error = states[k, i] - weights.state_goal[i]
-            total += weights.state[i] * error * error
-        for i in range(nu):
-            error = inputs[k, i] - weights.input_goal[i]
-            total += weights.input[i] * error * error
-    for i in range(nx):
-        error = states[n, i] - weights.state_goal[i]
-        total += weights.terminal[i] * error * error
-    total *= 0.5
+    states, inputs, n = trajectory.states, trajectory.inputs, trajectory.inputs.shape[0]
+    total = diagonal_cost(work.tiles, 0, work, states, inputs)
     if work.sizes.full_cost > 0:
         for k in range(n + 1):
             total += off_diagonal_cost(work, trajectory, k)
@@ -97,7 +86,7 @@ def violation(work: Workspace, value: float, floor: float) -> float:
 @kernel
 def measure(work: Workspace, trajectory: Trajectory) -> None:
     """Largest violation of a trajectory, its node and row, and the sum of violations, into `result`."""
-    nx, n = len(work.sizes.states), trajectory.inputs.shape[0]
+    nx, n = work.sizes.states, trajectory.inputs.shape[0]
     nh, nt, ng = work.sizes.rows, work.sizes.end_rows, work.sizes.input_rows
     worst, total, node, row = 0.0, 0.0, 0, 0
     finite = 0.0
@@ -141,8 +130,8 @@ def measure_nominal(work: Workspace) -> None:
     measure(work, work.nominal)
     total, defect = 0.0, 0.0
     for k in range(work.nominal.inputs.shape[0]):
-        for i in range(len(work.sizes.states)):
-            value = abs(work.linear.jacobians[k, i, len(work.sizes.states)])
+        for i in range(work.sizes.states):
+            value = abs(work.linear.jacobians[k, i, work.sizes.states])
             total += value
             defect = max(defect, value)
     work.result[RESULT.DEFECT] = defect
@@ -154,9 +143,9 @@ def move(work: Workspace, scale: float) -> None:
     """Set the nominal trajectory to a point between `saved` and `trial`."""
     nominal, trial, saved = work.nominal, work.trial, work.saved
     for k in range(nominal.inputs.shape[0]):
-        for i in range(len(work.sizes.inputs)):
+        for i in range(work.sizes.inputs):
             nominal.inputs[k, i] = saved.inputs[k, i] + scale * (trial.inputs[k, i] - saved.inputs[k, i])
-        for i in range(len(work.sizes.states)):
+        for i in range(work.sizes.states):
             nominal.states[k + 1, i] = saved.states[k + 1, i] + scale * (
                 trial.states[k + 1, i] - saved.states[k + 1, i]
             )

@@ -28,9 +28,9 @@ from doorman.ocp.solvers.iterations.nominal import (
     total_cost,
 )
 from doorman.ocp.solvers.iterations.rollout import DONE, take_rollout
-from doorman.ocp.solvers.result import RESULT
+from doorman.ocp.solvers.memory.result import RESULT
+from doorman.ocp.solvers.memory.workspace import Workspace, copy_trajectory
 from doorman.ocp.solvers.sweeps.active_set import classify
-from doorman.ocp.solvers.workspace import Workspace, copy_trajectory
 
 Array = NDArray[np.float64]
 
@@ -39,6 +39,9 @@ NO_SWEEP = -9
 
 PAUSED = -10
 """To be called again, see `Result.PAUSE`."""
+
+KEEP_BETTER, RETURN, STEER = 0, 1, 2
+"""Of `settle`."""
 
 EXTRA_ITERATIONS = 2
 """Largest number of iterations beyond the planned ones."""
@@ -105,7 +108,7 @@ def follow(
 @kernel
 def keep_guess(model: object, work: Workspace, feasibility: float) -> None:
     """Keep the nominal trajectory, after its linearisation, if it satisfies dynamics and constraints."""
-    result, nx = work.result, len(work.sizes.states)
+    result, nx = work.result, work.sizes.states
     result[RESULT.GUESS] = np.nan
     for k in range(work.nominal.inputs.shape[0]):
         for i in range(nx):
@@ -136,6 +139,17 @@ def return_to_guess(model: object, work: Workspace) -> None:
     steer(model, work)
     measure_nominal(work)
     work.result[RESULT.COST] = work.result[RESULT.GUESS]
+
+
+@kernel
+def settle(model: object, work: Workspace, feasibility: float, how: int) -> None:
+    """`keep_better`, `return_to_guess` or `steer`, for Python: each needs a sweep, of which an entry has its own copy."""
+    if how == KEEP_BETTER:
+        keep_better(model, work, feasibility)
+    elif how == RETURN:
+        return_to_guess(model, work)
+    else:
+        steer(model, work)
 
 
 @kernel
@@ -178,13 +192,13 @@ def price(work: Workspace, penalty: float) -> float:
         for i in range(work.sizes.rows):
             early += (new.rows[k, i] - now.rows[k, i]) ** 2
         if work.sizes.state_bounds > 0:
-            for i in range(len(work.sizes.states)):
+            for i in range(work.sizes.states):
                 early += (new.states[k, i] - now.states[k, i]) ** 2
         total += early / work.stiffness[k]
         for i in range(work.sizes.input_rows):
             total += (new.input_rows[k, i] - now.input_rows[k, i]) ** 2
         if work.sizes.input_bounds > 0:
-            for i in range(len(work.sizes.inputs)):
+            for i in range(work.sizes.inputs):
                 total += (new.inputs[k, i] - now.inputs[k, i]) ** 2
     for i in range(work.sizes.end_rows):
         total += (new.end_rows[i] - now.end_rows[i]) ** 2

@@ -16,37 +16,19 @@ import numpy as np
 
 from doorman.compilation import kernel
 from doorman.numba_types.clock import clock
-from doorman.numba_types.matrix_rows import multiply_rows
 from doorman.ocp.kernels.functions import at_node, constrain, constrain_end, constrain_horizon, constrain_input, step
 from doorman.ocp.solvers.iterations.correction import FEASIBILITY, set_up
 from doorman.ocp.solvers.iterations.guess import accept_trial, start_trial
 from doorman.ocp.solvers.iterations.nominal import measure, total_cost
-from doorman.ocp.solvers.result import RESULT
+from doorman.ocp.solvers.memory.result import RESULT
+from doorman.ocp.solvers.memory.workspace import LARGEST_STATE, Workspace
+from doorman.ocp.solvers.sweeps.sized import apply_policy
 from doorman.ocp.solvers.sweeps.stage_program import export_program, solve_dual, substitute_step
-from doorman.ocp.solvers.workspace import LARGEST_STATE, Workspace
 
 DONE = -1
 NOT_FINITE = -4
 
 _CORRECTIONS = 12
-
-
-@kernel
-def apply_policy(work: Workspace, k: int, scale: float) -> None:
-    """Input of node k of the trial trajectory by the policy, inside its bounds."""
-    nx, nu = len(work.sizes.states), len(work.sizes.inputs)
-    nominal, trial, limits, step = work.nominal, work.trial, work.limits, work.node.step
-    for j in range(nx):
-        step[j] = trial.states[k, j] - nominal.states[k, j]
-    step[nx] = scale
-    for a in range(nu):
-        step[nx + 1 + a] = 0.0
-    multiply_rows(work.policy.gains, k, work.sizes.inputs, work.sizes.narrow, step, step, nx + 1)
-    for a in range(nu):
-        total = nominal.inputs[k, a] + step[nx + 1 + a]
-        if work.sizes.input_bounds > 0:
-            total = min(max(total, limits.input_lower[a]), limits.input_upper[a])
-        trial.inputs[k, a] = total
 
 
 @kernel
@@ -67,7 +49,7 @@ def worst_row(model: object, work: Workspace, k: int, evaluate: bool) -> float:
     Equalities do not count: the feedback keeps them.
     """
     floors, equal = work.floors, work.sizes.equalities > 0
-    trial, nx, last = work.trial, len(work.sizes.states), k == work.trial.inputs.shape[0] - 1
+    trial, nx, last = work.trial, work.sizes.states, k == work.trial.inputs.shape[0] - 1
     if evaluate:
         if work.sizes.rows > 0:
             constrain(at_node(model, k + 1), trial.states[k + 1], trial.rows[k])
@@ -96,7 +78,7 @@ def worst_row(model: object, work: Workspace, k: int, evaluate: bool) -> float:
 @kernel
 def correct(work: Workspace, k: int) -> None:
     """Add `program.step` to input k of the trial trajectory, inside its bounds."""
-    for a in range(len(work.sizes.inputs)):
+    for a in range(work.sizes.inputs):
         value = work.trial.inputs[k, a] + work.program.step[a]
         if work.sizes.input_bounds > 0:
             value = min(max(value, work.limits.input_lower[a]), work.limits.input_upper[a])
@@ -108,7 +90,7 @@ def roll_freely(model: object, work: Workspace, scale: float) -> int:
     """Roll out without corrections."""
     trial, n = work.trial, work.trial.inputs.shape[0]
     for k in range(n):
-        apply_policy(work, k, scale)
+        apply_policy(work.tiles, k, work, scale)
         if not advance(model, work, k):
             return NOT_FINITE
     if work.sizes.rows > 0:
@@ -138,7 +120,7 @@ def roll_out(model: object, work: Workspace, start: int, scale: float, guess: bo
     for k in range(first, n):
         done = corrections if k == start else 0
         if done <= 0:
-            apply_policy(work, k, scale)
+            apply_policy(work.tiles, k, work, scale)
         else:
             correct(work, k)
         if not advance(model, work, k):
@@ -149,7 +131,7 @@ def roll_out(model: object, work: Workspace, start: int, scale: float, guess: bo
                 break
             if done < _CORRECTIONS:
                 if set_up(model, work, k, done > 0 or work.result[RESULT.NEAR] == 0.0):
-                    apply_policy(work, k, scale)
+                    apply_policy(work.tiles, k, work, scale)
                     done = -1
                 elif not (guess and solve_dual(work, k)):
                     export_program(work, k, False)
@@ -160,10 +142,10 @@ def roll_out(model: object, work: Workspace, start: int, scale: float, guess: bo
                     correct(work, k)
                     done += 1
             else:
-                apply_policy(work, k, scale)
+                apply_policy(work.tiles, k, work, scale)
                 done = -1
             if not advance(model, work, k):
-                apply_policy(work, k, scale)
+                apply_policy(work.tiles, k, work, scale)
                 done = -1
                 if not advance(model, work, k):
                     return NOT_FINITE

@@ -16,12 +16,12 @@ from __future__ import annotations
 import numpy as np
 
 from doorman.compilation import kernel
-from doorman.ocp.solvers.result import RESULT
+from doorman.ocp.solvers.memory.result import RESULT
+from doorman.ocp.solvers.memory.workspace import Workspace
 from doorman.ocp.solvers.sweeps.linear_algebra import cholesky, solve_lower, solve_upper
-from doorman.ocp.solvers.sweeps.node_elimination import eliminate_inputs
+from doorman.ocp.solvers.sweeps.sized import eliminate
 from doorman.ocp.solvers.sweeps.stage_program import ROW_TOLERANCE, export_program, gather_schur, solve_dual
 from doorman.ocp.solvers.sweeps.sweep import set_base
-from doorman.ocp.solvers.workspace import Workspace
 
 DONE = -1
 NOT_CONVEX = -2
@@ -30,7 +30,7 @@ NOT_CONVEX = -2
 @kernel
 def fill_rows(work: Workspace, k: int) -> None:
     """Rows [C_x | c | C_u] of node k's program into `program.eliminated`."""
-    nx, nu, wide = len(work.sizes.states), len(work.sizes.inputs), len(work.sizes.wide)
+    nx, nu, wide = work.sizes.states, work.sizes.inputs, work.sizes.wide
     nh, nt, ng = work.sizes.rows, work.sizes.end_rows, work.sizes.input_rows
     program, linear, nominal = work.program, work.linear, work.nominal
     rows, jacobian = program.eliminated, linear.jacobians[k]
@@ -68,7 +68,7 @@ def fill_rows(work: Workspace, k: int) -> None:
 @kernel
 def eliminate_rows(work: Workspace) -> None:
     """Take the inputs out of the rows of the program, which leaves T and c̃."""
-    nx, nu, wide = len(work.sizes.states), len(work.sizes.inputs), len(work.sizes.wide)
+    nx, nu, wide = work.sizes.states, work.sizes.inputs, work.sizes.wide
     program, rows = work.program, work.program.eliminated
     for i in range(rows.shape[0]):
         for a in range(nu):
@@ -83,7 +83,7 @@ def eliminate_rows(work: Workspace) -> None:
 @kernel
 def violated(work: Workspace, k: int) -> bool:
     """Whether the unconstrained step of node k violates a row of its program."""
-    program, nx, nu = work.program, len(work.sizes.states), len(work.sizes.inputs)
+    program, nx, nu = work.program, work.sizes.states, work.sizes.inputs
     for i in range(program.constraints.shape[0]):
         total = program.constraints[i]
         for a in range(nu):
@@ -97,10 +97,10 @@ def violated(work: Workspace, k: int) -> bool:
 def keep_active(work: Workspace, k: int) -> bool:
     """Change value and policy of node k so that the rows `program.active[k]` stay active."""
     nx, nu, wide, narrow = (
-        len(work.sizes.states),
-        len(work.sizes.inputs),
-        len(work.sizes.wide),
-        len(work.sizes.narrow),
+        work.sizes.states,
+        work.sizes.inputs,
+        work.sizes.wide,
+        work.sizes.narrow,
     )
     program, value, gains, factors = work.program, work.node.value, work.policy.gains[k], work.policy.factors[k]
     dual, indices, factor = program.dual, program.indices, program.gathered
@@ -139,7 +139,7 @@ def keep_active(work: Workspace, k: int) -> bool:
 def export_multipliers(work: Workspace, k: int) -> None:
     """Write the multipliers λ of node k's program to `work.multipliers`."""
     nx, nh, nt, ng = (
-        len(work.sizes.states),
+        work.sizes.states,
         work.sizes.rows,
         work.sizes.end_rows,
         work.sizes.input_rows,
@@ -155,7 +155,7 @@ def export_multipliers(work: Workspace, k: int) -> None:
         multipliers.input_rows[k, i] = max(found[nh + nt + i], 0.0)
     for i in range(nx):
         multipliers.states[k, i] = 0.0
-    for i in range(len(work.sizes.inputs)):
+    for i in range(work.sizes.inputs):
         multipliers.inputs[k, i] = 0.0
     for i in range(program.bounded.shape[0]):
         index, force = program.bounded[i], program.side[i] * max(found[nh + nt + ng + i], 0.0)
@@ -168,16 +168,13 @@ def export_multipliers(work: Workspace, k: int) -> None:
 @kernel
 def backward(model: object, work: Workspace, start: int, regularization: float, guess: bool, settled: bool) -> int:
     """Backward pass from node `start` to 0."""
-    nx, nu = len(work.sizes.states), len(work.sizes.inputs)
+    nx, nu = work.sizes.states, work.sizes.inputs
     node, program, result = work.node, work.program, work.result
     for k in range(start, -1, -1):
         if not (settled and k == start):  # else value, factor and rows of this node are there from the last call
             work.active.input_count[k] = 0
             set_base(model, work, k, 1.0, regularization, True)
-            if not eliminate_inputs(
-                work.sizes, k, work.weights.time_step, work.linear.jacobians, node.value, node.base_x, node.base_u,
-                work.policy.gains, work.policy.factors, work.policy.values, node.rows, node.scaled,
-            ):  # fmt: skip
+            if not eliminate(work.tiles, k, work):
                 return NOT_CONVEX
             for a in range(nu):
                 result[RESULT.DECREASE] += 0.5 * node.rows[a, nx] * node.scaled[a, nx]

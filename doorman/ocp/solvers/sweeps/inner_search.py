@@ -13,9 +13,9 @@ from __future__ import annotations
 
 from doorman.compilation import kernel
 from doorman.ocp.kernels.functions import at_node, expand_end_cost, expand_stage_cost
-from doorman.ocp.solvers.parts import Trajectory
+from doorman.ocp.solvers.memory.parts import Trajectory
+from doorman.ocp.solvers.memory.workspace import Workspace
 from doorman.ocp.solvers.sweeps.full_weights import off_diagonal_curvature, off_diagonal_slope
-from doorman.ocp.solvers.workspace import Workspace
 
 _STEPS = 40
 _CLOSE = 1e-12
@@ -53,7 +53,7 @@ def best_part(model: object, work: Workspace, base: Trajectory, penalty: float) 
 @kernel
 def cost_slope(model: object, work: Workspace, base: Trajectory) -> tuple[float, float]:
     """Slope q_0 of the quadratic model of the cost at `base` towards the trial trajectory, and its growth q_1 with τ."""
-    nx, nu = len(work.sizes.states), len(work.sizes.inputs)
+    nx, nu = work.sizes.states, work.sizes.inputs
     trial, weights, n = work.trial, work.weights, work.trial.inputs.shape[0]
     first, second = 0.0, 0.0
     for k in range(n + 1):
@@ -80,7 +80,7 @@ def extra_slope(model: object, work: Workspace, base: Trajectory, k: int) -> tup
 
     The cost is expanded along the nominal trajectory.
     """
-    nx, nu, n = len(work.sizes.states), len(work.sizes.inputs), work.trial.inputs.shape[0]
+    nx, nu, n = work.sizes.states, work.sizes.inputs, work.trial.inputs.shape[0]
     gradient, hessian, nominal, trial = work.node.gradient, work.node.hessian, work.nominal, work.trial
     size = nx + nu if k < n else nx
     for i in range(nx + nu):
@@ -135,14 +135,14 @@ def row_slope(work: Workspace, base: Trajectory, penalty: float, part: float) ->
             force = multipliers.input_rows[k, i] + penalty * (base.input_rows[k, i] + part * change)
             total += max(floors.input_rows[i], force) * change
         if work.sizes.state_bounds > 0:
-            for i in range(len(work.sizes.states)):
+            for i in range(work.sizes.states):
                 change = trial.states[k + 1, i] - base.states[k + 1, i]
                 x = base.states[k + 1, i] + part * change
                 above = max(0.0, multipliers.states[k, i] + stiff * (x - limits.state_upper[i]))
                 below = min(0.0, multipliers.states[k, i] + stiff * (x - limits.state_lower[i]))
                 total += (above + below) * change
         if work.sizes.input_bounds > 0:
-            for i in range(len(work.sizes.inputs)):
+            for i in range(work.sizes.inputs):
                 change = trial.inputs[k, i] - base.inputs[k, i]
                 u = base.inputs[k, i] + part * change
                 above = max(0.0, multipliers.inputs[k, i] + penalty * (u - limits.input_upper[i]))

@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.compilation import kernel
+from doorman.ocp.solvers.memory.workspace import Workspace
 from doorman.ocp.solvers.sweeps.linear_algebra import cholesky
-from doorman.ocp.solvers.workspace import Workspace
 
 Array = NDArray[np.float64]
 
@@ -131,7 +131,7 @@ def substitute_step(work: Workspace, k: int) -> None:
 @kernel
 def export_program(work: Workspace, k: int, with_gradient: bool) -> None:
     """Hessian and gradient of node k's program, for a solver outside; its rows are in `program` already."""
-    program, factors, nu, nx = work.program, work.policy.factors[k], len(work.sizes.inputs), len(work.sizes.states)
+    program, factors, nu, nx = work.program, work.policy.factors[k], work.sizes.inputs, work.sizes.states
     for i in range(nu):
         program.gradient[i] = 0.0
         for j in range(nu):

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from proxsuite import proxqp
 
-from doorman.ocp.solvers.parts import Program
+from doorman.ocp.solvers.memory.parts import Program
 
 Array = NDArray[np.float64]
 

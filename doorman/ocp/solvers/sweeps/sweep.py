@@ -10,14 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.compilation import kernel
-from doorman.numba_types.lanes import load, store
-from doorman.numba_types.matrix_rows import multiply_rows
 from doorman.ocp.kernels.functions import at_node, expand_end_cost, expand_stage_cost
-from doorman.ocp.solvers.result import RESULT
+from doorman.ocp.solvers.memory.result import RESULT
+from doorman.ocp.solvers.memory.workspace import Workspace
 from doorman.ocp.solvers.sweeps.full_weights import off_diagonal_curvature, off_diagonal_slope
 from doorman.ocp.solvers.sweeps.linear_algebra import copy_rows
-from doorman.ocp.solvers.sweeps.node_elimination import eliminate_inputs
-from doorman.ocp.solvers.workspace import Workspace
+from doorman.ocp.solvers.sweeps.sized import add_square, eliminate, set_slopes, step_node
 
 Array = NDArray[np.float64]
 
@@ -25,7 +23,7 @@ Array = NDArray[np.float64]
 @kernel
 def terminal_value(model: object, work: Workspace) -> None:
     """Value function of the last state; resets the predicted decrease."""
-    nx = len(work.sizes.states)
+    nx = work.sizes.states
     last, weights, value = work.nominal.states[work.nominal.inputs.shape[0]], work.weights, work.node.value
     value[:, :] = 0.0
     for i in range(nx):
@@ -61,16 +59,14 @@ def value_behind(model: object, work: Workspace, node: int) -> None:
 @kernel
 def penalize_state(work: Workspace, k: int, penalty: float) -> None:
     """Add the active rows and bounds of state k + 1 to its value function."""
-    nx, last = len(work.sizes.states), k == work.nominal.inputs.shape[0] - 1
+    nx, last = work.sizes.states, k == work.nominal.inputs.shape[0] - 1
     value, linear, active, multipliers = work.node.value, work.linear, work.active, work.multipliers
     stiff = penalty * work.stiffness[k]
     for i in range(work.sizes.rows):
         if active.rows[k, i] != 0:
             row = linear.row_jacobians[k, i]
             row[nx] = multipliers.rows[k, i] / stiff + work.nominal.rows[k, i]
-            for a in range(nx):
-                scale = stiff * row[a]
-                store(value, (a, 0), load(value, (a, 0), work.sizes.narrow) + scale * load(row, 0, work.sizes.narrow))
+            add_square(work.tiles, k, work, row, stiff)
             row[nx] = 0.0
     if last:
         for i in range(work.sizes.end_rows):
@@ -94,9 +90,8 @@ def penalize_state(work: Workspace, k: int, penalty: float) -> None:
 @kernel
 def set_base(model: object, work: Workspace, k: int, penalty: float, regularization: float, afresh: bool) -> bool:
     """Cost of node k with its active mixed rows and bounds, into `node.base_x` and `node.base_u`."""
-    nx, nu = len(work.sizes.states), len(work.sizes.inputs)
+    nx, nu = work.sizes.states, work.sizes.inputs
     base_x, base_u, weights = work.node.base_x, work.node.base_u, work.weights
-    x, u = work.nominal.states[k], work.nominal.inputs[k]
     if afresh:
         base_x[:, :] = 0.0
         base_u[:, :] = 0.0
@@ -104,10 +99,7 @@ def set_base(model: object, work: Workspace, k: int, penalty: float, regularizat
             base_x[i, i] = weights.state[i]
         for i in range(nu):
             base_u[i, nx + 1 + i] = weights.input[i] + regularization * weights.metric[i]
-    for i in range(nx):
-        base_x[i, nx] = weights.state[i] * (x[i] - weights.state_goal[i])
-    for i in range(nu):
-        base_u[i, nx] = weights.input[i] * (u[i] - weights.input_goal[i])
+    set_slopes(work.tiles, k, work)
     if work.sizes.extra_cost + work.sizes.full_cost > 0:
         add_stage_cost(model, work, k)
     if work.active.input_count[k] > 0:
@@ -118,7 +110,7 @@ def set_base(model: object, work: Workspace, k: int, penalty: float, regularizat
 @kernel
 def add_stage_cost(model: object, work: Workspace, k: int) -> None:
     """Add the model's own cost of node k, and the part of the quadratic cost off its diagonals."""
-    nx, nu = len(work.sizes.states), len(work.sizes.inputs)
+    nx, nu = work.sizes.states, work.sizes.inputs
     base_x, base_u, gradient, hessian = work.node.base_x, work.node.base_u, work.node.gradient, work.node.hessian
     if work.sizes.extra_cost > 0:
         expand_stage_cost(at_node(model, k), work.nominal.states[k], work.nominal.inputs[k], gradient, hessian)
@@ -143,7 +135,7 @@ def add_stage_cost(model: object, work: Workspace, k: int) -> None:
 @kernel
 def add_input_row(work: Workspace, row: Array, force: float, weight: float) -> None:
     """Add a mixed row to `node.base_x` and `node.base_u`."""
-    nx, nu = len(work.sizes.states), len(work.sizes.inputs)
+    nx, nu = work.sizes.states, work.sizes.inputs
     base_x, base_u = work.node.base_x, work.node.base_u
     row[nx] = force
     for a in range(nx):
@@ -160,7 +152,7 @@ def add_input_row(work: Workspace, row: Array, force: float, weight: float) -> N
 @kernel
 def penalize_input(work: Workspace, k: int, penalty: float) -> None:
     """Add the active mixed rows and input bounds of node k to `node.base_x` and `node.base_u`."""
-    nx, nu = len(work.sizes.states), len(work.sizes.inputs)
+    nx, nu = work.sizes.states, work.sizes.inputs
     base_u, active, multipliers = work.node.base_u, work.active, work.multipliers
     for i in range(work.sizes.input_rows):
         if active.input_rows[k, i] != 0:
@@ -179,63 +171,29 @@ def penalize_input(work: Workspace, k: int, penalty: float) -> None:
 @kernel
 def sweep(model: object, work: Workspace, penalty: float, regularization: float, last: int) -> bool:
     """Policy of the nodes up to `last` with the penalties of the active set; False if a Q_uu is not positive definite."""
-    nx, nu = len(work.sizes.states), len(work.sizes.inputs)
-    node, policy = work.node, work.policy
+    sums, afresh = work.policy.sums, True
     value_behind(model, work, last)
-    decrease, costate = policy.sums[last + 1, 0], policy.sums[last + 1, 1]
-    afresh = True
     for k in range(last, -1, -1):
         if work.active.state_count[k] > 0:
             penalize_state(work, k, penalty)
         afresh = set_base(model, work, k, penalty, regularization, afresh)
-        if not eliminate_inputs(
-            work.sizes, k, work.weights.time_step, work.linear.jacobians, node.value, node.base_x, node.base_u,
-            policy.gains, policy.factors, policy.values, node.rows, node.scaled,
-        ):  # fmt: skip
+        if not eliminate(work.tiles, k, work):
             return False
-        for a in range(nu):
-            decrease += node.rows[a, nx] * node.scaled[a, nx]
-        for i in range(nx):
-            costate = max(costate, abs(node.value[i, nx]))
-        policy.sums[k, 0], policy.sums[k, 1] = decrease, costate
-    work.result[RESULT.DECREASE] = 0.5 * decrease
-    work.result[RESULT.COSTATE] = costate
-    return bool(abs(decrease) < np.inf)
+    work.result[RESULT.DECREASE] = 0.5 * sums[0, 0]
+    work.result[RESULT.COSTATE] = sums[0, 1]
+    return bool(abs(sums[0, 0]) < np.inf)
 
 
 @kernel
 def step_along(work: Workspace) -> None:
     """Newton step of the last sweep into `trial`, with the rows linearised there."""
-    nx, nu, nh, ng = len(work.sizes.states), len(work.sizes.inputs), work.sizes.rows, work.sizes.input_rows
-    nominal, trial, step, weights, linear = work.nominal, work.trial, work.node.step, work.weights, work.linear
-    n, largest = nominal.inputs.shape[0], 0.0
-    flat_rows, flat_input_rows = trial.rows.reshape(-1), trial.input_rows.reshape(-1)
+    nx, nominal, trial, step, linear = work.sizes.states, work.nominal, work.trial, work.node.step, work.linear
+    largest = 0.0
     step[:] = 0.0
     for i in range(nx):
         trial.states[0, i] = nominal.states[0, i]
-    for k in range(n):
-        step[nx] = 1.0
-        for i in range(nu):
-            step[nx + 1 + i] = 0.0
-        multiply_rows(work.policy.gains, k, work.sizes.inputs, work.sizes.narrow, step, step, nx + 1)
-        for i in range(nu):
-            largest = max(largest, weights.metric[i] * abs(step[nx + 1 + i]))
-            trial.inputs[k, i] = nominal.inputs[k, i] + step[nx + 1 + i]
-        if ng > 0:
-            step[nx] = 0.0
-            multiply_rows(
-                linear.input_row_jacobians, k, work.sizes.input_rows, work.sizes.wide, step, flat_input_rows, k * ng
-            )
-            step[nx] = 1.0
-            for i in range(ng):
-                trial.input_rows[k, i] += nominal.input_rows[k, i]
-        multiply_rows(linear.jacobians, k, work.sizes.states, work.sizes.wide, step, step, 0)
-        for i in range(nx):
-            trial.states[k + 1, i] = nominal.states[k + 1, i] + step[i]
-        if nh > 0:
-            multiply_rows(linear.row_jacobians, k, work.sizes.rows, work.sizes.narrow, step, flat_rows, k * nh)
-            for i in range(nh):
-                trial.rows[k, i] += nominal.rows[k, i]
+    for k in range(nominal.inputs.shape[0]):
+        largest = max(largest, step_node(work.tiles, k, work))
     for i in range(work.sizes.end_rows):
         value = nominal.end_rows[i]
         for j in range(nx):

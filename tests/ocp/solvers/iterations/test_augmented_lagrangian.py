@@ -24,8 +24,8 @@ from doorman.ocp.solvers.iterations.nominal import (
     take_multipliers,
     total_cost,
 )
-from doorman.ocp.solvers.result import RESULT
-from doorman.ocp.solvers.workspace import FILTER_SIZE, Workspace
+from doorman.ocp.solvers.memory.result import RESULT
+from doorman.ocp.solvers.memory.workspace import FILTER_SIZE, Workspace
 
 Array = NDArray[np.float64]
 PENALTY = 40.0
@@ -208,4 +208,4 @@ def test_merit_is_the_augmented_lagrangian_with_the_defects(rng: np.random.Gener
 def test_variants_share_their_sizes() -> None:
     """What keeps these tests quick: one set of kernels for all carts."""
     wide, narrow = Variant(), Variant(wall=0.5, force=(-1.0, 1.0), boom=(0.0, 0.1))
-    assert Workspace.of(wide.problem()).sizes == Workspace.of(narrow.problem()).sizes
+    assert Workspace.plain(wide.problem()).sizes == Workspace.plain(narrow.problem()).sizes

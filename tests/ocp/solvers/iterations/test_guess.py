@@ -20,8 +20,8 @@ from doorman.ocp.solvers.iterations.guess import (
     shift_guess,
     shift_rows,
 )
-from doorman.ocp.solvers.parts import Multipliers
-from doorman.ocp.solvers.workspace import Workspace
+from doorman.ocp.solvers.memory.parts import Multipliers
+from doorman.ocp.solvers.memory.workspace import Workspace
 
 Array = NDArray[np.float64]
 SEEDS = st.integers(0, 2**32 - 1)

@@ -8,7 +8,7 @@ from door_tasks import model_of
 
 import doorman
 from doorman.ocp.solvers.iterations.real_time import EXTRA_ITERATIONS
-from doorman.ocp.solvers.result import RESULT
+from doorman.ocp.solvers.memory.result import RESULT
 from doorman.ocp.solvers.solution import PlanStatus
 
 SPREAD = np.array([0.01, 0.01, 0.01, 0.01, 0.03, 0.01, 0.01, 0.01, 0.01])

@@ -14,9 +14,9 @@ from proxsuite import proxqp
 from doorman.numba_types.handles import Handle, held
 from doorman.ocp.solvers.iterations.correction import FEASIBILITY
 from doorman.ocp.solvers.iterations.rollout import DONE, NOT_FINITE, roll_out
-from doorman.ocp.solvers.result import RESULT
+from doorman.ocp.solvers.memory.result import RESULT
+from doorman.ocp.solvers.memory.workspace import Workspace
 from doorman.ocp.solvers.sweeps.stage_qp import StageQpSolver
-from doorman.ocp.solvers.workspace import Workspace
 
 Array = NDArray[np.float64]
 

@@ -7,7 +7,8 @@ import pytest
 from numpy.typing import NDArray
 
 from doorman.compilation import kernel
-from doorman.ocp.solvers.sweeps.active_set import mark_bounds, mark_rows
+from doorman.ocp.solvers.sweeps.active_set import mark_rows
+from doorman.ocp.solvers.sweeps.node_bounds import mark_bounds
 
 Array = NDArray[np.float64]
 Sides = NDArray[np.int8]
@@ -24,7 +25,7 @@ def _rows(k: int, rows: Array, multipliers: Array, active: Sides, proposal: Arra
 def _bounds(
     k: int, count: tuple[int, ...], values: Array, ends: Array, multipliers: Array, active: Sides, proposal: Array
 ) -> tuple[int, bool]:
-    return mark_bounds(k, count, values, 1, ends[0], ends[1], multipliers, SCALE, active, proposal)  # type: ignore[no-any-return]
+    return mark_bounds(k, count, values[k + 1], ends[0], ends[1], multipliers, SCALE, active, proposal)  # type: ignore[no-any-return]
 
 
 @pytest.mark.parametrize("n", [1, 7, 64, 70])

@@ -10,11 +10,11 @@ from random_horizon import N, cart, door, move_inside, random_horizon
 
 from doorman.numba_types.handles import Handle, held
 from doorman.ocp.problem.problem import Problem
-from doorman.ocp.solvers.result import RESULT
+from doorman.ocp.solvers.memory.result import RESULT
+from doorman.ocp.solvers.memory.workspace import Workspace
 from doorman.ocp.solvers.sweeps.backward import DONE, NOT_CONVEX, backward
 from doorman.ocp.solvers.sweeps.stage_qp import StageQpSolver
 from doorman.ocp.solvers.sweeps.sweep import terminal_value
-from doorman.ocp.solvers.workspace import Workspace
 
 Array = NDArray[np.float64]
 

@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 
 from doorman.compilation import kernel
 from doorman.ocp import Problem, QuadraticCost
+from doorman.ocp.solvers.memory.workspace import VECTOR_WIDTH, Workspace
 from doorman.ocp.solvers.sweeps.node_elimination import eliminate_inputs, factors_width
-from doorman.ocp.solvers.workspace import VECTOR_WIDTH, Workspace
+from doorman.ocp.solvers.sweeps.sized import shape_of
 
 Array = NDArray[np.float64]
 
@@ -36,7 +37,7 @@ def _eliminate(
 def eliminate(work: Workspace, k: int) -> bool:
     node = work.node
     return _eliminate(
-        work.sizes, k, work.weights.time_step, work.linear.jacobians, node.value, node.base_x, node.base_u,
+        shape_of(work.sizes), k, work.weights.time_step, work.linear.jacobians, node.value, node.base_x, node.base_u,
         work.policy.gains, work.policy.factors, work.policy.values, node.rows, node.scaled,
     )  # fmt: skip
 
@@ -49,7 +50,7 @@ def problem_of(nx: int, nu: int, integrators: int) -> Problem:
 
 def random_node(nx: int, nu: int, m: int, rng: np.random.Generator) -> Workspace:
     """Everything random; of integrators, only what is theirs. Whatever is not written stays NaN."""
-    work = Workspace.of(problem_of(nx, nu, m))
+    work = Workspace.plain(problem_of(nx, nu, m))
     for array in (*work.policy, work.node.rows, work.node.scaled):
         array[:] = np.nan
     s, v = nx - m, nu - m
@@ -130,8 +131,8 @@ def test_a_node_that_is_not_convex_is_refused(nx: int, nu: int, m: int, rng: np.
 
 def test_rows_are_padded_to_the_vector_width() -> None:
     for nx, nu, m in SIZES:
-        sizes = Workspace.of(problem_of(nx, nu, m)).sizes
-        assert len(sizes.narrow) % VECTOR_WIDTH == len(sizes.wide) % VECTOR_WIDTH == 0
-        assert nx + 1 <= len(sizes.narrow) <= nx + VECTOR_WIDTH
-        assert nx + 1 + nu <= len(sizes.wide) <= nx + nu + VECTOR_WIDTH
+        sizes = Workspace.plain(problem_of(nx, nu, m)).sizes
+        assert sizes.narrow % VECTOR_WIDTH == sizes.wide % VECTOR_WIDTH == 0
+        assert nx + 1 <= sizes.narrow <= nx + VECTOR_WIDTH
+        assert nx + 1 + nu <= sizes.wide <= nx + nu + VECTOR_WIDTH
         assert nu <= factors_width(nu) < nu + 8

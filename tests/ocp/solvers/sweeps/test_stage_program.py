@@ -9,6 +9,7 @@ from random_horizon import cart, door
 
 from doorman.numba_types.handles import held
 from doorman.ocp.problem.problem import Problem
+from doorman.ocp.solvers.memory.workspace import Workspace
 from doorman.ocp.solvers.sweeps.stage_program import (
     ROW_TOLERANCE,
     export_program,
@@ -17,7 +18,6 @@ from doorman.ocp.solvers.sweeps.stage_program import (
     substitute_step,
 )
 from doorman.ocp.solvers.sweeps.stage_qp import StageQpSolver
-from doorman.ocp.solvers.workspace import Workspace
 
 Array = NDArray[np.float64]
 

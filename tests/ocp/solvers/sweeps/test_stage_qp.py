@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 from double_integrator import Variant
 
-from doorman.ocp.solvers.parts import Program
+from doorman.ocp.solvers.memory.parts import Program
+from doorman.ocp.solvers.memory.workspace import Workspace
 from doorman.ocp.solvers.sweeps.stage_qp import StageQpSolver
-from doorman.ocp.solvers.workspace import Workspace
 
 
 @pytest.fixture
 def program(rng: np.random.Generator) -> Program:
     """A program of a cart's node with random rows that leave room."""
-    program = Workspace.of(Variant(force=(-1.0, 1.0)).problem()).program
+    program = Workspace.plain(Variant(force=(-1.0, 1.0)).problem()).program
     factor = rng.normal(size=program.hessian.shape)
     program.hessian[:] = factor @ factor.T + np.eye(len(factor))
     program.gradient[:] = rng.normal(size=program.gradient.shape)

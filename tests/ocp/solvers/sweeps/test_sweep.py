@@ -10,10 +10,10 @@ from random_horizon import N, activate, cart, count_active, door, random_horizon
 
 from doorman.numba_types.handles import Handle, held
 from doorman.ocp.problem.problem import Problem
-from doorman.ocp.solvers.result import RESULT
+from doorman.ocp.solvers.memory.result import RESULT
+from doorman.ocp.solvers.memory.workspace import Workspace
 from doorman.ocp.solvers.sweeps.active_set import classify
 from doorman.ocp.solvers.sweeps.sweep import step_along, sweep
-from doorman.ocp.solvers.workspace import Workspace
 
 Array = NDArray[np.float64]
 

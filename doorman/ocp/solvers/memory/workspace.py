@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from doorman.compilation import kernel
+from doorman.numba_types.function_tables import FunctionTable
 from doorman.ocp.kernels import functions
 from doorman.ocp.problem.costs import diagonal
 from doorman.ocp.problem.problem import Problem
-from doorman.ocp.solvers.options import SolverOptions
-from doorman.ocp.solvers.parts import (
+from doorman.ocp.solvers.memory.parts import (
     ActiveSet,
     Floors,
     Limits,
@@ -26,9 +26,11 @@ from doorman.ocp.solvers.parts import (
     Trajectory,
     Weights,
 )
-from doorman.ocp.solvers.result import RESULT, Result
+from doorman.ocp.solvers.memory.result import RESULT, Result
+from doorman.ocp.solvers.options import SolverOptions
 from doorman.ocp.solvers.sweeps.linear_algebra import copy_rows
 from doorman.ocp.solvers.sweeps.node_elimination import factors_width
+from doorman.ocp.solvers.sweeps.sized import sized_table
 
 Array = NDArray[np.float64]
 
@@ -50,6 +52,8 @@ class Workspace(NamedTuple):
     """Everything that the solvers' kernels read and write."""
 
     sizes: Sizes
+    tiles: FunctionTable
+    """What is compiled for these sizes, see `sweeps.sized`."""
     weights: Weights
     settings: Settings
     limits: Limits
@@ -77,7 +81,13 @@ class Workspace(NamedTuple):
 
     @classmethod
     def of(cls, problem: Problem, options: SolverOptions | None = None) -> Workspace:
-        """Workspace with memory for a problem's sizes."""
+        """Workspace for a problem's sizes, with what is compiled for them, or loaded from the cache."""
+        plain = cls.plain(problem, options)
+        return plain._replace(tiles=sized_table(plain.sizes, plain))
+
+    @classmethod
+    def plain(cls, problem: Problem, options: SolverOptions | None = None) -> Workspace:
+        """Memory for a problem's sizes; no kernel that calls `tiles` can run on it."""
         n, nx, nu = problem.horizon, problem.nx, problem.nu
         nh, ng, nt = problem.n_constraints, problem.n_input_constraints, problem.n_end_constraints
         narrow, wide = padded(nx + 1), padded(nx + 1 + nu)
@@ -94,6 +104,7 @@ class Workspace(NamedTuple):
 
         return cls(
             sizes=sizes_of(problem),
+            tiles=FunctionTable(0, []),
             weights=weights_of(problem),
             settings=Settings(chosen.tolerance, chosen.penalty, chosen.largest_multiplier, chosen.sweeps),
             limits=Limits(*(np.array(each) for each in vars(problem.bounds).values())),
@@ -137,11 +148,11 @@ def sizes_of(problem: Problem) -> Sizes:
         functions.end_cost, model
     )
     return Sizes(
-        states=(0,) * nx,
-        inputs=(0,) * nu,
-        integrators=(0,) * problem.integrators,
-        narrow=(0,) * padded(nx + 1),
-        wide=(0,) * padded(nx + 1 + nu),
+        states=nx,
+        inputs=nu,
+        integrators=problem.integrators,
+        narrow=padded(nx + 1),
+        wide=padded(nx + 1 + nu),
         rows=problem.n_constraints,
         input_rows=problem.n_input_constraints,
         end_rows=problem.n_end_constraints,

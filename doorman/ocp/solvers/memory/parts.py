@@ -12,14 +12,14 @@ Sides = NDArray[np.int8]
 
 
 class Sizes(NamedTuple):
-    """Dimensions. Lengths of tuples are part of the type: kernels are compiled for them and unroll their loops."""
+    """Dimensions: numbers, so that one set of kernels serves all problems; see `sized` for those that are compiled for them."""
 
-    states: tuple[int, ...]
-    inputs: tuple[int, ...]
-    integrators: tuple[int, ...]
-    narrow: tuple[int, ...]
+    states: int
+    inputs: int
+    integrators: int
+    narrow: int
     """nx + 1, padded."""
-    wide: tuple[int, ...]
+    wide: int
     """nx + 1 + nu, padded."""
     rows: int
     """Rows of h."""

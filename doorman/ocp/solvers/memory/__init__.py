@@ -1,0 +1,1 @@
+"""Memory of a solver: what kernels read and write."""
