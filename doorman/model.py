@@ -256,11 +256,11 @@ class Model:
         touch = door.in_doorway(
             self.coupling.vehicle_position(state[:3], float(state[3]), state[5:]) - door.hinge_position
         )
-        straight = -far * door.normal(float(state[3]))
+        straight = far * door.away(float(state[3]))
         steps = touch + np.outer(np.linspace(0.0, 1.0, 20), door.in_doorway(straight))
         before = np.maximum(np.maximum(-door.frame_depth - steps[:, 0], steps[:, 0] - door.frame_back), 0.0)
         beside = np.maximum(np.minimum(steps[:, 1], door.width - steps[:, 1]), 0.0)
-        free = door.side == "pull" or self.surroundings in ("wall", "panel", "open")
+        free = door.side == "pull" or self.surroundings in ("wall", "panel", "face", "open")
         if free or np.hypot(before, beside).min() > self.vehicle.radius - _TOUCHES_A_JAMB:
             return np.asarray(straight)
         middle = 0.5 * door.width
@@ -295,6 +295,8 @@ class Model:
 
         One that opens a door beyond a right angle ends behind the jamb at the hinge.
         """
+        if self.door.in_plane:
+            return "face"
         if not self.door.framed:
             return "open"
         if not self.door.upright:

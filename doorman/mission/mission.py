@@ -21,6 +21,7 @@ from doorman.control.push_limit import limited
 from doorman.control.state_converter import StateConverter
 from doorman.control.under_way import Later, UnderWay
 from doorman.copying import Uncopied
+from doorman.dynamics.attitude_loop import AttitudeLoop
 from doorman.exceptions import DoormanError
 from doorman.gravity import weight_of
 from doorman.hardware.interface import Backend
@@ -28,6 +29,7 @@ from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.mission.phases.phase import Phase
 from doorman.mission.schedule import PlanSchedule
 from doorman.mission.sequence import Sequence
+from doorman.stages import Handover
 from doorman.mission.whole_body_flight import WholeBodyFlight
 from doorman.model import Model
 from doorman.planning.planner import Planner
@@ -47,9 +49,16 @@ class Mission(Uncopied):
         model: Model of the scenario.
         planner: Planner of the same scenario; made here if not given.
         recorder: Where everything goes; in memory only if not given.
+        after: What the step before has left, where the tip holds the handle already.
     """
 
-    def __init__(self, model: Model, planner: Planner | None = None, recorder: Recorder | None = None) -> None:
+    def __init__(
+        self,
+        model: Model,
+        planner: Planner | None = None,
+        recorder: Recorder | None = None,
+        after: Handover | None = None,
+    ) -> None:
         self.model = model
         self.recorder = recorder or Recorder(None, {})
         self.converter = StateConverter(model)
@@ -65,7 +74,9 @@ class Mission(Uncopied):
         self._locator, self._watch = DoorLocator(model), DoorWatch(model)
         self._known: Estimate | None = None
         self._estimator = Estimator(model, self.converter)
-        self._sequence = Sequence(model, self.converter, self._schedule, self._estimator, self._note_phase)
+        self._sequence = Sequence(
+            model, self.converter, self._schedule, self._estimator, self._note_phase, holds=after is not None
+        )
         whole = planned_with(model) == "whole_body"
         self._whole_body = WholeBodyFlight(model, self._schedule) if whole else None
         self._flew_plan = self._loop_is_known = False
@@ -76,6 +87,18 @@ class Mission(Uncopied):
         self._rotors = np.array([0.0, 0.0, model.vehicle.weight])
         self._lift = LiftScale(model.vehicle.weight, model.vehicle.max_thrust)
         self._abort_reason = ""
+        self._loop: AttitudeLoop | None = None
+        if after is not None:
+            self._estimator.go_on(after.tip_force, after.wind, after.lift)
+            if after.loop is not None:
+                self._know_loop(after.loop)
+
+    @property
+    def handover(self) -> Handover | None:
+        """What the next step begins with; None before the first tick."""
+        if self._known is None:
+            return None
+        return Handover(self._known.tip_force, self._known.wind, self._known.lift, self._loop)
 
     @property
     def phase(self) -> Phase:
@@ -237,11 +260,14 @@ class Mission(Uncopied):
         found = test.measured
         if found is None or self._loop_is_known or test.unfit():
             return
-        self._loop_is_known = True
+        self._know_loop(found.loop)
+        self.recorder.write("attitude_loop", now, asdict(found))
+
+    def _know_loop(self, loop: AttitudeLoop) -> None:
+        self._loop_is_known, self._loop = True, loop
         for user in (self.converter, self._under_way, self._whole_body):
             if user is not None:
-                user.fly_by(found.loop)
-        self.recorder.write("attitude_loop", now, asdict(found))
+                user.fly_by(loop)
 
     def _change_smoothly(self, setpoint: Setpoint, estimate: Estimate) -> None:
         """From force back to position control: the observer begins with the wind, not with what it took the door for."""

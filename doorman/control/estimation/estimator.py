@@ -140,6 +140,7 @@ class Estimator:
         self._numbers = leaf_numbers(model, _FIRST_NOISE)
         self._bank = leaf_filter(model, self._numbers)  # compiles while nothing is in flight
         self._run: LeafRun | None = None
+        self._known: dict[str, Array] = {}
         self._face_is_known, self._leaf_time = False, -math.inf
         self._hinge = HingeFit(model)
         self._unnamed = 0.0
@@ -147,6 +148,12 @@ class Estimator:
         self._response = AttitudeResponse(model.scenario.vehicle.attitude_lag)
         self._sure, self._touches = model.scenario.estimation.sure, model.scenario.mission.start == "contact"
         self._unloaded = np.zeros(2)  # sum of what the tip's sensor has read in free flight, and how many readings
+
+    def go_on(self, tip_force: Array, wind: Array, lift: float) -> None:
+        """Begin with what was known as another step ended: the tip's force and the wind, (3,) each [N], and the lift's share."""
+        along, up = self._model.door.face(self._model.start_angle)
+        friction = np.array([along @ tip_force, up @ tip_force])
+        self._known = {"friction": friction, "wind": wind, "lift": np.array([lift])}
 
     def tell(self, attitude: Array, force: Array) -> None:
         """Take in what the vehicle is told from now on: Φ_d, and the rotors' force, shape (3,) each, body frame [N]."""
@@ -191,6 +198,8 @@ class Estimator:
         inputs = self._acting.at(measured.pose_time, measured.attitude)
         if self._run is None:
             self._run = LeafRun(self._model, self._numbers, measured.pose_time, measured.position, inputs, self._bank)
+            if self._known:
+                self._run.know(self._known)
             if self._face_is_known:  # a sensor has seen the frame before the first pose
                 self._run.know_face()
             return

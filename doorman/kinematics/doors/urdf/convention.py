@@ -47,8 +47,9 @@ class Closed:
     """Whether the leaf meets a jamb there that need not be the one at which it is closed."""
 
 
-def standing_joints(urdf: Path, model: pinocchio.Model, hinge: int) -> tuple[str, ...]:
-    """Joints beside the hinge that could move, and that stand at zero because nothing moves them."""
+def standing_joints(urdf: Path, model: pinocchio.Model, hinge: int, known: Iterable[str] = ()) -> tuple[str, ...]:
+    """Joints beside the hinge that could move, and that stand still because nothing moves them, or where they are known to."""
+    known = frozenset(known)
     joints = read_joints(urdf)
     own = model.names[hinge]
     others = [index for index in range(1, model.njoints) if index != hinge]
@@ -60,6 +61,8 @@ def standing_joints(urdf: Path, model: pinocchio.Model, hinge: int) -> tuple[str
     for index in others:
         name = model.names[index]
         kind = joints[name].kind
+        if name in known or known & _leaders(joints, name):
+            continue
         if hinge in _ancestors(model, index):
             raise UrdfError(
                 "a joint on the leaf moves, such as a lever or a bolt: pushing does not open a latched door",
@@ -75,7 +78,8 @@ def standing_joints(urdf: Path, model: pinocchio.Model, hinge: int) -> tuple[str
                 "a joint follows the hinge, but doorman would hold it still", file=urdf, field=f"joint {name}/mimic", given=own,
                 allowed=f"one moving joint, '{own}'",
             )  # fmt: skip
-    return tuple(model.names[index] for index in others)
+    unknown = (model.names[index] for index in others)
+    return tuple(name for name in unknown if name not in known and not known & _leaders(joints, name))
 
 
 def closed_value(limits: tuple[float, float], at_a_jamb: Callable[[float], bool], upright: bool = True) -> Closed:

@@ -25,6 +25,12 @@ class LateAttitude:
         """Take in a set point, as a quaternion, shape (4,)."""
         self._on_the_way.append((step + self._delay, attitude))
 
+    def shifted(self, steps: int) -> LateAttitude:
+        """The same on its way, with times that begin so many steps later."""
+        other = LateAttitude(self._delay)
+        other._on_the_way.extend((due - steps, attitude) for due, attitude in self._on_the_way)
+        return other
+
     def act(self, step: int, acting: Array, most: int) -> int:
         """Let what is due act, and say for how many steps, at most, nothing else does."""
         waiting = self._on_the_way
