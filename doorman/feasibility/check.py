@@ -16,8 +16,8 @@ from doorman.feasibility.swing.rehearsal import DURATION, rehearse, scaled
 from doorman.feasibility.task import task_finding
 from doorman.feasibility.through import through_findings
 from doorman.model import Model
-from doorman.stages import stages
 from doorman.scenario import Scenario
+from doorman.stages import stages
 
 
 def check(scenario: Scenario | Model, *, with_audit: bool = False) -> Report:

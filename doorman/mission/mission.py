@@ -29,13 +29,13 @@ from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.mission.phases.phase import Phase
 from doorman.mission.schedule import PlanSchedule
 from doorman.mission.sequence import Sequence
-from doorman.stages import Handover
 from doorman.mission.whole_body_flight import WholeBodyFlight
 from doorman.model import Model
 from doorman.planning.planner import Planner
 from doorman.planning.planning_model import planned_with
 from doorman.recording import Recorder
 from doorman.signals import Command, LeafReading, Measurement
+from doorman.stages import Handover
 from doorman.summary import FLOWN
 
 OnProgress = Callable[[float, float], None]

@@ -12,11 +12,11 @@ from doorman.exceptions import DoormanError
 from doorman.feasibility import FeasibilityWarning, Report, check
 from doorman.flown import carried_files, recorded_header
 from doorman.mission.mission import Mission, OnProgress
-from doorman.stages import stages
 from doorman.model import Model
 from doorman.planning.planner import Planner
 from doorman.recording import Listener, Recorder, Recording
 from doorman.scenario import Scenario
+from doorman.stages import stages
 from doorman.summary import summarize
 from doorman.summary.outcome import COMPLETED
 
@@ -80,9 +80,9 @@ def simulate(
     }
     steps = stages(model.scenario) if model.scenario.first else (model,)
     backend, handover, before = None, None, list[dict[str, Any]]()
-    for number, step in enumerate(steps, 1):
+    for index, step in enumerate(steps, 1):
         last = step is steps[-1]
-        own = file if file is None or last else file.with_name(f"{file.stem}_{number}{file.suffix}")
+        own = file if file is None or last else file.with_name(f"{file.stem}_{index}{file.suffix}")
         carried = None if own is None else carried_files(step.scenario)
         with Recorder(own, header | recorded_header(step.scenario), listener, attachments=carried) as recorder:
             mission = Mission(step, planner if last and step is model else None, recorder, handover)
