@@ -25,6 +25,10 @@ _AT_END = 0.05
 """By which a closed door may be outside of its range [rad]."""
 
 
+_ROUNDED = 2e-3
+"""By which files round a right angle [rad]."""
+
+
 @dataclass(frozen=True)
 class FixedBox:
     """A box beside the leaf that stands still, as its extent along the world's axes."""
@@ -91,7 +95,12 @@ def closed_value(limits: tuple[float, float], at_a_jamb: Callable[[float], bool]
     lower, upper = limits
     at_zero = [end for end in limits if abs(end) <= _AT_END]
     ends = sorted(limits, key=abs)
-    likely = [value for value in (*at_zero, 0.5 * math.pi, 0.0, *ends) if lower - _AT_END <= value <= upper + _AT_END]
+    beside = [
+        end for end in limits if _ROUNDED < abs(end - 0.5 * math.pi) <= _AT_END
+    ]  # a range ends where the door is shut
+    likely = [
+        value for value in (*at_zero, *beside, 0.5 * math.pi, 0.0, *ends) if lower - _AT_END <= value <= upper + _AT_END
+    ]
     for value in likely:
         if at_a_jamb(value):
             return Closed(value)

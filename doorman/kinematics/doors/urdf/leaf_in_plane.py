@@ -66,8 +66,11 @@ class LeafInPlane(LeafOnJoint):
         """Reach from the axis, length along it, and thickness."""
         into, along, up = axes @ self.rotation(closed)
         lowest, highest = self._whole(up)
-        front, back = self._shape.extent(into)
-        sides = self._whole(along)[1], highest - lowest, back - front, 0.0 - front
+        width, (front, back) = self._whole(along)[1], self._shape.extent(into)
+        if self._contact_section is not None:  # a round rim is read as a polygon
+            _, far, high = axes @ (self._contact_place(closed) - self.origin)
+            width, lowest, highest = max(width, float(far)), min(lowest, float(high)), max(highest, float(high))
+        sides = width, highest - lowest, back - front, 0.0 - front
         return LeafSize(sides, self.origin + lowest * axes[2])
 
     def frame_depth(self, axes: Array, leaf: LeafSize) -> tuple[float, float]:

@@ -61,8 +61,11 @@ class LeafOnJoint:
         """Whether the joint is continuous: its range is one turn about closed, and nothing stops it at the ends."""
         self._axis = self._axis_in_world()
         self._shape = self._read_shape()
-        self.limits = self._turn() if self.endless else self._range()
+
+    @cached_property
+    def limits(self) -> tuple[float, float]:
         """Of the joint [rad]."""
+        return self._turn() if self.endless else self._range()
 
     @property
     def axis(self) -> Array:
