@@ -206,7 +206,7 @@ class WholeBodyController:
         if not known.touching:
             return np.zeros(2)
         door, angle = self._model.door, known.door_angle
-        along, up = door.face(angle)
+        along, up = door.leaf_direction(angle), door.up
         force = known.normal_force * door.normal(angle) + known.friction_force[0] * along + known.friction_force[1] * up
         return turned_by(self._model, known.attitude, known.arm_angles, force, self._loop)
 

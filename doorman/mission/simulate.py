@@ -18,7 +18,6 @@ from doorman.recording import Listener, Recorder, Recording
 from doorman.scenario import Scenario
 from doorman.stages import stages
 from doorman.summary import summarize
-from doorman.summary.outcome import COMPLETED
 
 
 def simulate(
@@ -96,7 +95,7 @@ def simulate(
             break
         recording.summary = _with_steps(summarize(recording, step), before, step, last)
         handover = mission.handover
-        if not (last or recording.summary["outcome"] == COMPLETED):
+        if not mission.outcome[0]:
             break
     return recording
 

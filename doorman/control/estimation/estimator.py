@@ -151,8 +151,8 @@ class Estimator:
 
     def go_on(self, tip_force: Array, wind: Array, lift: float) -> None:
         """Begin with what was known as another step ended: the tip's force and the wind, (3,) each [N], and the lift's share."""
-        along, up = self._model.door.face(self._model.start_angle)
-        friction = np.array([along @ tip_force, up @ tip_force])
+        door = self._model.door
+        friction = np.array([door.leaf_direction(self._model.start_angle) @ tip_force, door.up @ tip_force])
         self._known = {"friction": friction, "wind": wind, "lift": np.array([lift])}
 
     def tell(self, attitude: Array, force: Array) -> None:
@@ -242,7 +242,8 @@ class Estimator:
         )
         tip_angle -= model.coupling.angle_of_face(face)
         lever, off = model.coupling.lever_length, float(deviations[JOINT])
-        force, friction, (along, up) = outputs["normal_force"][0], mean[PLACES["friction"]], door.face(angle)
+        force, friction = outputs["normal_force"][0], mean[PLACES["friction"]]
+        along, up = door.leaf_direction(angle), door.up
         unnamed = (
             model.travel.sense * outputs[BORNE][0] - door.damping * rate - door.stiffness * (angle - door.rest_angle)
         )

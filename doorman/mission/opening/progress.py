@@ -33,6 +33,9 @@ _AVERAGED = 0.5
 """Over which the rate is averaged [s]."""
 _STEP = math.radians(0.5)
 """By which a door must have come nearer to the goal to get on [rad]."""
+_LEVER, _LENIENT = 0.7, 0.9
+"""Length of the lever that these angles and rates are for, of the shipped vehicle [m]: the same error of the tip turns a shorter one
+farther. Largest share of `_NEAR` that such an angle may have."""
 _SWINGING = 4
 """Such steps after which it has swung."""
 
@@ -50,6 +53,9 @@ class Progress:
         self._hold_time = model.scenario.mission.hold_time
         self._goal = model.goal_angle
         self._way = abs(model.start_angle - self._goal)
+        short = max(_LEVER * model.scale.length / model.coupling.lever_length, 1.0) if model.door.in_plane else 1.0
+        self._within, self._at_goal = (min(short * angle, _LENIENT * _NEAR) for angle in (HELD_WITHIN, AT_GOAL))
+        self._slow = short * SLOW
         self.rate = 0.0
         """The door's, averaged [rad/s]."""
         self.passes = -1
@@ -82,8 +88,8 @@ class Progress:
             self._nearest, self._got_on_at = abs(off), now
         if abs(off) > HELD_WITHIN and math.copysign(1.0, off) != self._side:
             self._side, self.passes = math.copysign(1.0, off), self.passes + 1
-        self._good_since = since(self._good_since, abs(off) < HELD_WITHIN and abs(self.rate) < 2.0 * SLOW, now)
-        self._slow_since = since(self._slow_since, abs(off) < self.at_goal and abs(self.rate) < SLOW, now)
+        self._good_since = since(self._good_since, abs(off) < self._within and abs(self.rate) < 2.0 * self._slow, now)
+        self._slow_since = since(self._slow_since, abs(off) < self.at_goal and abs(self.rate) < self._slow, now)
         self._near_since = since(self._near_since, abs(off) < _NEAR, now)
         if self._near_since is not None:
             self._got_on_at = now  # one that leaves the goal has time to come back
@@ -93,7 +99,7 @@ class Progress:
     @property
     def at_goal(self) -> float:
         """Distance from the goal at which a gripped door may stay [rad]."""
-        return min(AT_GOAL + _LENIENCE * max(0, self.passes - 1), _NEAR)
+        return min(self._at_goal + _LENIENCE * max(0, self.passes - 1), _NEAR)
 
     @property
     def swung(self) -> bool:
@@ -111,4 +117,4 @@ class Progress:
         good = self._good_since is not None and now - self._good_since >= self._hold_time
         slow = self._slow_since is not None and now - self._slow_since >= _SETTLING * self._hold_time
         near = self._near_since is not None and now - self._near_since >= _PATIENCE * self._hold_time
-        return ((good or slow) and abs(self.rate) < 0.4 * SLOW) or near
+        return ((good or slow) and abs(self.rate) < 0.4 * self._slow) or near

@@ -93,7 +93,7 @@ class DoorSection(Section):
     latch: LatchSection | None = None
     """Latch that a lever or a knob opens, which `first` turns (docs/handle.md). Default: none."""
     beside: tuple[BesideSection, ...] = ()
-    """Other joints that move in the simulated plant; `first` fills it in. Default: none."""
+    """Other joints that move in the simulated plant; `first` fills it in."""
 
     @model_validator(mode="before")
     @classmethod
