@@ -66,6 +66,7 @@ class WholeBodyController:
         self._grips, self._way, self._ends = False, model.travel.sense, dict[str, Any]()
         self._arm_rates, self._side = np.zeros(model.n_arm), np.zeros(2)
         self._turned: tuple[Estimate | None, Array] = None, np.zeros(2)  # of the last `aim`
+        self._load = np.zeros(2)
         self._tilt = TiltObserver(model.attitude_loop, model.scenario.control.max_tilt)
         self._is_prompt = np.ones(4 + model.n_arm + (2 if model.actuation.fully else 0), dtype=bool)
         self._is_prompt[1:4] = False
@@ -84,6 +85,10 @@ class WholeBodyController:
         self._loop = loop.resolved(self._numbers.one("plan.time_step"))
         self._loop_numbers = loop_numbers(self._model, self._loop, self._grips)
         self._tilt.fly_by(self._loop)
+
+    def carry(self, load: Array) -> None:
+        """Go on making a force in the plane of the face, along leaf and hinge, shape (2,) [N]: it holds a lever that was turned."""
+        self._load = load
 
     def forget(self, grips: bool = False, goal: float | None = None) -> None:
         """Begin anew, with door and arm at rest: to push the leaf, or to hold it and bring it to an angle [rad]."""
@@ -181,10 +186,13 @@ class WholeBodyController:
     def _held(self, known: Estimate, turned: Array) -> tuple[Array, dict[str, Any]]:
         """The same with the leaf in the gripper, whose spring makes the estimated force from where it holds.
 
-        Of the torque that resists, friction counts as it acts at this rate: it holds a leaf where that stands.
+        Of the torque that resists, friction counts as it acts at this rate: it holds a leaf where that stands. What the tip goes on
+        bearing in the plane of the face acts on the vehicle as wind does.
         """
         model, numbers, angle, rate = self._model, self._numbers, known.door_angle, known.door_rate
-        stiffness, hinge = float(self._grip["contact.stiffness"]), known.hinge
+        stiffness, hinge, door = float(self._grip["contact.stiffness"]), known.hinge, model.door
+        load = self._load[0] * door.leaf_direction(angle) + self._load[1] * door.up
+        offset = self._tilt.offset + turned_by(model, known.attitude, known.arm_angles, load, self._loop)
         depth, place = tip_on_face(model, known.position, known.attitude, angle, known.arm_angles)
         state = whole_body_state(
             known.position + (known.normal_force / stiffness - depth) * model.door.normal(angle), known.attitude,
@@ -196,9 +204,9 @@ class WholeBodyController:
         side = {"actuation.side": self._side} if model.actuation.fully else {}
         return state, {
             **side, **self._loop_numbers, **self._ends,
-            **in_the_gripper(model, numbers, self._grip, held, self._held_pace, self.opening_rate, angle),
-            "contact.stick": place - known.friction_force / stiffness, "vehicle.wind": known.wind,
-            "vehicle.tilt_offset": self._tilt.offset, "reference.turned": self._tilt.offset + turned,
+            **in_the_gripper(model, numbers, self._grip, held, self._held_pace, self.opening_rate, angle, load),
+            "contact.stick": place - (known.friction_force - self._load) / stiffness, "vehicle.wind": known.wind - load,
+            "vehicle.tilt_offset": offset, "reference.turned": self._tilt.offset + turned,
         }  # fmt: skip
 
     def _turned_by(self, known: Estimate) -> Array:

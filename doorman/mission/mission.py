@@ -38,6 +38,8 @@ from doorman.signals import Command, LeafReading, Measurement
 from doorman.stages import Handover
 from doorman.summary import FLOWN
 
+_AVERAGED = 0.5
+"""Over which the force of a tip that holds a lever is averaged: its estimate is as noisy as the poses [s]."""
 OnProgress = Callable[[float, float], None]
 """Called with the time flown and the door angle, once per planner period."""
 
@@ -88,8 +90,12 @@ class Mission(Uncopied):
         self._lift = LiftScale(model.vehicle.weight, model.vehicle.max_thrust)
         self._abort_reason = ""
         self._loop: AttitudeLoop | None = None
+        self._bears, self._held_force, self._held = after is not None, np.zeros(3), False
         if after is not None:
+            self._held_force = after.tip_force
             self._estimator.go_on(after.tip_force, after.wind, after.lift)
+            if self._whole_body is not None:
+                self._whole_body.carry(self._in_face(after.tip_force, model.start_angle))
             if after.loop is not None:
                 self._know_loop(after.loop)
 
@@ -98,7 +104,7 @@ class Mission(Uncopied):
         """What the next step begins with; None before the first tick."""
         if self._known is None:
             return None
-        return Handover(self._known.tip_force, self._known.wind, self._known.lift, self._loop)
+        return Handover(self._held_force, self._known.wind, self._known.lift, self._loop)
 
     @property
     def phase(self) -> Phase:
@@ -185,6 +191,7 @@ class Mission(Uncopied):
         self._learn_frame()
         self._learn_loop(now)
         setpoint, at_the_leaf, tie = action.setpoint, self._sequence.at_the_leaf, self._sequence.tie
+        self._note_hold(estimate, tie, elapsed)
         planned = None
         if self._whole_body is not None:
             follows, grips, goal = self._sequence.follows
@@ -193,7 +200,7 @@ class Mission(Uncopied):
                 planned = replace(planned, grip=action.grip)
         if planned is None:
             if self._flew_plan:
-                self._controller.resume(estimate.position, estimate.velocity, estimate.wind)
+                self._controller.resume(estimate.position, estimate.velocity, self._outer(estimate))
             self._change_smoothly(setpoint, estimate)
             self._controller.reach = self._lift.reach
             later = None if tie is Tie.GRIPPED else self._later(estimate, setpoint, seen, measurement.body_rates)
@@ -227,6 +234,28 @@ class Mission(Uncopied):
         self._record_door(measured, told_leaf)
         self._locator.update(measured, at_the_leaf and estimate.touching, tie is Tie.GRIPPED, elapsed)
         return estimate.door_angle
+
+    def _in_face(self, force: np.ndarray, door_angle: float) -> np.ndarray:
+        """Shares of a force along leaf and hinge."""
+        door = self.model.door
+        return np.array([door.leaf_direction(door_angle) @ force, door.up @ force])
+
+    def _outer(self, estimate: Estimate) -> np.ndarray:
+        """What acts on the vehicle beside its rotors and the tip's push: the wind, and a lever that is held down."""
+        if not (self._bears and self._held):
+            return estimate.wind
+        normal = self.model.door.normal(estimate.door_angle)
+        return np.asarray(estimate.wind - (self._held_force - (normal @ self._held_force) * normal))
+
+    def _note_hold(self, estimate: Estimate, tie: Tie, elapsed: float) -> None:
+        """Average the force of a tip that grips; as it lets go of a lever, nothing bears on it any more."""
+        held, self._held = self._held, tie is Tie.GRIPPED
+        if self._held:
+            self._held_force = self._held_force + min(elapsed / _AVERAGED, 1.0) * (
+                estimate.tip_force - self._held_force
+            )
+        elif held and self._bears:
+            self._controller.resume(estimate.position, estimate.velocity, estimate.wind)
 
     def _later(self, estimate: Estimate, setpoint: Setpoint, seen: np.ndarray, body_rates: np.ndarray) -> Later:
         """Where the vehicle will be when what is sent now shows."""

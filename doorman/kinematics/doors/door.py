@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Literal
 
@@ -23,6 +24,7 @@ from doorman.kinematics.doors.variants.variant import write_door_variant
 from doorman.kinematics.links import joint_placements_along, links_of
 from doorman.kinematics.urdf.elements import read_joints
 from doorman.kinematics.urdf.robot import frozen, link_index, load_pinocchio
+from doorman.kinematics.urdf.shapes import read_parents
 from doorman.scenario import ContactSection, DoorSection
 
 Side = Literal["push", "pull"]
@@ -91,6 +93,8 @@ class Door(LeafInWorld):
                 "the hinge does not move the leaf", file=urdf, field="door.leaf", given=self.section.leaf,
                 allowed=f"a link moved by joint '{self.section.hinge}'",
             )  # fmt: skip
+        self.touched = frozenset({self.section.leaf, *_levers(urdf, self.section)})
+        """Links that the tip may touch: the leaf, and levers on it that were turned first."""
         leaf_on_joint = read_leaf(urdf, self.model, self.section, contact)
         self.slides = isinstance(leaf_on_joint, LeafOnSlide)
         """Whether the joint is a slide."""
@@ -285,6 +289,17 @@ def _standing_values(section: DoorSection) -> dict[str, float]:
     lever = {} if section.latch is None else {section.latch.joint: section.latch.closed}
     values = lever | {joint.joint: joint.value for joint in section.beside}
     return {name: value for name, value in values.items() if name != section.hinge}
+
+
+def _levers(urdf: Path, section: DoorSection) -> Iterator[str]:
+    """Links that hang by another joint of the task on what the hinge moves."""
+    beside, parents = {each.joint for each in section.beside}, read_parents(urdf)
+    for link, (joint, _) in parents.items():
+        at = link if joint in beside else None
+        while at in parents:
+            above, at = parents[at]
+            if above == section.hinge:
+                yield link
 
 
 def _places(full: pinocchio.Model, values: dict[str, float]) -> Array:

@@ -97,12 +97,16 @@ def in_the_gripper(
     pace: Pace,
     opening_rate: float,
     door_angle: float,
+    load: Array | None = None,
 ) -> dict[str, Any]:
     """References and weights of a tip that holds the leaf: the leaf goes to the goal from either side, and the thrust holds both.
+
+    The thrust holds what the tip bears beside the normal, too: a load, shape (3,), world frame [N].
 
     A rate counts by what the force that speeds the leaf up changes in a second; a light leaf follows the noise of its rate else.
     """
     door, weight = model.door, model.vehicle.weight
+    beside = np.zeros(3) if load is None else load
     push = (
         -(held.torque_at_rest(door_angle, door.rest_angle) + door.weight_torque(door_angle))
         / model.coupling.lever_length
@@ -115,7 +119,7 @@ def in_the_gripper(
     return {
         **grip,
         **held.numbers(), "door.sticks": float(slows > numbers.one("door.friction_rate")),
-        "reference.thrust": float(np.linalg.norm(push * door.normal(door_angle) + [0.0, 0.0, weight])),
+        "reference.thrust": float(np.linalg.norm(push * door.normal(door_angle) + beside + [0.0, 0.0, weight])),
         "reference.opening_speed": max(opening_rate, _LEAST_RATE * pace.rate), "reference.deceleration": pace.acceleration,
         "reference.settling": pace.settling,
         "weights.opening": opening / model.scale.rate**2,
