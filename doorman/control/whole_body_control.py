@@ -87,7 +87,7 @@ class WholeBodyController:
         self._tilt.fly_by(self._loop)
 
     def carry(self, load: Array) -> None:
-        """Go on making a force in the plane of the face, along leaf and hinge, shape (2,) [N]: it holds a lever that was turned."""
+        """Go on making a force in the face, along leaf and hinge, shape (2,) [N]: it holds a lever that was turned."""
         self._load = load
 
     def forget(self, grips: bool = False, goal: float | None = None) -> None:
@@ -186,8 +186,8 @@ class WholeBodyController:
     def _held(self, known: Estimate, turned: Array) -> tuple[Array, dict[str, Any]]:
         """The same with the leaf in the gripper, whose spring makes the estimated force from where it holds.
 
-        Of the torque that resists, friction counts as it acts at this rate: it holds a leaf where that stands. What the tip goes on
-        bearing in the plane of the face acts on the vehicle as wind does.
+        Of the torque that resists, friction counts as it acts at this rate: it holds a leaf where that stands. What the tip goes
+        on bearing in the plane of the face acts on the vehicle as wind does.
         """
         model, numbers, angle, rate = self._model, self._numbers, known.door_angle, known.door_rate
         stiffness, hinge, door = float(self._grip["contact.stiffness"]), known.hinge, model.door

@@ -38,11 +38,16 @@ def shortest_swing(model: Model) -> float:
 
 
 def force_needed(model: Model, duration: float) -> float:
-    """Force at the tip that moves the door steadily from start to goal, as the planner is told of its hinge [N]."""
+    """Force at the tip that moves the door steadily from start to goal, as the planner is told of its hinge [N].
+
+    A grip also holds a leaf that its weight drives on, as far as its friction does not.
+    """
     travel, door = model.travel, model.door
-    rate = travel.ahead(travel.length) / duration
-    torques = [travel.ahead(door.hinge_torque(angle, rate)) for angle in np.linspace(travel.start, travel.goal, 30)]
-    return max(0.0, max(torques) + door.stiction) / model.coupling.lever_length
+    rate, way = travel.ahead(travel.length) / duration, np.linspace(travel.start, travel.goal, 30)
+    torques = [travel.ahead(door.hinge_torque(angle, rate)) for angle in way]
+    driven = -min(travel.ahead(door.weight_torque(angle)) for angle in way) - door.friction
+    held = driven if model.scenario.contact.kind == "grip" else 0.0
+    return max(0.0, max(torques) + door.stiction, held) / model.coupling.lever_length
 
 
 def _reach(model: Model, swing: Swing) -> Finding:

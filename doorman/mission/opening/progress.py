@@ -34,8 +34,8 @@ _AVERAGED = 0.5
 _STEP = math.radians(0.5)
 """By which a door must have come nearer to the goal to get on [rad]."""
 _LEVER, _LENIENT = 0.7, 0.9
-"""Length of the lever that these angles and rates are for, of the shipped vehicle [m]: the same error of the tip turns a shorter one
-farther. Largest share of `_NEAR` that such an angle may have."""
+"""Length of the lever that these angles and rates are for, of the shipped vehicle [m]: the same error of the tip turns a
+shorter one farther. Largest share of `_NEAR` that such an angle may have."""
 _SWINGING = 4
 """Such steps after which it has swung."""
 
