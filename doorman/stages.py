@@ -68,7 +68,8 @@ def _step(scenario: Scenario, step: FirstSection, beside: dict[str, BesideSectio
     place = {key: getattr(whole, key) for key in ("urdf", "position", "yaw", "search", "search_yaw", "latch")}
     others = _others(beside, told.hinge, first=whole.hinge)
     after = _after(scenario, StartSection(), made)
-    mission = after.get("mission", scenario.mission).model_copy(update={"then": "stay"})
+    start = scenario.mission.start if not made else "contact"
+    mission = scenario.mission.model_copy(update={"start": start, "then": "stay"})
     return scenario.model_copy(update={
         "first": (), "door": told.model_copy(update={**place, "beside": others}), "contact": step.contact, "goal": step.goal,
         "start": StartSection(), "simulation": _simulated(scenario, step), **after, "mission": mission,
