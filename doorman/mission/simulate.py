@@ -79,7 +79,7 @@ def simulate(
     }
     steps = stages(model.scenario) if model.scenario.first else (model,)
     backend, handover, before = None, None, list[dict[str, Any]]()
-    recording = Recorder(None, header).recording()
+    recording: Recording | None = None
     for index, step in enumerate(steps, 1):
         last = step is steps[-1]
         own = file if file is None or last else file.with_name(f"{file.stem}_{index}{file.suffix}")
@@ -98,6 +98,7 @@ def simulate(
         handover = mission.handover
         if not mission.outcome[0]:
             break
+    assert recording is not None, "there is one step at least"
     return recording
 
 
