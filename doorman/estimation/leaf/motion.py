@@ -162,12 +162,8 @@ class LeafMotion(TipOnFace):
         return self.reference.sense * torque
 
     def stuck(self, force: Any) -> Any:
-        """Growth of the resistance of a leaf that rests though it is pushed: it bears that, and more [N m/s].
-
-        That of a lever falls as well: it is as small as the noise of what it bears, whose peaks it would follow.
-        """
-        missing = self.borne(force) + self.contact.more - self.resistance
-        return (ca.fmax(missing, 0) + self.contact.falls * ca.fmin(missing, 0)) / self.contact.sticks
+        """Growth of the resistance of a leaf that rests though it is pushed: it bears that, and more [N m/s]."""
+        return ca.fmax(self.borne(force) + self.contact.more - self.resistance, 0) / self.contact.sticks
 
     def pushed(self, force: Any) -> Any:
         """Acceleration of the mechanism under a normal force [rad/s² or m/s²]."""

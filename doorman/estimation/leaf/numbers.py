@@ -115,7 +115,7 @@ def leaf_numbers(model: Model, pose_deviation: float) -> Numbers:
         "sensor.pose": pose_deviation,
         "sensor.tip_force": math.hypot(_TIP_FORCE * scale.force, *_of_the_sensor(model)),
         "sensor.leaf": _LEAF,
-        "contact.stiffness": 1500.0 * scale.stiffness, "contact.falls": float(model.door.in_plane),
+        "contact.stiffness": 1500.0 * scale.stiffness,
         **{
             name: value * (1.0 if name in _SHARES else units.get(name.partition(".")[2], 1.0))
             for name, value in tuned.items()
