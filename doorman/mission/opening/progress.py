@@ -40,16 +40,6 @@ _SWINGING = 4
 """Such steps after which it has swung."""
 
 
-_TURNED_FARTHER = math.radians(6.0)
-"""A lever that a step turns and holds may be so far beyond the goal [rad]: its latch is open."""
-
-
-def farthest_beyond(model: Model) -> float:
-    """How far beyond the goal a leaf may stand [rad]."""
-    held = model.door.in_plane and model.scenario.mission.then == "stay"
-    return _TURNED_FARTHER if held else 0.0
-
-
 class Progress:
     """Progress of one opening.
 
@@ -65,7 +55,7 @@ class Progress:
         self._way = abs(model.start_angle - self._goal)
         short = max(_LEVER * model.scale.length / model.coupling.lever_length, 1.0) if model.door.in_plane else 1.0
         self._within, self._at_goal = (min(short * angle, _LENIENT * _NEAR) for angle in (HELD_WITHIN, AT_GOAL))
-        self._slow, self._farther, self._left = short * SLOW, farthest_beyond(model), model.travel.left
+        self._slow = short * SLOW
         self.rate = 0.0
         """The door's, averaged [rad/s]."""
         self.passes = -1
@@ -98,8 +88,7 @@ class Progress:
             self._nearest, self._got_on_at = abs(off), now
         if abs(off) > HELD_WITHIN and math.copysign(1.0, off) != self._side:
             self._side, self.passes = math.copysign(1.0, off), self.passes + 1
-        near = -max(self._farther, self._within) < self._left(estimate.door_angle) < self._within
-        self._good_since = since(self._good_since, near and abs(self.rate) < 2.0 * self._slow, now)
+        self._good_since = since(self._good_since, abs(off) < self._within and abs(self.rate) < 2.0 * self._slow, now)
         self._slow_since = since(self._slow_since, abs(off) < self.at_goal and abs(self.rate) < self._slow, now)
         self._near_since = since(self._near_since, abs(off) < _NEAR, now)
         if self._near_since is not None:

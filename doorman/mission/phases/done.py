@@ -7,7 +7,6 @@ from numpy.typing import NDArray
 
 from doorman.control.estimation.estimator import Estimate, Tie
 from doorman.control.position_controller import Setpoint
-from doorman.mission.opening.progress import farthest_beyond
 from doorman.mission.phases.attempt import Attempt
 from doorman.mission.phases.free_flight.retreat import Retreat
 from doorman.mission.phases.hold import OPEN_ENOUGH
@@ -27,8 +26,7 @@ class Done(Retreat):
         self._targets = [estimate.position]
         if isinstance(before, Retreat):
             self.glide = before.glide
-        left = attempt.model.travel.left(estimate.door_angle)
-        if attempt.opened and not -max(farthest_beyond(attempt.model), OPEN_ENOUGH) <= left <= OPEN_ENOUGH:
+        if attempt.opened and abs(estimate.door_angle - attempt.model.goal_angle) > OPEN_ENOUGH:
             attempt.opened = False
             stands = attempt.model.door.in_words(estimate.door_angle, 0)
             attempt.seen = f"by its own estimate the door is at {stands}"

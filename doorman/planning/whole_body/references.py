@@ -35,8 +35,6 @@ _LEAST_RESISTANCE, _LEAST_FORCE = 0.05, 0.15
 """Of a hinge, and of a tip at whose depth a plan aims, for the shipped vehicle [N m], [N]."""
 _OPENING, _LEAST_OPENING = 20.0, 20.0
 """Weight of the rate of a held leaf that can gain 1 rad/s², of the shipped vehicle, and the least where it can gain more."""
-_UPRIGHT = 0.3
-"""Least vertical share of a lever's arc at which the tip presses up or down: to the side it would turn the vehicle."""
 _LEVER = 0.7
 """Of the shipped contact on its leaf [m]."""
 _LEAST_RATE = 1e-3
@@ -109,11 +107,10 @@ def in_the_gripper(
     """
     door, weight = model.door, model.vehicle.weight
     beside = np.zeros(3) if load is None else load
-    torque = held.torque_at_rest(door_angle, door.rest_angle) + door.weight_torque(door_angle)
-    bears = -torque / model.coupling.lever_length * door.normal(door_angle)
-    lever = door.lever(door_angle, model.coupling.distance_from_hinge)
-    if door.in_plane and abs(float(lever[2])) > _UPRIGHT * model.coupling.lever_length:  # see `force_needed`
-        bears = np.array([0.0, 0.0, torque / float(lever[2])])
+    push = (
+        -(held.torque_at_rest(door_angle, door.rest_angle) + door.weight_torque(door_angle))
+        / model.coupling.lever_length
+    )
     slows = held.friction * numbers.one("plan.time_step") / held.inertia
     least = _LEAST_OPENING
     if door.in_plane:  # the same error of the force turns a lever farther
@@ -122,7 +119,7 @@ def in_the_gripper(
     return {
         **grip,
         **held.numbers(), "door.sticks": float(slows > numbers.one("door.friction_rate")),
-        "reference.thrust": float(np.linalg.norm(bears + beside + [0.0, 0.0, weight])),
+        "reference.thrust": float(np.linalg.norm(push * door.normal(door_angle) + beside + [0.0, 0.0, weight])),
         "reference.opening_speed": max(opening_rate, _LEAST_RATE * pace.rate), "reference.deceleration": pace.acceleration,
         "reference.settling": pace.settling,
         "weights.opening": opening / model.scale.rate**2,
