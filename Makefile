@@ -23,7 +23,7 @@ demo: $(VENV)/.installed-for-demo
 	$(BIN)/doorman open $(SCENARIO)
 
 #: make rig-demo   open it through emulated autopilot, servos and cameras, on their real protocols
-rig-demo: $(VENV)/.installed-for-rig
+rig-demo: $(VENV)/.installed-for-demo
 	$(BIN)/doorman rig $(SCENARIO) --fly
 
 # One worker more than cores: time is virtual in most tests (tests/virtual_time.py), but some wait for pages, processes and sockets.
@@ -108,19 +108,14 @@ $(BIN)/python:
 
 $(VENV)/.installed-for-demo: pyproject.toml $(CONSTRAINTS) | $(BIN)/python
 	@echo 'Installing into $(VENV): a minute or two the first time'
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c $(CONSTRAINTS) -e '.[sim,viz]'
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c $(CONSTRAINTS) -e '.[sim,viz,hardware]'
 	touch $@
 
-$(VENV)/.installed-for-rig: pyproject.toml $(CONSTRAINTS) | $(BIN)/python
-	@echo 'Installing into $(VENV): a minute or two the first time'
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c $(CONSTRAINTS) -e '.[sim,viz,hardware]'
-	touch $(VENV)/.installed-for-demo $@
-
-# Includes what the demos need: their stamps are set too, so that they do not install again. Python compiles what is imported.
+# Includes what the demos need: their stamp is set too, so that they do not install again. Python compiles what is imported.
 $(VENV)/.installed-for-test: pyproject.toml $(CONSTRAINTS) | $(BIN)/python
 	@echo 'Installing into $(VENV): a few minutes the first time'
 	$(BIN)/python -m pip install --quiet --no-compile --disable-pip-version-check -c $(CONSTRAINTS) -e '.[sim,viz,hardware,campaign,test]'
-	touch $(VENV)/.installed-for-demo $(VENV)/.installed-for-rig $@
+	touch $(VENV)/.installed-for-demo $@
 
 #: make clean      remove the virtual environment and everything that tools left behind
 clean:

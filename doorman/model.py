@@ -31,6 +31,8 @@ from doorman.scenario.sized import sized
 
 _TOUCHES_A_JAMB = 0.02
 """Depth to which a disc must reach into a jamb for a way to lead there: the check measures it exactly [m]."""
+_ROUNDED = 1e-6
+"""By which a contact may be off the leaf, as a URDF's numbers are rounded [m]."""
 _RIGHT_ANGLE = math.radians(1.0)
 """A leaf that is open by no more beyond 90° leaves its vehicle between the jambs [rad]."""
 _RECESSED = 0.02
@@ -255,11 +257,11 @@ class Model:
         touch = door.in_doorway(
             self.coupling.vehicle_position(state[:3], float(state[3]), state[5:]) - door.hinge_position
         )
-        straight = -far * door.normal(float(state[3]))
+        straight = far * door.away(float(state[3]))
         steps = touch + np.outer(np.linspace(0.0, 1.0, 20), door.in_doorway(straight))
         before = np.maximum(np.maximum(-door.frame_depth - steps[:, 0], steps[:, 0] - door.frame_back), 0.0)
         beside = np.maximum(np.minimum(steps[:, 1], door.width - steps[:, 1]), 0.0)
-        free = door.side == "pull" or self.surroundings in ("wall", "panel", "open")
+        free = door.side == "pull" or self.stays_before
         if free or np.hypot(before, beside).min() > self.vehicle.radius - _TOUCHES_A_JAMB:
             return np.asarray(straight)
         middle = 0.5 * door.width
@@ -289,8 +291,15 @@ class Model:
         contact, door = self.scenario.contact, self.door
         return door.place_on_face(contact) if door.handle is None else door.handle[:2]
 
+    @property
+    def stays_before(self) -> bool:
+        """Whether the vehicle stays before wall, panel or face all the way, or nothing stands around the leaf."""
+        return self.surroundings in ("wall", "panel", "face", "open")
+
     def _surroundings(self) -> Surroundings:
         """A vehicle that pulls stays before the wall; one whose tip is near an edge of the leaf begins beside a jamb."""
+        if self.door.in_plane:
+            return "face"
         if not self.door.framed:
             return "open"
         if not self.door.upright:
@@ -331,7 +340,7 @@ class Model:
             ("contact.distance_from_hinge", self._place[0], width, "the leaf's width"),
             ("contact.height", self._place[1], door.height, "the leaf's height"),
         ):
-            if not 0.0 <= given <= limit:
+            if not -_ROUNDED <= given <= limit + _ROUNDED:
                 field = f"contact.{contact.named}" if named else field
                 raise ScenarioError(
                     "the contact point is off the leaf", file=self.scenario.source, field=field, given=given,

@@ -147,11 +147,11 @@ class CollisionScene:
         return Clearance(best, *self.pairs[pair])
 
     def _relevant_pairs(self, ignored: set[tuple[str, str]]) -> list[tuple[int, int]]:
-        joint, tip, leaf = arm_joint_of_links(self.vehicle), tip_shapes(self.vehicle), self.door.section.leaf
+        joint, tip, touched = arm_joint_of_links(self.vehicle), tip_shapes(self.vehicle), self.door.touched
         own, others = range(self._n_vehicle), range(self._n_vehicle, len(self.shapes))
         links = [shape.link for shape in self.shapes]
         pairs = [(i, j) for i in own for j in others if (links[i], links[j]) not in ignored]
-        pairs = [(i, j) for i, j in pairs if i not in tip or links[j] != leaf]
+        pairs = [(i, j) for i, j in pairs if i not in tip or links[j] not in touched]
         pairs += [(i, j) for i in own for j in own if joint[links[i]] >= 2 and joint[links[j]] == 0]
         return pairs
 

@@ -104,10 +104,18 @@ class Doorway:
 
     def gap(self, position: Array, attitude: Array, door_angle: float) -> float:
         """Between rotor disc and leaf, wherever the tip is [m]."""
-        normal = self._door.normal(door_angle)
-        contact = self._coupling.contact_point(door_angle)
+        if self._door.in_plane and self._door.panel is not None:  # what is near is the face that a lever is mounted on
+            away, plane = self._door.panel
+            normal, distance = -self._door.from_doorway(away), -plane
+        else:
+            normal = self._door.normal(door_angle)
+            distance = float(normal @ (self._coupling.contact_point(door_angle) - self._door.hinge_position))
         slope = float(rotation_body_to_world(attitude)[:, 2] @ normal)
-        return float(normal @ (contact - position)) - self._radius * math.sqrt(max(1.0 - slope * slope, 0.0))
+        return (
+            distance
+            - float(normal @ (position - self._door.hinge_position))
+            - self._radius * math.sqrt(max(1.0 - slope * slope, 0.0))
+        )
 
     def _soon(self, position: Array, velocity: Array) -> float:
         """Where along the closed leaf a vehicle will be that drifts on [m]."""

@@ -35,7 +35,7 @@ def way_out(model: Model, position: Array, door_angle: float) -> list[Array]:
     moved a slide or a hatch goes back along the normal of its face.
     """
     if not model.door.upright:
-        return [position - model.scenario.mission.hover_distance * model.door.normal(door_angle)]
+        return [position + model.scenario.mission.hover_distance * model.door.away(door_angle)]
     if model.door.side == "pull":
         return _out_of_swing(model, position, door_angle)
     door, doorway = model.door, Doorway(model, margin=ROOM)

@@ -66,6 +66,7 @@ class WholeBodyController:
         self._grips, self._way, self._ends = False, model.travel.sense, dict[str, Any]()
         self._arm_rates, self._side = np.zeros(model.n_arm), np.zeros(2)
         self._turned: tuple[Estimate | None, Array] = None, np.zeros(2)  # of the last `aim`
+        self._load = np.zeros(2)
         self._tilt = TiltObserver(model.attitude_loop, model.scenario.control.max_tilt)
         self._is_prompt = np.ones(4 + model.n_arm + (2 if model.actuation.fully else 0), dtype=bool)
         self._is_prompt[1:4] = False
@@ -86,6 +87,10 @@ class WholeBodyController:
         self._dead_time = loop.dead_time
         """Of the loop as it is, not as a plan resolves it [s]."""
         self._tilt.fly_by(loop)
+
+    def carry(self, load: Array) -> None:
+        """Go on making a force in the face, along leaf and hinge, shape (2,) [N]: it holds a lever that was turned."""
+        self._load = load
 
     def forget(self, grips: bool = False, goal: float | None = None) -> None:
         """Begin anew, with door and arm at rest: to push the leaf, or to hold it and bring it to an angle [rad]."""
@@ -183,10 +188,13 @@ class WholeBodyController:
     def _held(self, known: Estimate, turned: Array) -> tuple[Array, dict[str, Any]]:
         """The same with the leaf in the gripper, whose spring makes the estimated force from where it holds.
 
-        Of the torque that resists, friction counts as it acts at this rate: it holds a leaf where that stands.
+        Of the torque that resists, friction counts as it acts at this rate: it holds a leaf where that stands. What the tip goes
+        on bearing in the plane of the face acts on the vehicle as wind does.
         """
         model, numbers, angle, rate = self._model, self._numbers, known.door_angle, known.door_rate
-        stiffness, hinge = float(self._grip["contact.stiffness"]), known.hinge
+        stiffness, hinge, door = float(self._grip["contact.stiffness"]), known.hinge, model.door
+        load = self._load[0] * door.leaf_direction(angle) + self._load[1] * door.up
+        offset = self._tilt.offset + turned_by(model, known.attitude, known.arm_angles, load, self._loop)
         depth, place = tip_on_face(model, known.position, known.attitude, angle, known.arm_angles)
         state = whole_body_state(
             known.position + (known.normal_force / stiffness - depth) * model.door.normal(angle), known.attitude,
@@ -198,9 +206,9 @@ class WholeBodyController:
         side = {"actuation.side": self._side} if model.actuation.fully else {}
         return state, {
             **side, **self._loop_numbers, **self._ends,
-            **in_the_gripper(model, numbers, self._grip, held, self._held_pace, self.opening_rate, angle),
-            "contact.stick": place - known.friction_force / stiffness, "vehicle.wind": known.wind,
-            "vehicle.tilt_offset": self._tilt.offset, "reference.turned": self._tilt.offset + turned,
+            **in_the_gripper(model, numbers, self._grip, held, self._held_pace, self.opening_rate, angle, load),
+            "contact.stick": place - (known.friction_force - self._load) / stiffness, "vehicle.wind": known.wind - load,
+            "vehicle.tilt_offset": offset, "reference.turned": self._tilt.offset + turned,
         }  # fmt: skip
 
     def _turned_by(self, known: Estimate) -> Array:
@@ -208,7 +216,7 @@ class WholeBodyController:
         if not known.touching:
             return np.zeros(2)
         door, angle = self._model.door, known.door_angle
-        along, up = door.face(angle)
+        along, up = door.leaf_direction(angle), door.up
         force = known.normal_force * door.normal(angle) + known.friction_force[0] * along + known.friction_force[1] * up
         return turned_by(self._model, known.attitude, known.arm_angles, force, self._loop)
 

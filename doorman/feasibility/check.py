@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from doorman.collision.audit import AuditReport, audit
 from doorman.feasibility.inputs.plant import plant_findings
 from doorman.feasibility.inputs.setup import setup_findings
@@ -15,6 +17,7 @@ from doorman.feasibility.task import task_finding
 from doorman.feasibility.through import through_findings
 from doorman.model import Model
 from doorman.scenario import Scenario
+from doorman.stages import stages
 
 
 def check(scenario: Scenario | Model, *, with_audit: bool = False) -> Report:
@@ -26,6 +29,8 @@ def check(scenario: Scenario | Model, *, with_audit: bool = False) -> Report:
     What would make the mission give up is looked for before the leaf and along that rehearsal.
     """
     model = scenario if isinstance(scenario, Model) else Model(scenario)
+    if model.scenario.first:
+        return _of_steps(model.scenario)
     rehearsal = rehearse(model)
     duration = scaled(DURATION, model)
     findings = (
@@ -42,6 +47,17 @@ def check(scenario: Scenario | Model, *, with_audit: bool = False) -> Report:
         return Report(model.scenario.name, findings)
     report = _audited(model)
     return Report(model.scenario.name, (*findings, audit_finding(report)), report)
+
+
+def _of_steps(scenario: Scenario) -> Report:
+    """Findings of all steps; those before the last are named after their joints."""
+    *before, last = stages(scenario)
+    findings = [
+        replace(finding, name=f"{step.door.section.hinge}: {finding.name}")
+        for step in before
+        for finding in check(step).findings
+    ]
+    return Report(scenario.name, (*findings, *check(last).findings))
 
 
 def _audited(model: Model) -> AuditReport:

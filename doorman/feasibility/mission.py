@@ -55,7 +55,8 @@ def _direction(model: Model) -> Finding:
         advice = "set a goal farther from the start: goal.opening or goal.door_angle"
     elif not ok:
         message += ", towards the vehicle; a tip that pushes cannot pull"
-        advice = 'set contact.kind = "grip", or a goal on the other side of the start, where the tip can push the leaf'
+        other = "pull" if door.side == "push" else "push"
+        advice = f'set contact.side = "{other}", from where a push {"opens" if opens else "shuts"} it, or contact.kind = "grip"'
     return Finding("direction", graded(ok), message, travel.length if ok else away, _LEAST_WAY, "rad", advice)
 
 

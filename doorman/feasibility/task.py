@@ -14,7 +14,7 @@ from doorman.planning.limits import largest_push
 def task_finding(model: Model, duration: float) -> Finding:
     """What the vehicle is to do, as `pull open, hinge on the left, 0° to 75° of 109°, needs 3.1 N of 7.5 N at the handle`."""
     door, travel = model.door, model.travel
-    verb = "pull" if travel.sense > 0.0 else "push"
+    verb = "turn" if door.in_plane else "pull" if travel.sense > 0.0 else "push"
     first, last = (door.opening_of(angle) + 0.0 for angle in (travel.start, travel.goal))
     where = "leaf" if door.handle is None else "handle"
     needed, largest = force_needed(model, duration), largest_push(model, model.scenario.control.max_tilt)
@@ -27,6 +27,8 @@ def task_finding(model: Model, duration: float) -> Finding:
 
 def joint_in_words(door: Door) -> str:
     """Kind of the door's joint and where it is, as `hinge on the left`."""
+    if door.in_plane:
+        return "in the plane of its face"
     if door.slides:
         return "slide"
     if not door.lies:

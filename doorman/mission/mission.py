@@ -21,6 +21,7 @@ from doorman.control.push_limit import limited
 from doorman.control.state_converter import StateConverter
 from doorman.control.under_way import Later, UnderWay
 from doorman.copying import Uncopied
+from doorman.dynamics.attitude_loop import AttitudeLoop
 from doorman.exceptions import DoormanError
 from doorman.gravity import weight_of
 from doorman.hardware.interface import Backend
@@ -34,8 +35,11 @@ from doorman.planning.planner import Planner
 from doorman.planning.planning_model import planned_with
 from doorman.recording import Recorder
 from doorman.signals import Command, LeafReading, Measurement
+from doorman.stages import Handover
 from doorman.summary import FLOWN
 
+_AVERAGED = 0.5
+"""Over which the force of a tip that holds a lever is averaged: its estimate is as noisy as the poses [s]."""
 OnProgress = Callable[[float, float], None]
 """Called with the time flown and the door angle, once per planner period."""
 
@@ -47,9 +51,16 @@ class Mission(Uncopied):
         model: Model of the scenario.
         planner: Planner of the same scenario; made here if not given.
         recorder: Where everything goes; in memory only if not given.
+        after: What the step before has left, where the tip holds the handle already.
     """
 
-    def __init__(self, model: Model, planner: Planner | None = None, recorder: Recorder | None = None) -> None:
+    def __init__(
+        self,
+        model: Model,
+        planner: Planner | None = None,
+        recorder: Recorder | None = None,
+        after: Handover | None = None,
+    ) -> None:
         self.model = model
         self.recorder = recorder or Recorder(None, {})
         self.converter = StateConverter(model)
@@ -65,7 +76,9 @@ class Mission(Uncopied):
         self._locator, self._watch = DoorLocator(model), DoorWatch(model)
         self._known: Estimate | None = None
         self._estimator = Estimator(model, self.converter)
-        self._sequence = Sequence(model, self.converter, self._schedule, self._estimator, self._note_phase)
+        self._sequence = Sequence(
+            model, self.converter, self._schedule, self._estimator, self._note_phase, holds=after is not None
+        )
         whole = planned_with(model) == "whole_body"
         self._whole_body = WholeBodyFlight(model, self._schedule) if whole else None
         self._flew_plan = self._loop_is_known = False
@@ -76,6 +89,22 @@ class Mission(Uncopied):
         self._rotors = np.array([0.0, 0.0, model.vehicle.weight])
         self._lift = LiftScale(model.vehicle.max_thrust)
         self._abort_reason = ""
+        self._loop: AttitudeLoop | None = None
+        self._bears, self._held_force, self._held = after is not None, np.zeros(3), False
+        if after is not None:
+            self._held_force = after.tip_force
+            self._estimator.go_on(after.tip_force, after.wind, after.lift)
+            if self._whole_body is not None:
+                self._whole_body.carry(self._in_face(after.tip_force, model.start_angle))
+            if after.loop is not None:
+                self._know_loop(after.loop)
+
+    @property
+    def handover(self) -> Handover | None:
+        """What the next step begins with; None before the first tick."""
+        if self._known is None:
+            return None
+        return Handover(self._held_force, self._known.wind, self._known.lift, self._loop)
 
     @property
     def phase(self) -> Phase:
@@ -162,6 +191,7 @@ class Mission(Uncopied):
         self._learn_frame()
         self._learn_loop(now)
         setpoint, at_the_leaf, tie = action.setpoint, self._sequence.at_the_leaf, self._sequence.tie
+        self._note_hold(estimate, tie, elapsed)
         planned = None
         if self._whole_body is not None:
             follows, grips, goal = self._sequence.follows
@@ -170,7 +200,7 @@ class Mission(Uncopied):
                 planned = replace(planned, grip=action.grip)
         if planned is None:
             if self._flew_plan:
-                self._controller.resume(estimate.position, estimate.velocity, estimate.wind)
+                self._controller.resume(estimate.position, estimate.velocity, self._outer(estimate))
             self._change_smoothly(setpoint, estimate)
             self._controller.reach = self._lift.reach
             later = None if tie is Tie.GRIPPED else self._later(estimate, setpoint, seen, measurement.body_rates)
@@ -205,6 +235,28 @@ class Mission(Uncopied):
         self._locator.update(measured, at_the_leaf and estimate.touching, tie is Tie.GRIPPED, elapsed)
         return estimate.door_angle
 
+    def _in_face(self, force: np.ndarray, door_angle: float) -> np.ndarray:
+        """Shares of a force along leaf and hinge."""
+        door = self.model.door
+        return np.array([door.leaf_direction(door_angle) @ force, door.up @ force])
+
+    def _outer(self, estimate: Estimate) -> np.ndarray:
+        """What acts on the vehicle beside its rotors and the tip's push: the wind, and a lever that is held down."""
+        if not (self._bears and self._held):
+            return estimate.wind
+        normal = self.model.door.normal(estimate.door_angle)
+        return np.asarray(estimate.wind - (self._held_force - (normal @ self._held_force) * normal))
+
+    def _note_hold(self, estimate: Estimate, tie: Tie, elapsed: float) -> None:
+        """Average the force of a tip that grips; as it lets go of a lever, nothing bears on it any more."""
+        held, self._held = self._held, tie is Tie.GRIPPED
+        if self._held:
+            self._held_force = self._held_force + min(elapsed / _AVERAGED, 1.0) * (
+                estimate.tip_force - self._held_force
+            )
+        elif held and self._bears:
+            self._controller.resume(estimate.position, estimate.velocity, estimate.wind)
+
     def _later(self, estimate: Estimate, setpoint: Setpoint, seen: np.ndarray, body_rates: np.ndarray) -> Later:
         """Where the vehicle will be when what is sent now shows."""
         outer = self._controller.observer.estimate - setpoint.force
@@ -237,12 +289,15 @@ class Mission(Uncopied):
         found = test.measured
         if found is None or self._loop_is_known or test.unfit():
             return
-        self._loop_is_known = True
-        for user in (self.converter, self._under_way, self._whole_body):
-            if user is not None:
-                user.fly_by(found.loop)
+        self._know_loop(found.loop)
         self._estimator.rates_are_late(test.rates_late)
         self.recorder.write("attitude_loop", now, {**asdict(found), "rates_late": test.rates_late})
+
+    def _know_loop(self, loop: AttitudeLoop) -> None:
+        self._loop_is_known, self._loop = True, loop
+        for user in (self.converter, self._under_way, self._whole_body):
+            if user is not None:
+                user.fly_by(loop)
 
     def _change_smoothly(self, setpoint: Setpoint, estimate: Estimate) -> None:
         """From force back to position control: the observer begins with the wind, not with what it took the door for."""

@@ -70,6 +70,7 @@ class Sequence:
         schedule: Plans.
         estimator: Takes what the phases know of the contact.
         on_change: Called with every new phase and the reason for it.
+        holds: Whether the gripper holds the handle already, and is known to.
     """
 
     def __init__(
@@ -79,10 +80,11 @@ class Sequence:
         schedule: PlanSchedule,
         estimator: Estimator,
         on_change: Callable[[float, Phase, str], None],
+        holds: bool = False,
     ) -> None:
         self.attempt = Attempt(model, converter, schedule, estimator)
         """What the phases share, and what came of it."""
-        self._first = _first(model)
+        self._first = Phase.OPEN if holds else _first(model)
         self._now: MissionPhase | None = None
         self._on_change = on_change
         self._guard = Guard(self.attempt)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import warnings
 from pathlib import Path
+from typing import Any
 
 from doorman.checks import number, whole
 from doorman.exceptions import DoormanError
@@ -15,6 +16,7 @@ from doorman.model import Model
 from doorman.planning.planner import Planner
 from doorman.recording import Listener, Recorder, Recording
 from doorman.scenario import Scenario
+from doorman.stages import stages
 from doorman.summary import summarize
 
 
@@ -75,18 +77,43 @@ def simulate(
         "forced": force,
         "findings": None if report is None else [finding.as_dict() for finding in report.complaints],
     }
-    carried = None if file is None else carried_files(model.scenario)
-    with Recorder(file, header, listener, attachments=carried) as recorder:
-        mission = Mission(model, planner, recorder)
-        backend = SimulatedBackend(model, seed=seed, recorder=recorder, realtime=realtime)
-        try:
-            mission.fly(backend, duration, on_progress)
-        except KeyboardInterrupt:
-            pass  # the recording's last mission message says so
-        recording = recorder.recording()
-    if "truth" in recording and "estimate" in recording:  # else interrupted before the first tick
-        recording.summary = summarize(recording, model)
+    steps = stages(model.scenario) if model.scenario.first else (model,)
+    backend, handover, before = None, None, list[dict[str, Any]]()
+    recording: Recording | None = None
+    for index, step in enumerate(steps, 1):
+        last = step is steps[-1]
+        own = file if file is None or last else file.with_name(f"{file.stem}_{index}{file.suffix}")
+        carried = None if own is None else carried_files(step.scenario)
+        with Recorder(own, header | recorded_header(step.scenario), listener, attachments=carried) as recorder:
+            mission = Mission(step, planner if last and step is model else None, recorder, handover)
+            backend = SimulatedBackend(step, seed=seed, recorder=recorder, realtime=realtime, after=backend)
+            try:
+                mission.fly(backend, duration, on_progress)
+            except KeyboardInterrupt:
+                pass  # the recording's last mission message says so
+            recording = recorder.recording()
+        if "truth" not in recording or "estimate" not in recording:  # interrupted before the first tick
+            break
+        recording.summary = _with_steps(summarize(recording, step), before, step, last)
+        handover = mission.handover
+        if not mission.outcome[0]:
+            break
+    assert recording is not None, "there is one step at least"
     return recording
+
+
+def _with_steps(summary: dict[str, Any], before: list[dict[str, Any]], step: Model, last: bool) -> dict[str, Any]:
+    """A step's summary, with what came of those before it; a task that ends before its last step has not opened the door."""
+    if not before and last:
+        return summary
+    told = {"joint": step.door.section.hinge, "outcome": summary["outcome"], "reason": summary["reason"],
+            "collisions": summary["collisions"]}  # fmt: skip
+    summary = summary | {
+        "collisions": summary["collisions"] + sum(each["collisions"] for each in before),
+        "opened": summary["opened"] and last, "steps": [*before, told],
+    }  # fmt: skip
+    before.append(told)
+    return summary
 
 
 def _duration(given: float) -> float:

@@ -34,6 +34,10 @@ class WholeBodyFlight:
         """Believe another attitude loop from now on."""
         self._controller.fly_by(loop)
 
+    def carry(self, load: Array) -> None:
+        """Go on making a force along leaf and hinge while the tip grips, shape (2,) [N]."""
+        self._controller.carry(load)
+
     def note(self, now: float, command: Command, yaw: float) -> None:
         """Take in what is sent now, in every phase."""
         self._controller.note(now, command, yaw)

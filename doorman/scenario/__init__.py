@@ -6,6 +6,7 @@ everything else in SI units.
 
 from doorman.scenario.scenario import Scenario
 from doorman.scenario.sections.campaign import CampaignSection, Distribution
+from doorman.scenario.sections.first import FirstSection, TrueJointSection
 from doorman.scenario.sections.laboratory import EstimationSection, SafetySection
 from doorman.scenario.sections.reality import RealitySection
 from doorman.scenario.sections.simulation import (
@@ -17,9 +18,11 @@ from doorman.scenario.sections.simulation import (
     WashSection,
 )
 from doorman.scenario.sections.task import (
+    BesideSection,
     ContactSection,
     DoorSection,
     GoalSection,
+    LatchSection,
     MissionSection,
     MissionTimeOutsSection,
     StartSection,
@@ -33,15 +36,18 @@ from doorman.scenario.sections.vehicle import (
 )
 
 __all__ = [
+    "BesideSection",
     "CampaignSection",
     "ContactSection",
     "ControlSection",
     "Distribution",
     "DoorSection",
     "EstimationSection",
+    "FirstSection",
     "GoalSection",
     "GustSection",
     "HandSection",
+    "LatchSection",
     "LimitsSection",
     "MissionSection",
     "MissionTimeOutsSection",
@@ -53,6 +59,7 @@ __all__ = [
     "SensorsSection",
     "SimulationSection",
     "StartSection",
+    "TrueJointSection",
     "VehicleSection",
     "WashSection",
     "WeightsSection",

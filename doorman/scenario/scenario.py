@@ -15,6 +15,7 @@ from doorman.scenario.errors import explain
 from doorman.scenario.files import SCENARIO, SHIPPED, URDF, absolute, locate, read_tables
 from doorman.scenario.plain import plain
 from doorman.scenario.sections.campaign import CampaignSection, Distribution
+from doorman.scenario.sections.first import FirstSection
 from doorman.scenario.sections.laboratory import EstimationSection, SafetySection
 from doorman.scenario.sections.reality import RealitySection, under
 from doorman.scenario.sections.simulation import SimulationSection
@@ -51,6 +52,8 @@ class Scenario(Section):
     safety: SafetySection = SafetySection()
     simulation: SimulationSection = SimulationSection()
     reality: RealitySection = RealitySection()
+    first: tuple[FirstSection, ...] = ()
+    """Steps before the task itself, such as a lever that opens the latch."""
     campaign: CampaignSection = CampaignSection()
 
     _source: Path | None = PrivateAttr(default=None)

@@ -34,6 +34,7 @@ class SimulatedBackend(Backend):
         realtime: Whether `read` waits so that simulated time does not run ahead of the wall clock.
         disturbance: What else acts on the plant, beside the scenario's gusts and its hand.
         gains: Of the onboard attitude loop; those of `simulation.attitude_*` if not given.
+        after: Backend of the step before, stopped: this one begins where its plant has ended.
     """
 
     def __init__(
@@ -45,8 +46,10 @@ class SimulatedBackend(Backend):
         *,
         disturbance: DisturbanceSource | None = None,
         gains: AttitudeGains | None = None,
+        after: SimulatedBackend | None = None,
     ) -> None:
         self.model = model
+        self._after = after
         self.seed = seed
         simulation = model.scenario.simulation
         self.period = 1.0 / simulation.controller_rate
@@ -56,6 +59,7 @@ class SimulatedBackend(Backend):
         self._disturbance = disturbance
         self._gains = gains
         self._simulator: Simulator | None = None
+        self._last: Simulator | None = None
         self._sensors: Sensors | None = None
         self._link: DelayLine[Command] | None = None
         self._door: DoorReadings | None = None
@@ -82,7 +86,10 @@ class SimulatedBackend(Backend):
         """
         if self._simulator is not None:
             raise BackendError("the simulation is open already", allowed="stop() before another open()")
-        self._simulator = Simulator(self.model, self.period / self.steps_per_period, self._disturbances(), self._gains)
+        self._simulator = Simulator(
+            self.model, self.period / self.steps_per_period, self._disturbances(), self._gains,
+            None if self._after is None else self._after._last,
+        )  # fmt: skip
         simulation = self.model.scenario.simulation
         self._sensors = Sensors(simulation.noise, self.seed, simulation.sensors, simulation.servo_backlash)
         self._door = door_readings(self._simulator, self.seed) if simulation.door_sensor.works else None
@@ -148,7 +155,7 @@ class SimulatedBackend(Backend):
 
     def stop(self) -> None:
         """Let go of the plant; the last `truth` stays. May be called twice."""
-        self._simulator = None
+        self._last, self._simulator = self._simulator or self._last, None
         self._sensors = self._door = None
 
     def _follow(self, simulator: Simulator) -> None:

@@ -28,6 +28,7 @@ from doorman.simulation.plant.onboard.step import OnboardParameters
 from doorman.simulation.plant.plant import Plant, build_plant, hover_wrench
 from doorman.simulation.plant.stepping import Engine, StepParameters, look, take_steps, truth_parts
 from doorman.simulation.reality.drag import drag
+from doorman.simulation.reality.latch import Latch
 from doorman.simulation.reality.true_thrust import true_thrust
 from doorman.simulation.truth import Truth
 
@@ -56,6 +57,7 @@ class Simulator(Uncopied):
         time_step: Of the physics [s].
         disturbance: What else acts on the plant.
         gains: Of the attitude loop; those of `simulation.attitude_*` if not given.
+        after: Simulator of the step before: this one begins where that one has ended, with the tip still on the handle.
 
     Raises:
         BackendError: if MuJoCo is missing or cannot build the plant, or the rotors cannot steer.
@@ -67,6 +69,7 @@ class Simulator(Uncopied):
         time_step: float,
         disturbance: DisturbanceSource | None = None,
         gains: AttitudeGains | None = None,
+        after: Simulator | None = None,
     ) -> None:
         self.model = model
         self.time_step = time_step
@@ -97,13 +100,17 @@ class Simulator(Uncopied):
         self._command[1:5] = quaternion_of(model.start_state[:3])
         self._thrust, self._drag = true_thrust(model, self.plant, self.layout), drag(model, self.plant, self.layout)
         self._strains = true.gripper_force is not None
-        varies = disturbance, self._thrust, self._drag, true.gripper_force, self._hinge.vary or None
+        latched = model.scenario.door.latch is not None and model.scenario.door.beside
+        self._latch = Latch(model, self.plant.engine_model, data) if latched else None
+        varies = disturbance, self._thrust, self._drag, true.gripper_force, self._hinge.vary or None, self._latch
         self._at_once = all(each is None for each in varies)
         """Whether a step needs nothing from Python."""
         self._wrench = data.xfrc_applied[self.plant.base_body]
         self._warnings = data.warning.number  # a view, which takes long to get
         self._outer_force = 0.0
         self._steps = 0
+        if after is not None:
+            self._go_on(after)
         self._hinge.act()
         self._begin_interval()
         self._note_contacts(data.qpos.item(self.plant.hinge_position))
@@ -131,6 +138,19 @@ class Simulator(Uncopied):
         self._steps_until_attitude(1)
         self._command[5:7] = side_force
         self._command[7:] = arm_rates
+
+    def _go_on(self, before: Simulator) -> None:
+        """Begin with the plant as another one has left it; the tip holds what it held there."""
+        data, last = self.plant.data, before.plant.data
+        self._gripper.set(False)
+        for name in ("qpos", "qvel", "act", "ctrl"):
+            getattr(data, name)[:] = getattr(last, name)
+        self._command[:] = before._command
+        self._own.onboard.attitude.memory[:] = before._own.onboard.attitude.memory
+        self._own.onboard.servos.integral[:] = before._own.onboard.servos.integral
+        self._late = before._late.shifted(before._steps)
+        self._mujoco.mj_forward(self.plant.engine_model, data)
+        self._gripper.set(before._gripper.closed)
 
     def set_rotors(self, thrusts: Array | None, directions: Array | None = None) -> None:
         """Let somebody else fly: set points of the rotors, from the next physics step on, instead of the onboard loop's.
@@ -277,6 +297,8 @@ class Simulator(Uncopied):
         if self._drag is not None:
             self._drag.act()
         self._hinge.act(other)
+        if self._latch is not None:
+            self._latch.act()
 
 
 def simulated_gains(model: Model) -> AttitudeGains:

@@ -4,8 +4,8 @@
 leaf and the latch jamb. At 60° no level posture of the arm leaves it more than 3 mm from both, though the exact shapes count here
 and not the planes of the planner; `planner.margin` is 3 cm. With the tip 0.35 m from the edge it has 4.4 cm.
 
-`hatch`: a leaf whose axis is the normal of its face turns in its own plane. No force on the face turns it, and its weight needs
-more than 10 times the torque that the vehicle's tilt makes at the edge.
+`hatch`: a leaf whose axis is the normal of its face turns in its own plane. Its weight drives it on with more than 10 times the
+torque that the vehicle's tilt makes at the edge.
 
 `stick`: an arm without joints holds its tip 39.8 cm ahead of the body, inside the disc of 40 cm: the rotors meet the leaf first.
 """
@@ -70,7 +70,7 @@ def test_a_tip_near_the_latch_leaves_the_disc_no_room_at_the_jamb(distance: floa
     assert (findings["room along the swing"].severity is not Severity.ERROR) is fits
 
 
-def test_a_leaf_that_turns_in_its_own_plane_is_not_turned_by_its_face(tmp_path: Path) -> None:
+def test_a_heavy_leaf_that_turns_in_its_own_plane_is_not_held(tmp_path: Path) -> None:
     (tmp_path / "hatch.urdf").write_text(HATCH, encoding="utf-8")
     model = model_of(door__urdf=str(tmp_path / "hatch.urdf"))
     force = found(model)["force on the door"]

@@ -16,9 +16,9 @@ from doorman.collision.rows.lintel_edge import LintelEdge
 from doorman.collision.rows.panel import Panel
 from doorman.collision.rows.wall import Wall
 
-Surroundings = Literal["doorway", "corners", "wall", "panel", "open"]
+Surroundings = Literal["doorway", "corners", "wall", "panel", "face", "open"]
 """The vehicle is between the jambs all the way; it begins beside them; it stays before the wall; or beside what slides;
-or nothing stands around the leaf."""
+or before the face in whose plane a lever turns; or nothing stands around the leaf."""
 
 ARM = "arm"
 KINDS: Mapping[str, Kind] = MappingProxyType(
@@ -35,6 +35,8 @@ Kinds = tuple[str, ...]
 def kinds_of(surroundings: Surroundings, lintel: bool = False) -> Kinds:
     """Kinds of a task with these surroundings, and with a lintel that vehicle or arm could reach."""
     above = ["lintel" if surroundings == "doorway" else "lintel_edge"] if lintel else []
+    if surroundings == "face":  # a lever is no plane that a disc could be before
+        return (ARM, "panel")
     around = [] if surroundings == "open" else [surroundings]
     return (ARM, "leaf", *around, *above)
 

@@ -148,12 +148,19 @@ class Estimator:
         self._numbers = leaf_numbers(model, _FIRST_NOISE)
         self._bank = leaf_filter(model, self._numbers)  # compiles while nothing is in flight
         self._run: LeafRun | None = None
+        self._known: dict[str, Array] = {}
         self._face_is_known, self._leaf_time = False, -math.inf
         self._hinge = HingeFit(model)
         self._unnamed = 0.0
         self._sure, self._touches = model.scenario.estimation.sure, model.scenario.mission.start == "contact"
         self._rests = False
         self._unloaded = np.zeros(2)  # sum of what the tip's sensor has read in free flight, and how many readings
+
+    def go_on(self, tip_force: Array, wind: Array, lift: float) -> None:
+        """Begin with what was known as another step ended: the tip's force and the wind, (3,) each [N], and the lift's share."""
+        door = self._model.door
+        friction = np.array([door.leaf_direction(self._model.start_angle) @ tip_force, door.up @ tip_force])
+        self._known = {"friction": friction, "wind": wind, "lift": np.array([lift])}
 
     def tell(self, force: Array) -> None:
         """Take in what the rotors are told from now on, shape (3,), body frame [N]."""
@@ -206,6 +213,8 @@ class Estimator:
         inputs = self._acting.at(measured.pose_time, attitude)
         if self._run is None:
             self._run = LeafRun(self._model, self._numbers, measured.pose_time, position, inputs, self._bank)
+            if self._known:
+                self._run.know(self._known)
             if self._face_is_known:  # a sensor has seen the frame before the first pose
                 self._run.know_face()
             return
@@ -247,7 +256,8 @@ class Estimator:
         tip_angle, tip_rate = self._converter.tip(position, velocity, attitude, turning, arm, measured.arm_rates)
         tip_angle -= model.coupling.angle_of_face(face)
         lever, off = model.coupling.lever_length, float(deviations[JOINT])
-        force, friction, (along, up) = outputs["normal_force"][0], mean[PLACES["friction"]], door.face(angle)
+        force, friction = outputs["normal_force"][0], mean[PLACES["friction"]]
+        along, up = door.leaf_direction(angle), door.up
         unnamed = (
             model.travel.sense * outputs[BORNE][0] - door.damping * rate - door.stiffness * (angle - door.rest_angle)
         )

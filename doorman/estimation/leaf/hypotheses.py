@@ -19,6 +19,8 @@ RESTING = (STANDING, HOLDING)
 
 _ROUNDING = 0.02
 """Rate below which a free leaf's friction fades [rad/s]: it must not chatter about rest."""
+_STEP = 0.01
+"""Time between poses, in which friction takes no more than the rate that there is: that of a lever stops it at once [s]."""
 _AJAR = 0.05
 """Opening from which on a closer may draw the leaf back [rad or m]: one that is closed rests at its stop."""
 _HELD = 0.1
@@ -37,7 +39,8 @@ def blown(motion: LeafMotion) -> Hypothesis:
 
 def _free(name: str, motion: LeafMotion, wind: Any) -> Hypothesis:
     contact, noise = motion.contact, motion.noise
-    moves, resists = ca.tanh(motion.rate_to_goal / _ROUNDING), ca.fmax(motion.resistance, 0) / motion.inertia
+    resists = ca.fmax(motion.resistance, 0) / motion.inertia
+    moves = ca.tanh(motion.rate_to_goal / (_ROUNDING + _STEP * resists))
     drawn = noise.drawn * resists * ca.tanh(motion.opening / _AJAR)
     rate = ca.sqrt((noise.rate * moves) ** 2 + drawn**2)
     return Hypothesis(

@@ -97,12 +97,12 @@ TUNED = (
 
 def leaf_numbers(model: Model, pose_deviation: float) -> Numbers:
     """Numbers of a scenario, of its shipped size; lengths, forces and torques grow with the vehicle."""
-    scale = model.scale
+    scale, torque = model.scale, _torque(model)
     units = {
         "gap": scale.length, "gap_rate": scale.speed, "pull": scale.force, "inside": scale.length, "near": scale.length,
         "velocity": scale.speed, "wind": scale.force, "jump": scale.force, "draught": scale.force,
         "wind_turn": scale.rate, "rate": scale.rate, "throw": scale.rate, "thrown_along": scale.speed,
-        "resistance": scale.torque, "more": scale.torque, "face": scale.length,
+        "resistance": torque, "more": torque, "face": scale.length,
         "reach": scale.length, "friction": scale.force, "joint_rate": scale.rate,
     }  # fmt: skip
     tuned = {**_TOUCH, **_SWITCH, **_NOISE, **_START}
@@ -127,6 +127,11 @@ def leaf_numbers(model: Model, pose_deviation: float) -> Numbers:
     })  # fmt: skip
 
 
+def _torque(model: Model) -> float:
+    """Unit of the torques that a joint resists with: the vehicle's, or that of a lever, which is shorter than any leaf."""
+    return model.hinge_scale if model.door.in_plane else model.scale.torque
+
+
 def _of_the_sensor(model: Model) -> tuple[float, float]:
     """Deviations of what a sensor in the tip reads: noise, and an offset that no free flight shows [N]."""
     doubt = model.scenario.estimation
@@ -136,7 +141,7 @@ def _of_the_sensor(model: Model) -> tuple[float, float]:
 def first_state(model: Model, numbers: Numbers, position: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """What is believed before the first touch, and its deviations."""
     parts = {
-        "position": position, "joint": model.start_state[3], "resistance": 0.5 * model.scale.torque,
+        "position": position, "joint": model.start_state[3], "resistance": 0.5 * _torque(model),
         "log_inertia": math.log(model.door.inertia),
     }  # fmt: skip
     mean, deviations = np.zeros(SIZE), np.zeros(SIZE)

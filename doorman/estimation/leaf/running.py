@@ -190,6 +190,13 @@ class LeafRun:
         covariance[place, place] = self._doubt[place] ** 2
         self._restart(known.mean, covariance, known.probabilities)
 
+    def know(self, values: Mapping[str, Array]) -> None:
+        """Begin with other means of some states, by name."""
+        mean = self.estimate.mean.copy()
+        for name, value in values.items():
+            mean[PLACES[name]] = value
+        self._restart(mean, self.estimate.covariance, self.estimate.probabilities)
+
     def meet(self, joint: float | None, wind: Array | None = None) -> None:
         """Begin anew with the leaf somewhere else; where the mission begins, and with nothing learnt of it, if not given."""
         known = self.estimate

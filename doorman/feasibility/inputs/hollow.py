@@ -111,7 +111,7 @@ def _lines(model: Model) -> Iterator[tuple[float, float, float, float]]:
     """Lines along `into` at (along, up), and the part of each that the task needs free, from and to [m]."""
     # The first leads to the contact point. A vehicle that stays before the wall needs no other.
     door, at = model.door, (model.coupling.distance_from_hinge, model.coupling.height)
-    before = model.surroundings in ("wall", "panel", "open") or door.side == "pull"
+    before = model.stays_before or door.side == "pull"
     for (along, up), offset in ((at, door.contact_offset), *(((a * door.width, u * door.height), door.surface_offset)
                                                             for a in _INNER for u in _INNER if not before)):  # fmt: skip
         yield along, up, -offset - _NEAR, -offset - _THIN if before else -offset + _NEAR

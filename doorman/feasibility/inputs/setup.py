@@ -54,11 +54,16 @@ def setup_findings(model: Model) -> list[Finding]:
 
 def _latch(model: Model) -> Finding:
     """A latch that somebody must turn first."""
-    latched = model.scenario.door.latched
+    latched, latch = model.scenario.door.latched, model.scenario.door.latch
+    advice = "unlock the door and remove door.latched from the scenario, or write door.latch and what is done first"
+    if latch is not None and latch.joint != model.scenario.door.hinge and not latched:
+        turned = [each.value for each in model.scenario.door.beside if each.joint == latch.joint]
+        latched = not turned or abs(turned[0] - latch.closed) < latch.opens_at
+        far = "" if not turned else f" to {abs(turned[0] - latch.closed):.2f} of {latch.opens_at:.2f}"
+        advice = f"turn '{latch.joint}' first{far}: a step [[first]] of the scenario, docs/handle.md"
     return Finding(
         "latch", graded(not latched), f"{int(latched)} latches or locks hold the door",
-        float(latched), 0.0, "latches",
-        "unlock the door and remove door.latched from the scenario: the vehicle cannot open a latch" if latched else "",
+        float(latched), 0.0, "latches", advice if latched else "",
     )  # fmt: skip
 
 
@@ -130,7 +135,7 @@ def _hinge_friction(model: Model) -> Finding:
 
 def _doorway(model: Model) -> Finding:
     """Width of the doorway left beside the rotor disc; a vehicle that stays before the wall needs none."""
-    if model.surroundings in ("wall", "panel", "open") or model.door.side == "pull":
+    if model.stays_before or model.door.side == "pull":
         return Finding("doorway width", Severity.OK, "the vehicle stays before the wall", None, None, "m")
     margin = model.scenario.planner.margin
     room = model.door.width - 2.0 * model.vehicle.radius - 2.0 * margin

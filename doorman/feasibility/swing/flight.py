@@ -52,8 +52,8 @@ def flight_findings(model: Model, rehearsal: Rehearsal) -> list[Finding]:
 def _goal(model: Model, rehearsal: Rehearsal) -> Finding:
     """Where the planner takes the door."""
     target = model.goal_angle
-    error = abs(rehearsal.final_door_angle - target)
-    ok = not rehearsal.failure and error <= LARGEST_ERROR
+    error, limit = abs(rehearsal.final_door_angle - target), _OPEN if model.door.in_plane else LARGEST_ERROR
+    ok = not rehearsal.failure and error <= limit
     door = model.door
     ends = f"the door ends at {door.in_words(rehearsal.final_door_angle)}, {door.way_in_words(error)} from the goal"
     message = f"rehearsed without noise or tracking error for {rehearsal.times[-1]:.1f} s, {ends}"
@@ -63,7 +63,7 @@ def _goal(model: Model, rehearsal: Rehearsal) -> Finding:
     elif within is not None:
         message += f", and is within {door.way_in_words(_OPEN)} of it from {within:.1f} s on"
     return Finding(
-        "goal reached", graded(ok), message, error, LARGEST_ERROR, "rad",
+        "goal reached", graded(ok), message, error, limit, "rad",
         "" if ok else _why_not_reached(model, rehearsal),
     )  # fmt: skip
 

@@ -13,6 +13,7 @@ from doorman.feasibility.report import Finding, Severity, graded
 from doorman.feasibility.swing.room import Swing, best_swing
 from doorman.model import Model
 from doorman.planning.limits import largest_push
+from doorman.planning.whole_body.numbers import yaw_torque
 
 _FORCE_RESERVE = 0.7
 _TRACKING = 0.01
@@ -38,11 +39,30 @@ def shortest_swing(model: Model) -> float:
 
 
 def force_needed(model: Model, duration: float) -> float:
-    """Force at the tip that moves the door steadily from start to goal, as the planner is told of its hinge [N]."""
+    """Force at the tip that moves the door steadily from start to goal, as the planner is told of its hinge [N].
+
+    A grip also holds a leaf that its weight drives on, as far as its friction does not.
+    """
     travel, door = model.travel, model.door
-    rate = travel.ahead(travel.length) / duration
-    torques = [travel.ahead(door.hinge_torque(angle, rate)) for angle in np.linspace(travel.start, travel.goal, 30)]
-    return max(0.0, max(torques) + door.stiction) / model.coupling.lever_length
+    rate, way = travel.ahead(travel.length) / duration, np.linspace(travel.start, travel.goal, 30)
+    torques = [travel.ahead(door.hinge_torque(angle, rate)) for angle in way]
+    driven = -min(travel.ahead(door.weight_torque(angle)) for angle in way) - door.friction
+    held = driven if model.scenario.contact.kind == "grip" else 0.0
+    if door.in_plane:
+        return max(
+            _force_in_plane(model, angle, torque + door.stiction) for angle, torque in zip(way, torques, strict=True)
+        )
+    return max(0.0, max(torques) + door.stiction, held) / model.coupling.lever_length
+
+
+def _force_in_plane(model: Model, door_angle: float, torque: float) -> float:
+    """Force up or down that makes a torque in a lever's joint: one to the side turns a vehicle whose tip is ahead of it [N]."""
+    lever = model.door.lever(door_angle, model.coupling.distance_from_hinge)
+    aside = yaw_torque(model) / math.hypot(*model.vehicle.tip_position(model.start_arm)[:2])
+    left = abs(torque) - aside * math.hypot(float(lever[0]), float(lever[1]))
+    if left <= 0.0:
+        return 0.0
+    return left / abs(float(lever[2])) if lever[2] else math.inf
 
 
 def _reach(model: Model, swing: Swing) -> Finding:

@@ -157,6 +157,8 @@ def _mocap(model: Model, links: VehicleLinks) -> Iterator[Check]:
 
 
 def _servos(model: Model, links: VehicleLinks) -> Iterator[Check]:
+    if not links.config.servos.n:
+        return
     sample = _settled(links, links.servos.read, lambda sample: sample.fresh and not sample.fault)
     names = ", ".join(str(servo.servo_id) for servo in links.servos.servos)
     yield row("servos", sample.fresh and not sample.fault, f"{names}: {sample.state.value}, age {sample.age * 1e3:.0f} ms"

@@ -116,6 +116,8 @@ def _mocap(config: VehicleConfig) -> Iterator[Check]:
 
 
 def _servos(config: VehicleConfig) -> Iterator[Check]:
+    if not config.servos.n:
+        return
     device = config.servos.port
     there = False
     with contextlib.suppress(OSError):

@@ -3,6 +3,7 @@
 from doorman.hardware.dynamixel.bus import ServoBus
 from doorman.hardware.dynamixel.config import ServoConfig
 from doorman.hardware.dynamixel.faults import LATCHED, STOPPING, WARNINGS, ServoEvent, ServoFault
+from doorman.hardware.dynamixel.none import NoServos
 from doorman.hardware.dynamixel.sample import BusState, ServoSample
 from doorman.hardware.dynamixel.setup.commissioning import ReadyServo
 from doorman.hardware.dynamixel.setup.settings import SettingFinding
@@ -15,6 +16,7 @@ __all__ = [
     "WARNINGS",
     "BusState",
     "BusStatistics",
+    "NoServos",
     "ReadyServo",
     "ServoBus",
     "ServoConfig",

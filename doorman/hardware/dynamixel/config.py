@@ -36,7 +36,7 @@ class ServoConfig:
     rate_limits: ArrayLike
     """Largest joint rates, shape (n,) [rad/s]."""
     ids: tuple[int, ...] = (1, 2, 3, 4)
-    """Servo of every joint; a gripper's is the last."""
+    """Servo of every joint; a gripper's is the last. None for an arm without joints, which needs no port."""
     gripper: bool = False
     """Whether the last servo is a gripper's, which a current closes and a spring opens. It goes on following commands while
     another servo has failed, and opens by itself when it hears nothing, has shut down or has no power."""
@@ -161,9 +161,9 @@ class ServoConfig:
         object.__setattr__(self, name, whole)
 
     def _check_ids(self) -> None:
-        self._require(len(self.ids) >= 1 and len(set(self.ids)) == self.n, "ids", "distinct ids, at least one")
+        self._require(len(set(self.ids)) == self.n, "ids", "distinct ids")
         self._require(all(0 <= servo_id <= 252 for servo_id in self.ids), "ids", "0 … 252")
-        self._require(self.n_joints >= 1, "ids", "with a gripper, two at least")
+        self._require(self.n_joints >= 1 or not self.gripper, "ids", "with a gripper, two at least")
         known = len(self.models) >= 1 and set(self.models) <= set(MODELS)
         self._require(known, "models", ", ".join(f"{number} ({name})" for number, name in MODELS.items()))
         self._require(self.baud_rate in BAUD_CODES, "baud_rate", ", ".join(str(rate) for rate in BAUD_CODES))
@@ -195,7 +195,7 @@ class ServoConfig:
                       f"multiples of {WATCHDOG_UNIT} up to {WATCHDOG_LONGEST * WATCHDOG_UNIT} s")  # fmt: skip
         self._require(self.watchdog > 4.0 * self.period, "watchdog", "more than four periods")
         self._require(self.hot_temperature > self.warm_temperature, "hot_temperature", "above warm_temperature")
-        room = float(np.min(self.limits[1] - self.limits[0]))
+        room = float(np.min(self.limits[1] - self.limits[0], initial=math.inf))
         self._require(2.0 * self.limit_margin < room, "limit_margin", f"below {room / 2.0:g} rad")
 
     def _require(self, good: bool, name: str, allowed: str) -> None:

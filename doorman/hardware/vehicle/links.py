@@ -15,7 +15,7 @@ from doorman.exceptions import BackendError, DoormanError
 from doorman.hardware.door import DoorSensor, DoorSource
 from doorman.hardware.door.sources.camera_objects import objects_beside
 from doorman.hardware.door.sources.configured import source_of
-from doorman.hardware.dynamixel import LATCHED, ServoBus
+from doorman.hardware.dynamixel import LATCHED, NoServos, ServoBus
 from doorman.hardware.mocap import MocapConfig, MocapReceiver, PoseSource
 from doorman.hardware.pixhawk import Authority, Autopilot, Outcome, PositionSetpoint, SampleStatus
 from doorman.hardware.pixhawk.link.outgoing.stream import LONGEST_BLIND_HOLD
@@ -73,7 +73,7 @@ class VehicleLinks(Opened):
         self.config, self.clock = config, clock
         self.tip_force = None if tip_force is None else TipForce(tip_force)
         self.autopilot = Autopilot(config.pixhawk, clock)
-        self.servos = ServoBus(config.servos, clock)
+        self.servos = ServoBus(config.servos, clock) if config.servos.n else NoServos(config.servos, clock)
         self.mocap = None if config.mocap is None else self._cameras(config, config.mocap, poses, door is None)
         if config.door_sensor is not None:
             self.door = DoorSensor(door or source_of(config.door_sensor, self.mocap, clock), config.door_sensor)

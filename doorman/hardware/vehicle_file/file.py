@@ -139,6 +139,8 @@ class VehicleFile:
         if cameras in (None, NO_CAMERAS):
             cameras, own = None, {key: value for key, value in own.items() if not key.startswith("mocap.")}
         values = {**own, **given}
+        if model.n_arm == 0 and model.scenario.contact.kind == "push":  # a stick has no servos
+            values = {"servos.port": "", **values}
         for key, option in OPTIONS.items():
             if key not in values:
                 raise BackendError(

@@ -90,8 +90,12 @@ def vehicle_template(
         "mocap.object_attitude": [0.0, 0.0, 0.0],
     }
     lines = [f"# {line}" for line in _HEAD.format(name=name).splitlines()]
+    if not joints:
+        set_keys = {key: value for key, value in set_keys.items() if not key.startswith("servos.")}
     order = f"Order: {', '.join([*joints, 'gripper'])}."
     for table, keys in _tables(every_key, set_keys):
+        if table == "servos" and not joints:
+            continue
         if not table:
             lines += ["", *_keys(keys, set_keys, every_key)]
             continue

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Literal
 
@@ -16,12 +17,14 @@ from doorman.gravity import weight_of
 from doorman.kinematics.doors.leaf.leaf_in_world import LeafInWorld
 from doorman.kinematics.doors.leaf.leaf_motion import SLIDE_RADIUS, weight_torque
 from doorman.kinematics.doors.urdf.convention import standing_joints
+from doorman.kinematics.doors.urdf.leaf_in_plane import LeafInPlane
 from doorman.kinematics.doors.urdf.leaf_on_joint import LEANS, LeafOnJoint
 from doorman.kinematics.doors.urdf.leaf_on_slide import LeafOnSlide, read_leaf
 from doorman.kinematics.doors.variants.variant import write_door_variant
 from doorman.kinematics.links import joint_placements_along, links_of
 from doorman.kinematics.urdf.elements import read_joints
 from doorman.kinematics.urdf.robot import frozen, link_index, load_pinocchio
+from doorman.kinematics.urdf.shapes import read_parents
 from doorman.scenario import ContactSection, DoorSection
 
 Side = Literal["push", "pull"]
@@ -29,6 +32,8 @@ Array = NDArray[np.float64]
 
 _AT_ITS_STOP = 0.01
 """A leaf that is nearer to its stop stands there: half a degree, as drawings round a right angle [rad]."""
+_OF_LEVER = 0.85
+"""Where a tip touches a lever whose contact is not named, as a share of its reach from the axis."""
 _ACROSS = math.cos(math.radians(5.0))
 """Least cosine between the leaf's normal and the contact frame's x axis."""
 
@@ -76,10 +81,11 @@ class Door(LeafInWorld):
         full = load_pinocchio(urdf, endless=False)
         leaf = link_index(full, self.section.leaf, urdf, "door.leaf")
         self._hinge = self._hinge_joint(full)
-        self.standing_joints = standing_joints(urdf, full, self._hinge)
+        stands = _standing_values(self.section)
+        self.standing_joints = standing_joints(urdf, full, self._hinge, stands)
         """Joints that could move, and neither carry the leaf nor hang on it; they stand at zero."""
         locked = [i for i in range(1, full.njoints) if i != self._hinge]
-        self.model = pinocchio.buildReducedModel(full, locked, pinocchio.neutral(full)) if locked else full
+        self.model = pinocchio.buildReducedModel(full, locked, _places(full, stands)) if locked else full
         self.links = links_of(self.model)
         self._own: PerThread[pinocchio.Data] = PerThread()
         if full.frames[leaf].parentJoint != self._hinge:
@@ -87,9 +93,13 @@ class Door(LeafInWorld):
                 "the hinge does not move the leaf", file=urdf, field="door.leaf", given=self.section.leaf,
                 allowed=f"a link moved by joint '{self.section.hinge}'",
             )  # fmt: skip
-        leaf_on_joint = read_leaf(urdf, self.model, self.section)
+        self.touched = frozenset({self.section.leaf, *_levers(urdf, self.section)})
+        """Links that the tip may touch: the leaf, and levers on it that were turned first."""
+        leaf_on_joint = read_leaf(urdf, self.model, self.section, contact)
         self.slides = isinstance(leaf_on_joint, LeafOnSlide)
         """Whether the joint is a slide."""
+        self.in_plane = isinstance(leaf_on_joint, LeafInPlane)
+        """Whether it turns in the plane of the face that it is mounted on, as a lever, a knob or a valve does."""
         self.endless = leaf_on_joint.endless
         """Whether the joint is continuous, and nothing stops it at the ends of its range."""
         self.turn, self.slide = (0.0, SLIDE_RADIUS) if self.slides else (1.0, 0.0)
@@ -116,8 +126,9 @@ class Door(LeafInWorld):
         """Whether it is a hinge that stands, with a jamb on either side of the doorway."""
         self.hand = float(np.sign(np.cross(self.into, self.along) @ self.up))
         """1 where the hinge is on the right of somebody who looks along `into`, else −1."""
-        self.azimuth = math.atan2(self.into[1], self.into[0])
-        """Of `into`, about z from the world's x axis [rad]."""
+        ahead = -self.up if self.in_plane else self.into
+        self.azimuth = math.atan2(ahead[1], ahead[0])
+        """Of `into`, or of the face that a lever is mounted on, about z from the world's x axis [rad]."""
         shut = self.closed if self.section.preload > 0.0 else lower if self._sense > 0.0 else upper
         self.stop = self.angle_of_joint(shut)
         """α where the leaf shuts no farther: where its joint ends, or closed if a closer presses it into its frame [rad]."""
@@ -214,9 +225,10 @@ class Door(LeafInWorld):
         return weight_of(self.mass) * np.array([away @ self.along, away @ self.into])
 
     def _panel(self, leaf_on_joint: LeafOnJoint) -> tuple[Array, float] | None:
-        if self.handle is None or not isinstance(leaf_on_joint, LeafOnSlide):
+        if self.handle is None and not self.in_plane:
             return None
-        place = self.hinge_position + self.from_doorway(np.array([-self.handle[2], *self.handle[:2]]))
+        along, up, before = self.handle or (0.0, self.height, 0.0)
+        place = self.hinge_position + self.from_doorway(np.array([-before, along, up]))
         plane = leaf_on_joint.beside(self.axes, self.closed, place)
         if plane is None:
             return None
@@ -227,7 +239,9 @@ class Door(LeafInWorld):
         """D_V and D_H of a tip that touches the face [m]: the middle of a slide's, and of a hatch's along its hinge."""
         if self.slides:
             return 0.5 * self.width, 0.5 * self.height
-        return contact.distance_from_hinge, 0.5 * self.height if self.lies else contact.height
+        given = "distance_from_hinge" in contact.model_fields_set or not self.in_plane
+        distance = contact.distance_from_hinge if given else _OF_LEVER * self.width
+        return distance, 0.5 * self.height if self.lies else contact.height
 
     def _contact_offset(self, leaf_on_joint: LeafOnJoint, contact: ContactSection | None) -> float:
         if self.handle is not None:
@@ -238,7 +252,7 @@ class Door(LeafInWorld):
 
     def _handle(self, leaf_on_joint: LeafOnJoint, contact: ContactSection) -> tuple[float, float, float]:
         point, outward = leaf_on_joint.contact(contact, self.closed, self.into)
-        if outward is not None and outward @ -self.normal(0.5 * math.pi) < _ACROSS:
+        if outward is not None and not self.in_plane and outward @ -self.normal(0.5 * math.pi) < _ACROSS:
             raise UrdfError(
                 "the contact does not look away from the leaf", file=self.urdf, field=f"contact.{contact.named}",
                 given=f"away from it along {outward.round(3).tolist()} where the door is closed",
@@ -268,6 +282,33 @@ def standing(position: ArrayLike, yaw: float, hinge: Array) -> tuple[Array, floa
     x, y, z = hinge.tolist()
     turned = [math.cos(yaw) * x - math.sin(yaw) * y, math.sin(yaw) * x + math.cos(yaw) * y, z]
     return np.asarray(position, float) + turned, yaw
+
+
+def _standing_values(section: DoorSection) -> dict[str, float]:
+    """Where joints stand that move before this task or after it, and the lever of a latch."""
+    lever = {} if section.latch is None else {section.latch.joint: section.latch.closed}
+    values = lever | {joint.joint: joint.value for joint in section.beside}
+    return {name: value for name, value in values.items() if name != section.hinge}
+
+
+def _levers(urdf: Path, section: DoorSection) -> Iterator[str]:
+    """Links that hang by another joint of the task on what the hinge moves."""
+    beside, parents = {each.joint for each in section.beside}, read_parents(urdf)
+    for link, (joint, _) in parents.items():
+        at = link if joint in beside else None
+        while at in parents:
+            above, at = parents[at]
+            if above == section.hinge:
+                yield link
+
+
+def _places(full: pinocchio.Model, values: dict[str, float]) -> Array:
+    """Coordinates of all joints, zero where none is given."""
+    places = np.array(pinocchio.neutral(full))
+    for name, value in values.items():
+        if full.existJointName(name):
+            places[full.joints[full.getJointId(name)].idx_q] = value
+    return places
 
 
 def _variant(urdf: Path, section: DoorSection) -> Path:

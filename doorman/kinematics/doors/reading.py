@@ -7,6 +7,7 @@ import math
 from doorman.exceptions import ScenarioError
 from doorman.kinematics.doors.door import Door, Side
 from doorman.kinematics.doors.leaf.travel import Travel
+from doorman.kinematics.doors.urdf.leaf_in_plane import LeafInPlane
 from doorman.kinematics.doors.urdf.leaf_on_slide import read_leaf
 from doorman.scenario import GoalSection, Scenario, StartSection
 
@@ -33,7 +34,9 @@ def read_door(scenario: Scenario) -> Door:
         _check_slide(scenario)
     outward = None
     if contact.named is not None:
-        _, outward = read_leaf(plain.urdf, plain.model, plain.section).contact(contact, plain.closed, plain.into)
+        leaf = read_leaf(plain.urdf, plain.model, plain.section, contact)
+        if not isinstance(leaf, LeafInPlane):
+            _, outward = leaf.contact(contact, plain.closed, plain.into)
     if outward is None:
         default = _side_of_slide(scenario, plain) if plain.slides else _side_of_ends(scenario)
         return Door(urdf, scenario.door, contact.side or default, contact)

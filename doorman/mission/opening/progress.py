@@ -19,6 +19,9 @@ _PATIENCE = 12.0
 """one that swings about the goal and no farther is near enough after so many hold times."""
 _STEP = math.radians(0.5)
 """By which a door must have come nearer to the goal to get on [rad]."""
+_LEVER, _LENIENT = 0.7, 0.9
+"""Length of the lever that `_WITHIN` is for, of the shipped vehicle [m]: the same error of the tip turns a shorter one farther.
+Largest share of `_NEAR` that such an angle may have."""
 _SWINGING = 4
 """Such steps after which it has swung."""
 
@@ -35,6 +38,8 @@ class Progress:
         self._pushes, self._goal, self._travel = pushes, model.goal_angle, model.travel
         self._hold_time = model.scenario.mission.hold_time
         self._way = abs(model.start_angle - self._goal)
+        short = max(_LEVER * model.scale.length / model.coupling.lever_length, 1.0) if model.door.in_plane else 1.0
+        self._within = min(short * _WITHIN, _LENIENT * _NEAR)
         self._nearest, self._got_on_at, self._steps, self._passed = math.inf, 0.0, 0, False
         self._near_since: float | None = None
         self._there_since: float | None = None
@@ -46,7 +51,7 @@ class Progress:
     def update(self, estimate: Estimate, held: bool) -> None:
         """Take in where the door is. Once per tick."""
         now, off = estimate.time, estimate.door_angle - self._goal
-        self._passed = self._passed or self._travel.left(estimate.door_angle) < -_WITHIN
+        self._passed = self._passed or self._travel.left(estimate.door_angle) < -self._within
         if self._passed and abs(off) > self._nearest + _STEP:
             self._nearest = abs(off)  # a grip brings a door back that has passed the goal, and so may a closer
         if abs(off) < self._nearest - _STEP:
@@ -55,7 +60,11 @@ class Progress:
         self._near_since = since(self._near_since, abs(off) < _NEAR, now)
         if self._near_since is not None:
             self._got_on_at = now  # one that leaves the goal has time to come back
-        there = held and -_NEAR < off < STILL_OPEN if self._pushes else abs(off) < _WITHIN * max(self._waited(now), 1.0)
+        there = (
+            held and -_NEAR < off < STILL_OPEN
+            if self._pushes
+            else abs(off) < self._within * max(self._waited(now), 1.0)
+        )
         self._there_since = since(self._there_since, there and estimate.rests, now)
 
     @property

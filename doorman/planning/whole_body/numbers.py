@@ -40,6 +40,8 @@ as it is believed."""
 _RESOLVED, _LOAD = 0.8, 0.05
 """Stiffness of a grip that a step resolves, times mobility and the step's square, and the weight of what the gripper carries
 in the plane of the face, for the shipped vehicle: it may turn the vehicle, but does not move the leaf."""
+_LOAD_OF_LEVER = 2.0
+"""The same on a lever: what lies along its axis does not turn it, so that a pitch would go astray where that costs nothing."""
 _TILTING, _TILTING_HELD = 300.0, 1000.0
 """Weight of how far a commanded tilt is ahead of the tilt, of a tip that pushes and of one that holds the leaf: a pitch lifts the
 held tip, and the leaf bears it. A quick loop turns by the same error at a higher rate: there the rate
@@ -98,11 +100,12 @@ def grip_numbers(model: Model) -> dict[str, Any]:
     mobility = 1.0 / vehicle.mass + float(tip @ tip) / yaw_inertia(model) + lever**2 / model.door.inertia
     stiffness = min(model.scenario.contact.grip_stiffness, _RESOLVED / (mobility * step**2))
     damping = math.sqrt(stiffness / mobility)
+    load = _LOAD_OF_LEVER if model.door.in_plane else _LOAD
     return {
         "contact.grips": 1.0, "contact.stiffness": stiffness, "contact.damping": damping, "contact.slip_damping": damping,
         "reference.force": 0.0, "reference.least_force": 0.0,
         "weights.approach": 0.0, "weights.place": 0.0, "weights.force": 0.0, "weights.least_force": 0.0,
-        "weights.load": _LOAD / model.scale.force**2, "weights.thrust": _THRUST_HELD / model.scale.force**2,
+        "weights.load": load / model.scale.force**2, "weights.thrust": _THRUST_HELD / model.scale.force**2,
     }  # fmt: skip
 
 

@@ -35,6 +35,8 @@ _LEAST_RESISTANCE, _LEAST_FORCE = 0.05, 0.15
 """Of a hinge, and of a tip at whose depth a plan aims, for the shipped vehicle [N m], [N]."""
 _OPENING, _LEAST_OPENING = 20.0, 20.0
 """Weight of the rate of a held leaf that can gain 1 rad/s², of the shipped vehicle, and the least where it can gain more."""
+_LEVER = 0.7
+"""Of the shipped contact on its leaf [m]."""
 _LEAST_RATE = 1e-3
 """Share of the largest rate that is asked for at least: the reference divides by it."""
 _SHIPPED_RATE, _SHIPPED_FORCE = 0.32, 2.4
@@ -95,22 +97,29 @@ def in_the_gripper(
     pace: Pace,
     opening_rate: float,
     door_angle: float,
+    load: Array | None = None,
 ) -> dict[str, Any]:
     """References and weights of a tip that holds the leaf: the leaf goes to the goal from either side, and the thrust holds both.
+
+    The thrust holds what the tip bears beside the normal, too: a load, shape (3,), world frame [N].
 
     A rate counts by what the force that speeds the leaf up changes in a second; a light leaf follows the noise of its rate else.
     """
     door, weight = model.door, model.vehicle.weight
+    beside = np.zeros(3) if load is None else load
     push = (
         -(held.torque_at_rest(door_angle, door.rest_angle) + door.weight_torque(door_angle))
         / model.coupling.lever_length
     )
     slows = held.friction * numbers.one("plan.time_step") / held.inertia
-    opening = max(_OPENING * model.scale.rate**2 / pace.acceleration, _LEAST_OPENING)
+    least = _LEAST_OPENING
+    if door.in_plane:  # the same error of the force turns a lever farther
+        least *= max(_LEVER * model.scale.length / model.coupling.lever_length, 1.0)
+    opening = max(_OPENING * model.scale.rate**2 / pace.acceleration, least)
     return {
         **grip,
         **held.numbers(), "door.sticks": float(slows > numbers.one("door.friction_rate")),
-        "reference.thrust": float(np.linalg.norm(push * door.normal(door_angle) + [0.0, 0.0, weight])),
+        "reference.thrust": float(np.linalg.norm(push * door.normal(door_angle) + beside + [0.0, 0.0, weight])),
         "reference.opening_speed": max(opening_rate, _LEAST_RATE * pace.rate), "reference.deceleration": pace.acceleration,
         "reference.settling": pace.settling,
         "weights.opening": opening / model.scale.rate**2,

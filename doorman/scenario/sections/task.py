@@ -15,6 +15,38 @@ _NAMES = {"joint": "hinge", "link": "leaf"}
 """Other names of keys of `[door]`."""
 
 
+class LatchSection(Section):
+    """Latch that holds the door until a lever, a knob or a handle has been turned."""
+
+    joint: Name
+    """Joint of the door's URDF that opens it."""
+    opens_at: Positive
+    """How far that joint must be from `closed` for the door to be free [rad, or m]."""
+    holds: Positive = 30.0
+    """Torque, or force, up to which the latch holds the door [N m, or N]."""
+    closed: Number = 0.0
+    """Value of that joint where nothing turns it [rad, or m]."""
+
+
+class BesideSection(Section):
+    """Another joint of the door's URDF, which moves in the simulated plant and stands still for the plans of this task."""
+
+    joint: Name
+    """Its name."""
+    value: Number = 0.0
+    """Where it stands [rad, or m]."""
+    closed: Number = 0.0
+    """Where nothing turns it [rad, or m]."""
+    damping: NonNegative | None = None
+    """b [N m s/rad, or N s/m]. Default: from the URDF."""
+    friction: NonNegative | None = None
+    """τ_c [N m, or N]. Default: from the URDF."""
+    stiffness: NonNegative = 0.0
+    """k of its spring [N m/rad, or N/m]."""
+    preload: NonNegative = 0.0
+    """Torque, or force, with which it is drawn back to `closed` [N m, or N]."""
+
+
 class DoorSection(Section):
     """Door: its URDF, the names in it, and the torques in its hinge. `link` and `joint` are other names of `leaf` and `hinge`."""
 
@@ -58,6 +90,10 @@ class DoorSection(Section):
     """Angle up to which such a sensor turns it [rad]."""
     latched: Switch = False
     """Whether a latch or a lock holds the door; the check refuses such a door."""
+    latch: LatchSection | None = None
+    """Latch that a lever or a knob opens, which `first` turns (docs/handle.md). Default: none."""
+    beside: tuple[BesideSection, ...] = ()
+    """Other joints that move in the simulated plant; `first` fills it in."""
 
     @model_validator(mode="before")
     @classmethod

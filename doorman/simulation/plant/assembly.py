@@ -19,6 +19,7 @@ from doorman.simulation.plant.contact import FRICTION_IMPEDANCE_RATIO, add_conta
 from doorman.simulation.plant.hulls import read_spec
 from doorman.simulation.plant.onboard.rotors import RotorLayout
 from doorman.simulation.plant.onboard.servos import add_servos
+from doorman.simulation.reality.beside import set_beside, touched_link
 from doorman.simulation.reality.true_vehicle import make_true, scale_mass
 
 VEHICLE = "vehicle/"
@@ -46,8 +47,9 @@ def assemble(mujoco: Any, model: Model, layout: RotorLayout, time_step: float) -
     _check_first_contact(model)
     spec = mujoco.MjSpec()
     _set_options(spec, mujoco, time_step)
-    door, hinge = read_spec(mujoco, model.true_door.urdf), (model.scenario.door.hinge,)
-    _prepare(mujoco, door, model.true_door.urdf, hinge, _DOOR_BIT, _VEHICLE_BIT)
+    door, section = read_spec(mujoco, model.true_door.urdf), model.scenario.door
+    moving = (section.hinge, *(each.joint for each in section.beside))
+    _prepare(mujoco, door, model.true_door.urdf, moving, _DOOR_BIT, _VEHICLE_BIT)
     tip_name, flown = tip_link(model.vehicle), model.vehicle
     vehicle = read_spec(mujoco, flown.urdf, tip_name, tip_shapes(flown))
     _prepare(mujoco, vehicle, flown.urdf, flown.joint_names, _VEHICLE_BIT, _VEHICLE_BIT | _DOOR_BIT)
@@ -59,7 +61,7 @@ def assemble(mujoco: Any, model: Model, layout: RotorLayout, time_step: float) -
     spec.attach(door, prefix=DOOR, frame=_standing(spec, model.true_door))
     base = spec.body(VEHICLE + link_name(model.vehicle.urdf, model.vehicle.names.base_link))
     tip = spec.body(VEHICLE + tip_name)
-    leaf = spec.body(DOOR + link_name(model.true_door.urdf, model.true_door.section.leaf))
+    leaf = spec.body(DOOR + touched_link(model))
     base.add_site(name="base")
     tip.add_site(name="tip")
     if not tip.geoms:
@@ -67,6 +69,8 @@ def assemble(mujoco: Any, model: Model, layout: RotorLayout, time_step: float) -
                      contype=_VEHICLE_BIT, conaffinity=_VEHICLE_BIT | _DOOR_BIT)  # fmt: skip
     leaf.add_site(name="contact", pos=_contact_in_leaf(model))
     _set_hinge(spec, model)
+    for each in section.beside:
+        set_beside(spec.joint(DOOR + each.joint), each)
     _add_rotors(spec, mujoco, base, layout, model.scenario.simulation.motor_time_constant)
     add_servos(spec, mujoco, model.vehicle, VEHICLE)
     add_contact(spec, mujoco, model, tip, leaf)
@@ -158,8 +162,7 @@ def _check_first_contact(model: Model) -> None:
 
 def _contact_in_leaf(model: Model) -> list[float]:
     """The first contact in the leaf's frame, shape (3,)."""
-    leaf = link_name(model.true_door.urdf, model.true_door.section.leaf)
-    placement = model.true_door.link_placements(model.start_angle)[leaf]
+    placement = model.true_door.link_placements(model.start_angle)[touched_link(model)]
     return [float(value) for value in placement[:3, :3].T @ (first_contact(model) - placement[:3, 3])]
 
 

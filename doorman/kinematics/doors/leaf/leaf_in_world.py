@@ -21,6 +21,8 @@ class LeafInWorld(InJointUnits):
     """P_h, on the hinge's axis at the height of the leaf's lower edge, or a slide's lower corner, shape (3,), world [m]."""
     contact_offset: float
     """o, how far the contact point lies before the hinge axis, towards the vehicle [m]."""
+    in_plane: bool
+    """Whether it turns in the plane of the face that it is mounted on."""
     vertical: bool
     """Whether it is a hinge on a plumb axis, on which no weight acts."""
     hand: float
@@ -75,8 +77,14 @@ class LeafInWorld(InJointUnits):
         leaf = self.leaf_direction(door_angle)
         return (leaf, self.up) if abs(self.up[2]) >= abs(leaf[2]) else (self.up, leaf)
 
+    def away(self, door_angle: float) -> Array:
+        """Unit vector from the leaf to a vehicle that comes and goes: against its normal, or away from a lever's face."""
+        return self.up if self.in_plane else -self.normal(door_angle)
+
     def heading(self, door_angle: float) -> float:
-        """Yaw of a vehicle that looks along the leaf's normal [rad]."""
+        """Yaw of a vehicle that looks along the leaf's normal, or at the face that a lever is mounted on [rad]."""
+        if self.in_plane:
+            return self.azimuth
         if self.vertical:
             return self.azimuth + self.hand * (door_angle - 0.5 * math.pi)
         normal = self.normal(door_angle)

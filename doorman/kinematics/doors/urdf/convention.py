@@ -25,6 +25,10 @@ _AT_END = 0.05
 """By which a closed door may be outside of its range [rad]."""
 
 
+_ROUNDED = 2e-3
+"""By which files round a right angle [rad]."""
+
+
 @dataclass(frozen=True)
 class FixedBox:
     """A box beside the leaf that stands still, as its extent along the world's axes."""
@@ -47,8 +51,9 @@ class Closed:
     """Whether the leaf meets a jamb there that need not be the one at which it is closed."""
 
 
-def standing_joints(urdf: Path, model: pinocchio.Model, hinge: int) -> tuple[str, ...]:
-    """Joints beside the hinge that could move, and that stand at zero because nothing moves them."""
+def standing_joints(urdf: Path, model: pinocchio.Model, hinge: int, known: Iterable[str] = ()) -> tuple[str, ...]:
+    """Joints beside the hinge that could move, and that stand still because nothing moves them, or where they are known to."""
+    known = frozenset(known)
     joints = read_joints(urdf)
     own = model.names[hinge]
     others = [index for index in range(1, model.njoints) if index != hinge]
@@ -60,6 +65,8 @@ def standing_joints(urdf: Path, model: pinocchio.Model, hinge: int) -> tuple[str
     for index in others:
         name = model.names[index]
         kind = joints[name].kind
+        if name in known or known & _leaders(joints, name):
+            continue
         if hinge in _ancestors(model, index):
             raise UrdfError(
                 "a joint on the leaf moves, such as a lever or a bolt: pushing does not open a latched door",
@@ -75,7 +82,8 @@ def standing_joints(urdf: Path, model: pinocchio.Model, hinge: int) -> tuple[str
                 "a joint follows the hinge, but doorman would hold it still", file=urdf, field=f"joint {name}/mimic", given=own,
                 allowed=f"one moving joint, '{own}'",
             )  # fmt: skip
-    return tuple(model.names[index] for index in others)
+    unknown = (model.names[index] for index in others)
+    return tuple(name for name in unknown if name not in known and not known & _leaders(joints, name))
 
 
 def closed_value(limits: tuple[float, float], at_a_jamb: Callable[[float], bool], upright: bool = True) -> Closed:
@@ -87,7 +95,12 @@ def closed_value(limits: tuple[float, float], at_a_jamb: Callable[[float], bool]
     lower, upper = limits
     at_zero = [end for end in limits if abs(end) <= _AT_END]
     ends = sorted(limits, key=abs)
-    likely = [value for value in (*at_zero, 0.5 * math.pi, 0.0, *ends) if lower - _AT_END <= value <= upper + _AT_END]
+    beside = [
+        end for end in limits if _ROUNDED < abs(end - 0.5 * math.pi) <= _AT_END
+    ]  # a range ends where the door is shut
+    likely = [
+        value for value in (*at_zero, *beside, 0.5 * math.pi, 0.0, *ends) if lower - _AT_END <= value <= upper + _AT_END
+    ]
     for value in likely:
         if at_a_jamb(value):
             return Closed(value)

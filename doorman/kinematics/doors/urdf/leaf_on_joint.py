@@ -61,8 +61,21 @@ class LeafOnJoint:
         """Whether the joint is continuous: its range is one turn about closed, and nothing stops it at the ends."""
         self._axis = self._axis_in_world()
         self._shape = self._read_shape()
-        self.limits = self._turn() if self.endless else self._range()
+
+    @cached_property
+    def limits(self) -> tuple[float, float]:
         """Of the joint [rad]."""
+        return self._turn() if self.endless else self._range()
+
+    @property
+    def axis(self) -> Array:
+        """Unit vector of hinge or slide, shape (3,), world frame."""
+        return self._axis
+
+    @property
+    def shape(self) -> LeafShape:
+        """All that the joint carries."""
+        return self._shape
 
     @property
     def _upright(self) -> bool:
@@ -163,6 +176,10 @@ class LeafOnJoint:
     def frame_height(self, axes: Array, leaf: LeafSize) -> float | None:
         """Height of the opening above the leaf's lower edge; None where nothing of the frame is over it [m]."""
         return height_below_lintel(self.fixed_boxes, axes, leaf.corner, leaf.sides[:2]) if self._upright else None
+
+    def beside(self, axes: Array, closed: float, point: Array) -> tuple[Array, float] | None:
+        """Plane beside the way of a contact point, which the vehicle stays before; a hinged leaf has none."""
+        return None
 
     def contact(self, contact: ContactSection, closed: float, into: Array) -> tuple[Array, Array | None]:
         """Where a tip touches, as the section names it, and the unit vector away from the leaf there, if that is told."""

@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 
 from doorman.exceptions import UrdfError
 from doorman.kinematics.doors.urdf.convention import Closed
+from doorman.kinematics.doors.urdf.leaf_in_plane import LeafInPlane, turns_in_plane
 from doorman.kinematics.doors.urdf.leaf_on_joint import LeafOnJoint, LeafSize
-from doorman.scenario import DoorSection
+from doorman.scenario import ContactSection, DoorSection
 
 Array = NDArray[np.float64]
 
@@ -114,7 +115,11 @@ class LeafOnSlide(LeafOnJoint):
         return Closed(0.0 if inside else min(self.limits, key=abs), guessed=not known)
 
 
-def read_leaf(urdf: Path, model: pinocchio.Model, section: DoorSection) -> LeafOnJoint:
+def read_leaf(
+    urdf: Path, model: pinocchio.Model, section: DoorSection, contact: ContactSection | None = None
+) -> LeafOnJoint:
     """Reader of a door, by the kind of its joint."""
-    kind = LeafOnSlide if model.joints[1].shortname().startswith("JointModelP") else LeafOnJoint
-    return kind(urdf, model, section)
+    if model.joints[1].shortname().startswith("JointModelP"):
+        return LeafOnSlide(urdf, model, section)
+    leaf = LeafOnJoint(urdf, model, section)
+    return LeafInPlane(urdf, model, section, contact) if turns_in_plane(leaf, contact) else leaf

@@ -113,9 +113,10 @@ def read_shape(urdf: Path, model: pinocchio.Model, axis: Array, leaf: str) -> Le
     }
     parts = [_part(urdf, shape, placements[shape.link]) for shape in read_collisions(urdf) if shape.link in placements]
     if not parts:
+        others = ", ".join(dict.fromkeys(shape.link for shape in read_collisions(urdf))) or "none"
         raise UrdfError(
-            "the leaf has no collision shape", file=urdf, field=f"link {leaf}/collision", given="none",
-            allowed="boxes, cylinders or meshes of leaf and handle",
+            "the leaf has no collision shape", file=urdf, field=f"link {leaf}/collision",
+            given=f"shapes in {others}, which its joint does not move", allowed="boxes, cylinders or meshes of leaf and handle",
         )  # fmt: skip
     return LeafShape(tuple(parts), axis)
 

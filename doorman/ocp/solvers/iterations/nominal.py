@@ -68,7 +68,7 @@ def total_cost(model: object, work: Workspace, trajectory: Trajectory) -> float:
         for k in range(n):
             total += stage_cost(at_node(model, k), states[k], inputs[k])
         total += end_cost(at_node(model, n), states[n])
-    return total
+    return float(total)
 
 
 @kernel

@@ -1,0 +1,171 @@
+"""What a URDF says of a lever, a knob or a valve: it turns in the plane of the face that it stands on."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pinocchio
+from numpy.typing import NDArray
+
+from doorman.kinematics.doors.urdf.convention import Closed
+from doorman.kinematics.doors.urdf.leaf_on_joint import LEANS, LeafOnJoint, LeafSize
+from doorman.scenario import ContactSection, DoorSection
+
+Array = NDArray[np.float64]
+
+_FLAT = 0.5
+"""Largest length along the axis of what turns in a plane, as a share of its reach across: a hatch is longer along its hinge."""
+_PLATE = 3.0
+"""Least length of a plate's sides, as a multiple of its thickness: a leaf, a wall or a panel, and no jamb."""
+_ALONG = math.cos(math.radians(5.0))
+"""Least cosine between the axis and a contact's normal that looks away from the face."""
+_INSIDE = 1e-3
+"""By which 0 is inside of a range that does not end there [rad]."""
+
+
+class LeafInPlane(LeafOnJoint):
+    """Reader of one lever, knob or valve. See `LeafOnJoint`.
+
+    `along` leads from the axis to the contact, or along the lever where none is named; `up` looks away from the face, to the
+    vehicle. So the normal is the way on which the tip moves, about the axis.
+
+    Args:
+        urdf: Path of the URDF.
+        model: Pinocchio's of it, in which the joint alone moves.
+        section: Names, and where the joint is closed if that is said.
+        contact: Where the tip touches, if that is said.
+    """
+
+    def __init__(
+        self, urdf: Path, model: pinocchio.Model, section: DoorSection, contact: ContactSection | None = None
+    ) -> None:
+        self._contact_section = contact if contact is not None and contact.named is not None else None
+        super().__init__(urdf, model, section)
+        self.face = self._face()
+        """Unit vector from the vehicle to the face, along the axis, shape (3,), world frame."""
+
+    def direction(self, value: float) -> Array:
+        """Unit vector at a right angle to the axis: to the contact, else along the lever, else anywhere."""
+        rotation = self.rotation(value)
+        if self._contact_section is not None:
+            along = self._contact_place(value) - self.origin
+        elif self._shape.along is not None:
+            along = rotation @ self._shape.along
+        else:
+            along = rotation @ np.array([*np.roll(np.eye(3), 1, axis=0)[np.argmax(np.abs(self._shape.axis))]])
+        along = along - (self._axis @ along) * self._axis
+        return np.asarray(np.round(along, 9) / np.linalg.norm(np.round(along, 9)))
+
+    def up(self, into: Array, along: Array) -> Array:
+        """Away from the face."""
+        return -self.face
+
+    def size(self, axes: Array, closed: float) -> LeafSize:
+        """Reach from the axis, length along it, and thickness."""
+        into, along, up = axes @ self.rotation(closed)
+        lowest, highest = self._whole(up)
+        width, (front, back) = self._whole(along)[1], self._shape.extent(into)
+        if self._contact_section is not None:  # a round rim is read as a polygon
+            _, far, high = axes @ (self._contact_place(closed) - self.origin)
+            width, lowest, highest = max(width, float(far)), min(lowest, float(high)), max(highest, float(high))
+        sides = width, highest - lowest, back - front, 0.0 - front
+        return LeafSize(sides, self.origin + lowest * axes[2])
+
+    def frame_depth(self, axes: Array, leaf: LeafSize) -> tuple[float, float]:
+        """None: the vehicle stays before the face."""
+        return 0.0, 0.0
+
+    def beside(self, axes: Array, closed: float, point: Array) -> tuple[Array, float]:
+        """Plane of the face: of what stands still behind the contact, else of the back of what turns."""
+        normal = axes[2]
+        behind = float(normal @ self.origin) + self._whole(self.rotation(closed).T @ normal)[0]
+        planes = [
+            float(normal @ placed[:3, 3] + np.abs(normal @ placed[:3, :3]) @ size / 2)
+            for placed, size in self.fixed_boxes
+        ]
+        return normal, max((plane for plane in planes if plane < float(normal @ point)), default=behind)
+
+    def _whole(self, direction: Array) -> tuple[float, float]:
+        """From where to where all parts reach along a unit vector [m]."""
+        reaches = np.array([part.extent(direction) for part in self._shape.parts])
+        return float(reaches[:, 0].min()), float(reaches[:, 1].max())
+
+    def _contact_place(self, value: float) -> Array:
+        assert self._contact_section is not None
+        anywhere = np.array([0.0, 0.0, -1.0])
+        return self.contact(self._contact_section, value, anywhere)[0]
+
+    def _face(self) -> Array:
+        """Where what the axis passes stands, or what is nearest; without anything, ahead of a vehicle that looks along x."""
+        closed = self.closed().value
+        if self._contact_section is not None:
+            at = float(self._axis @ (self._contact_place(closed) - self.origin))
+        else:
+            at = 0.5 * sum(self._whole(self.rotation(closed).T @ self._axis))
+        plates = [
+            (abs(middle - at) - half, middle - at)
+            for middle, half in (self._along_axis(*box) for box in self._passed())
+        ]
+        side = min(plates)[1] if plates else float(self._axis[0]) or 1.0
+        return np.asarray(math.copysign(1.0, side) * self._axis)
+
+    def _passed(self) -> list[tuple[Array, Array]]:
+        """Boxes that the axis passes."""
+        return [box for box in self.fixed_boxes if passes(self.origin, self._axis, *box)]
+
+    def _along_axis(self, placed: Array, size: Array) -> tuple[float, float]:
+        """Middle and half length of a box along the axis, from the joint [m]."""
+        middle = float(self._axis @ (placed[:3, 3] - self.origin))
+        return middle, float(np.abs(self._axis @ placed[:3, :3]) @ size / 2)
+
+    def _turn(self) -> tuple[float, float]:
+        closed = self._section.closed or 0.0
+        return closed - math.pi, closed + math.pi
+
+    def _likely_closed(self) -> Closed:
+        """0, or the end of the range that is nearer to it [rad]."""
+        lower, upper = self.limits
+        inside = lower + _INSIDE < 0.0 < upper - _INSIDE
+        known = lower - _INSIDE < 0.0 < upper + _INSIDE
+        return Closed(0.0 if inside else min(self.limits, key=abs), guessed=not known)
+
+
+def turns_in_plane(leaf: LeafOnJoint, contact: ContactSection | None) -> bool:
+    """Whether a hinge's axis stands at a right angle to the face that it is mounted on, as a lever's does."""
+    axis, shape = leaf.axis, leaf.shape
+    if abs(axis[2]) >= LEANS:
+        return False
+    if contact is not None and contact.named is not None:
+        outward = leaf.contact(contact, 0.0, np.array([0.0, 0.0, -1.0]))[1]
+        if contact.link is None and outward is not None and abs(float(outward @ axis)) > _ALONG:
+            return True
+    height, across = shape.width(shape.axis), [shape.width(edge) for edge in _across(shape.axis)]
+    if height > _FLAT * max(across):
+        return False
+    plates = (box for box in leaf.fixed_boxes if passes(leaf.origin, axis, *box))
+    return height <= min(across) or any(_is_plate(axis, *plate) for plate in plates)
+
+
+def passes(origin: Array, axis: Array, placed: Array, size: Array) -> bool:
+    """Whether a line passes through a box."""
+    start, way = placed[:3, :3].T @ (origin - placed[:3, 3]), placed[:3, :3].T @ axis
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ends = np.sort(np.nan_to_num((np.outer([-0.5, 0.5], size) - start) / way, nan=0.0), axis=0)
+    beside = (np.abs(way) < 1e-9) & (np.abs(start) > size / 2)
+    return bool(not beside.any() and ends[0].max() <= ends[1].min())
+
+
+def _is_plate(axis: Array, placed: Array, size: Array) -> bool:
+    """Whether a box is thin along an axis, and wide across it."""
+    thin = int(np.argmax(np.abs(axis @ placed[:3, :3])))
+    return bool((np.delete(size, thin) >= _PLATE * size[thin]).all())
+
+
+def _across(axis: Array) -> Array:
+    """Directions at a right angle to an axis, half a turn of them, shape (12, 3)."""
+    first = np.cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))])
+    first /= np.linalg.norm(first)
+    angles = np.linspace(0.0, math.pi, 12, endpoint=False)[:, None]
+    return np.asarray(np.cos(angles) * first + np.sin(angles) * np.cross(axis, first))

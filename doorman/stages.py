@@ -1,0 +1,128 @@
+"""Steps of a task, each a model of its own: the lever is turned and held, then the leaf is moved by it.
+
+A step has one joint that moves. The others stand where the steps before have left them, and move in the simulated plant alone.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from doorman.dynamics.attitude_loop import AttitudeLoop
+from doorman.kinematics.doors.door import Door
+from doorman.model import Model
+from doorman.scenario import BesideSection, FirstSection, Scenario, SimulationSection, StartSection
+
+Array = NDArray[np.float64]
+
+_TRUE = ("damping", "friction", "stiffness", "preload")
+"""Torques of a joint that the plant may have otherwise than told."""
+
+
+@dataclass(frozen=True, eq=False)
+class Handover:
+    """What a step leaves to the next one, whose tip is where this one has it."""
+
+    tip_force: Array
+    """Force of the tip on what it holds, shape (3,), world frame [N]."""
+    wind: Array
+    """On the vehicle, shape (3,), world frame [N]."""
+    lift: float
+    """Of the rotors beyond their command, as a share of that."""
+    loop: AttitudeLoop | None
+    """The attitude loop that was measured in hover."""
+
+
+def stages(scenario: Scenario) -> tuple[Model, ...]:
+    """Models of all steps, in their order; the last is the task itself.
+
+    Args:
+        scenario: The whole task.
+
+    Returns:
+        One model where `first` is empty.
+    """
+    if not scenario.first:
+        return (Model(scenario),)
+    leaf = Door(scenario.door_urdf, scenario.door)
+    beside = {step.door.hinge: _beside(step) for step in scenario.first}
+    beside[scenario.door.hinge] = _leaf_beside(scenario, leaf)
+    made: list[Model] = []
+    for step in scenario.first:
+        model = Model(_step(scenario, step, beside, made))
+        made.append(model)
+        turned = {"value": model.door.joint_value(model.goal_angle), "closed": model.door.closed}
+        beside[step.door.hinge] = beside[step.door.hinge].model_copy(update=turned)
+    last = {
+        "door": scenario.door.model_copy(update={"beside": _others(beside, scenario.door.hinge)}),
+        **_after(scenario, scenario.start, made),
+    }
+    return (*made, Model(scenario.model_copy(update={"first": (), **last})))
+
+
+def _step(scenario: Scenario, step: FirstSection, beside: dict[str, BesideSection], made: list[Model]) -> Scenario:
+    """A step's own task; the tip stays on the handle at its end."""
+    whole, told = scenario.door, step.door
+    place = {key: getattr(whole, key) for key in ("urdf", "position", "yaw", "search", "search_yaw", "latch")}
+    others = _others(beside, told.hinge, first=whole.hinge)
+    after = _after(scenario, StartSection(), made)
+    start = scenario.mission.start if not made else "contact"
+    mission = scenario.mission.model_copy(update={"start": start, "then": "stay"})
+    return scenario.model_copy(update={
+        "first": (), "door": told.model_copy(update={**place, "beside": others}), "contact": step.contact, "goal": step.goal,
+        "start": StartSection(), "simulation": _simulated(scenario, step), **after, "mission": mission,
+    })  # fmt: skip
+
+
+def _after(scenario: Scenario, start: StartSection, made: list[Model]) -> dict[str, object]:
+    """What is otherwise after another step: the tip is on the handle, and the arm as that has left it."""
+    if not made:
+        return {}
+    planner = scenario.planner
+    return {
+        "mission": scenario.mission.model_copy(update={"start": "contact"}),
+        "start": start.model_copy(update={"arm": tuple(made[-1].goal_arm.tolist())}),
+        "planner": planner if planner.model is not None else planner.model_copy(update={"model": "whole_body"}),
+    }
+
+
+def _others(beside: dict[str, BesideSection], own: str, first: str = "") -> tuple[BesideSection, ...]:
+    """All joints but the one that a step moves, the leaf's first."""
+    return tuple(sorted((each for name, each in beside.items() if name != own), key=lambda each: each.joint != first))
+
+
+def _beside(step: FirstSection) -> BesideSection:
+    """A lever before it is turned."""
+    closed = step.door.closed or 0.0
+    return BesideSection(joint=step.door.hinge, value=closed, closed=closed, **_torques(step))
+
+
+def _torques(step: FirstSection) -> dict[str, float]:
+    """What the plant's joint has, as far as anybody says."""
+    true = {name: getattr(step.true, name) for name in _TRUE}
+    told = {name: getattr(step.door, name) for name in _TRUE}
+    return {name: true[name] if true[name] is not None else told[name]
+            for name in _TRUE if true[name] is not None or told[name] is not None}  # fmt: skip
+
+
+def _leaf_beside(scenario: Scenario, leaf: Door) -> BesideSection:
+    """The leaf while its lever is turned."""
+    values = {}
+    for name in _TRUE:
+        true, told = getattr(scenario.simulation, f"door_{name}"), getattr(scenario.door, name)
+        if true is not None or told is not None:
+            values[name] = told if true is None else true
+    return BesideSection(joint=scenario.door.hinge, value=leaf.closed, closed=leaf.closed, **values)
+
+
+def _simulated(scenario: Scenario, step: FirstSection) -> SimulationSection:
+    """The plant of a step: of the door's keys, only where it stands is that of the whole task."""
+    own, default = scenario.simulation, SimulationSection()
+    keys = [key for key in type(own).model_fields if key.startswith("door_") and key not in _PLACE]
+    values = {key: getattr(default, key) for key in keys}
+    return own.model_copy(update={**values, **{f"door_{name}": getattr(step.true, name) for name in _TRUE}})
+
+
+_PLACE = ("door_offset", "door_yaw", "door_sensor")
