@@ -5,8 +5,8 @@ and an offset b (the command is the one that acts by now):
 
 .. math:: \dot\phi = \omega,\qquad \dot\omega = \kappa_r\big(\kappa_a(\phi_c + b_F + b - \phi) - \omega\big),\qquad \dot b = 0
 
-The three poles of the observer are at :math:`\kappa_a`. An autopilot's integrator takes a steady moment up: then b is
-:math:`-b_F`.
+The three poles of the observer are at :math:`\kappa_a`, or at 10 1/s where that is slower. An autopilot's integrator takes a steady
+moment up: then b is :math:`-b_F`, and of the other sign as soon as the moment ends.
 """
 
 from __future__ import annotations
@@ -18,6 +18,8 @@ from doorman.dynamics.attitude_loop import AttitudeLoop
 
 Array = NDArray[np.float64]
 
+_QUICK = 10.0
+"""Least speed of the poles [1/s]: integrators of autopilots take a moment up within half a second."""
 _MOST = 0.5
 """Largest offset, as a share of the largest tilt."""
 
@@ -54,8 +56,9 @@ class TiltObserver:
             self._tilt = measured
             return
         p, k, offsets = self._gain, self._rate_gain, self.offset.tolist()
-        first = 3.0 * p - k
-        second, third = 3.0 * p**2 - k * p - k * first, p**2 / k
+        pole = max(p, _QUICK)
+        first = 3.0 * pole - k
+        second, third = 3.0 * pole**2 - k * p - k * first, pole**3 / (k * p)
         for axis, push in enumerate(turned.tolist()):
             believed, rate, offset = self._tilt[axis], self._rates[axis], offsets[axis]
             error = measured[axis] - believed
