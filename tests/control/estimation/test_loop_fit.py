@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from doorman.control.estimation.loop_fit import LoopFit, MeasuredLoop
+from doorman.control.estimation.loop_fit import LoopFit, MeasuredLoop, lateness
 from doorman.dynamics.attitude_loop import AttitudeLoop
 
 DURATION = 4.0
@@ -58,3 +58,15 @@ def test_deviations_grow_with_the_noise_and_hold() -> None:
 
 def test_nothing_is_found_of_what_was_not_seen() -> None:
     assert LoopFit(DURATION, 250.0).fitted() is None
+
+
+@pytest.mark.parametrize("late", [0.0, 0.014, 0.03])
+def test_how_late_body_rates_come(late: float) -> None:
+    random, poses, ticks = np.random.default_rng(3), np.arange(0.0, 3.7, 0.01), np.arange(0.0, 3.75, 0.005)
+
+    def attitude(time: np.ndarray) -> np.ndarray:
+        return 0.03 * np.stack([np.sin(7.0 * time), np.cos(9.0 * time)], axis=1)
+
+    seen = attitude(poses) + 5e-4 * random.standard_normal((len(poses), 2))
+    rates = (attitude(ticks - late + 1e-3) - attitude(ticks - late - 1e-3)) / 2e-3
+    assert lateness(poses, seen, ticks, rates) == pytest.approx(late, abs=0.003)

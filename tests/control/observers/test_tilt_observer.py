@@ -36,6 +36,10 @@ def test_what_is_known_to_turn_it_is_no_offset() -> None:
     assert offset_found(0.0, 0.05, 1.2) == pytest.approx(-0.05, abs=3e-3), "an autopilot's integrator has taken it up"
 
 
+def test_a_slow_loop_is_watched_as_fast_as_integrators_act() -> None:
+    assert offset_found(0.05, 0.0, 1.0, gain=3.0) == pytest.approx(0.05, abs=5e-3)
+
+
 def test_it_is_bounded_and_forgotten() -> None:
     assert offset_found(0.6, 0.0, 3.0) == pytest.approx(0.5 * ControlSection().max_tilt)
     observer = TiltObserver(AttitudeLoop(0.1), 0.25)
