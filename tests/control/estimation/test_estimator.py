@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import subprocess
+import sys
 from dataclasses import replace
 
 import numpy as np
@@ -221,3 +223,38 @@ def test_a_bank_without_a_meaning_says_so_once_and_begins_anew(model: Model) -> 
     vehicle.estimator._bank._memory.kept_covariances[:] = math.nan  # what no input is known to bring about
     assert vehicle.fly(TICK, vehicle.at(0.3), np.zeros(3)).lost
     assert not vehicle.fly(0.5, vehicle.at(0.3), np.zeros(3)).lost
+
+
+def test_the_speed_of_the_tip_leaves_out_tilting(model: Model) -> None:
+    vehicle = Vehicle(model)
+    vehicle.fly(0.5, vehicle.at(0.05), np.zeros(3), Tie.FREE)
+    seen = vehicle.measurement(vehicle.at(0.05))
+    nods = replace(seen, time=seen.time + 1e-6, pose_time=seen.pose_time, body_rates=np.array([0.0, 0.6, 0.0]))
+    still = vehicle.estimator.update(seen, Tie.FREE, False, TICK)
+    tilting = vehicle.estimator.update(nods, Tie.FREE, False, TICK)
+    assert tilting.attitude_rates[1] == pytest.approx(0.6)
+    assert tilting.tip_speed == pytest.approx(still.tip_speed, abs=1e-3)
+
+
+def test_nothing_compiles_in_flight() -> None:
+    """In a process of its own: what another test has loaded is there already."""
+    done = subprocess.run([sys.executable, "-c", FLIES], capture_output=True, text=True, timeout=240)
+    assert done.returncode == 0, done.stderr
+
+
+FLIES = """
+import numpy as np
+from doorman.compilation import kernel_counts
+from doorman.control.estimation.estimator import Estimator, Tie
+from doorman.control.state_converter import StateConverter
+from doorman.model import Model
+from doorman.signals import Measurement
+
+model = Model("push")
+estimator, n = Estimator(model, StateConverter(model)), model.n_arm
+before = kernel_counts()
+for k in range(20):
+    where = np.array([-1.0, 0.7, 1.3]), np.zeros(3), np.zeros(3), np.zeros(3), model.start_arm, np.zeros(n)
+    estimator.update(Measurement(0.01 * k, *where, 0.01 * k), Tie.PUSHING, False, 0.01)
+assert kernel_counts() == before, (before, kernel_counts())
+"""
