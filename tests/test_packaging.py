@@ -222,7 +222,7 @@ def recipe(target: str) -> str:
 def test_make_demo_installs_and_opens_the_door():
     text = recipe("demo")
     assert text.index("-m venv venv") < text.index("install") < text.index("venv/bin/doorman open paper")
-    assert "[sim,viz]" in text
+    assert "[sim,viz,hardware]" in text
 
 
 def test_make_test_installs_and_runs_every_check():

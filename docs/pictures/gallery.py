@@ -42,7 +42,7 @@ PLAYED = 'style="max-width: 100%" controls muted loop playsinline preload="none"
 HEAD = """# Gallery
 
 The scenarios that ship, flown once in simulation with the seed 0. The videos run at three times real time. `doorman list` prints
-the tasks; `doorman open NAME` flies one. `docs/pictures/gallery.py` makes this page.
+the tasks; `doorman open pull` flies one of them. `docs/pictures/gallery.py` makes this page.
 """
 
 

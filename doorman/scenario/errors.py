@@ -65,5 +65,7 @@ def _range(found: Mapping[str, Any], unit: str) -> str:
 
 
 def _below(section: Any, part: str) -> Any:
-    """The section under a key, or the type of the values where a section maps names to sections."""
-    return section.model_fields[part].annotation if hasattr(section, "model_fields") else get_args(section)[1]
+    """The section under a key, or the type of the values where there are many: by name, or one after the other."""
+    if hasattr(section, "model_fields"):
+        return section.model_fields[part].annotation
+    return [kind for kind in get_args(section) if kind is not Ellipsis][-1]

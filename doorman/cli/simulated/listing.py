@@ -24,7 +24,7 @@ def list_scenarios(as_json: bool) -> int:
     console = Console(highlight=False)
     console.print(table)
     console.print(
-        Text("\nFly one: doorman open NAME. See them fly: docs/gallery.md. Your own: a TOML file, docs/scenario.md."),
+        Text("\nFly one: doorman open pull. See them fly: docs/gallery.md. Your own: a TOML file, docs/scenario.md."),
         soft_wrap=True,
     )
     return 0

@@ -5,8 +5,8 @@ and an offset b (the command is the one that acts by now):
 
 .. math:: \dot\phi = \omega,\qquad \dot\omega = \kappa_r\big(\kappa_a(\phi_c + b_F + b - \phi) - \omega\big),\qquad \dot b = 0
 
-The three poles of the observer are at :math:`\kappa_a`, or at 10 1/s where that is slower. An autopilot's integrator takes a steady
-moment up: then b is :math:`-b_F`, and of the other sign as soon as the moment ends.
+The three poles of the observer are at :math:`\kappa_a`, or at 10 1/s where that is slower. An autopilot's integrator takes a
+steady moment up: then b is :math:`-b_F`, and of the other sign as soon as the moment ends.
 """
 
 from __future__ import annotations

@@ -161,6 +161,7 @@ class ServoConfig:
         object.__setattr__(self, name, whole)
 
     def _check_ids(self) -> None:
+        self._require(self.n > 0 or not np.size(self.lower_limits), "ids", "one for each joint of the arm")
         self._require(len(set(self.ids)) == self.n, "ids", "distinct ids")
         self._require(all(0 <= servo_id <= 252 for servo_id in self.ids), "ids", "0 … 252")
         self._require(self.n_joints >= 1 or not self.gripper, "ids", "with a gripper, two at least")

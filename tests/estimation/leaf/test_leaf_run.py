@@ -72,7 +72,7 @@ def test_a_closed_leaf_that_nothing_touches_stays_where_it_is_known_to_be(model)
     flown = Flown(model, 0.5)
     before = flown.of("joint")
     flown.hover(6.0)
-    assert flown.of("joint") == pytest.approx(before, rel=0.01)
+    assert flown.of("joint") == pytest.approx(before, rel=0.02)
 
 
 def test_a_touch_is_found_at_the_face_and_its_force_and_angle_are_known(model):
