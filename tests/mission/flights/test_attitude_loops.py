@@ -42,5 +42,5 @@ def test_loops_of_autopilots_open_the_door(scenario: str, lag: float, dead: floa
 def test_a_grip_plans_with_the_lag_that_hover_has_measured(scenario: str, lag: float, dead: float) -> None:
     """A light leaf swings about its goal for as long as it may, if the plan knows neither lag nor dead time."""
     summary = flown(scenario, lag, dead)
-    assert summary["outcome"] == "completed" and abs(summary["final_error"]) < 1.0
+    assert summary["outcome"] == "completed" and abs(summary["final_error"]) < 1.5
     assert summary["time_to_open_s"] < 10.0 and summary["max_pull_force_n"] < 8.0
