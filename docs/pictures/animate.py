@@ -11,6 +11,8 @@ from __future__ import annotations
 import argparse
 import sys
 import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -27,15 +29,22 @@ DRAWN = ((0xD5, 0x5E, 0x00), (0xCC, 0x79, 0xA7), (0xF4, 0x9E, 0xCE), (0x00, 0x9E
 PLAIN = "for (const one of document.querySelectorAll('#caption, #legend, #controls, .dg')) one.style.display = 'none'"
 
 
-def main() -> None:
-    """Do what the arguments say."""
-    arguments = parse()
+@contextmanager
+def opened() -> Iterator[Browser]:
+    """A browser with a folder of its own, closed in the end."""
     with tempfile.TemporaryDirectory() as folder:
         browser = Browser(Path(folder))
         try:
-            pictures = frames(browser, arguments)
+            yield browser
         finally:
             browser.close()
+
+
+def main() -> None:
+    """Do what the arguments say."""
+    arguments = parse()
+    with opened() as browser:
+        pictures = frames(browser, arguments)
     if arguments.out.suffix == ".gif":
         write(pictures, arguments.out, arguments.frames_per_second)
     else:

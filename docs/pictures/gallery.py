@@ -13,7 +13,6 @@ import json
 import re
 import subprocess
 import sys
-import tempfile
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -23,8 +22,7 @@ from PIL import Image
 
 sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parents[2] / "tests")]
 
-from animate import frames  # noqa: E402
-from visualization.browser import Browser  # noqa: E402
+from animate import frames, opened  # noqa: E402
 
 from doorman.cli.simulated.listing import first_sentence  # noqa: E402
 from doorman.resources import scenario_directory, shipped  # noqa: E402
@@ -71,12 +69,8 @@ def draw(run: Path, video: Path) -> None:
     asked = argparse.Namespace(
         run=run, out=Path("frames.gif"), width=WIDTH, height=HEIGHT, speed=SPEED, frames_per_second=RATE, at=0.6
     )
-    with tempfile.TemporaryDirectory() as folder:
-        browser = Browser(Path(folder))
-        try:
-            pictures = frames(browser, asked)
-        finally:
-            browser.close()
+    with opened() as browser:
+        pictures = frames(browser, asked)
     video.parent.mkdir(exist_ok=True)
     encode(pictures, video)
     pictures[int(0.6 * len(pictures))].quantize(128).save(video.with_suffix(".png"), optimize=True)

@@ -6,7 +6,6 @@ Usage: python docs/pictures/readme.py RUN, a folder that `doorman open push` wro
 from __future__ import annotations
 
 import sys
-import tempfile
 from pathlib import Path
 
 import matplotlib
@@ -15,7 +14,7 @@ from PIL import Image
 
 sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parents[2] / "tests")]
 
-from animate import PLAIN, write  # noqa: E402
+from animate import PLAIN, opened, write  # noqa: E402
 from visualization.browser import Browser  # noqa: E402
 
 from doorman.recording import Recording  # noqa: E402
@@ -50,15 +49,11 @@ def main() -> None:
     recording = Recording.load(run)
     mission = recording["mission"]
     touched = float(mission.time[list(mission["state"]).index("open")])
-    with tempfile.TemporaryDirectory() as folder:
-        browser = Browser(Path(folder))
-        try:
-            look(browser, run, SIZE, STILL_FROM)
-            still(browser, touched + STILL)
-            look(browser, run, ANIMATED, ANIMATED_FROM)
-            animation(browser)
-        finally:
-            browser.close()
+    with opened() as browser:
+        look(browser, run, SIZE, STILL_FROM)
+        still(browser, touched + STILL)
+        look(browser, run, ANIMATED, ANIMATED_FROM)
+        animation(browser)
     forces(recording)
 
 

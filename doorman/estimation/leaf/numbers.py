@@ -32,7 +32,6 @@ _TOUCH = {
     "contact.friction_lasts": 5.0,  # until a tip that creeps has lost the friction that it had [s]
     "contact.settles": 0.05,  # until a leaf that stops stands [s]
     "contact.sticks": 0.3,  # until a leaf that stands is believed to resist with more than it bears [s],
-    "contact.way": 1.0,  # it is to go on, or back: -1
     "contact.more": 0.2,  # by so much on average [N m]
 }
 _SWITCH = {
@@ -88,10 +87,7 @@ _LEAF = 5e-3
 _SHARES = ("contact.friction", "switch.jump", "switch.throw")
 """Numbers that do not grow with the vehicle, unlike their namesakes."""
 
-TUNED = (
-    "sensor.pose", "sensor.tip_force", "sensor.leaf", *(name for name in _TOUCH if name != "contact.way"),
-    *_SWITCH, *_NOISE, *_START,
-)  # fmt: skip
+TUNED = ("sensor.pose", "sensor.tip_force", "sensor.leaf", *_TOUCH, *_SWITCH, *_NOISE, *_START)
 """Names of what is no fact of vehicle or door."""
 
 
@@ -120,6 +116,7 @@ def leaf_numbers(model: Model, pose_deviation: float) -> Numbers:
         "sensor.tip_force": math.hypot(_TIP_FORCE * scale.force, *_of_the_sensor(model)),
         "sensor.leaf": _LEAF,
         "contact.stiffness": 1500.0 * scale.stiffness,
+        "contact.way": 1.0,  # a leaf that stands is to go on, or back: -1
         **{
             name: value * (1.0 if name in _SHARES else units.get(name.partition(".")[2], 1.0))
             for name, value in tuned.items()
