@@ -19,7 +19,6 @@ import math
 import numpy as np
 
 from doorman.arrays import Array
-from doorman.control.engagement import Engagement
 from doorman.control.tug import TOUCH_FORCE
 from doorman.dynamics.attitude_loop import AttitudeLoop
 from doorman.exceptions import BackendError
@@ -31,9 +30,7 @@ from doorman.simulation.plant.onboard.rotors import RotorLayout, rotor_layout
 from doorman.simulation.plant.plant import hover_wrench
 
 FIRST_TURN = 0.1
-"""Tilt that plans ask of a vehicle whose grip is young: a stiffer start (`Engagement`) cuts it [rad]."""
-_ENGAGED = 0.5
-"""In which a vehicle whose tip is tied follows its first tilt [s]."""
+"""Largest tilt that the first plans ask of a vehicle at the leaf [rad]."""
 _CLEAR = 1.3
 """Ratio of largest thrust and weight below which gusts, a heavier door or a weak battery can make a vehicle sink."""
 
@@ -86,10 +83,9 @@ def _thrust_reserve(model: Model, layout: RotorLayout) -> Finding:
 
 def _first_turn(model: Model) -> tuple[float, str]:
     """Error of the attitude that the onboard loop has to answer at the touch, and why [rad]."""
-    control, engagement = model.scenario.control, Engagement(model)
+    control = model.scenario.control
     if model.scenario.contact.kind == "grip":
-        allowed = max(engagement.lead(0.0), engagement.lead(_ENGAGED) - engagement.lead(0.0))
-        return min(allowed, FIRST_TURN), "as the first plans do with the tip tied"
+        return FIRST_TURN, "as the first plans do with the tip tied"
     stop = model.vehicle.mass * control.velocity_gain[0] * model.scenario.mission.touch_speed / model.vehicle.weight
     push = TOUCH_FORCE * model.scale.force / model.vehicle.weight
     return min(max(stop, push), FIRST_TURN), "as the controller does when the touch stops the tip"

@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 
 from doorman.control.estimation.estimator import Estimate
 from doorman.control.position_controller import Setpoint
+from doorman.mission.at_the_leaf import LARGEST_PUSH, SPEED_GAIN
 from doorman.mission.motion import arm_rates_to
-from doorman.mission.opening.at_the_leaf import LARGEST_PUSH, SPEED_GAIN
 from doorman.model import Model
 
 Array = NDArray[np.float64]

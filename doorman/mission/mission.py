@@ -11,7 +11,6 @@ from dataclasses import asdict, replace
 
 import numpy as np
 
-from doorman.control.engagement import Engagement
 from doorman.control.estimation.door_locator import DoorLocator
 from doorman.control.estimation.door_watch import DoorWatch
 from doorman.control.estimation.estimator import Estimate, Estimator, Tie
@@ -27,6 +26,7 @@ from doorman.gravity import weight_of
 from doorman.hardware.interface import Backend
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.mission.phases.phase import Phase
+from doorman.mission.quasi_static_flight import QuasiStaticFlight
 from doorman.mission.schedule import PlanSchedule
 from doorman.mission.sequence import Sequence
 from doorman.mission.whole_body_flight import WholeBodyFlight
@@ -71,7 +71,6 @@ class Mission(Uncopied):
         self._controller = PositionController(
             model.vehicle.mass, weight_of(1.0), model.vehicle.max_thrust, settings.control, model.actuation
         )
-        self._engagement = Engagement(model)
         self._under_way = UnderWay(model.attitude_loop, model.vehicle.mass)
         self._locator, self._watch = DoorLocator(model), DoorWatch(model)
         self._known: Estimate | None = None
@@ -81,10 +80,10 @@ class Mission(Uncopied):
         )
         whole = planned_with(model) == "whole_body"
         self._whole_body = WholeBodyFlight(model, self._schedule) if whole else None
+        self._quasi_static = None if whole else QuasiStaticFlight(model, self.converter, self._schedule)
         self._flew_plan = self._loop_is_known = False
         self._started = 0.0
         self._last_time: float | None = None
-        self._opened_at: float | None = None
         self._last_setpoint: Setpoint | None = None
         self._rotors = np.array([0.0, 0.0, model.vehicle.weight])
         self._lift = LiftScale(model.vehicle.max_thrust)
@@ -192,10 +191,11 @@ class Mission(Uncopied):
         self._learn_loop(now)
         setpoint, at_the_leaf, tie = action.setpoint, self._sequence.at_the_leaf, self._sequence.tie
         self._note_hold(estimate, tie, elapsed)
-        planned = None
+        planned, follows, goal = None, self._sequence.follows, self._sequence.goal
+        if self._quasi_static is not None:
+            setpoint = self._quasi_static.setpoint(estimate, measurement.body_rates, follows, goal) or setpoint
         if self._whole_body is not None:
-            follows, grips, goal = self._sequence.follows
-            planned = self._whole_body.command(estimate, measurement, follows, elapsed, grips, goal)
+            planned = self._whole_body.command(estimate, measurement, follows, elapsed, goal)
             if planned is not None:
                 planned = replace(planned, grip=action.grip)
         if planned is None:
@@ -206,7 +206,7 @@ class Mission(Uncopied):
             later = None if tie is Tie.GRIPPED else self._later(estimate, setpoint, seen, measurement.body_rates)
             place, velocity = estimate.position, estimate.velocity
             thrust = self._controller.update(place, velocity, setpoint, elapsed, later, force)
-            attitude = self._engaged(thrust.attitude, now, float(estimate.attitude[1]))
+            attitude = thrust.attitude
             if setpoint.nudge is not None:
                 attitude = attitude + np.array([*setpoint.nudge, 0.0])
             ahead, left, up = self.model.actuation.body_force(thrust.force, seen)
@@ -310,16 +310,6 @@ class Mission(Uncopied):
         if planner is not None and planner.model.scenario != model.scenario:
             raise DoormanError("the planner was made for another scenario", field="planner")
         return planner or Planner(model)
-
-    def _engaged(self, attitude: np.ndarray, now: float, pitch: float) -> np.ndarray:
-        """Commanded attitude; while a grip is young its pitch stays near the present one."""
-        if self.model.scenario.contact.kind != "grip" or self.phase is not Phase.OPEN:
-            self._opened_at = None
-            return attitude
-        if self._opened_at is None:
-            self._opened_at = now
-        reach = self._engagement.lead(now - self._opened_at)
-        return np.array([attitude[0], pitch + min(max(float(attitude[1]) - pitch, -reach), reach), attitude[2]])
 
     def _note_phase(self, now: float, phase: Phase, reason: str) -> None:
         self._write_phase(now, phase.value, reason)

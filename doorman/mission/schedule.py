@@ -20,6 +20,8 @@ from doorman.recording import Recorder
 
 Array = NDArray[np.float64]
 
+_SILENT = 0.5
+"""A planner that makes one plan for so long is given up; what is flown meanwhile is the last plan, which is longer [s]."""
 _LONGEST = 0.2
 """For one plan where time does not wait: a goal that cannot be reached from a state may take seconds to be given up [s]."""
 
@@ -182,6 +184,10 @@ class PlanSchedule:
             now: [s].
         """
         return 0.0 if self._thread is None else self._thread.at_work(now)
+
+    def is_silent(self, now: float) -> bool:
+        """Whether that is too long."""
+        return self.overdue(now) > _SILENT
 
     def forget(self) -> None:
         """Begin anew: what was planned before is not to be followed any more."""

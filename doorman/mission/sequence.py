@@ -101,11 +101,14 @@ class Sequence:
         return _PHASES[self._first].at_the_leaf if self._now is None else self._now.at_the_leaf
 
     @property
-    def follows(self) -> tuple[bool, bool, float | None]:
-        """Whether a whole-body plan is followed, whether it grips, and where it brings the leaf, if not to the goal."""
-        if self._now is None:
-            return self.at_the_leaf, False, None
-        return self._now.follows
+    def follows(self) -> bool:
+        """Whether a plan is followed."""
+        return self.at_the_leaf and not self.attempt.grips if self._now is None else self._now.follows
+
+    @property
+    def goal(self) -> float | None:
+        """Where a plan brings the leaf, if not to the mission's goal [rad]."""
+        return None if self._now is None else self._now.goal
 
     @property
     def tie(self) -> Tie:

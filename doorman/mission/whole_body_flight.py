@@ -25,10 +25,10 @@ class WholeBodyFlight:
     """
 
     def __init__(self, model: Model, schedule: PlanSchedule) -> None:
-        self._controller = WholeBodyController(model)
+        self._controller, self._grips = WholeBodyController(model), model.scenario.contact.kind == "grip"
         self._schedule, self._hinge = schedule, Hinge.of(model.door)
-        self._follows: tuple[bool, float | None] | None = None
-        """Whether the tip grips, and where the leaf is to go, while plans are followed."""
+        self._follows: tuple[float | None] | None = None
+        """Where the leaf is to go, while plans are followed."""
 
     def fly_by(self, loop: AttitudeLoop) -> None:
         """Believe another attitude loop from now on."""
@@ -43,16 +43,15 @@ class WholeBodyFlight:
         self._controller.note(now, command, yaw)
 
     def command(
-        self, known: Estimate, measurement: Measurement, at_the_leaf: bool, time_step: float, grips: bool = False,
-        goal: float | None = None,
-    ) -> Command | None:  # fmt: skip
-        """What the vehicle is to do now."""
-        if not at_the_leaf:
+        self, known: Estimate, measurement: Measurement, follows: bool, time_step: float, goal: float | None = None
+    ) -> Command | None:
+        """What a plan asks for now; None before the first one is known, and where none is to be followed."""
+        if not follows:
             self._follows = None
             return None
-        if self._follows != (grips, goal):
-            self._follows = grips, goal
-            self._controller.forget(grips, goal)
+        if self._follows != (goal,):
+            self._follows = (goal,)
+            self._controller.forget(self._grips, goal)
             self._schedule.forget()
         self._controller.aim(known, measurement.time, time_step)
 

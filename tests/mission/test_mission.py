@@ -13,10 +13,8 @@ import numpy as np
 import pytest
 
 from doorman import Model, Planner, PlanStatus, Scenario
-from doorman.control.engagement import ENGAGE_PITCH, ENGAGE_RATE
 from doorman.exceptions import BackendError, DoormanError
 from doorman.hardware.interface import Backend, Command, Measurement
-from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.mission import Mission, PlanSchedule
 from doorman.mission.schedule import Wanted
 from doorman.planning.hinge import Hinge
@@ -213,24 +211,6 @@ def test_a_plant_that_goes_on_is_planned_for_in_another_thread(model: Model, rea
     )
     assert (threading.main_thread() in planner.told) is not real_time
     assert threading.active_count() == before, "the thread has ended"
-
-
-def test_pitch_is_let_go_gradually_roll_and_yaw_at_once(model: Model) -> None:
-    """The plan leans forward at once; what is commanded stays within ENGAGE_PITCH + ENGAGE_RATE t of what is measured."""
-    backend, recorder = ScriptedBackend(model), Recorder(None, {})
-    Mission(model, recorder=recorder).fly(backend, TUG + 1.0)
-    begins, recording = opening(recorder)
-    forces = recording["controller"]["force"][begins:]
-    held = 0
-    for k, (command, force) in enumerate(zip(backend.commands[begins:], forces, strict=True)):
-        reach = ENGAGE_PITCH + ENGAGE_RATE * TICK * k
-        assert abs(command.attitude[1]) <= reach + 1e-12
-        wanted = rotation_body_to_world(command.attitude)[:, 2]
-        along = wanted @ force / np.linalg.norm(force)
-        held += along < 1.0 - 1e-9
-        if along < 1.0 - 1e-9:
-            assert abs(command.attitude[1]) == pytest.approx(reach)
-    assert 0 < held < len(forces)
 
 
 def test_yaw_does_not_jump_at_half_a_turn(model: Model) -> None:

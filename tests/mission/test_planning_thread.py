@@ -8,10 +8,7 @@ import time
 import pytest
 
 from doorman import Model, Planner, Scenario
-from doorman.control.state_converter import StateConverter
 from doorman.exceptions import DoormanError
-from doorman.mission.opening.gripped import Opening
-from doorman.mission.opening.held_leaf import QuasiStaticHold
 from doorman.mission.schedule import PlanSchedule, Wanted
 from doorman.planning.hinge import Hinge
 from doorman.recording import Recorder
@@ -117,14 +114,6 @@ def test_plans_are_the_same_in_either_thread(model: Model, schedule: PlanSchedul
     assert (made == wanted).all()
 
 
-def test_a_silent_planner_ends_the_opening(model: Model, schedule: PlanSchedule) -> None:
-    class Seen:
-        time, door_angle, door_disturbance, yaw = 0.0, 1.5, 0.0, model.start_yaw
-
-    opening = Opening(model, QuasiStaticHold(model, StateConverter(model), schedule), schedule)
-    opening.resume(0.0, 0.0)
+def test_a_silent_planner_is_noticed(model: Model, schedule: PlanSchedule) -> None:
     schedule.update(0.0, lambda: Wanted(model.start_state, FREE))
-    Seen.time = 0.4
-    assert opening.stuck(Seen) == ""  # type: ignore[arg-type]
-    Seen.time = 0.6
-    assert opening.stuck(Seen) == "the planner is silent for 0.6 s"  # type: ignore[arg-type]
+    assert not schedule.is_silent(0.4) and schedule.is_silent(0.6)

@@ -2,23 +2,17 @@
 
 from __future__ import annotations
 
-from functools import cached_property
-
-from doorman.control.estimation.estimator import Estimator
+from doorman.control.estimation.estimator import Estimator, Tie
 from doorman.control.estimation.frame_fit import FrameFit
 from doorman.control.estimation.pose_watch import PoseWatch
 from doorman.control.passage import Passage, has_doorway
 from doorman.control.state_converter import StateConverter
 from doorman.control.tug import TOUCH_FORCE
+from doorman.mission.at_the_leaf import AtTheLeaf
 from doorman.mission.loop_test import LoopTest
-from doorman.mission.opening.at_the_leaf import AtTheLeaf
-from doorman.mission.opening.door_opening import DoorOpening
-from doorman.mission.opening.gripped import Opening
-from doorman.mission.opening.held_leaf import HeldLeaf, QuasiStaticHold
-from doorman.mission.opening.swing import Swing
+from doorman.mission.opening import Opening
 from doorman.mission.schedule import PlanSchedule
 from doorman.model import Model
-from doorman.planning.planning_model import planned_with
 
 
 class Attempt:
@@ -35,10 +29,12 @@ class Attempt:
         self.model, self.converter, self.schedule, self.estimator = model, converter, schedule, estimator
         self.settings = model.scenario.mission
         self.grips = model.scenario.contact.kind == "grip"
+        self.tie = Tie.GRIPPED if self.grips else Tie.PUSHING
+        """Of a tip that opens the door."""
         self.touch_force = TOUCH_FORCE * model.scale.force
         """With which the tip presses after the touch [N]."""
         self.leaf = AtTheLeaf(model, converter)
-        self.opening = self._make_opening()
+        self.opening = Opening(model, schedule)
         through = self.settings.then == "through" and has_doorway(model)
         self.passage = Passage(model) if through else None
         """The way through the doorway, where the vehicle is to fly it."""
@@ -66,13 +62,6 @@ class Attempt:
         self.frame: FrameFit | None = None
         """Where the door stands, once the tip has touched its frame; of all attempts."""
 
-    @cached_property
-    def held_leaf(self) -> HeldLeaf:
-        """Motion with the leaf in the gripper; a tip that only pushes needs none."""
-        if planned_with(self.model) == "whole_body":
-            return HeldLeaf(self.model, self.converter)
-        return QuasiStaticHold(self.model, self.converter, self.schedule)
-
     def allow_another(self) -> None:
         """Let another attempt follow, unless this one has failed already, or the mission was aborted."""
         if not self.failure and not self.aborted:
@@ -84,11 +73,6 @@ class Attempt:
         reason = f"attempt {self.number + 1}, after: {self.failure}"
         self.number, self.losses, self.failure = self.number + 1, 0, ""
         self.again = self.opened = self.unsure = False
-        self.opening = self._make_opening()
+        self.opening = Opening(self.model, self.schedule)
         self.estimator.lose_leaf()
         return reason
-
-    def _make_opening(self) -> DoorOpening:
-        if self.grips:
-            return Opening(self.model, self.held_leaf, self.schedule)
-        return Swing(self.model, self.leaf, self.schedule)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 
 from doorman.control.estimation.estimator import Estimate
-from doorman.mission.opening.door_opening import SILENT
 from doorman.mission.phases.attempt import Attempt
 from doorman.mission.phases.phase import GiveUp, MissionPhase, Phase
 from doorman.mission.phases.release import LOST_PAST
@@ -46,14 +45,14 @@ class Guard:
             what = "the leaf" if near else "a jamb"
             reason = f"the rotors come too near to {what} at {self._stands(estimate)}"
             return GiveUp(reason, for_good=False, at_once=not self._attempt.grips)
+        if self._attempt.schedule.is_silent(estimate.time):
+            return GiveUp(f"the planner is silent for {self._attempt.schedule.overdue(estimate.time):.1f} s")
         if self._attempt.grips:
             return None
         sunk = self._sunk(estimate)
         self._high_at = estimate.time if sunk < _SUNK * self._attempt.model.scale.length else self._high_at
         if estimate.time - self._high_at > _DOUBT:
             return GiveUp(f"the vehicle has sunk by {1e2 * sunk:.0f} cm at {self._stands(estimate)}")
-        if (late := self._attempt.schedule.overdue(estimate.time)) > SILENT:
-            return GiveUp(f"the planner is silent for {late:.1f} s")
         past = LOST_PAST if phase.phase is Phase.RECOVER else _PAST
         if estimate.door_angle < self._attempt.model.goal_angle - past:
             return GiveUp(f"the leaf has gone past the goal, to {self._stands(estimate)}")

@@ -7,9 +7,9 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from doorman.control.estimation.estimator import Estimate, Tie
+from doorman.control.estimation.estimator import Estimate
 from doorman.control.position_controller import Setpoint
-from doorman.mission.opening.progress import STILL_OPEN
+from doorman.mission.opening import STILL_OPEN
 from doorman.mission.phases.attempt import Attempt
 from doorman.mission.phases.phase import GiveUp, MissionPhase, Next, Phase, Then
 
@@ -33,16 +33,7 @@ class Hold(MissionPhase):
         self._goal = attempt.model.goal_angle
         self._waits = False
         self._open_at = self.entered
-
-    @property
-    def tie(self) -> Tie:
-        """The tip holds or presses."""
-        return Tie.GRIPPED if self.attempt.grips else Tie.PUSHING
-
-    @property
-    def closes_gripper(self) -> bool:
-        """True: the gripper stays closed all the time."""
-        return self.attempt.grips
+        attempt.opening.resume(estimate.time)
 
     def expired(self, now: float) -> bool:
         """False: how long a door is held is judged each tick."""
@@ -50,7 +41,9 @@ class Hold(MissionPhase):
 
     def step(self, estimate: Estimate, body_rates: Array, time_step: float) -> tuple[Setpoint, Then]:
         """Go on holding, and judge whether that is over."""
-        return self.attempt.opening.step(estimate, body_rates), self._judge(estimate)
+        attempt = self.attempt
+        attempt.opening.update(estimate)
+        return attempt.leaf.push(estimate, attempt.touch_force), self._judge(estimate)
 
     def _judge(self, estimate: Estimate) -> Then:
         settings = self.attempt.settings

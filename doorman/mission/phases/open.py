@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from doorman.control.estimation.estimator import Estimate, Tie
+from doorman.control.estimation.estimator import Estimate
 from doorman.control.position_controller import Setpoint
 from doorman.mission.motion import planned_speed_back
 from doorman.mission.phases.attempt import Attempt
@@ -29,35 +29,24 @@ class Open(MissionPhase):
 
     def __init__(self, attempt: Attempt, estimate: Estimate, before: MissionPhase | None) -> None:
         super().__init__(attempt, estimate, before)
-        attempt.opening.resume(estimate.time, attempt.touch_force)
-
-    @property
-    def tie(self) -> Tie:
-        """The tip holds or presses."""
-        return Tie.GRIPPED if self.attempt.grips else Tie.PUSHING
-
-    @property
-    def closes_gripper(self) -> bool:
-        """True: the gripper stays closed all the time."""
-        return self.attempt.grips
+        attempt.opening.resume(estimate.time)
 
     def speed_back(self, estimate: Estimate) -> float:
-        """Speed with which the plan of a grip draws the tip back; 0 for a push [m/s]."""
-        if not self.attempt.grips:
-            return 0.0
+        """Speed with which the plan draws the tip back [m/s]."""
         most = math.inf if self.attempt.model.travel.sense > 0.0 else _CORRECTS
         return planned_speed_back(self.attempt.converter, self.attempt.schedule.current, estimate.time, most)
 
     def step(self, estimate: Estimate, body_rates: Array, time_step: float) -> tuple[Setpoint, Then]:
         """Follow the plan, and judge where the door is."""
         attempt = self.attempt
-        setpoint = attempt.opening.step(estimate, body_rates)
+        attempt.opening.update(estimate)
+        setpoint = attempt.leaf.push(estimate, attempt.touch_force)
         if attempt.opening.done(estimate.time):
             attempt.opened = True
             return setpoint, self._after_opening(estimate)
         if stuck := attempt.opening.stuck(estimate):
             return setpoint, GiveUp(stuck, for_good=not attempt.opening.may_go_on(estimate))
-        if not (attempt.grips or estimate.touching or attempt.opening.held):
+        if not (attempt.grips or estimate.touching or attempt.opening.near):
             return setpoint, self._lose_contact(estimate)
         return setpoint, None
 
@@ -77,9 +66,7 @@ class Open(MissionPhase):
                 return Next(Phase.HOLD, "the tip is to stay")
             attempt.keeps_hold = True
             return Next(Phase.DONE)
-        if attempt.opening.keeps_the_door(estimate):
-            return Next(Phase.RELEASE)
-        return Next(Phase.HOLD, "the door did not stay by itself")
+        return Next(Phase.RELEASE)
 
     def _lose_contact(self, estimate: Estimate) -> Next | GiveUp:
         attempt = self.attempt

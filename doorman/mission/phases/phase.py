@@ -82,6 +82,8 @@ class MissionPhase(ABC):
     """Whether the tip is to touch the leaf."""
     leaves: ClassVar[bool] = False
     """Whether the vehicle lets go of the leaf, or goes out."""
+    guarded: ClassVar[bool] = False
+    """Whether a leaf or jamb near the rotors ends the attempt."""
 
     def __init__(self, attempt: Attempt, estimate: Estimate, before: MissionPhase | None) -> None:
         self.attempt, self.entered = attempt, estimate.time
@@ -95,27 +97,26 @@ class MissionPhase(ABC):
     @property
     def tie(self) -> Tie:
         """What is known of tip and leaf."""
-        return Tie.FREE
+        return self.attempt.tie if self.at_the_leaf else Tie.FREE
 
     @property
-    def follows(self) -> tuple[bool, bool, float | None]:
-        """Whether a whole-body plan is followed, whether it grips, and where it brings the leaf, if not to the goal [rad]."""
-        grips = self.attempt.grips
-        return self.at_the_leaf and (not grips or self.tie is Tie.GRIPPED), grips, None
+    def follows(self) -> bool:
+        """Whether a plan is followed: one that pushes, or one that holds the leaf."""
+        return self.at_the_leaf and self.tie is self.attempt.tie
+
+    @property
+    def goal(self) -> float | None:
+        """Where a plan brings the leaf, if not to the mission's goal [rad]."""
+        return None
 
     @property
     def closes_gripper(self) -> bool:
         """Whether a gripper is to be closed."""
-        return False
+        return self.at_the_leaf and self.attempt.grips
 
     @property
     def gives_way(self) -> bool:
         """Whether the vehicle gives way to a slammed door."""
-        return False
-
-    @property
-    def guarded(self) -> bool:
-        """Whether a leaf or jamb near the rotors ends the attempt."""
         return False
 
     def holds(self, now: float) -> bool:

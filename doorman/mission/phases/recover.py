@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from doorman.control.estimation.estimator import Estimate, Tie
+from doorman.control.estimation.estimator import Estimate
 from doorman.control.position_controller import Setpoint
 from doorman.mission.phases.attempt import Attempt
 from doorman.mission.phases.phase import GiveUp, MissionPhase, Next, Phase, Then
@@ -25,22 +25,12 @@ _FAR = 1.0
 class Recover(MissionPhase):
     """Ends as the tip presses again."""
 
-    phase, at_the_leaf = Phase.RECOVER, True
+    phase, at_the_leaf, guarded = Phase.RECOVER, True, True
 
     def __init__(self, attempt: Attempt, estimate: Estimate, before: MissionPhase | None) -> None:
         super().__init__(attempt, estimate, before)
         attempt.leaf.begin(estimate.yaw, estimate)
         self._nearest, self._progress_at = estimate.door_angle, estimate.time
-
-    @property
-    def tie(self) -> Tie:
-        """What is known of tip and leaf: the tip holds or presses, as while it touches."""
-        return Tie.GRIPPED if self.attempt.grips else Tie.PUSHING
-
-    @property
-    def guarded(self) -> bool:
-        """Whether the tip only pushes."""
-        return not self.attempt.grips
 
     def searches(self, now: float) -> bool:
         """Whether the tip is far from where it lost the leaf, or not sure to have touched it."""

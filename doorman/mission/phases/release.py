@@ -1,4 +1,4 @@
-"""How the tip leaves the leaf: a gripper rests on it before it opens, a push fades into backing off, a slam is given way to."""
+"""How the tip leaves the leaf: the load on it fades, it is watched whether the leaf stays, then the tip goes back."""
 
 from __future__ import annotations
 
@@ -17,27 +17,24 @@ Array = NDArray[np.float64]
 
 LOST_PAST = math.radians(2.5)
 """A leaf that was lost is not looked for so far beyond the goal [rad]."""
-_BACKING_OFF = 0.4
-"""Force away from the leaf while a tip that pushes lets go, of the shipped vehicle as all forces here [N]."""
 _DRAWING_BACK = 1.0
-"""Force away from the leaf while a gripper lets go: what it held against would push it back onto a free leaf [N]."""
+"""Force away from the leaf while a tip lets go, of the shipped vehicle as all forces here [N]: what it held against would push it
+back onto a free leaf."""
 _DRAWN_BACK = 0.15
 """It goes back no faster by itself: it would be a jamb that it comes nearer to [m/s]."""
 _BRAKING, _MOST_BRAKING = 12.0, 4.0
 """Of a vehicle whose leaf still swings when it lets go [N s/m], [N]."""
-_LETTING_GO, _FADES = 0.5, 8.0
-"""For which the tip backs off, or the gripper draws back [s]; a hard push takes longer to fade [N/s]."""
-_UNLOADING, _UNLOADED = 0.7, 1.5
-"""Time in which a load fades, and the load with which a gripper opens before that has passed, where nobody minds whether the door
-stays [s], [N]: a vehicle that lets go of a load is flung away from it until its tilt has followed;"""
-_COMES_ALIVE = 0.1
-"""at once where the leaf moves faster, which is then not let back but thrown [rad/s]."""
+_LETTING_GO = 0.5
+"""For which the tip draws back [s]."""
+_EASING, _UNLOADING = 1.5, 0.7
+"""Time in which the load on an opened door fades, and on one that is given up [s]: a vehicle that lets go of a load is flung away
+from it until its tilt has followed."""
+_UNLOADED, _COMES_ALIVE = 1.5, 0.1
+"""A given-up leaf is let go before that with so little load [N], or where it moves faster: it is thrown then [rad/s]."""
 _GIVING_WAY = 2.5
 """A vehicle that has not left the doorway by then [s] is held there, or is as slow as it may be."""
-_EASING = 1.5
-"""Time in which the push on an opened door fades [s]."""
 _WATCHING = 3.0
-"""For which the tip only rests on it then, or the gripper holds it without a load [s]."""
+"""For which the tip then only rests on the leaf, or the gripper holds it without a load [s]."""
 _RESTING = 0.15
 """Push of a tip that rests on the leaf [N]."""
 _COMES_BACK = math.radians(0.35)
@@ -45,30 +42,34 @@ _COMES_BACK = math.radians(0.35)
 
 
 class Release(MissionPhase):
-    """Lets go of the leaf; a door that comes back meanwhile is held instead."""
+    """Lets go of the leaf; a door that does not stay meanwhile is held instead."""
 
     phase, leaves = Phase.RELEASE, True
 
     def __init__(self, attempt: Attempt, estimate: Estimate, before: MissionPhase | None) -> None:
         super().__init__(attempt, estimate, before)
-        closed = before is not None and before.closes_gripper
-        self._goal = attempt.model.goal_angle
-        self._angle, self._load, self._push = estimate.door_angle, estimate.normal_force, estimate.normal_force
-        self._let_go_at = None if closed else self.entered
+        self._angle, self._load = estimate.door_angle, estimate.normal_force
+        self._holds = before is not None and before.closes_gripper
+        self._let_go_at = self.entered if attempt.grips and not self._holds else None
         self._gives_way = False
-        attempt.leaf.begin(estimate.yaw, estimate, 0.0 if attempt.grips else max(self._push, 0.0))
+        attempt.leaf.begin(estimate.yaw, estimate, 0.0 if self._holds else max(self._load, 0.0))
 
     @property
     def tie(self) -> Tie:
-        """A closed gripper still holds."""
+        """A closed gripper still holds, a tip that pushes rests until it goes back."""
         if self.closes_gripper:
             return Tie.GRIPPED
-        return Tie.LEAVING if self.attempt.failure or self.attempt.grips else Tie.PUSHING
+        return Tie.PUSHING if self._let_go_at is None and not self.attempt.failure else Tie.LEAVING
 
     @property
     def closes_gripper(self) -> bool:
         """Whether the load has not been taken off the gripper yet."""
-        return self._let_go_at is None
+        return self._holds and self._let_go_at is None
+
+    @property
+    def follows(self) -> bool:
+        """False: the load fades by itself."""
+        return False
 
     @property
     def gives_way(self) -> bool:
@@ -80,71 +81,50 @@ class Release(MissionPhase):
         self._gives_way, self._let_go_at = True, estimate.time
 
     def step(self, estimate: Estimate, body_rates: Array, time_step: float) -> tuple[Setpoint, Then]:
-        """Go on letting go: the gripper opens, the push fades into backing off."""
-        attempt, leaf = self.attempt, self.attempt.leaf
-        failed, scale = bool(attempt.failure), attempt.model.scale
+        """Go on letting go."""
+        leaf, scale = self.attempt.leaf, self.attempt.model.scale
         if self._let_go_at is None:
-            if not failed:
-                return self._rest_in_gripper(estimate)
-            loaded = abs(estimate.normal_force) > _UNLOADED * scale.force and abs(estimate.door_rate) < _COMES_ALIVE
-            if loaded and estimate.time - self.entered < _UNLOADING:
-                return leaf.push(estimate, self._load_left(estimate)), None
+            setpoint, then, over = self._unload(estimate)
+            if then is not None or not over:
+                return setpoint, then
             self._let_go_at = estimate.time
         spent = estimate.time - self._let_go_at
         if self._gives_way:
-            outside = not in_the_doorway(attempt.model, estimate.position)
+            outside = not in_the_doorway(self.attempt.model, estimate.position)
             return leaf.give_way(estimate), self._out(spent >= (_LETTING_GO if outside else _GIVING_WAY))
-        if attempt.grips:
-            gently = _DRAWING_BACK * scale.force * min(max(1.0 + estimate.tip_speed / _DRAWN_BACK, 0.0), 1.0)
-            force = max(gently, min(_BRAKING * scale.damping * estimate.tip_speed, _MOST_BRAKING * scale.force))
-            return leaf.draw_back(estimate, force), self._out(spent >= _LETTING_GO)
-        pressed = self._push
-        if not failed:
-            if spent < _EASING + _WATCHING:
-                return self._ease(estimate, min(spent / _EASING, 1.0))
-            spent, pressed = spent - _EASING - _WATCHING, _RESTING * scale.force
-        lasts = max(_LETTING_GO, pressed / (_FADES * scale.force))
-        share = min(spent / lasts, 1.0)
-        setpoint = leaf.push(estimate, (1.0 - share) * pressed - share * _BACKING_OFF * scale.force)
-        return setpoint, self._out(spent >= lasts)
+        gently = _DRAWING_BACK * scale.force * min(max(1.0 + estimate.tip_speed / _DRAWN_BACK, 0.0), 1.0)
+        force = max(gently, min(_BRAKING * scale.damping * estimate.tip_speed, _MOST_BRAKING * scale.force))
+        return leaf.draw_back(estimate, force), self._out(spent >= _LETTING_GO)
 
     def time_out(self, estimate: Estimate) -> Next | GiveUp:
         """The retreat: the vehicle leaves."""
         return Next(Phase.RETREAT, f"the phase release took longer than {self.longest:g} s")
 
-    def _load_left(self, estimate: Estimate) -> float:
-        """Of what the gripper held as this began [N]."""
-        return max(1.0 - (estimate.time - self.entered) / _UNLOADING, 0.0) * self._load
-
-    def _rest_in_gripper(self, estimate: Estimate) -> tuple[Setpoint, Then]:
-        """Take the load off a closed gripper, and watch whether the door stays: it opens after that."""
-        spent, left = estimate.time - self.entered, self._load_left(estimate)
-        setpoint = self.attempt.leaf.push(estimate, left)
-        moved = abs(estimate.door_angle - self._angle) > _COMES_BACK
-        if moved and abs(estimate.door_rate) < _COMES_ALIVE:  # faster, somebody has it
-            return setpoint, self._hold(estimate, left, "moved as the load was taken off it")
-        if spent >= _UNLOADING + _WATCHING:
-            self._let_go_at = estimate.time
-            self.attempt.estimator.leaf_stays(estimate.door_angle)
-        return setpoint, None
-
-    def _ease(self, estimate: Estimate, eased: float) -> tuple[Setpoint, Then]:
-        """Let the push fade, and watch whether the door stays: one that comes back is to be held instead."""
-        left = (1.0 - eased) * self._push + eased * _RESTING * self.attempt.model.scale.force
-        setpoint = self.attempt.leaf.rest(estimate, left)
-        if estimate.door_angle > self._angle + _COMES_BACK:
-            return setpoint, self._hold(estimate, left, "came back as the push faded")
-        if not (estimate.near or estimate.touching):  # the tip has left the leaf, and the door stands without it
-            return setpoint, self._out(True)
-        if estimate.tip_angle < self._goal - LOST_PAST:
-            stands = self.attempt.model.door.in_words(estimate.tip_angle, 0)
-            self.attempt.failure = f"the leaf has gone past the goal, to {stands} or farther"
-            return setpoint, self._out(True)
-        return setpoint, None
-
-    def _hold(self, estimate: Estimate, push: float, moved: str) -> Next:
-        self.attempt.opening.hold_again(estimate, push)
-        return Next(Phase.HOLD, f"the door {moved}")
+    def _unload(self, estimate: Estimate) -> tuple[Setpoint, Then, bool]:
+        """Let the load fade; what follows, and whether that is over. An opened door is watched for a while."""
+        attempt, spent, failed = self.attempt, estimate.time - self.entered, bool(self.attempt.failure)
+        left = max(1.0 - spent / (_UNLOADING if failed else _EASING), 0.0)
+        if failed:
+            loaded = abs(estimate.normal_force) > _UNLOADED * attempt.model.scale.force
+            over = left == 0.0 or not loaded or abs(estimate.door_rate) >= _COMES_ALIVE
+            return attempt.leaf.push(estimate, left * self._load), None, over
+        rests = 0.0 if self._holds else _RESTING * attempt.model.scale.force
+        push = left * self._load + (1.0 - left) * rests
+        setpoint = attempt.leaf.push(estimate, push) if self._holds else attempt.leaf.rest(estimate, push)
+        back = attempt.model.travel.left(estimate.door_angle) - attempt.model.travel.left(self._angle)
+        moved = abs(back) if self._holds else back
+        if moved > _COMES_BACK and abs(estimate.door_rate) < _COMES_ALIVE:  # faster, somebody has it
+            return setpoint, Next(Phase.HOLD, "the door moved as the load was taken off it"), False
+        if not (self._holds or estimate.near or estimate.touching):  # it stands without the tip
+            return setpoint, None, True
+        if not self._holds and attempt.model.travel.left(estimate.tip_angle) < -LOST_PAST:
+            stands = attempt.model.door.in_words(estimate.tip_angle, 0)
+            attempt.failure = f"the leaf has gone past the goal, to {stands} or farther"
+            return setpoint, None, True
+        over = spent >= _EASING + _WATCHING
+        if over:
+            attempt.estimator.leaf_stays(estimate.door_angle)
+        return setpoint, None, over
 
     def _out(self, over: bool) -> Next | None:
         return Next(Phase.RETREAT, self.attempt.failure) if over else None

@@ -7,10 +7,9 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from doorman.control.estimation.estimator import Estimate, Tie
+from doorman.control.estimation.estimator import Estimate
 from doorman.control.position_controller import Setpoint
 from doorman.mission.motion import planned_speed_back
-from doorman.mission.opening.door_opening import SILENT
 from doorman.mission.phases.attempt import Attempt
 from doorman.mission.phases.phase import GiveUp, MissionPhase, Next, Phase, Then
 from doorman.mission.since import since
@@ -18,7 +17,7 @@ from doorman.mission.since import since
 Array = NDArray[np.float64]
 
 THERE, _LEVELS = math.radians(1.0), 0.7
-"""A door that is no farther from where it was found is back [rad]. The vehicle stops pushing within this time [s]."""
+"""A door that is no farther from where it was found for so long is back [rad], [s]."""
 _DRAWS_BACK = 0.35
 """Plans draw the tip back no faster [m/s]."""
 _STUCK = 3.0
@@ -35,22 +34,11 @@ class TakeBack(MissionPhase):
         self._start = attempt.model.start_angle
         self._moved_at = self.entered
         self._there_since: float | None = None
-        attempt.held_leaf.begin(estimate.time)
 
     @property
-    def tie(self) -> Tie:
-        """The gripper holds."""
-        return Tie.GRIPPED
-
-    @property
-    def follows(self) -> tuple[bool, bool, float | None]:
-        """A plan that brings the leaf back to the start."""
-        return True, True, self._start
-
-    @property
-    def closes_gripper(self) -> bool:
-        """True: the gripper opens where the door has been taken to."""
-        return True
+    def goal(self) -> float | None:
+        """The start."""
+        return self._start
 
     def speed_back(self, estimate: Estimate) -> float:
         """Speed with which the plan draws the tip back [m/s]."""
@@ -61,12 +49,11 @@ class TakeBack(MissionPhase):
         attempt, now, angle = self.attempt, estimate.time, estimate.door_angle
         self._there_since = since(self._there_since, abs(angle - self._start) < THERE, now)
         there_for = 0.0 if self._there_since is None else now - self._there_since
-        left = max(1.0 - there_for / _LEVELS, 0.0)
-        setpoint = attempt.held_leaf.follow(estimate, body_rates, lambda: left * estimate.door_disturbance, self._start)
+        setpoint = attempt.leaf.push(estimate, 0.0)
         self._moved_at = self._moved_at if estimate.rests else now
         if there_for > _LEVELS:
             return setpoint, Next(Phase.RELEASE)
-        if now - self._moved_at > _STUCK or attempt.schedule.overdue(now) > SILENT:
+        if now - self._moved_at > _STUCK or attempt.schedule.is_silent(now):
             stands = attempt.model.door.in_words(angle, 0)
             return setpoint, Next(Phase.RELEASE, f"the door does not go back from {stands}")
         return setpoint, None

@@ -32,13 +32,14 @@ _OPENED_ALREADY = math.radians(1.5)
 class Touch(MissionPhase):
     """Begins `TOUCH_DISTANCE` before the leaf, or on it; the opening follows once the tip has pressed for long enough."""
 
-    phase, at_the_leaf = Phase.TOUCH, True
+    phase, at_the_leaf, guarded = Phase.TOUCH, True, True
 
     def __init__(self, attempt: Attempt, estimate: Estimate, before: MissionPhase | None) -> None:
         super().__init__(attempt, estimate, before)
         in_contact = before is None
         self._touched_at = estimate.time - PRESSING if in_contact else None
         self._tug = TUG * attempt.model.vehicle.weight
+        self._trial = TUGGING if attempt.grips else 0.0
         attempt.leaf.begin(attempt.model.start_yaw)
 
     @property
@@ -50,11 +51,6 @@ class Touch(MissionPhase):
     def closes_gripper(self) -> bool:
         """Whether the tip has met the leaf."""
         return self.attempt.grips and self._touched_at is not None
-
-    @property
-    def guarded(self) -> bool:
-        """Whether the tip only pushes."""
-        return not self.attempt.grips
 
     def holds(self, now: float) -> bool:
         """Whether the tug has turned the force round."""
@@ -70,15 +66,15 @@ class Touch(MissionPhase):
         attempt, leaf = self.attempt, self.attempt.leaf
         then: Then = None
         if self._touched_at is not None:
-            spent = estimate.time - self._touched_at
-            if spent >= PRESSING and attempt.grips and spent < PRESSING + TUGGING:
+            spent, met = estimate.time - self._touched_at, estimate.touching or self.closes_gripper
+            if PRESSING <= spent < PRESSING + self._trial:
                 return leaf.push(estimate, -self._tug), None
-            if spent >= PRESSING and (estimate.touching or attempt.grips):
+            if spent >= PRESSING and met:
                 attempt.unsure = self._beyond(estimate) > _MISSING
                 then = Next(Phase.OPEN)
             elif spent >= PRESSING:  # the leaf stands a little farther away than was believed
                 self._touched_at = None
-            if estimate.touching or attempt.grips:
+            if met:
                 return leaf.push(estimate, attempt.touch_force), then
         if attempt.model.travel.left(estimate.door_angle) <= -_OPENED_ALREADY:
             stands = attempt.model.door.in_words(estimate.door_angle, 0)

@@ -1,0 +1,110 @@
+"""How far a door is on its way to the goal, whether it is there, and whether going on does any good."""
+
+from __future__ import annotations
+
+import math
+
+from doorman.control.estimation.estimator import Estimate
+from doorman.mission.schedule import PlanSchedule
+from doorman.mission.since import since
+from doorman.model import Model
+
+STILL_OPEN = math.radians(1.5)
+"""A held door that is farther from the goal is pushed again, if it is not open enough [rad]."""
+_WITHIN = 0.006
+"""A door that rests within this of the goal is open: twice what the tip's angle is uncertain by [rad]. It grows with every hold
+time that the door is near the goal, where friction may keep it."""
+_NEAR = math.radians(2.0)
+"""A door that is no farther from the goal is near it [rad];"""
+_PATIENCE = 12.0
+"""one that swings about the goal and no farther is near enough after so many hold times."""
+_STEP = math.radians(0.5)
+"""By which a door must have come nearer to the goal to get on [rad]."""
+_LEVER, _LENIENT = 0.7, 0.9
+"""Length of the lever that `_WITHIN` is for, of the shipped vehicle [m]: the same error of the tip turns a shorter one farther.
+Largest share of `_NEAR` that such an angle may have."""
+_SWINGING = 4
+"""Such steps after which it has swung."""
+_STUCK = 10.0
+"""Time without progress after which an opening is given up [s]."""
+_HEADING_LOST = math.radians(55.0)
+"""A vehicle that is turned so far from the heading that keeps step with the door does not find back [rad]."""
+
+
+class Opening:
+    """One attempt, from the touch until the door is open.
+
+    Args:
+        model: Model of the scenario.
+        schedule: Plans.
+    """
+
+    def __init__(self, model: Model, schedule: PlanSchedule) -> None:
+        self._model, self._schedule, self._goal = model, schedule, model.goal_angle
+        self._hold_time = model.scenario.mission.hold_time
+        self._way = abs(model.start_angle - self._goal)
+        short = max(_LEVER * model.scale.length / model.coupling.lever_length, 1.0) if model.door.in_plane else 1.0
+        self._within = min(short * _WITHIN, _LENIENT * _NEAR)
+        self._nearest, self._got_on_at, self._steps, self._passed = math.inf, 0.0, 0, False
+        self._near_since: float | None = None
+        self._there_since: float | None = None
+
+    def resume(self, now: float) -> None:
+        """Begin, or go on after contact was regained."""
+        self._nearest, self._got_on_at = math.inf, now
+
+    def update(self, estimate: Estimate) -> None:
+        """Take in where the door is; once per tick."""
+        now, off = estimate.time, estimate.door_angle - self._goal
+        self._passed = self._passed or self._past(estimate) > self._within
+        if self._passed and abs(off) > self._nearest + _STEP:
+            self._nearest = abs(off)  # a grip brings a door back that has passed the goal, and so may a closer
+        if abs(off) < self._nearest - _STEP:
+            self._steps += math.isfinite(self._nearest) and abs(off) < self._way  # where it begins is no step
+            self._nearest, self._got_on_at = abs(off), now
+        self._near_since = since(self._near_since, abs(off) < _NEAR, now)
+        if self._near_since is not None:
+            self._got_on_at = now  # one that leaves the goal has time to come back
+        there = abs(off) < self._within * max(self._waited(now), 1.0)
+        self._there_since = since(self._there_since, there and estimate.rests, now)
+
+    @property
+    def near(self) -> bool:
+        """Whether the door is near the goal."""
+        return self._near_since is not None
+
+    def done(self, now: float) -> bool:
+        """Whether the door has rested at the goal for long enough, or swings about it and no farther."""
+        rested = self._there_since is not None and now - self._there_since >= self._hold_time
+        return rested or self._waited(now) >= _PATIENCE
+
+    def stuck(self, estimate: Estimate) -> str:
+        """Reason to give the opening up; empty if there is none."""
+        door, angle = self._model.door, estimate.door_angle
+        turned = abs(math.remainder(estimate.yaw - float(self._model.on_the_way(angle)[2]), 2.0 * math.pi))
+        if turned > _HEADING_LOST:
+            return f"the heading is lost: {math.degrees(turned):.0f}° off at {door.in_words(angle)}"
+        if self.stuck_for(estimate.time) < _STUCK:
+            return ""
+        if self._past(estimate) > STILL_OPEN:
+            return f"the leaf has gone past the goal, to {door.in_words(angle)}"
+        resists = max(0.0, self._model.coupling.lever_length * estimate.normal_force)
+        stands = f"the door does not move on from {door.in_words(angle)} against {door.torque_in_words(resists)}"
+        return stands + (f"; the last plan: {self._schedule.refusal}" if self._schedule.refusal else "")
+
+    def stuck_for(self, now: float) -> float:
+        """Time without progress; none near the goal [s]."""
+        return now - self._got_on_at
+
+    def may_go_on(self, estimate: Estimate) -> bool:
+        """Whether another attempt may do better: plans are flown, the door has swung, and is not beyond the goal."""
+        swung = self._steps > _SWINGING and self._past(estimate) <= STILL_OPEN
+        return swung and not self._schedule.refusal and not self._schedule.is_silent(estimate.time)
+
+    def _past(self, estimate: Estimate) -> float:
+        """How far the door is beyond the goal [rad]."""
+        return -self._model.travel.left(estimate.door_angle)
+
+    def _waited(self, now: float) -> float:
+        """For how many hold times the door has been near the goal."""
+        return 0.0 if self._near_since is None else (now - self._near_since) / self._hold_time

@@ -1,1 +1,0 @@
-"""At the leaf: how the vehicle follows plans, gripped or pushed, and how far the door is on its way to the goal."""
