@@ -32,7 +32,6 @@ from doorman.mission.sequence import Sequence
 from doorman.mission.whole_body_flight import WholeBodyFlight
 from doorman.model import Model
 from doorman.planning.planner import Planner
-from doorman.planning.planning_model import planned_with
 from doorman.recording import Recorder
 from doorman.signals import Command, LeafReading, Measurement
 from doorman.stages import Handover
@@ -78,7 +77,7 @@ class Mission(Uncopied):
         self._sequence = Sequence(
             model, self.converter, self._schedule, self._estimator, self._note_phase, holds=after is not None
         )
-        whole = planned_with(model) == "whole_body"
+        whole = settings.planner.model == "whole_body"
         self._whole_body = WholeBodyFlight(model, self._schedule) if whole else None
         self._quasi_static = None if whole else QuasiStaticFlight(model, self.converter, self._schedule)
         self._flew_plan = self._loop_is_known = False

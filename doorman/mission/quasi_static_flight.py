@@ -28,16 +28,17 @@ class QuasiStaticFlight:
         self._model, self._converter, self._schedule = model, converter, schedule
         self._observed = model.scenario.control.door_observer_rate > 0.0
         self._follows: tuple[float | None] | None = None
+        self._waits = converter.hold(np.zeros(3), 0.0)
 
     def setpoint(
         self, estimate: Estimate, body_rates: Array, holds: bool, goal: float | None = None
     ) -> Setpoint | None:
-        """What a plan asks for now; None before the first one is known, and while the gripper does not hold."""
+        """What a plan asks for now; the vehicle waits where it is for the first one. None while the gripper does not hold."""
         if not holds:
             self._follows = None
             return None
         if self._follows != (goal,):
-            self._follows = (goal,)
+            self._follows, self._waits = (goal,), self._converter.hold(estimate.position, estimate.yaw)
             self._schedule.forget()
 
         def wanted() -> Wanted:
@@ -45,7 +46,7 @@ class QuasiStaticFlight:
 
         current = self._schedule.update(estimate.time, wanted)
         if current is None:
-            return None
+            return self._waits
         return self._converter.setpoint(current.plan, estimate.time - current.start, estimate.arm_angles)
 
     def _hinge(self, estimate: Estimate) -> Hinge:

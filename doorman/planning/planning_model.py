@@ -83,23 +83,12 @@ class PlanningModel(Protocol):
         """The motion that inputs cause where vehicle and door are what the URDFs say and nothing lags or disturbs."""
 
 
-def planned_with(model: Model) -> str:
-    """Name of the model that a scenario plans with.
-
-    A tied tip swings with an attitude loop that is slower or quicker than it is believed to be: where the loop is not measured in
-    hover, a grip plans quasi-statically.
-    """
-    scenario = model.scenario
-    measured = scenario.mission.start == "hover" and scenario.mission.measure_attitude
-    return scenario.planner.model or ("whole_body" if measured or scenario.contact.kind == "push" else "quasi_static")
-
-
 def planning_model(model: Model) -> PlanningModel:
-    """The model that a scenario plans with: by `planner.model`, or by `contact.kind` where that is not given."""
+    """The model that a scenario plans with: by `planner.model`."""
     kinds: dict[str, Callable[[Model], PlanningModel]] = {"whole_body": WholeBodyPlanning}
     if model.scenario.contact.kind == "grip":
         kinds |= {"quasi_static": QuasiStaticPlanning, "lagrangian": LagrangianPlanning}
-    given = planned_with(model)
+    given = model.scenario.planner.model
     if given not in kinds:
         raise ScenarioError(
             f'this model does not plan for contact.kind = "{model.scenario.contact.kind}"', file=model.scenario.source,

@@ -18,7 +18,6 @@ from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import Model
 from doorman.planning.own_motion import rotor_force
 from doorman.planning.pace import LONGEST, TUGGING, Pace, duration_held
-from doorman.planning.planning_model import planned_with
 from doorman.planning.whole_body.numbers import push_pace
 from doorman.planning.whole_body.references import BRAKES
 
@@ -222,7 +221,7 @@ def _pushed(model: Model) -> float:
 
 def _held(model: Model) -> float:
     """Least time from the touch until a leaf in the gripper is open [s]."""
-    if planned_with(model) != "whole_body":
+    if model.scenario.planner.model != "whole_body":
         return duration_held(model)
     return TUGGING + Pace.held(model, safe=True).duration(model.travel.length, math.inf)
 

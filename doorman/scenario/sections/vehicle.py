@@ -96,12 +96,11 @@ class WeightsSection(Section):
 class PlannerSection(Section):
     """Receding-horizon planner."""
 
-    model: Literal["quasi_static", "lagrangian", "whole_body"] | None = None
+    model: Literal["quasi_static", "lagrangian", "whole_body"] = "whole_body"
     """`"whole_body"`; of a grip also `"quasi_static"` or `"lagrangian"` (docs/theory.md). `"quasi_static"` is the paper's
     simplified dynamics: states [Φ, α, α̇, H], inputs [f_t, Ω, Ḣ_d]. `"lagrangian"` has the full dynamics of vehicle and
     door: states [Φ, α, Φ̇, α̇, H], inputs [f_t, T, Ḣ_d]. `"whole_body"` adds the vehicle's own motion: states
-    [P, Φ, V, Φ̇, α, α̇, H], inputs [f_t, φ_c, θ_c, τ_z, Ḣ_d]. Where it is not given, a grip whose attitude loop is not
-    measured in hover (`mission.measure_attitude`) plans with `"quasi_static"`. Default: by `contact.kind`."""
+    [P, Φ, V, Φ̇, α, α̇, H], inputs [f_t, φ_c, θ_c, τ_z, Ḣ_d]."""
 
     time_step: Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, le=0.5)] = 0.02
     """Δt between the plan's nodes [s]."""
