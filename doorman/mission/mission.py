@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import gc
 import math
-import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import asdict, replace
@@ -25,6 +24,7 @@ from doorman.exceptions import DoormanError
 from doorman.gravity import weight_of
 from doorman.hardware.interface import Backend
 from doorman.kinematics.rotations import rotation_body_to_world
+from doorman.mission.flight_log import FlightLog
 from doorman.mission.phases.phase import Phase
 from doorman.mission.quasi_static_flight import QuasiStaticFlight
 from doorman.mission.schedule import PlanSchedule
@@ -33,7 +33,7 @@ from doorman.mission.whole_body_flight import WholeBodyFlight
 from doorman.model import Model
 from doorman.planning.planner import Planner
 from doorman.recording import Recorder
-from doorman.signals import Command, LeafReading, Measurement
+from doorman.signals import Command, Measurement
 from doorman.stages import Handover
 from doorman.summary import FLOWN
 
@@ -72,6 +72,7 @@ class Mission(Uncopied):
         )
         self._under_way = UnderWay(model.attitude_loop, model.vehicle.mass)
         self._locator, self._watch = DoorLocator(model), DoorWatch(model)
+        self._log = FlightLog(model, self.recorder, self._locator, self._watch)
         self._known: Estimate | None = None
         self._estimator = Estimator(model, self.converter)
         self._sequence = Sequence(
@@ -81,7 +82,6 @@ class Mission(Uncopied):
         self._whole_body = WholeBodyFlight(model, self._schedule) if whole else None
         self._quasi_static = None if whole else QuasiStaticFlight(model, self.converter, self._schedule)
         self._flew_plan = self._loop_is_known = False
-        self._started = 0.0
         self._last_time: float | None = None
         self._last_setpoint: Setpoint | None = None
         self._rotors = np.array([0.0, 0.0, model.vehicle.weight])
@@ -136,7 +136,7 @@ class Mission(Uncopied):
         """
         if self._last_time is not None:
             raise DoormanError("a mission flies once; make another one", field="mission")
-        self._started = time.perf_counter()
+        self._log.begin()
         now, next_report = 0.0, 0.0
         end = math.inf if duration is None else duration - 1e-9
         outcome = FLOWN
@@ -144,7 +144,7 @@ class Mission(Uncopied):
         backend.watch_mission(self.abort)
         try:
             with self._schedule.running(backend.real_time), backend, _no_garbage_collection(backend.real_time):
-                self._started = time.perf_counter()
+                self._log.begin()
                 while now < end and self.phase is not Phase.DONE:
                     measurement = backend.read()
                     now = measurement.time
@@ -161,7 +161,7 @@ class Mission(Uncopied):
             outcome = f"failed: {error}"
             raise
         finally:
-            self._write_phase(now, "end", outcome)
+            self._log.phase(now, "end", outcome)
 
     def _tick(self, backend: Backend, measured: Measurement) -> float:
         """One period of the controller; returns the estimated door angle.
@@ -169,13 +169,12 @@ class Mission(Uncopied):
         All of it sees the door where the map has it: `DoorLocator` moves measurements and commands.
         """
         self._see_frame(measured)
-        told_leaf, measured = measured.leaf, self._watch.checked(measured, self._known, self._sequence.tie)
+        leaf, measured = measured.leaf, self._watch.checked(measured, self._known, self._sequence.tie)
         now, measurement = measured.time, self._locator.seen(measured)
         elapsed = 0.0 if self._last_time is None else now - self._last_time
         self._last_time = now
         estimate = self._estimator.update(measurement, self._sequence.tie, self._sequence.closes_gripper, elapsed)
         seen = estimate.attitude
-        force = rotation_body_to_world(seen) @ self._rotors
         if estimate.lost:
             self.abort("the estimate was lost")
         if estimate.touching and self._watch.apart(measurement, estimate) is not None:
@@ -190,31 +189,19 @@ class Mission(Uncopied):
         self._learn_loop(now)
         setpoint, at_the_leaf, tie = action.setpoint, self._sequence.at_the_leaf, self._sequence.tie
         self._note_hold(estimate, tie, elapsed)
-        planned, follows, goal = None, self._sequence.follows, self._sequence.goal
+        follows, goal = self._sequence.follows, self._sequence.goal
+        planned: Command | None = None
         if self._quasi_static is not None:
             setpoint = self._quasi_static.setpoint(estimate, measurement.body_rates, follows, goal) or setpoint
         if self._whole_body is not None:
             planned = self._whole_body.command(estimate, measurement, follows, elapsed, goal)
-            if planned is not None:
-                planned = replace(planned, grip=action.grip)
         if planned is None:
-            if self._flew_plan:
-                self._controller.resume(estimate.position, estimate.velocity, self._outer(estimate))
-            self._change_smoothly(setpoint, estimate)
-            self._controller.reach = self._lift.reach
-            later = None if tie is Tie.GRIPPED else self._later(estimate, setpoint, seen, measurement.body_rates)
-            place, velocity = estimate.position, estimate.velocity
-            thrust = self._controller.update(place, velocity, setpoint, elapsed, later, force)
-            attitude = thrust.attitude
-            if setpoint.nudge is not None:
-                attitude = attitude + np.array([*setpoint.nudge, 0.0])
-            ahead, left, up = self.model.actuation.body_force(thrust.force, seen)
-            command = Command(float(up), attitude, setpoint.arm_rates, action.grip, (float(ahead), float(left)))
+            thrust, command = self._fly_to(setpoint, estimate, measurement.body_rates, tie, elapsed)
         else:
             command = planned
             made = rotation_body_to_world(planned.attitude) @ planned.body_force
             thrust = Thrust(planned.thrust, planned.attitude, made, estimate.wind, False)
-        self._flew_plan = planned is not None
+        command, self._flew_plan = replace(command, grip=action.grip), planned is not None
         if at_the_leaf:
             command = limited(command, self.model.vehicle.weight, self.model.scenario.control.max_push)
         elif tie is Tie.FREE:
@@ -226,13 +213,29 @@ class Mission(Uncopied):
             test.note(scaled.attitude, seen, measurement)
         if self._whole_body is not None:
             self._whole_body.note(now, command, float(measurement.attitude[2]))
-        told = self._locator.told(scaled)
-        backend.command(told)
+        sent = self._locator.told(scaled)
+        backend.command(sent)
         self._estimator.tell(scaled.body_force)
-        self._record(measured, estimate, setpoint, thrust, told)
-        self._record_door(measured, told_leaf)
+        self._log.tick(measured, estimate, setpoint, thrust, sent)
+        self._log.door(measured, leaf)
         self._locator.update(measured, at_the_leaf and estimate.touching, tie is Tie.GRIPPED, elapsed)
         return estimate.door_angle
+
+    def _fly_to(
+        self, setpoint: Setpoint, estimate: Estimate, body_rates: np.ndarray, tie: Tie, elapsed: float
+    ) -> tuple[Thrust, Command]:
+        """Without a plan: the position controller."""
+        controller, seen = self._controller, estimate.attitude
+        if self._flew_plan:
+            controller.resume(estimate.position, estimate.velocity, self._outer(estimate))
+        self._change_smoothly(setpoint, estimate)
+        controller.reach = self._lift.reach
+        later = None if tie is Tie.GRIPPED else self._later(estimate, setpoint, seen, body_rates)
+        force = rotation_body_to_world(seen) @ self._rotors
+        thrust = controller.update(estimate.position, estimate.velocity, setpoint, elapsed, later, force)
+        attitude = thrust.attitude if setpoint.nudge is None else thrust.attitude + np.array([*setpoint.nudge, 0.0])
+        ahead, left, up = self.model.actuation.body_force(thrust.force, seen)
+        return thrust, Command(float(up), attitude, setpoint.arm_rates, False, (float(ahead), float(left)))
 
     def _in_face(self, force: np.ndarray, door_angle: float) -> np.ndarray:
         """Shares of a force along leaf and hinge."""
@@ -311,81 +314,7 @@ class Mission(Uncopied):
         return planner or Planner(model)
 
     def _note_phase(self, now: float, phase: Phase, reason: str) -> None:
-        self._write_phase(now, phase.value, reason)
-
-    def _write_phase(self, now: float, phase: str, message: str) -> None:
-        wall_time = time.perf_counter() - self._started
-        self.recorder.write("mission", now, {"state": phase, "message": message, "wall_time": wall_time})
-
-    def _record_door(self, measured: Measurement, leaf: LeafReading | None) -> None:
-        """Write down what a sensor of the door says, and whether it is believed."""
-        now, write, frame = measured.time, self.recorder.write, measured.frame
-        if leaf is not None:
-            write(
-                "door_sensor", now,
-                {
-                    "joint": leaf.joint, "door_angle": self.model.door.angle_of_joint(leaf.joint), "leaf_time": leaf.time,
-                    "deviation": leaf.deviation, "believed": measured.leaf is not None,
-                },
-            )  # fmt: skip
-        if frame is not None:
-            write("door_frame", now, {"position": frame.position, "yaw": frame.yaw, "frame_time": frame.time})
-        for time_of, words in self._watch.told:
-            write("event", time_of, {"source": "door sensor", "message": words})
-        self._watch.told.clear()
-
-    def _record(
-        self, measurement: Measurement, estimate: Estimate, setpoint: Setpoint, thrust: Thrust, command: Command
-    ) -> None:
-        """Write it down in the map."""
-        now, write, hinge, door = measurement.time, self.recorder.write, estimate.hinge, self._locator
-        state = estimate.state.copy()
-        state[2] = door.heading(float(state[2]))
-        write("measurement", now, {name: getattr(measurement, name) for name in _MEASUREMENT_FIELDS})
-        if measurement.tip_force is not None:
-            write("tip_sensor", now, {"force": measurement.tip_force})
-        write(
-            "estimate",
-            now,
-            {
-                "state": state,
-                "door_disturbance": estimate.door_disturbance,
-                "position": door.place(estimate.position),
-                "velocity": door.vector(estimate.velocity),
-                "wind": door.vector(estimate.wind),
-                "tip_force": door.vector(estimate.tip_force),
-                "normal_force": estimate.normal_force,
-                "touching": estimate.touching,
-                "hinge": [hinge.damping, hinge.friction, hinge.stiffness, hinge.inertia],
-                "door_place": door.found,
-                "door_place_deviation": door.deviations,
-                "door_angle_deviation": door.angle_deviation(estimate.door_angle),
-                "torque_deviation": hinge.torque_deviation,
-                "hinge_deviation": [
-                    hinge.damping_deviation, hinge.friction_deviation, hinge.stiffness_deviation, hinge.inertia_deviation
-                ],
-            },
-        )  # fmt: skip
-        write(
-            "setpoint",
-            now,
-            {
-                "position": door.place(setpoint.position),
-                **{name: door.vector(getattr(setpoint, name)) for name in ("velocity", "acceleration", "force")},
-                "yaw": door.heading(setpoint.yaw),
-                "arm_rates": setpoint.arm_rates,
-            },
-        )
-        write("command", now, {name: getattr(command, name) for name in _COMMAND_FIELDS})
-        write(
-            "controller",
-            now,
-            {"disturbance": thrust.disturbance, "force": thrust.force, "saturated": thrust.saturated},
-        )
-
-
-_MEASUREMENT_FIELDS = ("position", "velocity", "attitude", "body_rates", "arm_angles", "arm_rates", "pose_time")
-_COMMAND_FIELDS = ("thrust", "attitude", "arm_rates", "grip", "side_force")
+        self._log.phase(now, phase.value, reason)
 
 
 @contextmanager
