@@ -142,11 +142,6 @@ class StateConverter:
         """Heading ψ of the vehicle at a time of the plan [rad]."""
         return float(self._at(plan, time)[0][2])
 
-    def turning(self, plan: Plan, time: float) -> float:
-        """Rate ψ̇ that reaches the plan's heading after `LookAheads.attitude` [rad/s]; 0 without a look-ahead."""
-        ahead = self._ahead.attitude
-        return (self.heading(plan, time + ahead) - self.heading(plan, time)) / ahead if ahead > 0.0 else 0.0
-
     def _motion(self, plan: Plan, time: float) -> VehicleMotion:
         """Position and velocity of O_B at a time of the plan."""
         state, inputs = self._at(plan, time)

@@ -21,8 +21,6 @@ Array = NDArray[np.float64]
 
 _SAME = 5
 """Digits by which the directions of two sides are the same."""
-_LEAST_CLOSING = 1e-9
-"""Cosine beyond which a side is not in the way."""
 _LEAST_SLOPE = 1e-9
 """Of a rotor that feels the centre of mass [N/m]."""
 
@@ -57,13 +55,6 @@ class Balance:
     def room(self, center: Array) -> Array:
         """Distance of a centre of mass from every side, negative outside."""
         return np.asarray(self.reaches - self.normals @ center[:2])
-
-    def room_towards(self, center: Array, direction: Array) -> float:
-        """Way of a centre of mass to the polygon's border; zero outside."""
-        closing = self.normals @ direction
-        faced = closing > _LEAST_CLOSING
-        ways = self.room(center)[faced] / closing[faced]
-        return max(float(ways.min(initial=np.inf)), 0.0)
 
     def numbers(self) -> dict[str, Array]:
         """Normals and reaches in SI units, by the names that a symbolic task knows them by."""

@@ -28,7 +28,8 @@ def test_the_border_is_where_the_mixer_loses_lift(layout: RotorLayout, weight: f
     assert (balance.reaches > 0.0).all()
     for turn in np.linspace(0.0, 2.0 * math.pi, 17):
         direction = np.array([math.cos(turn), math.sin(turn)])
-        reach = balance.room_towards(np.zeros(3), direction)
+        closing = balance.normals @ direction
+        reach = float((balance.reaches[closing > 0.0] / closing[closing > 0.0]).min())
         for share, holds in ((0.99, True), (1.03, False)):
             x, y = share * reach * direction
             wanted = np.array([weight * y, -weight * x, 0.0])
@@ -45,7 +46,6 @@ def test_sides_of_a_regular_ring_count_once() -> None:
 def test_rotors_that_cannot_lift_the_weight_have_no_polygon() -> None:
     balance = Balance.of(SHIPPED, 50.0)
     assert (balance.reaches < 0.0).any()
-    assert balance.room_towards(np.zeros(3), np.array([1.0, 0.0])) == 0.0
 
 
 def test_only_an_arm_with_mass_is_bounded(tmp_path: Path) -> None:
