@@ -33,6 +33,8 @@ _FREE_AIR = -0.01
 _LEAST_FORCE = 0.01
 """Normal force that plans are told of at least where the tip touches, as a share of the weight: below it the spring of a plan is
 farther from the leaf than the tip is."""
+_LEAST_RESISTANCE = 0.05
+"""Of a room door's hinge that a tip only pushes, as plans know it [N m]."""
 _AHEAD = 0.06
 """The onboard loop turns the vehicle at the rate that the plan has so much later [s]."""
 _MOST_TURN = 0.25
@@ -172,8 +174,9 @@ class WholeBodyController:
         if known.touching:
             place = stick_place(place, known.friction_force, force, numbers)
         weight = self._model.travel.ahead(self._model.door.weight_torque(angle))
+        resists = max(known.resistance, _LEAST_RESISTANCE * self._model.hinge_scale)
         aims = at_the_leaf(
-            numbers, self._model.coupling.lever_length, angle, known.touching, known.resistance, known.friction_share,
+            numbers, self._model.coupling.lever_length, angle, known.touching, resists, known.friction_share,
             known.hinge.inertia,
             self.opening_rate, -known.door_rate, weight,
         )  # fmt: skip

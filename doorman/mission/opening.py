@@ -8,21 +8,18 @@ from doorman.control.estimation.estimator import Estimate
 from doorman.mission.schedule import PlanSchedule
 from doorman.mission.since import since
 from doorman.model import Model
+from doorman.planning.pace import OPEN
 
-STILL_OPEN = math.radians(1.5)
-"""A held door that is farther from the goal is pushed again, if it is not open enough [rad]."""
 _WITHIN = 0.006
 """A door that rests within this of the goal is open: twice what the tip's angle is uncertain by [rad]. It grows with every hold
 time that the door is near the goal, where friction may keep it."""
-_NEAR = math.radians(2.0)
-"""A door that is no farther from the goal is near it [rad];"""
 _PATIENCE = 12.0
-"""one that swings about the goal and no farther is near enough after so many hold times."""
+"""A door that swings about the goal, `OPEN` away at most, is near enough after so many hold times."""
 _STEP = math.radians(0.5)
 """By which a door must have come nearer to the goal to get on [rad]."""
 _LEVER, _LENIENT = 0.7, 0.9
 """Length of the lever that `_WITHIN` is for, of the shipped vehicle [m]: the same error of the tip turns a shorter one farther.
-Largest share of `_NEAR` that such an angle may have."""
+Largest share of `OPEN` that such an angle may have."""
 _SWINGING = 4
 """Such steps after which it has swung."""
 _STUCK = 10.0
@@ -44,7 +41,7 @@ class Opening:
         self._hold_time = model.scenario.mission.hold_time
         self._way = abs(model.start_angle - self._goal)
         short = max(_LEVER * model.scale.length / model.coupling.lever_length, 1.0) if model.door.in_plane else 1.0
-        self._within = min(short * _WITHIN, _LENIENT * _NEAR)
+        self._within = min(short * _WITHIN, _LENIENT * OPEN)
         self._nearest, self._got_on_at, self._steps, self._passed = math.inf, 0.0, 0, False
         self._near_since: float | None = None
         self._there_since: float | None = None
@@ -62,7 +59,7 @@ class Opening:
         if abs(off) < self._nearest - _STEP:
             self._steps += math.isfinite(self._nearest) and abs(off) < self._way  # where it begins is no step
             self._nearest, self._got_on_at = abs(off), now
-        self._near_since = since(self._near_since, abs(off) < _NEAR, now)
+        self._near_since = since(self._near_since, abs(off) < OPEN, now)
         if self._near_since is not None:
             self._got_on_at = now  # one that leaves the goal has time to come back
         there = abs(off) < self._within * max(self._waited(now), 1.0)
@@ -86,7 +83,7 @@ class Opening:
             return f"the heading is lost: {math.degrees(turned):.0f}° off at {door.in_words(angle)}"
         if self.stuck_for(estimate.time) < _STUCK:
             return ""
-        if self._past(estimate) > STILL_OPEN:
+        if self._past(estimate) > OPEN:
             return f"the leaf has gone past the goal, to {door.in_words(angle)}"
         resists = max(0.0, self._model.coupling.lever_length * estimate.normal_force)
         stands = f"the door does not move on from {door.in_words(angle)} against {door.torque_in_words(resists)}"
@@ -98,7 +95,7 @@ class Opening:
 
     def may_go_on(self, estimate: Estimate) -> bool:
         """Whether another attempt may do better: plans are flown, the door has swung, and is not beyond the goal."""
-        swung = self._steps > _SWINGING and self._past(estimate) <= STILL_OPEN
+        swung = self._steps > _SWINGING and self._past(estimate) <= OPEN
         return swung and not self._schedule.refusal and not self._schedule.is_silent(estimate.time)
 
     def _past(self, estimate: Estimate) -> float:

@@ -128,8 +128,6 @@ _AT_THE_GOAL = 0.015
 """Nearer than this to the goal a leaf that stands is held [rad or m]."""
 _REACH = 0.03
 """A tip that is farther from the leaf, beyond twice the deviation of where the leaf is, does not touch it [m]."""
-_LEAST_RESISTANCE = 0.05
-"""Of a room door's hinge, as plans are told [N m]."""
 
 
 class Estimator:
@@ -275,7 +273,7 @@ class Estimator:
             friction_force=friction, normal_force=force,
             near=lever * (tip_angle - angle - 2.0 * off) < _REACH * model.scale.length, touching=touching,
             rests=self._rests,
-            resistance=max(resistance, _LEAST_RESISTANCE * model.hinge_scale),
+            resistance=resistance,
             friction_share=self._hinge.friction_share(angle), face_offset=face, door_disturbance=self._unnamed,
             hinge=self._hinge.found(angle, inertia, inertia * float(deviations[_TOLD[4]])),
             lift=lift, angle_deviation=off, lost=run.lost,

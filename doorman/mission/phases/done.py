@@ -9,8 +9,8 @@ from doorman.control.estimation.estimator import Estimate, Tie
 from doorman.control.position_controller import Setpoint
 from doorman.mission.phases.attempt import Attempt
 from doorman.mission.phases.free_flight.retreat import Retreat
-from doorman.mission.phases.hold import OPEN_ENOUGH
 from doorman.mission.phases.phase import MissionPhase, Phase, Then
+from doorman.planning.pace import OPEN
 
 Array = NDArray[np.float64]
 
@@ -26,7 +26,7 @@ class Done(Retreat):
         self._targets = [estimate.position]
         if isinstance(before, Retreat):
             self.glide = before.glide
-        if attempt.opened and abs(estimate.door_angle - attempt.model.goal_angle) > OPEN_ENOUGH:
+        if attempt.opened and abs(estimate.door_angle - attempt.model.goal_angle) > OPEN:
             attempt.opened = False
             stands = attempt.model.door.in_words(estimate.door_angle, 0)
             attempt.seen = f"by its own estimate the door is at {stands}"

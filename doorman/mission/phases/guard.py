@@ -7,7 +7,7 @@ import math
 from doorman.control.estimation.estimator import Estimate
 from doorman.mission.phases.attempt import Attempt
 from doorman.mission.phases.phase import GiveUp, MissionPhase, Phase
-from doorman.mission.phases.release import LOST_PAST
+from doorman.planning.pace import OPEN
 
 _DOUBT = 0.1
 """For which rotors must seem to meet something [s], but a leaf that is looked for: a gap in the poses moves it by centimetres."""
@@ -53,7 +53,7 @@ class Guard:
         self._high_at = estimate.time if sunk < _SUNK * self._attempt.model.scale.length else self._high_at
         if estimate.time - self._high_at > _DOUBT:
             return GiveUp(f"the vehicle has sunk by {1e2 * sunk:.0f} cm at {self._stands(estimate)}")
-        past = LOST_PAST if phase.phase is Phase.RECOVER else _PAST
+        past = OPEN if phase.phase is Phase.RECOVER else _PAST
         if estimate.door_angle < self._attempt.model.goal_angle - past:
             return GiveUp(f"the leaf has gone past the goal, to {self._stands(estimate)}")
         return None

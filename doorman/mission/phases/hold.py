@@ -2,25 +2,19 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from numpy.typing import NDArray
 
 from doorman.control.estimation.estimator import Estimate
 from doorman.control.position_controller import Setpoint
-from doorman.mission.opening import STILL_OPEN
 from doorman.mission.phases.attempt import Attempt
 from doorman.mission.phases.phase import GiveUp, MissionPhase, Next, Phase, Then
+from doorman.planning.pace import OPEN
 
 Array = NDArray[np.float64]
 
-_MOVING = 10.0
-"""Hold times for which an open door may move before the mission ends."""
 _PATIENCE = 5.0
-"""Hold times for which a held door that is not open enough is pushed again before the mission ends,"""
-OPEN_ENOUGH = math.radians(2.0)
-"""and is given up if it is farther off by then; nor is a door open that is farther off when the mission ends [rad]."""
+"""Hold times for which a door that moves, or is not open, is held before the mission ends."""
 
 
 class Hold(MissionPhase):
@@ -48,7 +42,7 @@ class Hold(MissionPhase):
     def _judge(self, estimate: Estimate) -> Then:
         settings = self.attempt.settings
         held, off = estimate.time - self.entered, abs(estimate.door_angle - self._goal)
-        is_open = off < OPEN_ENOUGH
+        is_open = off < OPEN
         self._open_at = estimate.time if is_open else self._open_at
         angle = self.attempt.model.door.in_words(estimate.door_angle, 0)
         if self._waits:
@@ -58,11 +52,7 @@ class Hold(MissionPhase):
             if is_open and held >= settings.time_out.hold:
                 return GiveUp(f"the door did not stay by itself, and the vehicle let go after {held:.0f} s")
             return None
-        if estimate.rests:
-            patience = 1.0 if off < STILL_OPEN else _PATIENCE
-        else:
-            patience = _MOVING if is_open else _PATIENCE
-        if held < settings.hold_open * patience:
+        if held < settings.hold_open * (1.0 if is_open and estimate.rests else _PATIENCE):
             return None
         if not is_open:
             return GiveUp(f"the door could not be held at the goal, and is at {angle}", for_good=False)

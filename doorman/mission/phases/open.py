@@ -11,8 +11,8 @@ from doorman.control.estimation.estimator import Estimate
 from doorman.control.position_controller import Setpoint
 from doorman.mission.motion import planned_speed_back
 from doorman.mission.phases.attempt import Attempt
-from doorman.mission.phases.hold import OPEN_ENOUGH
 from doorman.mission.phases.phase import GiveUp, MissionPhase, Next, Phase, Then
+from doorman.planning.pace import OPEN
 
 Array = NDArray[np.float64]
 
@@ -53,7 +53,7 @@ class Open(MissionPhase):
     def time_out(self, estimate: Estimate) -> Next | GiveUp:
         """The end of the attempt, which says where the door stands; a gripped door that swings about the goal is held there."""
         attempt = self.attempt
-        if attempt.grips and abs(estimate.door_angle - attempt.model.goal_angle) < OPEN_ENOUGH:
+        if attempt.grips and abs(estimate.door_angle - attempt.model.goal_angle) < OPEN:
             attempt.opened = True
             return Next(Phase.HOLD, "the door did not come to rest")
         stands = self.attempt.model.door.in_words(estimate.door_angle)

@@ -12,11 +12,10 @@ from doorman.control.position_controller import Setpoint
 from doorman.control.way_out import in_the_doorway
 from doorman.mission.phases.attempt import Attempt
 from doorman.mission.phases.phase import GiveUp, MissionPhase, Next, Phase, Then
+from doorman.planning.pace import OPEN
 
 Array = NDArray[np.float64]
 
-LOST_PAST = math.radians(2.5)
-"""A leaf that was lost is not looked for so far beyond the goal [rad]."""
 _DRAWING_BACK = 1.0
 """Force away from the leaf while a tip lets go, of the shipped vehicle as all forces here [N]: what it held against would push it
 back onto a free leaf."""
@@ -117,7 +116,7 @@ class Release(MissionPhase):
             return setpoint, Next(Phase.HOLD, "the door moved as the load was taken off it"), False
         if not (self._holds or estimate.near or estimate.touching):  # it stands without the tip
             return setpoint, None, True
-        if not self._holds and attempt.model.travel.left(estimate.tip_angle) < -LOST_PAST:
+        if not self._holds and attempt.model.travel.left(estimate.tip_angle) < -OPEN:
             stands = attempt.model.door.in_words(estimate.tip_angle, 0)
             attempt.failure = f"the leaf has gone past the goal, to {stands} or farther"
             return setpoint, None, True

@@ -15,7 +15,7 @@ from doorman.control.position_controller import Setpoint
 from doorman.control.tug import TUG
 from doorman.mission.phases.attempt import Attempt
 from doorman.mission.phases.phase import GiveUp, MissionPhase, Next, Phase, Then
-from doorman.planning.pace import PRESSING, TUGGING
+from doorman.planning.pace import OPEN, PRESSING, TUGGING
 
 Array = NDArray[np.float64]
 
@@ -25,8 +25,6 @@ _MISSING = math.radians(5.0)
 """A tip that gets so far beyond the leaf's place before it touches anything looks for it along its swing [rad],"""
 _SEARCH_SPEED = 0.08
 """at this speed [m/s]."""
-_OPENED_ALREADY = math.radians(1.5)
-"""A leaf that is looked for before the first touch may be so far beyond the goal: it is open [rad]."""
 
 
 class Touch(MissionPhase):
@@ -76,7 +74,7 @@ class Touch(MissionPhase):
                 self._touched_at = None
             if met:
                 return leaf.push(estimate, attempt.touch_force), then
-        if attempt.model.travel.left(estimate.door_angle) <= -_OPENED_ALREADY:
+        if attempt.model.travel.left(estimate.door_angle) <= -OPEN:
             stands = attempt.model.door.in_words(estimate.door_angle, 0)
             return leaf.push(estimate, 0.0), GiveUp(f"the leaf has opened by itself: no leaf before {stands}")
         if self._beyond(estimate) > _MISSING:
