@@ -194,6 +194,7 @@ EXAMPLES = {
     "your_constraint": "1 constraints of mine: the vehicle rises to 1.320 m",
     "your_cost": "1 costs of mine",
     "your_backend": "3 ticks late",
+    "knock_twice": "pull opened after ['approach', 'knock', 'touch']",
     "many_flights": "standard deviation",
     "many_problems": "200 of 200 solved",
     "plot_a_recording": "written: door.png and replay.html",

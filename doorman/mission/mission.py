@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import gc
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import asdict, replace
 
@@ -25,7 +25,7 @@ from doorman.gravity import weight_of
 from doorman.hardware.interface import Backend
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.mission.flight_log import FlightLog
-from doorman.mission.phases.phase import Phase
+from doorman.mission.phases.phase import MissionPhase, Phase
 from doorman.mission.quasi_static_flight import QuasiStaticFlight
 from doorman.mission.schedule import PlanSchedule
 from doorman.mission.sequence import Sequence
@@ -51,6 +51,7 @@ class Mission(Uncopied):
         planner: Planner of the same scenario; made here if not given.
         recorder: Where everything goes; in memory only if not given.
         after: What the step before has left, where the tip holds the handle already.
+        phases: Phases of your own, each flown before one of the mission's.
     """
 
     def __init__(
@@ -59,6 +60,8 @@ class Mission(Uncopied):
         planner: Planner | None = None,
         recorder: Recorder | None = None,
         after: Handover | None = None,
+        *,
+        phases: Iterable[type[MissionPhase]] = (),
     ) -> None:
         self.model = model
         self.recorder = recorder or Recorder(None, {})
@@ -76,7 +79,7 @@ class Mission(Uncopied):
         self._known: Estimate | None = None
         self._estimator = Estimator(model, self.converter)
         self._sequence = Sequence(
-            model, self.converter, self._schedule, self._estimator, self._note_phase, holds=after is not None
+            model, self.converter, self._schedule, self._estimator, self._log.phase, holds=after is not None, more=phases
         )
         whole = settings.planner.model == "whole_body"
         self._whole_body = WholeBodyFlight(model, self._schedule) if whole else None
@@ -312,9 +315,6 @@ class Mission(Uncopied):
         if planner is not None and planner.model.scenario != model.scenario:
             raise DoormanError("the planner was made for another scenario", field="planner")
         return planner or Planner(model)
-
-    def _note_phase(self, now: float, phase: Phase, reason: str) -> None:
-        self._log.phase(now, phase.value, reason)
 
 
 @contextmanager

@@ -5,7 +5,7 @@ Every phase is an object of `doorman.mission.phases`; docs/mission.md draws them
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -69,8 +69,9 @@ class Sequence:
         converter: Its state converter.
         schedule: Plans.
         estimator: Takes what the phases know of the contact.
-        on_change: Called with every new phase and the reason for it.
+        on_change: Called with the name of every new phase and the reason for it.
         holds: Whether the gripper holds the handle already, and is known to.
+        more: Phases of the user's own.
     """
 
     def __init__(
@@ -79,8 +80,9 @@ class Sequence:
         converter: StateConverter,
         schedule: PlanSchedule,
         estimator: Estimator,
-        on_change: Callable[[float, Phase, str], None],
+        on_change: Callable[[float, str, str], None],
         holds: bool = False,
+        more: Iterable[type[MissionPhase]] = (),
     ) -> None:
         self.attempt = Attempt(model, converter, schedule, estimator)
         """What the phases share, and what came of it."""
@@ -89,6 +91,7 @@ class Sequence:
         self._on_change = on_change
         self._guard = Guard(self.attempt)
         self._loose_since: float | None = None
+        self._more = {kind.before: kind for kind in more}
 
     @property
     def phase(self) -> Phase:
@@ -128,10 +131,13 @@ class Sequence:
 
     def enter(self, phase: Phase, estimate: Estimate, reason: str = "") -> None:
         """Begin a phase."""
-        self._now = _PHASES[phase](self.attempt, estimate, self._now)
-        if phase in (Phase.TOUCH, Phase.OPEN, Phase.HOLD):
+        kind = self._more.get(phase, _PHASES[phase])
+        if isinstance(self._now, kind):  # it goes on with what it was flown before
+            kind = _PHASES[phase]
+        self._now = kind(self.attempt, estimate, self._now)
+        if kind.phase in (Phase.TOUCH, Phase.OPEN, Phase.HOLD):
             self._guard.begin(estimate.time)
-        self._on_change(estimate.time, phase, reason)
+        self._on_change(estimate.time, kind.name or kind.phase.value, reason)
 
     def step(self, estimate: Estimate, body_rates: Array, time_step: float) -> Action:
         """What to do now."""

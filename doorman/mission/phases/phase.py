@@ -78,6 +78,11 @@ class MissionPhase(ABC):
     """
 
     phase: ClassVar[Phase]
+    """What it counts as: time-out, words of the flight."""
+    name: ClassVar[str] = ""
+    """As recorded; that of `phase` if not given."""
+    before: ClassVar[Phase | None] = None
+    """For a phase of your own: it is flown where this one would begin, and goes on with that."""
     at_the_leaf: ClassVar[bool] = False
     """Whether the tip is to touch the leaf."""
     leaves: ClassVar[bool] = False
