@@ -59,13 +59,15 @@ class WholeBodyController:
     """
 
     def __init__(self, model: Model) -> None:
-        self._model, self._numbers = model, whole_body_numbers(model)
-        self._pace, self._held_pace, self._grip = push_pace(model), Pace.held(model), grip_numbers(model)
+        self._model, self._grips = model, model.scenario.contact.kind == "grip"
+        self._pace = Pace.held(model) if self._grips else push_pace(model)
+        self._grip = grip_numbers(model) if self._grips else {}
+        self._numbers = whole_body_numbers(model).replaced(self._grip)
         self._free_air = _FREE_AIR * model.vehicle.radius
         self._least_force = _LEAST_FORCE * model.vehicle.weight
         self.opening_rate = 0.0
         """Asked for now [rad/s]."""
-        self._grips, self._way, self._ends = False, model.travel.sense, dict[str, Any]()
+        self._way, self._ends = model.travel.sense, dict[str, Any]()
         self._arm_rates, self._side = np.zeros(model.n_arm), np.zeros(2)
         self._turned: tuple[Estimate | None, Array] = None, np.zeros(2)  # of the last `aim`
         self._load = np.zeros(2)
@@ -94,11 +96,10 @@ class WholeBodyController:
         """Go on making a force in the face, along leaf and hinge, shape (2,) [N]: it holds a lever that was turned."""
         self._load = load
 
-    def forget(self, grips: bool = False, goal: float | None = None) -> None:
-        """Begin anew, with door and arm at rest: to push the leaf, or to hold it and bring it to an angle [rad]."""
-        self._grips, self._ends = grips, {} if goal is None else goal_numbers(self._model, goal)
+    def forget(self, goal: float | None = None) -> None:
+        """Begin anew, with door and arm at rest: to bring the leaf to the goal, or to another angle [rad]."""
+        self._ends = {} if goal is None else goal_numbers(self._model, goal)
         self._way = self._model.travel.sense if goal is None else math.copysign(1.0, goal - self._model.goal_angle)
-        self._loop_numbers = loop_numbers(self._model, self._loop, grips)
         self.opening_rate = 0.0
         self._arm_rates, self._side = np.zeros(self._model.n_arm), np.zeros(2)
         self._waiting.clear()
@@ -109,10 +110,9 @@ class WholeBodyController:
 
         What turns the vehicle beside its commands is watched meanwhile.
         """
-        opening, pace = self._way * known.door_rate, self._held_pace if self._grips else self._pace
-        most = pace.rate
+        opening, pace = self._way * known.door_rate, self._pace
         if known.touching:
-            self.opening_rate = min(max(self.opening_rate, opening) + pace.acceleration * time_step, most)
+            self.opening_rate = min(max(self.opening_rate, opening) + pace.acceleration * time_step, pace.rate)
         elif opening < self.opening_rate:
             self.opening_rate = max(opening, 0.0)
         self._turned = known, self._turned_by(known)
@@ -158,61 +158,47 @@ class WholeBodyController:
         return known.attitude[:2] if acting is None else acting[1:3]
 
     def start(self, known: Estimate) -> tuple[Array, dict[str, Any]]:
-        """What a plan begins with, and aims for."""
-        numbers, angle = self._numbers, known.door_angle
+        """What a plan begins with, and aims for; what a held tip bears in the face acts on the vehicle as wind does."""
+        model, numbers, angle = self._model, self._numbers, known.door_angle
         turned = self._turned[1] if self._turned[0] is known else self._turned_by(known)
-        if self._grips:
-            return self._held(known, turned)
-        depth, place = tip_on_face(self._model, known.position, known.attitude, angle, known.arm_angles)
+        load = self._load[0] * model.door.leaf_direction(angle) + self._load[1] * model.door.up
+        depth, place = tip_on_face(model, known.position, known.attitude, angle, known.arm_angles)
         depth += known.face_offset
-        force = max(known.normal_force, self._least_force)
-        wanted = depth_of(force, numbers) if known.touching else min(depth, self._free_air)
+        touches = self._grips or known.touching
+        force = known.normal_force if self._grips else max(known.normal_force, self._least_force)
+        wanted = depth_of(force, numbers) if touches else min(depth, self._free_air)
         state = whole_body_state(
-            known.position + (wanted - depth) * self._model.door.normal(angle), known.attitude, known.velocity,
+            known.position + (wanted - depth) * model.door.normal(angle), known.attitude, known.velocity,
             known.attitude_rates, angle, known.door_rate, known.arm_angles,
         )  # fmt: skip
-        if known.touching:
-            place = stick_place(place, known.friction_force, force, numbers)
-        weight = self._model.travel.ahead(self._model.door.weight_torque(angle))
-        resists = max(known.resistance, _LEAST_RESISTANCE * self._model.hinge_scale)
-        aims = at_the_leaf(
-            numbers, self._model.coupling.lever_length, angle, known.touching, resists, known.friction_share,
-            known.hinge.inertia,
-            self.opening_rate, -known.door_rate, weight,
-        )  # fmt: skip
-        offset = numbers.one("contact.offset") + known.face_offset
-        side = {"actuation.side": self._side} if self._model.actuation.fully else {}
-        return state, {
-            **side, **self._loop_numbers,
-            **aims, "contact.stick": place, "vehicle.wind": known.wind, "contact.offset": offset,
-            "vehicle.tilt_offset": self._tilt.offset, "reference.turned": self._tilt.offset + turned,
-        }  # fmt: skip
-
-    def _held(self, known: Estimate, turned: Array) -> tuple[Array, dict[str, Any]]:
-        """The same with the leaf in the gripper, whose spring makes the estimated force from where it holds.
-
-        Of the torque that resists, friction counts as it acts at this rate: it holds a leaf where that stands. What the tip goes
-        on bearing in the plane of the face acts on the vehicle as wind does.
-        """
-        model, numbers, angle, rate = self._model, self._numbers, known.door_angle, known.door_rate
-        stiffness, hinge, door = float(self._grip["contact.stiffness"]), known.hinge, model.door
-        load = self._load[0] * door.leaf_direction(angle) + self._load[1] * door.up
-        offset = self._tilt.offset + turned_by(model, known.attitude, known.arm_angles, load, self._loop)
-        depth, place = tip_on_face(model, known.position, known.attitude, angle, known.arm_angles)
-        state = whole_body_state(
-            known.position + (known.normal_force / stiffness - depth) * model.door.normal(angle), known.attitude,
-            known.velocity, known.attitude_rates, angle, rate, known.arm_angles,
-        )  # fmt: skip
-        torque = model.travel.sense * known.resistance
-        rubs = hinge.friction * math.tanh(rate / numbers.one("door.friction_rate"))
-        held = Hinge(hinge.friction, torque - rubs, hinge.inertia, 0.0, 0.0)
+        if touches:
+            place = stick_place(place, known.friction_force - self._load, force, numbers)
+        held = turned_by(model, known.attitude, known.arm_angles, load, self._loop)
         side = {"actuation.side": self._side} if model.actuation.fully else {}
         return state, {
             **side, **self._loop_numbers, **self._ends,
-            **in_the_gripper(model, numbers, self._grip, held, self._held_pace, self.opening_rate, angle, load),
-            "contact.stick": place - (known.friction_force - self._load) / stiffness, "vehicle.wind": known.wind - load,
-            "vehicle.tilt_offset": offset, "reference.turned": self._tilt.offset + turned,
+            **(self._held(known, load) if self._grips else self._pushed(known)),
+            "contact.stick": place, "contact.offset": numbers.one("contact.offset") + known.face_offset,
+            "vehicle.wind": known.wind - load, "vehicle.tilt_offset": self._tilt.offset + held,
+            "reference.turned": self._tilt.offset + turned,
         }  # fmt: skip
+
+    def _pushed(self, known: Estimate) -> dict[str, Any]:
+        """References of a tip that only pushes."""
+        model, angle = self._model, known.door_angle
+        return at_the_leaf(
+            self._numbers, model.coupling.lever_length, angle, known.touching,
+            max(known.resistance, _LEAST_RESISTANCE * model.hinge_scale), known.friction_share, known.hinge.inertia,
+            self.opening_rate, -known.door_rate, model.travel.ahead(model.door.weight_torque(angle)),
+        )  # fmt: skip
+
+    def _held(self, known: Estimate, load: Array) -> dict[str, Any]:
+        """References of a tip that grips: of the torque that resists, friction counts as it acts at this rate."""
+        model, numbers, hinge = self._model, self._numbers, known.hinge
+        rubs = hinge.friction * math.tanh(known.door_rate / numbers.one("door.friction_rate"))
+        torque = model.travel.sense * known.resistance - rubs
+        held = Hinge(hinge.friction, torque, hinge.inertia, 0.0, 0.0)
+        return in_the_gripper(model, numbers, self._grip, held, self._pace, self.opening_rate, known.door_angle, load)
 
     def _turned_by(self, known: Estimate) -> Array:
         """Roll and pitch beside the command that the estimated force of the tip makes, shape (2,) [rad]."""

@@ -79,7 +79,13 @@ class Mission(Uncopied):
         self._known: Estimate | None = None
         self._estimator = Estimator(model, self.converter)
         self._sequence = Sequence(
-            model, self.converter, self._schedule, self._estimator, self._log.phase, holds=after is not None, more=phases
+            model,
+            self.converter,
+            self._schedule,
+            self._estimator,
+            self._log.phase,
+            holds=after is not None,
+            more=phases,
         )
         whole = settings.planner.model == "whole_body"
         self._whole_body = WholeBodyFlight(model, self._schedule) if whole else None

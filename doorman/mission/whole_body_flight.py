@@ -25,7 +25,7 @@ class WholeBodyFlight:
     """
 
     def __init__(self, model: Model, schedule: PlanSchedule) -> None:
-        self._controller, self._grips = WholeBodyController(model), model.scenario.contact.kind == "grip"
+        self._controller = WholeBodyController(model)
         self._schedule, self._hinge = schedule, Hinge.of(model.door)
         self._follows: tuple[float | None] | None = None
         """Where the leaf is to go, while plans are followed."""
@@ -51,7 +51,7 @@ class WholeBodyFlight:
             return None
         if self._follows != (goal,):
             self._follows = (goal,)
-            self._controller.forget(self._grips, goal)
+            self._controller.forget(goal)
             self._schedule.forget()
         self._controller.aim(known, measurement.time, time_step)
 

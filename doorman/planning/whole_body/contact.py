@@ -71,14 +71,19 @@ def depth_of(force: float, numbers: Numbers) -> float:
 
     .. math:: \delta = \sigma - \epsilon^2/\sigma,\qquad \sigma = \lambda/k
 
-    A plan begins where the spring makes the force that is estimated: a millimetre of noise would be newtons.
+    A plan begins where the spring makes the force that is estimated: a millimetre of noise would be newtons. That of a grip has
+    δ = σ.
     """
     pressed = force / numbers.one("contact.stiffness")
+    if numbers.one("contact.grips"):
+        return pressed
     return float(pressed - numbers.one("contact.smoothing") ** 2 / pressed)
 
 
 def stick_place(place: Array, friction_force: Array, normal_force: float, numbers: Numbers) -> Array:
-    """Where the tip sticks, if it is at a place and friction makes a force there."""
+    """Where the tip sticks or is held, if it is at a place and friction or the gripper makes a force there."""
+    if numbers.one("contact.grips"):
+        return np.asarray(place - friction_force / numbers.one("contact.stiffness"))
     share = friction_force / max(numbers.one("contact.friction") * normal_force, 1e-6)
     share = share * min(1.0, _MOST_GRIP / max(float(np.hypot(*share)), 1e-12))
     return np.asarray(place - numbers.one("contact.give") * share / math.sqrt(1.0 - float(share @ share)))
