@@ -24,7 +24,7 @@ _SWINGING = 4
 """Such steps after which it has swung."""
 _STUCK = 10.0
 """Time without progress after which an opening is given up [s]."""
-_HEADING_LOST = math.radians(55.0)
+_HEADING_LOST = math.radians(40.0)
 """A vehicle that is turned so far from the heading that keeps step with the door does not find back [rad]."""
 
 

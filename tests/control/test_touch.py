@@ -226,8 +226,8 @@ def test_a_heading_that_is_lost_ends_the_opening(model: Model, swing: Opening) -
         state[2] = model.start_yaw + np.radians(degrees)
         return swing.stuck(replace(last, state=state))
 
-    assert [reason(degrees) for degrees in (0.0, 53.0, -53.0)] == ["", "", ""]
-    assert all("heading is lost" in reason(degrees) for degrees in (57.0, -57.0, 170.0))
+    assert [reason(degrees) for degrees in (0.0, 38.0, -38.0)] == ["", "", ""]
+    assert all("heading is lost" in reason(degrees) for degrees in (42.0, -42.0, 170.0))
 
 
 @pytest.mark.parametrize(("first", "swung"), [(6.0, False), (0.0, True)])

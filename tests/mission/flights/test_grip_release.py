@@ -115,7 +115,7 @@ def test_a_gripper_that_slips_is_noticed_before_its_tip_strikes_the_leaf(
     )
     assert slipped < noticed < slipped + 0.3
     summary, weight = recording.summary, Model(scenario).vehicle.weight
-    assert summary is not None and summary["collisions"] == 0 and summary["max_push_force_n"] < weight
+    assert summary is not None and summary["collisions"] == 0 and summary["max_push_force_n"] < 1.1 * weight
     assert "the gripper slipped" in summary["true_causes"]
 
 

@@ -224,7 +224,7 @@ def test_a_gripped_door_that_is_locked_does_not_turn_the_vehicle_onto_itself(sto
 
     recording, mission = flown(lambda time, angle, rate: max(bolt(time, angle, rate), 0.0), "paper")
     opened, reason = mission.outcome
-    assert not opened and ("does not give way" in reason or "too near to a jamb" in reason)
+    assert not opened and ("heading is lost" in reason or "does not move on" in reason or "too near to a jamb" in reason)
     assert phases(recording)[-4:] == ["release", "retreat", "done", "end"]
     assert recording.summary is not None and recording.summary["collisions"] == 0
     truth = recording["truth"]
@@ -237,7 +237,7 @@ def test_a_gripper_that_pulls_is_unloaded_before_it_opens() -> None:
     held = hand(24.0, math.inf, lambda off, rate: 300.0 * (-math.radians(12.0) - off) - 150.0 * rate)
     recording, _ = flown(held, "paper", mission__attempts=1)
     truth, command, release = recording["truth"], recording["command"], phases(recording).index("release")
-    assert "does not move on" in recording["mission"]["message"][release - 1]
+    assert "gone past the goal" in recording["mission"]["message"][release - 1]
     assert "does not go back" in recording["mission"]["message"][release]
     given_up = recording["mission"].time[release]
     let_go = command.time[np.flatnonzero(command["grip"])[-1]]

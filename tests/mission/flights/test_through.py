@@ -16,7 +16,6 @@ from doorman.summary import verdict
 
 AJAR: dict[str, Any] = {
     "contact__kind": "grip",
-    "mission__start": "contact",
     "start__opening": 1.3,
     "mission__hold_time": 0.5,
     "door__friction": 1.0,
