@@ -82,15 +82,17 @@ class WholeBodyController:
         """Thrust, joint rates and force to the side that are sent when the tilt they were planned with acts, and that time."""
         self._followed: Array | None = None
         """Input of the plan that is followed, until it is sent."""
+        self._shaped: Array | None = None
+        """Roll and pitch that a plan commands, shaped for a quick loop, shape (2,) [rad]."""
         self.fly_by(model.attitude_loop)
 
     def fly_by(self, loop: AttitudeLoop) -> None:
         """Believe another attitude loop from now on."""
-        self._loop = loop.resolved(self._numbers.one("plan.time_step"))
+        self._loop, self._shaping = loop.planned(self._numbers.one("plan.time_step")), loop.shaping
         self._loop_numbers = loop_numbers(self._model, self._loop, self._grips)
         self._dead_time = loop.dead_time
         """Of the loop as it is, not as a plan resolves it [s]."""
-        self._tilt.fly_by(loop)
+        self._tilt.fly_by(self._loop)
 
     def carry(self, load: Array) -> None:
         """Go on making a force in the face, along leaf and hinge, shape (2,) [N]: it holds a lever that was turned."""
@@ -104,6 +106,7 @@ class WholeBodyController:
         self._arm_rates, self._side = np.zeros(self._model.n_arm), np.zeros(2)
         self._waiting.clear()
         self._tilt.forget()
+        self._shaped = None
 
     def aim(self, known: Estimate, now: float, time_step: float) -> None:
         """Let the opening rate that is asked for grow in contact, and fall to the door's where the tip has lost it.
@@ -122,6 +125,8 @@ class WholeBodyController:
         """Take in what is sent now, by a plan or not, as an input of the model."""
         turn, followed = measured_yaw - float(command.attitude[2]), self._followed
         roll, pitch, _ = tilted(float(command.attitude[0]), float(command.attitude[1]), turn)
+        if followed is not None and self._shaping > 0.0:
+            roll, pitch = float(followed[1]), float(followed[2])  # what is sent is shaped, as the model's loop is not
         inputs = np.zeros(len(self._is_prompt))
         inputs[:3], inputs[3] = (command.thrust, roll, pitch), 0.0 if followed is None else followed[3]
         inputs[4 : 4 + self._model.n_arm] = command.arm_rates
@@ -223,7 +228,7 @@ class WholeBodyController:
         turning = plan.states[later + 1, _YAW_RATE] / self._model.scenario.control.yaw_gain
         lead = min(max(float(turning), -_MOST_TURN), _MOST_TURN)
         self._followed = planned
-        attitude = tilted(planned[1], planned[2], lead)
+        attitude = tilted(*self._shape(planned, time_step), lead)
         attitude[2] += measured_yaw + self._loop.dead_time * yaw_rate
         n, prompt = self._model.n_arm, self._at_its_time(planned[self._prompt], now)
         share = 1.0 - math.exp(-time_step / _ARM_TIME)
@@ -234,6 +239,15 @@ class WholeBodyController:
         self._side = self._side + share * (prompt[-2:] - self._side)
         ahead, left = self._side
         return Command(float(prompt[0]), attitude, self._arm_rates.copy(), False, (float(ahead), float(left)))
+
+    def _shape(self, planned: Array, time_step: float) -> tuple[float, float]:
+        """Roll and pitch that a quick loop follows as the usual one does what is planned."""
+        tilt = planned[1:3]
+        if self._shaping > 0.0:
+            last = self._shaped if self._shaped is not None else self._sent[-1][1][1:3] if self._sent else tilt
+            tilt = last + (1.0 - math.exp(-time_step / self._shaping)) * (tilt - last)
+        self._shaped = tilt
+        return float(tilt[0]), float(tilt[1])
 
     def _at_its_time(self, planned: Array, now: float) -> Array:
         """Of what acts at once, that which was planned with the tilt that acts now."""

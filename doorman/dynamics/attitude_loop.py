@@ -33,14 +33,20 @@ class AttitudeLoop:
     dead_time: float = 0.0
     """d [s]."""
 
-    def resolved(self, time_step: float) -> AttitudeLoop:
-        """With the same sum of lag and dead time, as steps of this length can follow it, and as feedback of usual gains is [s].
+    @property
+    def shaping(self) -> float:
+        """Time constant of the low-pass that makes a quicker loop follow as the usual one does [s].
 
-        Feed-forward of the commands makes a loop quicker than its feedback, which alone answers a moment: a lag below the usual
-        one stands for it, and takes dead time in its place.
+        Feed-forward of the commands makes a loop quicker than its feedback, which alone answers a moment. Plans answer the noise
+        of an estimated force, too: a vehicle that follows at once chatters on the leaf.
         """
-        lag = max(self.lag, min(USUAL_LAG, self.lag + self.dead_time), _RATE_GAIN * time_step)
-        return AttitudeLoop(lag, max(self.dead_time + self.lag - lag, 0.0))
+        return max(USUAL_LAG - self.lag, 0.0)
+
+    def planned(self, time_step: float) -> AttitudeLoop:
+        """The loop with shaped commands, as steps of this length can follow it [s]: lag and dead time keep their sum."""
+        lag = self.lag + self.shaping
+        resolved = max(lag, _RATE_GAIN * time_step)
+        return AttitudeLoop(resolved, max(self.dead_time + lag - resolved, 0.0))
 
     @property
     def quickness(self) -> float:

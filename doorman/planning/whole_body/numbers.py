@@ -158,7 +158,7 @@ def tilt_stiffness(model: Model, loop: AttitudeLoop | None = None) -> Array:
 
 def loop_numbers(model: Model, loop: AttitudeLoop, grips: bool = False) -> dict[str, Any]:
     """Numbers of an attitude loop, by name, and how dear a tilt is that is ahead of it."""
-    loop = loop.resolved(model.scenario.planner.time_step)
+    loop = loop.planned(model.scenario.planner.time_step)
     return {
         "vehicle.attitude_gain": loop.gain, "vehicle.rate_gain": loop.rate_gain,
         "vehicle.tilt_stiffness": tilt_stiffness(model, loop),
