@@ -64,6 +64,7 @@ class LeafRun:
         self._bank = bank or leaf_filter(model, numbers)
         self._situation, self._inputs, self._numbers = situation, inputs, numbers
         self._mean, self._doubt = first_state(model, numbers, position)
+        self._drawn = numbers.place("noise.drawn")  # what nobody has opened yet rests
         self._bank.start(time, self._mean, self._doubt, probabilities={first: 1.0}, inputs=inputs, situation=situation)
         self.estimate: FilterEstimate = self._bank.estimate()
         """At the last pose."""
@@ -220,6 +221,7 @@ class LeafRun:
         """A leaf that is not met where it should stand is beyond the tip; before the first touch, the map is right then."""
         touches, coupling = self._touches(), self._model.coupling
         self._met = self._met or touches > self._sure
+        self._bank.parameters[self._drawn] = self._numbers.one("noise.drawn") if self._met else 0.0
         if situation != AT_THE_LEAF or touches > 1.0 - self._sure:
             return
         mean, n, lever = self.estimate.mean, self._model.n_arm, coupling.lever_length
