@@ -161,10 +161,10 @@ class SimulationSection(Section):
     """A plan is used this many planner periods after its state was measured."""
     motor_time_constant: NonNegative = 0.03
     """First-order lag of a rotor's thrust [s]."""
-    attitude_lag: Lag = 0.16
+    attitude_lag: Lag = 0.1
     """True lag of the attitude loop behind set points of roll and pitch, whatever `vehicle.attitude_lag` believes; up to 1.
     PX4 1.17 has 0.16 to 0.18 s, ArduPilot 4.6 0.02 to 0.07 s; motors of 0.03 s let it be no quicker than 0.1 s here [s]."""
-    attitude_dead_time: DeadTime = 0.06
+    attitude_dead_time: DeadTime = 0.0
     """True time after which a set point of the attitude begins to act; up to 0.3. Both autopilots have 0.05 to 0.08 s [s]."""
     attitude_overshoot: Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=0.6)] = 0.01
     """By which a step of the attitude overshoots, as a share of it, before the motors add to it; up to 0.6."""

@@ -50,7 +50,8 @@ def test_a_grip_plans_with_the_lag_that_hover_has_measured(scenario: str, lag: f
 def test_a_quick_loop_does_not_chatter_on_the_leaf(lag: float) -> None:
     """As quick as ArduPilot's with its feed-forward: plans answer the noise of the estimated force at once."""
     loop = {"attitude_lag": lag, "attitude_dead_time": 0.075, "motor_time_constant": 0.01}
-    recording = simulate(Scenario.load("shipped:push", {f"simulation.{key}": value for key, value in loop.items()}))
+    scenario = Scenario.load("shipped:push", {f"simulation.{key}": value for key, value in loop.items()})
+    recording = simulate(scenario, force=True)  # the check doubts that the rotors bear feedback as quick as this
     summary = recording.summary
     assert summary is not None and summary["outcome"] == "completed" and summary["collisions"] == 0
     assert abs(summary["final_error"]) < 1.5

@@ -229,7 +229,7 @@ def test_a_gripped_door_that_is_locked_does_not_turn_the_vehicle_onto_itself(sto
     assert recording.summary is not None and recording.summary["collisions"] == 0
     truth = recording["truth"]
     ahead = -truth["attitude"][:, 2] - (math.pi / 2 - truth["door_angle"])
-    assert np.degrees(ahead).max() < 45.0
+    assert np.degrees(ahead).max() < 50.0
 
 
 def test_a_gripper_that_pulls_is_unloaded_before_it_opens() -> None:

@@ -16,6 +16,8 @@ from doorman.summary import verdict
 
 AJAR: dict[str, Any] = {
     "contact__kind": "grip",
+    "mission__start": "contact",
+    "planner__model": "quasi_static",
     "start__opening": 1.3,
     "mission__hold_time": 0.5,
     "door__friction": 1.0,
