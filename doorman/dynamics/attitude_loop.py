@@ -32,15 +32,17 @@ class AttitudeLoop:
     """τ [s]."""
     dead_time: float = 0.0
     """d [s]."""
+    feedback: float = 0.0
+    """Lag of its feedback, which alone answers a moment, where feed-forward makes it follow commands sooner [s]."""
 
     @property
     def shaping(self) -> float:
-        """Time constant of the low-pass that makes a quicker loop follow as the usual one does [s].
+        """Time constant of the low-pass that makes a quicker loop follow commands as its feedback answers a moment [s].
 
-        Feed-forward of the commands makes a loop quicker than its feedback, which alone answers a moment. Plans answer the noise
-        of an estimated force, too: a vehicle that follows at once chatters on the leaf.
+        Plans count on one lag for both. They answer the noise of an estimated force, too: a vehicle that follows at once chatters
+        on the leaf, so none is planned with as quicker than the usual one.
         """
-        return max(USUAL_LAG - self.lag, 0.0)
+        return max(USUAL_LAG - self.lag, self.feedback - self.lag, 0.0)
 
     def planned(self, time_step: float) -> AttitudeLoop:
         """The loop with shaped commands, as steps of this length can follow it [s]: lag and dead time keep their sum."""

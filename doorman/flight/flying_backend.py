@@ -97,6 +97,11 @@ class FlyingBackend(Backend):
         """
         self._abort = abort
 
+    @property
+    def feedback_lag(self) -> float:
+        """Of the autopilot that answers [s]; see `Backend`."""
+        return self.links.autopilot.status().feedback_lag
+
     def open(self) -> None:
         """Open the links, go through the checklist, arm, take off and fly to the hover point.
 

@@ -18,6 +18,11 @@ class Backend(Opened, ABC):
     comes_back: bool = False
     """Whether the vehicle lands after the mission, and so leaves in the end even a door that would not stay by itself."""
 
+    @property
+    def feedback_lag(self) -> float:
+        """Lag of the attitude loop's feedback, where feed-forward makes it follow commands sooner [s]; 0 if it has none."""
+        return 0.0
+
     @abstractmethod
     def open(self) -> None:
         """Start the plant or connect the links; `read` may be called from here on.

@@ -20,6 +20,7 @@ from doorman.hardware.door.config import CAMERAS
 from doorman.hardware.dynamixel import ServoConfig
 from doorman.hardware.dynamixel.wire.registers import BAUD_CODES
 from doorman.hardware.mocap import MocapConfig
+from doorman.hardware.pixhawk.dialect import ARDUPILOT
 from doorman.hardware.pixhawk.wire.signing import load_key
 from doorman.hardware.vehicle import VehicleConfig
 from doorman.model import Model
@@ -167,7 +168,8 @@ class Rig(Opened):
         self.pilot = self._own_code()
         """The autopilot's own code; None where it is emulated."""
         motor_lag = MOTOR_LAG if self.setup.motors == "quadratic" else 0.0
-        self.plant = RigPlant(model, recorder, self.pilot, motor_lag, clock)
+        feedback = ARDUPILOT.feedback_lag if self.setup.autopilot == "ardupilot" else 0.0
+        self.plant = RigPlant(model, recorder, self.pilot, motor_lag, feedback, clock)
         self.gripper = model.scenario.contact.kind == "grip"
         self._folder = self.setup.folder or self._temporary_folder()
         self._servos = self.setup.servos or self._folder / SERVOS

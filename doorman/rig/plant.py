@@ -18,7 +18,7 @@ from doorman.recording import Recorder
 from doorman.rig.landing_gear import LandingGear
 from doorman.rig.sitl.rotor_pilot import RotorPilot
 from doorman.simulation.plant.engine import engine
-from doorman.simulation.simulator import Disturbance, Simulator
+from doorman.simulation.simulator import Disturbance, Simulator, simulated_gains
 from doorman.simulation.truth import Truth
 
 MOST_BEHIND = 0.1
@@ -50,6 +50,7 @@ class RigPlant(InThread):
             thread only.
         pilot: Flies the rotors, and is started and stopped with the plant; None lets whoever calls `fly`.
         motor_lag: Least time constant of the motors, where the scenario gives them one [s].
+        feedback: Lag of the feedback of an emulated autopilot with feed-forward; 0 without [s].
         clock: By which it waits.
     """
 
@@ -59,6 +60,7 @@ class RigPlant(InThread):
         recorder: Recorder | None = None,
         pilot: RotorPilot | None = None,
         motor_lag: float = 0.0,
+        feedback: float = 0.0,
         clock: Clock = REAL_TIME,
     ) -> None:
         super().__init__("plant", clock)
@@ -77,7 +79,7 @@ class RigPlant(InThread):
         """Why the physics ended, if it did."""
         self._recorder = recorder
         self._recorded_epoch: float | None = None
-        self._simulator = Simulator(model, self.period / self._steps, self._acting)
+        self._simulator = Simulator(model, self.period / self._steps, self._acting, simulated_gains(model, feedback))
         self._gains = self._simulator.plant.engine_model.actuator_gainprm
         lags = self._simulator.plant.engine_model.actuator_dynprm[: self._simulator.layout.count, 0]
         lags[:] = np.where(lags > 0.0, np.maximum(lags, motor_lag), 0.0)

@@ -78,6 +78,11 @@ class SimulatedBackend(Backend):
             raise BackendError("no truth yet: the simulation was not opened", allowed="open() before truth")
         return self._truth
 
+    @property
+    def feedback_lag(self) -> float:
+        """Of the simulated loop [s]; see `Backend`."""
+        return self.model.scenario.simulation.attitude_feedback or 0.0
+
     def open(self) -> None:
         """Build the plant and put it at the scenario's start; a stopped backend starts afresh.
 

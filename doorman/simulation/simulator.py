@@ -301,10 +301,10 @@ class Simulator(Uncopied):
             self._latch.act()
 
 
-def simulated_gains(model: Model) -> AttitudeGains:
-    """Gains of the simulated vehicle's true loop."""
+def simulated_gains(model: Model, feedback: float = 0.0) -> AttitudeGains:
+    """Gains of the simulated vehicle's true loop; of one with feed-forward if the autopilot's feedback has such a lag [s]."""
     true = model.scenario.simulation
-    loop = AttitudeLoop(true.attitude_lag, true.attitude_dead_time)
+    loop = AttitudeLoop(true.attitude_lag, true.attitude_dead_time, true.attitude_feedback or feedback)
     return AttitudeGains.of(loop, true.motor_time_constant, true.attitude_overshoot)
 
 

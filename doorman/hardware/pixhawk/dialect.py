@@ -43,6 +43,8 @@ class Dialect:
     no_place: float
     """Fourth to sixth parameter of COMMAND_LONG that mean none: ArduPilot before 4.5 makes integers of two of them, which NaN
     is not, and in simulation aborts."""
+    feedback_lag: float
+    """Lag with which its attitude loop answers a moment, where it follows setpoints sooner; 0 where it does not [s]."""
     mode_hint: str  # what may keep it from the companion mode although it accepted the request
 
     def mode_parameters(self, mode: Mode) -> tuple[float, float, float]:
@@ -83,6 +85,7 @@ PX4 = Dialect(
     asks_time=True,
     takes_thrust=MULTIROTORS - {29, 35},
     no_place=float("nan"),
+    feedback_lag=0.0,
     mode_hint="; PX4 1.13 and older enter it without a radio only with bit 2 (4) of COM_RCL_EXCEPT",
 )
 ARDUPILOT = Dialect(
@@ -102,6 +105,7 @@ ARDUPILOT = Dialect(
     asks_time=False,
     takes_thrust=MULTIROTORS,
     no_place=0.0,
+    feedback_lag=0.2,  # with the gains of ardupilot.parm: a moment of 0.3 N m turned ArduCopter by 3.6 degrees
     mode_hint="",
 )
 

@@ -89,6 +89,11 @@ class VehicleBackend(Backend):
         """How even the controller's ticks were."""
         return self._ticker.statistics()
 
+    @property
+    def feedback_lag(self) -> float:
+        """Of the autopilot that answers [s]; see `Backend`."""
+        return self.links.autopilot.status().feedback_lag
+
     def open(self) -> None:
         """Open the links, unless they are, and begin to count time.
 

@@ -166,6 +166,9 @@ class SimulationSection(Section):
     PX4 1.17 has 0.16 to 0.18 s, ArduPilot 4.6 0.02 to 0.07 s; motors of 0.03 s let it be no quicker than 0.1 s here [s]."""
     attitude_dead_time: DeadTime = 0.0
     """True time after which a set point of the attitude begins to act; up to 0.3. Both autopilots have 0.05 to 0.08 s [s]."""
+    attitude_feedback: Lag | None = None
+    """True lag with which the loop answers a moment, where feed-forward makes it follow set points sooner, as ArduPilot's does:
+    0.2 s with the parameters here [s]. Default: that of the set points."""
     attitude_overshoot: Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=0.6)] = 0.01
     """By which a step of the attitude overshoots, as a share of it, before the motors add to it; up to 0.6."""
     command_rate: Positive | None = None

@@ -24,6 +24,8 @@ class LinkStatus:
 
     dialect: str
     """`PX4` or `ArduPilot`; empty before the first heartbeat."""
+    feedback_lag: float
+    """Lag with which its attitude loop answers a moment, where it follows setpoints sooner; 0 where it does not [s]."""
     authority: Authority
     source: Source
     conditions: frozenset[EventKind]
@@ -59,6 +61,7 @@ def link_status(link: Link, now: float) -> LinkStatus:
     dialect = link.inbox.dialect
     return LinkStatus(
         dialect="" if dialect is None else dialect.name,
+        feedback_lag=0.0 if dialect is None else dialect.feedback_lag,
         authority=link.authority.state,
         source=link.stream.source,
         conditions=link.events.conditions,

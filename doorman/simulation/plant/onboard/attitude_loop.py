@@ -1,12 +1,13 @@
 r"""The onboard attitude loop, in the structure of a Pixhawk's: attitude P, body rate PID, both at the physics rate.
 
 .. math::
-    \Omega_s = \mathrm{sat}(2 K_a \,\mathrm{vec}(q^{-1} q_d)), \qquad
+    \Omega_s = \mathrm{sat}(2 K_a \,\mathrm{vec}(q^{-1} q_d) + \Omega_f), \qquad
     \tau = I_A\,(K_p (\Omega_s - \Omega) + z - K_d \dot\Omega) + \Omega \times I_A \Omega, \qquad
     \dot z = K_i (\Omega_s - \Omega)
 
-The attitude error is split into tilt and turn about the thrust axis (swing and twist), so that a large yaw error does not
-disturb the tilt. The integrator stands still where the rotors are saturated and it would drive them further.
+With feed-forward, :math:`\Omega_f` is the rate of the set point, low-passed, as ArduPilot has it: the loop follows sooner than
+its feedback answers a moment. The attitude error is split into tilt and turn about the thrust axis (swing and twist), so that a
+large yaw error does not disturb the tilt. The integrator stands still where the rotors are saturated and it would drive them further.
 """
 
 from __future__ import annotations
@@ -44,6 +45,10 @@ class AttitudeGains:
     """[rad/s]; yaw is slow because drag torque is small: at this rate the rotors can still stop the turn in time."""
     derivative_cutoff: float = 377.0
     """Bandwidth of the low-pass on dΩ/dt [rad/s]."""
+    feed_forward: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """Share of the set point's rate that is fed forward,"""
+    feed_forward_lag: float = 0.01
+    """and the time constant of its low-pass [s]."""
     dead_time: float = 0.0
     """After which a set point of the attitude reaches the loop [s]."""
 
@@ -62,6 +67,7 @@ class AttitudeGains:
         usual, quickest = cls(), _QUICKEST * min(motor_lag / _USUAL_MOTORS, 1.0)
         loop = replace(loop, lag=max(loop.lag, quickest))
         rate_gain = loop.rate_gain if overshoot is None else 4.0 * _damping(overshoot) ** 2 * loop.gain
+        soft = loop.feedback > loop.lag
         derivative = max(usual.derivative[0], _DAMPED * rate_gain * motor_lag - 1.0)
         rate = rate_gain * (1.0 + derivative)
 
@@ -69,9 +75,10 @@ class AttitudeGains:
             return value, value, usually[2]
 
         return replace(
-            usual, attitude=tilt(loop.gain, usual.attitude), rate=tilt(rate, usual.rate),
+            usual, attitude=tilt(1.0 / loop.feedback if soft else loop.gain, usual.attitude), rate=tilt(rate, usual.rate),
             integral=tilt(0.1 * rate * loop.gain, usual.integral), derivative=tilt(derivative, usual.derivative),
-            dead_time=loop.dead_time,
+            dead_time=loop.dead_time, feed_forward=(1.0, 1.0, 0.0) if soft else usual.feed_forward,
+            feed_forward_lag=max(loop.lag - 1.0 / rate_gain, usual.feed_forward_lag),
         )  # fmt: skip
 
 
@@ -86,10 +93,10 @@ def _damping(overshoot: float) -> float:
 class AttitudeParameters(NamedTuple):
     """Numbers and memory of the attitude kernels."""
 
-    gains: Array  # rows K_a, K_p, K_i, K_d, largest rates, largest integral; shape (6, 3)
+    gains: Array  # rows K_a, K_p, K_i, K_d, largest rates, largest integral, feed-forward; shape (7, 3)
     inertia: Array  # I_A, shape (3, 3) [kg m²]
-    timing: Array  # period [s] and share of the derivative's low-pass that passes in one, shape (2,)
-    memory: Array  # rows integral z, last rates, filtered dΩ/dt, rate errors; shape (4, 3)
+    timing: Array  # period [s] and shares of the low-passes of dΩ/dt and of the set point's rate that pass in one, shape (3,)
+    memory: Array  # rows integral z, last rates, filtered dΩ/dt, rate errors, last attitude errors, Ω_f; shape (6, 3)
     torque: Array  # result: τ, shape (3,), body frame [N m]
 
     @classmethod
@@ -100,9 +107,19 @@ class AttitudeParameters(NamedTuple):
         gains = gains or AttitudeGains()
         matrix = np.array(inertia, dtype=np.float64)
         bound = np.asarray(torque_authority) / np.diag(matrix)
-        rows = [gains.attitude, gains.rate, gains.integral, gains.derivative, gains.max_rates, bound]
-        passed = 1.0 - math.exp(-period * gains.derivative_cutoff)
-        return cls(np.array(rows, dtype=np.float64), matrix, np.array([period, passed]), np.zeros((4, 3)), np.zeros(3))
+        rows = [
+            gains.attitude,
+            gains.rate,
+            gains.integral,
+            gains.derivative,
+            gains.max_rates,
+            bound,
+            gains.feed_forward,
+        ]
+        passed = [
+            1.0 - math.exp(-period * cutoff) for cutoff in (gains.derivative_cutoff, 1.0 / gains.feed_forward_lag)
+        ]
+        return cls(np.array(rows, dtype=np.float64), matrix, np.array([period, *passed]), np.zeros((6, 3)), np.zeros(3))
 
 
 @kernel
@@ -126,8 +143,11 @@ def attitude_torque(p: AttitudeParameters, quaternion: Array, rates: Array, desi
     """Torque τ of the loop, into `p.torque`."""
     errors = attitude_error(quaternion, desired)
     for k in range(3):
-        limit = p.gains[4, k]
-        setpoint = min(max(p.gains[0, k] * errors[k], -limit), limit)
+        limit, moved = p.gains[4, k], (errors[k] - p.memory[4, k]) / p.timing[0] + rates[k]
+        p.memory[4, k] = errors[k]
+        p.memory[5, k] += p.timing[2] * (moved - p.memory[5, k])
+        wanted = p.gains[0, k] * errors[k] + p.gains[6, k] * p.memory[5, k]
+        setpoint = min(max(wanted, -limit), limit)
         p.memory[2, k] += p.timing[1] * ((rates[k] - p.memory[1, k]) / p.timing[0] - p.memory[2, k])
         p.memory[1, k] = rates[k]
         p.memory[3, k] = setpoint - rates[k]

@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from doorman.dynamics.attitude_loop import AttitudeLoop
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.simulation.plant.onboard.attitude_loop import (
     AttitudeGains,
@@ -95,3 +96,26 @@ def test_derivative_brakes_an_accelerating_body():
     attitude_torque(p, level, np.array([0.0, 0.0, 0.0]), level)
     attitude_torque(p, level, np.array([0.002, 0.0, 0.0]), level)
     assert p.torque[0] == pytest.approx(-0.045 * 2.0, rel=1e-9)
+
+
+def test_feed_forward_follows_set_points_sooner_and_answers_a_moment_alike() -> None:
+    """A step of the roll, and a steady moment, on a vehicle of its inertia alone."""
+
+    def flown(loop: AttitudeLoop, wanted: float, moment: float) -> np.ndarray:
+        p, angle, rate, seen = parameters(AttitudeGains.of(loop, 0.0)), 0.0, 0.0, []
+        for _ in range(300):
+            half, goal = 0.5 * angle, 0.5 * wanted
+            attitude_torque(
+                p, np.array([np.cos(half), np.sin(half), 0.0, 0.0]), np.array([rate, 0.0, 0.0]),
+                np.array([np.cos(goal), np.sin(goal), 0.0, 0.0]),
+            )  # fmt: skip
+            rate += 1e-3 * (p.torque[0] + moment) / INERTIA[0][0]
+            angle += 1e-3 * rate
+            seen.append(angle)
+        return np.array(seen)
+
+    slow, quick = AttitudeLoop(0.2), AttitudeLoop(0.05, feedback=0.2)
+    half_way = [int(np.argmax(flown(loop, 0.1, 0.0) > 0.05)) for loop in (slow, quick)]
+    assert half_way[1] < 0.5 * half_way[0]
+    stiff = flown(AttitudeLoop(0.05), 0.0, 0.1)[-1]
+    assert flown(quick, 0.0, 0.1)[-1] > 2.0 * stiff
