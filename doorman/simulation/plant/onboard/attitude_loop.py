@@ -7,7 +7,8 @@ r"""The onboard attitude loop, in the structure of a Pixhawk's: attitude P, body
 
 With feed-forward, :math:`\Omega_f` is the rate of the set point, low-passed, as ArduPilot has it: the loop follows sooner than
 its feedback answers a moment. The attitude error is split into tilt and turn about the thrust axis (swing and twist), so that a
-large yaw error does not disturb the tilt. The integrator stands still where the rotors are saturated and it would drive them further.
+large yaw error does not disturb the tilt. The integrator stands still where the rotors are saturated and it would drive them
+further.
 """
 
 from __future__ import annotations
