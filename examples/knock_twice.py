@@ -1,5 +1,7 @@
 """Add a phase of your own: the tip knocks at the leaf twice before it touches it to stay."""
 
+from typing import Any
+
 import doorman
 from doorman.mission import Mission, MissionPhase, Next, Phase, Tie
 from doorman.recording import Recorder
@@ -13,12 +15,13 @@ class Knock(MissionPhase):
     at_the_leaf, tie = True, Tie.PUSHING
     follows = closes_gripper = False  # flown by the position controller, with an open gripper
 
-    def __init__(self, attempt, estimate, before):
+    def __init__(self, attempt: Any, estimate: Any, before: MissionPhase | None) -> None:
         super().__init__(attempt, estimate, before)
         attempt.leaf.begin(estimate.yaw)
-        self.knocks, self.felt_at = 0, None
+        self.knocks = 0
+        self.felt_at: float | None = None
 
-    def step(self, estimate, body_rates, time_step):
+    def step(self, estimate: Any, body_rates: Any, time_step: float) -> tuple[Any, Next | None]:
         """Move the tip along the leaf's normal."""
         if self.felt_at is None and estimate.touching:
             self.felt_at, self.knocks = estimate.time, self.knocks + 1
