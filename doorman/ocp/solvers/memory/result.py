@@ -56,15 +56,13 @@ class Result(NamedTuple):
     REGULARIZATION: int = 23
     """What iterations that pause go on with."""
     SWEEP_LIMIT: int = 24
-    SETTLE: int = 25
-    LAST_VIOLATION: int = 26
-    RESUMES: int = 27
+    RESUMES: int = 25
     """1 where iterations go on from their pause."""
-    GUESS: int = 28
+    GUESS: int = 26
     """J of the first guess in `Workspace.guess`; NaN where there is none yet, or where that of `follow` is not feasible."""
-    GUESS_PRICE: int = 29
+    GUESS_PRICE: int = 27
     """What the violations and defects of the guess of `follow` are worth at most."""
-    ROLLED: int = 30
+    ROLLED: int = 28
     """J of the last rollout of `follow`, also where its guess is better; ∞ where it violates something."""
 
 
