@@ -36,7 +36,7 @@ StateGuess = Literal["held", "straight"]
 STATE_GUESSES: tuple[StateGuess, ...] = ("held", "straight")
 
 FAST_ITERATIONS = 25
-"""Largest number of fast iterations from one guess, before another guess has its turn."""
+"""Largest number of fast iterations from one guess, before something else has its turn."""
 
 
 class Engine(CopiedWhole, ABC):

@@ -13,7 +13,8 @@ from doorman.ocp.kernels import functions
 from doorman.ocp.solvers.engine import FAST_ITERATIONS, StateGuess
 from doorman.ocp.solvers.interior.searcher import Searcher
 from doorman.ocp.solvers.iterations import augmented_lagrangian as kernels
-from doorman.ocp.solvers.iterations import cold_start, guess, rollout
+from doorman.ocp.solvers.iterations import cold_start, guess, nominal, rollout
+from doorman.ocp.solvers.iterations.careful import FIRST_PENALTY, iterate_carefully
 from doorman.ocp.solvers.kept import Kept
 from doorman.ocp.solvers.memory.result import RESULT
 from doorman.ocp.solvers.order import is_last_first
@@ -37,15 +38,15 @@ _FAR_OFF = 0.1
 """Share of |J| that a replan's last sweep may promise; where it promises more, and more than the accuracy of one iteration, the
 square root of the tolerance, the search is asked."""
 _POLISHING = 6
-"""Largest number of fast iterations from a solution of the search."""
+"""Largest number of fast iterations from a solution of the search, or from a rollout that costs something else."""
 
 
 class Hybrid(Replanner):
     """Fast iterations and a rollout, and an interior-point search where these do not end at a minimum.
 
     The fast iterations find the active set of the whole horizon at once and need not satisfy the dynamics. The rollout makes of
-    their result a trajectory that satisfies dynamics and nonlinear constraints. With `hessian="gauss-newton"` there is no
-    search: where the fast iterations fail, they begin once more from another guess.
+    their result a trajectory that satisfies dynamics and nonlinear constraints. With `hessian="gauss-newton"` careful
+    iterations take the place of the search: they need no second derivatives, and lead back where a start is outside.
     """
 
     def _solve(self, state: Array, max_iterations: int, deadline: float) -> tuple[PlanStatus, int]:
@@ -54,19 +55,36 @@ class Hybrid(Replanner):
         return self._solve_thoroughly(self._searcher, state, max_iterations, deadline)
 
     def _solve_fast(self, state: Array, max_iterations: int, deadline: float) -> tuple[PlanStatus, int]:
-        """Fast iterations, from a second guess where they fail."""
+        """Fast iterations, and careful ones from the first guess where they fail."""
         result, begun = self._work.result, time.monotonic()
         code = self._attempt(state, min(max_iterations, FAST_ITERATIONS), deadline)
         if code == cold_start.INVALID_START:
             return PlanStatus.INVALID_STATE, 0
         iterations, now = int(result[RESULT.ITERATIONS]), time.monotonic()
-        late = deadline - float(result[RESULT.ROLLOUT_TIME]) - now < now - begun  # it was time that ended it
-        if code == cold_start.NOT_CONVERGED and iterations < max_iterations and not late:
-            self._draw_states(state, "held" if result[RESULT.STRAIGHT] > 0.0 else "straight", True)
-            self._given = True, result[RESULT.STRAIGHT] == 0.0, False
-            code = self._attempt(state, min(max_iterations - iterations, FAST_ITERATIONS), deadline)
-            iterations += int(result[RESULT.ITERATIONS])
-        return self._ended(code), iterations
+        deadline -= float(result[RESULT.ROLLOUT_TIME])
+        late = deadline - now < now - begun  # it was time that ended it
+        if code != cold_start.NOT_CONVERGED or iterations >= max_iterations or late:
+            status, left = self._ended(code), min(max_iterations - iterations, _POLISHING)
+            if status is PlanStatus.ITERATION_LIMIT and left > 0 and not late:  # the rollout leads elsewhere
+                self._remember()
+                self._given = True, True, True
+                status = self._ended(self._attempt(state, left, deadline))
+                iterations += int(result[RESULT.ITERATIONS])
+            return status, iterations
+        self._put_guess("first", state)
+        code = self._teller.run(
+            "careful", lambda: self._iterate_carefully(max_iterations - iterations, deadline), kernels.PAUSED
+        )
+        iterations += int(result[RESULT.ITERATIONS])
+        result[RESULT.EXPECTED] = nominal.nominal_cost(self._model, self._memory)
+        status = self._ended(cold_start.NOT_CONVERGED)
+        settled = status.usable and code == kernels.CONVERGED and (self._agrees() or self._returns())
+        return PlanStatus.CONVERGED if settled else status, iterations
+
+    def _iterate_carefully(self, max_iterations: int, deadline: float) -> int:
+        """Careful iterations from the nominal trajectory; their code."""
+        feasibility = self.options.feasibility
+        return int(iterate_carefully(self._model, self._memory, FIRST_PENALTY, feasibility, max_iterations, deadline))
 
     def _solve_thoroughly(
         self, searcher: Searcher, state: Array, max_iterations: int, deadline: float
@@ -235,6 +253,8 @@ class Hybrid(Replanner):
         if self._searcher is not None:
             self._searcher.search(self._model, self._memory, 1, 0.0)
             self._searcher.is_minimum(self._model, self._memory, 1.0)
+        else:
+            self._iterate_carefully(1, 0.0)
         self._compile_follow()
 
     @property

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from doorman.ocp.solvers.memory.result import RESULT
 
-Phase = Literal["fast", "interior", "descent"]
+Phase = Literal["fast", "interior", "careful", "descent"]
 
 _SLICE = 0.02
 """Kernels come back after so long: Python sees no signal, such as Ctrl-C, while one runs [s]."""
@@ -23,7 +23,7 @@ class Iterate:
     """One iteration of a solve."""
 
     phase: Phase
-    """Fast augmented Lagrangian iterations, the interior-point search, or descent of CDDP."""
+    """Fast augmented Lagrangian iterations, the interior-point search, careful iterations, or descent of CDDP."""
     iteration: int
     """Within the phase, from 1."""
     cost: float

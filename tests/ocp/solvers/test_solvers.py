@@ -9,6 +9,7 @@ from double_integrator import Variant
 from doorman.exceptions import DimensionError, SolverError
 from doorman.ocp import Cddp, Hybrid, PlanStatus, Solver, SolverOptions
 from doorman.ocp.solvers.options import HESSIANS, Hessian
+from doorman.ocp.solvers.replanning import EXTRA_ITERATIONS
 
 TASKS = {
     "free": Variant(),
@@ -138,6 +139,27 @@ def test_a_start_outside_is_left_and_named() -> None:
     assert after[:, 0].max() <= 0.8 + 1e-6
     assert solution.problem.constraint_names[0] in solution.message() and "node" in solution.message()
     assert (np.abs(solution.inputs[:, 0]) <= 1.5 + 1e-12).all()
+
+
+def test_a_way_back_is_followed_and_not_looked_for_anew() -> None:
+    """Replans from outside stay within their few iterations, and come inside."""
+    variant = Variant(start=(0.9, 0.0, 0.0), wall=0.8, force=(-1.5, 1.5))
+    solver = Hybrid(variant.problem(), SolverOptions(largest_multiplier=1e3, hessian="gauss-newton"))
+    assert solver.solve(variant.start).status is PlanStatus.RECOVERING
+    state, statuses = np.array(variant.start), []
+    for _ in range(12):
+        state = solver.trajectory()[0][1].copy()
+        status, iterations = solver.replan(state, elapsed=0.1)
+        assert status.flyable and iterations <= 1 + 2 * EXTRA_ITERATIONS
+        statuses.append(status)
+    assert statuses[0] is PlanStatus.RECOVERING and statuses[-1].usable
+
+
+def test_nothing_is_followed_before_there_is_a_trajectory() -> None:
+    solver = Hybrid(TASKS["free"].problem())
+    with pytest.raises(SolverError, match="no trajectory to follow"):
+        solver.follow(np.zeros(3), 1.0, 2)
+    assert solver.replan(np.zeros(3))[0] is PlanStatus.CONVERGED, "a replan without one is a solve"
 
 
 def test_what_cannot_be_is_not_called_usable() -> None:

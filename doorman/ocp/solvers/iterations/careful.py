@@ -1,0 +1,234 @@
+r"""The careful phase of the augmented Lagrangian: a merit function, and multipliers that move only once a step has settled.
+
+For the present multipliers and penalty, steps have to lower
+
+.. math:: m = J + \tfrac{\mu}{2}\sum_i\big(\max(0, \lambda_i + h_i/\mu)^2 - \lambda_i^2\big) + \rho\,\lVert e\rVert_1
+
+by Armijo's rule, ρ above the largest costate of the present sweep. At every length the step is tried twice: rolled out on the
+dynamics with the sweep's feedback, which leaves no defects, and as the straight move of states and inputs. Where the dynamics
+bend much the first goes further; from a guess that is no trajectory only the second leads anywhere. Multipliers and penalty
+follow the rules of bound-constrained Lagrangian methods (Conn, Gould and Toint 1991). Slower than
+`augmented_lagrangian.iterate`, and reliable where that is not.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from doorman.compilation import kernel
+from doorman.numba_types.clock import clock
+from doorman.ocp.kernels.functions import at_node, constrain_end, constrain_horizon, constrain_input, step
+from doorman.ocp.solvers.iterations.augmented_lagrangian import (
+    CONVERGED,
+    FAILED,
+    OUT_OF_ITERATIONS,
+    PAUSED,
+    STALLED,
+    direction,
+)
+from doorman.ocp.solvers.iterations.nominal import (
+    linearize,
+    measure_nominal,
+    move,
+    save,
+    take_multipliers,
+    total_cost,
+)
+from doorman.ocp.solvers.memory.result import RESULT
+from doorman.ocp.solvers.memory.workspace import LARGEST_STATE, Workspace
+from doorman.ocp.solvers.sweeps.active_set import classify
+from doorman.ocp.solvers.sweeps.linear_algebra import copy_rows
+
+FIRST_PENALTY = 30.0
+"""1/μ to begin with where nothing is known yet."""
+
+_LARGEST_PENALTY = 1e5
+_SWEEPS = 12
+_FIRST_SETTLED = 1.0
+"""A step with a smaller predicted decrease, relative to 1 + |J|, moves the multipliers;"""
+_SETTLED_SHARE = 0.3
+"""this share of it the next time."""
+_GAP = 1e-7
+"""Converged only if the rows' share of the merit is below this, relative to 1 + |J|: what violations may be worth."""
+_SLOW = 0.25
+"""Where violations do not fall to this share from one update of the multipliers to the next, they have to cost more."""
+_HALVINGS = 9
+_FIRST_REGULARIZATION = 1e-2
+_LARGEST_REGULARIZATION = 1e8
+
+
+@kernel
+def merit(model: object, work: Workspace, penalty: float, weight: float) -> float:
+    """Merit m of the nominal trajectory after its linearisation; its cost goes into `result`."""
+    nominal, multipliers, limits, floors = work.nominal, work.multipliers, work.limits, work.floors
+    nx, total, defects = work.sizes.states, 0.0, 0.0
+    for k in range(nominal.inputs.shape[0]):
+        stiff, of_state = penalty * work.stiffness[k], 0.0
+        for i in range(work.sizes.rows):
+            of_state += squared(multipliers.rows[k, i], nominal.rows[k, i], stiff, floors.rows[i])
+        for i in range(work.sizes.input_rows):
+            total += squared(multipliers.input_rows[k, i], nominal.input_rows[k, i], penalty, floors.input_rows[i])
+        if work.sizes.state_bounds > 0:
+            for i in range(work.sizes.states):
+                x, multiplier = nominal.states[k + 1, i], multipliers.states[k, i]
+                of_state += squared_bound(multiplier, x - limits.state_upper[i], limits.state_lower[i] - x, stiff)
+        total += of_state / work.stiffness[k]
+        if work.sizes.input_bounds > 0:
+            for i in range(work.sizes.inputs):
+                u, multiplier = nominal.inputs[k, i], multipliers.inputs[k, i]
+                total += squared_bound(multiplier, u - limits.input_upper[i], limits.input_lower[i] - u, penalty)
+        if weight > 0.0:
+            for i in range(nx):
+                defects += abs(work.linear.jacobians[k, i, nx])
+    for i in range(work.sizes.end_rows):
+        total += squared(multipliers.end_rows[i], nominal.end_rows[i], penalty, floors.end_rows[i])
+    work.result[RESULT.COST] = total_cost(model, work, nominal)
+    return float(work.result[RESULT.COST] + 0.5 * total / penalty + weight * defects)
+
+
+@kernel
+def squared(multiplier: float, value: float, penalty: float, floor: float) -> float:
+    """Term max(0, λ + h/μ)² − λ² of a row; the least multiplier takes the place of 0."""
+    force = multiplier + penalty * value
+    if force <= floor:  # not for NaN, which has to show
+        force = floor
+    return force * force - multiplier * multiplier
+
+
+@kernel
+def squared_bound(multiplier: float, above: float, below: float, penalty: float) -> float:
+    """Term of a number with a bound at either end, and a signed multiplier; see `squared`."""
+    upper, lower = max(0.0, multiplier + penalty * above), max(0.0, -multiplier + penalty * below)
+    return upper * upper + lower * lower - multiplier * multiplier
+
+
+@kernel
+def roll(model: object, work: Workspace, scale: float) -> bool:
+    """Nominal trajectory by the policy around `saved`, on the dynamics and inside the inputs' bounds."""
+    nx, nominal, saved, gains, limits = work.sizes.states, work.nominal, work.saved, work.policy.gains, work.limits
+    for k in range(nominal.inputs.shape[0]):
+        for a in range(work.sizes.inputs):
+            total = saved.inputs[k, a] + scale * gains[k, a, nx]
+            for j in range(nx):
+                total += gains[k, a, j] * (nominal.states[k, j] - saved.states[k, j])
+            if work.sizes.input_bounds > 0:
+                total = min(max(total, limits.input_lower[a]), limits.input_upper[a])
+            nominal.inputs[k, a] = total
+        step(at_node(model, k), nominal.states[k], nominal.inputs[k], nominal.states[k + 1])
+        for i in range(nx):
+            if not abs(nominal.states[k + 1, i]) < LARGEST_STATE:
+                return False
+    return True
+
+
+@kernel
+def rolled_merit(model: object, work: Workspace, penalty: float, scale: float) -> float:
+    """Merit m of the step rolled out into the nominal trajectory, without derivatives; ∞ where it is not finite."""
+    nominal, n = work.nominal, work.nominal.inputs.shape[0]
+    if not roll(model, work, scale):
+        return np.inf
+    if work.sizes.rows > 0:
+        constrain_horizon(model, nominal.states, nominal.rows)
+    if work.sizes.input_rows > 0:
+        for k in range(n):
+            constrain_input(at_node(model, k), nominal.states[k], nominal.inputs[k], nominal.input_rows[k])
+    if work.sizes.end_rows > 0:
+        constrain_end(at_node(model, n), nominal.states[n], nominal.end_rows)
+    return float(merit(model, work, penalty, 0.0))
+
+
+@kernel
+def descend(model: object, work: Workspace, penalty: float, weight: float, before: float, deadline: float) -> float:
+    """Shorten the step in `trial` until the merit has fallen enough."""
+    expected = work.result[RESULT.DECREASE]
+    save(work)
+    scale = 1.0
+    for _ in range(_HALVINGS):
+        enough = before - 1e-4 * scale * expected + 1e-12 * (1.0 + abs(before))
+        if rolled_merit(model, work, penalty, scale) <= enough:
+            linearize(model, work)
+            return scale
+        move(work, scale)
+        linearize(model, work)
+        if merit(model, work, penalty, weight) <= enough:
+            return scale
+        if clock() > deadline:
+            break
+        scale *= 0.5
+    copy_rows(work.saved.states, work.nominal.states)
+    copy_rows(work.saved.inputs, work.nominal.inputs)
+    linearize(model, work)
+    return 0.0
+
+
+@kernel
+def is_solved(work: Workspace, merit: float, feasibility: float) -> bool:
+    """Whether the nominal trajectory needs no further step.
+
+    Violations may stay where multipliers cannot grow any more.
+    """
+    result, tolerance = work.result, work.settings.tolerance
+    scale = 1.0 + abs(result[RESULT.COST])
+    if result[RESULT.DECREASE] > tolerance * scale or result[RESULT.DEFECT] > feasibility:
+        return False
+    if result[RESULT.PRICED_OUT] > 0.0:
+        return True
+    return bool(result[RESULT.VIOLATION] <= feasibility and abs(merit - result[RESULT.COST]) <= _GAP * scale)
+
+
+@kernel
+def iterate_carefully(
+    model: object, work: Workspace, penalty: float, feasibility: float, max_iterations: int, deadline: float
+) -> int:
+    """Iterate from the nominal trajectory and the multipliers in `work`."""
+    result, tolerance = work.result, work.settings.tolerance
+    settle, regularization, last_violation, first = _FIRST_SETTLED, 0.0, np.inf, 0
+    begun, slowest = clock(), 0.0
+    if result[RESULT.RESUMES] > 0.0:
+        first, penalty, regularization = (
+            int(result[RESULT.ITERATIONS]),
+            result[RESULT.PENALTY],
+            result[RESULT.REGULARIZATION],
+        )
+        settle, last_violation = result[RESULT.SETTLE], result[RESULT.LAST_VIOLATION]
+    else:
+        result[RESULT.ITERATIONS] = 0.0
+        result[RESULT.PRICED_OUT] = 0.0
+        linearize(model, work)
+    for iteration in range(first, max_iterations):
+        if iteration > first and clock() > result[RESULT.PAUSE]:
+            result[RESULT.PENALTY], result[RESULT.REGULARIZATION] = penalty, regularization
+            result[RESULT.SETTLE], result[RESULT.LAST_VIOLATION] = settle, last_violation
+            return PAUSED
+        now = clock()
+        begun, slowest = now, max(slowest, now - begun)
+        if iteration > 0 and now + slowest > deadline:
+            return OUT_OF_ITERATIONS
+        result[RESULT.ITERATIONS] = iteration + 1.0
+        measure_nominal(work)
+        classify(work, work.nominal, penalty)
+        settled = direction(model, work, penalty, _SWEEPS, regularization, deadline if iteration > 0 else np.inf)
+        if settled < 0 or not abs(result[RESULT.INFEASIBILITY] + result[RESULT.CHANGE]) < np.inf:
+            return FAILED
+        weight = 1.5 * result[RESULT.COSTATE]
+        before = merit(model, work, penalty, weight)
+        expected, violation = result[RESULT.DECREASE], result[RESULT.VIOLATION]
+        if settled == 1 and regularization == 0.0 and is_solved(work, before, feasibility):
+            take_multipliers(work, 1.0)
+            return CONVERGED
+        scale = descend(model, work, penalty, weight, before, deadline)
+        if scale == 0.0:
+            regularization = max(10.0 * regularization, _FIRST_REGULARIZATION)
+            if regularization > _LARGEST_REGULARIZATION:
+                return STALLED
+            continue
+        regularization = 0.0 if regularization <= _FIRST_REGULARIZATION else 0.1 * regularization
+        if settled == 1 and expected <= settle * (1.0 + abs(result[RESULT.COST])):
+            if scale < 1.0:
+                classify(work, work.nominal, penalty)
+            take_multipliers(work, 1.0)
+            settle = max(_SETTLED_SHARE * settle, tolerance)
+            if violation > max(_SLOW * last_violation, feasibility) and penalty < _LARGEST_PENALTY:
+                penalty = min(4.0 * penalty, _LARGEST_PENALTY)
+            last_violation = violation
+    return OUT_OF_ITERATIONS
