@@ -15,6 +15,7 @@ from doorman.ocp.solvers.interior.searcher import Searcher
 from doorman.ocp.solvers.iterations import augmented_lagrangian as kernels
 from doorman.ocp.solvers.iterations import cold_start, guess, nominal, rollout
 from doorman.ocp.solvers.iterations.careful import FIRST_PENALTY, iterate_carefully
+from doorman.ocp.solvers.iterations.real_time import DEARER
 from doorman.ocp.solvers.kept import Kept
 from doorman.ocp.solvers.memory.result import RESULT
 from doorman.ocp.solvers.order import is_last_first
@@ -65,10 +66,8 @@ class Hybrid(Replanner):
         late = deadline - now < now - begun  # it was time that ended it
         if code != cold_start.NOT_CONVERGED or iterations >= max_iterations or late:
             status, left = self._ended(code), min(max_iterations - iterations, _POLISHING)
-            if status is PlanStatus.ITERATION_LIMIT and left > 0 and not late:  # the rollout leads elsewhere
-                self._remember()
-                self._given = True, True, True
-                status = self._ended(self._attempt(state, left, deadline))
+            if status is PlanStatus.ITERATION_LIMIT and left > 0 and not late:
+                status = self._polished(state, left, deadline)
                 iterations += int(result[RESULT.ITERATIONS])
             return status, iterations
         self._put_guess("first", state)
@@ -80,6 +79,13 @@ class Hybrid(Replanner):
         status = self._ended(cold_start.NOT_CONVERGED)
         settled = status.usable and code == kernels.CONVERGED and (self._agrees() or self._returns())
         return PlanStatus.CONVERGED if settled else status, iterations
+
+    def _polished(self, state: Array, iterations: int, deadline: float) -> PlanStatus:
+        """Full steps from a rollout that costs something else than what was rolled out: violations fall with each."""
+        self._remember()
+        now = time.monotonic()
+        followed = self._follow(state, 0.0, 1, iterations, now, deadline - now, 0)
+        return PlanStatus.CONVERGED if followed.usable and self._agrees() else followed
 
     def _iterate_carefully(self, max_iterations: int, deadline: float) -> int:
         """Careful iterations from the nominal trajectory; their code."""
@@ -227,7 +233,8 @@ class Hybrid(Replanner):
         if self._searcher is None:
             return False
         cost = abs(found[RESULT.COST])
-        return found[RESULT.DECREASE] > max(_FAR_OFF * cost, math.sqrt(self.options.tolerance) * (1.0 + cost))
+        promises = found[RESULT.DECREASE] > max(_FAR_OFF * cost, math.sqrt(self.options.tolerance) * (1.0 + cost))
+        return promises or found[RESULT.COST] > DEARER * max(self._last_cost, found[RESULT.EXPECTED])
 
     def _settles(self, patience: int) -> bool:
         """Whether the fast iterations have found their active set, or have not had so many iterations for it."""

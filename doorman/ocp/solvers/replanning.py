@@ -14,7 +14,7 @@ from doorman.exceptions import DimensionError, SolverError
 from doorman.ocp.solvers.arguments import checked_budget, checked_state, read_only
 from doorman.ocp.solvers.engine import StateGuess
 from doorman.ocp.solvers.iterations import cold_start, guess, nominal, real_time, rollout
-from doorman.ocp.solvers.iterations.real_time import DEARER, KEEP_BETTER, RETURN, STEER, follow, settle
+from doorman.ocp.solvers.iterations.real_time import KEEP_BETTER, RETURN, STEER, follow, settle
 from doorman.ocp.solvers.kept import Kept
 from doorman.ocp.solvers.memory.parts import Multipliers
 from doorman.ocp.solvers.memory.result import RESULT
@@ -61,8 +61,8 @@ class Replanner(Solver):
     ) -> tuple[PlanStatus, int]:
         """Next plan of a controller: `follow`, and `aim_anew` where the last trajectory is no guess any more.
 
-        That is so after a jump of state, goal or parameters, and where following leads to nothing that may be flown. It is so,
-        too, where the rollout costs a fifth more than the last one and than the iteration expects, also once it is followed.
+        That is so after a jump of state, goal or parameters, where following leads to nothing that may be flown, and where it
+        leaves the constraints on its way. Solvers with a search also ask it where the trajectory seems to be far from an optimum.
         Without a trajectory to follow it is a solve from the input goal.
         """
         started = time.monotonic()
@@ -76,12 +76,10 @@ class Replanner(Solver):
         most, extra = (iterations, EXTRA_ITERATIONS) if max_iterations is None else (budget, 0)
         if self._problem.free_time is not None:
             shift = self._divide_rest(first, shift)
-        before = self._last_cost
         status = self._follow(first, shift, _LATEST_SHIFT, most, started, time_limit, extra)
         found = self._work.result.tolist()
         done, left = int(found[RESULT.ITERATIONS]), time_limit - (time.monotonic() - started)
-        dearer = found[RESULT.COST] > DEARER * max(before, found[RESULT.EXPECTED])
-        wild = found[RESULT.CHANGE] > JUMP or dearer or self._is_far_off(found)
+        wild = found[RESULT.CHANGE] > JUMP or self._is_far_off(found)
         if (wild or self._leads_astray(status)) and done < budget and left > 0.0:
             status, more = self.aim_anew(first, status, budget - done, left)
             done += more
@@ -101,7 +99,7 @@ class Replanner(Solver):
         return max(min(max_iterations // 2, _AIMING_ITERATIONS), 1)
 
     def _is_far_off(self, found: list[float]) -> bool:
-        """Whether the last sweep says that the trajectory is no optimum, where finding one anew takes little."""
+        """Whether the trajectory seems to be far from an optimum, and something else than following finds one."""
         return False
 
     def _note(self, status: PlanStatus) -> None:

@@ -80,7 +80,7 @@ def test_every_budget_ends_with_an_honest_plan() -> None:
 def test_a_solve_without_time_leaves_constraints_alone_and_says_so() -> None:
     """No time for ProxQP, to which every program would go: what comes of that violates a row, and is not called a way back."""
     variant = TASKS["speed"]
-    solver = Hybrid(variant.problem(), SolverOptions(guess_active_sets=False))
+    solver = Hybrid(variant.problem(), SolverOptions(guess_active_sets=False, hessian="gauss-newton"))
     pushed = np.full((30, 2), 1.0)
     hurried = solver.solve(variant.start, pushed, max_iterations=1, time_limit=1e-9)
     assert solver.quadratic_programs == 0
