@@ -85,6 +85,7 @@ class Hybrid(Replanner):
         self._remember()
         now = time.monotonic()
         followed = self._follow(state, 0.0, 1, iterations, now, deadline - now, 0)
+        self._teller.tell("fast")
         return PlanStatus.CONVERGED if followed.usable and self._agrees() else followed
 
     def _iterate_carefully(self, max_iterations: int, deadline: float) -> int:
