@@ -30,7 +30,7 @@ from doorman.copying import Uncopied
 from doorman.dynamics.lagrangian_model import LagrangianModel
 from doorman.exceptions import SolverError
 from doorman.hardware.safety import Assessor
-from doorman.ocp import AugmentedLagrangian, Bounds, Cddp, Hybrid, Problem, PythonModel, QuadraticCost, SymbolicModel
+from doorman.ocp import Bounds, Cddp, Hybrid, Problem, PythonModel, QuadraticCost, SymbolicModel
 from doorman.recording import Recording, Topic
 
 Array = NDArray[np.float64]
@@ -134,7 +134,6 @@ OWNERS: dict[str, tuple[Callable[[], Any], Callable[[Any], list[Array]]]] = {
     "Planner": (lambda: Planner(model()), planned),
     "Hybrid": (lambda: Hybrid(problem()), solved),
     "Cddp": (lambda: Cddp(problem()), solved),
-    "AugmentedLagrangian": (lambda: AugmentedLagrangian(problem()), solved),
     "Problem": (problem, lambda one: solved(Hybrid(one))),
     "Topic": (lambda: Topic("t", np.arange(3.0), {"a": np.ones(3)}), lambda one: [one.time, one["a"]]),
     "Recording": (lambda: Recording({}, {"a": 1}), lambda one: [np.array([one.complete])]),

@@ -16,7 +16,6 @@ if TYPE_CHECKING:  # the types of the names below; no layer hides an import here
     from doorman.ocp.problem.problem import Bounds, FreeTime, Problem
     from doorman.ocp.problem.terms import Constraint, Cost, Residual
     from doorman.ocp.python_model import PythonModel
-    from doorman.ocp.solvers.al import AugmentedLagrangian
     from doorman.ocp.solvers.cddp import Cddp
     from doorman.ocp.solvers.hybrid import Hybrid
     from doorman.ocp.solvers.options import SolverOptions
@@ -26,12 +25,11 @@ if TYPE_CHECKING:  # the types of the names below; no layer hides an import here
     from doorman.ocp.symbolic_model import SymbolicModel
 
 __all__ = [
-    "AugmentedLagrangian", "Bounds", "Cddp", "Constraint", "Cost", "FreeTime", "Hybrid", "Iterate", "PlanStatus", "Problem",
+    "Bounds", "Cddp", "Constraint", "Cost", "FreeTime", "Hybrid", "Iterate", "PlanStatus", "Problem",
     "PythonModel", "QuadraticCost", "Residual", "Solution", "Solver", "SolverOptions", "SymbolicModel", "runge_kutta",
 ]  # fmt: skip
 
 _MODULES = {
-    "AugmentedLagrangian": "solvers.al",
     "Bounds": "problem.problem",
     "Cddp": "solvers.cddp",
     "Constraint": "problem.terms",

@@ -101,8 +101,7 @@ class SymbolicModel:
             costs: Terms on top of the quadratic cost.
             parameters: Values of the parameters, shape (np,).
             node_parameters: Values at nodes 0 … N, shape (N + 1, nq), or (nq,) for the same at all; zeros if not given.
-            second_derivatives: Print the Hessian of the Lagrangian, too: solvers then search by `SolverOptions.hessian`.
-                Without it they compile sooner.
+            second_derivatives: Print the Hessian of the Lagrangian, too. Without it solvers take differences of slopes.
             free_time: Bounds and cost of the duration, where the solver chooses it.
 
         Returns:

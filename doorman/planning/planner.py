@@ -271,9 +271,9 @@ class Planner(CopiedWhole):
         """Plan from the previous plan, shifted with its multipliers, with `planner.iterations` iterations.
 
         Where there is no previous plan the plan is cold. The planner aims anew within the budget where the previous plan is no
-        guess any more, as after a jump of the state or of the door's parameters, or where the plan costs much more. Without a
-        budget it may miss the deadline then. Where nothing usable comes of that, the plan is the previous one bent to the state,
-        if that is usable.
+        guess any more, as after a jump of the state or of the door's parameters, or where it leads out of the constraints.
+        Without a budget it may miss the deadline then. Where nothing usable comes of that, the plan is the previous one bent
+        to the state, if that is usable.
 
         Args:
             state: x, shape (nx,); [Φ, α, α̇, H] with the quasi-static model.

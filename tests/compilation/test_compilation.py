@@ -89,8 +89,8 @@ def test_solvers_of_users_own_models_are_cached_per_source(tmp_path: Path) -> No
 
 
 COPY = """
-from doorman.ocp.solvers.iterations.careful import squared
-print(squared(1.0, 2.0, 3.0, 4.0), sum(squared.stats.cache_hits.values()))
+from doorman.ocp.solvers.iterations.augmented_lagrangian import slack_of_row
+print(slack_of_row(1.0, 2.0, 3.0), sum(slack_of_row.stats.cache_hits.values()))
 """
 
 

@@ -25,13 +25,11 @@ class Cddp(Solver):
     It takes no equalities: those of the end need the inputs of many nodes.
     """
 
-    _takes_equalities = False
-
     def __init__(self, problem: Problem, options: SolverOptions | None = None) -> None:
-        if any(problem.equalities) and not self._takes_equalities:
+        if any(problem.equalities):
             raise SolverError(
                 "this solver takes no equalities", field="problem.equalities", given=sum(problem.equalities),
-                allowed="0, or Hybrid and AugmentedLagrangian, which do",
+                allowed="0, or Hybrid, which does",
             )  # fmt: skip
         super().__init__(problem, options)
 
@@ -41,19 +39,6 @@ class Cddp(Solver):
         if not self._start():
             return PlanStatus.DIVERGED, 0
         return self._descend(max_iterations, deadline)
-
-    def _start(self) -> bool:
-        """Roll the nominal trajectory out; False if that is not finite."""
-        return self._take(self._roll_out(0.0))
-
-    def _take(self, finite: bool) -> bool:
-        """Take a rollout for the nominal trajectory, unless it is not finite."""
-        if not finite:
-            nominal.linearize(self._model, self._memory)
-            nominal.measure_nominal(self._memory)
-            return False
-        self._accept()
-        return True
 
     def _descend(self, max_iterations: int, deadline: float) -> tuple[PlanStatus, int]:
         """Iterate from a rolled out trajectory: status and number of iterations."""
@@ -122,10 +107,6 @@ class Cddp(Solver):
 
     def _compile(self) -> None:
         super()._compile()
-        self._compile_descent()
-
-    def _compile_descent(self) -> None:
-        """Run what `_descend` calls."""
         nominal.linearize(self._model, self._memory)
         terminal_value(self._model, self._memory)
         backward_pass.backward(self._model, self._memory, self._problem.horizon - 1, 0.0, True, False)

@@ -18,8 +18,6 @@ from doorman.ocp.kernels.compiled_model import CompiledModel, called_functions
 from doorman.ocp.problem.problem import Problem
 from doorman.ocp.solvers.arguments import copy_checked
 from doorman.ocp.solvers.iterations import cold_start, guess, nominal, rollout
-from doorman.ocp.solvers.iterations.augmented_lagrangian import PAUSED
-from doorman.ocp.solvers.iterations.careful import iterate_carefully
 from doorman.ocp.solvers.iterations.real_time import STEER, settle
 from doorman.ocp.solvers.kept import Kept
 from doorman.ocp.solvers.memory.parts import Multipliers
@@ -38,7 +36,7 @@ StateGuess = Literal["held", "straight"]
 STATE_GUESSES: tuple[StateGuess, ...] = ("held", "straight")
 
 FAST_ITERATIONS = 25
-"""Largest number of fast iterations from one guess, before another guess or the careful phase has its turn."""
+"""Largest number of fast iterations from one guess, before something else has its turn."""
 
 
 class Engine(CopiedWhole, ABC):
@@ -138,27 +136,22 @@ class Engine(CopiedWhole, ABC):
         """Start anew from the guess in the workspace; whether dynamics and constraints are finite there."""
         return bool(cold_start.begin(self._model, self._memory, state, *self._given))
 
-    def _guess_again(self) -> None:
-        """Begin again with the first guess."""
-        self._forget_multipliers()
-        np.copyto(self._work.nominal.states, self._work.first.states)
-        np.copyto(self._work.nominal.inputs, self._work.first.inputs)
-
     def _forget_multipliers(self) -> None:
         for array in self._work.multipliers:
             array[:] = 0.0
 
-    def _iterate_carefully(self, penalty: float, max_iterations: int, deadline: float) -> int:
-        """Careful iterations from the nominal trajectory and the multipliers; their code."""
-        return self._teller.run(
-            "careful",
-            lambda: int(
-                iterate_carefully(
-                    self._model, self._memory, penalty, self.options.feasibility, max_iterations, deadline
-                )
-            ),
-            PAUSED,
-        )
+    def _start(self) -> bool:
+        """Roll the nominal trajectory out; False if that is not finite."""
+        return self._take(self._roll_out(0.0))
+
+    def _take(self, finite: bool) -> bool:
+        """Take a rollout for the nominal trajectory, unless it is not finite."""
+        if not finite:
+            nominal.linearize(self._model, self._memory)
+            nominal.measure_nominal(self._memory)
+            return False
+        self._accept()
+        return True
 
     def _roll_out(self, scale: float) -> bool:
         """Rollout into the trial trajectory, ProxQP where a guess fails; False if it is not finite."""

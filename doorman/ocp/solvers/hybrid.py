@@ -1,4 +1,4 @@
-"""The default solver: augmented Lagrangian iterations, then a rollout onto dynamics and constraints, CDDP where they differ."""
+"""The default solver: augmented Lagrangian iterations and a rollout, and an interior-point search where they fail."""
 
 from __future__ import annotations
 
@@ -14,7 +14,8 @@ from doorman.ocp.solvers.engine import FAST_ITERATIONS, StateGuess
 from doorman.ocp.solvers.interior.searcher import Searcher
 from doorman.ocp.solvers.iterations import augmented_lagrangian as kernels
 from doorman.ocp.solvers.iterations import cold_start, guess, nominal, rollout
-from doorman.ocp.solvers.iterations.careful import FIRST_PENALTY
+from doorman.ocp.solvers.iterations.careful import FIRST_PENALTY, iterate_carefully
+from doorman.ocp.solvers.iterations.real_time import DEARER
 from doorman.ocp.solvers.kept import Kept
 from doorman.ocp.solvers.memory.result import RESULT
 from doorman.ocp.solvers.order import is_last_first
@@ -38,15 +39,15 @@ _FAR_OFF = 0.1
 """Share of |J| that a replan's last sweep may promise; where it promises more, and more than the accuracy of one iteration, the
 square root of the tolerance, the search is asked."""
 _POLISHING = 6
-"""Largest number of fast iterations from a solution of the search."""
+"""Largest number of fast iterations from a solution of the search, or from a rollout that costs something else."""
 
 
 class Hybrid(Replanner):
-    """Augmented Lagrangian iterations, then a rollout, then CDDP if need be.
+    """Fast iterations and a rollout, and an interior-point search where these do not end at a minimum.
 
-    The fast iterations find the active set of the whole horizon at once and need not satisfy the dynamics; where they fail,
-    careful ones follow. The rollout makes of their result a trajectory that satisfies dynamics and nonlinear constraints. Where
-    that costs something else, CDDP goes on from there, and careful iterations again from where CDDP stalls.
+    The fast iterations find the active set of the whole horizon at once and need not satisfy the dynamics. The rollout makes of
+    their result a trajectory that satisfies dynamics and nonlinear constraints. With `hessian="gauss-newton"` careful
+    iterations take the place of the search: they need no second derivatives, and lead back where a start is outside.
     """
 
     def _solve(self, state: Array, max_iterations: int, deadline: float) -> tuple[PlanStatus, int]:
@@ -54,13 +55,51 @@ class Hybrid(Replanner):
             return self._solve_fast(state, max_iterations, deadline)
         return self._solve_thoroughly(self._searcher, state, max_iterations, deadline)
 
+    def _solve_fast(self, state: Array, max_iterations: int, deadline: float) -> tuple[PlanStatus, int]:
+        """Fast iterations, and careful ones from the first guess where they fail."""
+        result, begun = self._work.result, time.monotonic()
+        code = self._attempt(state, min(max_iterations, FAST_ITERATIONS), deadline)
+        if code == cold_start.INVALID_START:
+            return PlanStatus.INVALID_STATE, 0
+        iterations, now = int(result[RESULT.ITERATIONS]), time.monotonic()
+        deadline -= float(result[RESULT.ROLLOUT_TIME])
+        late = deadline - now < now - begun  # it was time that ended it
+        if code != cold_start.NOT_CONVERGED or iterations >= max_iterations or late:
+            status, left = self._ended(code), min(max_iterations - iterations, _POLISHING)
+            if status is PlanStatus.ITERATION_LIMIT and left > 0 and not late:
+                status = self._polished(state, left, deadline)
+                iterations += int(result[RESULT.ITERATIONS])
+            return status, iterations
+        self._put_guess("first", state)
+        code = self._teller.run(
+            "careful", lambda: self._iterate_carefully(max_iterations - iterations, deadline), kernels.PAUSED
+        )
+        iterations += int(result[RESULT.ITERATIONS])
+        result[RESULT.EXPECTED] = nominal.nominal_cost(self._model, self._memory)
+        status = self._ended(cold_start.NOT_CONVERGED)
+        settled = status.usable and code == kernels.CONVERGED and (self._agrees() or self._returns())
+        return PlanStatus.CONVERGED if settled else status, iterations
+
+    def _polished(self, state: Array, iterations: int, deadline: float) -> PlanStatus:
+        """Full steps from a rollout that costs something else than what was rolled out: violations fall with each."""
+        self._remember()
+        now = time.monotonic()
+        followed = self._follow(state, 0.0, 1, iterations, now, deadline - now, 0)
+        self._teller.tell("fast")
+        return PlanStatus.CONVERGED if followed.usable and self._agrees() else followed
+
+    def _iterate_carefully(self, max_iterations: int, deadline: float) -> int:
+        """Careful iterations from the nominal trajectory; their code."""
+        feasibility = self.options.feasibility
+        return int(iterate_carefully(self._model, self._memory, FIRST_PENALTY, feasibility, max_iterations, deadline))
+
     def _solve_thoroughly(
         self, searcher: Searcher, state: Array, max_iterations: int, deadline: float
     ) -> tuple[PlanStatus, int]:
         """Fast iterations, and the interior-point search where they do not find a minimum: the cheapest of what there is.
 
         Results that differ say that there are several minima; the search then begins elsewhere, too, until two results agree.
-        With multipliers the guess is an earlier solution, whose minimum needs no check.
+        With multipliers the guess is an earlier solution, whose minimum needs no check; differences of slopes allow none.
         """
         given, result = self._given, self._work.result
         fast = given[2] or self.options.hessian != "exact"
@@ -70,7 +109,7 @@ class Hybrid(Replanner):
             return PlanStatus.INVALID_STATE, 0
         iterations, resort = int(result[RESULT.ITERATIONS]), Kept.of(self._work, np.inf)
         best = on_top = self._found(code) if fast else None
-        if best is not None and (given[2] or self._is_minimum(searcher, best)):
+        if best is not None and (given[2] or not self._is_exact or self._is_minimum(searcher, best)):
             return PlanStatus.CONVERGED, iterations
         for start in ("first", "held", "straight") if given[0] or given[1] else ("held", "straight", "first"):
             if iterations >= max_iterations or time.monotonic() >= deadline:
@@ -140,11 +179,15 @@ class Hybrid(Replanner):
         """Fast iterations from where they ended, rolled out: what there is, where nothing has converged."""
         kept.put_back(self._work)
         self._given = True, True, True
-        code = self._attempt(state, FAST_ITERATIONS, self._deadline)
+        return self._ended(self._attempt(state, FAST_ITERATIONS, self._deadline))
+
+    def _ended(self, code: int) -> PlanStatus:
+        """Roll out what the fast iterations have ended with."""
         if code == cold_start.NOT_CONVERGED:
             return PlanStatus.ITERATION_LIMIT if self._start() else PlanStatus.DIVERGED
-        settled = self._rolled(code) and (self._agrees() or self._returns())
-        return PlanStatus.CONVERGED if settled else PlanStatus.ITERATION_LIMIT
+        if not self._rolled(code):
+            return PlanStatus.DIVERGED
+        return PlanStatus.CONVERGED if self._agrees() or self._returns() else PlanStatus.ITERATION_LIMIT
 
     def _found(self, code: int) -> Kept | None:
         """What `_attempt` has found, if it has converged, and its rollout agrees and is inside without ProxQP's help."""
@@ -169,35 +212,6 @@ class Hybrid(Replanner):
         else:
             self._draw_states(state, start, True)
 
-    def _solve_fast(self, state: Array, max_iterations: int, deadline: float) -> tuple[PlanStatus, int]:
-        """Fast iterations, and careful ones where they fail."""
-        result, begun = self._work.result, time.monotonic()
-        code = self._attempt(state, min(max_iterations, FAST_ITERATIONS), deadline)
-        if code == cold_start.INVALID_START:
-            return PlanStatus.INVALID_STATE, 0
-        iterations, converged = int(result[RESULT.ITERATIONS]), code != cold_start.NOT_CONVERGED
-        if converged:
-            finite = self._rolled(code)
-        else:
-            iterations, converged = self._attempt_otherwise(iterations, max_iterations, deadline, begun)
-            result[RESULT.EXPECTED] = nominal.nominal_cost(self._model, self._memory)
-            finite = self._start()
-        if not finite:
-            return PlanStatus.DIVERGED, iterations
-        if converged and (self._agrees() or self._returns()):
-            return PlanStatus.CONVERGED, iterations
-        if iterations >= max_iterations or time.monotonic() >= deadline or any(self._problem.equalities):
-            return PlanStatus.ITERATION_LIMIT, iterations
-        status, more = self._descend(max_iterations - iterations, deadline)
-        iterations += more
-        priced_out = result[RESULT.PRICED_OUT] > 0.0  # another optimum, which lies outside the constraints
-        stalled = status is PlanStatus.STALLED and not priced_out
-        if stalled and iterations < max_iterations and time.monotonic() < deadline:
-            self._remember()
-            status, more = self._refine(max_iterations - iterations, deadline)
-            iterations += more
-        return status, iterations
-
     def _attempt(self, state: Array, max_iterations: int, deadline: float, patience: int | None = None) -> int:
         """Begin, fast iterations from the first guess, and where they converge the rollout: the code of `cold_start.solve`."""
         guessing = self.options.guess_active_sets
@@ -213,75 +227,25 @@ class Hybrid(Replanner):
     def _recovery_iterations(self) -> int:
         return super()._recovery_iterations() if self._searcher is None else _SEARCH_ITERATIONS
 
+    def _first_share(self, max_iterations: int) -> int:
+        return super()._first_share(max_iterations) if self._searcher is None else max(max_iterations // 2, 1)
+
     def _is_far_off(self, found: list[float]) -> bool:
         if self._searcher is None:
             return False
         cost = abs(found[RESULT.COST])
-        return found[RESULT.DECREASE] > max(_FAR_OFF * cost, math.sqrt(self.options.tolerance) * (1.0 + cost))
+        promises = found[RESULT.DECREASE] > max(_FAR_OFF * cost, math.sqrt(self.options.tolerance) * (1.0 + cost))
+        return promises or found[RESULT.COST] > DEARER * max(self._last_cost, found[RESULT.EXPECTED])
 
     def _settles(self, patience: int) -> bool:
         """Whether the fast iterations have found their active set, or have not had so many iterations for it."""
         result = self._work.result
         return bool(result[RESULT.SETTLED] == 1.0 or result[RESULT.ITERATIONS] < patience)
 
-    def _attempt_otherwise(
-        self, iterations: int, max_iterations: int, deadline: float, begun: float
-    ) -> tuple[int, bool]:
-        """Fast iterations from another guess, then careful ones from the first: iterations in all, and whether converged.
-
-        What there is stays where less time is left than it has taken since `begun`: it was the time that ended it.
-        """
-        result, code = self._work.result, kernels.OUT_OF_ITERATIONS
-        deadline -= float(result[RESULT.ROLLOUT_TIME])
-        if deadline - time.monotonic() < time.monotonic() - begun:
-            return iterations, False
-        if iterations < max_iterations and time.monotonic() < deadline:
-            self._guess_otherwise()
-            most = min(max_iterations - iterations, FAST_ITERATIONS)
-            code = self._teller.run(
-                "fast", lambda: int(kernels.iterate(self._model, self._memory, most, deadline)), kernels.PAUSED
-            )
-            iterations += int(result[RESULT.ITERATIONS])
-        if code != kernels.CONVERGED and iterations < max_iterations and time.monotonic() < deadline:
-            self._guess_again()
-            result[RESULT.PENALTY] = FIRST_PENALTY
-            code = self._iterate_carefully(FIRST_PENALTY, max_iterations - iterations, deadline)
-            iterations += int(result[RESULT.ITERATIONS])
-        return iterations, code == kernels.CONVERGED
-
     def _agrees(self) -> bool:
         """Whether the rollout of the augmented Lagrangian's solution costs what that does."""
         cost, expected = float(self._work.result[RESULT.COST]), float(self._work.result[RESULT.EXPECTED])
         return bool(abs(cost - expected) <= _AGREEMENT * (1.0 + abs(expected)))
-
-    def _refine(self, max_iterations: int, deadline: float) -> tuple[PlanStatus, int]:
-        """Careful iterations from where CDDP has stalled, and their rollout: status and number of iterations.
-
-        CDDP stalls where rows need the inputs of several nodes. What does not come of this leaves everything as it was.
-        """
-        work, result = self._work, self._work.result
-        np.copyto(work.first.states, work.nominal.states)
-        np.copyto(work.first.inputs, work.nominal.inputs)
-        code = self._iterate_carefully(float(result[RESULT.PENALTY]), max_iterations, deadline)
-        iterations = int(result[RESULT.ITERATIONS])
-        result[RESULT.EXPECTED] = nominal.nominal_cost(self._model, self._memory)
-        if self._start() and code == kernels.CONVERGED and (self._agrees() or self._returns()):
-            return PlanStatus.CONVERGED, iterations
-        self._restore()
-        return PlanStatus.STALLED, iterations
-
-    def _restore(self) -> None:
-        """Nominal trajectory back to the one that was kept, measured."""
-        self._return_to(self._work.first.states, self._work.first.inputs)
-
-    def _guess_otherwise(self) -> None:
-        """Begin again: with a blind rollout after a straight line, else with a straight line."""
-        self._forget_multipliers()
-        self._work.nominal.inputs[:] = self._problem.cost.input_goal
-        if self._work.result[RESULT.STRAIGHT] > 0.0:
-            guess.roll_blindly(self._model, self._memory, 0)
-        else:
-            guess.aim_straight(self._memory)
 
     def _begin(self, state: Array) -> bool:
         """Begin with one iteration: a kernel that begins and does nothing else is not needed."""
@@ -289,26 +253,19 @@ class Hybrid(Replanner):
 
     def _compile(self) -> None:
         self._searcher = Searcher(self._work) if self._is_curved else None
+        self._is_exact = functions.is_implemented(functions.curve_horizon, type(self._problem.model))
         if is_last_first():
-            self._forget_last()
             self._set_guess(self._problem.cost.state_goal.copy(), None, "held", None)
             self._compile_follow()
-            self._compile_descent()
         super()._compile()
         if self._searcher is not None:
             self._searcher.search(self._model, self._memory, 1, 0.0)
             self._searcher.is_minimum(self._model, self._memory, 1.0)
+        else:
+            self._iterate_carefully(1, 0.0)
         self._compile_follow()
-
-    def _compile_descent(self) -> None:
-        if self._searcher is None:
-            super()._compile_descent()
-            self._iterate_carefully(FIRST_PENALTY, 1, 0.0)
-            kernels.iterate(self._model, self._memory, 1, 0.0)
 
     @property
     def _is_curved(self) -> bool:
         """Whether the interior-point search takes part."""
-        if self.options.hessian == "both":
-            return functions.is_implemented(functions.curve_horizon, type(self._problem.model))
-        return self.options.hessian == "exact"
+        return self.options.hessian != "gauss-newton"

@@ -18,7 +18,7 @@ class SolverOptions:
     hessian: Hessian = "both"
     """How `Hybrid` searches. "gauss-newton": fast iterations, whose Hessian leaves out the curvature of dynamics and
     constraints. "exact": an interior-point search with the Hessian of the Lagrangian. "both": fast iterations, and the search
-    where these do not end at a minimum, if the model has second derivatives of its own; else as "gauss-newton"."""
+    where these do not end at a minimum. A model without second derivatives has differences of its first ones."""
     tolerance: float = 3e-8
     """Converged when the predicted decrease of the cost is below this, relative to 1 + |cost|."""
     feasibility: float = 1e-6

@@ -10,27 +10,26 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from doorman.checks import number
-from doorman.exceptions import DimensionError
+from doorman.exceptions import DimensionError, SolverError
 from doorman.ocp.solvers.arguments import checked_budget, checked_state, read_only
-from doorman.ocp.solvers.cddp import Cddp
 from doorman.ocp.solvers.engine import StateGuess
 from doorman.ocp.solvers.iterations import cold_start, guess, nominal, real_time, rollout
-from doorman.ocp.solvers.iterations.real_time import (
-    EXTRA_ITERATIONS,
-    KEEP_BETTER,
-    RETURN,
-    STEER,
-    follow,
-    settle,
-)
+from doorman.ocp.solvers.iterations.real_time import KEEP_BETTER, RETURN, STEER, follow, settle
 from doorman.ocp.solvers.kept import Kept
 from doorman.ocp.solvers.memory.parts import Multipliers
 from doorman.ocp.solvers.memory.result import RESULT
 from doorman.ocp.solvers.solution import PlanStatus
+from doorman.ocp.solvers.solver import Solver
 from doorman.ocp.solvers.stretch import divide_rest, time_step_of
 from doorman.ocp.solvers.sweeps import sweep
 
 Array = NDArray[np.float64]
+
+EXTRA_ITERATIONS = 2
+"""Largest number of iterations of a replan beyond the planned ones, and once more where these end outside or cost far more."""
+
+MOST_SWEEPS = 6
+"""Largest number of Riccati sweeps of a replan, but one an iteration: what more of them gain, the next replan gains, too."""
 
 _NO_TIME = 1e-9
 """A budget that is used up [s]."""
@@ -38,21 +37,18 @@ _NO_TIME = 1e-9
 JUMP = 1.0
 """A sweep that changes an input by more than this, weighted by its cost, says that the previous trajectory is no guess."""
 
-_DEARER = 1.2
-"""So does a rollout that costs so many times what the previous one did, and what its iteration expected. Noise alone
-makes a start dearer by as much; the iteration then expects it."""
-
 _LATEST_SHIFT = 2
 """Steps of the previous trajectory in which the present state is looked for."""
 
-_RECOVERY_ITERATIONS = 40
+_RECOVERY_ITERATIONS = 60
 """Largest number of iterations of a replan that has to aim anew, where the caller gives no budget."""
 
+_AIMING_ITERATIONS = 12
+"""So many of them begin with the trajectory before."""
 
-class Replanner(Cddp):
+
+class Replanner(Solver):
     """A solver that goes on from its last trajectory."""
-
-    _takes_equalities = True
 
     def replan(
         self,
@@ -65,8 +61,8 @@ class Replanner(Cddp):
     ) -> tuple[PlanStatus, int]:
         """Next plan of a controller: `follow`, and `aim_anew` where the last trajectory is no guess any more.
 
-        That is so after a jump of state, goal or parameters, and where nothing usable comes of following. It is so, too, where
-        the rollout costs a fifth more than the last one and than the iteration expects, also if it is followed once more.
+        That is so after a jump of state, goal or parameters, where following leads to nothing that may be flown, and where it
+        leaves the constraints on its way. Solvers with a search also ask it where the trajectory seems to be far from an optimum.
         Without a trajectory to follow it is a solve from the input goal.
         """
         started = time.monotonic()
@@ -76,19 +72,15 @@ class Replanner(Cddp):
         budget = checked_budget(self._recovery_iterations() if max_iterations is None else max_iterations, time_limit)
         if not self._started:
             return self.run(first, max_iterations=budget, time_limit=time_limit)
-        before, horizon = self._last_cost, self._problem.horizon
-        shift = -1.0 if elapsed is None else min(max(elapsed / self.time_step, 0.0), horizon)
+        shift = -1.0 if elapsed is None else min(max(elapsed / self.time_step, 0.0), self._problem.horizon)
         most, extra = (iterations, EXTRA_ITERATIONS) if max_iterations is None else (budget, 0)
         if self._problem.free_time is not None:
             shift = self._divide_rest(first, shift)
-        status, found = self._follow(first, shift, _LATEST_SHIFT, most, time_limit, extra), self._work.result.tolist()
+        status = self._follow(first, shift, _LATEST_SHIFT, most, started, time_limit, extra)
+        found = self._work.result.tolist()
         done, left = int(found[RESULT.ITERATIONS]), time_limit - (time.monotonic() - started)
-        if status is not PlanStatus.DIVERGED and _is_dearer(found, before) and done < budget and left > 0.0:
-            status = self._follow(first, 0.0, _LATEST_SHIFT, min(iterations, budget - done), left, extra)
-            found = self._work.result.tolist()
-            done, left = done + int(found[RESULT.ITERATIONS]), time_limit - (time.monotonic() - started)
-        wild = found[RESULT.CHANGE] > JUMP or _is_dearer(found, before) or self._is_far_off(found)
-        if (wild or not status.usable) and done < budget and left > 0.0:
+        wild = found[RESULT.CHANGE] > JUMP or self._is_far_off(found)
+        if (wild or self._leads_astray(status)) and done < budget and left > 0.0:
             status, more = self.aim_anew(first, status, budget - done, left)
             done += more
         self._note(status)
@@ -98,8 +90,16 @@ class Replanner(Cddp):
         """Largest number of iterations of a replan that has to aim anew."""
         return _RECOVERY_ITERATIONS
 
+    def _leads_astray(self, status: PlanStatus) -> bool:
+        """Whether a trajectory may not be flown, or leaves the constraints on its way; a start outside shows at once."""
+        return not status.flyable or (not status.usable and self._work.result[RESULT.NODE] > 1.0)
+
+    def _first_share(self, max_iterations: int) -> int:
+        """Iterations of these for the trajectory before; the next replan goes on where they are not enough."""
+        return max(min(max_iterations // 2, _AIMING_ITERATIONS), 1)
+
     def _is_far_off(self, found: list[float]) -> bool:
-        """Whether the last sweep says that the trajectory is no optimum, where finding one anew takes little."""
+        """Whether the trajectory seems to be far from an optimum, and something else than following finds one."""
         return False
 
     def _note(self, status: PlanStatus) -> None:
@@ -124,24 +124,26 @@ class Replanner(Cddp):
     ) -> tuple[PlanStatus, int]:
         """Solve from the trajectory before the last `follow`, and from the input goal where nothing comes of that.
 
-        The trajectory that costs less stays in the solver's memory, if both are usable; or that of `follow`, if neither is.
+        The trajectory that costs less stays in the solver's memory, if both are usable; or that of `follow`, if only that may be
+        flown.
         """
-        before = Kept.of(self._work, self.cost) if followed.usable else None
-        status, iterations = self._aim(state, max_iterations, time_limit)
-        if before is None or (status.usable and self.cost <= before.cost):
+        before = Kept.of(self._work, self.cost if followed.usable else math.inf) if followed.flyable else None
+        status, iterations = self._aim(state, max_iterations, time_limit, not self._leads_astray(followed))
+        if before is None or (status.usable and self.cost <= before.cost) or (status.flyable and not followed.usable):
             return status, iterations
         self._put_back_whole(before)
         return followed, iterations
 
-    def _aim(self, state: Array, max_iterations: int, time_limit: float) -> tuple[PlanStatus, int]:
-        """Solve from the inputs before the last `follow`, and from the input goal."""
-        deadline = time.monotonic() + time_limit
-        share, given, time_step = max(max_iterations // 2, 1), self._problem.given_inputs, self._last_time_step
+    def _aim(self, state: Array, max_iterations: int, time_limit: float, once: bool) -> tuple[PlanStatus, int]:
+        """Solve from the inputs before the last `follow`, and unless this is enough from the input goal."""
+        deadline, last = time.monotonic() + time_limit, self._work.first.inputs.copy()
+        share, given = self._first_share(max_iterations), self._problem.given_inputs
+        time_step = time_step_of(self._problem, last)
         first, iterations = self.run(
-            state, self._last_inputs[:, :given], max_iterations=share, time_limit=time_limit, time_step=time_step
+            state, last[:, :given], max_iterations=share, time_limit=time_limit, time_step=time_step
         )
         left = deadline - time.monotonic()
-        if first.usable or iterations >= max_iterations or left <= 0.0:
+        if first.usable or once or iterations >= max_iterations or left <= 0.0:
             return first, iterations
         kept, time_step = self._work.nominal.inputs[:, :given].copy(), self.time_step
         second, more = self.run(state, max_iterations=max_iterations - iterations, time_limit=left)
@@ -159,12 +161,6 @@ class Replanner(Cddp):
         divide_rest(self._work, shift)
         return 0.0
 
-    def _put_back(self, states: Array, inputs: Array) -> None:
-        """Take an earlier trajectory, without feedback and multipliers, for the nominal one, measured."""
-        self._forget_multipliers()
-        self._work.policy.gains[:] = 0.0
-        self._return_to(states, inputs)
-
     def follow(
         self,
         state: Array,
@@ -178,52 +174,52 @@ class Replanner(Cddp):
 
         Full steps, no line search: after a jump of state or goal, `solve` or `aim_anew` finds what this may not.
         """
+        if not self._started:
+            raise SolverError("there is no trajectory to follow", field="follow", allowed="after solve, run or replan")
         first, max_iterations = checked_state(state, self._problem), checked_budget(max_iterations, time_limit)
         if math.isnan(shift):
             raise DimensionError("the shift is NaN", field="shift", given=shift, allowed="a number of steps")
-        return self._follow(first, shift, limit, max_iterations, time_limit, extra_iterations)
+        return self._follow(first, shift, limit, max_iterations, time.monotonic(), time_limit, extra_iterations)
 
     def _follow(
-        self, first: Array, shift: float, limit: int, max_iterations: int, time_limit: float, extra_iterations: int
+        self, first: Array, shift: float, limit: int, max_iterations: int, started: float, time_limit: float, extra: int
     ) -> PlanStatus:
         """`follow` from a checked state; an interrupt leaves the trajectory before it."""
-        started = time.monotonic()
-        work, options = self._work, self.options
-        deadline, self._deadline, self._gave_up = started + time_limit, started + 0.5 * time_limit, False
-        guessing = options.guess_active_sets
-        np.copyto(self._last_inputs, work.nominal.inputs)
-        np.copyto(self._last_state, work.nominal.states[0])
-        self._last_time_step = self.time_step
-        steps = float(min(shift, self._problem.horizon))
-        arguments = first, steps, limit, max_iterations, extra_iterations, deadline, guessing, options.feasibility
+        result, options, model, memory = self._work.result, self.options, self._model, self._memory
+        self._deadline, self._gave_up = started + 0.5 * time_limit, False
         try:
-            code = self._teller.run("fast", lambda: follow(self._model, self._memory, *arguments), real_time.PAUSED)
+            code = follow(
+                model, memory, first, float(min(shift, self._problem.horizon)), limit, max_iterations, extra, MOST_SWEEPS,
+                started + time_limit, options.guess_active_sets, options.feasibility, self._last_cost,
+            )  # fmt: skip
             if code < rollout.DONE or (code >= 0 and not self._resume(code)):
-                if not work.result[RESULT.GUESS] < math.inf:
+                if not result[RESULT.GUESS] < math.inf:
                     self._go_back()
                     return PlanStatus.DIVERGED
-                work.result[RESULT.ROLLED] = math.inf
-                settle(self._model, self._memory, options.feasibility, RETURN)
+                result[RESULT.ROLLED] = math.inf
+                settle(model, memory, options.feasibility, RETURN)
             elif code >= 0:
                 self._accept()
-                settle(self._model, self._memory, options.feasibility, KEEP_BETTER)
+                settle(model, memory, options.feasibility, KEEP_BETTER)
         except BaseException:
             self._go_back()
-            settle(self._model, self._memory, options.feasibility, STEER)
+            settle(model, memory, options.feasibility, STEER)
             raise
         self._raise_failure()
-        if work.result[RESULT.VIOLATION] <= options.feasibility:
+        if result[RESULT.VIOLATION] <= options.feasibility:
             return PlanStatus.ITERATION_LIMIT
         return PlanStatus.RECOVERING if self._returns() else PlanStatus.INFEASIBLE
 
     def _go_back(self) -> None:
         """Trajectory before the last `follow`, without feedback and multipliers: what follows must not begin with its numbers."""
-        nominal = self._work.nominal
-        np.copyto(nominal.states[0], self._last_state)
-        np.copyto(nominal.inputs, self._last_inputs)
+        nominal, last = self._work.nominal, self._work.first
+        np.copyto(nominal.states[0], last.states[0])
+        np.copyto(nominal.inputs, last.inputs)
         guess.roll_blindly(self._model, self._memory, 0)
         cold_start.forget_policy(self._memory)
-        self._put_back(nominal.states, nominal.inputs)
+        self._forget_multipliers()
+        self._work.policy.gains[:] = 0.0
+        self._measure_anew()
 
     @property
     def iterations(self) -> int:
@@ -276,6 +272,7 @@ class Replanner(Cddp):
         compile.
         """
         model, work, penalty = self._model, self._memory, self.options.penalty
+        once = 0.0, 1, 1, 0, 1, math.inf, True, 0.0, math.inf
         return {
             "shift": lambda: guess.shift_guess(model, work, state, 0.0, 1),
             "linearise": lambda: nominal.linearize(model, work),
@@ -283,36 +280,24 @@ class Replanner(Cddp):
             "backward": lambda: sweep.sweep(model, work, penalty, 0.0, self.problem.horizon - 1),
             "forward": lambda: sweep.step_along(work),
             "rollout": lambda: rollout.roll_out(model, work, -1, 0.0, True, 0),
-            "all kernels in one call": lambda: follow(model, work, state, 0.0, 1, 1, 0, math.inf, True, 0.0),
+            "all kernels in one call": lambda: follow(model, work, state, *once),
         }
 
     def _returns(self) -> bool:
         """Whether the nominal trajectory starts outside the constraints and ends inside."""
         return not self._gave_up and 0 <= self._last_violated() < self._problem.horizon
 
-    def _return_to(self, states: Array, inputs: Array) -> None:
-        """Take an earlier trajectory for the nominal one, measured."""
-        np.copyto(self._work.nominal.states, states)
-        np.copyto(self._work.nominal.inputs, inputs)
+    def _measure_anew(self) -> None:
+        """Derivatives, cost and violations of the nominal trajectory."""
         nominal.linearize(self._model, self._memory)
         nominal.measure_nominal(self._memory)
         self._work.result[RESULT.COST] = nominal.nominal_cost(self._model, self._memory)
 
     def _compile(self) -> None:
-        self._forget_last()
+        self._started, self._last_cost = False, math.inf
         super()._compile()
 
-    def _forget_last(self) -> None:
-        """There is no trajectory to follow."""
-        self._started, self._last_cost, self._last_time_step = False, math.inf, self._problem.time_step
-        self._last_inputs: Array = self._work.nominal.inputs.copy()
-        self._last_state: Array = self._work.nominal.states[0].copy()
-
     def _compile_follow(self) -> None:
-        follow(self._model, self._memory, self._problem.cost.state_goal.copy(), -1.0, 2, 1, 0, 0.0, True, 0.0)
+        goal = self._problem.cost.state_goal.copy()
+        follow(self._model, self._memory, goal, -1.0, 2, 1, 0, 1, 0.0, True, 0.0, math.inf)
         self._go_back()
-
-
-def _is_dearer(found: list[float], before: float) -> bool:
-    """Whether the rollout costs much more than the iteration expected, and than the trajectory before."""
-    return found[RESULT.ROLLED] > _DEARER * max(before, found[RESULT.EXPECTED])

@@ -22,12 +22,11 @@ def solvers(system: System) -> dict[str, ocp.Solver]:
     return {
         "both": ocp.Hybrid(system.problem()),
         "fast": ocp.Hybrid(system.problem(), fast),
-        "al": ocp.AugmentedLagrangian(system.problem()),
     }
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["both", "fast", "al"])
+@pytest.mark.parametrize("name", ["both", "fast"])
 def test_the_optimum_is_ipopts(system: System, solvers: dict[str, ocp.Solver], name: str) -> None:
     for start in system.starts(4, seed=1):
         solution = solvers[name].solve(start)

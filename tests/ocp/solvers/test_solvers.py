@@ -1,4 +1,4 @@
-"""The three solvers on a cart's tasks: IPOPT's optimum, statuses, budgets, warm starts, and what they refuse."""
+"""The solvers on a cart's tasks: IPOPT's optimum, statuses, budgets, warm starts, and what they refuse."""
 
 from __future__ import annotations
 
@@ -7,7 +7,9 @@ import pytest
 from double_integrator import Variant
 
 from doorman.exceptions import DimensionError, SolverError
-from doorman.ocp import AugmentedLagrangian, Cddp, Hybrid, PlanStatus, Solver, SolverOptions
+from doorman.ocp import Cddp, Hybrid, PlanStatus, Solver, SolverOptions
+from doorman.ocp.solvers.options import HESSIANS, Hessian
+from doorman.ocp.solvers.replanning import EXTRA_ITERATIONS
 
 TASKS = {
     "free": Variant(),
@@ -32,10 +34,11 @@ def checked(variant: Variant, solver: Solver, feasibility: float = 1e-6):
 
 
 @pytest.mark.parametrize("name", TASKS)
-@pytest.mark.parametrize("method", [AugmentedLagrangian, Hybrid])
-def test_optimum_of_ipopt(name: str, method: type[Solver]) -> None:
+@pytest.mark.parametrize("hessian", HESSIANS)
+def test_optimum_of_ipopt(name: str, hessian: Hessian) -> None:
     variant = TASKS[name]
-    solution, reference = checked(variant, method(variant.problem())), variant.reference()
+    solver = Hybrid(variant.problem(), SolverOptions(hessian=hessian))
+    solution, reference = checked(variant, solver), variant.reference()
     assert solution.status is PlanStatus.CONVERGED
     assert solution.cost == pytest.approx(reference.cost, rel=1e-6)
     np.testing.assert_allclose(solution.states, reference.states, atol=2e-3)
@@ -77,7 +80,7 @@ def test_every_budget_ends_with_an_honest_plan() -> None:
 def test_a_solve_without_time_leaves_constraints_alone_and_says_so() -> None:
     """No time for ProxQP, to which every program would go: what comes of that violates a row, and is not called a way back."""
     variant = TASKS["speed"]
-    solver = Hybrid(variant.problem(), SolverOptions(guess_active_sets=False))
+    solver = Hybrid(variant.problem(), SolverOptions(guess_active_sets=False, hessian="gauss-newton"))
     pushed = np.full((30, 2), 1.0)
     hurried = solver.solve(variant.start, pushed, max_iterations=1, time_limit=1e-9)
     assert solver.quadratic_programs == 0
@@ -138,9 +141,30 @@ def test_a_start_outside_is_left_and_named() -> None:
     assert (np.abs(solution.inputs[:, 0]) <= 1.5 + 1e-12).all()
 
 
+def test_a_way_back_is_followed_and_not_looked_for_anew() -> None:
+    """Replans from outside stay within their few iterations, and come inside."""
+    variant = Variant(start=(0.9, 0.0, 0.0), wall=0.8, force=(-1.5, 1.5))
+    solver = Hybrid(variant.problem(), SolverOptions(largest_multiplier=1e3, hessian="gauss-newton"))
+    assert solver.solve(variant.start).status is PlanStatus.RECOVERING
+    state, statuses = np.array(variant.start), []
+    for _ in range(12):
+        state = solver.trajectory()[0][1].copy()
+        status, iterations = solver.replan(state, elapsed=0.1)
+        assert status.flyable and iterations <= 1 + 2 * EXTRA_ITERATIONS
+        statuses.append(status)
+    assert statuses[0] is PlanStatus.RECOVERING and statuses[-1].usable
+
+
+def test_nothing_is_followed_before_there_is_a_trajectory() -> None:
+    solver = Hybrid(TASKS["free"].problem())
+    with pytest.raises(SolverError, match="no trajectory to follow"):
+        solver.follow(np.zeros(3), 1.0, 2)
+    assert solver.replan(np.zeros(3))[0] is PlanStatus.CONVERGED, "a replan without one is a solve"
+
+
 def test_what_cannot_be_is_not_called_usable() -> None:
     variant = Variant(start=(0.0, 0.0, 0.0), wall=0.5, dock=0.9)
-    for method in (AugmentedLagrangian, Cddp, Hybrid):
+    for method in (Cddp, Hybrid):
         solution = method(variant.problem(), SolverOptions(largest_multiplier=1e3)).solve(variant.start)
         assert not solution.usable
         assert solution.violation > 0.01

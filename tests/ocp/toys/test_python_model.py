@@ -12,7 +12,6 @@ from point_mass import DT, FORCE, SPEED, dense_solution, point_mass
 
 from doorman.exceptions import DimensionError, SolverError
 from doorman.ocp import (
-    AugmentedLagrangian,
     Bounds,
     Cddp,
     Hybrid,
@@ -24,7 +23,7 @@ from doorman.ocp import (
     runge_kutta,
 )
 
-METHODS = [Hybrid, AugmentedLagrangian, Cddp]
+METHODS = [Hybrid, Cddp]
 COST = QuadraticCost(
     state_weights=[1.0, 0.1], terminal_weights=[10.0, 1.0], input_weights=[0.1], state_goal=[1.0, 0.0], input_goal=[0.0]
 )
@@ -78,7 +77,7 @@ def cart_of_every_kind(derivatives: Any) -> Problem:
 def test_functions_of_every_kind() -> None:
     problem = cart_of_every_kind("complex step")
     assert (problem.n_constraints, problem.n_input_constraints, problem.n_end_constraints) == (0, 1, 1)
-    solution, reference = AugmentedLagrangian(problem).solve([0.0, 0.0]), dense_solution(point_mass())
+    solution, reference = Hybrid(problem).solve([0.0, 0.0]), dense_solution(point_mass())
     assert solution.status is PlanStatus.CONVERGED
     assert solution.cost == pytest.approx(reference.cost, rel=1e-6)
     np.testing.assert_allclose(solution.states, reference.states, atol=2e-3)

@@ -18,8 +18,9 @@ import numpy as np
 from doorman.compilation import kernel
 from doorman.numba_types.clock import clock
 from doorman.ocp.solvers.interior import newton, rows
-from doorman.ocp.solvers.interior.memory import FILTER_SIZE, NUMBER, Interior
+from doorman.ocp.solvers.interior.memory import NUMBER, Interior
 from doorman.ocp.solvers.iterations.augmented_lagrangian import CONVERGED, FAILED, OUT_OF_ITERATIONS, PAUSED, STALLED
+from doorman.ocp.solvers.iterations.filter import MARGIN, is_new, remember
 from doorman.ocp.solvers.iterations.guess import settle_integrators
 from doorman.ocp.solvers.iterations.nominal import linearize, measure_nominal, save
 from doorman.ocp.solvers.memory.result import RESULT
@@ -30,7 +31,6 @@ _TOLERANCE = 1e-7
 """Largest residual of a solution, in units of the scaled cost."""
 _CENTRED = 10.0
 """A barrier problem is solved up to so many τ."""
-_MARGIN = 1e-5
 _MARGIN_COST = 1e-8
 _HALVINGS = 20
 _LOWERINGS = 16
@@ -224,31 +224,15 @@ def is_better(interior: Interior, infeasibility: float, merit: float, part: floa
     numbers = interior.numbers
     scale, slope, first = numbers[NUMBER.SCALE], numbers[NUMBER.SLOPE], max(1.0, numbers[NUMBER.FIRST])
     now, cost = numbers[NUMBER.INFEASIBILITY], numbers[NUMBER.BARRIER_COST]
-    if not (abs(now) < np.inf and abs(cost) < np.inf and now <= 1e4 * first):
+    entries, price = int(numbers[NUMBER.ENTRIES]), _MARGIN_COST * scale
+    if not (now <= 1e4 * first and is_new(interior.filter, entries, now, cost, price, -np.inf)):
         return False
-    entries = int(numbers[NUMBER.ENTRIES])
-    for i in range(entries):
-        if now > (1.0 - _MARGIN) * interior.filter[i, 0] and cost > interior.filter[i, 1]:
-            return False
     descends = slope < 0.0 and part * (-slope / scale) ** 2.3 > infeasibility**1.1
     armijo = cost <= merit + _MARGIN_COST * part * slope + 1e-10 * abs(merit)
     if descends and infeasibility <= 1e-4 * first:
         return bool(armijo)
-    if not (now <= (1.0 - _MARGIN) * infeasibility or cost <= merit - _MARGIN_COST * infeasibility * scale):
+    if not (now <= (1.0 - MARGIN) * infeasibility or cost <= merit - price * infeasibility):
         return False
     if not (descends and armijo):
-        remember(interior, infeasibility, merit)
+        numbers[NUMBER.ENTRIES] = remember(interior.filter, entries, infeasibility, merit)
     return True
-
-
-@kernel
-def remember(interior: Interior, infeasibility: float, merit: float) -> None:
-    """Add a pair to the filter; the oldest one is dropped where it is full."""
-    entries = int(interior.numbers[NUMBER.ENTRIES])
-    if entries == FILTER_SIZE:
-        for i in range(FILTER_SIZE - 1):
-            interior.filter[i, 0], interior.filter[i, 1] = interior.filter[i + 1, 0], interior.filter[i + 1, 1]
-        entries -= 1
-    interior.filter[entries, 0] = (1.0 - _MARGIN) * infeasibility
-    interior.filter[entries, 1] = merit - _MARGIN_COST * infeasibility * interior.numbers[NUMBER.SCALE]
-    interior.numbers[NUMBER.ENTRIES] = entries + 1

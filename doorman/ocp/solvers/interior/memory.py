@@ -7,12 +7,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from doorman.ocp.solvers.iterations.filter import FILTER_SIZE
 from doorman.ocp.solvers.memory.workspace import Workspace
 
 Array = NDArray[np.float64]
-
-FILTER_SIZE = 64
-"""Pairs of infeasibility and barrier function that a line search remembers."""
 
 
 class Interior(NamedTuple):

@@ -14,6 +14,7 @@ import numpy as np
 
 from doorman.compilation import kernel
 from doorman.numba_types.clock import clock
+from doorman.ocp.solvers.iterations.filter import MARGIN, is_new, remember
 from doorman.ocp.solvers.iterations.nominal import (
     linearize,
     measure_nominal,
@@ -23,7 +24,7 @@ from doorman.ocp.solvers.iterations.nominal import (
     total_cost,
 )
 from doorman.ocp.solvers.memory.result import RESULT
-from doorman.ocp.solvers.memory.workspace import FILTER_SIZE, Workspace, copy_trajectory
+from doorman.ocp.solvers.memory.workspace import Workspace, copy_trajectory
 from doorman.ocp.solvers.sweeps.active_set import classify
 from doorman.ocp.solvers.sweeps.inner_search import best_part, shorten
 from doorman.ocp.solvers.sweeps.linear_algebra import copy_rows
@@ -35,8 +36,6 @@ FAILED = 2
 STALLED = 3
 PAUSED = 4
 
-_MARGIN = 1e-5
-"""A step counts as progress if it lowers infeasibility by this share, or the cost by this share of the infeasibility."""
 _HALVINGS = 8
 _GAP = 1e-7
 """Converged only if rows with a multiplier that are not reached are worth less, relative to 1 + |J|."""
@@ -49,34 +48,6 @@ _FIRST_REGULARIZATION = 1e-2
 _LARGEST_REGULARIZATION = 1e8
 _RETRIES = 12
 """Sweeps until the regularisation is beyond that."""
-
-
-@kernel
-def acceptable(work: Workspace, infeasibility: float, cost: float) -> bool:
-    """Whether a pair is better than every pair in the filter, in θ or in J."""
-    if not (abs(infeasibility) < np.inf and abs(cost) < np.inf):
-        return False
-    for i in range(int(work.result[RESULT.ENTRIES])):
-        before = work.filter[i, 0]
-        if infeasibility > (1.0 - _MARGIN) * before and cost > work.filter[i, 1] - _MARGIN * before:
-            noise = 1e-11 * (1.0 + abs(cost))
-            if infeasibility > before + 1e-11 or cost > work.filter[i, 1] + noise:
-                return False
-    return True
-
-
-@kernel
-def remember(work: Workspace, infeasibility: float, cost: float) -> None:
-    """Add a pair to the filter; the oldest one is dropped where it is full."""
-    entries = int(work.result[RESULT.ENTRIES])
-    if entries == FILTER_SIZE:
-        for i in range(FILTER_SIZE - 1):
-            work.filter[i, 0] = work.filter[i + 1, 0]
-            work.filter[i, 1] = work.filter[i + 1, 1]
-        entries -= 1
-    work.filter[entries, 0] = infeasibility
-    work.filter[entries, 1] = cost
-    work.result[RESULT.ENTRIES] = entries + 1
 
 
 @kernel
@@ -123,7 +94,8 @@ def search(model: object, work: Workspace, deadline: float) -> float:
         linearize(model, work)
         measure_nominal(work)
         cost = total_cost(model, work, work.nominal)
-        if acceptable(work, work.result[RESULT.INFEASIBILITY], cost):
+        entries, noise = int(work.result[RESULT.ENTRIES]), 1e-11 * (1.0 + abs(cost))
+        if is_new(work.filter, entries, work.result[RESULT.INFEASIBILITY], cost, MARGIN, noise):
             work.result[RESULT.COST] = cost
             take_multipliers(work, scale)
             return scale
@@ -181,7 +153,9 @@ def iterate(model: object, work: Workspace, max_iterations: int, deadline: float
             take_multipliers(work, 1.0)
             return CONVERGED if converged else OUT_OF_ITERATIONS
         violation = result[RESULT.VIOLATION]
-        remember(work, result[RESULT.INFEASIBILITY], result[RESULT.COST])
+        result[RESULT.ENTRIES] = remember(
+            work.filter, int(result[RESULT.ENTRIES]), result[RESULT.INFEASIBILITY], result[RESULT.COST]
+        )
         scale = search(model, work, deadline)
         if scale == 0.0:
             regularization = max(10.0 * regularization, _FIRST_REGULARIZATION)

@@ -44,10 +44,8 @@ def solve(
     if work.result[RESULT.RESUMES] == 0.0:
         if not begin(model, work, state, inputs, states, multipliers):
             return INVALID_START
-        straight = False
         if not (inputs or states):
-            straight = choose_guess(model, work)
-        work.result[RESULT.STRAIGHT] = 1.0 if straight else 0.0
+            choose_guess(model, work)
     code = iterate(model, work, max_iterations, deadline - work.result[RESULT.ROLLOUT_TIME])
     if code != CONVERGED:
         return TO_RESUME if code == PAUSED else NOT_CONVERGED
@@ -84,18 +82,16 @@ def begin(model: object, work: Workspace, state: Array, inputs: bool, states: bo
 
 
 @kernel
-def choose_guess(model: object, work: Workspace) -> bool:
+def choose_guess(model: object, work: Workspace) -> None:
     """Keep the blind rollout, or take the straight line where the rollout costs far more.
 
     A long blind rollout goes astray; a short one satisfies the dynamics, which is worth more than its cost.
     """
     blind = total_cost(model, work, work.nominal)
     aim_straight(work)
-    if blind > _ASTRAY * total_cost(model, work, work.nominal):
-        return True
-    copy_rows(work.first.states, work.nominal.states)
-    copy_rows(work.first.inputs, work.nominal.inputs)
-    return False
+    if blind <= _ASTRAY * total_cost(model, work, work.nominal):
+        copy_rows(work.first.states, work.nominal.states)
+        copy_rows(work.first.inputs, work.nominal.inputs)
 
 
 @kernel

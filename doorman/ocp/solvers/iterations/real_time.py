@@ -11,6 +11,8 @@ throws the first states onto a constraint, one more iteration follows; a third o
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -31,20 +33,19 @@ from doorman.ocp.solvers.iterations.rollout import DONE, take_rollout
 from doorman.ocp.solvers.memory.result import RESULT
 from doorman.ocp.solvers.memory.workspace import Workspace, copy_trajectory
 from doorman.ocp.solvers.sweeps.active_set import classify
+from doorman.ocp.solvers.sweeps.linear_algebra import copy_rows
 
 Array = NDArray[np.float64]
 
 NO_SWEEP = -9
 """No Riccati sweep went through."""
 
-PAUSED = -10
-"""To be called again, see `Result.PAUSE`."""
-
 KEEP_BETTER, RETURN, STEER = 0, 1, 2
 """Of `settle`."""
 
-EXTRA_ITERATIONS = 2
-"""Largest number of iterations beyond the planned ones."""
+DEARER = 1.2
+"""A rollout that costs so many times what the one before did, and what its iteration expected, may come of a trajectory that is
+no guess. Noise alone makes a start dearer by as much; the iteration then expects it."""
 
 _ENOUGH = 0.005
 """An iteration that changes an input by more, weighted by its cost, is followed by another one."""
@@ -56,6 +57,17 @@ _FAR = 1e-5
 """A third one follows where the second changed an input's cost by more, relative to 1 + |J|."""
 
 
+class Budget(NamedTuple):
+    """How much work a replan is worth."""
+
+    iterations: int
+    """Planned."""
+    sweeps: int
+    """Riccati sweeps of all iterations, but one of each."""
+    deadline: float
+    """By the monotonic clock [s]."""
+
+
 @kernel
 def follow(
     model: object,
@@ -63,46 +75,83 @@ def follow(
     state: Array,
     shift: float,
     limit: int,
-    max_iterations: int,
+    iterations: int,
     extra_iterations: int,
+    sweeps: int,
     deadline: float,
     guessing: bool,
     feasibility: float,
+    cost_before: float,
 ) -> int:
     """Shift, iterate and roll out; a rollout that comes to its end is the nominal trajectory from then on.
 
-    A guess that satisfies everything comes back itself where the rollout is worse, see `keep_better`.
+    A guess that satisfies everything comes back itself where the rollout is worse, see `keep_better`. A rollout that ends
+    outside, or costs far more than expected, is followed once more. The trajectory before stays in `work.first`.
     """
-    first = 0
-    if work.result[RESULT.RESUMES] > 0.0:
-        first = int(work.result[RESULT.ITERATIONS])
-    else:
-        guess.shift_guess(model, work, state, shift, limit)
-        work.result[RESULT.SWEEPS] = 0.0
-        work.result[RESULT.ITERATIONS] = 0.0
-    before, slowest = clock(), 0.0
-    for done in range(first, max_iterations + extra_iterations):
-        if done >= max_iterations and not is_rough(model, work, done - max_iterations):
-            break
-        if done > 0 and before + slowest + work.result[RESULT.ROLLOUT_TIME] > deadline:
-            break
-        if done > first and before > work.result[RESULT.PAUSE]:
-            return PAUSED
-        linearize(model, work)
-        if done == 0:
-            keep_guess(model, work, feasibility)
-        if not iterate_once(model, work, deadline if done > 0 else np.inf):
+    result, budget = work.result, Budget(iterations, sweeps, deadline)
+    copy_rows(work.nominal.states, work.first.states)
+    copy_rows(work.nominal.inputs, work.first.inputs)
+    guess.shift_guess(model, work, state, shift, limit)
+    result[RESULT.SWEEPS] = 0.0
+    result[RESULT.ITERATIONS] = 0.0
+    if not iterate_some(model, work, budget, iterations + extra_iterations, feasibility):
+        return NO_SWEEP
+    code = roll(model, work, guessing, feasibility)
+    again = extra_iterations > 0 and clock() < deadline
+    if code == DONE and again and (ends_outside(work, feasibility) or is_dearer(work, cost_before)):
+        budget = Budget(1, sweeps, deadline)
+        if not iterate_some(model, work, budget, extra_iterations, feasibility):
             return NO_SWEEP
-        work.result[RESULT.ITERATIONS] = done + 1.0
-        now = clock()
-        before, slowest = now, max(slowest, now - before)
-    work.result[RESULT.EXPECTED] = total_cost(model, work, work.nominal)
-    work.result[RESULT.NEAR] = 1.0
+        code = roll(model, work, guessing, feasibility)
+    return code
+
+
+@kernel
+def roll(model: object, work: Workspace, guessing: bool, feasibility: float) -> int:
+    """Rollout of what the iterations have ended with, or the kept guess where that is better."""
+    result = work.result
+    result[RESULT.EXPECTED] = total_cost(model, work, work.nominal)
+    result[RESULT.NEAR] = 1.0
     code = int(take_rollout(model, work, guessing))
-    work.result[RESULT.NEAR] = 0.0
+    result[RESULT.NEAR] = 0.0
     if code == DONE:
         keep_better(model, work, feasibility)
     return code
+
+
+@kernel
+def is_dearer(work: Workspace, before: float) -> bool:
+    """Whether the rollout costs much more than the iteration expected, and than the trajectory before."""
+    return bool(work.result[RESULT.COST] > DEARER * max(before, work.result[RESULT.EXPECTED]))
+
+
+@kernel
+def ends_outside(work: Workspace, feasibility: float) -> bool:
+    """Whether the nominal trajectory violates a constraint at its end."""
+    outside = work.result[RESULT.VIOLATION] > feasibility
+    return bool(outside and guess.last_violation(work, feasibility) == work.nominal.inputs.shape[0])
+
+
+@kernel
+def iterate_some(model: object, work: Workspace, budget: Budget, most: int, feasibility: float) -> bool:
+    """The planned iterations, and up to `most` where the last one changed much, with full steps."""
+    result, used = work.result, work.result[RESULT.SWEEPS]
+    before, slowest, first = clock(), 0.0, int(result[RESULT.ITERATIONS])
+    for done in range(most):
+        if done >= budget.iterations and not is_rough(model, work, done - budget.iterations):
+            break
+        if first + done > 0 and before + slowest + result[RESULT.ROLLOUT_TIME] > budget.deadline:
+            break
+        linearize(model, work)
+        if done == 0:
+            keep_guess(model, work, feasibility)
+        sweeps = min(work.settings.sweeps, max(budget.sweeps - int(result[RESULT.SWEEPS] - used), 1))
+        if not iterate_once(model, work, sweeps, budget.deadline if first + done > 0 else np.inf):
+            return False
+        result[RESULT.ITERATIONS] = first + done + 1.0
+        now = clock()
+        before, slowest = now, max(slowest, now - before)
+    return True
 
 
 @kernel
@@ -161,11 +210,11 @@ def steer(model: object, work: Workspace) -> None:
 
 
 @kernel
-def iterate_once(model: object, work: Workspace, deadline: float) -> bool:
+def iterate_once(model: object, work: Workspace, sweeps: int, deadline: float) -> bool:
     """One iteration with the full step, after a linearisation."""
     penalty = work.settings.penalty
     mark_active(work, penalty)
-    settled = direction(model, work, penalty, work.settings.sweeps, 0.0, deadline)
+    settled = direction(model, work, penalty, sweeps, 0.0, deadline)
     work.result[RESULT.SETTLED] = settled
     if settled < 0 or not work.result[RESULT.CHANGE] < 1e12:
         return False

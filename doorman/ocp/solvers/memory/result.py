@@ -45,26 +45,24 @@ class Result(NamedTuple):
     """What the last change of the multipliers was worth, in units of the cost."""
     NEAR: int = 18
     """1 while derivatives along the nominal trajectory are good enough for a rollout's first corrections."""
-    STRAIGHT: int = 19
-    """1 if the first guess was the straight line."""
-    EXPECTED: int = 20
+    EXPECTED: int = 19
     """J of what the iterations ended with, before it was rolled out."""
-    ROLLOUT_TIME: int = 21
+    ROLLOUT_TIME: int = 20
     """Duration of the last rollout [s]."""
-    PAUSE: int = 22
+    PAUSE: int = 21
     """Time after which iterations come back to be called again: 0 after each of them, ∞ never [s]."""
-    REGULARIZATION: int = 23
+    REGULARIZATION: int = 22
     """What iterations that pause go on with."""
-    SWEEP_LIMIT: int = 24
-    SETTLE: int = 25
-    LAST_VIOLATION: int = 26
-    RESUMES: int = 27
+    SWEEP_LIMIT: int = 23
+    SETTLE: int = 24
+    LAST_VIOLATION: int = 25
+    RESUMES: int = 26
     """1 where iterations go on from their pause."""
-    GUESS: int = 28
+    GUESS: int = 27
     """J of the first guess in `Workspace.guess`; NaN where there is none yet, or where that of `follow` is not feasible."""
-    GUESS_PRICE: int = 29
+    GUESS_PRICE: int = 28
     """What the violations and defects of the guess of `follow` are worth at most."""
-    ROLLED: int = 30
+    ROLLED: int = 29
     """J of the last rollout of `follow`, also where its guess is better; ∞ where it violates something."""
 
 

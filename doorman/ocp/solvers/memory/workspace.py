@@ -12,6 +12,7 @@ from doorman.numba_types.function_tables import FunctionTable
 from doorman.ocp.kernels import functions
 from doorman.ocp.problem.costs import diagonal
 from doorman.ocp.problem.problem import Problem
+from doorman.ocp.solvers.iterations.filter import FILTER_SIZE
 from doorman.ocp.solvers.memory.parts import (
     ActiveSet,
     Floors,
@@ -34,8 +35,8 @@ from doorman.ocp.solvers.sweeps.sized import sized_table
 
 Array = NDArray[np.float64]
 
-VECTOR_WIDTH = 8
-"""Doubles in the widest vector register; rows are padded to a multiple of it."""
+VECTOR_WIDTH = 4
+"""Doubles in a vector register of what kernels are written for; rows are padded to a multiple of it."""
 
 LARGEST_STATE = 1e6
 """A trajectory with a larger number in a state has diverged."""
@@ -43,9 +44,6 @@ LARGEST_STATE = 1e6
 _EARLY = 3.0
 """Rows of early states, on which few inputs act, take so much more of the penalty: multipliers converge there as fast as
 elsewhere. Twice as much makes active sets unsettled."""
-
-FILTER_SIZE = 32
-"""Pairs of cost and infeasibility that a line search remembers."""
 
 
 class Workspace(NamedTuple):

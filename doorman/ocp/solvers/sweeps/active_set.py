@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from doorman.compilation import kernel
 from doorman.ocp.solvers.memory.parts import Sides, Trajectory
 from doorman.ocp.solvers.memory.workspace import Workspace
-from doorman.ocp.solvers.sweeps.sized import mark_input_bounds, mark_state_bounds
+from doorman.ocp.solvers.sweeps.sized import mark_node
 
 Array = NDArray[np.float64]
 
@@ -31,31 +31,24 @@ def mark_rows(
 
 @kernel
 def classify(work: Workspace, at: Trajectory, penalty: float) -> int:
-    """Active set {λ + r/μ > 0} and proposed multipliers max(0, λ + r/μ) at a trajectory's rows."""
+    """Active set {λ + r/μ > 0} and proposed multipliers max(0, λ + r/μ) at a trajectory's rows: the last node that changed."""
     active, multipliers, proposal, sizes = work.active, work.multipliers, work.proposal, work.sizes
     floors, last, n = work.floors, -1, at.inputs.shape[0]
+    bounded = sizes.state_bounds + sizes.input_bounds > 0
     for k in range(n):
-        stiff = penalty * work.stiffness[k]
-        h, g, x, u = 0, 0, 0, 0
-        h_changed, g_changed = False, False
+        stiff, h_changed, g_changed, changed = penalty * work.stiffness[k], False, False, False
+        h, g = 0, 0
         if sizes.rows > 0:
             h, h_changed = mark_rows(k, at.rows, multipliers.rows, stiff, floors.rows, active.rows, proposal.rows)
-        if sizes.state_bounds > 0:
-            x = mark_state_bounds(work.tiles, k, work, at.states[k + 1], stiff)
         if sizes.input_rows > 0:
             g, g_changed = mark_rows(
-                k,
-                at.input_rows,
-                multipliers.input_rows,
-                penalty,
-                floors.input_rows,
-                active.input_rows,
+                k, at.input_rows, multipliers.input_rows, penalty, floors.input_rows, active.input_rows,
                 proposal.input_rows,
-            )
-        if sizes.input_bounds > 0:
-            u = mark_input_bounds(work.tiles, k, work, at.inputs[k], penalty)
-        active.state_count[k], active.input_count[k] = h + (x >> 1), g + (u >> 1)
-        if h_changed or g_changed or ((x | u) & 1) != 0:
+            )  # fmt: skip
+        active.state_count[k], active.input_count[k] = h, g
+        if bounded:
+            changed = mark_node(work.tiles, k, work, at.states[k + 1], at.inputs[k], stiff, penalty)
+        if h_changed or g_changed or changed:
             last = k
     one = (1, sizes.end_rows)
     end, end_changed = mark_rows(

@@ -197,23 +197,22 @@ def diagonal_cost(shape: Any, k: int, work: Any, states: Array, inputs: Array) -
     return 0.5 * total
 
 
-@_entry(_ROW, types.float64, returns=types.int64)
-def mark_state_bounds(shape: Any, k: int, work: Any, values: Array, scale: float) -> int:
-    """Active bounds of state k + 1 and their multipliers: twice their number, and 1 more if the set has changed."""
-    limits = work.limits
-    count, changed = mark_bounds(
-        k, shape.states, values, limits.state_lower, limits.state_upper, work.multipliers.states, scale,
-        work.active.states, work.proposal.states,
-    )  # fmt: skip
-    return 2 * count + int(changed)  # type: ignore[no-any-return]
-
-
-@_entry(_ROW, types.float64, returns=types.int64)
-def mark_input_bounds(shape: Any, k: int, work: Any, values: Array, scale: float) -> int:
-    """The same of input k."""
-    limits = work.limits
-    count, changed = mark_bounds(
-        k, shape.inputs, values, limits.input_lower, limits.input_upper, work.multipliers.inputs, scale,
-        work.active.inputs, work.proposal.inputs,
-    )  # fmt: skip
-    return 2 * count + int(changed)  # type: ignore[no-any-return]
+@_entry(_ROW, _ROW, types.float64, types.float64, returns=types.boolean)
+def mark_node(shape: Any, k: int, work: Any, state: Array, inputs: Array, stiff: float, penalty: float) -> bool:
+    """Active bounds of state k + 1 and of input k, and their multipliers; counted in `active`. Whether the set has changed."""
+    limits, active, multipliers, proposal, changed = work.limits, work.active, work.multipliers, work.proposal, False
+    if work.sizes.state_bounds > 0:
+        count, flipped = mark_bounds(
+            k, shape.states, state, limits.state_lower, limits.state_upper, multipliers.states, stiff, active.states,
+            proposal.states,
+        )  # fmt: skip
+        active.state_count[k] += count
+        changed |= flipped
+    if work.sizes.input_bounds > 0:
+        count, flipped = mark_bounds(
+            k, shape.inputs, inputs, limits.input_lower, limits.input_upper, multipliers.inputs, penalty, active.inputs,
+            proposal.inputs,
+        )  # fmt: skip
+        active.input_count[k] += count
+        changed |= flipped
+    return changed

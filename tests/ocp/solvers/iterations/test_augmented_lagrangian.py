@@ -1,20 +1,19 @@
-"""Parts of the augmented Lagrangian iterations, each against numpy: measure, cost, linearisation, filter, steps, merit."""
+"""Parts of the augmented Lagrangian iterations, each against numpy: measure, cost, linearisation, filter, steps."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 from dense_horizon import DenseHorizon
-from double_integrator import COST, STEP, Variant
+from double_integrator import Variant
 from finite_differences import central_difference
 from numpy.typing import NDArray
-from random_horizon import N, activate, cart, door, random_horizon
+from random_horizon import N, cart, door, random_horizon
 
 from doorman.numba_types.handles import Handle, held
 from doorman.ocp.kernels import functions
 from doorman.ocp.problem.problem import Problem
-from doorman.ocp.solvers.iterations.augmented_lagrangian import acceptable, remember
-from doorman.ocp.solvers.iterations.careful import merit
+from doorman.ocp.solvers.iterations.filter import FILTER_SIZE, MARGIN, is_new, remember
 from doorman.ocp.solvers.iterations.nominal import (
     linearize,
     measure,
@@ -25,10 +24,9 @@ from doorman.ocp.solvers.iterations.nominal import (
     total_cost,
 )
 from doorman.ocp.solvers.memory.result import RESULT
-from doorman.ocp.solvers.memory.workspace import FILTER_SIZE, Workspace
+from doorman.ocp.solvers.memory.workspace import Workspace
 
 Array = NDArray[np.float64]
-PENALTY = 40.0
 
 
 @pytest.fixture(params=[cart, door])
@@ -132,29 +130,31 @@ def test_linearisation_of_everything_along_a_trajectory(problem: Problem, rng: n
 
 
 def test_the_filter_accepts_what_is_better_in_one_respect_than_every_pair_before() -> None:
-    work = Workspace.of(cart())
-    memory = held(work)
-    work.result[RESULT.ENTRIES] = 0
-    assert acceptable(memory, 1e9, 1e9)
+    pairs, noise = np.zeros((FILTER_SIZE, 2)), 1e-11
+
+    def good(infeasibility: float, cost: float) -> bool:
+        return bool(is_new(pairs, count, infeasibility, cost, MARGIN, noise))
+
+    count = 0
+    assert good(1e9, 1e9)
     for pair in ((1.0, 5.0), (0.1, 8.0)):
-        remember(memory, *pair)
-    assert work.result[RESULT.ENTRIES] == 2
-    for pair, good in (
+        count = remember(pairs, count, *pair)
+    assert count == 2
+    for pair, expected in (
         ((0.5, 7.0), True), ((2.0, 4.0), True), ((0.05, 99.0), True), ((1.1, 5.1), False), ((0.5, 8.5), False),
         ((np.nan, 0.0), False), ((0.0, np.nan), False), ((np.inf, 0.0), False), ((0.0, -np.inf), False),
     ):  # fmt: skip
-        assert acceptable(memory, *pair) == good, pair
-    assert not acceptable(memory, 1.0, 5.1), "no progress"
+        assert good(*pair) == expected, pair
+    assert not good(1.0, 5.1), "no progress"
+    assert good(1.0, 5.0) and not is_new(pairs, count, 1.0, 5.0, MARGIN, -np.inf), "the same again, but for rounding"
 
 
 def test_a_full_filter_forgets_its_oldest_pair() -> None:
-    work = Workspace.of(cart())
-    memory = held(work)
-    work.result[RESULT.ENTRIES] = 0
+    pairs, count = np.zeros((FILTER_SIZE, 2)), 0
     for i in range(FILTER_SIZE + 5):
-        remember(memory, float(i), -float(i))
-    assert work.result[RESULT.ENTRIES] == FILTER_SIZE
-    np.testing.assert_array_equal(work.filter[:, 0], np.arange(5.0, FILTER_SIZE + 5.0))
+        count = remember(pairs, count, float(i), -float(i))
+    assert count == FILTER_SIZE
+    np.testing.assert_array_equal(pairs[:, 0], np.arange(5.0, FILTER_SIZE + 5.0))
 
 
 @pytest.mark.parametrize("scale", [1.0, 0.25])
@@ -176,33 +176,6 @@ def test_steps_and_multipliers_go_a_part_of_the_way(scale: float, rng: np.random
     take_multipliers(memory, 1.0)
     assert work.multipliers.rows.max() == largest
     assert work.result[RESULT.PRICED_OUT] == 1.0
-
-
-def slope_along(dense: DenseHorizon, base: Array, step: Array, part: float) -> float:
-    """Slope of the augmented Lagrangian at base + part step."""
-    z = base + part * step
-    gradient = dense.hessian @ z + dense.gradient
-    for _, _, slope, value, multiplier in dense.rows():
-        gradient += max(0.0, multiplier + PENALTY * (value + slope @ z)) * slope
-    return float(gradient @ step)
-
-
-def test_merit_is_the_augmented_lagrangian_with_the_defects(rng: np.random.Generator) -> None:
-    """Written out with numpy; bounds have one signed multiplier for both ends."""
-    problem, weight = cart(), 2.5
-    for _ in range(5):
-        work = random_horizon(problem, rng)
-        activate(work, problem, rng)
-        expected = COST.total(work.nominal.states, work.nominal.inputs, STEP)
-        expected += weight * np.abs(work.linear.jacobians[:, :, problem.nx]).sum()
-        dense = DenseHorizon(work)
-        for name, index, _, value, multiplier in dense.rows():
-            stiff = dense.penalty_of(name, index, PENALTY)
-            expected += 0.5 / stiff * max(0.0, multiplier + stiff * value) ** 2
-            if name not in ("states", "inputs") or multiplier > 0.0:
-                expected -= 0.5 / stiff * multiplier**2
-        reached = merit(Handle(problem.model), held(work), PENALTY, weight)
-        assert reached == pytest.approx(expected, rel=1e-12)
 
 
 def test_variants_share_their_sizes() -> None:
