@@ -101,7 +101,13 @@ class OpenDoorVectorEnv(Uncopied, gymnasium.vector.VectorEnv[Array32, Array32, N
         Returns:
             Observations, shape (num_envs, 14 + 2 n), and the true door angles [rad].
         """
-        seeds = [None] * self.num_envs if seed is None else range(seed, seed + self.num_envs) if isinstance(seed, int) else seed
+        seeds = (
+            [None] * self.num_envs
+            if seed is None
+            else range(seed, seed + self.num_envs)
+            if isinstance(seed, int)
+            else seed
+        )
         if len(seeds) != self.num_envs:
             raise DimensionError("wrong length", field="seed", given=len(seeds), allowed=str(self.num_envs))
         observations, infos = zip(*self._ask("reset", [{"seeds": seeds[share]} for share in self._shares]), strict=True)
@@ -122,7 +128,9 @@ class OpenDoorVectorEnv(Uncopied, gymnasium.vector.VectorEnv[Array32, Array32, N
         """
         checked = numbers(actions, "actions")
         if checked.shape != self.action_space.shape:
-            raise DimensionError("wrong shape", field="actions", given=checked.shape, allowed=str(self.action_space.shape))
+            raise DimensionError(
+                "wrong shape", field="actions", given=checked.shape, allowed=str(self.action_space.shape)
+            )
         answers = self._ask("step", [{"actions": checked[share]} for share in self._shares])
         *parts, infos = zip(*answers, strict=True)
         observations, rewards, terminations, truncations = map(np.concatenate, parts)

@@ -56,7 +56,9 @@ def alone(count: int) -> None:
     for _ in range(10):
         env.reset()
     reset = (time.process_time() - begun) / 10
-    print(f"one: {ours:.0f} steps/s per core, {episodes} episodes; MuJoCo alone {engine:.0f}; a reset {1e3 * reset:.1f} ms")
+    print(
+        f"one: {ours:.0f} steps/s per core, {episodes} episodes; MuJoCo alone {engine:.0f}; a reset {1e3 * reset:.1f} ms"
+    )
 
 
 def side_by_side(options: argparse.Namespace, random: bool) -> None:
@@ -78,7 +80,9 @@ def side_by_side(options: argparse.Namespace, random: bool) -> None:
     used = (empty - before) - (processor_time() - empty)  # less what starting costs
     count = rounds * options.environments
     words = "thrown about" if random else "hovering"
-    print(f"{options.environments} side by side, {words}: {count / wall:.0f} steps/s, {count / used:.0f} per core, {ends} ends")
+    print(
+        f"{options.environments} side by side, {words}: {count / wall:.0f} steps/s, {count / used:.0f} per core, {ends} ends"
+    )
 
 
 if __name__ == "__main__":
