@@ -52,8 +52,9 @@ def constraints_and_forces_figure(recording: Recording, model: Model) -> Figure:
     _draw_solve_time(panels[2, 1], recording, model)
     for k, axes in enumerate(panels.ravel()):
         if axes.get_legend_handles_labels()[0]:
-            above = {"loc": "upper center", "ncols": 3} if k < panels.shape[1] else {"loc": "best"}
-            axes.legend(fontsize=7, framealpha=0.8, **above)
+            above = k < panels.shape[1]  # the curves, in room of its own
+            axes.legend(fontsize=7, framealpha=0.8, loc="upper center" if above else "best", ncols=3 if above else 1,
+                        columnspacing=1.0, handlelength=1.7)  # fmt: skip
         else:
             axes.text(0.5, 0.5, "not recorded", ha="center", va="center", transform=axes.transAxes, color="0.5")
     for axes in panels[-1]:
