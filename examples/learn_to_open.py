@@ -22,6 +22,7 @@ TASK = {
     "overrides": {"door.mass": 5.0},
     "rate": 10.0,
     "max_episode_steps": 200,
+    "render_mode": None,
 }  # a light leaf; 20 s of 10 decisions each
 
 

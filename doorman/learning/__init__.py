@@ -14,10 +14,13 @@ from doorman.learning.tasks import register_tasks
 if TYPE_CHECKING:
     from doorman.learning.open_door import OpenDoorEnv
     from doorman.learning.reward import RewardWeights
+    from doorman.learning.side_by_side import OpenDoorVectorEnv
 
-__all__ = ["OpenDoorEnv", "RewardWeights"]
+__all__ = ["OpenDoorEnv", "OpenDoorVectorEnv", "RewardWeights"]
 
 if not TYPE_CHECKING:
-    __getattr__, __dir__ = lazy_names(__name__, {"OpenDoorEnv": "open_door", "RewardWeights": "reward"})
+    __getattr__, __dir__ = lazy_names(
+        __name__, {"OpenDoorEnv": "open_door", "OpenDoorVectorEnv": "side_by_side", "RewardWeights": "reward"}
+    )
 
 register_tasks()

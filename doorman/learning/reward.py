@@ -16,6 +16,7 @@ hovering beats falling.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 REACH = 0.5
 """Distance of the tip from the contact point beyond which the potential falls no further [m]: an arm's length."""
@@ -47,8 +48,7 @@ class RewardWeights:
     """w_ω [s/rad²]."""
 
 
-@dataclass(frozen=True)
-class Place:
+class Place(NamedTuple):
     """What the potential is made of."""
 
     away: float  # |α − α_g| [rad]
@@ -56,8 +56,7 @@ class Place:
     gap: float  # d, of the tip from the contact point [m]
 
 
-@dataclass(frozen=True)
-class Step:
+class Step(NamedTuple):
     before: Place
     after: Place
     action_squared: float

@@ -15,6 +15,7 @@ def register_tasks() -> None:
     names = {"OpenDoor": "paper"} | {name: name for name in shipped(scenario_directory(), ".toml")}
     for name, scenario in names.items():
         register(
-            id=f"doorman/{name}-v0", entry_point="doorman.learning.open_door:OpenDoorEnv", kwargs={"scenario": scenario},
+            id=f"doorman/{name}-v0", entry_point="doorman.learning.open_door:OpenDoorEnv",
+            vector_entry_point="doorman.learning.side_by_side:OpenDoorVectorEnv", kwargs={"scenario": scenario},
             max_episode_steps=EPISODE_STEPS,
         )  # fmt: skip

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -17,9 +17,8 @@ from doorman.ros2 import types as ros
 from doorman.ros2.feed import FedMessage
 from doorman.ros2.frames import WORLD, Frames, description
 
-_ARROW, _CUBE = 0, 1
-"""Types of markers."""
-_ADD = 0
+_ARROW, _ADD = 0, 0
+"""Type of the marker, and what is done with it."""
 _AXES = 3
 _METRES_PER_NEWTON = 0.06
 """Length of the arrow of the tip's force [m/N]."""
@@ -112,11 +111,8 @@ class Translator:
         joint = [door.joint_value(angle)], [door.joint_rate(rate)]
         yield Outgoing("door/joint_states", ros.JointState(header, [self._model.scenario.door.hinge], *joint, []))
         yield Outgoing("/tf", ros.TFMessage(self._frames.leaf(stamp, angle)))
-        if self._due("markers", told.wall_time):
-            if np.isfinite(force).all():
-                yield Outgoing(
-                    "markers", ros.MarkerArray([self._leaf(header, angle), self._arrow(header, angle, force)])
-                )
+        if self._due("markers", told.wall_time) and np.isfinite(force).all():
+            yield Outgoing("markers", ros.MarkerArray([self._arrow(header, angle, force)]))
 
     def _due(self, name: str, now: int) -> bool:
         """Whether it is time for the next one of what is sent seldom."""
@@ -132,37 +128,20 @@ class Translator:
             poses.append(ros.PoseStamped(header, ros.Pose(ros.Point(x, y, z), _rotation(state[:3]))))
         return ros.Path(header, poses)
 
-    def _leaf(self, header: ros.Header, angle: float) -> ros.Marker:
-        door = self._model.door
-        x, y, z = (door.hinge_position + 0.5 * door.width * door.leaf_direction(angle)).tolist()
-        along = door.leaf_direction(angle)
-        turn = _rotation(np.array([0.0, 0.0, np.arctan2(along[1], along[0])]))
-        pose = ros.Pose(ros.Point(x, y, z + 0.5 * door.height), turn)
-        size = ros.Vector3(float(door.width), float(door.thickness), float(door.height))
-        return _marker(header, "leaf", _CUBE, pose, size, (0.55, 0.4, 0.25, 0.8))
-
     def _arrow(self, header: ros.Header, angle: float, force: Array) -> ros.Marker:
         start = self._model.coupling.contact_point(angle)
         ends = [ros.Point(*map(float, end)) for end in (start, start + _METRES_PER_NEWTON * force)]
         nowhere = ros.Pose(ros.Point(0.0, 0.0, 0.0), ros.Quaternion(0.0, 0.0, 0.0, 1.0))
-        size = ros.Vector3(_LINE_WIDTH, 2.0 * _LINE_WIDTH, 0.0)
-        return _marker(header, "tip force", _ARROW, nowhere, size, (0.8, 0.2, 0.7, 1.0), ends)
+        size, nothing = ros.Vector3(_LINE_WIDTH, 2.0 * _LINE_WIDTH, 0.0), ros.Header(ros.Time(0, 0), "")
+        return ros.Marker(
+            header, "tip force", 0, _ARROW, _ADD, nowhere, size, ros.ColorRGBA(0.8, 0.2, 0.7, 1.0), ros.Duration(0, 0), False,
+            ends, [], "", ros.CompressedImage(nothing, "", []), [], "", "", ros.MeshFile("", []), False,
+        )  # fmt: skip
 
 
 def time_of(wall_time: int) -> ros.Time:
     seconds, rest = divmod(wall_time, 1_000_000_000)
     return ros.Time(seconds, rest)
-
-
-def _marker(
-    header: ros.Header, name: str, kind: int, pose: ros.Pose, size: ros.Vector3, color: tuple[float, float, float, float],
-    points: Sequence[ros.Point] = (),
-) -> ros.Marker:  # fmt: skip
-    nothing = ros.Header(ros.Time(0, 0), "")
-    return ros.Marker(
-        header, name, 0, kind, _ADD, pose, size, ros.ColorRGBA(*color), ros.Duration(0, 0), False, list(points), [], "",
-        ros.CompressedImage(nothing, "", []), [], "", "", ros.MeshFile("", []), False,
-    )  # fmt: skip
 
 
 def _rotation(attitude: Array) -> ros.Quaternion:

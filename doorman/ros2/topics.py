@@ -43,7 +43,7 @@ TOPICS = (
     RosTopic("door/measured_joint_states", ros.JointState, "", "every reading", "the door's joint, where a sensor measures it"),
     RosTopic("tip_force", ros.WrenchStamped, "`map`", "every tick", "estimated force of the tip on the leaf"),
     RosTopic("plan", ros.Path, "`map`", "up to 10 a second", "the body's path for the horizon"),
-    RosTopic("markers", ros.MarkerArray, "`map`", "up to 10 a second", "leaf and force, for RViz"),
+    RosTopic("markers", ros.MarkerArray, "`map`", "up to 10 a second", "the tip's force as an arrow, for RViz"),
     RosTopic("mission", ros.String, "", "when it changes", "state of the mission and its reason", True),
 )  # fmt: skip
 """What is published."""

@@ -28,7 +28,8 @@ def lay_out(figure: Drawn) -> None:
     """Lay a figure out once for all the files that it is written to; else every file does that again, twice."""
     engine = figure.get_layout_engine()
     if engine is not None:
-        engine.execute(figure)
+        for _ in range(2):  # the ticks of an axes of fixed aspect follow its size, and the room for them its ticks
+            engine.execute(figure)
         figure.set_layout_engine(None)
 
 

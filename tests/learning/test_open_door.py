@@ -8,7 +8,7 @@ import pytest
 from gymnasium.utils.env_checker import check_env
 
 from doorman.exceptions import BackendError, DimensionError, DoormanError
-from doorman.learning import OpenDoorEnv, RewardWeights
+from doorman.learning import OpenDoorEnv, OpenDoorVectorEnv, RewardWeights
 from doorman.learning.reward import Place, Step, reward_terms
 from doorman.resources import scenario_directory, shipped
 from doorman.scenario import Scenario
@@ -160,13 +160,49 @@ def test_a_failure_costs_more_than_to_hover_to_the_end():
     assert weights.time * longest < weights.failed < weights.progress / 4.0 + 1e-9
 
 
-def test_environments_run_side_by_side():
-    made = gymnasium.make_vec("doorman.learning:doorman/OpenDoor-v0", 2, vectorization_mode="sync")
-    observations, _ = made.reset(seed=[1, 2])
-    assert observations.shape == (2, 22) and not np.array_equal(*observations)
-    _, rewards, *_ = made.step(np.zeros((2, 8)))
-    assert rewards.shape == (2,)
+def stepped(made, steps=6):
+    """Observations, rewards and figures of some environments that get the same actions."""
+    observations, infos = made.reset(seed=7)
+    seen, figures = [observations.copy()], [infos]
+    draw, rewards, ends = np.random.default_rng(1), [], []
+    for _ in range(steps):
+        observations, reward, *ended, infos = made.step(0.3 * draw.uniform(-1.0, 1.0, (3, 8)))
+        seen.append(observations.copy())
+        rewards.append(reward)
+        ends.append(ended)
+        figures.append(infos)
     made.close()
+    return np.array(seen), np.array(rewards), np.array(ends), figures
+
+
+def test_environments_run_side_by_side_as_they_run_alone():
+    """Spread over processes, they are to the bit what Gymnasium's own loop over environments is; cut off, they begin again."""
+    task = {"id": "doorman.learning:doorman/OpenDoor-v0", "num_envs": 3, "max_episode_steps": 4}
+    plain = stepped(gymnasium.make_vec(**task, vectorization_mode="sync"))
+    made = gymnasium.make_vec(**task, processes=2)
+    assert isinstance(made, OpenDoorVectorEnv) and len(made.observation_names) == made.observation_space.shape[1]
+    spread = stepped(made)
+    for ours, theirs in zip(spread[:3], plain[:3], strict=True):
+        np.testing.assert_array_equal(ours, theirs)
+    assert spread[0].shape == (7, 3, 22)
+    for ours, theirs in zip(spread[3:], plain[3:], strict=True):
+        np.testing.assert_equal(ours, theirs)
+
+
+def test_environments_side_by_side_refuse_as_one_does():
+    with pytest.raises(DoormanError, match="rate"):
+        OpenDoorVectorEnv(2, rate=33.0)
+    made = OpenDoorVectorEnv(2, processes=2)
+    made.reset(seed=[1, 2])
+    with pytest.raises(DimensionError, match="actions"):
+        made.step(np.zeros((3, 8)))
+    with pytest.raises(BackendError, match="finite"):
+        made.step(np.array([np.zeros(8), np.full(8, np.nan)]))
+    assert made.step(np.zeros((2, 8)))[1].shape == (2,)
+    made.close()
+    made.close()
+    with pytest.raises(BackendError, match="close"):
+        made.step(np.zeros((2, 8)))
 
 
 def test_what_cannot_be_used_is_refused(env):

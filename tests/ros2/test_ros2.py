@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import math
 import os
@@ -14,9 +15,11 @@ import threading
 import time
 from contextlib import contextmanager
 from pathlib import Path
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+import yaml
 from command_line import run as doorman
 from rosbags.typesys import Stores, get_typestore
 
@@ -29,6 +32,7 @@ from doorman.ros2 import types as ros
 from doorman.ros2.bridge import FlightPublisher, PoseSubscriber, dds_name
 from doorman.ros2.door_source import JointStateSource
 from doorman.ros2.feed import FedMessage, parse
+from doorman.ros2.frames import WORLD
 from doorman.ros2.messages import Translator
 from doorman.ros2.topics import TOPICS
 
@@ -285,13 +289,60 @@ def test_stamps_are_simulated_time_where_time_is_simulated(model):
     assert (stamps[0].sec, stamps[0].nanosec) == (2, 500_000_000) and stamps[1].sec == 10**9 + 2
 
 
-@pytest.mark.parametrize("file", ["doorman.rviz", "plotjuggler.xml"])
-def test_what_viewers_are_told_to_show_is_published(file):
-    text = (Path(__file__).parents[2] / "examples" / "ros2" / file).read_text(encoding="utf-8")
-    published = {topic.under("doorman") for topic in TOPICS}
-    named = re.findall(r"(?:Value: |name=\")(/[\w/]+)", text)
-    assert len(named) >= 4
-    assert all(any(name == topic or name.startswith(f"{topic}/") for topic in published) for name in named)
+SHOWN = Path(__file__).parents[2] / "examples" / "ros2"
+KINDS = {"RobotModel": "std_msgs/String", "Path": "nav_msgs/Path", "MarkerArray": "visualization_msgs/MarkerArray"}
+"""What RViz's displays take."""
+
+
+def published(model):
+    """Messages of all kinds, by full name of their topic."""
+    translator, state = Translator(model), model.start_state
+    told = [*translator.at_the_start(), *translator.translate(FedMessage("measurement", 7, measurement(1)))]
+    told += translator.translate(FedMessage("estimate", 7, {"state": state, "tip_force": np.ones(3)}))
+    names = {topic.name: topic.under("doorman") for topic in TOPICS}
+    return [(names[one.topic], one.message) for one in told]
+
+
+def series(name, value):
+    """Names that PlotJuggler gives to the numbers of a message; those of a JointState by the joint's name."""
+    if isinstance(value, ros.JointState):
+        joints = {"position": value.position, "velocity": value.velocity}
+        return {
+            f"{name}/{joint}/{kind}" for kind, have in joints.items() for joint, _ in zip(value.name, have, strict=True)
+        }
+    if dataclasses.is_dataclass(value):
+        return set().union(
+            *(series(f"{name}/{one.name}", getattr(value, one.name)) for one in dataclasses.fields(value))
+        )
+    return {name} if isinstance(value, float) else set()
+
+
+def test_what_plotjuggler_draws_is_a_number_of_a_message(model):
+    curves = re.findall(r'curve name="([^"]+)"', (SHOWN / "plotjuggler.xml").read_text(encoding="utf-8"))
+    numbers = set().union(*(series(*one) for one in published(model)))
+    assert len(curves) > 10 and set(curves) <= numbers
+
+
+def test_rviz_shows_topics_as_they_are_published_in_frames_that_exist(model):
+    """Types, durability and namespaces of its displays; and every link of both URDFs has a transform."""
+    manager = yaml.safe_load((SHOWN / "doorman.rviz").read_text(encoding="utf-8"))["Visualization Manager"]
+    topics, messages = {topic.under("doorman"): topic for topic in TOPICS}, published(model)
+    frames = {each.child_frame_id for name, one in messages if name in ("/tf", "/tf_static") for each in one.transforms}
+    assert manager["Global Options"]["Fixed Frame"] == WORLD
+    displays = {one["Name"]: one for one in manager["Displays"] if "Topic" in one or "Description Topic" in one}
+    assert displays.keys() == {"vehicle", "door", "plan", "tip force"}
+    for one in displays.values():
+        asked = one.get("Topic") or one["Description Topic"]
+        topic, kind = topics[asked["Value"]], one["Class"].rpartition("/")[2]
+        assert topic.type_name == KINDS[kind] and asked["Reliability Policy"] == "Reliable"
+        assert asked["Durability Policy"] == ("Transient Local" if topic.latched else "Volatile")
+        shown = [message for name, message in messages if name == asked["Value"]]
+        if kind == "RobotModel":
+            prefix = f"{one['TF Prefix']}/" if one["TF Prefix"] else ""
+            links = {f"{prefix}{link.get('name')}" for link in ElementTree.fromstring(shown[0].data).iter("link")}
+            assert links - {f"{prefix}world"} <= frames
+        elif kind == "MarkerArray":
+            assert set(one["Namespaces"]) == {marker.ns for marker in shown[0].markers}
 
 
 def test_the_plan_ends_where_the_planner_ends(model):
@@ -304,16 +355,13 @@ def test_the_plan_ends_where_the_planner_ends(model):
     assert list(translator.translate(FedMessage("plan", 1000, {"states": states}))) == []  # seldom
 
 
-def test_the_leaf_is_where_the_door_is(model):
-    told = FedMessage("estimate", 0, {"state": model.start_state, "tip_force": np.array([0.0, 0.0, 0.0])})
+def test_the_arrow_begins_at_the_contact_point(model):
+    told = FedMessage("estimate", 0, {"state": model.start_state, "tip_force": np.array([1.0, 0.0, 0.0])})
     (markers,) = [one.message for one in Translator(model).translate(told) if one.topic == "markers"]
-    leaf, arrow = markers.markers
-    middle = [leaf.pose.position.x, leaf.pose.position.y, leaf.pose.position.z]
-    door, angle = model.door, model.start_angle
-    foot = door.hinge_position + 0.5 * door.width * door.leaf_direction(angle)
-    np.testing.assert_allclose(middle, foot + [0.0, 0.0, 0.5 * door.height])
-    assert leaf.scale.z == pytest.approx(door.height)
-    assert [arrow.points[0].x, arrow.points[0].y] == pytest.approx(list(model.coupling.contact_point(angle)[:2]))
+    (arrow,) = markers.markers
+    begin, end = ([point.x, point.y, point.z] for point in arrow.points)
+    assert begin == pytest.approx(list(model.coupling.contact_point(model.start_angle)))
+    assert end == pytest.approx([begin[0] + 0.06, *begin[1:]])
 
 
 @pytest.mark.parametrize("data", [b"", b"[]", b'["truth", 1, {}]', b'["plan", 1, {}]', b"\xff", b'["plan", 1]', b"3"])

@@ -130,3 +130,11 @@ def test_the_estimated_force_is_drawn_beside_the_true_one(flight, model):
     force = constraints_and_forces_figure(recorder.recording(), model).axes[2]
     (line,) = [line for line in force.lines if line.get_label() == "estimated"]
     assert line.get_ydata().tolist() == [2.0, 2.1]
+
+
+@pytest.mark.parametrize("draw", [swing_figure, constraints_and_forces_figure, states_figure, planner_time_figure])
+def test_nothing_is_cut_off_at_the_papers_edge(draw, flight, model, tmp_path):
+    figure = draw(flight, model)
+    save(figure, tmp_path, "figure")
+    drawn, (width, height) = figure.get_tightbbox(), figure.get_size_inches()
+    assert drawn.x0 >= 0.0 and drawn.y0 >= 0.0 and drawn.x1 <= width and drawn.y1 <= height

@@ -126,7 +126,7 @@ def estimate(
     simulation it also prints the mean normalised error squared (NEES) of the leaf's angle and rate. The picture shows angle,
     normal force, two deviations of each, truth, and the probability of each hypothesis (estimate.png).
 
-    No flight uses this filter. Its model has an arm without mass, no turning wind, and no wind on the leaf.
+    Missions fly on this filter. `--set` shows what other numbers would have made of the same flight.
     """
     from doorman.cli.recordings.estimate import estimate_run
 

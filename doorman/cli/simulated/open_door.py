@@ -29,19 +29,9 @@ from doorman.visualization import PicturesMissing, write_pictures
 from doorman.visualization.picture_process import PictureProcess, picture_process
 
 RUN_FILES = (
-    "scenario.toml",
-    "recording.mcap",
-    "summary.json",
-    "states.png",
-    "states.pdf",
-    "constraints.png",
-    "constraints.pdf",
-    "swing.png",
-    "swing.pdf",
-    "planner_time.png",
-    "planner_time.pdf",
-    "replay.html",
-)
+    "scenario.toml", "recording.mcap", "summary.json", "replay.html",
+    *(f"{name}.{kind}" for name in ("states", "constraints", "swing", "planner_time") for kind in ("png", "pdf")),
+)  # fmt: skip
 """What a run's folder holds."""
 
 _LONGEST = 3600.0

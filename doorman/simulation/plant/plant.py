@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import copy
 from dataclasses import dataclass
 from typing import Any
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +21,9 @@ from doorman.simulation.plant.faults import build_fault
 from doorman.simulation.plant.onboard.rotors import RotorLayout
 
 Indices = NDArray[np.int64]
+
+_MADE: WeakKeyDictionary[Model, dict[float, Any]] = WeakKeyDictionary()
+"""Engine's models by time step: an environment that begins anew needs the same one again."""
 
 
 @dataclass(frozen=True)
@@ -58,18 +63,27 @@ class Plant:
 
 def build_plant(mujoco: Any, model: Model, layout: RotorLayout, time_step: float) -> Plant:
     """Compile vehicle and door and put them at the start: at rest, tip at the contact point, rotors at hover thrust."""
+    made = _MADE.setdefault(model, {})
+    if time_step not in made:
+        made[time_step] = _compiled(mujoco, model, layout, time_step)
+    compiled = copy.copy(made[time_step])  # a flight writes to its own
+    plant = _addresses(mujoco, compiled, model, layout.count)
+    _place(mujoco, plant, model)
+    _spin_up(plant, model, layout)
+    mujoco.mj_forward(compiled, plant.data)
+    return plant
+
+
+def _compiled(mujoco: Any, model: Model, layout: RotorLayout, time_step: float) -> Any:
+    """Engine's model, as no flight has touched it."""
     spec = assemble(mujoco, model, layout, time_step)
     try:
         compiled = spec.compile()
     except ValueError as error:
         raise build_fault(model, error) from error
-    plant = _addresses(mujoco, compiled, model, layout.count)
     tip, leaf = (int(compiled.site(name).bodyid[0]) for name in ("tip", "contact"))
     calibrate(compiled, tip, leaf, model)
-    _place(mujoco, plant, model)
-    _spin_up(plant, model, layout)
-    mujoco.mj_forward(compiled, plant.data)
-    return plant
+    return compiled
 
 
 def _addresses(mujoco: Any, compiled: Any, model: Model, n_rotors: int) -> Plant:

@@ -50,9 +50,11 @@ def constraints_and_forces_figure(recording: Recording, model: Model) -> Figure:
     _draw_thrust(panels[1, 1], recording, model)
     _draw_disturbance(panels[2, 0], recording)
     _draw_solve_time(panels[2, 1], recording, model)
-    for axes in panels.ravel():
+    for k, axes in enumerate(panels.ravel()):
         if axes.get_legend_handles_labels()[0]:
-            axes.legend(fontsize=7, loc="best", framealpha=0.8)
+            above = k < panels.shape[1]  # the curves, in room of its own
+            axes.legend(fontsize=7, framealpha=0.8, loc="upper center" if above else "best", ncols=3 if above else 1,
+                        columnspacing=1.0, handlelength=1.7)  # fmt: skip
         else:
             axes.text(0.5, 0.5, "not recorded", ha="center", va="center", transform=axes.transAxes, color="0.5")
     for axes in panels[-1]:
@@ -73,7 +75,7 @@ def _draw_constraints(axes: Axes, recording: Recording, model: Model, rows: rang
         axes.plot(time, h[:, k], color=CYCLE[k % len(CYCLE)], linestyle=style, linewidth=1.3, label=name)
     axes.axhline(0.0, color=BLACK, linewidth=0.9)
     low, high = axes.get_ylim()
-    high = max(high, 0.04)
+    high = max(high, 0.04, -0.3 * low)  # with room for the legend
     margin = model.scenario.planner.margin
     axes.axhspan(0.0, high, color=RED, alpha=0.15, linewidth=0, label="not allowed")
     if margin > 0.0:
