@@ -4,11 +4,10 @@ from doorman.hardware.dynamixel.bus import ServoBus
 from doorman.hardware.dynamixel.config import ServoConfig
 from doorman.hardware.dynamixel.faults import LATCHED, STOPPING, WARNINGS, ServoEvent, ServoFault
 from doorman.hardware.dynamixel.none import NoServos
-from doorman.hardware.dynamixel.sample import BusState, ServoSample
+from doorman.hardware.dynamixel.sample import BusState, BusStatistics, ServoSample
 from doorman.hardware.dynamixel.setup.commissioning import ReadyServo
 from doorman.hardware.dynamixel.setup.settings import SettingFinding
 from doorman.hardware.dynamixel.wire.units import zero_position
-from doorman.hardware.dynamixel.worker import BusStatistics
 
 __all__ = [
     "LATCHED",

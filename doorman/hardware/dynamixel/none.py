@@ -9,9 +9,8 @@ from doorman.background import Opened
 from doorman.clocks import REAL_TIME, Clock
 from doorman.hardware.dynamixel.config import ServoConfig
 from doorman.hardware.dynamixel.faults import ServoEvent, ServoFault
-from doorman.hardware.dynamixel.sample import BusState, ServoSample
+from doorman.hardware.dynamixel.sample import BusState, BusStatistics, ServoSample
 from doorman.hardware.dynamixel.setup.commissioning import ReadyServo
-from doorman.hardware.dynamixel.worker import BusStatistics
 
 
 class NoServos(Opened):

@@ -70,3 +70,18 @@ class ServoSample:
         """
         age = now - self.time
         return replace(self, age=age, fresh=bool(age <= stale_after))
+
+
+@dataclass(frozen=True)
+class BusStatistics:
+    """How the cycles ran; periods are those of the last few thousand."""
+
+    cycles: int
+    overruns: int
+    """Cycles that began late, since the one before took longer than a period."""
+    period_median: float
+    """[s]."""
+    period_p999: float
+    """[s]."""
+    period_max: float
+    """[s]."""

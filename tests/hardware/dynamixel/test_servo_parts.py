@@ -13,9 +13,8 @@ from hypothesis import strategies as st
 
 from doorman.exceptions import BackendError, DimensionError
 from doorman.hardware.dynamixel import LATCHED, STOPPING, WARNINGS, ServoBus, ServoConfig, ServoFault, zero_position
-from doorman.hardware.dynamixel.braking import RateRounder, allowed_rate, stopping_rate
 from doorman.hardware.dynamixel.faults import ServoEvent, log_changes
-from doorman.hardware.dynamixel.governor import RateGovernor
+from doorman.hardware.dynamixel.governor import RateGovernor, allowed_rate, stopping_rate
 from doorman.hardware.dynamixel.monitor import ServoMonitor
 from doorman.hardware.dynamixel.servo_clock import DRIFT, ServoClock
 from doorman.hardware.dynamixel.wire.link import Outcome, Reply
@@ -218,21 +217,22 @@ def test_a_joint_at_full_speed_stops_before_its_limit(lag):
     assert angle > 0.97
 
 
+def counts_of(governor, rate):
+    return governor.counts([rate, 0.0], [0.0, 0.0], [0.0, 0.0])[0]
+
+
 @given(st.floats(-3.0, 3.0), st.integers(50, 400))
 def test_rounding_keeps_the_mean(rate, cycles):
-    rounder = RateRounder(1)
-    total = sum(rounder.round(0, rate) for _ in range(cycles)) * VELOCITY_UNIT
+    governor = RateGovernor(config(lower_limits=[-99.0] * 2, upper_limits=[99.0] * 2), [150, 150])
+    total = sum(counts_of(governor, rate) for _ in range(cycles)) * VELOCITY_UNIT
     assert total == pytest.approx(rate * cycles, abs=VELOCITY_UNIT)
 
 
 def test_rounding_carries_nothing_over_a_stop():
-    rounder = RateRounder(1)
-    assert rounder.round(0, 0.4 * VELOCITY_UNIT) == 0
-    assert rounder.round(0, 0.0) == 0
-    assert rounder.round(0, 0.4 * VELOCITY_UNIT) == 0
-    assert rounder.round(0, 0.4 * VELOCITY_UNIT) == 1
-    rounder.clear()
-    assert rounder.round(0, -0.4 * VELOCITY_UNIT) == 0
+    governor = RateGovernor(config(), [130, 130])
+    assert [counts_of(governor, rate * VELOCITY_UNIT) for rate in (0.4, 0.0, 0.4, 0.4)] == [0, 0, 0, 1]
+    governor.halt()
+    assert counts_of(governor, -0.4 * VELOCITY_UNIT) == 0
 
 
 def test_the_governor_knows_directions_and_the_servos_own_limit():

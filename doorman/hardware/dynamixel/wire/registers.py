@@ -25,9 +25,6 @@ class Register:
         return int.from_bytes(data, "little", signed=self.signed)
 
 
-MODEL_NUMBER = Register("model number", 0, 2)
-FIRMWARE = Register("firmware version", 6, 1)
-ID = Register("id", 7, 1)
 BAUD_RATE = Register("baud rate", 8, 1)
 RETURN_DELAY = Register("return delay time", 9, 1)
 DRIVE_MODE = Register("drive mode", 10, 1)

@@ -5,30 +5,15 @@ from __future__ import annotations
 import struct
 from dataclasses import dataclass
 
-from doorman.hardware.dynamixel.wire.registers import (
-    BUS_WATCHDOG,
-    HARDWARE_ERROR,
-    INDIRECT_COUNT,
-    PRESENT_CURRENT,
-    PRESENT_POSITION,
-    PRESENT_TEMPERATURE,
-    PRESENT_VELOCITY,
-    PRESENT_VOLTAGE,
-    REALTIME_TICK,
-    TORQUE_ENABLE,
-    TORQUE_ON,
-    WATCHDOG_FIRED,
-    WATCHDOG_OFF,
-    Register,
-)
+from doorman.hardware.dynamixel.wire import registers as reg
 
-BLOCK: tuple[Register, ...] = (
-    PRESENT_POSITION, PRESENT_VELOCITY, PRESENT_CURRENT, HARDWARE_ERROR, PRESENT_TEMPERATURE, PRESENT_VOLTAGE,
-    TORQUE_ENABLE, BUS_WATCHDOG, REALTIME_TICK,
+BLOCK: tuple[reg.Register, ...] = (
+    reg.PRESENT_POSITION, reg.PRESENT_VELOCITY, reg.PRESENT_CURRENT, reg.HARDWARE_ERROR, reg.PRESENT_TEMPERATURE,
+    reg.PRESENT_VOLTAGE, reg.TORQUE_ENABLE, reg.BUS_WATCHDOG, reg.REALTIME_TICK,
 )  # fmt: skip
 """In the order of their bytes."""
 BLOCK_SIZE = sum(register.size for register in BLOCK)
-assert BLOCK_SIZE <= INDIRECT_COUNT
+assert BLOCK_SIZE <= reg.INDIRECT_COUNT
 MAPPING = b"".join(
     (register.address + offset).to_bytes(2, "little") for register in BLOCK for offset in range(register.size)
 )
@@ -57,6 +42,6 @@ class Telemetry:
 
     def is_ours(self, watchdog_counts: int) -> bool:
         """Whether the block still shows what it was set up to show; a servo that restarted shows zeros."""
-        if self.bus_watchdog == WATCHDOG_OFF:
-            return self.torque_enable == TORQUE_ON and self.voltage > 0
-        return self.bus_watchdog in (watchdog_counts, WATCHDOG_FIRED)
+        if self.bus_watchdog == reg.WATCHDOG_OFF:
+            return self.torque_enable == reg.TORQUE_ON and self.voltage > 0
+        return self.bus_watchdog in (watchdog_counts, reg.WATCHDOG_FIRED)
