@@ -17,8 +17,7 @@ from doorman.clocks import REAL_TIME, Clock
 from doorman.exceptions import BackendError, DimensionError
 from doorman.hardware.dynamixel.config import ServoConfig
 from doorman.hardware.dynamixel.cycle import ServoCommand, ServoCycle
-from doorman.hardware.dynamixel.faults import ServoEvent, ServoFault
-from doorman.hardware.dynamixel.sample import BusState, BusStatistics, ServoSample
+from doorman.hardware.dynamixel.faults import BusState, BusStatistics, ServoEvent, ServoFault, ServoSample
 from doorman.hardware.dynamixel.setup.commissioning import ReadyServo, inspect, position
 from doorman.hardware.dynamixel.setup.settings import SettingFinding
 from doorman.hardware.dynamixel.wire.connection import Connection
@@ -36,8 +35,6 @@ STARTS_KEPT = 4000
 
 @dataclass
 class _Recovery:
-    """Somebody waits for a recovery."""
-
     deadline: float
     done: threading.Event
     failures: list[str] = field(default_factory=lambda: ["the bus was stopped meanwhile"])

@@ -9,18 +9,23 @@ import numpy as np
 
 from doorman.exceptions import BackendError
 from doorman.hardware.dynamixel.config import ServoConfig
-from doorman.hardware.dynamixel.faults import LATCHED, STOPPING, ServoEvent, ServoFault, log_changes
+from doorman.hardware.dynamixel.faults import (
+    LATCHED,
+    STOPPING,
+    BusState,
+    ServoEvent,
+    ServoFault,
+    ServoSample,
+    log_changes,
+)
 from doorman.hardware.dynamixel.governor import RateGovernor
 from doorman.hardware.dynamixel.monitor import ServoMonitor
-from doorman.hardware.dynamixel.sample import BusState, ServoSample
 from doorman.hardware.dynamixel.setup.commissioning import ReadyServo, arm_watchdog, commission
 from doorman.hardware.dynamixel.setup.talk import Servo
 from doorman.hardware.dynamixel.wire import registers as reg
-from doorman.hardware.dynamixel.wire.link import Link
+from doorman.hardware.dynamixel.wire.link import Link, ServoReader
 from doorman.hardware.dynamixel.wire.port import PortLost
-from doorman.hardware.dynamixel.wire.reader import ServoReader
-from doorman.hardware.dynamixel.wire.telemetry import Telemetry
-from doorman.hardware.dynamixel.wire.units import VELOCITY_UNIT, VOLTAGE_UNIT, joint_angle
+from doorman.hardware.dynamixel.wire.registers import VELOCITY_UNIT, VOLTAGE_UNIT, Telemetry, joint_angle
 from doorman.hardware.events import EventLog
 
 _ILL = STOPPING | LATCHED
@@ -215,7 +220,7 @@ class ServoCycle:
             self.monitors[joint].condemn(ServoFault.WRONG_MODEL)
 
     def _loosen_one(self) -> None:
-        """Take the torque of one servo that does not know its angle: as delivered it does not itself, nor stops when told."""
+        """Take the torque of one servo that does not know its angle: as delivered it keeps it, and obeys no stop."""
         for joint, monitor in enumerate(self.monitors):
             lost = monitor.latched & ServoFault.ENCODER and not monitor.fault & (ServoFault.TORQUE_OFF | _UNHEARD)
             if lost and joint != self.reader.excluded:

@@ -15,7 +15,7 @@ import math
 from collections.abc import Sequence
 
 from doorman.hardware.dynamixel.config import ServoConfig
-from doorman.hardware.dynamixel.wire.units import VELOCITY_UNIT
+from doorman.hardware.dynamixel.wire.registers import VELOCITY_UNIT
 
 
 def stopping_rate(distance: float, deceleration: float, delay: float) -> float:

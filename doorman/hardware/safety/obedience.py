@@ -24,7 +24,7 @@ SHAPING = 0.2
 
 
 class Obedience:
-    """Follows what an autopilot is told."""
+    """Follows the attitude that an autopilot is commanded."""
 
     def __init__(self) -> None:
         self._commanded: Array | None = None

@@ -18,7 +18,6 @@ from dataclasses import replace
 from types import MappingProxyType
 
 import numpy as np
-from numpy.typing import NDArray
 
 from doorman.clocks import REAL_TIME, Clock
 from doorman.hardware.mocap import MocapConfig, MocapReceiver, PoseQuality, PoseSample, PoseSource
@@ -47,18 +46,13 @@ class DoubtedMocap(MocapReceiver):
     ) -> None:  # fmt: skip
         super().__init__(config, clock, beside)
         self._autopilot = autopilot
-        self._doubted, self._agreed = False, 0
+        self.doubted, self._agreed = False, 0
         self._shift: tuple[float, float, float] = (0.0, 0.0, 0.0)
         self._distrusted = False
 
     def distrust(self) -> None:
         """Something else contradicts the poses: they are lost until the vehicle is disarmed."""
         self._distrusted = True
-
-    @property
-    def doubted(self) -> bool:
-        """Whether the last pose was far from where the autopilot is, and is not to be believed."""
-        return self._doubted
 
     def read(self) -> PoseSample:
         """Newest pose, at once, see `MocapReceiver.read`; lost while it is doubted."""
@@ -70,18 +64,18 @@ class DoubtedMocap(MocapReceiver):
     def _judged(self, pose: PoseSample) -> PoseSample:
         state = self._autopilot.state()
         if not state.armed:  # on the ground it learns from the cameras where it is
-            self._doubted = self._distrusted = False
+            self.doubted = self._distrusted = False
             self._agreed, self._shift = pose.track, pose.shift
         elif self._distrusted or math.dist(pose.shift, self._shift) > self.config.position_slack:
-            self._doubted = True
+            self.doubted = True
         elif pose.usable and state.status is SampleStatus.FRESH:
             apart = float(np.linalg.norm(pose.position - state.position))
-            turned = between(pose.quaternion, state.quaternion)
-            far, turn = (BELIEVED, BELIEVED_TURN) if self._doubted else (DOUBTED, DOUBTED_TURN)
-            self._doubted = turned > turn or (apart > far and pose.track != self._agreed)
-            if apart < BELIEVED and not self._doubted:
+            turned = angle_between(pose.quaternion.tolist(), state.quaternion.tolist())
+            far, turn = (BELIEVED, BELIEVED_TURN) if self.doubted else (DOUBTED, DOUBTED_TURN)
+            self.doubted = turned > turn or (apart > far and pose.track != self._agreed)
+            if apart < BELIEVED and not self.doubted:
                 self._agreed = pose.track
-        return replace(pose, quality=PoseQuality.LOST, fresh=False) if self._doubted and pose.usable else pose
+        return replace(pose, quality=PoseQuality.LOST, fresh=False) if self.doubted and pose.usable else pose
 
 
 class DoubtedPoses(DoubtedMocap, PolledReceiver):
@@ -90,9 +84,3 @@ class DoubtedPoses(DoubtedMocap, PolledReceiver):
     def __init__(self, config: MocapConfig, autopilot: Autopilot, source: PoseSource, clock: Clock = REAL_TIME) -> None:
         super().__init__(config, autopilot, clock)
         self.source = source
-
-
-def between(a: NDArray[np.float64], b: NDArray[np.float64]) -> float:
-    """Angle between two attitudes [rad]."""
-    (aw, ax, ay, az), (bw, bx, by, bz) = a.tolist(), b.tolist()
-    return angle_between((aw, ax, ay, az), (bw, bx, by, bz))

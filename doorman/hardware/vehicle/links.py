@@ -13,8 +13,7 @@ from doorman.background import InThread, Opened
 from doorman.clocks import REAL_TIME, Clock
 from doorman.exceptions import BackendError, DoormanError
 from doorman.hardware.door import DoorSensor, DoorSource
-from doorman.hardware.door.sources.camera_objects import objects_beside
-from doorman.hardware.door.sources.configured import source_of
+from doorman.hardware.door.sources import objects_beside, source_of
 from doorman.hardware.dynamixel import LATCHED, NoServos, ServoBus
 from doorman.hardware.mocap import MocapConfig, MocapReceiver, PoseSource
 from doorman.hardware.pixhawk import Authority, Autopilot, Outcome, PositionSetpoint, SampleStatus
@@ -25,7 +24,7 @@ from doorman.hardware.vehicle.gripper import CLOSED, CLOSES_WITHIN, HALF_OPEN, O
 from doorman.hardware.vehicle.tip_force import TipForce, TipForceSource
 
 _SLOW_TO_OPEN = OPENS_WITHIN + 0.2
-"""A gripper that still holds so long after it was told to let go does not open [s]."""
+"""A gripper that still holds so long after the command to let go does not open [s]."""
 GUARD_TIMEOUT = 0.5
 """A guard that gives no sign of life for this long is taken for dead [s]."""
 
@@ -83,7 +82,7 @@ class VehicleLinks(Opened):
         self._inhibited: str | None = None
         self._guarded_at: float | None = None
         self._relay: _Relay | None = None
-        self._grip_told: tuple[bool, float] | None = None
+        self._grip_command: tuple[bool, float] | None = None
         self._open: ExitStack | None = None
 
     def _cameras(
@@ -109,7 +108,7 @@ class VehicleLinks(Opened):
         """
         if self._open is not None:
             raise BackendError("the links are open already", allowed="stop() before another open()")
-        self._inhibited = self._grip_told = None
+        self._inhibited = self._grip_command = None
         with ExitStack() as stack:
             if self.mocap is not None:
                 stack.enter_context(self.mocap)
@@ -204,41 +203,41 @@ class VehicleLinks(Opened):
         grip = None
         if self.config.gripper:
             grip = gripper_current(float(self.servos.read().angles[-1]), closed)
-            if self._grip_told is None or self._grip_told[0] != closed:
-                self._grip_told = (closed, self.clock.now())
+            if self._grip_command is None or self._grip_command[0] != closed:
+                self._grip_command = (closed, self.clock.now())
         self.servos.command(rates, grip)
 
     @property
     def holding(self) -> bool:
         """Whether the gripper holds what is between its fingers; one that has not been seen for long has opened by itself.
 
-        One that was told to open holds until its fingers are open for certain.
+        One that is commanded to open holds until its fingers are open for certain.
         """
         if not self.config.gripper:
             return False
         with contextlib.suppress(BackendError):  # closed
             sample = self.servos.read()
             seen = self.clock.now() - sample.times[-1] < OPENS_WITHIN
-            opens = self._grip_told is not None and not self._grip_told[0]
+            opens = self._grip_command is not None and not self._grip_command[0]
             return bool(seen and sample.angles[-1] > (HALF_OPEN if opens else CLOSED))
         return False
 
     @property
     def gripped(self) -> bool:
-        """Whether the gripper was told to close, and holds."""
-        return self._grip_told is not None and self._grip_told[0] and self.holding
+        """Whether the gripper is commanded to close, and holds."""
+        return self._grip_command is not None and self._grip_command[0] and self.holding
 
     @property
     def surely_holding(self) -> bool:
-        """Whether the fingers are closed, whatever they were told; half open ones hold nothing that pulls."""
+        """Whether the fingers are closed, whatever the command; half open ones hold nothing that pulls."""
         return self.holding and bool(self.servos.read().angles[-1] > CLOSED)
 
     @property
     def grip_failed(self) -> bool:
-        """Whether the gripper does not do what it was told long enough ago, or its servo has failed while it holds."""
-        if self._grip_told is None:
+        """Whether the gripper does not do what was commanded long enough ago, or its servo has failed while it holds."""
+        if self._grip_command is None:
             return False
-        closed, since = self._grip_told
+        closed, since = self._grip_command
         if not closed:
             return self.holding and self.clock.now() - since > _SLOW_TO_OPEN
         if not self.holding:

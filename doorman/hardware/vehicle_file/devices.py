@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from doorman.hardware.computer.doctor import Complaint, Row
-from doorman.hardware.computer.host import Host
+from doorman.hardware.computer.doctor import Complaint, Host, Row
 from doorman.hardware.pixhawk.wire.connection import Transport, parse_connection
 from doorman.hardware.vehicle_file.file import PIXHAWK, SERVOS, VehicleFile
 

@@ -21,8 +21,8 @@ from doorman.arrays import Array
 from doorman.copying import Uncopied
 from doorman.exceptions import BackendError
 from doorman.hardware.pixhawk.wire.frames import flu_to_frd
-from doorman.hardware.quaternions import from_attitude
-from doorman.rig.emulators.autopilot.vehicle.mixer import MotorKind
+from doorman.kinematics.rotations import quaternion_of
+from doorman.rig.emulators.autopilot.vehicle.control import MotorKind
 from doorman.rig.sitl.rotor_pilot import listener, specific_force
 from doorman.simulation.plant.onboard.rotors import RotorLayout
 from doorman.simulation.truth import Truth
@@ -123,7 +123,7 @@ class ArduPilotSitl(Uncopied):
         if self._peer is None or self._socket is None or last is None or truth.time <= last.time:
             return
         force = specific_force(last, truth)
-        w, x, y, z = from_attitude(truth.attitude.tolist())
+        w, x, y, z = quaternion_of(truth.attitude.tolist())
         text = (
             f'\n{{"timestamp":{truth.time - self._boot:.6f},"imu":{{"gyro":{_turned(truth.body_rates)},'
             f'"accel_body":{_turned(force)}}},"position":{_turned(truth.position)},"velocity":{_turned(truth.velocity)},'

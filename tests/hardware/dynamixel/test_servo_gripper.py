@@ -9,7 +9,7 @@ from virtual_time import CLOCK
 
 from doorman.exceptions import BackendError
 from doorman.hardware.dynamixel import ServoFault
-from doorman.hardware.dynamixel.wire.units import VELOCITY_UNIT
+from doorman.hardware.dynamixel.wire.registers import VELOCITY_UNIT
 from doorman.rig.emulators.servos.plant import LaggingJoints
 from doorman.rig.emulators.servos.unit import ENCODER, OVERLOAD, READY, READY_TO_GRIP, ServoSetup
 

@@ -37,8 +37,6 @@ _OPTICAL = np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
 
 @dataclass(frozen=True)
 class SeenTag:
-    """A tag in a picture."""
-
     corners: Array  # of its black square, from the upper left one clockwise as it is printed, shape (4, 2) [pixel]
     pose: MarkPose  # in the vehicle's body
 
@@ -58,7 +56,6 @@ class TagDetector:
         self._axes = rotation_body_to_world(camera.attitude) @ _OPTICAL
 
     def detect(self, picture: NDArray[np.uint8]) -> dict[int, SeenTag]:
-        """Tags in a picture."""
         found, numbers, _ = self._detector.detectMarkers(picture)
         seen: dict[int, SeenTag] = {}
         numbers = [] if numbers is None else [int(one) for one in np.ravel(numbers)]

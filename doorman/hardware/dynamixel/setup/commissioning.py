@@ -9,8 +9,7 @@ from doorman.hardware.dynamixel.faults import ServoEvent
 from doorman.hardware.dynamixel.setup.settings import SettingFinding, check_settings, write_settings
 from doorman.hardware.dynamixel.setup.talk import Servo
 from doorman.hardware.dynamixel.wire import registers as reg
-from doorman.hardware.dynamixel.wire.telemetry import MAPPING
-from doorman.hardware.dynamixel.wire.units import CURRENT_UNITS, joint_angle, whole_turns
+from doorman.hardware.dynamixel.wire.registers import CURRENT_UNITS, MAPPING, joint_angle, whole_turns
 from doorman.hardware.events import EventLog
 
 _MAPPED = "indirect addresses"
@@ -117,7 +116,7 @@ def _clear_errors(servo: Servo, reboot: bool) -> None:
 
 
 def _shut_down(servo: Servo) -> int:
-    """Errors that have taken the torque, or should have; a voltage out of range does so only where the servo is told to."""
+    """Errors that have taken the torque, or should have; a voltage out of range does so only where `shutdown` says so."""
     return servo.read(reg.HARDWARE_ERROR) & (~int(reg.HardwareError.VOLTAGE) | servo.read(reg.SHUTDOWN))
 
 

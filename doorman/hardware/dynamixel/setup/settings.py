@@ -10,7 +10,7 @@ from doorman.exceptions import BackendError
 from doorman.hardware.dynamixel.faults import ServoEvent, ServoFault
 from doorman.hardware.dynamixel.setup.talk import Servo
 from doorman.hardware.dynamixel.wire import registers as reg
-from doorman.hardware.dynamixel.wire.units import VELOCITY_UNIT
+from doorman.hardware.dynamixel.wire.registers import VELOCITY_UNIT
 from doorman.hardware.events import EventLog
 
 TOLERATED_RETURN_DELAY = 25

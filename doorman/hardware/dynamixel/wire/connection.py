@@ -13,7 +13,7 @@ from doorman.hardware.dynamixel.setup.settings import TOLERATED_RETURN_DELAY
 from doorman.hardware.dynamixel.setup.talk import Servo
 from doorman.hardware.dynamixel.wire.link import Link
 from doorman.hardware.dynamixel.wire.port import PortLost, SerialPort
-from doorman.hardware.dynamixel.wire.units import RETURN_DELAY_UNIT
+from doorman.hardware.dynamixel.wire.registers import RETURN_DELAY_UNIT
 from doorman.hardware.events import EventLog
 
 LONGEST_LATENCY_TIMER = 1.5e-3

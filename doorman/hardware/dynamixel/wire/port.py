@@ -26,8 +26,6 @@ class PortLost(BackendError):
 
 
 class Port(Protocol):
-    """Where packets go and come from."""
-
     def send(self, data: bytes, deadline: float) -> bool:
         """Send bytes."""
 

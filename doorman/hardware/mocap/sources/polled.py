@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from doorman.exceptions import BackendError
 from doorman.hardware.mocap.config import MocapConfig
-from doorman.hardware.mocap.faults import MocapEvent
-from doorman.hardware.mocap.figures import Figures, MocapStatistics
-from doorman.hardware.mocap.poses.sample import PoseSample
+from doorman.hardware.mocap.faults import Figures, MocapEvent, MocapStatistics
+from doorman.hardware.mocap.poses.sample import PoseSample, PoseSource
 from doorman.hardware.mocap.receiver import MocapReceiver
-from doorman.hardware.mocap.sources.source import PoseSource
 
 _EVERY = 0.001
 """Between two looks for a new pose [s]."""
@@ -32,7 +30,6 @@ class PolledReceiver(MocapReceiver):
             self._clock.sleep(_EVERY)
 
     def read(self) -> PoseSample:
-        """Newest pose, at once."""
         sample = self.source.read()
         if sample.count > self._count >= 0:
             self._figures.frame(self._clock.now(), max(sample.lateness - self.config.latency, 0.0), 0)

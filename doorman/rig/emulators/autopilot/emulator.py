@@ -14,17 +14,22 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 from doorman.background import InThread
 from doorman.clocks import REAL_TIME, Clock
 from doorman.exceptions import BackendError
-from doorman.rig.emulators.autopilot.build import Build
 from doorman.rig.emulators.autopilot.line.clock import BootClock
 from doorman.rig.emulators.autopilot.line.receiver import Receiver
 from doorman.rig.emulators.autopilot.line.telemetry import EmulatedBattery, Telemetry
 from doorman.rig.emulators.autopilot.line.udp import FaultyUdp, LinkFaults
 from doorman.rig.emulators.autopilot.parameters import ParameterStore
 from doorman.rig.emulators.autopilot.rules.brain import Brain
-from doorman.rig.emulators.autopilot.rules.dialects import Flavour
-from doorman.rig.emulators.autopilot.vehicle.control import Demand, FlightController, Task
+from doorman.rig.emulators.autopilot.rules.dialects import Build, Flavour
+from doorman.rig.emulators.autopilot.vehicle.control import (
+    Demand,
+    FlightController,
+    Task,
+    normalised_thrust,
+    side_force,
+    thrust_share,
+)
 from doorman.rig.emulators.autopilot.vehicle.estimator import Estimator
-from doorman.rig.emulators.autopilot.vehicle.mixer import normalised_thrust, side_force, thrust_share
 from doorman.rig.emulators.autopilot.vehicle.plant import AutopilotPlant, PlantTruth, SimplePlant
 
 _STEP = 0.004
