@@ -21,8 +21,6 @@ _FARTHEST = 0.02
 
 
 class RigVehicle:
-    """The plant as the emulated autopilot flies it."""
-
     def __init__(self, plant: RigPlant) -> None:
         self._plant = plant
 
@@ -92,7 +90,6 @@ def body_seen(plant: RigPlant, time: float) -> BodyPose:
 
 
 def leaf_seen(plant: RigPlant, time: float) -> BodyPose:
-    """The leaf's link of the true door as the cameras see it."""
     door, snapshot = plant.model.true_door, plant.snapshot
     angle = snapshot.truth.door_angle + _ahead(snapshot, time) * snapshot.truth.door_rate
     return _pose_of(door.link_placements(angle)[door.section.leaf])

@@ -72,7 +72,6 @@ class Host:
 
     @staticmethod
     def real_time_allowed() -> bool:
-        """Whether threads may run in the real-time class."""
         soft, _ = resource.getrlimit(resource.RLIMIT_RTPRIO)
         return os.geteuid() == 0 or soft == resource.RLIM_INFINITY or soft >= REAL_TIME_PRIORITY
 

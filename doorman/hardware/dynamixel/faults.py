@@ -113,7 +113,6 @@ class ServoEvent:
     """What happened, in words."""
 
     def __str__(self) -> str:
-        """Render `servo 3: overload began`."""
         who = "servo bus" if self.servo_id is None else f"servo {self.servo_id}"
         return f"{who}: {self.text}"
 

@@ -36,8 +36,6 @@ def allowed_rate(
 
 
 class RateGovernor:
-    """Decides how fast every joint may turn."""
-
     def __init__(self, config: ServoConfig, velocity_limits: Sequence[int]) -> None:
         lower, upper, rates = config.limits
         self._lower = [float(value) + config.limit_margin for value in lower]

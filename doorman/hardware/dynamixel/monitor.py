@@ -92,8 +92,6 @@ _HARDWARE = {
 
 
 class ServoMonitor:
-    """Memory of one servo's health."""
-
     def __init__(self, config: ServoConfig, now: float, model: int, joint: int) -> None:
         self._config = config
         self._fastest = float(config.limits[2][joint])
@@ -143,7 +141,6 @@ class ServoMonitor:
         self.fault |= fault
 
     def _lasting(self, now: float) -> ServoFault:
-        """Faults of a servo without a fresh answer."""
         age = now - self.time
         if age > self._config.missing_after:
             return ServoFault.STALE | ServoFault.MISSING

@@ -23,8 +23,6 @@ _ALLOWED = f"{_UDP}; or {_CAMERAS}"
 
 @dataclass(frozen=True)
 class CamerasLink:
-    """Cameras with a protocol of their own."""
-
     kind: str  # one of `KINDS`
     settings: Mapping[str, str]  # as the wheel `motioncapture` takes them
 

@@ -87,7 +87,6 @@ class MocapEvent:
     """What happened, in words."""
 
     def __str__(self) -> str:
-        """Render `mocap: silent began: no packet for 0.2 s`."""
         return f"mocap: {self.text}"
 
 

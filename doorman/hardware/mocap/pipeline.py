@@ -14,8 +14,6 @@ from doorman.hardware.mocap.poses.tracker import PoseTracker
 
 
 class Pipeline:
-    """Takes datagrams in, and has the newest measurement with everything that is wrong."""
-
     def __init__(self, config: MocapConfig, log: EventLog[MocapEvent]) -> None:
         self._config = config
         self.book = FaultBook(log, config.hold)
@@ -26,7 +24,6 @@ class Pipeline:
 
     @property
     def ready(self) -> bool:
-        """Whether there is a pose, and frames come at the configured rate."""
         return self.latest.count > 0 and self._stream.monitor.near(RATE_AT_OPEN) is True
 
     @property
@@ -61,7 +58,6 @@ class Pipeline:
         return min((time for time in times if time > now), default=math.inf)
 
     def diagnosis(self) -> str:
-        """Why there is no pose yet, in words."""
         return self._stream.diagnosis()
 
     def statistics(self) -> MocapStatistics:

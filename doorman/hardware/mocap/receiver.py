@@ -32,6 +32,8 @@ LONGEST_WAIT = 0.1
 """The thread looks at its deadlines at least this often [s]."""
 BATCH = 64
 """Datagrams that are read before deadlines are looked at: a flood must not hide them."""
+Judge = Callable[[PoseSample], PoseSample]
+"""What a pose is worth to whoever flies by it."""
 
 
 class MocapReceiver(InThread):
@@ -44,13 +46,15 @@ class MocapReceiver(InThread):
         config: Stream, object, frames and limits.
         clock: By which it waits.
         beside: Further objects of the same stream, by what they are: the door's leaf and frame.
+        judge: Returns every pose as it is to be used.
     """
 
     def __init__(
-        self, config: MocapConfig, clock: Clock = REAL_TIME, beside: Mapping[str, MocapConfig] = MappingProxyType({})
-    ) -> None:
+        self, config: MocapConfig, clock: Clock = REAL_TIME, beside: Mapping[str, MocapConfig] = MappingProxyType({}),
+        judge: Judge = lambda pose: pose,
+    ) -> None:  # fmt: skip
         super().__init__("mocap", clock)
-        self.config, self.beside = config, beside
+        self.config, self.beside, self._judge = config, beside, judge
         self._log = EventLog[MocapEvent]()
         self._cameras = parse_cameras(config.connection)
         self._changed = clock.condition()
@@ -85,7 +89,9 @@ class MocapReceiver(InThread):
         Raises:
             BackendError: if it is not open.
         """
-        return self._newest()
+        self._require_open()
+        sample = self._pipeline.latest
+        return self._judge(sample.at(self._clock.now(), self.config.stale_after, self.config.prediction_limit))
 
     def read_beside(self, part: str) -> PoseSample:
         """Newest pose of a further object, at once; what is wrong with it is in the sample alone.
@@ -113,7 +119,7 @@ class MocapReceiver(InThread):
         self._require_open()
         if not self._wait(lambda pipeline: pipeline.latest.count > sample.count, timeout):
             raise BackendError("no new pose", field="mocap", given=f"after {timeout:g} s")
-        return self._newest()
+        return self.read()
 
     def events(self) -> list[MocapEvent]:
         """Take what has happened since the last call, oldest first."""
@@ -137,12 +143,7 @@ class MocapReceiver(InThread):
         if self._thread is None:
             raise BackendError("the mocap receiver is not open", allowed="open() before read()")
 
-    def _newest(self) -> PoseSample:
-        self._require_open()
-        return self._pipeline.latest.at(self._clock.now(), self.config.stale_after, self.config.prediction_limit)
-
     def _wait(self, condition: Callable[[Pipeline], bool], timeout: float) -> bool:
-        """Wait until something is so."""
         with self._changed:
             return self._changed.wait_for(lambda: condition(self._pipeline), timeout)
 
@@ -220,7 +221,6 @@ class MocapReceiver(InThread):
             self._pipeline.book.keep(MocapFault.CLIENT, False, now)
 
     def _drop_client(self) -> None:
-        """End the cameras' client, if there is one."""
         client, self._client = self._client, None
         if client is not None:
             client.close()

@@ -65,11 +65,9 @@ class AuthorityKeeper:
             self._end_conditions(now)
 
     def expect_disarm(self, expected: bool) -> None:
-        """Set whether the next disarming is ours."""
         self._disarm_expected = expected
 
     def hold(self, place: PositionSetpoint, *, latch: bool) -> bool:
-        """Hold a point; refused unless the vehicle is ours."""
         with self._lock:
             if self.state is not Authority.ENGAGED:
                 return False
@@ -77,7 +75,6 @@ class AuthorityKeeper:
             return True
 
     def climb(self, place: PositionSetpoint, height: float, now: float) -> bool:
-        """Climb from a point; refused unless the vehicle is ours."""
         with self._lock:
             if self.state is not Authority.ENGAGED:
                 return False

@@ -44,7 +44,6 @@ class Mode:
 
 
 def px4_number(main: int, sub: int = 0) -> int:
-    """Number `custom_mode` of a main and a sub mode of PX4."""
     return main << 16 | sub << 24
 
 
@@ -91,20 +90,17 @@ class Dialect:
     mode_hint: str  # what may keep it from the companion mode although it accepted the request
 
     def mode_parameters(self, mode: Mode) -> tuple[float, float, float]:
-        """First three parameters of DO_SET_MODE."""
         if self is PX4:
             return 1.0, float(mode.number >> 16 & 0xFF), float(mode.number >> 24 & 0xFF)
         return 1.0, float(mode.number), 0.0
 
     def decode_parameter(self, value: float, kind: int) -> float:
-        """Value of a parameter from the field of PARAM_VALUE."""
         code, size = _INTEGERS.get(kind, ("", 0))
         if not self.parameters_bytewise or not code:
             return value
         return float(struct.unpack(f"<{code}", struct.pack("<f", value)[:size])[0])
 
     def encode_parameter(self, value: float, kind: int) -> float:
-        """Field of PARAM_SET that carries a parameter's value."""
         code, size = _INTEGERS.get(kind, ("", 0))
         if not self.parameters_bytewise or not code:
             return value

@@ -32,7 +32,6 @@ class Obedience:
         self._last = -math.inf
 
     def forget(self) -> None:
-        """Nobody tells the autopilot an attitude any more."""
         self._commanded = None
 
     def follow(self, commanded: Array, now: float) -> None:

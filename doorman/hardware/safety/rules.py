@@ -168,7 +168,6 @@ ACTIONS: dict[Fault, Action] = {rule.fault: rule.action for rule in RULES} | {
 
 
 def finite(values: np.ndarray) -> bool:
-    """Whether all values are finite numbers."""
     return bool(np.isfinite(values).all())
 
 

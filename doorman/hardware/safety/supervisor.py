@@ -186,8 +186,8 @@ class Supervisor(InThread):
             if self.action is not None and finding.action <= self.action:
                 return
             self.action, self._cause = finding.action, finding
-            if finding.fault is Fault.INCONSISTENT and self._links.mocap is not None:
-                self._links.mocap.distrust()  # whoever lies: what the autopilot feels is sure for a while
+            if finding.fault is Fault.INCONSISTENT:
+                self._links.doubt.distrust()  # whoever lies: what the autopilot feels is sure for a while
             self._act(finding)
 
     def _act(self, finding: Finding) -> None:

@@ -25,8 +25,6 @@ _KEPT = 200_000
 
 @dataclass(frozen=True)
 class TickStatistics:
-    """Periods between ticks as they were."""
-
     ticks: int
     missed: int  # ticks that were left out since the one before took too long
     median: float  # of the periods [s]

@@ -12,14 +12,15 @@ from doorman.arrays import Array
 from doorman.background import InThread, Opened
 from doorman.clocks import REAL_TIME, Clock
 from doorman.exceptions import BackendError, DoormanError
-from doorman.hardware.door import DoorSensor, DoorSource
+from doorman.hardware.door import DoorSensor, DoorSensorConfig, DoorSource
 from doorman.hardware.door.sources import objects_beside, source_of
 from doorman.hardware.dynamixel import LATCHED, NoServos, ServoBus
 from doorman.hardware.mocap import MocapConfig, MocapReceiver, PoseSource
+from doorman.hardware.mocap.sources.polled import PolledReceiver
 from doorman.hardware.pixhawk import Authority, Autopilot, Outcome, PositionSetpoint, SampleStatus
 from doorman.hardware.pixhawk.link.outgoing.stream import LONGEST_BLIND_HOLD
 from doorman.hardware.vehicle.config import VehicleConfig
-from doorman.hardware.vehicle.doubted_mocap import DoubtedMocap, DoubtedPoses
+from doorman.hardware.vehicle.doubt import Doubt
 from doorman.hardware.vehicle.gripper import CLOSED, CLOSES_WITHIN, HALF_OPEN, OPENS_WITHIN, gripper_current
 from doorman.hardware.vehicle.tip_force import TipForce, TipForceSource
 
@@ -73,7 +74,10 @@ class VehicleLinks(Opened):
         self.tip_force = None if tip_force is None else TipForce(tip_force)
         self.autopilot = Autopilot(config.pixhawk, clock)
         self.servos = ServoBus(config.servos, clock) if config.servos.n else NoServos(config.servos, clock)
-        self.mocap = None if config.mocap is None else self._cameras(config, config.mocap, poses, door is None)
+        self.doubt = Doubt(self.autopilot, 0.0 if config.mocap is None else config.mocap.position_slack)
+        """Whether the cameras' poses are believed."""
+        sensor = config.door_sensor if door is None else None
+        self.mocap = None if config.mocap is None else self._cameras(config.mocap, poses, sensor)
         if config.door_sensor is not None:
             self.door = DoorSensor(door or source_of(config.door_sensor, self.mocap, clock), config.door_sensor)
         elif door is not None:
@@ -86,12 +90,11 @@ class VehicleLinks(Opened):
         self._open: ExitStack | None = None
 
     def _cameras(
-        self, config: VehicleConfig, cameras: MocapConfig, poses: PoseSource | None, with_door: bool
-    ) -> DoubtedMocap:
+        self, cameras: MocapConfig, poses: PoseSource | None, sensor: DoorSensorConfig | None
+    ) -> MocapReceiver:
         if poses is not None:
-            return DoubtedPoses(cameras, self.autopilot, poses, self.clock)
-        beside = objects_beside(cameras, config.door_sensor) if with_door else {}
-        return DoubtedMocap(cameras, self.autopilot, self.clock, beside)
+            return PolledReceiver(cameras, poses, self.clock, self.doubt)
+        return MocapReceiver(cameras, self.clock, objects_beside(cameras, sensor), self.doubt)
 
     # ------------------------------------------------------------ life
 
@@ -137,7 +140,7 @@ class VehicleLinks(Opened):
         if not heard and self.mocap is not None:
             with contextlib.suppress(BackendError):  # closed
                 pose = self.mocap.read()
-                newest = pose.count > 0 and not pose.time <= state.position_time and not self.mocap.doubted
+                newest = pose.count > 0 and not pose.time <= state.position_time and not self.doubt.holds
                 if pose.usable or newest:
                     return Whereabouts(pose.position, pose.velocity, float(pose.attitude[2]), pose.time, pose.usable)
         return Whereabouts(state.position, state.velocity, float(state.attitude[2]), state.position_time, heard)

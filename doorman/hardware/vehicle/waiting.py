@@ -25,7 +25,6 @@ _WORTH_A_WORD = 1.0
 
 
 def await_links(links: VehicleLinks, say: Callable[[str], None] | None = None) -> None:
-    """Wait; what is missing after that, a checklist says."""
     clock = links.clock
     begin, said = clock.now(), ""
     while True:

@@ -51,8 +51,6 @@ _FARTHEST = 20.0
 
 @dataclass(frozen=True)
 class Wiring:
-    """Which output of ArduPilot drives which rotor."""
-
     outputs: tuple[int, ...]  # of every rotor, from 0
     directions: Array  # as ArduPilot's frame has them, +1 counter-clockwise seen from above, shape (m,)
 
@@ -118,7 +116,6 @@ class ArduPilotSitl(Uncopied):
         return np.minimum(share, 1.0) * self._limits
 
     def tell(self, truth: Truth) -> None:
-        """Send what ArduPilot's sensors are made of."""
         last, self._last = self._last, truth
         if self._peer is None or self._socket is None or last is None or truth.time <= last.time:
             return

@@ -121,7 +121,6 @@ class Px4Sitl(Uncopied):
         return signals * signals * self._layout.max_thrusts
 
     def tell(self, truth: Truth) -> None:
-        """Send what PX4's sensors measure."""
         last, self._last = self._last, truth
         if self._peer is None or last is None or truth.time <= last.time:
             return

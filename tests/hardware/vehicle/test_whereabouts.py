@@ -37,8 +37,8 @@ def links(heard: VehicleSample, seen: PoseSample | None, doubted: bool = False) 
     asked: list[Any] = []
     autopilot = SimpleNamespace(state=lambda: heard, hold=lambda at, latch: asked.append(at), asked=asked)
     made = object.__new__(VehicleLinks)
-    mocap = None if seen is None else SimpleNamespace(read=lambda: seen, doubted=doubted)
-    made.__dict__.update(autopilot=autopilot, mocap=mocap)
+    mocap = None if seen is None else SimpleNamespace(read=lambda: seen)
+    made.__dict__.update(autopilot=autopilot, mocap=mocap, doubt=SimpleNamespace(holds=doubted))
     return made
 
 

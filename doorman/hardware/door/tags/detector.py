@@ -42,8 +42,6 @@ class SeenTag:
 
 
 class TagDetector:
-    """Finds tags of known sizes."""
-
     def __init__(self, camera: CameraConfig, sizes: dict[int, float]) -> None:
         self._cv = cv = opencv()
         self._sizes = sizes
@@ -135,6 +133,5 @@ def _line(design: Array, offsets: Array) -> Array:
 
 
 def _meeting(a: Array, b: Array, c: Array, d: Array) -> Array:
-    """Where the line through a and b meets that through c and d."""
     share = np.linalg.solve(np.array([b - a, c - d]).T, c - a)[0]
     return np.asarray(a + share * (b - a))

@@ -80,8 +80,6 @@ _PATIENCE = 2.0
 
 
 class DoorByTags:
-    """Leaf and frame of the tags in a picture."""
-
     def __init__(self, config: DoorSensorConfig) -> None:
         self._config = config
         self._mounts = {
@@ -119,7 +117,6 @@ class TagSource(Uncopied):
         self._started, self._words = 0.0, ""
 
     def open(self) -> None:
-        """Start the process."""
         if self._process is not None:
             raise BackendError("the source is open already", allowed="stop() before another open()")
         TagDetector(self._camera, self._sizes)  # says what is missing, before anything flies
@@ -148,7 +145,6 @@ class TagSource(Uncopied):
         return self._newest
 
     def stop(self) -> None:
-        """End the process; may be called twice."""
         self._end()
 
     def _start(self) -> None:
@@ -171,7 +167,6 @@ class TagSource(Uncopied):
 
 
 def marks_of(config: DoorSensorConfig) -> list[Mark]:
-    """Those that there are."""
     return [mark for mark in (config.leaf, config.frame) if mark is not None]
 
 

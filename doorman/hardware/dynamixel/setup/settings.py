@@ -41,7 +41,6 @@ class SettingFinding:
     """Whether `write_eeprom` may change it: not if that would cut the servo off, or turn the joint's zero or direction false."""
 
     def __str__(self) -> str:
-        """Render `servo 2: operating mode is 3, should be 1: …`."""
         return f"servo {self.servo_id}: {self.register} is {self.given}, should be {self.wanted}: {self.why}"
 
 

@@ -24,8 +24,6 @@ _DAMAGED_ON_THE_WAY = 3
 
 
 class Servo:
-    """One servo on a link, for set-up and recovery."""
-
     def __init__(
         self, link: Link, config: ServoConfig, index: int, deadline: float, between: Callable[[], None] = lambda: None
     ) -> None:
@@ -67,7 +65,6 @@ class Servo:
         self._insist(f"write {name}", lambda: self._link.write(self.id, address, data))
 
     def ensure(self, register: reg.Register, value: int) -> None:
-        """Write a register that holds something else."""
         if self.read(register) != value:
             self.write(register, value)
 

@@ -68,7 +68,6 @@ class Connection:
         return ready
 
     def rest(self) -> list[str]:
-        """Leave every servo at rest."""
         failures = []
         for servo in self.servos(self.quick, REST_TIMEOUT):
             try:

@@ -186,8 +186,6 @@ PROBE_INTERVAL = 0.05
 
 
 class ServoReader:
-    """Reads the telemetry block of every servo."""
-
     # In a sync read every servo waits for its predecessor's answer, so one silent servo silences those after it: they are asked
     # one by one, and a servo that stays silent is left out and only looked for now and then.
 

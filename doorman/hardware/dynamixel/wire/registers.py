@@ -166,8 +166,6 @@ class Instruction(IntEnum):
 
 
 class HardwareError(IntFlag):
-    """Bits of hardware error status and of shutdown."""
-
     NONE = 0
     VOLTAGE = 0x01
     OVERHEATING = 0x04

@@ -29,8 +29,6 @@ _DRIFTED = 0.01
 
 
 class FrameClock:
-    """Maps frame numbers to this computer's raw clock."""
-
     def __init__(self, rate: float, latency: float) -> None:
         self._nominal = 1.0 / rate
         self._period = self._nominal
@@ -41,7 +39,6 @@ class FrameClock:
         self._previous = 0.0
 
     def start(self, frame: int, arrival: float) -> None:
-        """Begin anew: this frame counts as in time."""
         self._base, self._frame, self._arrival, self._previous = arrival, frame, arrival, 0.0
 
     def lateness(self, frame: int, arrival: float) -> float:
@@ -62,7 +59,6 @@ class FrameClock:
         return max(late - moved, 0.0)
 
     def time_of(self, frame: int, arrival: float) -> float:
-        """When a frame was taken."""
         return arrival - max(self.lateness(frame, arrival), 0.0) - self._latency
 
     def follow(self, deviation: float) -> None:
@@ -89,8 +85,6 @@ Point = tuple[float, float]
 
 
 class RateMonitor:
-    """Compares the frames' rate with its nominal value."""
-
     def __init__(self, rate: float) -> None:
         self._period = 1.0 / rate
         self._first: tuple[int, float] | None = None

@@ -96,7 +96,6 @@ class StreamReader:
         return self.last_packet + self._config.silent_after
 
     def diagnosis(self) -> str:
-        """Why there is no pose yet, in words."""
         holds = self._book.holds
         if self.last_packet is None or MocapFault.SILENT in holds:
             if MocapFault.FOREIGN in holds:

@@ -140,7 +140,6 @@ def measured(
 
 
 def nothing_yet() -> PoseSample:
-    """Sample before the first measurement."""
     three, four = frozen((math.nan,) * 3), frozen((math.nan,) * 4)
     return PoseSample(
         -math.inf, three, three, four, three, three, -1, 0, MocapFault.NONE, math.inf, False, PoseQuality.NONE

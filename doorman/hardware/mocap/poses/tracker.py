@@ -52,8 +52,6 @@ class TimedPose(NamedTuple):
 
 
 class VelocityFilter:
-    """Poses of the last moments and the velocity that they show."""
-
     def __init__(self, window: float) -> None:
         self._window = window
         self._poses: deque[TimedPose] = deque()
@@ -63,7 +61,6 @@ class VelocityFilter:
 
     @property
     def newest(self) -> TimedPose | None:
-        """Newest pose, if there is any."""
         return self._poses[-1] if self._poses else None
 
     def clear(self) -> None:
@@ -203,7 +200,6 @@ class PoseTracker:
         self._run.append(pose)
 
     def _acquire(self, lost: TimedPose | None, found: TimedPose, now: float) -> None:
-        """Begin a new track with the run of poses."""
         if self._leap is not None:
             x, y, z = (before + leap for before, leap in zip(self._shift, self._leap, strict=True))
             self._shift = (x, y, z)

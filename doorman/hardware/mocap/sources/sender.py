@@ -37,8 +37,6 @@ _FOLLOWED = 0.02
 
 
 class ArrivalNumbers:
-    """Numbers of one stream of frames."""
-
     def __init__(self, rate: float) -> None:
         self._rate = rate
         self._start = self._correction = 0.0

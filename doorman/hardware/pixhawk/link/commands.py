@@ -25,7 +25,6 @@ _RESULTS = {
 def command(
     link: Link, number: int, *parameters: float, tries: int = _TRIES, go_on: Callable[[], bool] = lambda: True
 ) -> Outcome:
-    """Send a command and wait for its acknowledgement."""
     started = link.time.now()
     start = link.exchange.count
     for confirmation in range(tries):

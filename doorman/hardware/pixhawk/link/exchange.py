@@ -69,7 +69,6 @@ class Exchange:
             self._texts.append(text)
 
     def wake(self) -> None:
-        """Let waiting callers look again."""
         with self._condition:
             self._condition.notify_all()
 

@@ -14,8 +14,6 @@ _BATTERY_MARGIN = 0.02
 
 
 class Watchdog:
-    """Turns silence into conditions."""
-
     def __init__(self, config: PixhawkConfig, events: LinkLog) -> None:
         self._config = config
         self._events = events

@@ -39,7 +39,6 @@ class Finding:
 
 
 def read_parameters(link: Link, names: Iterable[str]) -> dict[str, float]:
-    """Read parameters by name, several at once, with repeats."""
     return _read_any(link, [(name,) for name in names])
 
 
@@ -70,7 +69,6 @@ def _read_for(link: Link, rules: Sequence[Rule]) -> dict[str, float]:
 
 
 def write_parameter(link: Link, name: str, value: float) -> bool:
-    """Write a parameter, and see it read back."""
     before = link.exchange.count
     if name not in read_parameters(link, [name]):
         return False
@@ -87,7 +85,6 @@ def write_parameter(link: Link, name: str, value: float) -> bool:
 
 
 def check(link: Link, rules: Iterable[Rule]) -> tuple[Finding, ...]:
-    """Hold the autopilot's parameters against rules."""
     rules = tuple(rules)
     values = _read_for(link, [rule for rule in rules if rule.only_with is None])
     counting = [rule for rule in rules if rule.counts(values)]
@@ -104,7 +101,6 @@ def check(link: Link, rules: Iterable[Rule]) -> tuple[Finding, ...]:
 
 
 def fix(link: Link, rules: Iterable[Rule], findings: Iterable[Finding]) -> tuple[str, ...]:
-    """Write the wanted values of findings."""
     by_name = {name: rule for rule in rules for name in rule.names}
     written = []
     for finding in findings:

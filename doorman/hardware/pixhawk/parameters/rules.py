@@ -11,8 +11,6 @@ from doorman.hardware.pixhawk.dialect import PX4, Dialect
 
 
 class Severity(Enum):
-    """What a finding means."""
-
     ERROR = "error"
     """The flight cannot work, or a fault would not end safely; whoever flies decides whether it is flown so."""
     WARNING = "warning"  # it can work, worse

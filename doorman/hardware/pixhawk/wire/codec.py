@@ -49,7 +49,6 @@ def load_key(path: str | Path) -> bytes:
 
 
 def signing_time() -> int:
-    """Time stamp of a signature now, by the wall clock."""
     return int((time.time() - _EPOCH_2015) * _TICKS_PER_SECOND)
 
 
@@ -61,7 +60,6 @@ class SignatureCheck:
         self.outdated = False  # whether the last packet had the right key, and an old stamp
 
     def accepts(self, packet: bytes | bytearray, system: int, component: int) -> bool:
-        """Whether a signed packet is genuine and new."""
         # The stamp is looked at only after the signature has been verified: a forged one must not shut out the real stream.
         self.outdated = False
         expected = hashlib.sha256(self._key + bytes(packet[:-6])).digest()[:6]
@@ -167,8 +165,6 @@ def _identifier(frame: bytearray) -> int:
 
 
 class Codec:
-    """Encodes our messages and decodes those of interest."""
-
     def __init__(self, system_id: int, component_id: int, key: bytes | None, wanted: frozenset[int]) -> None:
         self.counters = Counters()
         self.outdated = False

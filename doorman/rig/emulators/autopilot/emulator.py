@@ -79,7 +79,6 @@ class EmulatedAutopilot(InThread):
     # ------------------------------------------------------------ what a test or a rig may do
 
     def pilot_mode(self, name: str) -> None:
-        """Turn the mode switch of the pilot's radio."""
         with self.lock:
             self.brain.pilot_mode(name)
 
@@ -89,7 +88,6 @@ class EmulatedAutopilot(InThread):
             self.brain.kill(stop)
 
     def pilot_disarms(self) -> None:
-        """The pilot disarms by the radio, wherever the vehicle is."""
         with self.lock:
             self.brain.disarm()
 
@@ -172,7 +170,6 @@ class EmulatedAutopilot(InThread):
                 self.receiver.take(message)
 
     def _step(self, dt: float) -> None:
-        """Estimate, decide, control, and let the plant move [s]."""
         now, truth = self.clock.uptime, self.plant.truth()
         estimate = self.estimator.update(now, truth, dt)
         demand = self.brain.update(now, estimate, truth.on_ground, now - self.receiver.station_heard)

@@ -61,22 +61,18 @@ class StreamFaults:
         return probability > 0.0 and self._random.random() < probability
 
     def lateness(self) -> float:
-        """Draw how late a packet is [s]."""
         return self.delay + self._random.uniform(0.0, self.jitter)
 
     def direction(self) -> tuple[float, float, float]:
-        """Draw a vector of length 1."""
         x, y, z = (self._random.gauss(0.0, 1.0) for _ in range(3))
         length = (x * x + y * y + z * z) ** 0.5
         return (x / length, y / length, z / length)
 
     def noise(self, deviation: float) -> tuple[float, float, float]:
-        """Draw three normal numbers of mean 0."""
         x, y, z = (self._random.gauss(0.0, deviation) for _ in range(3))
         return (x, y, z)
 
     def spoil(self, datagram: bytes) -> bytes:
-        """Let truncation and bit flips act on a datagram."""
         if self.strike(self.corrupt):
             spoilt = bytearray(datagram)
             for _ in range(self._random.randint(1, 8)):
@@ -85,7 +81,6 @@ class StreamFaults:
         return datagram[: self._random.randrange(len(datagram))] if self.strike(self.truncate) else datagram
 
     def random_bytes(self) -> bytes:
-        """Draw up to 1100 bytes."""
         return self._random.randbytes(self._random.randrange(1100))
 
 
@@ -107,7 +102,6 @@ def euler_xyz(rotation: Array) -> Array:
 
 
 def item(name: str, translation: Array, rotation: Array) -> bytes:
-    """One tracked object."""
     body = _BODY.pack(name.encode(), *translation.tolist(), *rotation.tolist())
     return struct.pack("<BH", _OBJECT_ID, len(body)) + body
 
@@ -131,8 +125,6 @@ PoseSource = Callable[[float], BodyPose]
 
 @dataclass(frozen=True)
 class TrackedBody:
-    """A further object that moves: the door's leaf, or its frame."""
-
     source: PoseSource  # moves the body that it is fixed to
     position: ArrayLike = (0.0, 0.0, 0.0)  # origin of the object, shape (3,), in the body [m]
     attitude: ArrayLike = (0.0, 0.0, 0.0)  # attitude Φ of the object in the body, shape (3,) [rad]

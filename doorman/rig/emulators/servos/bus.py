@@ -44,7 +44,6 @@ class BusFaults:
         return self._random.randbytes(self._random.randint(1, longest))
 
     def spoil(self, packet: bytes) -> bytes:
-        """Let noise, truncation and bit flips act on a status packet."""
         if self.strike(self.corrupt):
             packet = self.flip(packet)
         if self.strike(self.truncate):

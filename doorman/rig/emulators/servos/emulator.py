@@ -33,8 +33,6 @@ LINE_RATES = {
 
 
 class ServoEmulator(InThread):
-    """Servos behind a serial port that exists only in software."""
-
     def __init__(
         self,
         servos: Sequence[int] | Sequence[ServoSetup] = (1, 2, 3, 4),

@@ -127,8 +127,6 @@ WATCHDOG_ERROR = 0xFF
 
 
 class PacketError(IntEnum):
-    """Error number in a status packet."""
-
     NONE = 0
     RESULT_FAIL = 1
     INSTRUCTION = 2
@@ -197,7 +195,6 @@ class ServoMemory:
         return PacketError.NONE, changes
 
     def store(self, changes: Iterable[tuple[Item, int]]) -> None:
-        """Store what `check_write` allowed."""
         for item, value in changes:
             self.set(item.name, value)
 

@@ -37,8 +37,6 @@ READY_TO_GRIP = MappingProxyType({**READY, "operating mode": CURRENT_MODE})
 
 @dataclass
 class ServoSetup:
-    """What one emulated servo is, and how it is mounted."""
-
     servo_id: int
     eeprom: dict[str, int] = field(default_factory=lambda: dict(READY))
     """Rows that differ from a new servo's, by name."""

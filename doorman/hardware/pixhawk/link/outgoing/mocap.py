@@ -22,15 +22,12 @@ _UNKNOWN_COVARIANCE = (math.nan, *(0.0,) * 20)
 
 @dataclass(frozen=True)
 class MocapPose:
-    """A pose of the body in the world."""
-
     time: float  # when it was true, on this computer's monotonic clock [s]
     position: NDArray[np.float64]  # shape (3,), world frame [m]
     quaternion: NDArray[np.float64]  # [w, x, y, z], body to world, shape (4,)
 
     @classmethod
     def checked(cls, time: float, position: ArrayLike, quaternion: ArrayLike) -> MocapPose:
-        """A pose with finite values and a unit quaternion."""
         place = vector(position, 3, "mocap.position")
         if not math.isfinite(time) or np.abs(place).max() > _LARGEST:
             raise DimensionError("not a pose", field="mocap", given=(time, place.tolist()), allowed="finite numbers")

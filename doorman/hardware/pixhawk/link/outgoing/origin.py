@@ -34,12 +34,10 @@ class Origin:
         self.reset()
 
     def reset(self) -> None:
-        """Begin anew, as after a reboot."""
         self._next, self._began, self._heard, self._confirmed = 0.0, float("inf"), float("inf"), float("-inf")
 
     @property
     def known(self) -> bool:
-        """Whether the autopilot has said that it has an origin."""
         return self._heard < float("inf")
 
     def heard(self, now: float) -> None:
@@ -88,7 +86,6 @@ class CautiousOrigin(Origin):
         super().__init__((place[0], place[1], 0.0))
 
     def reset(self) -> None:
-        """Begin anew, as after a reboot."""
         super().reset()
         self._questions_sent, self._lost, self._released = 0, False, False
 

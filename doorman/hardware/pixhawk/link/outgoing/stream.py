@@ -79,7 +79,6 @@ class SetpointStream:
             self._hold, self.source, self.latched = setpoint, Source.HOLD, latch
 
     def climb(self, start: PositionSetpoint, height: float, now: float) -> None:
-        """Climb from a point at the configured rate."""
         with self._lock:
             top = start.position + np.array([0.0, 0.0, height])
             self._climb = StraightWay(now, start.position, top, start.yaw, start.yaw, self._config.climb_rate)

@@ -53,7 +53,6 @@ class RateKeeper:
         return {name: stream.rate for name, stream in self._streams.items()}
 
     def want(self, name: str, rate: float) -> None:
-        """Want another stream, too."""
         self._streams = {**self._streams, name: _Stream(rate)}
 
     def heard(self, name: str) -> None:

@@ -64,8 +64,6 @@ class _Line:
 
 
 class ClockMap:
-    """Maps stamps of the autopilot to our clock."""
-
     def __init__(self) -> None:
         self._pending: deque[int] = deque(maxlen=_MAX_PENDING)
         self._samples: deque[Sample] = deque(maxlen=_WINDOW)

@@ -61,7 +61,6 @@ class Tracker:
         self.reset()
 
     def reset(self) -> None:
-        """Forget the state, as after a reboot."""
         self.sample = VehicleSample()
         self._stamps: dict[str, int] = {}
         self._behind: dict[str, tuple[int, int]] = {}

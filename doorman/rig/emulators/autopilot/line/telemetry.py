@@ -93,7 +93,6 @@ class Telemetry:
         self._brain.texts.clear()
 
     def tell(self, identifier: int) -> bool:
-        """Send the message that somebody asks for."""
         known = identifier in self._brain.dialect.on_request
         return known and self._send_if_any(identifier, self._estimator.navigates)
 

@@ -144,5 +144,4 @@ class Build:
 
     @property
     def dialect(self) -> Dialect:
-        """Rules of the autopilot, as data."""
         return DIALECTS[self.flavour]

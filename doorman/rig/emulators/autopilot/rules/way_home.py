@@ -22,8 +22,6 @@ _LAND_DETECTION = 1.0
 
 
 class GroundWatch:
-    """Land detector of one autopilot."""
-
     def __init__(self, parameters: ParameterStore) -> None:
         self._parameters = parameters
         self._halted_since = self._stands_since = math.inf
@@ -50,8 +48,6 @@ _CLIMBED, _ARRIVED = 0.1, 0.15
 
 @dataclass
 class WayHome:
-    """One flight home, with the heading that it begins with."""
-
     home: Array  # where to, shape (3,), world frame [m]
     begin: Estimate  # what is believed as it begins
     now: float  # [s]
@@ -62,7 +58,6 @@ class WayHome:
         self._speed, self._climbed, self._arrived = 0.0, False, False
 
     def demand(self, estimate: Estimate, now: float) -> Demand:
-        """What to do now: in the end it lands."""
         dt, self.now = max(now - self.now, 0.0), now
         if self._climbed:
             self._arrived |= float(np.linalg.norm((self.home - estimate.position)[:2])) < _ARRIVED

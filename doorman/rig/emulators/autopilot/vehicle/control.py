@@ -51,7 +51,6 @@ def normalised_thrust(share: float, k: float) -> float:
 
 
 def add_rotors(parameters: ParameterStore, positions: Array, axes: Array, moments: Array) -> None:
-    """Be set up for rotors."""
     parameters.add("CA_ROTOR_COUNT", len(positions), whole=True)
     rows = np.column_stack([positions * FLIP, axes * FLIP, moments])
     for i, row in enumerate(rows.tolist()):

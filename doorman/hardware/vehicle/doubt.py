@@ -13,15 +13,11 @@ are not those by which the vehicle took off. They are believed again once they h
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import replace
-from types import MappingProxyType
 
 import numpy as np
 
-from doorman.clocks import REAL_TIME, Clock
-from doorman.hardware.mocap import MocapConfig, MocapReceiver, PoseQuality, PoseSample, PoseSource
-from doorman.hardware.mocap.sources.polled import PolledReceiver
+from doorman.hardware.mocap import PoseQuality, PoseSample
 from doorman.hardware.pixhawk import Autopilot, SampleStatus
 from doorman.hardware.quaternions import angle_between
 
@@ -35,52 +31,34 @@ BELIEVED_TURN = 0.3
 """Below this angle they are believed again: a vehicle that turns 2 rad/s does less while the autopilot's state is late [rad]."""
 
 
-class DoubtedMocap(MocapReceiver):
-    """Mocap receiver whose poses count as lost in flight while they are far from where the autopilot is."""
+class Doubt:
+    """Judges poses in flight: while they are far from where the autopilot is, they are lost ones."""
 
     # Far away are positions of a body that was found again since both agreed, and attitudes of any.
 
-    def __init__(
-        self, config: MocapConfig, autopilot: Autopilot, clock: Clock = REAL_TIME,
-        beside: Mapping[str, MocapConfig] = MappingProxyType({}),
-    ) -> None:  # fmt: skip
-        super().__init__(config, clock, beside)
-        self._autopilot = autopilot
-        self.doubted, self._agreed = False, 0
-        self._shift: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    def __init__(self, autopilot: Autopilot, slack: float) -> None:
+        self._autopilot, self._slack = autopilot, slack  # the latter of positions that have not jumped [m]
+        self._agreed, self._shift = 0, (0.0, 0.0, 0.0)
         self._distrusted = False
+        self.holds = False  # whether the last pose was far from where the autopilot is, and is not to be believed
 
     def distrust(self) -> None:
         """Something else contradicts the poses: they are lost until the vehicle is disarmed."""
         self._distrusted = True
 
-    def read(self) -> PoseSample:
-        """Newest pose, at once, see `MocapReceiver.read`; lost while it is doubted."""
-        return self._judged(super().read())
-
-    def wait(self, sample: PoseSample, timeout: float) -> PoseSample:
-        return self._judged(super().wait(sample, timeout))
-
-    def _judged(self, pose: PoseSample) -> PoseSample:
+    def __call__(self, pose: PoseSample) -> PoseSample:
+        """The pose; lost while it is doubted."""
         state = self._autopilot.state()
         if not state.armed:  # on the ground it learns from the cameras where it is
-            self.doubted = self._distrusted = False
+            self.holds = self._distrusted = False
             self._agreed, self._shift = pose.track, pose.shift
-        elif self._distrusted or math.dist(pose.shift, self._shift) > self.config.position_slack:
-            self.doubted = True
+        elif self._distrusted or math.dist(pose.shift, self._shift) > self._slack:
+            self.holds = True
         elif pose.usable and state.status is SampleStatus.FRESH:
             apart = float(np.linalg.norm(pose.position - state.position))
             turned = angle_between(pose.quaternion.tolist(), state.quaternion.tolist())
-            far, turn = (BELIEVED, BELIEVED_TURN) if self.doubted else (DOUBTED, DOUBTED_TURN)
-            self.doubted = turned > turn or (apart > far and pose.track != self._agreed)
-            if apart < BELIEVED and not self.doubted:
+            far, turn = (BELIEVED, BELIEVED_TURN) if self.holds else (DOUBTED, DOUBTED_TURN)
+            self.holds = turned > turn or (apart > far and pose.track != self._agreed)
+            if apart < BELIEVED and not self.holds:
                 self._agreed = pose.track
-        return replace(pose, quality=PoseQuality.LOST, fresh=False) if self.doubted and pose.usable else pose
-
-
-class DoubtedPoses(DoubtedMocap, PolledReceiver):
-    """The same for poses of any source."""
-
-    def __init__(self, config: MocapConfig, autopilot: Autopilot, source: PoseSource, clock: Clock = REAL_TIME) -> None:
-        super().__init__(config, autopilot, clock)
-        self.source = source
+        return replace(pose, quality=PoseQuality.LOST, fresh=False) if self.holds and pose.usable else pose
