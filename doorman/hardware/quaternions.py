@@ -9,7 +9,6 @@ import math
 from collections.abc import Iterable
 
 import numpy as np
-import pinocchio as pin
 from numpy.typing import ArrayLike, NDArray
 
 from doorman.checks import vector
@@ -89,11 +88,14 @@ def to_attitude(q: Iterable[float]) -> Vector:
 
 
 def to_rotation(values: ArrayLike) -> NDArray[np.float64]:
-    w, x, y, z = vector(values, 4, "quaternion").tolist()
-    return np.asarray(pin.Quaternion(w, x, y, z).normalized().matrix())
+    q = vector(values, 4, "quaternion")
+    q = (q / np.linalg.norm(q)).tolist()
+    return np.column_stack([rotate(q, axis) for axis in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))])
 
 
 def from_rotation(rotation: NDArray[np.float64]) -> Quaternion:
+    import pinocchio as pin  # not for the processes that relay poses: it takes a while to load
+
     x, y, z, w = pin.Quaternion(rotation).coeffs().tolist()
     return (w, x, y, z) if w >= 0.0 else (-w, -x, -y, -z)
 
