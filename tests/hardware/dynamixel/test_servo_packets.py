@@ -87,6 +87,11 @@ def test_a_lying_length_swallows_nothing_and_the_wait_ends_with_the_deadline():
     assert parser.damaged > 0
 
 
+def test_echoed_instructions_are_passed_over():
+    echo = instruction_packet(1, Instruction.READ, b"\x84\x00\x04\x00")
+    assert parse(echo + status_packet(1, 0, b"\x01\x02\x03\x04")) == [StatusPacket(1, 0, b"\x01\x02\x03\x04")]
+
+
 def test_silence_is_not_damage():
     parser = StatusParser()
     parser.restart(4)

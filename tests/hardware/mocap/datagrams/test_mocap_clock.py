@@ -97,6 +97,16 @@ def test_a_rate_is_not_learnt_from_a_step_in_the_delay(step):
     assert wire.monitor.learnt == pytest.approx(0.0, abs=2e-5)
 
 
+@pytest.mark.parametrize("rate", [50.0, 97.0, 103.0, 120.0, 200.0])
+def test_a_wrong_rate_is_told_within_a_second(rate):
+    wire = Wire()
+    wire.run(3.0)
+    wire.rate = rate
+    wire.run(1.0)
+    assert wire.monitor.wrong
+    assert wire.monitor.deviation == pytest.approx(1.0 - rate / RATE if rate > RATE else RATE / rate - 1.0, rel=0.6)
+
+
 def test_a_short_delay_passes_for_drift_but_slowly():
     wire = Wire(jitter=0.0)
     wire.run(2.0)
