@@ -21,7 +21,7 @@ from doorman.hardware.door import CameraConfig, DoorSensorConfig, Mark
 from doorman.hardware.dynamixel import ServoConfig
 from doorman.hardware.mocap import MocapConfig
 from doorman.hardware.pixhawk import PixhawkConfig, Rates, Timeouts
-from doorman.hardware.vehicle.settings import GIVEN
+from doorman.hardware.vehicle.config import GIVEN
 from doorman.scenario import Scenario
 from doorman.scenario.sized_keys import SIZED
 

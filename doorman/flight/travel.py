@@ -8,7 +8,7 @@ import numpy as np
 
 from doorman.arrays import Array
 from doorman.hardware.pixhawk import Authority
-from doorman.hardware.pixhawk.straight_way import SPEED, StraightWay
+from doorman.hardware.pixhawk.setpoints import SPEED, StraightWay
 from doorman.hardware.vehicle import VehicleLinks
 
 _NEAR = 0.06

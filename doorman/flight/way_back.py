@@ -13,7 +13,7 @@ from doorman.control.way_out import way_out
 from doorman.exceptions import BackendError
 from doorman.flight.travel import fly_to
 from doorman.hardware.pixhawk import Authority
-from doorman.hardware.pixhawk.straight_way import SPEED
+from doorman.hardware.pixhawk.setpoints import SPEED
 from doorman.hardware.safety import Action, Fault, Supervisor
 from doorman.hardware.vehicle import Places, VehicleLinks
 from doorman.hardware.vehicle.links import Whereabouts

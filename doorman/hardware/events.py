@@ -19,7 +19,6 @@ class EventLog(Generic[Event]):
         self._events.append(event)
 
     def take(self) -> list[Event]:
-        """Remove and return all events, oldest first."""
         taken: list[Event] = []
         with contextlib.suppress(IndexError):  # no more of them
             while True:

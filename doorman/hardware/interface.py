@@ -1,13 +1,30 @@
-"""Backend: what the mission loop flies, be it a simulator or a vehicle; nothing in the loop knows which."""
+"""Backend: what the mission loop flies, be it a simulator or a vehicle; nothing in the loop knows which. Sources of samples."""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
+from typing import Protocol, TypeVar, runtime_checkable
 
 from doorman.background import Opened
 from doorman.signals import Command as Command
 from doorman.signals import Measurement as Measurement
+
+Sample_co = TypeVar("Sample_co", covariant=True)
+
+
+@runtime_checkable
+class Source(Protocol[Sample_co]):
+    """Three methods: poses of the vehicle come so (`PoseSource`), and readings of the door (`DoorSource`)."""
+
+    def open(self) -> None:
+        """Begin to receive; a source of poses waits for a steady one."""
+
+    def read(self) -> Sample_co:
+        """Newest sample, at once."""
+
+    def stop(self) -> None:
+        """End it; may be called twice."""
 
 
 class Backend(Opened, ABC):

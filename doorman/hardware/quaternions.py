@@ -68,21 +68,10 @@ def from_rotation_vector(v: Vector) -> Quaternion:
     return (math.cos(0.5 * angle), scale * v[0], scale * v[1], scale * v[2])
 
 
-def angle_between(a: Quaternion, b: Quaternion) -> float:
+def angle_between(a: Iterable[float], b: Iterable[float]) -> float:
     """Angle that turns one into the other, 0 … π [rad]."""
     x, y, z = rotation_vector(multiply(conjugate(a), b))
     return math.sqrt(x * x + y * y + z * z)
-
-
-def from_attitude(attitude: Iterable[float]) -> Quaternion:
-    cr, sr, cp, sp, cy, sy = (f(0.5 * angle) for angle in attitude for f in (math.cos, math.sin))
-    w, x, y, z = (
-        cr * cp * cy + sr * sp * sy,
-        sr * cp * cy - cr * sp * sy,
-        cr * sp * cy + sr * cp * sy,
-        cr * cp * sy - sr * sp * cy,
-    )
-    return (w, x, y, z) if w >= 0.0 else (-w, -x, -y, -z)
 
 
 def to_attitude(q: Iterable[float]) -> Vector:
@@ -105,15 +94,9 @@ def to_rotation(values: ArrayLike) -> NDArray[np.float64]:
 
 
 def from_rotation(rotation: NDArray[np.float64]) -> Quaternion:
-    """Quaternion of a rotation matrix: the eigenvector of the largest eigenvalue of Bar-Itzhack's matrix."""
-    (a, b, c), (d, e, f), (g, h, i) = rotation.tolist()
-    matrix = [
-        [a + e + i, 0, 0, 0],
-        [h - f, a - e - i, 0, 0],
-        [c - g, d + b, e - a - i, 0],
-        [d - b, c + g, h + f, i - a - e],
-    ]
-    w, x, y, z = np.linalg.eigh(np.array(matrix))[1][:, -1].tolist()
+    import pinocchio as pin  # not for the processes that relay poses: it takes a while to load
+
+    x, y, z, w = pin.Quaternion(rotation).coeffs().tolist()
     return (w, x, y, z) if w >= 0.0 else (-w, -x, -y, -z)
 
 

@@ -55,5 +55,4 @@ def _schedule(policy: int, priority: int) -> tuple[int, int] | None:
 
 
 def is_real_time() -> bool:
-    """Whether this thread is scheduled in real time."""
     return hasattr(os, "sched_getscheduler") and os.sched_getscheduler(0) in (os.SCHED_RR, os.SCHED_FIFO)

@@ -6,8 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.arrays import Array
-from doorman.hardware.quaternions import from_attitude, from_rotation, multiply, to_attitude
+from doorman.hardware.quaternions import from_rotation, multiply, to_attitude
 from doorman.hardware.vehicle.gripper import CLOSED, OPEN, SHUT
+from doorman.kinematics.rotations import quaternion_of
 from doorman.rig.emulators.autopilot.vehicle.plant import PlantTruth
 from doorman.rig.emulators.mocap.stream import BodyPose
 from doorman.rig.emulators.servos.plant import LaggingJoints, ServoMotion
@@ -20,8 +21,6 @@ _FARTHEST = 0.02
 
 
 class RigVehicle:
-    """The plant as the emulated autopilot flies it."""
-
     def __init__(self, plant: RigPlant) -> None:
         self._plant = plant
 
@@ -46,7 +45,7 @@ class RigVehicle:
         return PlantTruth(
             truth.position,
             truth.velocity,
-            np.array(from_attitude(truth.attitude.tolist())),
+            np.array(quaternion_of(truth.attitude.tolist())),
             truth.body_rates,
             snapshot.on_ground,
         )
@@ -82,43 +81,23 @@ class RigArm:
         )
 
 
-class RigBody:
-    """The plant as the cameras see it."""
-
-    def __init__(self, plant: RigPlant) -> None:
-        self._plant = plant
-
-    def __call__(self, time: float) -> BodyPose:
-        snapshot = self._plant.snapshot
-        truth, ahead = snapshot.truth, _ahead(snapshot, time)
-        turn = 0.5 * ahead * truth.body_rates
-        quaternion = np.array(multiply(from_attitude(truth.attitude.tolist()), [1.0, *turn.tolist()]))
-        return BodyPose(truth.position + ahead * truth.velocity, quaternion)
+def body_seen(plant: RigPlant, time: float) -> BodyPose:
+    snapshot = plant.snapshot
+    truth, ahead = snapshot.truth, _ahead(snapshot, time)
+    turn = 0.5 * ahead * truth.body_rates
+    quaternion = np.array(multiply(quaternion_of(truth.attitude), [1.0, *turn.tolist()]))
+    return BodyPose(truth.position + ahead * truth.velocity, quaternion)
 
 
-class RigLeaf:
-    """The leaf's link of the plant's true door as the cameras see it."""
-
-    def __init__(self, plant: RigPlant) -> None:
-        self._plant = plant
-
-    def __call__(self, time: float) -> BodyPose:
-        """Pose at a time [s]."""
-        snapshot, door = self._plant.snapshot, self._plant.model.true_door
-        truth = snapshot.truth
-        placed = door.link_placements(truth.door_angle + _ahead(snapshot, time) * truth.door_rate)[door.section.leaf]
-        return _pose_of(placed)
+def leaf_seen(plant: RigPlant, time: float) -> BodyPose:
+    door, snapshot = plant.model.true_door, plant.snapshot
+    angle = snapshot.truth.door_angle + _ahead(snapshot, time) * snapshot.truth.door_rate
+    return _pose_of(door.link_placements(angle)[door.section.leaf])
 
 
-class RigFrame:
+def frame_seen(plant: RigPlant, time: float) -> BodyPose:
     """What stands around the leaf: where the true door is against the map."""
-
-    def __init__(self, plant: RigPlant) -> None:
-        self._pose = _pose_of(plant.model.true_door.placement)
-
-    def __call__(self, time: float) -> BodyPose:
-        """Pose at a time [s]."""
-        return self._pose
+    return _pose_of(plant.model.true_door.placement)
 
 
 def _pose_of(placement: Array) -> BodyPose:

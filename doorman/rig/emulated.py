@@ -8,6 +8,7 @@ import weakref
 from collections.abc import Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Literal, cast
@@ -21,14 +22,14 @@ from doorman.hardware.dynamixel import ServoConfig
 from doorman.hardware.dynamixel.wire.registers import BAUD_CODES
 from doorman.hardware.mocap import MocapConfig
 from doorman.hardware.pixhawk.dialect import ARDUPILOT
-from doorman.hardware.pixhawk.wire.signing import load_key
+from doorman.hardware.pixhawk.wire.codec import load_key
 from doorman.hardware.vehicle import VehicleConfig
 from doorman.model import Model
 from doorman.recording import Recorder
-from doorman.rig.adapters import RigArm, RigBody, RigFrame, RigLeaf, RigVehicle
+from doorman.rig.adapters import RigArm, RigVehicle, body_seen, frame_seen, leaf_seen
 from doorman.rig.emulators.autopilot import EmulatedAutopilot
 from doorman.rig.emulators.autopilot.rules.dialects import DIALECTS, Flavour
-from doorman.rig.emulators.autopilot.vehicle.mixer import MotorKind, add_rotors
+from doorman.rig.emulators.autopilot.vehicle.control import MotorKind, add_rotors
 from doorman.rig.emulators.mocap.emulator import MocapEmulator, TrackerSetup
 from doorman.rig.emulators.mocap.stream import TrackedBody
 from doorman.rig.emulators.servos import ServoEmulator
@@ -90,7 +91,7 @@ def door_bodies(plant: RigPlant, sensor: DoorSensorConfig | None) -> dict[str, T
     """What is stuck on the plant's door for the cameras, by the object's name."""
     if sensor is None or sensor.source != CAMERAS:
         return {}
-    marks = (sensor.leaf, RigLeaf(plant)), (sensor.frame, RigFrame(plant))
+    marks = (sensor.leaf, partial(leaf_seen, plant)), (sensor.frame, partial(frame_seen, plant))
     return {mark.name: TrackedBody(source, mark.position, mark.attitude) for mark, source in marks if mark is not None}
 
 
@@ -211,7 +212,9 @@ class Rig(Opened):
             if cameras is None
             else tracker_setup(cameras, door_bodies(self.plant, None if mounted is None else mounted.door_sensor))
         )
-        self.mocap = MocapEmulator(RigBody(self.plant), tracker, (LOOPBACK, self.setup.mocap_port or 51001), clock)
+        self.mocap = MocapEmulator(
+            partial(body_seen, self.plant), tracker, (LOOPBACK, self.setup.mocap_port or 51001), clock
+        )
         self._with_mocap = with_mocap
         self._running: ExitStack | None = None
 

@@ -170,7 +170,7 @@ class RigPlant(InThread):
             self._snapshot = self._look()
 
     def kick(self, door_rate: float) -> None:
-        """Slam the door: somebody gives it a rate.
+        """Slam the door: give it a rate.
 
         Args:
             door_rate: α̇ [rad/s].

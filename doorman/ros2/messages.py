@@ -10,8 +10,7 @@ from cyclonedds.idl import IdlStruct
 
 from doorman.arrays import Array
 from doorman.exceptions import BackendError
-from doorman.hardware.quaternions import from_attitude
-from doorman.kinematics.rotations import rotation_body_to_world
+from doorman.kinematics.rotations import quaternion_of, rotation_body_to_world
 from doorman.model import Model
 from doorman.ros2 import types as ros
 from doorman.ros2.feed import FedMessage
@@ -146,7 +145,7 @@ def time_of(wall_time: int) -> ros.Time:
 
 def _rotation(attitude: Array) -> ros.Quaternion:
     roll, pitch, yaw = attitude.tolist()
-    w, x, y, z = from_attitude((roll, pitch, yaw))
+    w, x, y, z = quaternion_of((roll, pitch, yaw))
     return ros.Quaternion(x, y, z, w)
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import socket
 import threading
 import time
 from collections.abc import Callable
@@ -14,6 +13,7 @@ from typing import Any, Literal, cast
 import numpy as np
 from far_rig import FarRig
 
+from doorman.cli.vehicles.rig_demo import free_port
 from doorman.flight import FlightReport, FlightSession
 from doorman.hardware.pixhawk import SampleStatus, Timeouts
 from doorman.hardware.vehicle import VehicleConfig, VehicleLinks, vehicle_config
@@ -37,12 +37,6 @@ _STEADY = 20
 
 LONGEST = 140.0
 """Longest that a session takes to end: it waits a minute for motors that nobody reports to have stopped [s]."""
-
-
-def free_port() -> int:
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        probe.bind(("127.0.0.1", 0))
-        return int(probe.getsockname()[1])
 
 
 def until(condition: Callable[[], Any], what: str, tell: Callable[[], object] = lambda: "") -> None:

@@ -20,7 +20,7 @@ from doorman.exceptions import DoormanError, RecordingError
 from doorman.flight import End, FlightReport
 from doorman.hardware.safety import Action, Fault
 from doorman.ocp.solvers.solution import PlanStatus
-from doorman.rig.emulators.servos.memory import WATCHDOG_ERROR
+from doorman.rig.emulators.servos.table import WATCHDOG_ERROR
 from doorman.rig.emulators.servos.unit import ENCODER, OVERHEATING, OVERLOAD
 
 TIMES = int(os.environ.get("DOORMAN_FAULT_TIMES", "1"))

@@ -27,7 +27,7 @@ from doorman.hardware.scheduling import real_time
 from doorman.model import Model
 from doorman.recording import Recording
 from doorman.rig import Rig, RigSetup
-from doorman.rig.judge import together
+from doorman.rig.witness import together
 from doorman.scenario import Scenario
 
 ROOT = Path(__file__).parents[2]

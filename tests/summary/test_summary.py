@@ -13,7 +13,7 @@ from doorman.collision.scene import CollisionScene
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.recording import Recorder
 from doorman.recording.recording import Topic
-from doorman.rig.judge import judge
+from doorman.rig.witness import judge
 from doorman.summary import summarize, time_to_open, verdict
 
 KEYS = {

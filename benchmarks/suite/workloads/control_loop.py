@@ -14,7 +14,7 @@ import doorman
 from doorman.exceptions import DoormanError
 from doorman.hardware.interface import Backend, Command, Measurement
 from doorman.hardware.scheduling import real_time
-from doorman.hardware.vehicle.ticker import Ticker
+from doorman.hardware.vehicle.backend import Ticker
 from doorman.mission import Mission
 from doorman.recording import Recorder
 from doorman.simulation import SimulatedBackend

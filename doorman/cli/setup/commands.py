@@ -86,7 +86,7 @@ def system(file: Annotated[SystemFileName, typer.Argument(help="Which file.")]) 
 
     The first line of the file says where to put it: doorman system udev | sudo tee /etc/udev/rules.d/99-doorman.rules
     """
-    from doorman.hardware.computer.system_files import SYSTEM_FILES
+    from doorman.hardware.computer.doctor import SYSTEM_FILES
 
     typer.echo(SYSTEM_FILES[file.value].text, nl=False)
     return 0

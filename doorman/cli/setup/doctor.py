@@ -10,8 +10,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from doorman.hardware.computer.doctor import Complaint, examine
-from doorman.hardware.computer.host import Host
+from doorman.hardware.computer.doctor import Complaint, Host, examine
 from doorman.hardware.vehicle_file import VehicleFile
 from doorman.hardware.vehicle_file.devices import devices
 

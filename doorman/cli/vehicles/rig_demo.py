@@ -22,7 +22,7 @@ from doorman.exceptions import BackendError
 from doorman.hardware.vehicle_file.file import MOCAP, NO_CAMERAS
 from doorman.model import Model
 from doorman.recording import Recording
-from doorman.rig.judge import judge
+from doorman.rig.witness import judge
 from doorman.summary import verdict
 
 _ENTRY = "from doorman.cli import main; main()"

@@ -28,7 +28,7 @@ from doorman.hardware.pixhawk import SampleStatus
 from doorman.hardware.pixhawk.dialect import PX4
 from doorman.hardware.scheduling import is_real_time
 from doorman.hardware.vehicle import Places, VehicleLinks
-from doorman.hardware.vehicle.doubted_mocap import BELIEVED_TURN
+from doorman.hardware.vehicle.doubt import BELIEVED_TURN
 from doorman.hardware.vehicle.waiting import TOGETHER, apart, leaning, turned
 from doorman.model import Model
 

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import re
+import resource
+import shutil
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from enum import Enum
@@ -13,9 +16,74 @@ from packaging.requirements import Requirement
 
 from doorman.compilation import cache_content
 from doorman.exceptions import how_to_install
-from doorman.hardware.computer.host import Host
-from doorman.hardware.computer.system_files import SYSTEM_FILES
 from doorman.hardware.mocap.connection import RECEIVE_BUFFER
+
+_FOLDER = Path(__file__).parent / "files"
+
+
+@dataclass(frozen=True)
+class SystemFile:
+    name: str  # as shipped
+    place: str  # where it belongs
+
+    @property
+    def text(self) -> str:
+        return (_FOLDER / self.name).read_text(encoding="utf-8")
+
+
+SYSTEM_FILES = {
+    "udev": SystemFile("99-doorman.rules", "/etc/udev/rules.d/99-doorman.rules"),
+    "limits": SystemFile("doorman.conf", "/etc/security/limits.d/doorman.conf"),
+    "service": SystemFile("doorman.service", "/etc/systemd/system/doorman.service"),
+}
+"""By short name."""
+
+
+REAL_TIME_PRIORITY = 20
+"""Priority requested in the real-time class."""
+
+
+@dataclass(frozen=True)
+class Host:
+    root: Path = Path("/")  # where its files begin
+
+    def read(self, path: str) -> str | None:
+        try:
+            return (self.root / path).read_text(encoding="utf-8", errors="replace").strip()
+        except OSError:
+            return None
+
+    def each(self, pattern: str) -> Iterator[tuple[str, str]]:
+        for file in sorted(self.root.glob(pattern)):
+            path = str(file.relative_to(self.root))
+            text = self.read(path)
+            if text is not None:
+                yield path, text
+
+    def serial_devices(self) -> list[Path]:
+        return sorted([*self.root.glob("dev/ttyUSB*"), *self.root.glob("dev/ttyACM*")])
+
+    def runs(self, program: str) -> bool:
+        return any(name == program[:15] for _, name in self.each("proc/[0-9]*/comm"))
+
+    @staticmethod
+    def may(device: Path) -> bool:
+        return os.access(device, os.R_OK | os.W_OK)
+
+    @staticmethod
+    def real_time_allowed() -> bool:
+        soft, _ = resource.getrlimit(resource.RLIMIT_RTPRIO)
+        return os.geteuid() == 0 or soft == resource.RLIM_INFINITY or soft >= REAL_TIME_PRIORITY
+
+    @staticmethod
+    def free_space(folder: Path) -> int:
+        return shutil.disk_usage(folder).free
+
+    @staticmethod
+    def processors() -> int:
+        """Cores that we may use."""
+        return len(os.sched_getaffinity(0))
+
 
 DISTRIBUTION = "doorman-uam"
 LEAST_SPACE = 2_000_000_000

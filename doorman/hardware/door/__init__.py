@@ -4,8 +4,7 @@ from doorman.hardware.door.config import CameraConfig, DoorSensorConfig, Mark
 from doorman.hardware.door.leaf_geometry import LeafGeometry
 from doorman.hardware.door.sample import DoorSample, DoorSource, FrameSample, LeafSample, MarkPose
 from doorman.hardware.door.sensor import DoorSensor
-from doorman.hardware.door.sources.callable_source import CallableSource
-from doorman.hardware.door.sources.udp_line import UdpLineSource
+from doorman.hardware.door.sources import CallableSource, UdpLineSource
 
 __all__ = [
     "CallableSource",

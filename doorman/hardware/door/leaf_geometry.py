@@ -12,6 +12,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+import pinocchio as pin
 from numpy.typing import ArrayLike
 
 from doorman.arrays import Array
@@ -56,7 +57,7 @@ class LeafGeometry:
             back @ door.link_placements(door.angle_of_joint(value))[door.section.leaf] for value in (0.0, _QUARTER)
         )
         hinge = (back @ [*door.hinge_position, 1.0])[:3]
-        axis = turned[:3, 3] - zero[:3, 3] if door.slides else _axis(turned[:3, :3] @ zero[:3, :3].T)
+        axis = turned[:3, 3] - zero[:3, 3] if door.slides else pin.log3(turned[:3, :3] @ zero[:3, :3].T)
         axis = axis / np.linalg.norm(axis)
         rows = [_triple(row) for row in zero[:3, :3]]
         ends = sorted(door.joint_value(angle) for angle in (door.lower_limit, door.upper_limit))
@@ -78,7 +79,7 @@ class LeafGeometry:
         place, turn = np.array(self.position), np.array(self.rotation)
         if self.slides:
             return place + joint * np.array(self.axis), turn
-        moved, point = about(np.array(self.axis), joint), np.array(self.point)
+        moved, point = pin.exp3(joint * np.array(self.axis)), np.array(self.point)
         return point + moved @ (place - point), moved @ turn
 
     def joint(
@@ -117,19 +118,7 @@ class LeafGeometry:
         there, turn = self.placement(value)
         rest = turn.T @ rotation
         off = float(np.linalg.norm(spot - there - turn @ np.asarray(mark, float)))
-        return value, deviation, off, math.acos(min(max(0.5 * (float(np.trace(rest)) - 1.0), -1.0), 1.0))
-
-
-def about(axis: Array, angle: float) -> Array:
-    """Rotation about a unit axis, shape (3, 3)."""
-    x, y, z = axis.tolist()
-    skew = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    return np.asarray(np.eye(3) + math.sin(angle) * skew + (1.0 - math.cos(angle)) * skew @ skew)
-
-
-def _axis(turn: Array) -> Array:
-    """Axis of a rotation by a right angle."""
-    return np.array([turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]])
+        return value, deviation, off, float(np.linalg.norm(pin.log3(rest)))
 
 
 def _triple(values: Array) -> Triple:

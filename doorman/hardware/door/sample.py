@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
+from doorman.hardware.interface import Source
 from doorman.hardware.quaternions import Quaternion, Vector
-from doorman.hardware.source import Source
 
 
 @dataclass(frozen=True)

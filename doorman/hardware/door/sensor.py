@@ -2,7 +2,7 @@
 
 A pose from the vehicle's camera is put into the world by the pose that the vehicle had when the picture was taken. The leaf's
 pose is taken against the measured frame where there is one, else against the map. What cannot be a reading of this door is none,
-and told once: a pose that is upside down or of another object, a joint value beyond the joint's range, numbers that are not
+and reported once: a pose that is upside down or of another object, a joint value beyond the joint's range, numbers that are not
 finite.
 """
 
@@ -18,7 +18,6 @@ from doorman.arrays import Array
 from doorman.copying import Uncopied
 from doorman.exceptions import BackendError
 from doorman.hardware.door.config import DoorSensorConfig
-from doorman.hardware.door.leaf_geometry import about
 from doorman.hardware.door.sample import DoorSample, DoorSource, FrameSample, LeafSample, MarkPose
 from doorman.hardware.events import EventLog
 from doorman.hardware.quaternions import to_rotation
@@ -26,7 +25,7 @@ from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.signals import FrameReading, LeafReading
 
 _KEPT = 1000
-"""Events that nobody takes."""
+"""Most events that are kept until they are taken."""
 _HISTORY = 0.5
 """For so long poses of the vehicle are kept, to place what its camera saw [s]."""
 _MOST_OFF, _MOST_TURNED = 0.1, math.radians(10.0)
@@ -34,7 +33,6 @@ _MOST_OFF, _MOST_TURNED = 0.1, math.radians(10.0)
 _BEYOND = 0.2
 """Tolerance beyond the joint's range, for marks that are stuck on by eye [rad, or m]."""
 _NUMBERS = re.compile(r"[\d.+-]+")
-_VERTICAL = np.array([0.0, 0.0, 1.0])
 
 
 class DoorSensor(Uncopied):
@@ -137,7 +135,7 @@ class DoorSensor(Uncopied):
         place = position + rotation @ mark  # where the mark is seen: its place is known better than its attitude
         self._tell("frame", now, "")
         return FrameReading(
-            place - about(_VERTICAL, yaw) @ mark, yaw, sample.time - epoch, self.config.place_deviation,
+            place - rotation_body_to_world((0.0, 0.0, yaw)) @ mark, yaw, sample.time - epoch, self.config.place_deviation,
             self.config.turn_deviation,
         )  # fmt: skip
 
@@ -156,7 +154,7 @@ class DoorSensor(Uncopied):
             position, rotation = placed
             known, motion = self._frame, self._motion
             origin, yaw = (motion.door_position, motion.door_yaw) if known is None else (known.position, known.yaw)
-            back = about(_VERTICAL, -yaw)
+            back = rotation_body_to_world((0.0, 0.0, -yaw))
             position, rotation = back @ (position - np.array(origin)), back @ rotation
             mark = (0.0, 0.0, 0.0) if config.leaf is None else config.leaf.position
             joint, own, off, turned = self._motion.joint(

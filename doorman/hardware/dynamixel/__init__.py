@@ -2,13 +2,20 @@
 
 from doorman.hardware.dynamixel.bus import ServoBus
 from doorman.hardware.dynamixel.config import ServoConfig
-from doorman.hardware.dynamixel.faults import LATCHED, STOPPING, WARNINGS, ServoEvent, ServoFault
+from doorman.hardware.dynamixel.faults import (
+    LATCHED,
+    STOPPING,
+    WARNINGS,
+    BusState,
+    BusStatistics,
+    ServoEvent,
+    ServoFault,
+    ServoSample,
+)
 from doorman.hardware.dynamixel.none import NoServos
-from doorman.hardware.dynamixel.sample import BusState, ServoSample
 from doorman.hardware.dynamixel.setup.commissioning import ReadyServo
 from doorman.hardware.dynamixel.setup.settings import SettingFinding
-from doorman.hardware.dynamixel.wire.units import zero_position
-from doorman.hardware.dynamixel.worker import BusStatistics
+from doorman.hardware.dynamixel.wire.registers import zero_position
 
 __all__ = [
     "LATCHED",

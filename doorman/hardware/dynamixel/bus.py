@@ -1,34 +1,46 @@
-"""Servo bus: what a backend holds to move an arm of DYNAMIXEL servos."""
+"""Servo bus: what a backend holds to move an arm of DYNAMIXEL servos, and the thread that owns its port."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import threading
+from collections import deque
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from doorman.background import Opened
+from doorman.background import InThread
 from doorman.checks import vector
 from doorman.clocks import REAL_TIME, Clock
 from doorman.exceptions import BackendError, DimensionError
 from doorman.hardware.dynamixel.config import ServoConfig
 from doorman.hardware.dynamixel.cycle import ServoCommand, ServoCycle
-from doorman.hardware.dynamixel.faults import ServoEvent
-from doorman.hardware.dynamixel.sample import BusState, ServoSample
-from doorman.hardware.dynamixel.setup.commissioning import ReadyServo
+from doorman.hardware.dynamixel.faults import BusState, BusStatistics, ServoEvent, ServoFault, ServoSample
+from doorman.hardware.dynamixel.setup.commissioning import ReadyServo, inspect, position
 from doorman.hardware.dynamixel.setup.settings import SettingFinding
 from doorman.hardware.dynamixel.wire.connection import Connection
-from doorman.hardware.dynamixel.worker import BusStatistics, BusWorker, RecoveryRequest
+from doorman.hardware.dynamixel.wire.port import PortLost
 from doorman.hardware.events import EventLog
 
 FIRST_READS = 10
 """Attempts to hear all servos before the thread starts."""
 STRONGEST_GRIP = 2.0
 """More than any of the servos takes [A]."""
+RECONNECT_INTERVAL = 0.1
+"""How often an unplugged device is looked for [s]."""
+STARTS_KEPT = 4000
 
 
-class ServoBus(Opened):
+@dataclass
+class _Recovery:
+    deadline: float
+    done: threading.Event
+    failures: list[str] = field(default_factory=lambda: ["the bus was stopped meanwhile"])
+
+
+class ServoBus(InThread):
     """An arm's servos on one serial bus, in velocity mode, served by a thread of their own.
 
     `read` and `command` exchange the newest values and return at once: the bus never holds up its user. The constructor touches
@@ -39,12 +51,19 @@ class ServoBus(Opened):
         clock: By which it waits.
     """
 
+    _patience = 3.0
+
     def __init__(self, config: ServoConfig, clock: Clock = REAL_TIME) -> None:
-        self.config, self._clock = config, clock
+        super().__init__("servo-bus", clock)
+        self.config = config
         self._log = EventLog[ServoEvent]()
-        self._worker: BusWorker | None = None
         self._ready: tuple[ReadyServo, ...] = ()
-        self._recovering = clock.lock()
+        self._recovering, self._published = clock.lock(), clock.condition()
+        self._starts: deque[float] = deque(maxlen=STARTS_KEPT)
+        self._next = 0.0
+        self._connection: Connection | None = None
+        self._command: ServoCommand | None = None  # newest; replaced as a whole, so no lock is needed
+        self._request: _Recovery | None = None
 
     def inspect(self) -> tuple[SettingFinding, ...]:
         """Open the port, compare every servo's settings with what is relied on, and close it; changes no setting.
@@ -56,7 +75,7 @@ class ServoBus(Opened):
             BackendError: if the bus is open, the port cannot be opened, or a servo does not answer or is another model.
         """
         with self._for_a_moment() as connection:
-            return tuple(connection.inspect(self.config))
+            return tuple(finding for servo in connection.servos() for finding in inspect(servo))
 
     def positions(self) -> tuple[int, ...]:
         """Open the port, read every servo's present position, and close it; torque stays as it is, so that joints may be held.
@@ -68,7 +87,7 @@ class ServoBus(Opened):
             BackendError: if the bus is open, the port cannot be opened, or a servo does not answer or is another model.
         """
         with self._for_a_moment() as connection:
-            return tuple(connection.positions(self.config))
+            return tuple(position(servo) for servo in connection.servos())
 
     def open(self) -> None:
         """Open the port, make every servo ready and start the thread; the arm stands still with torque on.
@@ -78,15 +97,7 @@ class ServoBus(Opened):
                 relied on, has shut down or refuses.
         """
         self._require_closed()
-        connection = Connection.open(self.config, self._clock)
-        try:
-            self._ready = connection.commission(self.config, self._log)
-            self._worker = self._hear_all(connection)
-            self._worker.open()
-        except BaseException:
-            self._worker = None
-            connection.port.close()
-            raise
+        super().open()
 
     def read(self) -> ServoSample:
         """Newest state of the servos, at once. Look at `fresh` before use.
@@ -94,7 +105,8 @@ class ServoBus(Opened):
         Raises:
             BackendError: if the bus was never opened.
         """
-        return self._opened().latest.at(self._clock.now(), self.config.stale_after)
+        self._require_open()
+        return self._latest.at(self._clock.now(), self.config.stale_after)
 
     def wait(self, sample: ServoSample, timeout: float) -> ServoSample:
         """Wait for a sample that is newer than another.
@@ -106,7 +118,11 @@ class ServoBus(Opened):
         Raises:
             BackendError: if none comes in time, or the bus was never opened.
         """
-        return self._opened().wait(sample.cycle, timeout).at(self._clock.now(), self.config.stale_after)
+        self._require_open()
+        with self._published:
+            if not self._published.wait_for(lambda: self._latest.cycle > sample.cycle, timeout):
+                raise BackendError("no new sample of the servos", field="servos", given=f"after {timeout:g} s")
+            return self._latest.at(self._clock.now(), self.config.stale_after)
 
     def command(self, rates: ArrayLike, grip: float | None = None) -> None:
         """Ask for joint rates, at once; they hold until the next call, but no longer than `command_timeout`.
@@ -121,18 +137,18 @@ class ServoBus(Opened):
             BackendError: if they are of wrong shape, not finite or too large (the arm then stops), or the bus is not open;
                 `field` says which.
         """
-        worker = self._opened()
-        now = self._clock.now()
-        last = (0.0, now) if worker.command is None else (worker.command.current, worker.command.grip_time)
+        self._require_open()
+        now, before = self._clock.now(), self._command
+        last = (0.0, now) if before is None else (before.current, before.grip_time)
         try:
             wanted = _finite(rates, self.config.n_joints, "rates")
             current, grip_time = last if grip is None else (_grip_current(grip), now)
         except BackendError:
-            worker.command = ServoCommand((0.0,) * self.config.n_joints, last[0], now, last[1])
+            self._command = ServoCommand((0.0,) * self.config.n_joints, last[0], now, last[1])
             raise
-        if worker.latest.state is BusState.STOPPED:
+        if self._latest.state is BusState.STOPPED:
             raise BackendError("the servo bus is stopped", allowed="open() before command()")
-        worker.command = ServoCommand(tuple(float(rate) for rate in wanted), current, now, grip_time)
+        self._command = ServoCommand(tuple(float(rate) for rate in wanted), current, now, grip_time)
 
     def recover(self, timeout: float = 10.0) -> tuple[str, ...]:
         """Set up again every servo that is missing or has a latched fault; one that has shut down is rebooted.
@@ -149,13 +165,12 @@ class ServoBus(Opened):
         Raises:
             BackendError: if the bus is not open.
         """
-        worker = self._opened()
+        self._require_open()
         deadline = self._clock.now() + timeout
         if not self._recovering.acquire(timeout=timeout):
             return (f"another recovery has taken more than {timeout:g} s",)
         try:
-            request = RecoveryRequest(deadline, self._clock.event())
-            worker.request = request
+            self._request = request = _Recovery(deadline, self._clock.event())
             if not request.done.wait(deadline - self._clock.now() + self.config.boot_timeout):
                 return (f"the servos did not recover within {timeout:g} s",)
             return tuple(request.failures)
@@ -178,23 +193,23 @@ class ServoBus(Opened):
         Raises:
             BackendError: if the bus was never opened.
         """
-        return self._opened().statistics()
+        self._require_open()
+        starts = np.array(tuple(self._starts))
+        periods = np.diff(starts) if len(starts) > 1 else np.array([self.config.period])
+        median, high = np.percentile(periods, [50.0, 99.9])
+        return BusStatistics(self._cycle.count, self._overruns, float(median), float(high), float(periods.max()))
 
     def stop(self) -> None:
         """Command zero velocity, leave the servos at rest with torque on, and close the port; may be called twice."""
-        worker, self._worker = self._worker, None
-        if worker is not None:
-            worker.stop()
+        super().stop()
 
-    def _hear_all(self, connection: Connection) -> BusWorker:
-        """Worker with a first sample of all servos."""
-        cycle = ServoCycle(connection.quick, self._ready, self.config, self._log)
-        for _ in range(FIRST_READS):
-            if cycle.listen():
-                return BusWorker(connection, cycle, self.config, self._log, cycle.sample(BusState.FOLLOWING))
-        connection.rest(self.config)
-        raise BackendError("not every servo answers a sync read in time", field="servos.latency",
-                           given=self.config.latency, allowed="longer than adapter and computer take")  # fmt: skip
+    def _require_closed(self) -> None:
+        if self._thread is not None:
+            raise BackendError("the servo bus is open already", allowed="stop() before another open()")
+
+    def _require_open(self) -> None:
+        if self._thread is None:
+            raise BackendError("the servo bus is not open", allowed="open() before read() and command()")
 
     @contextmanager
     def _for_a_moment(self) -> Iterator[Connection]:
@@ -206,14 +221,141 @@ class ServoBus(Opened):
         finally:
             connection.port.close()
 
-    def _require_closed(self) -> None:
-        if self._worker is not None:
-            raise BackendError("the servo bus is open already", allowed="stop() before another open()")
+    # ------------------------------------------------------------ the thread
 
-    def _opened(self) -> BusWorker:
-        if self._worker is None:
-            raise BackendError("the servo bus is not open", allowed="open() before read() and command()")
-        return self._worker
+    def _begin(self) -> None:
+        connection = Connection.open(self.config, self._clock)
+        try:
+            self._ready = connection.commission(self._log)
+            self._cycle = cycle = ServoCycle(connection.quick, self._ready, self.config, self._log)
+            if not any(cycle.listen() for _ in range(FIRST_READS)):
+                connection.rest()
+                raise BackendError("not every servo answers a sync read in time", field="servos.latency",
+                                   given=self.config.latency, allowed="longer than adapter and computer take")  # fmt: skip
+        except BaseException:
+            connection.port.close()
+            raise
+        self._connection, self._latest = connection, cycle.sample(BusState.FOLLOWING)
+        self._command, self._request = None, None
+        self._starts.clear()
+        self._overruns, self._next = 0, self._clock.now()
+
+    def _stuck(self) -> None:
+        raise BackendError("the servo bus does not stop", field="servos.port", given=self.config.port,
+                           allowed="a device that answers; the servos' watchdogs stop the arm")  # fmt: skip
+
+    def _run(self) -> None:
+        try:
+            while not self._stopping.is_set():
+                self._pace()
+                self._guarded(self._turn)
+        finally:
+            self._guarded(self._finish)
+            self._publish(replace(self._latest, state=BusState.STOPPED))
+            if self._request is not None:
+                self._request.done.set()
+
+    def _pace(self) -> None:
+        """Wait for the next cycle; one that is late is not made up for."""
+        self._next += self.config.period
+        now = self._clock.now()
+        if now < self._next:
+            self._clock.sleep(self._next - now)
+        elif now > self._next + self.config.period:
+            self._overruns += 1
+            self._next = now
+
+    def _guarded(self, action: Callable[[], None]) -> None:
+        """Whatever fails in an action becomes a fault and a stop; the thread lives on."""
+        try:
+            try:
+                action()
+            except PortLost:
+                raise
+            except Exception as error:  # the last line of defence: without the thread, nobody commands zero velocity
+                self._cycle.bus_fault |= ServoFault.INTERNAL
+                self._note(ServoFault.INTERNAL, True, f"internal failure: {type(error).__name__}: {error}")
+                self._publish(replace(self._latest, bus_fault=self._cycle.bus_fault, state=BusState.HOLDING))
+                if self._connection is not None:
+                    self._cycle.halt()
+        except PortLost as error:
+            self._disconnect(str(error))
+
+    def _turn(self) -> None:
+        if self._connection is None:
+            self._reconnect()
+        else:
+            self._cycle_once()
+        if self._request is not None:
+            request, self._request = self._request, None
+            request.failures = ["the serial device is gone"]
+            try:
+                if self._connection is not None:
+                    request.failures = self._cycle.recover(request.deadline, self._breathe)
+            finally:
+                request.done.set()
+
+    def _cycle_once(self) -> None:
+        self._starts.append(self._clock.now())
+        self._publish(self._cycle.step(self._command))
+
+    def _breathe(self) -> None:
+        """Run a cycle if one is due, in the middle of something longer."""
+        if self._stopping.is_set():
+            raise BackendError("the bus is being stopped", field="servos")
+        if self._clock.now() >= self._next + self.config.period:
+            self._next = self._clock.now()
+            self._cycle_once()
+
+    def _publish(self, sample: ServoSample) -> None:
+        with self._published:
+            self._latest = sample
+            self._published.notify_all()
+
+    def _note(self, fault: ServoFault, began: bool, text: str) -> None:
+        self._log.write(ServoEvent(self._clock.now(), None, fault, began, text))
+
+    def _disconnect(self, why: str) -> None:
+        if self._connection is not None:
+            self._connection.port.close()
+            self._connection = None
+        self._cycle.bus_fault |= ServoFault.UNPLUGGED
+        self._note(ServoFault.UNPLUGGED, True, why)
+        self._cycle.count += 1
+        self._publish(self._cycle.sample(BusState.DISCONNECTED))
+
+    def _reconnect(self) -> None:
+        """Open the device again and check who answers; what the servos went through shows in the next cycle."""
+        self._stopping.wait(RECONNECT_INTERVAL)
+        self._next = self._clock.now()
+        if not self.config.reconnect or self._stopping.is_set():
+            return
+        connection = None
+        try:
+            connection = Connection.open(self.config, self._clock)
+            for servo, known in zip(connection.servos(connection.quick), self._cycle.ready, strict=True):
+                servo.identify((known.model,))
+        except BackendError:  # not there yet, or not whole: tried again
+            if connection is not None:
+                connection.port.close()
+            return
+        self._connection = connection
+        self._cycle.use(connection.quick)
+        self._cycle.bus_fault &= ~ServoFault.UNPLUGGED
+        self._note(ServoFault.UNPLUGGED, False, "serial device opened again")
+
+    def _finish(self) -> None:
+        """Zero velocity, then rest; if that fails, the servos' own watchdogs stop them."""
+        connection, self._connection = self._connection, None
+        if connection is None:
+            return
+        try:
+            self._cycle.halt()
+            for failure in connection.rest():
+                text = f"the servo did not take zero velocity, its watchdog stops it: {failure}"
+                self._note(ServoFault.NONE, True, text)
+        finally:
+            connection.port.close()
 
 
 def _finite(values: ArrayLike, size: int, field: str) -> NDArray[np.float64]:

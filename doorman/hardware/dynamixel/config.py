@@ -12,8 +12,14 @@ from numpy.typing import ArrayLike
 from doorman.arrays import Array
 from doorman.checks import vector
 from doorman.exceptions import BackendError
-from doorman.hardware.dynamixel.wire.registers import BAUD_CODES, MODELS, WATCHDOG_LONGEST
-from doorman.hardware.dynamixel.wire.units import CENTRE, TICKS_PER_TURN, WATCHDOG_UNIT
+from doorman.hardware.dynamixel.wire.registers import (
+    BAUD_CODES,
+    CENTRE,
+    MODELS,
+    TICKS_PER_TURN,
+    WATCHDOG_LONGEST,
+    WATCHDOG_UNIT,
+)
 
 
 @dataclass(frozen=True)

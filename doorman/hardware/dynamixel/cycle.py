@@ -2,28 +2,30 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
+from doorman.exceptions import BackendError
 from doorman.hardware.dynamixel.config import ServoConfig
-from doorman.hardware.dynamixel.faults import LATCHED, STOPPING, ServoEvent, ServoFault, log_changes
+from doorman.hardware.dynamixel.faults import (
+    LATCHED,
+    STOPPING,
+    BusState,
+    ServoEvent,
+    ServoFault,
+    ServoSample,
+    log_changes,
+)
 from doorman.hardware.dynamixel.governor import RateGovernor
 from doorman.hardware.dynamixel.monitor import ServoMonitor
-from doorman.hardware.dynamixel.sample import BusState, ServoSample
-from doorman.hardware.dynamixel.setup.commissioning import ReadyServo
-from doorman.hardware.dynamixel.wire.link import Link
-from doorman.hardware.dynamixel.wire.reader import ServoReader
-from doorman.hardware.dynamixel.wire.registers import (
-    BUS_WATCHDOG,
-    GOAL_CURRENT,
-    GOAL_VELOCITY,
-    TORQUE_ENABLE,
-    TORQUE_OFF,
-    WATCHDOG_OFF,
-)
-from doorman.hardware.dynamixel.wire.telemetry import Telemetry
-from doorman.hardware.dynamixel.wire.units import VELOCITY_UNIT, VOLTAGE_UNIT, joint_angle
+from doorman.hardware.dynamixel.setup.commissioning import ReadyServo, arm_watchdog, commission
+from doorman.hardware.dynamixel.setup.talk import Servo
+from doorman.hardware.dynamixel.wire import registers as reg
+from doorman.hardware.dynamixel.wire.link import Link, ServoReader
+from doorman.hardware.dynamixel.wire.port import PortLost
+from doorman.hardware.dynamixel.wire.registers import VELOCITY_UNIT, VOLTAGE_UNIT, Telemetry, joint_angle
 from doorman.hardware.events import EventLog
 
 _ILL = STOPPING | LATCHED
@@ -66,12 +68,40 @@ class ServoCycle:
         self._released = link.now()
         self.reader = ServoReader(link, self._config)
 
-    def replace(self, joint: int, ready: ReadyServo) -> None:
+    def recover(self, deadline: float, breathe: Callable[[], None]) -> list[str]:
+        """Set up again every servo that is missing or has a latched fault, with a reboot if it has shut down; what failed."""
+        # The arm stands still meanwhile.
+        failures = []
+        for joint, monitor in enumerate(self.monitors):
+            if not monitor.fault & (LATCHED | ServoFault.MISSING):
+                continue
+            self.reader.excluded = joint
+            servo = Servo(self._link, self._config, joint, deadline, breathe)
+            try:
+                ready = commission(servo, self._log, reboot=True, write_eeprom=False)
+                arm_watchdog(servo)
+                self._replace(joint, ready)
+                self._note(joint, "set up again")
+            except PortLost:
+                raise
+            except BackendError as error:
+                failures.append(str(error))
+                self._note(joint, f"not recovered: {error}")
+            finally:
+                self.reader.excluded = None
+        if not failures:
+            self.bus_fault &= ~ServoFault.INTERNAL
+        return failures
+
+    def _replace(self, joint: int, ready: ReadyServo) -> None:
         """Take note that a servo was set up afresh: it is well until it says otherwise."""
         self._ready[joint] = ready
         self._governor = RateGovernor(self._config, [servo.velocity_limit for servo in self._ready])
         self.monitors[joint].recovered()
         self.reader.absent.discard(joint)
+
+    def _note(self, joint: int, text: str) -> None:
+        self._log.write(ServoEvent(self._link.now(), self._config.ids[joint], ServoFault.NONE, True, text))
 
     def listen(self) -> bool:
         for joint, reply in self.reader.read().items():
@@ -165,7 +195,7 @@ class ServoCycle:
 
     def _send(self, counts: list[int]) -> None:
         n = self._config.n_joints
-        self._link.sync_write(GOAL_VELOCITY, dict(zip(self._config.ids[:n], counts, strict=True)))
+        self._link.sync_write(reg.GOAL_VELOCITY, dict(zip(self._config.ids[:n], counts, strict=True)))
         self._goals = [sign * count * VELOCITY_UNIT for sign, count in zip(self._config.signs[:n], counts, strict=True)]
 
     def _wanted_current(self, command: ServoCommand, now: float) -> float:
@@ -179,7 +209,7 @@ class ServoCycle:
         servo = self._ready[-1]
         limit = servo.current_limit
         counts = self._config.signs[-1] * round(current / servo.current_unit)
-        self._link.sync_write(GOAL_CURRENT, {self._config.ids[-1]: min(max(counts, -limit), limit)})
+        self._link.sync_write(reg.GOAL_CURRENT, {self._config.ids[-1]: min(max(counts, -limit), limit)})
 
     def _welcome_back(self, joint: int) -> None:
         """Read a servo together with the others again, unless another model answers in its place."""
@@ -190,11 +220,13 @@ class ServoCycle:
             self.monitors[joint].condemn(ServoFault.WRONG_MODEL)
 
     def _loosen_one(self) -> None:
-        """Take the torque of one servo that does not know its angle: as delivered it does not itself, nor stops when told."""
+        """Take the torque of one servo that does not know its angle: as delivered it keeps it, and obeys no stop."""
         for joint, monitor in enumerate(self.monitors):
             lost = monitor.latched & ServoFault.ENCODER and not monitor.fault & (ServoFault.TORQUE_OFF | _UNHEARD)
             if lost and joint != self.reader.excluded:
-                self._link.write(self._config.ids[joint], TORQUE_ENABLE.address, TORQUE_ENABLE.encode(TORQUE_OFF))
+                self._link.write(
+                    self._config.ids[joint], reg.TORQUE_ENABLE.address, reg.TORQUE_ENABLE.encode(reg.TORQUE_OFF)
+                )
                 return
 
     def _revive_one(self) -> None:
@@ -203,11 +235,10 @@ class ServoCycle:
             if not monitor.fault & ServoFault.WATCHDOG or monitor.fault & _UNHEARD or joint == self.reader.excluded:
                 continue
             servo_id, counts = self._config.ids[joint], self._config.watchdog_counts
-            goal = GOAL_VELOCITY if joint < self._config.n_joints else GOAL_CURRENT
+            goal = reg.GOAL_VELOCITY if joint < self._config.n_joints else reg.GOAL_CURRENT
             self._link.clear_watchdog(servo_id, goal)
-            cleared = self._link.write(servo_id, BUS_WATCHDOG.address, BUS_WATCHDOG.encode(WATCHDOG_OFF)).ok
+            cleared = self._link.write(servo_id, reg.BUS_WATCHDOG.address, reg.BUS_WATCHDOG.encode(reg.WATCHDOG_OFF)).ok
             cleared = self._link.write(servo_id, goal.address, goal.encode(0)).ok and cleared
-            if cleared and self._link.write(servo_id, BUS_WATCHDOG.address, BUS_WATCHDOG.encode(counts)).ok:
-                text = "bus watchdog cleared and set again"
-                self._log.write(ServoEvent(self._link.now(), servo_id, ServoFault.NONE, True, text))
+            if cleared and self._link.write(servo_id, reg.BUS_WATCHDOG.address, reg.BUS_WATCHDOG.encode(counts)).ok:
+                self._note(joint, "bus watchdog cleared and set again")
             return

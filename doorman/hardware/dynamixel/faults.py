@@ -1,10 +1,11 @@
-"""What can be wrong with servos and their bus, what follows from it, and the log of it."""
+"""What servos said last, and what can be wrong with them and their bus: what follows from it, and the log of it."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from enum import Flag, auto
+from dataclasses import dataclass, replace
+from enum import Enum, Flag, auto
 
+from doorman.arrays import Array
 from doorman.hardware.events import EventLog
 
 
@@ -112,7 +113,6 @@ class ServoEvent:
     """What happened, in words."""
 
     def __str__(self) -> str:
-        """Render `servo 3: overload began`."""
         who = "servo bus" if self.servo_id is None else f"servo {self.servo_id}"
         return f"{who}: {self.text}"
 
@@ -125,3 +125,81 @@ def log_changes(
         began = bool(fault & after)
         name = (fault.name or "").lower().replace("_", " ")
         log.write(ServoEvent(time, servo_id, fault, began, f"{name} {'began' if began else 'ended'}"))
+
+
+class BusState(Enum):
+    """What the adapter does with commands."""
+
+    FOLLOWING = "follows commands"
+    HOLDING = "commands zero velocity"
+    DISCONNECTED = "has no device"
+    STOPPED = "is stopped"
+
+
+@dataclass(frozen=True)
+class ServoSample:
+    """State of all servos. Every entry carries the time of its own measurement: nothing old gets a new stamp."""
+
+    time: float
+    """When the oldest entry was measured, by `time.monotonic` [s]."""
+    angles: Array
+    """Joint angles in the URDF's signs and zeros, shape (n,) [rad]."""
+    rates: Array
+    """Joint rates, shape (n,) [rad/s]."""
+    currents: Array
+    """Motor currents, positive where they push the angle up, shape (n,) [A]."""
+    temperatures: Array
+    """Shape (n,) [°C]."""
+    voltages: Array
+    """Supply, shape (n,) [V]."""
+    errors: tuple[int, ...]
+    """Hardware error bits of every servo."""
+    times: Array
+    """When each servo was measured, shape (n,) [s]."""
+    faults: tuple[ServoFault, ...]
+    """Faults of every servo."""
+    bus_fault: ServoFault
+    """Faults of the bus."""
+    state: BusState
+    """What the adapter does with commands."""
+    goals: Array
+    """Rates that were sent to the joints after this sample was taken, shape (n_joints,) [rad/s]."""
+    cycle: int
+    """Number of the cycle that wrote this sample."""
+    age: float
+    """Time between `time` and the call of `ServoBus.read` [s]."""
+    fresh: bool
+    """Whether every entry is younger than `stale_after`: only then may it be used for control."""
+
+    @property
+    def fault(self) -> ServoFault:
+        """Everything that is wrong, servos and bus together."""
+        union = self.bus_fault
+        for fault in self.faults:
+            union |= fault
+        return union
+
+    def at(self, now: float, stale_after: float) -> ServoSample:
+        """This sample with its age at a later time.
+
+        Args:
+            now: By `time.monotonic` [s].
+            stale_after: Age up to which a sample is fresh [s].
+        """
+        age = now - self.time
+        return replace(self, age=age, fresh=bool(age <= stale_after))
+
+
+@dataclass(frozen=True)
+class BusStatistics:
+    """How the cycles ran; periods are those of the last few thousand."""
+
+    cycles: int
+    overruns: int
+    """Cycles that began late, since the one before took longer than a period."""
+    period_median: float
+    """[s]."""
+    period_p999: float
+    """[s]."""
+    period_max: float
+    """[s]."""

@@ -1,4 +1,17 @@
-"""From answers to faults: what one servo's replies say about its health."""
+r"""From answers to faults: what one servo's replies say about its health.
+
+Proof of freshness by the servo's own clock: is an answer younger than the question?
+
+Protocol 2.0 numbers nothing, so a late, repeated or frozen answer looks like the one that is awaited. Every answer carries the
+servo's millisecond clock c. With h the computer's clock, the measurement lies between question and answer, so
+
+.. math::
+    c - h_\mathrm{received} \le o \le c - h_\mathrm{sent}
+
+holds for the offset o of the clocks whenever the answer belongs to the question. The largest lower bound so far is kept; an
+answer whose upper bound lies below it was measured before the question was sent. Answers that are too old only weaken their own
+bound, so they cannot spoil it.
+"""
 
 from __future__ import annotations
 
@@ -6,11 +19,58 @@ import math
 
 from doorman.hardware.dynamixel.config import ServoConfig
 from doorman.hardware.dynamixel.faults import LATCHED, ServoFault
-from doorman.hardware.dynamixel.servo_clock import ServoClock
 from doorman.hardware.dynamixel.wire.link import Outcome, Reply
-from doorman.hardware.dynamixel.wire.registers import HardwareError
-from doorman.hardware.dynamixel.wire.telemetry import Telemetry
-from doorman.hardware.dynamixel.wire.units import CURRENT_UNITS, RADIANS_PER_TICK, VELOCITY_UNIT
+from doorman.hardware.dynamixel.wire.registers import (
+    CURRENT_UNITS,
+    RADIANS_PER_TICK,
+    TICK_RANGE,
+    TICK_UNIT,
+    VELOCITY_UNIT,
+    HardwareError,
+    Telemetry,
+)
+
+RESOLUTION = 2.0 * TICK_UNIT
+"""Two readings of a clock of whole milliseconds [s]."""
+DRIFT = 1e-2
+"""Largest drift between the clocks: what a clock without a quartz may be off. An answer that comes late by d from some moment on
+is reported for about d / DRIFT, far longer than it takes to stop the arm."""
+
+
+class ServoClock:
+    """Bounds of the offset between a servo's clock and the computer's."""
+
+    def __init__(self) -> None:
+        self.restart()
+
+    def restart(self) -> None:
+        """Forget the offset, as after a restart of the servo."""
+        self._tick: int | None = None
+        self._clock = 0.0
+        self._heard = 0.0
+        self._bound = -math.inf
+        self.runs = False  # whether the servo's clock was seen to advance; only then it proves anything
+
+    def lateness(self, sent: float, received: float, tick: int) -> float:
+        """How much older than the question an answer is at least."""
+        clock = self._unwrap(received, tick)
+        self._bound -= DRIFT * (received - self._heard)
+        late = self._bound - (clock - sent) - RESOLUTION
+        self._bound = max(self._bound, clock - received)
+        self._heard = received
+        return max(late, 0.0) if self.runs else 0.0
+
+    def _unwrap(self, received: float, tick: int) -> float:
+        """The servo's clock without the jumps to zero [s]: counted on from the last answer."""
+        if self._tick is None:
+            self._tick, self._heard = tick, received
+        step = (tick - self._tick + TICK_RANGE // 2) % TICK_RANGE - TICK_RANGE // 2
+        rounds = round((received - self._heard - step * TICK_UNIT) / (TICK_RANGE * TICK_UNIT))
+        self.runs = self.runs or step != 0
+        self._tick = tick
+        self._clock += (step + rounds * TICK_RANGE) * TICK_UNIT
+        return self._clock
+
 
 HYSTERESIS = 5.0
 """Hysteresis of a hot servo's temperature [°C]."""
@@ -32,8 +92,6 @@ _HARDWARE = {
 
 
 class ServoMonitor:
-    """Memory of one servo's health."""
-
     def __init__(self, config: ServoConfig, now: float, model: int, joint: int) -> None:
         self._config = config
         self._fastest = float(config.limits[2][joint])
@@ -44,12 +102,11 @@ class ServoMonitor:
         self.telemetry: Telemetry | None = None  # newest that is fresh and believed
         self.time = now  # when it was measured [s]
         self.fault = ServoFault.NONE  # what is wrong now
-        self._latched = ServoFault.NONE
+        self.latched = ServoFault.NONE  # what two answers in a row have reported, until it is set up again
         self._suspected = ServoFault.NONE
         self._strained_since: float | None = None
 
     def take(self, reply: Reply) -> Telemetry | None:
-        """Judge the reply of a cycle."""
         fault = _OUTCOMES.get(reply.outcome, ServoFault.NONE)
         telemetry = Telemetry.decode(reply.data) if reply.ok else None
         if telemetry is not None and not telemetry.is_ours(self._config.watchdog_counts):
@@ -62,34 +119,28 @@ class ServoMonitor:
             fault |= self.fault & (ServoFault.HOT | ServoFault.WARM | ServoFault.WATCHDOG)
         else:
             fault |= self._health(telemetry, reply.sent)
-            if (fault | self._latched) & _ANGLE_LIES:  # what it tells of itself is so, but for its angle
+            if (fault | self.latched) & _ANGLE_LIES:  # what it tells of itself is so, but for its angle
                 telemetry = None
         if telemetry is not None:
             self.telemetry, self.time = telemetry, reply.sent
             self._before = telemetry
         else:
             fault |= self._lasting(reply.received)
-        self.fault = fault | self._latched
+        self.fault = fault | self.latched
         return telemetry
-
-    @property
-    def latched(self) -> ServoFault:
-        """Faults that two answers in a row have reported, until the servo is set up again."""
-        return self._latched
 
     def recovered(self) -> None:
         """Forget latched faults: the servo was set up again. What was measured before is as old as it is."""
-        self._latched = self._suspected = self.fault = ServoFault.NONE
+        self.latched = self._suspected = self.fault = ServoFault.NONE
         self._strained_since = self._before = self._jumped_to = None
         self.clock.restart()
 
     def condemn(self, fault: ServoFault) -> None:
         """Latch a fault that was found in another way than by telemetry."""
-        self._latched |= fault
+        self.latched |= fault
         self.fault |= fault
 
     def _lasting(self, now: float) -> ServoFault:
-        """Faults of a servo without a fresh answer."""
         age = now - self.time
         if age > self._config.missing_after:
             return ServoFault.STALE | ServoFault.MISSING
@@ -97,7 +148,7 @@ class ServoMonitor:
 
     def _latch(self, fault: ServoFault) -> ServoFault:
         """Latch what two answers in a row say: one damaged answer in 65536 has the right CRC."""
-        self._latched |= fault & self._suspected
+        self.latched |= fault & self._suspected
         self._suspected = fault
         return fault
 

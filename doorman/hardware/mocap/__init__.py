@@ -1,12 +1,10 @@
 """Mocap: the body's pose from cameras: Vicon Tracker's UDP object stream, OptiTrack, Qualisys, VRPN, Vicon DataStream."""
 
 from doorman.hardware.mocap.config import MocapConfig
-from doorman.hardware.mocap.faults import DISCARDING, MocapEvent, MocapFault
-from doorman.hardware.mocap.figures import MocapStatistics
-from doorman.hardware.mocap.poses.sample import PoseQuality, PoseSample
+from doorman.hardware.mocap.faults import DISCARDING, MocapEvent, MocapFault, MocapStatistics
+from doorman.hardware.mocap.poses.sample import PoseQuality, PoseSample, PoseSource
 from doorman.hardware.mocap.receiver import MocapReceiver
 from doorman.hardware.mocap.sources.sender import PoseSender
-from doorman.hardware.mocap.sources.source import PoseSource
 
 __all__ = [
     "DISCARDING",

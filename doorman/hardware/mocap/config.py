@@ -12,7 +12,6 @@ from doorman.exceptions import BackendError
 from doorman.hardware.mocap.connection import check_connection
 from doorman.hardware.mocap.datagrams.packets import NAME_SIZE
 from doorman.hardware.mocap.poses.frames import Alignment
-from doorman.hardware.mocap.poses.gate import MotionGate
 
 
 @dataclass(frozen=True)
@@ -108,11 +107,6 @@ class MocapConfig:
     def alignment(self) -> Alignment:
         """Frames of these settings."""
         return Alignment(self.origin_position, self.origin_attitude, self.object_position, self.object_attitude)
-
-    def gate(self) -> MotionGate:
-        """Limits of these settings."""
-        return MotionGate(self.max_speed, self.max_acceleration, self.max_rotation_rate, self.position_slack,
-                          self.attitude_slack)  # fmt: skip
 
     def _require(self, good: bool, name: str, allowed: str) -> None:
         if not good:

@@ -23,17 +23,12 @@ _ALLOWED = f"{_UDP}; or {_CAMERAS}"
 
 @dataclass(frozen=True)
 class CamerasLink:
-    """Cameras with a protocol of their own."""
-
     kind: str  # one of `KINDS`
     settings: Mapping[str, str]  # as the wheel `motioncapture` takes them
 
 
 def parse_cameras(text: str) -> CamerasLink | None:
-    """Cameras that a connection names."""
-    found = re.fullmatch(
-        rf"({'|'.join(KINDS)}):(?://)?([A-Za-z0-9.-]+)(?::(\d{{1,5}}))?((?:,\w+=[\w.:-]+)*)", text.strip(), re.ASCII
-    )
+    found = re.fullmatch(_PATTERN, text.strip(), re.ASCII)
     if found is None or not 0 < int(found[3] or 1) < 65536:
         return None
     kind, host, port, rest = found.groups()
@@ -51,7 +46,6 @@ def check_connection(text: str) -> None:
 
 
 def parse_connection(text: str) -> tuple[str, int]:
-    """Address to listen on."""
     found = re.fullmatch(r"udp:(?://)?(?:([A-Za-z0-9.-]+):)?(\d{1,5})", text.strip(), re.ASCII)
     if found is None or not 0 < int(found[2]) < 65536:
         raise BackendError("not an address to listen on", field="mocap.connection", given=text, allowed=_ALLOWED)

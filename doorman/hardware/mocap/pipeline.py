@@ -8,15 +8,12 @@ from dataclasses import replace
 from doorman.hardware.events import EventLog
 from doorman.hardware.mocap.config import MocapConfig
 from doorman.hardware.mocap.datagrams.stream import RATE_AT_OPEN, Sender, StreamReader
-from doorman.hardware.mocap.faults import FaultBook, MocapEvent, MocapFault
-from doorman.hardware.mocap.figures import Figures, MocapStatistics
+from doorman.hardware.mocap.faults import FaultBook, Figures, MocapEvent, MocapFault, MocapStatistics
 from doorman.hardware.mocap.poses.sample import nothing_yet
 from doorman.hardware.mocap.poses.tracker import PoseTracker
 
 
 class Pipeline:
-    """Takes datagrams in, and has the newest measurement with everything that is wrong."""
-
     def __init__(self, config: MocapConfig, log: EventLog[MocapEvent]) -> None:
         self._config = config
         self.book = FaultBook(log, config.hold)
@@ -27,7 +24,6 @@ class Pipeline:
 
     @property
     def ready(self) -> bool:
-        """Whether there is a pose, and frames come at the configured rate."""
         return self.latest.count > 0 and self._stream.monitor.near(RATE_AT_OPEN) is True
 
     @property
@@ -36,14 +32,12 @@ class Pipeline:
         return self._stream.frame_rate if self._stream.monitor.near(RATE_AT_OPEN) is False else None
 
     def feed(self, datagram: bytes, sender: Sender, arrival: float, raw: float) -> None:
-        """Take in a datagram."""
         reading = self._stream.read(datagram, sender, arrival, raw)
         sample = None if reading is None else self._tracker.take(reading)
         if sample is not None:
             self.latest = replace(sample, fault=self.book.holds)
 
     def tick(self, now: float) -> None:
-        """Let time pass."""
         self._stream.tick(now)
         if self.latest.count:
             age = now - self.latest.time
@@ -64,9 +58,7 @@ class Pipeline:
         return min((time for time in times if time > now), default=math.inf)
 
     def diagnosis(self) -> str:
-        """Why there is no pose yet, in words."""
         return self._stream.diagnosis()
 
     def statistics(self) -> MocapStatistics:
-        """Figures so far."""
         return self._figures.statistics(self.book.counts, self._stream.frame_rate, self._config.latency)

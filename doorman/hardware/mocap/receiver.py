@@ -1,25 +1,42 @@
-"""Mocap receiver: what a backend holds to know where the vehicle is."""
+"""Mocap receiver: what a backend holds to know where the vehicle is, and the thread that owns the socket."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import contextlib
+import math
+import os
+import socket
+from collections.abc import Callable, Mapping
 from importlib.util import find_spec
 from types import MappingProxyType
 
-from doorman.background import Opened
+from doorman.background import InThread
 from doorman.clocks import REAL_TIME, Clock
 from doorman.exceptions import BackendError, how_to_install
 from doorman.hardware.events import EventLog
 from doorman.hardware.mocap.config import MocapConfig
-from doorman.hardware.mocap.connection import listen, parse_cameras
-from doorman.hardware.mocap.faults import MocapEvent
-from doorman.hardware.mocap.figures import MocapStatistics
+from doorman.hardware.mocap.connection import CamerasLink, listen, parse_cameras
+from doorman.hardware.mocap.datagrams.packets import LARGEST
+from doorman.hardware.mocap.faults import MocapEvent, MocapFault, MocapStatistics
 from doorman.hardware.mocap.pipeline import Pipeline
 from doorman.hardware.mocap.poses.sample import PoseSample
-from doorman.hardware.mocap.worker import MocapWorker
+from doorman.hardware.mocap.sources.client_process import ClientProcess
+
+REOPEN_INTERVAL = 0.1
+"""How often a socket that failed is opened again [s]."""
+RESTART_INTERVAL = 1.0
+"""How often a cameras' client that ended is started again [s]."""
+INTERNAL_PAUSE = 0.001
+"""After a failure, so that a lasting one does not take the processor from everybody [s]."""
+LONGEST_WAIT = 0.1
+"""The thread looks at its deadlines at least this often [s]."""
+BATCH = 64
+"""Datagrams that are read before deadlines are looked at: a flood must not hide them."""
+Judge = Callable[[PoseSample], PoseSample]
+"""What a pose is worth to whoever flies by it."""
 
 
-class MocapReceiver(Opened):
+class MocapReceiver(InThread):
     """The body's pose from cameras, received by a thread of its own: Vicon Tracker's stream, or whatever `connection` names.
 
     `read` returns the newest pose at once, with its age as of the call. The constructor touches no device. Whatever happens to
@@ -29,14 +46,20 @@ class MocapReceiver(Opened):
         config: Stream, object, frames and limits.
         clock: By which it waits.
         beside: Further objects of the same stream, by what they are: the door's leaf and frame.
+        judge: Returns every pose as it is to be used.
     """
 
     def __init__(
-        self, config: MocapConfig, clock: Clock = REAL_TIME, beside: Mapping[str, MocapConfig] = MappingProxyType({})
-    ) -> None:
-        self.config, self._clock, self.beside = config, clock, beside
+        self, config: MocapConfig, clock: Clock = REAL_TIME, beside: Mapping[str, MocapConfig] = MappingProxyType({}),
+        judge: Judge = lambda pose: pose,
+    ) -> None:  # fmt: skip
+        super().__init__("mocap", clock)
+        self.config, self.beside, self._judge = config, beside, judge
         self._log = EventLog[MocapEvent]()
-        self._worker: MocapWorker | None = None
+        self._cameras = parse_cameras(config.connection)
+        self._changed = clock.condition()
+        self._client: ClientProcess | None = None
+        self._channel: socket.socket | None = None
 
     def open(self, timeout: float | None = None) -> None:
         """Listen, and wait for a steady pose at the configured rate.
@@ -48,16 +71,14 @@ class MocapReceiver(Opened):
             BackendError: if it is open already, the address cannot be listened on, the rate is another, or no pose comes; it
                 says what comes instead. Or if the cameras need an extra that is not installed.
         """
-        if self._worker is not None:
+        if self._thread is not None:
             raise BackendError("the mocap receiver is open already", allowed="stop() before another open()")
-        if parse_cameras(self.config.connection) is not None and find_spec("motioncapture") is None:
+        if self._cameras is not None and find_spec("motioncapture") is None:
             raise BackendError(f"these cameras need the package motioncapture; {how_to_install('mocap')}",
                                field="mocap.connection", given=self.config.connection)  # fmt: skip
-        patience = self.config.open_timeout if timeout is None else timeout
-        self._worker = MocapWorker(listen(self.config.connection), self.config, self._log, self._clock, self.beside)
-        self._worker.open()
+        super().open()
         try:
-            self._await_pose(self._worker, patience)
+            self._await_pose(self.config.open_timeout if timeout is None else timeout)
         except BaseException:
             self.stop()
             raise
@@ -68,7 +89,9 @@ class MocapReceiver(Opened):
         Raises:
             BackendError: if it is not open.
         """
-        return self._as_of_now(self._opened())
+        self._require_open()
+        sample = self._pipeline.latest
+        return self._judge(sample.at(self._clock.now(), self.config.stale_after, self.config.prediction_limit))
 
     def read_beside(self, part: str) -> PoseSample:
         """Newest pose of a further object, at once; what is wrong with it is in the sample alone.
@@ -79,8 +102,8 @@ class MocapReceiver(Opened):
         Raises:
             BackendError: if it is not open.
         """
-        config = self.beside[part]
-        sample = self._opened().latest_beside(part)
+        self._require_open()
+        config, sample = self.beside[part], self._pipelines[part].latest
         return sample.at(self._clock.now(), config.stale_after, config.prediction_limit)
 
     def wait(self, sample: PoseSample, timeout: float) -> PoseSample:
@@ -93,10 +116,10 @@ class MocapReceiver(Opened):
         Raises:
             BackendError: if none comes in time, or it is not open.
         """
-        worker = self._opened()
-        if not worker.wait(lambda pipeline: pipeline.latest.count > sample.count, timeout):
+        self._require_open()
+        if not self._wait(lambda pipeline: pipeline.latest.count > sample.count, timeout):
             raise BackendError("no new pose", field="mocap", given=f"after {timeout:g} s")
-        return self._as_of_now(worker)
+        return self.read()
 
     def events(self) -> list[MocapEvent]:
         """Take what has happened since the last call, oldest first."""
@@ -109,37 +132,131 @@ class MocapReceiver(Opened):
         Raises:
             BackendError: if it is not open.
         """
-        return self._opened().pipeline.statistics()
+        self._require_open()
+        return self._pipeline.statistics()
 
     def stop(self) -> None:
         """End the thread and close the socket; may be called twice."""
-        worker, self._worker = self._worker, None
-        if worker is not None:
-            worker.stop()
+        super().stop()
 
-    def _await_pose(self, worker: MocapWorker, timeout: float) -> None:
-        def decided(pipeline: Pipeline) -> bool:
-            return pipeline.ready or pipeline.wrong_rate is not None or bool(worker.client_words)
+    def _require_open(self) -> None:
+        if self._thread is None:
+            raise BackendError("the mocap receiver is not open", allowed="open() before read()")
 
-        found = worker.wait(decided, timeout) and not worker.client_words
-        rate = worker.pipeline.wrong_rate
-        if rate is not None:
+    def _wait(self, condition: Callable[[Pipeline], bool], timeout: float) -> bool:
+        with self._changed:
+            return self._changed.wait_for(lambda: condition(self._pipeline), timeout)
+
+    def _await_pose(self, timeout: float) -> None:
+        pipeline = self._pipeline
+        self._wait(lambda one: one.ready or one.wrong_rate is not None or bool(self._client_words), timeout)
+        if (rate := pipeline.wrong_rate) is not None:
             raise BackendError("the cameras send frames at another rate", field="mocap.rate", given=self.config.rate,
                                allowed=f"the stream's {rate:.1f} 1/s")  # fmt: skip
-        if not found:
+        if self._client_words or not pipeline.ready:
+            why = self._client_words or pipeline.diagnosis()
             raise BackendError(
-                f"no pose of '{self.config.object_name}' within {timeout:g} s: "
-                f"{worker.client_words or worker.pipeline.diagnosis()}",
-                field="mocap.connection",
+                f"no pose of '{self.config.object_name}' within {timeout:g} s: {why}", field="mocap.connection",
                 given=self.config.connection,
                 allowed="the address that Tracker's UDP object stream is sent to, or cameras that can be reached",
-            )
+            )  # fmt: skip
 
-    def _as_of_now(self, worker: MocapWorker) -> PoseSample:
-        sample = worker.latest
-        return sample.at(self._clock.now(), self.config.stale_after, self.config.prediction_limit)
+    # ------------------------------------------------------------ the thread
 
-    def _opened(self) -> MocapWorker:
-        if self._worker is None:
-            raise BackendError("the mocap receiver is not open", allowed="open() before read()")
-        return self._worker
+    def _begin(self) -> None:
+        self._channel = listen(self.config.connection)
+        self._pipeline = Pipeline(self.config, self._log)  # only the thread may change it
+        self._pipelines = {part: Pipeline(one, EventLog()) for part, one in self.beside.items()}
+        self._started, self._client_words = -math.inf, ""  # of the cameras' client, and why it ended last
+        self._wake_read, self._wake_write = os.pipe()
+
+    def _interrupt(self) -> None:
+        os.write(self._wake_write, b"!")
+
+    def _stuck(self) -> None:
+        raise BackendError("the mocap receiver does not stop", field="mocap.connection", given=self.config.connection)
+
+    def _end(self) -> None:
+        os.close(self._wake_read)
+        os.close(self._wake_write)
+
+    def _run(self) -> None:
+        try:
+            while not self._stopping.is_set():
+                try:
+                    self._turn()
+                except Exception as error:  # the last line of defence: without the thread, no fault would be reported
+                    now = self._clock.now()
+                    self._pipeline.book.strike(MocapFault.INTERNAL, now, f"{type(error).__name__}: {error}")
+                    self._pause(INTERNAL_PAUSE)
+                with self._changed:
+                    self._changed.notify_all()
+        finally:
+            if self._channel is not None:
+                self._channel.close()
+            self._drop_client()
+
+    def _turn(self) -> None:
+        if self._channel is None:
+            self._reopen()
+        else:
+            if self._cameras is not None:
+                self._look_after_client(self._cameras, self._channel)
+            self._receive(self._channel)
+        for pipeline in (self._pipeline, *self._pipelines.values()):
+            pipeline.tick(self._clock.now())
+
+    def _look_after_client(self, cameras: CamerasLink, channel: socket.socket) -> None:
+        """Start the cameras' client, and start it again where it has ended; it ends with this thread."""
+        words, now = None if self._client is None else self._client.last_words, self._clock.now()
+        if words is not None:
+            self._client_words = words
+            self._pipeline.book.keep(MocapFault.CLIENT, True, now, f"{cameras.kind}: {words}")
+        due = now - self._started > RESTART_INTERVAL
+        if due and (self._client is None or words is not None):
+            self._drop_client()
+            self._client = ClientProcess(cameras, channel.getsockname()[1], self.config.rate)
+            self._started = self._clock.now()
+        elif due:
+            self._pipeline.book.keep(MocapFault.CLIENT, False, now)
+
+    def _drop_client(self) -> None:
+        client, self._client = self._client, None
+        if client is not None:
+            client.close()
+
+    def _receive(self, channel: socket.socket) -> None:
+        """Wait for packets until the next deadline, and read what has come."""
+        now = self._clock.now()
+        patience = (
+            min(self._pipeline.deadline(now) - now, LONGEST_WAIT) + 1e-4
+        )  # a little more: the deadline has passed
+        try:
+            if channel not in self._clock.readable((channel, self._wake_read), max(patience, 0.0)):
+                return
+            for _ in range(BATCH):
+                datagram, sender = channel.recvfrom(LARGEST)
+                arrival = self._clock.now()  # before the other one: what comes between makes poses older, not newer
+                raw = self._clock.raw()
+                for pipeline in (self._pipeline, *self._pipelines.values()):
+                    pipeline.feed(datagram, sender, arrival, raw)
+        except BlockingIOError:
+            return
+        except (OSError, ValueError) as error:  # ValueError: the socket is closed
+            channel.close()
+            self._channel = None
+            self._drop_client()  # it sends to a port that is gone
+            words = str(getattr(error, "strerror", None) or error)
+            self._pipeline.book.keep(MocapFault.SOCKET, True, self._clock.now(), words)
+
+    def _pause(self, duration: float) -> None:
+        """Wait, but not past `stop`."""
+        self._clock.readable([self._wake_read], duration)
+
+    def _reopen(self) -> None:
+        self._pause(REOPEN_INTERVAL)
+        if self._stopping.is_set():
+            return
+        with contextlib.suppress(BackendError):  # not yet: tried again
+            self._channel = listen(self.config.connection)
+            self._pipeline.book.keep(MocapFault.SOCKET, False, self._clock.now(), "opened again")

@@ -3,9 +3,8 @@
 from doorman.hardware.pixhawk.authority import Authority
 from doorman.hardware.pixhawk.autopilot import Autopilot
 from doorman.hardware.pixhawk.config import PixhawkConfig, Rates, Timeouts
-from doorman.hardware.pixhawk.events import Event, EventKind
+from doorman.hardware.pixhawk.events import Event, EventKind, Outcome, OutcomeStatus
 from doorman.hardware.pixhawk.link.status import LinkStatus
-from doorman.hardware.pixhawk.outcome import Outcome, OutcomeStatus
 from doorman.hardware.pixhawk.parameters.protocol import Finding
 from doorman.hardware.pixhawk.sample import Battery, LandedState, SampleStatus, VehicleSample
 from doorman.hardware.pixhawk.setpoints import AttitudeSetpoint, PositionSetpoint

@@ -5,10 +5,9 @@ from __future__ import annotations
 from enum import Enum
 from threading import RLock
 
-from doorman.hardware.pixhawk.dialect import Dialect
+from doorman.hardware.pixhawk.dialect import Dialect, Mode
 from doorman.hardware.pixhawk.events import EventKind, LinkLog
 from doorman.hardware.pixhawk.link.outgoing.stream import SetpointStream
-from doorman.hardware.pixhawk.modes import Mode
 from doorman.hardware.pixhawk.setpoints import PositionSetpoint
 from doorman.hardware.pixhawk.wire.messages import Message, command_message, mavlink
 
@@ -45,50 +44,39 @@ class AuthorityKeeper:
         self._stream = stream
         self._events = events
         self._lock = RLock()
-        self._state = Authority.NONE
+        self.state = Authority.NONE
         self._mode: Mode | None = None
         self._armed = False
         self._disarm_expected = False
-        self._landing = False
+        self.landing_requested = False
         self._next_request = 0.0
         self._requests = 0
 
-    @property
-    def state(self) -> Authority:
-        return self._state
-
-    @property
-    def landing_requested(self) -> bool:
-        return self._landing
-
     def prepare(self) -> None:
         with self._lock:
-            self._state = Authority.PREPARING
-            self._landing = self._disarm_expected = False
+            self.state = Authority.PREPARING
+            self.landing_requested = self._disarm_expected = False
 
     def withdraw(self, now: float) -> None:
         with self._lock:
             self._stream.stop()
-            self._state = Authority.NONE
-            self._landing = False
+            self.state = Authority.NONE
+            self.landing_requested = False
             self._end_conditions(now)
 
     def expect_disarm(self, expected: bool) -> None:
-        """Set whether the next disarming is ours."""
         self._disarm_expected = expected
 
     def hold(self, place: PositionSetpoint, *, latch: bool) -> bool:
-        """Hold a point; refused unless the vehicle is ours."""
         with self._lock:
-            if self._state is not Authority.ENGAGED:
+            if self.state is not Authority.ENGAGED:
                 return False
             self._stream.hold(place, latch=latch)
             return True
 
     def climb(self, place: PositionSetpoint, height: float, now: float) -> bool:
-        """Climb from a point; refused unless the vehicle is ours."""
         with self._lock:
-            if self._state is not Authority.ENGAGED:
+            if self.state is not Authority.ENGAGED:
                 return False
             self._stream.climb(place, height, now)
             return True
@@ -96,21 +84,21 @@ class AuthorityKeeper:
     def request_landing(self, place: PositionSetpoint | None) -> bool:
         """Ask to land at every chance until the heartbeat shows it; refused unless the vehicle is ours."""
         with self._lock:
-            if self._state is Authority.LANDING:
+            if self.state is Authority.LANDING:
                 return True
-            if self._state is not Authority.ENGAGED:
+            if self.state is not Authority.ENGAGED:
                 return False
-            if self._landing:  # asked again and again as it is
+            if self.landing_requested:  # asked again and again as it is
                 return True
             if place is not None:
                 self._stream.hold(place, latch=True)
-            self._landing, self._next_request, self._requests = True, 0.0, 0
+            self.landing_requested, self._next_request, self._requests = True, 0.0, 0
             return True
 
     def requests(self, now: float, dialect: Dialect, target: tuple[int, int]) -> list[Message]:
         """Requests to land that are due: by mode, and every other time by command."""
         with self._lock:
-            if not self._landing or now < self._next_request:
+            if not self.landing_requested or now < self._next_request:
                 return []
             self._next_request = now + _REPEAT
             self._requests += 1
@@ -123,30 +111,30 @@ class AuthorityKeeper:
 
     def accepted(self, command: int, now: float) -> None:
         with self._lock:
-            if self._landing and command in _LANDING_COMMANDS:
+            if self.landing_requested and command in _LANDING_COMMANDS:
                 self._next_request = now + _UNTIL_SHOWN
 
     def heartbeat(self, mode: Mode, armed: bool, system_status: int, dialect: Dialect, now: float) -> None:
         with self._lock:
             self._note_changes(mode, armed, now)
             if system_status == _TERMINATED:
-                if self._state in _OURS:
+                if self.state in _OURS:
                     self._lose("the motors were stopped: kill switch, or flight termination", now)
-            elif self._state in (Authority.PREPARING, Authority.LOST) and mode == dialect.companion_mode:
-                if self._state is Authority.PREPARING:
-                    self._state = Authority.ENGAGED
+            elif self.state in (Authority.PREPARING, Authority.LOST) and mode == dialect.companion_mode:
+                if self.state is Authority.PREPARING:
+                    self.state = Authority.ENGAGED
                     self._events.condition(EventKind.CONTROL_LOST, False, now, "another mode")
-            elif self._state is Authority.ENGAGED and mode != dialect.companion_mode:
+            elif self.state is Authority.ENGAGED and mode != dialect.companion_mode:
                 self._leave(mode, dialect, now)
             elif (
-                self._state is Authority.LANDING and mode not in dialect.land_modes and armed
+                self.state is Authority.LANDING and mode not in dialect.land_modes and armed
             ):  # PX4 goes back when disarmed
                 self._lose(f"mode is {mode} while landing", now)
             disarmed = self._armed and not armed
-            if disarmed and self._state is Authority.LANDING:
+            if disarmed and self.state is Authority.LANDING:
                 self.withdraw(now)
-            elif disarmed and self._state is Authority.ENGAGED:
-                if self._disarm_expected or self._landing:
+            elif disarmed and self.state is Authority.ENGAGED:
+                if self._disarm_expected or self.landing_requested:
                     self.withdraw(now)
                 else:
                     self._lose("the autopilot disarmed", now)
@@ -163,14 +151,14 @@ class AuthorityKeeper:
     def rebooted(self, now: float) -> None:
         """Take in that the autopilot has started anew, and obeys nothing from before."""
         with self._lock:
-            if self._state is not Authority.NONE:
+            if self.state is not Authority.NONE:
                 self._lose("the autopilot rebooted", now)
             self._mode, self._armed = None, False
 
     def _leave(self, mode: Mode, dialect: Dialect, now: float) -> None:
-        if self._landing and mode in dialect.land_modes:
-            self._landing = False
-            self._state = Authority.LANDING
+        if self.landing_requested and mode in dialect.land_modes:
+            self.landing_requested = False
+            self.state = Authority.LANDING
             self._stream.stop()
             self._end_conditions(now)
         else:
@@ -178,8 +166,8 @@ class AuthorityKeeper:
 
     def _lose(self, why: str, now: float) -> None:
         self._stream.stop()
-        self._state = Authority.LOST
-        self._landing = False
+        self.state = Authority.LOST
+        self.landing_requested = False
         self._end_conditions(now)
         self._events.condition(EventKind.CONTROL_LOST, True, now, why)
 

@@ -11,22 +11,19 @@ from doorman.clocks import REAL_TIME, Clock
 from doorman.exceptions import BackendError
 from doorman.hardware.pixhawk import sequences
 from doorman.hardware.pixhawk.config import PixhawkConfig
-from doorman.hardware.pixhawk.events import Event
+from doorman.hardware.pixhawk.events import Event, Outcome, OutcomeStatus
 from doorman.hardware.pixhawk.link.commands import command
 from doorman.hardware.pixhawk.link.link import Link
 from doorman.hardware.pixhawk.link.outgoing.mocap import MocapPose
 from doorman.hardware.pixhawk.link.outgoing.stream import LONGEST_BLIND_HOLD, here
 from doorman.hardware.pixhawk.link.status import LinkStatus, link_status
-from doorman.hardware.pixhawk.outcome import Outcome, OutcomeStatus
 from doorman.hardware.pixhawk.parameters import protocol as parameters
 from doorman.hardware.pixhawk.parameters.protocol import Finding
 from doorman.hardware.pixhawk.parameters.requirements import prepare_attitude, side_force_missing
-from doorman.hardware.pixhawk.parameters.rule import Rule
-from doorman.hardware.pixhawk.parameters.rules import rules_for
+from doorman.hardware.pixhawk.parameters.rules import Rule, rules_for
 from doorman.hardware.pixhawk.sample import SampleStatus, VehicleSample
 from doorman.hardware.pixhawk.setpoints import AttitudeSetpoint, PositionSetpoint, Setpoint
 from doorman.hardware.pixhawk.thrust.curve import ThrustCurve
-from doorman.hardware.pixhawk.thrust.measuring import measure_hover, measure_slope
 from doorman.hardware.pixhawk.thrust.slope import Slope, ThrustModel
 from doorman.hardware.pixhawk.wire.messages import mavlink
 
@@ -195,7 +192,7 @@ class Autopilot(Opened):
         Before, everything that attitude setpoints need is looked up: the thrust curve and ArduPilot's options.
 
         Args:
-            unarmed: Whether a vehicle that somebody has armed by then is left to him.
+            unarmed: Whether a vehicle that a person has armed by then is left to this person.
 
         Returns:
             DONE once the heartbeat shows the mode.
@@ -291,7 +288,7 @@ class Autopilot(Opened):
         Raises:
             BackendError: if the vehicle does not hover calmly.
         """
-        return measure_hover(self._link, hover_force, duration, compensate_battery=compensate_battery)
+        return sequences.measure_hover(self._link, hover_force, duration, compensate_battery=compensate_battery)
 
     def measure_slope(self, at: PositionSetpoint) -> Slope | None:
         """Measure how steeply thrust grows with its setpoint, by bobbing up and aside a little; the vehicle must hold.
@@ -302,7 +299,7 @@ class Autopilot(Opened):
         Returns:
             The slope, by the thrust curve in use; None if the vehicle is not ours, or too little was heard.
         """
-        return measure_slope(self._link, at)
+        return sequences.measure_slope(self._link, at)
 
     @property
     def thrust_model(self) -> ThrustModel | None:

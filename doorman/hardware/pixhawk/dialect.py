@@ -1,4 +1,7 @@
-"""What differs between PX4 and ArduPilot, as data; which of them it is says the heartbeat."""
+"""What differs between PX4 and ArduPilot, as data; which of them it is says the heartbeat.
+
+Flight modes have numbers on the wire and names for people (PX4 user guide; ArduCopter's mode numbers).
+"""
 
 from __future__ import annotations
 
@@ -6,7 +9,6 @@ import struct
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from doorman.hardware.pixhawk.modes import Mode, ardupilot_mode, px4_mode, px4_number
 from doorman.hardware.pixhawk.wire.messages import mavlink
 
 MULTIROTORS = frozenset({2, 3, 13, 14, 15, 29, 35})
@@ -16,10 +18,50 @@ _INTEGERS = {1: ("B", 1), 2: ("b", 1), 3: ("H", 2), 4: ("h", 2), 5: ("I", 4), 6:
 """Struct code and size of the integer MAV_PARAM_TYPEs."""
 
 
+_PX4_MAIN = {
+    1: "manual", 2: "altitude", 3: "position", 4: "auto", 5: "acro", 6: "offboard", 7: "stabilized", 8: "rattitude",
+    9: "simple", 10: "termination", 11: "altitude cruise",
+}  # fmt: skip
+_PX4_AUTO = {
+    1: "ready", 2: "take-off", 3: "loiter", 4: "mission", 5: "return", 6: "land", 8: "follow", 9: "precision land",
+    10: "VTOL take-off", 20: "descend",
+}  # fmt: skip
+_ARDUPILOT = {
+    0: "stabilize", 1: "acro", 2: "altitude hold", 3: "auto", 4: "guided", 5: "loiter", 6: "return", 7: "circle", 9: "land",
+    11: "drift", 13: "sport", 14: "flip", 15: "autotune", 16: "position hold", 17: "brake", 18: "throw", 19: "avoid",
+    20: "guided without GPS", 21: "smart return", 22: "flow hold", 23: "follow", 24: "zigzag", 25: "system identification",
+    26: "autorotate", 27: "auto return", 28: "turtle",
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Mode:
+    number: int  # `custom_mode` of HEARTBEAT
+    name: str
+
+    def __str__(self) -> str:
+        return self.name
+
+
+def px4_number(main: int, sub: int = 0) -> int:
+    return main << 16 | sub << 24
+
+
+def px4_mode(number: int) -> Mode:
+    """Mode of PX4 from a `custom_mode`; the sub mode counts in auto only."""
+    main, sub = number >> 16 & 0xFF, number >> 24 & 0xFF
+    name = _PX4_MAIN.get(main, f"mode {main}")
+    if main == 4:
+        return Mode(px4_number(main, sub), f"{name}: {_PX4_AUTO.get(sub, f'mode {sub}')}")
+    return Mode(px4_number(main), name)
+
+
+def ardupilot_mode(number: int) -> Mode:
+    return Mode(number, _ARDUPILOT.get(number, f"mode {number}"))
+
+
 @dataclass(frozen=True)
 class Dialect:
-    """One autopilot's ways."""
-
     name: str
     autopilot: int  # MAV_AUTOPILOT of its heartbeat
     companion_mode: Mode  # in which it obeys this computer
@@ -48,20 +90,17 @@ class Dialect:
     mode_hint: str  # what may keep it from the companion mode although it accepted the request
 
     def mode_parameters(self, mode: Mode) -> tuple[float, float, float]:
-        """First three parameters of DO_SET_MODE."""
         if self is PX4:
             return 1.0, float(mode.number >> 16 & 0xFF), float(mode.number >> 24 & 0xFF)
         return 1.0, float(mode.number), 0.0
 
     def decode_parameter(self, value: float, kind: int) -> float:
-        """Value of a parameter from the field of PARAM_VALUE."""
         code, size = _INTEGERS.get(kind, ("", 0))
         if not self.parameters_bytewise or not code:
             return value
         return float(struct.unpack(f"<{code}", struct.pack("<f", value)[:size])[0])
 
     def encode_parameter(self, value: float, kind: int) -> float:
-        """Field of PARAM_SET that carries a parameter's value."""
         code, size = _INTEGERS.get(kind, ("", 0))
         if not self.parameters_bytewise or not code:
             return value

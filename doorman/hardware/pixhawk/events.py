@@ -1,4 +1,4 @@
-"""What can happen on the link to the autopilot, as typed events, and which of it lasts."""
+"""What can happen on the link to the autopilot, as typed events, which of it lasts, and how a request to it ends."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ class EventKind(Enum):
     CLOCK_UNSYNCHRONISED = "clock unsynchronised"
     """Condition: stamps of the autopilot cannot be mapped to this computer's clock."""
     SETPOINT_STALE = "setpoint stale"
-    """Condition: the controller stopped sending setpoints; the vehicle is told to hold."""
+    """Condition: the controller stopped sending setpoints; the link makes the vehicle hold."""
     MOCAP_LOST = "mocap lost"
     """Condition: no fresh pose to send."""
     BATTERY_LOW = "battery low"
     """Condition: voltage or charge below the threshold, or the autopilot says so."""
     BATTERY_SILENT = "battery silent"
-    """Condition: the autopilot is heard, and does not tell the charge any more that it told."""
+    """Condition: the autopilot is heard, and no longer reports the charge that it has reported."""
     AUTOPILOT_FAILSAFE = "autopilot failsafe"
     """Condition: the autopilot reports itself critical or worse."""
     CONTROL_LOST = "control lost"
@@ -96,3 +96,32 @@ class LinkLog(EventLog[Event]):
             text = message if holds else f"no longer: {message}"
             self.write(Event(kind, time, text, holds, MappingProxyType(values)))
         return True
+
+
+class OutcomeStatus(Enum):
+    """Ends of a request."""
+
+    DONE = "done"
+    REFUSED = "refused"
+    """The autopilot said no."""
+    TIMED_OUT = "timed out"
+    NOT_READY = "not ready"
+    """Something that it needs is missing: the message says what."""
+    CONTROL_LOST = "control lost"
+    """Someone else changed the mode, or the link broke."""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """Result of a request."""
+
+    status: OutcomeStatus
+    message: str = ""
+
+    @property
+    def done(self) -> bool:
+        """Whether it ended as asked."""
+        return self.status is OutcomeStatus.DONE
+
+    def __str__(self) -> str:
+        return f"{self.status.value}: {self.message}" if self.message else self.status.value

@@ -9,7 +9,7 @@ from enum import Enum
 import numpy as np
 
 from doorman.arrays import Array, sealed
-from doorman.hardware.pixhawk.modes import Mode
+from doorman.hardware.pixhawk.dialect import Mode
 from doorman.hardware.pixhawk.wire.messages import mavlink
 
 

@@ -1,19 +1,25 @@
-"""What takes several steps: entering the companion mode, arming, take-off, landing. Each has a time-out and a defined end."""
+"""What takes several steps: entering the companion mode, arming, take-off, landing, measuring thrust.
+
+Each has a time-out and a defined end.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
 from doorman.exceptions import BackendError
 from doorman.hardware.pixhawk.authority import Authority
+from doorman.hardware.pixhawk.events import Outcome, OutcomeStatus
 from doorman.hardware.pixhawk.link.commands import command
 from doorman.hardware.pixhawk.link.link import Link
 from doorman.hardware.pixhawk.link.outgoing.stream import here
-from doorman.hardware.pixhawk.outcome import Outcome, OutcomeStatus
-from doorman.hardware.pixhawk.sample import LandedState, VehicleSample
+from doorman.hardware.pixhawk.sample import LandedState
 from doorman.hardware.pixhawk.setpoints import PositionSetpoint
+from doorman.hardware.pixhawk.thrust.curve import HoverCalibration, ThrustCurve
+from doorman.hardware.pixhawk.thrust.slope import BOB_TIME, Slope, SlopeMeasurement, bob
 from doorman.hardware.pixhawk.wire.messages import mavlink
 
 _HEARTBEAT_WAIT = 2.5
@@ -28,7 +34,9 @@ _ARRIVED = 0.15
 _CALM = 0.3
 """Vertical speed that counts as arrived [m/s]."""
 _GROUND_PATIENCE = 4.0
-"""On the ground so long without disarming by itself, the vehicle is told to disarm [s]."""
+"""On the ground so long without disarming by itself, the adapter disarms the vehicle [s]."""
+_BOB_PERIOD = 0.02
+"""Between setpoints of a bob [s]."""
 _DONE = Outcome(OutcomeStatus.DONE)
 
 
@@ -210,9 +218,31 @@ def leave(link: Link) -> None:
     link.authority.withdraw(link.time.now())
 
 
-def wait_for_sample(link: Link, accept: Callable[[VehicleSample], bool], timeout: float) -> bool:
-    """Wait until the newest sample is accepted."""
-    return _until(link, lambda: accept(link.tracker.sample), timeout)
+def measure_hover(link: Link, hover_force: float, duration: float, *, compensate_battery: bool) -> ThrustCurve:
+    calibration, deadline = HoverCalibration(), link.time.now() + duration
+    while (remaining := deadline - link.time.now()) > 0.0:
+        _until(link, lambda: calibration.add(link.tracker.sample), remaining)
+    old = link.stream.curve
+    curve = calibration.curve(hover_force, 0.0 if old is None else old.shape, compensate_battery)
+    if old is not None:
+        curve = replace(
+            old, hover_thrust=curve.hover_thrust, hover_force=hover_force, hover_voltage=curve.hover_voltage
+        )
+    link.stream.curve = curve
+    return curve
+
+
+def measure_slope(link: Link, at: PositionSetpoint) -> Slope | None:
+    """Measure how steeply thrust grows with its setpoint, by bobbing up and aside a little; the vehicle must hold."""
+    curve, measurement = link.stream.curve, SlopeMeasurement()
+    begin = link.time.now()
+    while (passed := link.time.now() - begin) < BOB_TIME:
+        if not link.stream.offer(bob(at, passed), link.time.now()):
+            return None
+        _until(link, lambda: measurement.add(link.tracker.sample), _BOB_PERIOD)
+    if not link.authority.hold(at, latch=False):
+        return None
+    return None if curve is None else measurement.slope(curve.hover_thrust)
 
 
 def _lost(link: Link) -> bool:

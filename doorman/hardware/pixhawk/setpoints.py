@@ -1,4 +1,4 @@
-"""Setpoints and the messages that carry them."""
+"""Setpoints, the messages that carry them, and a straight way at a steady speed made of them."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from doorman.checks import vector
 from doorman.exceptions import DimensionError
 from doorman.hardware.pixhawk.wire.frames import LocalFrame, flu_to_frd
 from doorman.hardware.pixhawk.wire.messages import BodyThrustMessage, Message, mavlink
-from doorman.hardware.quaternions import from_attitude
+from doorman.kinematics.rotations import quaternion_of
 
 ATTITUDE_AND_THRUST = 7
 """Type mask of SET_ATTITUDE_TARGET: body rates are ignored."""
@@ -23,6 +23,12 @@ POSITION_AND_YAW = 2552
 FULL_POSITION = 2048
 """Position, velocity, acceleration and yaw; the yaw rate is ignored."""
 _LARGEST = 1e5
+SPEED = 0.4
+"""Default speed on a straight way [m/s]."""
+_TURN_RATE = 0.5
+"""Turn rate on it [rad/s]."""
+_SHORTEST = 0.02
+"""Shortest duration of it [s]."""
 
 
 @dataclass(frozen=True)
@@ -64,6 +70,33 @@ class PositionSetpoint:
 Setpoint = AttitudeSetpoint | PositionSetpoint
 
 
+@dataclass(frozen=True)
+class StraightWay:
+    """From where the vehicle is to another place, turning on the way."""
+
+    since: float  # when it begins, by the clock that `setpoint` is asked with [s]
+    begin: Array  # shape (3,), world frame [m]
+    end: Array  # shape (3,), world frame [m]
+    yaw: float  # at the beginning [rad]
+    end_yaw: float  # at the end, by the shorter turn [rad]
+    speed: float = SPEED  # of the setpoint [m/s]
+
+    @property
+    def duration(self) -> float:
+        length = float(np.linalg.norm(self.end - self.begin))
+        return max(length / self.speed, abs(self._turn) / _TURN_RATE, _SHORTEST)
+
+    @property
+    def _turn(self) -> float:
+        return math.remainder(self.end_yaw - self.yaw, 2.0 * math.pi)
+
+    def setpoint(self, now: float) -> PositionSetpoint:
+        """Where to be, and how fast; the end, at rest, once it is over."""
+        share, way = min(max((now - self.since) / self.duration, 0.0), 1.0), self.end - self.begin
+        velocity = way / self.duration if share < 1.0 else np.zeros(3)
+        return PositionSetpoint(self.begin + share * way, self.yaw + share * self._turn, velocity)
+
+
 def attitude_message(
     setpoint: AttitudeSetpoint,
     thrust: float,
@@ -74,7 +107,7 @@ def attitude_message(
     *,
     side: tuple[float, float] | None = None,
 ) -> Message:
-    quaternion = frame.quaternion_to_ned(from_attitude(setpoint.attitude.tolist()))
+    quaternion = frame.quaternion_to_ned(quaternion_of(setpoint.attitude.tolist()))
     target, rest = (boot_ms, system, component), (quaternion.tolist(), 0.0, 0.0, 0.0, thrust)
     if side is None:
         return mavlink.MAVLink_set_attitude_target_message(*target, ATTITUDE_AND_THRUST, *rest)

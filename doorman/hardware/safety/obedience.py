@@ -24,7 +24,7 @@ SHAPING = 0.2
 
 
 class Obedience:
-    """Follows what an autopilot is told."""
+    """Follows the attitude that an autopilot is commanded."""
 
     def __init__(self) -> None:
         self._commanded: Array | None = None
@@ -32,7 +32,6 @@ class Obedience:
         self._last = -math.inf
 
     def forget(self) -> None:
-        """Nobody tells the autopilot an attitude any more."""
         self._commanded = None
 
     def follow(self, commanded: Array, now: float) -> None:

@@ -48,7 +48,7 @@ class Observation:
     divergence: float = math.nan
     """Between the cameras' and the autopilot's position [m]."""
     disobedience: float = math.nan
-    """Angle by which the autopilot steers elsewhere than it is told, or is on its way to, with the door in the gripper [rad]."""
+    """Angle by which the autopilot steers elsewhere than commanded, or is on its way to, with the door in the gripper [rad]."""
     grips_unheard: bool = False
     """Whether the gripper holds the door while only the cameras see the vehicle: the autopilot may not hear us either."""
     battery: float = math.nan

@@ -153,7 +153,7 @@ class Observer:
         return held.misfit
 
     def _disobedience(self, sample: VehicleSample, conditions: Set[EventKind], now: float) -> float:
-        """Angle by which the autopilot steers elsewhere than it is told, while the gripper holds on to the door."""
+        """Angle by which the autopilot steers elsewhere than commanded, while the gripper holds on to the door."""
         backend = self._backend
         commanded = backend.attitude
         holds = EventKind.SETPOINT_STALE in conditions  # the link tells it to, while the controller is late

@@ -14,10 +14,9 @@ from doorman.arrays import Array
 from doorman.background import InThread
 from doorman.exceptions import BackendError, DoormanError
 from doorman.hardware.pixhawk import Authority
-from doorman.hardware.pixhawk.straight_way import StraightWay
-from doorman.hardware.safety.assessor import Assessor, Finding
+from doorman.hardware.pixhawk.setpoints import StraightWay
 from doorman.hardware.safety.observation import Observation
-from doorman.hardware.safety.rules import ACTIONS, Action, Fault
+from doorman.hardware.safety.rules import ACTIONS, Action, Assessor, Fault, Finding
 from doorman.hardware.vehicle.links import VehicleLinks
 from doorman.scenario import SafetySection
 
@@ -31,7 +30,7 @@ ABORT_WITHIN = 20.0
 _LETTING_GO = 5.0
 """Longest time for the gripper to open before that [s]."""
 _HOVERING = 0.5
-"""Longest time to wait for somebody to say where the vehicle is before that, as it drifts [s]."""
+"""Longest time to wait for a known position before that, as the vehicle drifts [s]."""
 _SETTLING = 1.0
 """At the end of that way [s]."""
 OnAbort = Callable[[str], None]
@@ -187,8 +186,8 @@ class Supervisor(InThread):
             if self.action is not None and finding.action <= self.action:
                 return
             self.action, self._cause = finding.action, finding
-            if finding.fault is Fault.INCONSISTENT and self._links.mocap is not None:
-                self._links.mocap.distrust()  # whoever lies: what the autopilot feels is sure for a while
+            if finding.fault is Fault.INCONSISTENT:
+                self._links.doubt.distrust()  # whoever lies: what the autopilot feels is sure for a while
             self._act(finding)
 
     def _act(self, finding: Finding) -> None:

@@ -22,7 +22,7 @@ OPENING_CURRENT = -0.3
 CLOSES_WITHIN = 1.5
 """Time in which the fingers have closed [s]."""
 OPENS_WITHIN = 1.0
-"""Time in which the spring has opened the fingers of a servo that nobody hears, its watchdog included [s]."""
+"""Time in which the spring has opened the fingers of a silent servo, its watchdog included [s]."""
 _DEAD_BAND = 0.1
 
 

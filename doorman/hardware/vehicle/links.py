@@ -12,20 +12,20 @@ from doorman.arrays import Array
 from doorman.background import InThread, Opened
 from doorman.clocks import REAL_TIME, Clock
 from doorman.exceptions import BackendError, DoormanError
-from doorman.hardware.door import DoorSensor, DoorSource
-from doorman.hardware.door.sources.camera_objects import objects_beside
-from doorman.hardware.door.sources.configured import source_of
+from doorman.hardware.door import DoorSensor, DoorSensorConfig, DoorSource
+from doorman.hardware.door.sources import objects_beside, source_of
 from doorman.hardware.dynamixel import LATCHED, NoServos, ServoBus
 from doorman.hardware.mocap import MocapConfig, MocapReceiver, PoseSource
+from doorman.hardware.mocap.sources.polled import PolledReceiver
 from doorman.hardware.pixhawk import Authority, Autopilot, Outcome, PositionSetpoint, SampleStatus
 from doorman.hardware.pixhawk.link.outgoing.stream import LONGEST_BLIND_HOLD
 from doorman.hardware.vehicle.config import VehicleConfig
-from doorman.hardware.vehicle.doubted_mocap import DoubtedMocap, DoubtedPoses
+from doorman.hardware.vehicle.doubt import Doubt
 from doorman.hardware.vehicle.gripper import CLOSED, CLOSES_WITHIN, HALF_OPEN, OPENS_WITHIN, gripper_current
 from doorman.hardware.vehicle.tip_force import TipForce, TipForceSource
 
 _SLOW_TO_OPEN = OPENS_WITHIN + 0.2
-"""A gripper that still holds so long after it was told to let go does not open [s]."""
+"""A gripper that still holds so long after the command to let go does not open [s]."""
 GUARD_TIMEOUT = 0.5
 """A guard that gives no sign of life for this long is taken for dead [s]."""
 
@@ -74,7 +74,10 @@ class VehicleLinks(Opened):
         self.tip_force = None if tip_force is None else TipForce(tip_force)
         self.autopilot = Autopilot(config.pixhawk, clock)
         self.servos = ServoBus(config.servos, clock) if config.servos.n else NoServos(config.servos, clock)
-        self.mocap = None if config.mocap is None else self._cameras(config, config.mocap, poses, door is None)
+        self.doubt = Doubt(self.autopilot, 0.0 if config.mocap is None else config.mocap.position_slack)
+        """Whether the cameras' poses are believed."""
+        sensor = config.door_sensor if door is None else None
+        self.mocap = None if config.mocap is None else self._cameras(config.mocap, poses, sensor)
         if config.door_sensor is not None:
             self.door = DoorSensor(door or source_of(config.door_sensor, self.mocap, clock), config.door_sensor)
         elif door is not None:
@@ -83,16 +86,15 @@ class VehicleLinks(Opened):
         self._inhibited: str | None = None
         self._guarded_at: float | None = None
         self._relay: _Relay | None = None
-        self._grip_told: tuple[bool, float] | None = None
+        self._grip_command: tuple[bool, float] | None = None
         self._open: ExitStack | None = None
 
     def _cameras(
-        self, config: VehicleConfig, cameras: MocapConfig, poses: PoseSource | None, with_door: bool
-    ) -> DoubtedMocap:
+        self, cameras: MocapConfig, poses: PoseSource | None, sensor: DoorSensorConfig | None
+    ) -> MocapReceiver:
         if poses is not None:
-            return DoubtedPoses(cameras, self.autopilot, poses, self.clock)
-        beside = objects_beside(cameras, config.door_sensor) if with_door else {}
-        return DoubtedMocap(cameras, self.autopilot, self.clock, beside)
+            return PolledReceiver(cameras, poses, self.clock, self.doubt)
+        return MocapReceiver(cameras, self.clock, objects_beside(cameras, sensor), self.doubt)
 
     # ------------------------------------------------------------ life
 
@@ -109,7 +111,7 @@ class VehicleLinks(Opened):
         """
         if self._open is not None:
             raise BackendError("the links are open already", allowed="stop() before another open()")
-        self._inhibited = self._grip_told = None
+        self._inhibited = self._grip_command = None
         with ExitStack() as stack:
             if self.mocap is not None:
                 stack.enter_context(self.mocap)
@@ -138,7 +140,7 @@ class VehicleLinks(Opened):
         if not heard and self.mocap is not None:
             with contextlib.suppress(BackendError):  # closed
                 pose = self.mocap.read()
-                newest = pose.count > 0 and not pose.time <= state.position_time and not self.mocap.doubted
+                newest = pose.count > 0 and not pose.time <= state.position_time and not self.doubt.holds
                 if pose.usable or newest:
                     return Whereabouts(pose.position, pose.velocity, float(pose.attitude[2]), pose.time, pose.usable)
         return Whereabouts(state.position, state.velocity, float(state.attitude[2]), state.position_time, heard)
@@ -204,41 +206,41 @@ class VehicleLinks(Opened):
         grip = None
         if self.config.gripper:
             grip = gripper_current(float(self.servos.read().angles[-1]), closed)
-            if self._grip_told is None or self._grip_told[0] != closed:
-                self._grip_told = (closed, self.clock.now())
+            if self._grip_command is None or self._grip_command[0] != closed:
+                self._grip_command = (closed, self.clock.now())
         self.servos.command(rates, grip)
 
     @property
     def holding(self) -> bool:
         """Whether the gripper holds what is between its fingers; one that has not been seen for long has opened by itself.
 
-        One that was told to open holds until its fingers are open for certain.
+        One that is commanded to open holds until its fingers are open for certain.
         """
         if not self.config.gripper:
             return False
         with contextlib.suppress(BackendError):  # closed
             sample = self.servos.read()
             seen = self.clock.now() - sample.times[-1] < OPENS_WITHIN
-            opens = self._grip_told is not None and not self._grip_told[0]
+            opens = self._grip_command is not None and not self._grip_command[0]
             return bool(seen and sample.angles[-1] > (HALF_OPEN if opens else CLOSED))
         return False
 
     @property
     def gripped(self) -> bool:
-        """Whether the gripper was told to close, and holds."""
-        return self._grip_told is not None and self._grip_told[0] and self.holding
+        """Whether the gripper is commanded to close, and holds."""
+        return self._grip_command is not None and self._grip_command[0] and self.holding
 
     @property
     def surely_holding(self) -> bool:
-        """Whether the fingers are closed, whatever they were told; half open ones hold nothing that pulls."""
+        """Whether the fingers are closed, whatever the command; half open ones hold nothing that pulls."""
         return self.holding and bool(self.servos.read().angles[-1] > CLOSED)
 
     @property
     def grip_failed(self) -> bool:
-        """Whether the gripper does not do what it was told long enough ago, or its servo has failed while it holds."""
-        if self._grip_told is None:
+        """Whether the gripper does not do what was commanded long enough ago, or its servo has failed while it holds."""
+        if self._grip_command is None:
             return False
-        closed, since = self._grip_told
+        closed, since = self._grip_command
         if not closed:
             return self.holding and self.clock.now() - since > _SLOW_TO_OPEN
         if not self.holding:

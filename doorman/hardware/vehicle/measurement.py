@@ -1,7 +1,7 @@
 r"""Measurement from the newest samples of all links.
 
 Position and velocity stay as they were measured, with the time at which they were true: the estimator behind it knows how to
-use an old pose. The attitude is brought to that time, and the joint angles, which nobody filters, to the time of the tick,
+use an old pose. The attitude is brought to that time, and the joint angles, which are not filtered, to the time of the tick,
 
 .. math::
     q(t_p) = q_0 \exp(\Omega\,(t_p - t_0)), \qquad H(t) = H_0 + \dot H\,(t - t_0)

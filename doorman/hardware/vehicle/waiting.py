@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 from doorman.hardware.mocap import PoseSample
 from doorman.hardware.pixhawk import SampleStatus
 from doorman.hardware.pixhawk.sample import VehicleSample
-from doorman.hardware.quaternions import rotate
-from doorman.hardware.vehicle.doubted_mocap import between
+from doorman.hardware.quaternions import angle_between, rotate
 from doorman.hardware.vehicle.links import VehicleLinks
 
 PATIENCE = 45.0
@@ -26,7 +25,6 @@ _WORTH_A_WORD = 1.0
 
 
 def await_links(links: VehicleLinks, say: Callable[[str], None] | None = None) -> None:
-    """Wait; what is missing after that, a checklist says."""
     clock = links.clock
     begin, said = clock.now(), ""
     while True:
@@ -59,7 +57,7 @@ def apart(links: VehicleLinks) -> float:
 
 def turned(links: VehicleLinks) -> float:
     """Angle between mocap's attitude and the autopilot's estimate [rad]; 0 without mocap, NaN without a pose that can be used."""
-    return _compared(links, lambda seen, own: between(seen.quaternion, own.quaternion))
+    return _compared(links, lambda seen, own: angle_between(seen.quaternion.tolist(), own.quaternion.tolist()))
 
 
 def leaning(links: VehicleLinks) -> float:

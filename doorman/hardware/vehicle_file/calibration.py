@@ -26,7 +26,7 @@ from doorman.hardware.dynamixel import ServoBus, ServoConfig, zero_position
 from doorman.hardware.dynamixel.wire.registers import DRIVE_MODE, HOMING_OFFSET
 from doorman.hardware.mocap import MocapConfig, MocapReceiver
 from doorman.hardware.quaternions import to_attitude
-from doorman.hardware.vehicle.settings import with_settings
+from doorman.hardware.vehicle.config import with_settings
 from doorman.hardware.vehicle_file.file import MOCAP, NO_CAMERAS, OPTIONS, SERVOS, VehicleFile
 from doorman.kinematics.doors.door import Door
 from doorman.kinematics.rotations import attitude_from_rotation, rotation_body_to_world

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from doorman.hardware.computer.doctor import Complaint, Row
-from doorman.hardware.computer.host import Host
+from doorman.hardware.computer.doctor import Complaint, Host, Row
 from doorman.hardware.pixhawk.wire.connection import Transport, parse_connection
 from doorman.hardware.vehicle_file.file import PIXHAWK, SERVOS, VehicleFile
 
@@ -13,7 +12,6 @@ _DEVICES = "doorman system udev | sudo tee /etc/udev/rules.d/99-doorman.rules"
 
 
 def devices(host: Host, file: VehicleFile) -> list[Row]:
-    """Look at every device and file of a vehicle's links."""
     rows = []
     for key, device in (("pixhawk", _serial(file.values.get(PIXHAWK))), ("servos", file.values.get(SERVOS))):
         if device is not None:
@@ -27,7 +25,6 @@ def devices(host: Host, file: VehicleFile) -> list[Row]:
 
 
 def _serial(connection: str | None) -> str | None:
-    """Device of a connection, if it has one."""
     if connection is None:
         return None
     endpoint = parse_connection(connection)

@@ -1,20 +1,23 @@
-"""`VehicleFile`: read, checked, and put over a scenario and into the links' configuration."""
+"""Vehicle file: read, checked, put over a scenario and into the links' configuration; and values written into it."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Mapping
+import tempfile
+import tomllib
+from collections.abc import Iterator, Mapping, MutableMapping
 from dataclasses import dataclass, field, fields
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
-from pydantic import ValidationError
+import tomlkit
+from pydantic import BaseModel, ValidationError
 
 from doorman.exceptions import BackendError, DoormanError, ScenarioError
 from doorman.hardware.pixhawk import PixhawkConfig
 from doorman.hardware.vehicle import VehicleConfig, vehicle_config
-from doorman.hardware.vehicle_file.tables import GAINS, LINKS, TABLES, VEHICLE
+from doorman.hardware.vehicle_file.template import GAINS, LINKS, TABLES, VEHICLE
 from doorman.model import Model
 from doorman.scenario import Scenario
 from doorman.scenario.errors import explain
@@ -198,3 +201,55 @@ def _whole_name(name: str | None) -> str:
         return name.partition(".")[2]
     ours = {one.name for one in fields(PixhawkConfig)} - set(LINKS)
     return f"pixhawk.{name}" if first in ours else name or ""
+
+
+def write_values(path: Path, values: Mapping[str, object], tables: type[BaseModel] = TABLES) -> None:
+    """Write values into a vehicle file, or a task; everything else in it stays, byte for byte.
+
+    The file is replaced in one step, and only by one that can be read again.
+
+    Args:
+        path: The file.
+        values: By dotted key; tables that are missing are added at the end.
+        tables: What the file may hold: a vehicle file's tables, or a scenario's.
+
+    Raises:
+        ScenarioError: if the file is malformed or cannot be written, or a value does not fit its key.
+    """
+    read_tables(path)  # says what is wrong with it
+    document = tomlkit.parse(path.read_text(encoding="utf-8-sig"))
+    for key, value in values.items():
+        _set(document, key, plain(value), path)
+    text = tomlkit.dumps(document)
+    try:
+        tables.model_validate(tomllib.loads(text))
+    except ValidationError as error:
+        raise explain(tables, error, path) from None
+    try:
+        _replace(path, text)
+    except OSError as error:
+        raise ScenarioError(f"cannot be written: {error.strerror}", file=path) from error
+
+
+def _set(document: MutableMapping[str, Any], key: str, value: object, path: Path) -> None:
+    *sections, last = key.split(".")
+    table: Any = document
+    for section in sections:
+        table = table.setdefault(section, {})
+        if not isinstance(table, MutableMapping):
+            raise ScenarioError("wrong value", file=path, field=section, given=table, allowed="a table")
+    table[last] = value
+
+
+def _replace(path: Path, text: str) -> None:
+    """Write beside the file, then rename: no reader sees half a file."""
+    target = path.resolve()
+    descriptor, beside = tempfile.mkstemp(prefix=f".{target.name}.", dir=target.parent)
+    try:
+        with open(descriptor, "w", encoding="utf-8") as file:
+            file.write(text)
+        os.chmod(beside, target.stat().st_mode & 0o7777)
+        os.replace(beside, target)
+    except BaseException:
+        Path(beside).unlink(missing_ok=True)
+        raise

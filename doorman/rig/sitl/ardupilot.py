@@ -21,8 +21,8 @@ from doorman.arrays import Array
 from doorman.copying import Uncopied
 from doorman.exceptions import BackendError
 from doorman.hardware.pixhawk.wire.frames import flu_to_frd
-from doorman.hardware.quaternions import from_attitude
-from doorman.rig.emulators.autopilot.vehicle.mixer import MotorKind
+from doorman.kinematics.rotations import quaternion_of
+from doorman.rig.emulators.autopilot.vehicle.control import MotorKind
 from doorman.rig.sitl.rotor_pilot import listener, specific_force
 from doorman.simulation.plant.onboard.rotors import RotorLayout
 from doorman.simulation.truth import Truth
@@ -51,8 +51,6 @@ _FARTHEST = 20.0
 
 @dataclass(frozen=True)
 class Wiring:
-    """Which output of ArduPilot drives which rotor."""
-
     outputs: tuple[int, ...]  # of every rotor, from 0
     directions: Array  # as ArduPilot's frame has them, +1 counter-clockwise seen from above, shape (m,)
 
@@ -118,12 +116,11 @@ class ArduPilotSitl(Uncopied):
         return np.minimum(share, 1.0) * self._limits
 
     def tell(self, truth: Truth) -> None:
-        """Send what ArduPilot's sensors are made of."""
         last, self._last = self._last, truth
         if self._peer is None or self._socket is None or last is None or truth.time <= last.time:
             return
         force = specific_force(last, truth)
-        w, x, y, z = from_attitude(truth.attitude.tolist())
+        w, x, y, z = quaternion_of(truth.attitude.tolist())
         text = (
             f'\n{{"timestamp":{truth.time - self._boot:.6f},"imu":{{"gyro":{_turned(truth.body_rates)},'
             f'"accel_body":{_turned(force)}}},"position":{_turned(truth.position)},"velocity":{_turned(truth.velocity)},'

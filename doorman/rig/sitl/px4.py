@@ -23,7 +23,7 @@ from doorman.exceptions import BackendError
 from doorman.hardware.pixhawk.wire.frames import flu_to_frd
 from doorman.hardware.pixhawk.wire.messages import mavlink
 from doorman.kinematics.rotations import rotation_body_to_world
-from doorman.rig.emulators.autopilot.vehicle.mixer import MotorKind
+from doorman.rig.emulators.autopilot.vehicle.control import MotorKind
 from doorman.rig.sitl.rotor_pilot import listener, specific_force
 from doorman.simulation.plant.onboard.rotors import RotorLayout
 from doorman.simulation.truth import Truth
@@ -121,7 +121,6 @@ class Px4Sitl(Uncopied):
         return signals * signals * self._layout.max_thrusts
 
     def tell(self, truth: Truth) -> None:
-        """Send what PX4's sensors measure."""
         last, self._last = self._last, truth
         if self._peer is None or last is None or truth.time <= last.time:
             return

@@ -13,11 +13,12 @@ from numpy.typing import NDArray
 
 from doorman.exceptions import BackendError
 from doorman.hardware.door import CameraConfig, DoorSample, DoorSensor, DoorSensorConfig, LeafGeometry, Mark
-from doorman.hardware.door.sources.callable_source import CallableSource
+from doorman.hardware.door.sources import CallableSource
 from doorman.hardware.door.tags.detector import SeenTag, TagDetector, opencv
 from doorman.hardware.door.tags.printing import tag_cells
 from doorman.hardware.door.tags.source import DoorByTags
-from doorman.hardware.quaternions import from_attitude, multiply
+from doorman.hardware.quaternions import multiply
+from doorman.kinematics.rotations import quaternion_of
 from doorman.kinematics.urdf.shapes import link_name
 from doorman.model import Model
 from doorman.signals import FrameReading, LeafReading
@@ -58,14 +59,14 @@ def scene_with_tags(
         material = spec.add_material(name=name, texuniform=False)
         material.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = name
         half = 0.5 * mark.size * 10.0 / 8.0
-        position, turn = np.array(mark.position), from_attitude(mark.attitude)
+        position, turn = np.array(mark.position), quaternion_of(mark.attitude)
         if body is world:
             position = (placed @ [*position, 1.0])[:3]
             yaw = np.arctan2(placed[1, 0], placed[0, 0])
-            turn = multiply(from_attitude((0.0, 0.0, float(yaw))), turn)
+            turn = multiply(quaternion_of((0.0, 0.0, float(yaw))), turn)
         body.add_site(name=name, type=mujoco.mjtGeom.mjGEOM_BOX, size=[half, half, _THIN], pos=position, quat=turn,
                       material=name, group=_GROUP, rgba=[1, 1, 1, 1])  # fmt: skip
-    looks = multiply(from_attitude(camera.attitude), _LENS)
+    looks = multiply(quaternion_of(camera.attitude), _LENS)
     fov = np.degrees(2.0 * np.arctan(0.5 * camera.height / camera.fy))
     base.add_camera(name=CAMERA, pos=camera.position, quat=looks, fovy=fov)
     spec.worldbody.add_light(pos=[-2.0, 0.0, 3.0], dir=[1.0, 0.0, -1.0], diffuse=[0.7, 0.7, 0.7])

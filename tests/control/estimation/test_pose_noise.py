@@ -10,7 +10,7 @@ from doorman.feasibility.inputs.setup import setup_findings
 from doorman.feasibility.report import Finding
 from doorman.flight import Verdict
 from doorman.flight.ground.judgements import judge_noise
-from doorman.hardware.mocap.figures import Figures
+from doorman.hardware.mocap.faults import Figures
 from doorman.model import Model
 from doorman.scenario import Scenario
 

@@ -13,7 +13,7 @@ from doorman.flight.ground.judgements import judge_age
 from doorman.flight.watches.pose_delay import PoseDelay
 from doorman.hardware.mocap.poses.sample import measured
 from doorman.hardware.pixhawk import VehicleSample
-from doorman.hardware.quaternions import from_attitude
+from doorman.kinematics.rotations import quaternion_of
 
 
 def told(delay: float, size: float = 0.06, noise: float = 0.0, duration: float = 2.7, stranger: bool = False) -> float:
@@ -27,7 +27,7 @@ def told(delay: float, size: float = 0.06, noise: float = 0.0, duration: float =
         now = 7.0 + 0.02 * index
         taken = 0.01 * math.floor(100.0 * (now - 0.015 - max(delay, 0.0)))
         seen = angles(taken, 1.6 if stranger else 0.0) + noise * random.standard_normal(3)
-        pose = measured(taken + delay, (0.0, 0.0, 1.0), from_attitude(seen), (0.0,) * 3, (0.0,) * 3,
+        pose = measured(taken + delay, (0.0, 0.0, 1.0), quaternion_of(seen), (0.0,) * 3, (0.0,) * 3,
                         index, 1)  # fmt: skip
         felt = now - 0.007
         poses.note(pose, replace(VehicleSample(), attitude_time=felt, attitude=angles(felt)))

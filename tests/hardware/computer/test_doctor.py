@@ -11,8 +11,7 @@ import pytest
 from command_line import run as doorman
 
 from doorman.hardware.computer import doctor
-from doorman.hardware.computer.doctor import Complaint, examine
-from doorman.hardware.computer.host import Host
+from doorman.hardware.computer.doctor import Complaint, Host, examine
 
 GOOD = {
     "sys/bus/usb-serial/devices/ttyUSB0/latency_timer": "1",

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from virtual_time import CLOCK
 
+from doorman.cli.vehicles.rig_demo import free_port
 from doorman.exceptions import BackendError
 from doorman.hardware.door import (
     CallableSource,
@@ -24,7 +25,7 @@ from doorman.hardware.door import (
     MarkPose,
     UdpLineSource,
 )
-from doorman.hardware.door.sources.camera_objects import CameraObjects, objects_beside
+from doorman.hardware.door.sources import CameraObjects, objects_beside
 from doorman.hardware.mocap import MocapConfig, MocapReceiver, PoseSource
 from doorman.hardware.quaternions import from_rotation
 from doorman.hardware.vehicle import VehicleLinks, vehicle_config
@@ -167,12 +168,6 @@ def test_a_line_of_text_is_a_reading():
     finally:
         source.stop()
         source.stop()
-
-
-def free_port() -> int:
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        probe.bind(("127.0.0.1", 0))
-        return probe.getsockname()[1]
 
 
 def test_cameras_see_leaf_and_frame_as_further_objects():

@@ -12,9 +12,8 @@ from tag_pictures import picture
 from doorman.exceptions import BackendError
 from doorman.hardware.door import CameraConfig, DoorSample, DoorSensorConfig, Mark
 from doorman.hardware.door.tags.detector import TagDetector
-from doorman.hardware.door.tags.pictures import Picture
 from doorman.hardware.door.tags.printing import Page, tag_cells, tag_pdf
-from doorman.hardware.door.tags.source import DoorByTags, TagSource
+from doorman.hardware.door.tags.source import DoorByTags, Picture, TagSource
 from doorman.hardware.quaternions import from_rotation, multiply, to_rotation
 from doorman.kinematics.rotations import rotation_body_to_world
 

@@ -22,7 +22,7 @@ from doorman.hardware.dynamixel.cycle import ServoCommand, ServoCycle
 from doorman.hardware.dynamixel.faults import LATCHED, STOPPING
 from doorman.hardware.dynamixel.setup.commissioning import ReadyServo
 from doorman.hardware.dynamixel.wire.link import Link
-from doorman.hardware.dynamixel.wire.telemetry import BLOCK_SIZE
+from doorman.hardware.dynamixel.wire.registers import BLOCK_SIZE
 from doorman.hardware.events import EventLog
 from doorman.rig.emulators.servos.packets import HEADER, Instruction, InstructionStream, checksum, status_packet
 

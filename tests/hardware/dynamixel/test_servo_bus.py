@@ -13,7 +13,7 @@ from virtual_time import CLOCK
 
 from doorman.exceptions import BackendError
 from doorman.hardware.dynamixel import BusState, ServoFault
-from doorman.hardware.dynamixel.wire.units import RADIANS_PER_TICK, VELOCITY_UNIT
+from doorman.hardware.dynamixel.wire.registers import RADIANS_PER_TICK, VELOCITY_UNIT
 from doorman.rig.emulators.servos.unit import READY, ServoSetup
 
 POSTURE = [0.3, 1.0, -0.6, -0.4]

@@ -7,8 +7,7 @@ import pytest
 from servo_client import Client, PatientPort, exchange
 
 from doorman.clocks import REAL_TIME
-from doorman.rig.emulators.servos.bus import ServoBusLogic
-from doorman.rig.emulators.servos.faults import BusFaults
+from doorman.rig.emulators.servos.bus import BusFaults, ServoBusLogic
 from doorman.rig.emulators.servos.packets import Instruction
 from doorman.rig.emulators.servos.plant import LaggingJoints
 from doorman.rig.emulators.servos.unit import READY, EmulatedServo, ServoSetup

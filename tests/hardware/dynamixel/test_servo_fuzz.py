@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from fuzz_servo_answers import fuzz
 
-from doorman.hardware.dynamixel.servo_clock import ServoClock
+from doorman.hardware.dynamixel.monitor import ServoClock
 from doorman.hardware.dynamixel.wire.link import Link
 
 

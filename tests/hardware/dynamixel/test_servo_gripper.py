@@ -9,7 +9,7 @@ from virtual_time import CLOCK
 
 from doorman.exceptions import BackendError
 from doorman.hardware.dynamixel import ServoFault
-from doorman.hardware.dynamixel.wire.units import VELOCITY_UNIT
+from doorman.hardware.dynamixel.wire.registers import VELOCITY_UNIT
 from doorman.rig.emulators.servos.plant import LaggingJoints
 from doorman.rig.emulators.servos.unit import ENCODER, OVERLOAD, READY, READY_TO_GRIP, ServoSetup
 
@@ -132,7 +132,7 @@ def test_it_opens_when_the_adapter_fails_in_itself(hand, monkeypatch):
     def failing():
         raise RuntimeError("a mistake of ours")
 
-    monkeypatch.setattr(hand.bus._worker._cycle, "_faults", failing)
+    monkeypatch.setattr(hand.bus._cycle, "_faults", failing)
     wait_until_open(hand)
 
 
@@ -211,7 +211,7 @@ def test_recovered_it_stays_open_until_it_is_commanded_again(hand, monkeypatch, 
         hand.until(has(ServoFault.RESTARTED), rates=(ARM, None))
     else:
         with monkeypatch.context() as patch:
-            patch.setattr(hand.bus._worker._cycle, "_faults", lambda: 1 / 0)
+            patch.setattr(hand.bus._cycle, "_faults", lambda: 1 / 0)
             wait_until_open(hand)
     wait_until_open(hand)
     assert hand.bus.recover() == ()

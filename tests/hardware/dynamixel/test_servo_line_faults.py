@@ -244,7 +244,7 @@ def test_user_that_has_stopped_the_arm_may_fall_silent(make_rig):
 def test_adapter_that_fails_in_itself(rig, monkeypatch, place):
     """Before it has commanded anything, or after: questions alone keep the servos' watchdogs quiet."""
     rig.fly(SLOW, 0.2)
-    cycle = rig.bus._worker._cycle
+    cycle = rig.bus._cycle
     broken = [True]
     whole = getattr(cycle, place)
 

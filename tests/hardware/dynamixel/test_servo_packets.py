@@ -77,43 +77,6 @@ def test_crc_is_that_of_the_sdk(data):
     assert crc16(data) == checksum(data) == sdk_packets.Protocol2PacketHandler().updateCRC(0, data, len(data))
 
 
-@given(ids, st.sampled_from([i for i in Instruction if i is not Instruction.STATUS]), treacherous)
-def test_servos_hear_what_the_adapter_says(servo_id, instruction, parameters):
-    packet = instruction_packet(servo_id, instruction, parameters)
-    assert packet.find(b"\xff\xff\xfd\x00", 1) < 0, "a header inside a packet"
-    (heard,) = InstructionStream().feed(packet)
-    assert (heard.servo_id, heard.code, heard.parameters, heard.intact) == (servo_id, instruction, parameters, True)
-
-
-@given(ids, st.integers(0, 255), treacherous)
-def test_the_adapter_hears_what_servos_say(servo_id, error, parameters):
-    packet = status_packet(servo_id, error, parameters)
-    assert parse(packet) == [StatusPacket(servo_id, error, parameters)]
-
-
-@given(st.lists(st.tuples(ids, treacherous), max_size=5), st.lists(st.binary(max_size=12), min_size=6, max_size=6),
-       st.integers(1, 30))  # fmt: skip
-def test_noise_around_packets_and_any_chunks(packets, noise, size):
-    """Noise without a header costs nothing but itself, and the stream may be cut anywhere."""
-    stream = bytearray()
-    for (servo_id, parameters), junk in zip(packets, noise, strict=False):
-        stream += junk.replace(b"\xff", b"\xfe") + status_packet(servo_id, 0, parameters)
-    parser = StatusParser()
-    parser.restart(40)
-    found = [p for start in range(0, len(stream), size) for p in parser.feed(bytes(stream[start : start + size]))]
-    assert found + parser.finish() == [StatusPacket(servo_id, 0, parameters) for servo_id, parameters in packets]
-
-
-@given(ids, treacherous, st.integers(0), st.integers(1, 255))
-def test_a_damaged_packet_is_not_believed_and_the_next_one_is(servo_id, parameters, place, flips):
-    packet = bytearray(status_packet(servo_id, 0, parameters))
-    packet[place % len(packet)] ^= flips
-    after = StatusPacket(7, 0, b"\x01\x02")
-    found = parse(bytes(packet) + status_packet(7, 0, b"\x01\x02"))
-    assert found[-1] == after
-    assert StatusPacket(servo_id, 0, parameters) not in found[:-1]
-
-
 def test_a_lying_length_swallows_nothing_and_the_wait_ends_with_the_deadline():
     packet = bytearray(status_packet(1, 0, b"\x01\x02\x03\x04"))
     packet[5] += 40

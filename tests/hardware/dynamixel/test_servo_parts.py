@@ -13,15 +13,22 @@ from hypothesis import strategies as st
 
 from doorman.exceptions import BackendError, DimensionError
 from doorman.hardware.dynamixel import LATCHED, STOPPING, WARNINGS, ServoBus, ServoConfig, ServoFault, zero_position
-from doorman.hardware.dynamixel.braking import RateRounder, allowed_rate, stopping_rate
 from doorman.hardware.dynamixel.faults import ServoEvent, log_changes
-from doorman.hardware.dynamixel.governor import RateGovernor
-from doorman.hardware.dynamixel.monitor import ServoMonitor
-from doorman.hardware.dynamixel.servo_clock import DRIFT, ServoClock
+from doorman.hardware.dynamixel.governor import RateGovernor, allowed_rate, stopping_rate
+from doorman.hardware.dynamixel.monitor import DRIFT, ServoClock, ServoMonitor
 from doorman.hardware.dynamixel.wire.link import Outcome, Reply
-from doorman.hardware.dynamixel.wire.registers import BAUD_CODES, REGISTERS
-from doorman.hardware.dynamixel.wire.telemetry import BLOCK, BLOCK_SIZE, MAPPING, Telemetry
-from doorman.hardware.dynamixel.wire.units import RADIANS_PER_TICK, VELOCITY_UNIT, joint_angle, whole_turns
+from doorman.hardware.dynamixel.wire.registers import (
+    BAUD_CODES,
+    BLOCK,
+    BLOCK_SIZE,
+    MAPPING,
+    RADIANS_PER_TICK,
+    REGISTERS,
+    VELOCITY_UNIT,
+    Telemetry,
+    joint_angle,
+    whole_turns,
+)
 from doorman.hardware.events import EventLog
 from doorman.rig.emulators.servos.table import BAUD_RATES, ITEMS, TABLE_END
 
@@ -43,16 +50,6 @@ def test_registers_are_those_of_the_emulated_table():
             assert register.signed == (item.low < 0)
     assert [BAUD_RATES[code] for code in BAUD_CODES.values()] == list(BAUD_CODES)
     assert max(item.address + item.size for item in ITEMS.values()) == TABLE_END
-
-
-@pytest.mark.parametrize(
-    ("name", "address", "size"),
-    [("goal velocity", 104, 4), ("present position", 132, 4), ("present velocity", 128, 4), ("present current", 126, 2),
-     ("hardware error status", 70, 1), ("bus watchdog", 98, 1), ("present input voltage", 144, 2),
-     ("present temperature", 146, 1), ("homing offset", 20, 4), ("velocity limit", 44, 4), ("shutdown", 63, 1)],
-)  # fmt: skip
-def test_addresses_of_the_manual(name, address, size):
-    assert (REGISTERS[name].address, REGISTERS[name].size) == (address, size)
 
 
 def test_the_block_is_what_its_mapping_gathers():
@@ -85,25 +82,6 @@ def test_what_was_measured_before_a_servo_was_set_up_again_stays_as_old_as_it_is
     assert not monitor.fault
     assert monitor.take(Reply(Outcome.TIMEOUT, 3.0, 3.01)) is None
     assert monitor.time == 1.0 and monitor.fault & ServoFault.STALE
-
-
-def test_the_angle_of_a_servo_without_its_encoder_is_not_taken():
-    monitor = ServoMonitor(config(), 0.0, 1000, 0)
-
-    def take(time, **changes):
-        healthy = Telemetry(2048, 0, 0, 0, 30, 120, 1, config().watchdog_counts, int(1e3 * time))
-        row = dataclasses.astuple(replace(healthy, **changes))
-        data = b"".join(register.encode(value) for register, value in zip(BLOCK, row, strict=True))
-        return monitor.take(Reply(Outcome.OK, time, time + 0.001, data=data))
-
-    assert take(1.0).position == 2048
-    assert take(1.005, position=99, hardware_error=8, bus_watchdog=0xFF) is None
-    assert monitor.telemetry.position == 2048 and monitor.time == 1.0
-    assert monitor.fault == ServoFault.ENCODER | ServoFault.WATCHDOG
-    assert take(1.4, position=99, hardware_error=8, temperature=75) is None
-    assert monitor.fault & ServoFault.HOT and monitor.fault & ServoFault.MISSING, "its health is"
-    assert not monitor.fault & ServoFault.WATCHDOG
-    assert monitor.latched == ServoFault.ENCODER
 
 
 def angles(monitor: ServoMonitor):
@@ -218,21 +196,22 @@ def test_a_joint_at_full_speed_stops_before_its_limit(lag):
     assert angle > 0.97
 
 
+def counts_of(governor, rate):
+    return governor.counts([rate, 0.0], [0.0, 0.0], [0.0, 0.0])[0]
+
+
 @given(st.floats(-3.0, 3.0), st.integers(50, 400))
 def test_rounding_keeps_the_mean(rate, cycles):
-    rounder = RateRounder(1)
-    total = sum(rounder.round(0, rate) for _ in range(cycles)) * VELOCITY_UNIT
+    governor = RateGovernor(config(lower_limits=[-99.0] * 2, upper_limits=[99.0] * 2), [150, 150])
+    total = sum(counts_of(governor, rate) for _ in range(cycles)) * VELOCITY_UNIT
     assert total == pytest.approx(rate * cycles, abs=VELOCITY_UNIT)
 
 
 def test_rounding_carries_nothing_over_a_stop():
-    rounder = RateRounder(1)
-    assert rounder.round(0, 0.4 * VELOCITY_UNIT) == 0
-    assert rounder.round(0, 0.0) == 0
-    assert rounder.round(0, 0.4 * VELOCITY_UNIT) == 0
-    assert rounder.round(0, 0.4 * VELOCITY_UNIT) == 1
-    rounder.clear()
-    assert rounder.round(0, -0.4 * VELOCITY_UNIT) == 0
+    governor = RateGovernor(config(), [130, 130])
+    assert [counts_of(governor, rate * VELOCITY_UNIT) for rate in (0.4, 0.0, 0.4, 0.4)] == [0, 0, 0, 1]
+    governor.halt()
+    assert counts_of(governor, -0.4 * VELOCITY_UNIT) == 0
 
 
 def test_the_governor_knows_directions_and_the_servos_own_limit():

@@ -3,24 +3,17 @@
 from __future__ import annotations
 
 import math
-import socket
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 from virtual_time import CLOCK
 
+from doorman.cli.vehicles.rig_demo import free_port
 from doorman.hardware.mocap import MocapConfig, MocapEvent, MocapFault, MocapReceiver, PoseQuality, PoseSample
 from doorman.rig.emulators.mocap.emulator import BodyPose, MocapEmulator, StreamFaults, TrackerSetup
 
 NAME = "vehicle"
-
-
-def free_port() -> int:
-    """A UDP port that nobody uses."""
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        probe.bind(("127.0.0.1", 0))
-        return probe.getsockname()[1]
 
 
 def swaying(at: float) -> BodyPose:
@@ -95,7 +88,7 @@ class Rig:
 
         while not found:
             assert CLOCK.now() < end, f"not within {timeout} s: {self.receiver.read()} {self.events()}"
-            self.receiver._worker.wait(look, 0.01)
+            self.receiver._wait(look, 0.01)
         return found[0]
 
     def until_event(self, fault: MocapFault, began: bool = True, timeout: float = 5.0) -> MocapEvent:

@@ -10,7 +10,7 @@ from collections.abc import Callable
 
 import pytest
 from mocap_rig import NAME, swaying, true_position
-from mocap_table import milliseconds
+from mocap_table import FAULTS, milliseconds
 
 from doorman.hardware.events import EventLog
 from doorman.hardware.mocap import MocapConfig, MocapFault, PoseQuality
@@ -112,26 +112,22 @@ def send_foreign(simulated):
 
 
 CASES = {
-    "test_packets_lost": (lose_one, MocapFault.DROPPED),
-    "test_short_gap": (set_fault(silent=True), MocapFault.STALE),
-    "test_silence": (set_fault(silent=True), MocapFault.SILENT),
-    "test_occlusion": (set_fault(frozen=True), MocapFault.OCCLUDED),
-    "test_occlusion_told_as_zeros": (set_fault(zeroed=True), MocapFault.OCCLUDED),
-    "test_object_missing": (set_fault(absent=True), MocapFault.MISSING),
-    "test_wrong_object": (set_fault(wrong_name="wand"), MocapFault.MISSING),
-    "test_single_outliers": (set_fault(outliers=1.0), MocapFault.OUTLIER),
-    "test_jump_that_lasts": (set_fault(jump=(0.0, 3.0, 0.0)), MocapFault.JUMPED),
-    "test_delay_that_lasts": (set_fault(delay=0.2), MocapFault.STALE),
-    "test_packets_reordered": (hold_one_back, MocapFault.REORDERED),
-    "test_packets_duplicated": (set_fault(duplicate=1.0), MocapFault.DUPLICATED),
-    "test_damaged_packets": (send_damaged, MocapFault.CORRUPT),
-    "test_numbers_that_are_not_finite": (set_fault(not_finite=True), MocapFault.CORRUPT),
-    "test_stray_frame_number": (set_fault(number_offset=100_000), MocapFault.NUMBERING),
-    "test_frame_numbers_begin_anew": (set_stream(frame_number=1_000_000), MocapFault.RESTARTED),
-    "test_frame_numbers_go_back": (set_stream(frame_number=7), MocapFault.RESTARTED),
-    "test_frame_number_that_stands_still": (set_fault(stuck_number=True), MocapFault.DUPLICATED),
-    "test_rate_that_changes": (set_stream(rate=80.0), MocapFault.RATE),
-    "test_foreign_sender": (send_foreign, MocapFault.FOREIGN),
+    **{row: (set_fault(**switch), fault) for row, (switch, fault, *_) in FAULTS.items()},
+    "packets lost": (lose_one, MocapFault.DROPPED),
+    "packets reordered": (hold_one_back, MocapFault.REORDERED),
+    "damaged packets, noise": (send_damaged, MocapFault.CORRUPT),
+    "single outliers": (set_fault(outliers=1.0), MocapFault.OUTLIER),
+    "a stray frame number": (set_fault(number_offset=100_000), MocapFault.NUMBERING),
+    "short gap": (set_fault(silent=True), MocapFault.STALE),
+    "lasting jump: markers moved, or Tracker follows another body": (
+        set_fault(jump=(0.0, 3.0, 0.0)),
+        MocapFault.JUMPED,
+    ),
+    "lasting delay": (set_fault(delay=0.2), MocapFault.STALE),
+    "frame numbers restart, ahead": (set_stream(frame_number=1_000_000), MocapFault.RESTARTED),
+    "frame numbers restart, behind": (set_stream(frame_number=7), MocapFault.RESTARTED),
+    "the rate changes by more than 2 %": (set_stream(rate=80.0), MocapFault.RATE),
+    "another sender, or one that the sender itself refuses": (send_foreign, MocapFault.FOREIGN),
 }
 
 

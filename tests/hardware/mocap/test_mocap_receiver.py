@@ -260,26 +260,7 @@ def test_emulator_sends_what_tracker_sends():
         assert emulator.sent >= 2
 
 
-def test_emulator_keeps_its_rate():
-    times = []
-
-    def source(at):
-        times.append(at)
-        return BodyPose([0.0, 0.0, 0.0])
-
-    with MocapEmulator(source, TrackerSetup("quad", rate=200.0), ("127.0.0.1", free_port()), CLOCK):
-        CLOCK.sleep(0.2)
-    assert np.diff(times) == pytest.approx(0.005)
-
-
 @pytest.mark.parametrize("fields", [{"rate": 0.0}, {"block": 0}, {"latency": math.nan}])
 def test_settings_of_the_emulator_are_checked(fields):
     with pytest.raises(BackendError, match=next(iter(fields))):
         TrackerSetup("quad", **fields)
-
-
-def test_emulator_starts_once():
-    emulator = MocapEmulator(swaying, "quad", ("127.0.0.1", free_port()))
-    with emulator, pytest.raises(BackendError, match="runs already"):
-        emulator.open()
-    emulator.stop()

@@ -8,7 +8,7 @@ import numpy as np
 from pixhawk_rig import NO
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from doorman.rig.emulators.autopilot.line.setpoints import FLIP_QUATERNION, attitude_demand, position_demand
+from doorman.rig.emulators.autopilot.line.receiver import FLIP_QUATERNION, attitude_demand, position_demand
 from doorman.rig.emulators.autopilot.parameters import ParameterStore
 from doorman.rig.emulators.autopilot.rules.brain import Brain
 from doorman.rig.emulators.autopilot.rules.dialects import Dialect

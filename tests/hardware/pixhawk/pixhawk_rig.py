@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import socket
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
@@ -10,6 +9,7 @@ from typing import Any
 import numpy as np
 from virtual_time import CLOCK
 
+from doorman.cli.vehicles.rig_demo import free_port
 from doorman.clocks import Clock
 from doorman.hardware.pixhawk import (
     AttitudeSetpoint,
@@ -44,13 +44,6 @@ SAFE = {
     },
 }
 """Parameters as the check wants them."""
-
-
-def free_port() -> int:
-    """A UDP port that nobody uses now."""
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        probe.bind(("127.0.0.1", 0))
-        return int(probe.getsockname()[1])
 
 
 def wait_until(condition: Callable[[], Any], timeout: float = PATIENCE, clock: Clock = CLOCK) -> bool:

@@ -12,6 +12,8 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from doorman.rig.emulators.autopilot.rules.dialects import DENIED, FAILED, TEMPORARILY_REJECTED, UNSUPPORTED
 from doorman.rig.emulators.autopilot.vehicle.control import Task
+from doorman.rig.emulators.autopilot.vehicle.estimator import Estimator
+from doorman.rig.emulators.autopilot.vehicle.plant import PlantTruth
 
 TILTED = np.array([math.cos(0.2), math.sin(0.2), 0.0, 0.0])
 
@@ -282,3 +284,36 @@ def test_a_landing_that_something_stops_is_over(vehicle):
     vehicle.velocity[2] = -0.02
     vehicle.step(4.0)
     assert not vehicle.brain.armed
+
+
+def standing(time: float) -> PlantTruth:
+    return PlantTruth(np.array([0.1 * time, 0.0, 1.0]), np.array([0.1, 0.0, 0.0]), LEVEL, NO, False)
+
+
+def test_an_estimate_by_poses_is_valid_after_some_and_drifts_away_without():
+    estimator = Estimator(0.0, standing(0.0), 5.0, False, vision=True)
+    now, estimate = 0.0, None
+    for k in range(1000):
+        now = 0.01 * k
+        estimate = estimator.update(now, standing(now), 0.01)
+        if k % 2 == 0 and now < 4.0:
+            assert estimate.position_valid == (estimator.accepted_poses >= 10)
+            estimator.pose(now, now - 0.03, standing(now - 0.03).position)
+        if now == 3.9:
+            assert np.linalg.norm(estimate.position - standing(now).position) < 1e-3
+    assert not estimate.position_valid, "5 s after the last pose"
+    drift = float(np.linalg.norm(estimate.position - standing(now).position))
+    assert 0.2 < drift < 2.0
+
+
+def test_poses_with_wrong_stamps_or_places_do_not_count_at_once():
+    estimator = Estimator(0.0, standing(0.0), 5.0, False, vision=True)
+    for k in range(100):
+        now = 0.01 * k
+        estimator.update(now, standing(now), 0.01)
+        estimator.pose(now, now, standing(now).position)
+    accepted = estimator.accepted_poses
+    estimator.pose(now, now - 50.0, standing(now).position)
+    estimator.pose(now, now + 5.0, standing(now).position)
+    estimator.pose(now, now, standing(now).position + 3.0)
+    assert estimator.accepted_poses == accepted

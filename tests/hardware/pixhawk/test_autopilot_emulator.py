@@ -8,7 +8,6 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from doorman.exceptions import BackendError
 from doorman.rig.emulators.autopilot import EmulatedAutopilot
-from doorman.rig.emulators.autopilot.line.telemetry import Schedule
 from doorman.rig.emulators.autopilot.rules.dialects import PX4
 
 
@@ -89,26 +88,6 @@ def test_it_binds_nothing_but_loopback():
             EmulatedAutopilot("px4", **settings).open()  # type: ignore[arg-type]
     with pytest.raises(BackendError, match="px4 or ardupilot"):
         EmulatedAutopilot("betaflight")  # type: ignore[arg-type]
-
-
-def test_it_runs_once_at_a_time_and_says_when_its_port_is_taken():
-    with EmulatedAutopilot("px4") as emulator:
-        with pytest.raises(BackendError, match="runs already"):
-            emulator.open()
-        with pytest.raises(BackendError, match="cannot be bound"):
-            EmulatedAutopilot("px4", local=emulator.address).open()
-    with pytest.raises(BackendError, match="does not run"):
-        _ = emulator.address
-
-
-def test_a_schedule_keeps_its_rates():
-    schedule = Schedule(PX4)
-    due = [identifier for k in range(1000) for identifier in schedule.due(5.0 + 0.01 * k)]
-    assert (due.count(0), due.count(147)) == (10, 5)
-    schedule.set_interval(32, 20_000.0)
-    assert sum(32 in schedule.due(20.0 + 0.005 * k) for k in range(200)) == pytest.approx(50, abs=1)
-    schedule.set_interval(32, -1.0)
-    assert 32 not in schedule.due(30.0)
 
 
 def test_a_reboot_starts_everything_anew(clients):

@@ -10,8 +10,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from doorman.exceptions import BackendError
 from doorman.hardware.pixhawk.link.inbox import WANTED
-from doorman.hardware.pixhawk.wire.codec import Codec
-from doorman.hardware.pixhawk.wire.signing import SignatureCheck, load_key, signing_time
+from doorman.hardware.pixhawk.wire.codec import Codec, SignatureCheck, load_key, signing_time
 
 KEY = bytes(range(32))
 

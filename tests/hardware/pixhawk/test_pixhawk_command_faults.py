@@ -14,8 +14,8 @@ from virtual_time import CLOCK, Aside
 
 from doorman.exceptions import BackendError
 from doorman.hardware.pixhawk import Authority, EventKind, OutcomeStatus
-from doorman.hardware.pixhawk.wire import peer
-from doorman.hardware.pixhawk.wire.signing import signing_time
+from doorman.hardware.pixhawk.link import inbox as peer
+from doorman.hardware.pixhawk.wire.codec import signing_time
 from doorman.rig.emulators.autopilot.rules.dialects import PX4
 
 

@@ -14,8 +14,7 @@ from doorman.exceptions import BackendError
 from doorman.hardware.pixhawk import Autopilot, PixhawkConfig, ThrustCurve
 from doorman.hardware.pixhawk.dialect import ARDUPILOT, PX4
 from doorman.hardware.pixhawk.parameters.protocol import read_parameters
-from doorman.hardware.pixhawk.parameters.rule import Severity
-from doorman.hardware.pixhawk.parameters.rules import rules_for
+from doorman.hardware.pixhawk.parameters.rules import Severity, rules_for
 from doorman.rig.emulators.autopilot.parameters import (
     ARDUPILOT_MOCAP,
     PX4_DEFAULTS,

@@ -7,7 +7,7 @@ import math
 from hypothesis import given
 from hypothesis import strategies as st
 
-from doorman.hardware.pixhawk.wire import units
+from doorman.hardware.pixhawk.wire import messages as units
 
 stamps = st.integers(0, 2**32 - 1)
 

@@ -26,8 +26,7 @@ from doorman.hardware.vehicle import vehicle_config
 from doorman.kinematics.vehicles.rotor_layout import RotorLayout
 from doorman.model import Model
 from doorman.rig.emulators.autopilot.parameters import PX4_DEFAULTS, ParameterStore
-from doorman.rig.emulators.autopilot.vehicle.control import Task
-from doorman.rig.emulators.autopilot.vehicle.mixer import add_rotors, side_force
+from doorman.rig.emulators.autopilot.vehicle.control import Task, add_rotors, side_force
 from doorman.scenario import Scenario
 
 

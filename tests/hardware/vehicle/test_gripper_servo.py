@@ -49,7 +49,7 @@ def test_fingers_that_jam_half_open_hold_on(told: bool, angle: float, holds: boo
         read=lambda: SimpleNamespace(times=[now], angles=[0.0, angle], faults=[ServoFault.NONE] * 2)
     )
     long_ago = now - 2.0 * OPENS_WITHIN
-    links.__dict__.update(config=SimpleNamespace(gripper=True), servos=servos, _grip_told=(told, long_ago))
+    links.__dict__.update(config=SimpleNamespace(gripper=True), servos=servos, _grip_command=(told, long_ago))
     assert links.holding is holds
     assert links.grip_failed is (holds is not told)
 
@@ -57,7 +57,7 @@ def test_fingers_that_jam_half_open_hold_on(told: bool, angle: float, holds: boo
 def test_links_that_are_opened_again_know_nothing_of_the_grip_before(monkeypatch):
     """Else a gripper that was told to hold an hour ago has failed at once."""
     links = VehicleLinks(vehicle_config(Model(Scenario()), "udp:14540", "/dev/null"))
-    links._grip_told = (True, time.monotonic() - 2.0 * CLOSES_WITHIN)
+    links._grip_command = (True, time.monotonic() - 2.0 * CLOSES_WITHIN)
     for name in ("servos", "autopilot"):
         monkeypatch.setattr(links, name, nullcontext())
     links.open()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from dataclasses import replace
 
 import numpy as np
@@ -11,16 +12,16 @@ from doorman.exceptions import BackendError
 from doorman.hardware.dynamixel import BusState, ServoFault, ServoSample
 from doorman.hardware.mocap.poses.sample import measured
 from doorman.hardware.pixhawk import SampleStatus, VehicleSample
-from doorman.hardware.quaternions import from_attitude
+from doorman.hardware.vehicle.backend import Ticker
 from doorman.hardware.vehicle.measurement import compose
-from doorman.kinematics.rotations import euler_rate_matrix
+from doorman.kinematics.rotations import euler_rate_matrix, quaternion_of
 
 NOW, OPENED = 50.0, 40.0
 RATES = np.array([0.2, -0.3, 0.5])
 ATTITUDE = np.array([0.1, -0.2, 0.7])
 VEHICLE = VehicleSample(
     status=SampleStatus.FRESH, attitude_time=NOW - 0.004, position_time=NOW - 0.03, position=np.array([1.0, 2.0, 3.0]),
-    velocity=np.array([0.5, 0.0, -0.1]), attitude=ATTITUDE, quaternion=np.array(from_attitude(ATTITUDE)), body_rates=RATES,
+    velocity=np.array([0.5, 0.0, -0.1]), attitude=ATTITUDE, quaternion=np.array(quaternion_of(ATTITUDE)), body_rates=RATES,
 )  # fmt: skip
 SERVOS = ServoSample(
     time=NOW - 0.01, angles=np.array([0.1, 0.2, 0.3, 0.4, 0.8]), rates=np.array([1.0, -1.0, 0.0, 2.0, 0.0]),
@@ -31,7 +32,7 @@ SERVOS = ServoSample(
 POSE = measured(
     NOW - 0.02,
     (-1.0, 0.7, 1.3),
-    from_attitude(ATTITUDE),
+    quaternion_of(ATTITUDE),
     (0.1, 0.2, 0.3),
     (0.0, 0.0, 0.0),
     5,
@@ -56,7 +57,7 @@ def test_an_autopilot_that_is_not_heard_for_a_while_is_replaced_by_the_cameras()
     turning = measured(
         NOW - 0.02,
         (-1.0, 0.7, 1.3),
-        from_attitude(ATTITUDE),
+        quaternion_of(ATTITUDE),
         (0.1, 0.2, 0.3),
         (0.0, 0.0, 0.4),
         5,
@@ -113,3 +114,34 @@ def test_what_is_old_is_an_error(change, field):
     with pytest.raises(BackendError) as error:
         at(**change)
     assert error.value.field == field
+
+
+def test_ticks_stand_on_a_grid_and_are_never_early():
+    ticker = Ticker(0.005)
+    first = ticker.wait()
+    for count in range(1, 21):
+        tick = ticker.wait()
+        assert (tick - first) / 0.005 >= count - 1e-6
+    assert ticker.statistics().ticks == 21
+
+
+def test_missed_ticks_are_counted_and_not_made_up_for():
+    ticker = Ticker(0.005)
+    ticker.wait()
+    time.sleep(0.0525)
+    late = ticker.wait()
+    after = ticker.wait()
+    assert ticker.missed >= 9
+    assert after - late > 0.0
+    figures = ticker.statistics()
+    assert figures.longest >= 0.0525
+    assert figures.missed == ticker.missed
+    assert figures.ticks == 3
+
+
+def test_figures_of_even_ticks():
+    ticker = Ticker(0.01)
+    ticker.periods = [0.01] * 999 + [0.02]
+    figures = ticker.statistics()
+    assert figures.median == pytest.approx(0.01)
+    assert figures.longest == pytest.approx(0.02)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from dataclasses import replace
 from types import SimpleNamespace
@@ -14,6 +15,8 @@ from doorman.hardware.mocap import MocapConfig, PoseQuality
 from doorman.hardware.mocap.poses.sample import PoseSample, measured
 from doorman.hardware.pixhawk import SampleStatus, VehicleSample
 from doorman.hardware.vehicle import VehicleBackend, VehicleLinks
+from doorman.hardware.vehicle.waiting import tilt_between
+from doorman.kinematics.rotations import quaternion_of
 
 
 def state(status: SampleStatus, age: float) -> VehicleSample:
@@ -34,8 +37,8 @@ def links(heard: VehicleSample, seen: PoseSample | None, doubted: bool = False) 
     asked: list[Any] = []
     autopilot = SimpleNamespace(state=lambda: heard, hold=lambda at, latch: asked.append(at), asked=asked)
     made = object.__new__(VehicleLinks)
-    mocap = None if seen is None else SimpleNamespace(read=lambda: seen, doubted=doubted)
-    made.__dict__.update(autopilot=autopilot, mocap=mocap)
+    mocap = None if seen is None else SimpleNamespace(read=lambda: seen)
+    made.__dict__.update(autopilot=autopilot, mocap=mocap, doubt=SimpleNamespace(holds=doubted))
     return made
 
 
@@ -86,3 +89,20 @@ def test_a_pose_that_is_late_but_usable_is_a_new_one_every_time():
         newest = backend._newest_pose()
         assert newest is not None and newest.time == measurement.time
         assert newest.position.tolist() == [2.0, 0.0, 0.0]
+
+
+def attitude(roll: float, pitch: float, yaw: float) -> np.ndarray:
+    """Quaternion of Euler angles [deg]."""
+    return np.array(quaternion_of(np.radians([roll, pitch, yaw])))
+
+
+@pytest.mark.parametrize("yaw", [0.0, 17.0, 180.0])
+def test_a_heading_is_no_tilt(yaw: float) -> None:
+    assert tilt_between(attitude(0.0, 0.0, 0.0), attitude(0.0, 0.0, yaw)) == pytest.approx(0.0, abs=1e-7)
+
+
+@pytest.mark.parametrize(("roll", "pitch"), [(4.0, 0.0), (0.0, -4.0)])
+def test_a_tilted_object_is_seen_at_any_heading(roll: float, pitch: float) -> None:
+    level, tilted = attitude(0.0, 0.0, 40.0), attitude(roll, pitch, 40.0)
+    assert math.degrees(tilt_between(level, tilted)) == pytest.approx(4.0, abs=1e-6)
+    assert math.degrees(tilt_between(-tilted, level)) == pytest.approx(4.0, abs=1e-6)

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import json
 import os
 from pathlib import Path
 
 import pytest
+from command_line import run
 
 from doorman.exceptions import DoormanError, ScenarioError
+from doorman.hardware.computer.doctor import Host
 from doorman.hardware.pixhawk import ThrustCurve
 from doorman.hardware.vehicle_file import VehicleFile
+from doorman.hardware.vehicle_file.devices import devices
 from doorman.model import Model
 from doorman.resources import shipped, urdf_directory, vehicle_directory
 from doorman.scenario import Scenario
@@ -222,3 +226,22 @@ def test_what_is_no_file_or_no_toml(tmp_path, monkeypatch):
     with pytest.raises(ScenarioError, match="two vehicle files"):
         VehicleFile.load("rig")
     assert VehicleFile.load(os.path.join(".", "rig.toml")).values == {}
+
+
+def test_devices_that_are_there_and_those_that_are_not(tmp_path):
+    (tmp_path / "arm").touch()
+    path = tmp_path / "my.toml"
+    path.write_text(
+        f'[pixhawk]\nconnection = "serial:/dev/no-such-pixhawk:57600"\nsigning_key = "key"\n[servos]\nport = "{tmp_path}/arm"\n'
+    )
+    rows = {row.name: row.complaint.value for row in devices(Host(), VehicleFile.load(path))}
+    assert rows == {"pixhawk: /dev/no-such-pixhawk": "no", f"servos: {tmp_path}/arm": "ok", "signing key": "no"}
+    ran = run("doctor", "--vehicle", str(path), "--json")
+    assert {"pixhawk: /dev/no-such-pixhawk", "signing key"} <= {row["name"] for row in json.loads(ran.stdout)}
+    assert ran.exit_code == 1
+
+
+def test_a_link_by_network_has_no_device(tmp_path):
+    path = tmp_path / "my.toml"
+    path.write_text('[pixhawk]\nconnection = "udp:14540"\n')
+    assert devices(Host(), VehicleFile.load(path)) == []

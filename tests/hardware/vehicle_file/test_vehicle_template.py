@@ -5,16 +5,21 @@ from __future__ import annotations
 import dataclasses
 import re
 import tomllib
+from pathlib import Path
 
+import numpy as np
 import pytest
+from urdf_variants import VEHICLE
 
+from doorman.cli.vehicles.vehicle_file import new_file
 from doorman.docstrings import field_docs
 from doorman.hardware.dynamixel import ServoConfig
 from doorman.hardware.mocap import MocapConfig
 from doorman.hardware.pixhawk import PixhawkConfig
-from doorman.hardware.vehicle.settings import GIVEN
+from doorman.hardware.vehicle import VehicleLinks
+from doorman.hardware.vehicle.config import GIVEN
 from doorman.hardware.vehicle_file import VehicleFile, vehicle_template
-from doorman.hardware.vehicle_file.tables import TABLES
+from doorman.hardware.vehicle_file.template import TABLES
 from doorman.model import Model
 from doorman.scenario import Scenario
 
@@ -83,3 +88,27 @@ def test_names_and_joints_are_those_of_the_urdf():
     tables = tomllib.loads(text)
     assert tables["vehicle"] == {"urdf": "../my.urdf", "base_link": "body", "tip": "finger"}
     assert tables["servos"]["ids"] == [1, 2, 3] and "shoulder, elbow, gripper" in text
+
+
+@pytest.fixture
+def stick(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> VehicleFile:
+    """The shipped vehicle with its arm fixed, and the vehicle file that `doorman vehicle new` writes for it."""
+    monkeypatch.chdir(tmp_path)
+    text = VEHICLE.read_text()
+    for joint in range(1, 5):
+        text = text.replace(f'<joint name="eta_{joint}" type="revolute">', f'<joint name="eta_{joint}" type="fixed">')
+    Path("stick.urdf").write_text(text)
+    new_file(Path("stick.toml"), "stick.urdf", "base_link", "tip", every_key=False)
+    return VehicleFile.load("./stick.toml")
+
+
+def test_a_new_file_of_a_stick_has_no_servos_and_flies(stick: VehicleFile) -> None:
+    assert stick.path is not None and "[servos]" not in stick.path.read_text()
+    model = Model(stick.scenario("push"))
+    config = stick.links(model)
+    assert (model.n_arm, config.n_arm, config.gripper) == (0, 0, False)
+    links = VehicleLinks(config)
+    links.move_arm(np.zeros(0), closed=False)
+    links.let_go()
+    sample = links.servos.read()
+    assert sample.fresh and not sample.fault and sample.angles.shape == (0,)

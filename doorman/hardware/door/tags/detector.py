@@ -40,15 +40,11 @@ _OPTICAL = np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
 
 @dataclass(frozen=True)
 class SeenTag:
-    """A tag in a picture."""
-
     corners: Array  # of its black square, from the upper left one clockwise as it is printed, shape (4, 2) [pixel]
     pose: MarkPose  # in the vehicle's body
 
 
 class TagDetector:
-    """Finds tags of known sizes."""
-
     def __init__(self, camera: CameraConfig, sizes: dict[int, float]) -> None:
         self._cv = cv = opencv()
         self._sizes = sizes
@@ -62,7 +58,6 @@ class TagDetector:
         self._axes = rotation_body_to_world(camera.attitude) @ _OPTICAL
 
     def detect(self, picture: NDArray[np.uint8]) -> dict[int, SeenTag]:
-        """Tags in a picture."""
         found, numbers, _ = self._detector.detectMarkers(picture)
         seen: dict[int, SeenTag] = {}
         numbers = [] if numbers is None else [int(one) for one in np.ravel(numbers)]
@@ -142,6 +137,5 @@ def _line(design: Array, offsets: Array) -> Array:
 
 
 def _meeting(a: Array, b: Array, c: Array, d: Array) -> Array:
-    """Where the line through a and b meets that through c and d."""
     share = np.linalg.solve(np.array([b - a, c - d]).T, c - a)[0]
     return np.asarray(a + share * (b - a))

@@ -20,7 +20,6 @@ _BESIDE = 0.06
 
 
 def usual_camera(field_of_view: float) -> CameraConfig:
-    """A camera with a vertical angle of view."""
     focal = 0.5 * CameraConfig().height / math.tan(0.5 * field_of_view)
     return CameraConfig(fx=focal, fy=focal)
 

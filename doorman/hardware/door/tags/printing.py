@@ -39,7 +39,6 @@ def tag_cells(number: int) -> NDArray[np.bool_]:
 
 
 def tag_pdf(pages: Sequence[Page], paper: str = "a4") -> bytes:
-    """The PDF."""
     if paper not in PAPERS:
         raise BackendError("no such paper", field="--paper", given=paper, allowed=", ".join(PAPERS))
     width, height = PAPERS[paper]

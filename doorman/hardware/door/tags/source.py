@@ -9,19 +9,67 @@ from __future__ import annotations
 import multiprocessing
 import os
 import time
+from collections.abc import Callable
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from doorman.copying import Uncopied
 from doorman.exceptions import BackendError
 from doorman.hardware.door.config import CameraConfig, DoorSensorConfig, Mark
 from doorman.hardware.door.sample import DoorSample, FrameSample, LeafSample, MarkPose
-from doorman.hardware.door.tags.detector import TagDetector
-from doorman.hardware.door.tags.pictures import Pictures, Video
+from doorman.hardware.door.tags.detector import TagDetector, opencv
 from doorman.hardware.quaternions import from_rotation, to_rotation
 from doorman.kinematics.rotations import rotation_body_to_world
+
+
+class Picture(NamedTuple):
+    time: float  # when it was exposed, by `time.monotonic` [s]
+    grey: NDArray[np.uint8]  # shape (height, width)
+
+
+Pictures = Callable[[], Picture | None]
+"""Waits for the next picture and returns it, or None for none yet. It is called in the detector's process: it must be importable
+there, and open its camera at the first call."""
+
+
+class Video:
+    """A V4L2 device. Opens at the first call."""
+
+    def __init__(self, camera: CameraConfig) -> None:
+        self._camera, self._capture = camera, None
+
+    def __call__(self) -> Picture:
+        cv, camera = opencv(), self._camera
+        capture = self._capture or self._opened(cv)
+        good, picture = capture.read()
+        now = time.monotonic()
+        if not good:
+            raise BackendError("the camera brings no pictures", field="door_sensor.camera.device", given=camera.device)
+        grey = picture if picture.ndim == 2 else cv.cvtColor(picture, cv.COLOR_BGR2GRAY)
+        if grey.shape != (camera.height, camera.width):
+            raise BackendError("the camera has another size", field="door_sensor.camera.width", given=grey.shape[::-1],
+                               allowed=f"{camera.width} x {camera.height}")  # fmt: skip
+        return Picture(now - camera.latency, grey)
+
+    def _opened(self, cv: Any) -> Any:
+        camera = self._camera
+        device: str | int = int(camera.device) if camera.device.isdecimal() else camera.device
+        capture = cv.VideoCapture(device, cv.CAP_V4L2)
+        if not capture.isOpened():
+            raise BackendError("cannot open the camera", field="door_sensor.camera.device", given=camera.device,
+                               allowed="a V4L2 device that this user may read")  # fmt: skip
+        for key, value in (
+            (cv.CAP_PROP_FRAME_WIDTH, camera.width), (cv.CAP_PROP_FRAME_HEIGHT, camera.height),
+            (cv.CAP_PROP_FPS, camera.rate), (cv.CAP_PROP_BUFFERSIZE, 1),
+        ):  # fmt: skip
+            capture.set(key, value)
+        self._capture = capture
+        return capture
+
 
 _Found = tuple[float, dict[int, MarkPose]]
 
@@ -32,8 +80,6 @@ _PATIENCE = 2.0
 
 
 class DoorByTags:
-    """Leaf and frame of the tags in a picture."""
-
     def __init__(self, config: DoorSensorConfig) -> None:
         self._config = config
         self._mounts = {
@@ -71,7 +117,6 @@ class TagSource(Uncopied):
         self._started, self._words = 0.0, ""
 
     def open(self) -> None:
-        """Start the process."""
         if self._process is not None:
             raise BackendError("the source is open already", allowed="stop() before another open()")
         TagDetector(self._camera, self._sizes)  # says what is missing, before anything flies
@@ -79,7 +124,6 @@ class TagSource(Uncopied):
         self._start()
 
     def read(self) -> DoorSample:
-        """Where both were seen last."""
         if self._process is None or self._link is None:
             raise BackendError("the source is not open", allowed="open() before read()")
         try:
@@ -101,7 +145,6 @@ class TagSource(Uncopied):
         return self._newest
 
     def stop(self) -> None:
-        """End the process; may be called twice."""
         self._end()
 
     def _start(self) -> None:
@@ -124,12 +167,10 @@ class TagSource(Uncopied):
 
 
 def marks_of(config: DoorSensorConfig) -> list[Mark]:
-    """Those that there are."""
     return [mark for mark in (config.leaf, config.frame) if mark is not None]
 
 
 def _run(camera: CameraConfig, sizes: dict[int, float], pictures: Pictures, link: Connection) -> None:
-    """Detect until the parent ends."""
     if hasattr(os, "sched_setscheduler"):
         os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
     parent = os.getppid()

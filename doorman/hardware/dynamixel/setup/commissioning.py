@@ -5,40 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from doorman.exceptions import BackendError
-from doorman.hardware.dynamixel.config import ServoConfig
 from doorman.hardware.dynamixel.faults import ServoEvent
 from doorman.hardware.dynamixel.setup.settings import SettingFinding, check_settings, write_settings
 from doorman.hardware.dynamixel.setup.talk import Servo
-from doorman.hardware.dynamixel.wire.registers import (
-    ANSWER_ALL,
-    BUS_WATCHDOG,
-    CURRENT_LIMIT,
-    FACTORY_GAINS,
-    GOAL_CURRENT,
-    GOAL_PWM,
-    GOAL_VELOCITY,
-    HARDWARE_ERROR,
-    INDIRECT_ADDRESS,
-    PRESENT_POSITION,
-    PRESENT_TEMPERATURE,
-    PROFILE_ACCELERATION,
-    PWM_LIMIT,
-    SHUTDOWN,
-    STATUS_RETURN_LEVEL,
-    TORQUE_ENABLE,
-    TORQUE_OFF,
-    TORQUE_ON,
-    VELOCITY_LIMIT,
-    WATCHDOG_FIRED,
-    WATCHDOG_OFF,
-    HardwareError,
-    Register,
-)
-from doorman.hardware.dynamixel.wire.telemetry import MAPPING
-from doorman.hardware.dynamixel.wire.units import CURRENT_UNITS, joint_angle, whole_turns
+from doorman.hardware.dynamixel.wire import registers as reg
+from doorman.hardware.dynamixel.wire.registers import CURRENT_UNITS, MAPPING, joint_angle, whole_turns
 from doorman.hardware.events import EventLog
 
-VOLTAGE_ONLY = int(HardwareError.VOLTAGE)
+_MAPPED = "indirect addresses"
 
 
 @dataclass(frozen=True)
@@ -63,132 +37,107 @@ class ReadyServo:
         return CURRENT_UNITS[self.model]
 
 
-def inspect(servo: Servo, index: int, config: ServoConfig) -> list[SettingFinding]:
+def inspect(servo: Servo) -> list[SettingFinding]:
     """Identify a servo and compare its settings; changes nothing but what lets it answer."""
-    servo.identify(config.models)
-    servo.write_unanswered(STATUS_RETURN_LEVEL, ANSWER_ALL)  # in RAM; below it, reads stay unanswered
-    return check_settings(servo, index, config)
+    servo.make_answer()
+    return check_settings(servo)
 
 
-def position(servo: Servo, config: ServoConfig) -> int:
+def position(servo: Servo) -> int:
     """Present position of a servo [tick]; changes nothing but what lets it answer."""
-    servo.identify(config.models)
-    servo.write_unanswered(STATUS_RETURN_LEVEL, ANSWER_ALL)
-    return servo.read(PRESENT_POSITION)
+    servo.make_answer()
+    return servo.read(reg.PRESENT_POSITION)
 
 
-def commission(
-    servo: Servo, index: int, config: ServoConfig, log: EventLog[ServoEvent], *, reboot: bool, write_eeprom: bool
-) -> ReadyServo:
+def commission(servo: Servo, log: EventLog[ServoEvent], *, reboot: bool, write_eeprom: bool) -> ReadyServo:
     """Make a servo ready: identified, settings checked, telemetry block gathered, standing still with torque on."""
     # The bus watchdog is left off, since the next instruction may take a while: `arm_watchdog` sets it.
-    findings = inspect(servo, index, config)
-    _clear_errors(servo, config, reboot)
+    findings = inspect(servo)
+    _clear_errors(servo, reboot)
     if write_eeprom and findings:
         write_settings(servo, findings, log)
-        findings = check_settings(servo, index, config)
+        findings = check_settings(servo)
     blocking = [finding for finding in findings if finding.blocking]
     if blocking:
         kept = ", ".join(finding.register for finding in blocking if not finding.writable)
         how = "write_eeprom (doorman fly --write-eeprom) changes them" + (f", but never {kept}" if kept else "")
-        raise BackendError("; ".join(str(finding) for finding in blocking), field="servos",
-                           allowed=f"settings as above; {how}")  # fmt: skip
-    _stand_still(servo, index, config)
+        raise BackendError("; ".join(map(str, blocking)), field="servos", allowed=f"settings as above; {how}")
+    _stand_still(servo)
     _gather_telemetry(servo)
-    servo.write(TORQUE_ENABLE, TORQUE_ON)
-    if servo.read(TORQUE_ENABLE) != TORQUE_ON:
-        raise BackendError(
-            "the torque cannot be switched on", field=f"servo {servo.id}", given=_errors(servo), allowed="0"
-        )
-    _stop(servo, index, config)
-    lower, upper, _ = config.limits
-    angle = joint_angle(servo.read(PRESENT_POSITION), config.zeros[index], config.signs[index])
-    turns = whole_turns(angle, float(lower[index]), float(upper[index]))
-    limits = servo.read(VELOCITY_LIMIT), servo.read(CURRENT_LIMIT)
+    servo.write(reg.TORQUE_ENABLE, reg.TORQUE_ON)
+    if servo.read(reg.TORQUE_ENABLE) != reg.TORQUE_ON:
+        raise _fault(servo, "the torque cannot be switched on", _errors(servo), "0")
+    servo.write(servo.goal, 0)
+    config, index = servo.config, servo.index
+    angle = joint_angle(servo.read(reg.PRESENT_POSITION), config.zeros[index], config.signs[index])
+    turns = whole_turns(angle, *(float(limit[index]) for limit in config.limits[:2]))
+    limits = servo.read(reg.VELOCITY_LIMIT), servo.read(reg.CURRENT_LIMIT)
     return ReadyServo(servo.id, servo.model, servo.firmware, *limits, turns, tuple(findings))
 
 
-def arm_watchdog(servo: Servo, config: ServoConfig) -> None:
+def arm_watchdog(servo: Servo) -> None:
     """Set the bus watchdog, after clearing it: once it has fired, nothing else clears it."""
-    servo.write(BUS_WATCHDOG, WATCHDOG_OFF)
-    servo.write(BUS_WATCHDOG, config.watchdog_counts)
+    servo.write(reg.BUS_WATCHDOG, reg.WATCHDOG_OFF)
+    servo.write(reg.BUS_WATCHDOG, servo.config.watchdog_counts)
 
 
-def rest(servo: Servo, index: int, config: ServoConfig) -> None:
+def rest(servo: Servo) -> None:
     """Leave a servo at rest; only then its watchdog goes off, so that it does not fire for want of a program."""
-    if servo.read(BUS_WATCHDOG) == WATCHDOG_FIRED:
-        _clear_watchdog(servo, index, config)
-    _stop(servo, index, config)
-    servo.write(BUS_WATCHDOG, WATCHDOG_OFF)
-    if config.torque_off_at_stop:
-        servo.write(TORQUE_ENABLE, TORQUE_OFF)
+    if servo.read(reg.BUS_WATCHDOG) == reg.WATCHDOG_FIRED:
+        servo.clear_watchdog()
+    servo.write(servo.goal, 0)
+    servo.write(reg.BUS_WATCHDOG, reg.WATCHDOG_OFF)
+    if servo.config.torque_off_at_stop:
+        servo.write(reg.TORQUE_ENABLE, reg.TORQUE_OFF)
+
+
+def _fault(servo: Servo, message: str, given: object, allowed: str) -> BackendError:
+    return BackendError(message, field=f"servo {servo.id}", given=given, allowed=allowed)
 
 
 def _errors(servo: Servo) -> str:
-    bits = HardwareError(servo.read(HARDWARE_ERROR))
-    return f"hardware error {int(bits)} ({bits.name or 'unknown'}), {servo.read(PRESENT_TEMPERATURE)} °C"
+    bits = reg.HardwareError(servo.read(reg.HARDWARE_ERROR))
+    return f"hardware error {int(bits)} ({bits.name or 'unknown'}), {servo.read(reg.PRESENT_TEMPERATURE)} °C"
 
 
-def _clear_errors(servo: Servo, config: ServoConfig, reboot: bool) -> None:
+def _clear_errors(servo: Servo, reboot: bool) -> None:
     """A servo that has shut down comes back only by a reboot."""
     if not _shut_down(servo):
         return
     if not reboot:
-        raise BackendError("the servo has shut down", field=f"servo {servo.id}", given=_errors(servo),
-                           allowed="no hardware error; a reboot clears it")  # fmt: skip
-    temperature = servo.read(PRESENT_TEMPERATURE)
-    if temperature >= config.hot_temperature:
-        raise BackendError("the servo is too hot to be rebooted", field=f"servo {servo.id}", given=f"{temperature} °C",
-                           allowed=f"below {config.hot_temperature:g} °C")  # fmt: skip
-    servo.reboot(config.boot_timeout)
-    servo.identify(config.models)
-    servo.write_unanswered(STATUS_RETURN_LEVEL, ANSWER_ALL)
+        raise _fault(servo, "the servo has shut down", _errors(servo), "no hardware error; a reboot clears it")
+    temperature, hot = servo.read(reg.PRESENT_TEMPERATURE), servo.config.hot_temperature
+    if temperature >= hot:
+        raise _fault(servo, "the servo is too hot to be rebooted", f"{temperature} °C", f"below {hot:g} °C")
+    servo.reboot()
+    servo.make_answer()
     if _shut_down(servo):
-        raise BackendError("a hardware error persists after a reboot", field=f"servo {servo.id}", given=_errors(servo),
-                           allowed="no hardware error")  # fmt: skip
+        raise _fault(servo, "a hardware error persists after a reboot", _errors(servo), "no hardware error")
 
 
 def _shut_down(servo: Servo) -> int:
-    """Errors that have taken the torque, or should have; a voltage out of range does so only where the servo is told to."""
-    return servo.read(HARDWARE_ERROR) & (~VOLTAGE_ONLY | servo.read(SHUTDOWN))
+    """Errors that have taken the torque, or should have; a voltage out of range does so only where `shutdown` says so."""
+    return servo.read(reg.HARDWARE_ERROR) & (~int(reg.HardwareError.VOLTAGE) | servo.read(reg.SHUTDOWN))
 
 
-def _goal(index: int, config: ServoConfig) -> Register:
-    return GOAL_VELOCITY if index < config.n_joints else GOAL_CURRENT
-
-
-def _stop(servo: Servo, index: int, config: ServoConfig) -> None:
-    servo.write(_goal(index, config), 0)
-
-
-def _clear_watchdog(servo: Servo, index: int, config: ServoConfig) -> None:
-    """Clear the watchdog, so that goals are accepted; the old one is zeroed at once, before any answer could be awaited."""
-    servo.clear_watchdog(_goal(index, config))
-    servo.write(BUS_WATCHDOG, WATCHDOG_OFF)
-
-
-def _stand_still(servo: Servo, index: int, config: ServoConfig) -> None:
+def _stand_still(servo: Servo) -> None:
     """Clear the watchdog, and make zero the goal; profile, gains and power limit as at the factory."""
-    _clear_watchdog(servo, index, config)
-    _stop(servo, index, config)
-    for gain, value in FACTORY_GAINS.items():
-        _ensure(servo, gain, value)
-    _ensure(servo, PROFILE_ACCELERATION, 0)
-    _ensure(servo, GOAL_PWM, servo.read(PWM_LIMIT))
-
-
-def _ensure(servo: Servo, register: Register, value: int) -> None:
-    if servo.read(register) != value:
-        servo.write(register, value)
+    servo.clear_watchdog()
+    servo.write(servo.goal, 0)
+    for gain, value in reg.FACTORY_GAINS.items():
+        servo.ensure(gain, value)
+    servo.ensure(reg.PROFILE_ACCELERATION, 0)
+    servo.ensure(reg.GOAL_PWM, servo.read(reg.PWM_LIMIT))
 
 
 def _gather_telemetry(servo: Servo) -> None:
     """Point the indirect addresses at the telemetry block; left alone where they do already."""
     # Torque goes off for that, as it is after power-up: some servos refuse them with torque on, which another program left.
-    if servo.read_bytes(INDIRECT_ADDRESS, len(MAPPING), "indirect addresses") == MAPPING:
+    if servo.read_bytes(reg.INDIRECT_ADDRESS, len(MAPPING), _MAPPED) == MAPPING:
         return
-    _ensure(servo, TORQUE_ENABLE, TORQUE_OFF)
-    servo.write_bytes(INDIRECT_ADDRESS, MAPPING, "indirect addresses")
-    if servo.read_bytes(INDIRECT_ADDRESS, len(MAPPING), "indirect addresses") != MAPPING:
-        raise BackendError("the servo did not keep the indirect addresses", field=f"servo {servo.id}",
-                           allowed="firmware with indirect addresses in RAM")  # fmt: skip
+    servo.ensure(reg.TORQUE_ENABLE, reg.TORQUE_OFF)
+    servo.write_bytes(reg.INDIRECT_ADDRESS, MAPPING, _MAPPED)
+    if servo.read_bytes(reg.INDIRECT_ADDRESS, len(MAPPING), _MAPPED) != MAPPING:
+        raise _fault(
+            servo, "the servo did not keep the indirect addresses", None, "firmware with indirect addresses in RAM"
+        )

@@ -7,35 +7,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from doorman.exceptions import BackendError
-from doorman.hardware.dynamixel.config import ServoConfig
 from doorman.hardware.dynamixel.faults import ServoEvent, ServoFault
 from doorman.hardware.dynamixel.setup.talk import Servo
-from doorman.hardware.dynamixel.wire.registers import (
-    BAUD_CODES,
-    BAUD_RATE,
-    CURRENT_LIMIT,
-    CURRENT_MODE,
-    DRIVE_MODE,
-    FACTORY_CURRENT_LIMITS,
-    FULL_PWM,
-    HOMING_OFFSET,
-    OPERATING_MODE,
-    PWM_LIMIT,
-    RETURN_DELAY,
-    REVERSED,
-    SECONDARY_ID,
-    SHUTDOWN,
-    SHUTDOWN_NEEDED,
-    STARTUP_CONFIGURATION,
-    STARTUP_FIRMWARE,
-    TEMPERATURE_LIMIT,
-    TORQUE_ENABLE,
-    TORQUE_OFF,
-    VELOCITY_LIMIT,
-    VELOCITY_MODE,
-    Register,
-)
-from doorman.hardware.dynamixel.wire.units import VELOCITY_UNIT
+from doorman.hardware.dynamixel.wire import registers as reg
+from doorman.hardware.dynamixel.wire.registers import VELOCITY_UNIT
 from doorman.hardware.events import EventLog
 
 TOLERATED_RETURN_DELAY = 25
@@ -43,14 +18,11 @@ TOLERATED_RETURN_DELAY = 25
 MEASURED_SO = "zero and direction may depend on it: set it with DYNAMIXEL Wizard, then measure both again"
 """Why a setting on which the calibration rests is not written."""
 
-SETTINGS = {
-    register.name: register
-    for register in (
-        BAUD_RATE, RETURN_DELAY, DRIVE_MODE, OPERATING_MODE, SECONDARY_ID, HOMING_OFFSET, TEMPERATURE_LIMIT,
-        PWM_LIMIT, CURRENT_LIMIT, VELOCITY_LIMIT, STARTUP_CONFIGURATION, SHUTDOWN,
-    )
-}  # fmt: skip
-"""EEPROM registers that are verified, by name."""
+SETTINGS = (
+    reg.BAUD_RATE, reg.RETURN_DELAY, reg.DRIVE_MODE, reg.OPERATING_MODE, reg.SECONDARY_ID, reg.HOMING_OFFSET,
+    reg.TEMPERATURE_LIMIT, reg.PWM_LIMIT, reg.CURRENT_LIMIT, reg.VELOCITY_LIMIT, reg.SHUTDOWN,
+)  # fmt: skip
+"""EEPROM registers that are verified; `STARTUP_CONFIGURATION` where the firmware has it."""
 
 
 @dataclass(frozen=True)
@@ -69,13 +41,12 @@ class SettingFinding:
     """Whether `write_eeprom` may change it: not if that would cut the servo off, or turn the joint's zero or direction false."""
 
     def __str__(self) -> str:
-        """Render `servo 2: operating mode is 3, should be 1: …`."""
         return f"servo {self.servo_id}: {self.register} is {self.given}, should be {self.wanted}: {self.why}"
 
 
-def check_settings(servo: Servo, index: int, config: ServoConfig) -> list[SettingFinding]:
+def check_settings(servo: Servo) -> list[SettingFinding]:
     """Compare a servo's EEPROM with what the adapter relies on; changes nothing."""
-    return [finding for finding in _findings(servo, index, config) if finding.given != finding.wanted]
+    return [finding for finding in _findings(servo) if finding.given != finding.wanted]
 
 
 def write_settings(servo: Servo, findings: list[SettingFinding], log: EventLog[ServoEvent]) -> None:
@@ -83,9 +54,9 @@ def write_settings(servo: Servo, findings: list[SettingFinding], log: EventLog[S
     due = [finding for finding in findings if finding.writable]
     if not due:
         return
-    servo.write(TORQUE_ENABLE, TORQUE_OFF)
+    servo.write(reg.TORQUE_ENABLE, reg.TORQUE_OFF)
     for finding in due:
-        register = SETTINGS[finding.register]
+        register = reg.REGISTERS[finding.register]
         servo.write(register, finding.wanted)
         text = f"{register.name} changed from {finding.given} to {finding.wanted}"
         log.write(ServoEvent(servo.now(), servo.id, ServoFault.NONE, True, text))
@@ -94,44 +65,44 @@ def write_settings(servo: Servo, findings: list[SettingFinding], log: EventLog[S
                                given=now, allowed=str(finding.wanted))  # fmt: skip
 
 
-def _findings(servo: Servo, index: int, config: ServoConfig) -> Iterator[SettingFinding]:
+def _findings(servo: Servo) -> Iterator[SettingFinding]:
     """Every setting with what is wanted, whether it differs or not."""
-    read = servo.read
+    config, joint = servo.config, servo.index < servo.config.n_joints
+    given = {register: servo.read(register) for register in SETTINGS}
 
     def setting(
-        register: Register, wanted: int, why: str, blocking: bool = True, writable: bool = True
+        register: reg.Register, wanted: int, why: str, blocking: bool = True, writable: bool = True
     ) -> SettingFinding:
         return SettingFinding(servo.id, register.name, given[register], wanted, why, blocking, writable)
 
-    given = {register: read(register) for register in SETTINGS.values() if register is not STARTUP_CONFIGURATION}
-    yield setting(
-        BAUD_RATE, BAUD_CODES[config.baud_rate], "the bus runs at another speed", blocking=False, writable=False
-    )
-    yield setting(RETURN_DELAY, 0, "it delays every answer", blocking=given[RETURN_DELAY] > TOLERATED_RETURN_DELAY)
-    yield setting(DRIVE_MODE, given[DRIVE_MODE] & REVERSED, "profile and torque switch differ")
+    def at_least(register: reg.Register, wanted: int, why: str, writable: bool = False) -> SettingFinding:
+        return setting(register, max(given[register], wanted), why, blocking=False, writable=writable)
+
+    speed = reg.BAUD_CODES[config.baud_rate]
+    yield setting(reg.BAUD_RATE, speed, "the bus runs at another speed", blocking=False, writable=False)
+    slow = given[reg.RETURN_DELAY] > TOLERATED_RETURN_DELAY
+    yield setting(reg.RETURN_DELAY, 0, "it delays every answer", blocking=slow)
+    yield setting(reg.DRIVE_MODE, given[reg.DRIVE_MODE] & reg.REVERSED, "profile and torque switch differ")
     why = f"the servo counts and turns the other way round; {MEASURED_SO}"
-    yield setting(DRIVE_MODE, given[DRIVE_MODE] & ~REVERSED, why, writable=False)
-    if index < config.n_joints:
-        yield setting(OPERATING_MODE, VELOCITY_MODE, "the servo does not follow velocities")
+    yield setting(reg.DRIVE_MODE, given[reg.DRIVE_MODE] & ~reg.REVERSED, why, writable=False)
+    if joint:
+        yield setting(reg.OPERATING_MODE, reg.VELOCITY_MODE, "the servo does not follow velocities")
     else:
-        yield setting(OPERATING_MODE, CURRENT_MODE, "the gripper does not open by itself when commands stop")
+        yield setting(reg.OPERATING_MODE, reg.CURRENT_MODE, "the gripper does not open by itself when commands stop")
     why = f"every joint angle is wrong by the difference; {MEASURED_SO}"
-    yield setting(HOMING_OFFSET, config.offsets[index], why, writable=False)
-    if given[SECONDARY_ID] in config.ids and given[SECONDARY_ID] != servo.id:
-        yield setting(SECONDARY_ID, 255, "the servo also obeys commands for another servo")
-    if index < config.n_joints:
-        needed = math.floor(float(config.limits[2][index]) / VELOCITY_UNIT)
-        yield setting(VELOCITY_LIMIT, max(given[VELOCITY_LIMIT], needed), "the servo cannot turn as fast as the URDF's joint",
-                      blocking=False)  # fmt: skip
+    yield setting(reg.HOMING_OFFSET, config.offsets[servo.index], why, writable=False)
+    if given[reg.SECONDARY_ID] in config.ids and given[reg.SECONDARY_ID] != servo.id:
+        yield setting(reg.SECONDARY_ID, 255, "the servo also obeys commands for another servo")
+    if joint:
+        needed = math.floor(float(config.limits[2][servo.index]) / VELOCITY_UNIT)
+        yield at_least(reg.VELOCITY_LIMIT, needed, "the servo cannot turn as fast as the URDF's joint", writable=True)
     else:
-        yield setting(CURRENT_LIMIT, max(given[CURRENT_LIMIT], FACTORY_CURRENT_LIMITS[servo.model]), "its grip is weaker",
-                      blocking=False, writable=False)  # fmt: skip
-    yield setting(PWM_LIMIT, max(given[PWM_LIMIT], FULL_PWM), "its motor is weaker", blocking=False, writable=False)
-    shutdown = given[SHUTDOWN] | int(SHUTDOWN_NEEDED)
-    yield setting(SHUTDOWN, shutdown, "the servo does not protect itself against overload, shock or heat")
+        yield at_least(reg.CURRENT_LIMIT, reg.FACTORY_CURRENT_LIMITS[servo.model], "its grip is weaker")
+    yield at_least(reg.PWM_LIMIT, reg.FULL_PWM, "its motor is weaker")
+    shutdown = given[reg.SHUTDOWN] | int(reg.SHUTDOWN_NEEDED)
+    yield setting(reg.SHUTDOWN, shutdown, "the servo does not protect itself against overload, shock or heat")
     hot = math.ceil(config.hot_temperature) + 1
-    yield setting(TEMPERATURE_LIMIT, max(given[TEMPERATURE_LIMIT], hot), "the servo shuts down before doorman stops a hot arm",
-                  blocking=False, writable=False)  # fmt: skip
-    if servo.firmware >= STARTUP_FIRMWARE:
-        given[STARTUP_CONFIGURATION] = read(STARTUP_CONFIGURATION)
-        yield setting(STARTUP_CONFIGURATION, 0, "torque or goals come back by themselves after power-on")
+    yield at_least(reg.TEMPERATURE_LIMIT, hot, "the servo shuts down before doorman stops a hot arm")
+    if servo.firmware >= reg.STARTUP_FIRMWARE:
+        given[reg.STARTUP_CONFIGURATION] = servo.read(reg.STARTUP_CONFIGURATION)
+        yield setting(reg.STARTUP_CONFIGURATION, 0, "torque or goals come back by themselves after power-on")

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from doorman.exceptions import BackendError
+from doorman.hardware.dynamixel.config import ServoConfig
+from doorman.hardware.dynamixel.wire import registers as reg
 from doorman.hardware.dynamixel.wire.link import Link, Outcome, Reply
-from doorman.hardware.dynamixel.wire.registers import MODELS, OLDEST_FIRMWARE, Register
 
 ATTEMPTS = 8
 """How often an instruction is sent before the servo is given up."""
@@ -23,55 +24,61 @@ _DAMAGED_ON_THE_WAY = 3
 
 
 class Servo:
-    """One servo on a link, for set-up and recovery."""
+    def __init__(
+        self, link: Link, config: ServoConfig, index: int, deadline: float, between: Callable[[], None] = lambda: None
+    ) -> None:
+        self.id, self.config, self.index, self.deadline = config.ids[index], config, index, deadline
+        self.model = self.firmware = 0
+        self.goal = reg.GOAL_VELOCITY if index < config.n_joints else reg.GOAL_CURRENT
+        self._link, self._between = link, between
 
-    def __init__(self, link: Link, servo_id: int, deadline: float, between: Callable[[], None] = lambda: None) -> None:
-        self.id = servo_id
-        self.model = 0
-        self.firmware = 0
-        self.deadline = deadline
-        self._link = link
-        self._between = between
-
-    def identify(self, models: tuple[int, ...]) -> None:
-        data = self._insist("ping", lambda: self._link.ping(self.id)).data
+    def identify(self, models: tuple[int, ...] = ()) -> None:
+        """Ask who answers, one of some models; by default of those that are configured."""
+        data, models = self._insist("ping", lambda: self._link.ping(self.id)).data, models or self.config.models
         self.model, self.firmware = int.from_bytes(data[:2], "little"), data[2]
         if self.model not in models:
-            names = ", ".join(f"{number} {MODELS.get(number, '')}".strip() for number in models)
+            names = ", ".join(f"{number} {reg.MODELS.get(number, '')}".strip() for number in models)
             raise BackendError("wrong model", field=f"servo {self.id}", given=self.model, allowed=names)
-        if self.firmware < OLDEST_FIRMWARE:
-            raise BackendError("the firmware is too old for the bus watchdog", field=f"servo {self.id}",
-                               given=self.firmware, allowed=f">= {OLDEST_FIRMWARE}; DYNAMIXEL Wizard updates it")  # fmt: skip
+        if self.firmware < reg.OLDEST_FIRMWARE:
+            raise BackendError("the firmware is too old for the bus watchdog", field=f"servo {self.id}", given=self.firmware,
+                               allowed=f">= {reg.OLDEST_FIRMWARE}; DYNAMIXEL Wizard updates it")  # fmt: skip
+
+    def make_answer(self) -> None:
+        """Identify the servo and let it answer everything, in RAM: below that level, reads stay unanswered."""
+        self.identify()
+        register = reg.STATUS_RETURN_LEVEL
+        self._link.write(self.id, register.address, register.encode(reg.ANSWER_ALL))
 
     def now(self) -> float:
         return self._link.now()
 
-    def read(self, register: Register) -> int:
+    def read(self, register: reg.Register) -> int:
         return register.decode(self.read_bytes(register.address, register.size, register.name))
 
     def read_bytes(self, address: int, length: int, name: str) -> bytes:
         return self._insist(f"read {name}", lambda: self._link.read(self.id, address, length)).data
 
-    def write(self, register: Register, value: int) -> None:
+    def write(self, register: reg.Register, value: int) -> None:
         self.write_bytes(register.address, register.encode(value), register.name)
 
     def write_bytes(self, address: int, data: bytes, name: str) -> None:
         self._insist(f"write {name}", lambda: self._link.write(self.id, address, data))
 
-    def write_unanswered(self, register: Register, value: int) -> None:
-        """Write a register of a servo that may not be allowed to answer."""
-        self._link.write(self.id, register.address, register.encode(value))
+    def ensure(self, register: reg.Register, value: int) -> None:
+        if self.read(register) != value:
+            self.write(register, value)
 
-    def clear_watchdog(self, goal: Register) -> None:
-        """Clear the bus watchdog and zero a goal in one go: before, the servo refuses it; after, it may pursue the old one."""
+    def clear_watchdog(self) -> None:
+        """Clear the bus watchdog and zero the goal in one go: before, the servo refuses it; after, it may pursue the old one."""
         self._between()
-        self._link.clear_watchdog(self.id, goal)
+        self._link.clear_watchdog(self.id, self.goal)
+        self.write(reg.BUS_WATCHDOG, reg.WATCHDOG_OFF)
 
-    def reboot(self, boot_timeout: float) -> None:
+    def reboot(self) -> None:
         """Restart a servo that has shut down, and wait until it answers again."""
         # It may go on answering for a while before it restarts: it has done so once it was silent, or shows no error any more.
-        heard, silent = self._link.reboot(self.id).ok, False
-        end = min(self._link.now() + boot_timeout, self.deadline)
+        heard, silent, patience = self._link.reboot(self.id).ok, False, self.config.boot_timeout
+        end = min(self._link.now() + patience, self.deadline)
         while True:
             self._between()
             answer = self._link.ping(self.id)
@@ -82,17 +89,16 @@ class Servo:
                 heard = self._link.reboot(self.id).ok
             if self._link.now() > end:
                 raise BackendError("the servo did not come back after a reboot", field=f"servo {self.id}",
-                                   given=f"{boot_timeout:g} s", allowed="an answer to ping")  # fmt: skip
+                                   given=f"{patience:g} s", allowed="an answer to ping")  # fmt: skip
 
     def _insist(self, what: str, attempt: Callable[[], Reply]) -> Reply:
-        self._between()
-        reply = attempt()
-        for _ in range(ATTEMPTS - 1):
-            refused = reply.outcome is Outcome.REFUSED and reply.error_number != _DAMAGED_ON_THE_WAY
-            if reply.ok or refused or self._link.now() > self.deadline:
-                break
+        tries = 0
+        while True:
             self._between()
-            reply = attempt()
+            reply, tries = attempt(), tries + 1
+            refused = reply.outcome is Outcome.REFUSED and reply.error_number != _DAMAGED_ON_THE_WAY
+            if reply.ok or refused or tries == ATTEMPTS or self._link.now() > self.deadline:
+                break
         if reply.ok:
             return reply
         if reply.outcome is Outcome.REFUSED:

@@ -8,12 +8,12 @@ from doorman.clocks import REAL_TIME, Clock
 from doorman.exceptions import BackendError
 from doorman.hardware.dynamixel.config import ServoConfig
 from doorman.hardware.dynamixel.faults import ServoEvent
-from doorman.hardware.dynamixel.setup.commissioning import ReadyServo, arm_watchdog, commission, inspect, position, rest
-from doorman.hardware.dynamixel.setup.settings import TOLERATED_RETURN_DELAY, SettingFinding
+from doorman.hardware.dynamixel.setup.commissioning import ReadyServo, arm_watchdog, commission, rest
+from doorman.hardware.dynamixel.setup.settings import TOLERATED_RETURN_DELAY
 from doorman.hardware.dynamixel.setup.talk import Servo
 from doorman.hardware.dynamixel.wire.link import Link
 from doorman.hardware.dynamixel.wire.port import PortLost, SerialPort
-from doorman.hardware.dynamixel.wire.units import RETURN_DELAY_UNIT
+from doorman.hardware.dynamixel.wire.registers import RETURN_DELAY_UNIT
 from doorman.hardware.events import EventLog
 
 LONGEST_LATENCY_TIMER = 1.5e-3
@@ -26,6 +26,7 @@ REST_TIMEOUT = 0.5
 class Connection:
     """An open port, with a patient link for set-up and a quick one for cycles."""
 
+    config: ServoConfig
     port: SerialPort
     patient: Link
     quick: Link
@@ -40,52 +41,37 @@ class Connection:
             port.close()
             raise BackendError("the USB adapter's latency timer is too slow", field="servos.port", given=f"{timer * 1e3:g} ms",
                                allowed="1 ms: write 1 to latency_timer of the device in /sys/bus/usb-serial/devices")  # fmt: skip
+        patient = Link(port, config.baud_rate, config.setup_latency, clock=clock.now)
         delay = TOLERATED_RETURN_DELAY * RETURN_DELAY_UNIT
-        return cls(
-            port,
-            Link(port, config.baud_rate, config.setup_latency, clock=clock.now),
-            Link(port, config.baud_rate, config.latency, delay, clock.now),
-            clock,
-        )
+        return cls(config, port, patient, Link(port, config.baud_rate, config.latency, delay, clock.now), clock)
 
-    def inspect(self, config: ServoConfig) -> list[SettingFinding]:
-        """Compare the settings of every servo with what is relied on; changes none."""
-        deadline = self.clock.now() + config.open_timeout
-        findings = []
-        for joint, servo_id in enumerate(config.ids):
-            findings += inspect(Servo(self.patient, servo_id, deadline), joint, config)
-        return findings
+    def servos(self, link: Link | None = None, timeout: float | None = None) -> list[Servo]:
+        """Servos to talk with, by default at leisure."""
+        deadline = self.clock.now() + (self.config.open_timeout if timeout is None else timeout)
+        return [Servo(link or self.patient, self.config, index, deadline) for index in range(self.config.n)]
 
-    def positions(self, config: ServoConfig) -> list[int]:
-        deadline = self.clock.now() + config.open_timeout
-        servos = [Servo(self.patient, servo_id, deadline) for servo_id in config.ids]
-        return [position(servo, config) for servo in servos]
-
-    def commission(self, config: ServoConfig, log: EventLog[ServoEvent]) -> tuple[ReadyServo, ...]:
+    def commission(self, log: EventLog[ServoEvent]) -> tuple[ReadyServo, ...]:
         """Make every servo ready, torque on, standing still under its watchdog."""
-        deadline = self.clock.now() + config.open_timeout
-        servos = [Servo(self.patient, servo_id, deadline) for servo_id in config.ids]
+        servos, config = self.servos(), self.config
         for servo in servos:  # all there and of a known model, before anything is written anywhere
-            servo.identify(config.models)
+            servo.identify()
         try:
             ready = tuple(
-                commission(servo, joint, config, log, reboot=config.reboot_at_open, write_eeprom=config.write_eeprom)
-                for joint, servo in enumerate(servos)
+                commission(servo, log, reboot=config.reboot_at_open, write_eeprom=config.write_eeprom)
+                for servo in servos
             )
             for servo in servos:
-                arm_watchdog(servo, config)
+                arm_watchdog(servo)
         except BaseException:
-            self.rest(config)
+            self.rest()
             raise
         return ready
 
-    def rest(self, config: ServoConfig) -> list[str]:
-        """Leave every servo at rest."""
-        deadline = self.clock.now() + REST_TIMEOUT
+    def rest(self) -> list[str]:
         failures = []
-        for index, servo_id in enumerate(config.ids):
+        for servo in self.servos(self.quick, REST_TIMEOUT):
             try:
-                rest(Servo(self.quick, servo_id, deadline), index, config)
+                rest(servo)
             except PortLost as error:
                 return [str(error)]
             except BackendError as error:

@@ -43,7 +43,6 @@ def crc16(data: bytes | bytearray) -> int:
 
 
 def instruction_packet(servo_id: int, instruction: Instruction, parameters: bytes = b"") -> bytes:
-    """Instruction packet with byte stuffing and CRC."""
     body = (bytes((instruction,)) + parameters).replace(_PATTERN, _STUFFED)
     packet = HEADER + bytes((servo_id,)) + (len(body) + 2).to_bytes(2, "little") + body
     return packet + crc16(packet).to_bytes(2, "little")
@@ -57,12 +56,10 @@ class StatusPacket:
 
     @property
     def alert(self) -> bool:
-        """Whether a hardware error stands in the servo."""
         return bool(self.error & ALERT)
 
     @property
     def error_number(self) -> int:
-        """Why the instruction was not carried out; 0 if it was."""
         return self.error & ~ALERT
 
 

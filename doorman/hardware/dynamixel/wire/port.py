@@ -26,8 +26,6 @@ class PortLost(BackendError):
 
 
 class Port(Protocol):
-    """Where packets go and come from."""
-
     def send(self, data: bytes, deadline: float) -> bool:
         """Send bytes."""
 
@@ -39,8 +37,6 @@ class Port(Protocol):
 
 
 class SerialPort:
-    """A serial device, or a pseudo-terminal that stands for one."""
-
     def __init__(self, path: str, baud_rate: int, clock: Clock = REAL_TIME) -> None:
         self._path = path
         self._baud_rate = baud_rate
@@ -49,7 +45,6 @@ class SerialPort:
         self._clock = clock
 
     def open(self) -> None:
-        """Open the device for this process alone."""
         try:
             sdk = importlib.import_module("dynamixel_sdk")
         except ImportError as error:
@@ -112,7 +107,6 @@ class SerialPort:
         return data
 
     def close(self) -> None:
-        """Let go of the device; may be called twice."""
         if self._handler is not None:
             with contextlib.suppress(Exception):  # the device may be gone
                 self._handler.closePort()

@@ -1,14 +1,72 @@
-"""Registers of the DYNAMIXEL XH430 that the adapter uses, as data.
+r"""Registers of the DYNAMIXEL XH430 that the adapter uses, as data.
 
 Source: ROBOTIS e-Manual, XH430-W350-T/R, control table. Numbers are little endian, negative ones in two's complement.
 Registers below 64 are EEPROM: they survive power-off and are locked while torque is on. All others forget at power-off.
+
+Units of a servo's registers in SI, and its encoder in the URDF's joint angle.
+
+.. math::
+    \eta = s\,(p - p_0)\,\frac{2\pi}{4096}
+
+p is the present position, p₀ the one at the joint's zero, s = ±1 the direction. Source of the units: ROBOTIS e-Manual, XH430.
 """
 
 from __future__ import annotations
 
+import math
+import struct
 from dataclasses import dataclass
 from enum import IntEnum, IntFlag
 from types import MappingProxyType
+
+from doorman.hardware.dynamixel.wire import registers as reg
+
+TICKS_PER_TURN = 4096
+CENTRE = 2048
+"""Tick in the middle of the turn."""
+RADIANS_PER_TICK = 2.0 * math.pi / TICKS_PER_TURN
+VELOCITY_UNIT = 0.229 * 2.0 * math.pi / 60.0
+"""One count of a velocity, 0.229 rev/min [rad/s]."""
+CURRENT_UNITS = MappingProxyType({1000: 2.69e-3, 1010: 2.69e-3, 1040: 1.34e-3, 1050: 1.34e-3})
+"""One count of a current by model number [A]: the models for 24 V have another sensor."""
+VOLTAGE_UNIT = 0.1
+"""One count of a voltage [V]."""
+TICK_UNIT = 1e-3
+"""One count of the servo's clock [s]."""
+TICK_RANGE = 32_768
+"""The servo's clock starts again at zero here."""
+WATCHDOG_UNIT = 0.02
+"""One count of the bus watchdog [s]."""
+RETURN_DELAY_UNIT = 2e-6
+"""One count of the return delay time [s]."""
+
+
+def joint_angle(position: int, zero: int, direction: int) -> float:
+    """Joint angle η at a present position, before whole turns are added."""
+    return direction * (position - zero) * RADIANS_PER_TICK
+
+
+def zero_position(position: int, angle: float, direction: int) -> int:
+    """Present position at the joint's zero, from one reading at a known angle.
+
+    Args:
+        position: Present position at that angle [tick].
+        angle: Of the joint, as the URDF counts it [rad].
+        direction: +1 where the servo's positive direction is the joint's, else −1.
+
+    Returns:
+        [tick].
+    """
+    return position - direction * round(angle / RADIANS_PER_TICK)
+
+
+def whole_turns(angle: float, lower: float, upper: float) -> float:
+    """Turns to add to an angle so that it lies between the joint's limits, or as near to them as it can."""
+    # After power-on a servo knows its angle only within one turn; the joint's limits tell which one.
+    turn = 2.0 * math.pi
+    nearest = round(((lower + upper) / 2.0 - angle) / turn) if math.isfinite(lower + upper) else 0
+    excess = {k: max(lower - angle - k * turn, angle + k * turn - upper, 0.0) for k in (0, nearest)}
+    return turn * min(excess, key=lambda k: (excess[k], abs(k)))
 
 
 @dataclass(frozen=True)
@@ -25,9 +83,6 @@ class Register:
         return int.from_bytes(data, "little", signed=self.signed)
 
 
-MODEL_NUMBER = Register("model number", 0, 2)
-FIRMWARE = Register("firmware version", 6, 1)
-ID = Register("id", 7, 1)
 BAUD_RATE = Register("baud rate", 8, 1)
 RETURN_DELAY = Register("return delay time", 9, 1)
 DRIVE_MODE = Register("drive mode", 10, 1)
@@ -111,8 +166,6 @@ class Instruction(IntEnum):
 
 
 class HardwareError(IntFlag):
-    """Bits of hardware error status and of shutdown."""
-
     NONE = 0
     VOLTAGE = 0x01
     OVERHEATING = 0x04
@@ -123,3 +176,43 @@ class HardwareError(IntFlag):
 
 SHUTDOWN_NEEDED = HardwareError.OVERLOAD | HardwareError.SHOCK | HardwareError.OVERHEATING
 """Errors that must take the torque: the factory's choice."""
+
+
+BLOCK: tuple[reg.Register, ...] = (
+    reg.PRESENT_POSITION, reg.PRESENT_VELOCITY, reg.PRESENT_CURRENT, reg.HARDWARE_ERROR, reg.PRESENT_TEMPERATURE,
+    reg.PRESENT_VOLTAGE, reg.TORQUE_ENABLE, reg.BUS_WATCHDOG, reg.REALTIME_TICK,
+)  # fmt: skip
+"""In the order of their bytes."""
+BLOCK_SIZE = sum(register.size for register in BLOCK)
+assert BLOCK_SIZE <= reg.INDIRECT_COUNT
+MAPPING = b"".join(
+    (register.address + offset).to_bytes(2, "little") for register in BLOCK for offset in range(register.size)
+)
+"""Content of the indirect addresses that gathers the block."""
+_CODES = {(1, False): "B", (2, False): "H", (2, True): "h", (4, True): "i"}
+_LAYOUT = struct.Struct("<" + "".join(_CODES[register.size, register.signed] for register in BLOCK))
+
+
+@dataclass(frozen=True, slots=True)
+class Telemetry:
+    """Registers of one servo at one time, as counts."""
+
+    position: int
+    velocity: int
+    current: int
+    hardware_error: int
+    temperature: int
+    voltage: int
+    torque_enable: int
+    bus_watchdog: int
+    tick: int
+
+    @classmethod
+    def decode(cls, data: bytes) -> Telemetry:
+        return cls(*_LAYOUT.unpack(data))
+
+    def is_ours(self, watchdog_counts: int) -> bool:
+        """Whether the block still shows what it was set up to show; a servo that restarted shows zeros."""
+        if self.bus_watchdog == reg.WATCHDOG_OFF:
+            return self.torque_enable == reg.TORQUE_ON and self.voltage > 0
+        return self.bus_watchdog in (watchdog_counts, reg.WATCHDOG_FIRED)

@@ -33,8 +33,6 @@ _OBJECT = struct.Struct(f"<{NAME_SIZE}s6d")
 
 
 class TrackedObject(NamedTuple):
-    """An object as Tracker sees it."""
-
     name: str
     translation: Vector  # in Vicon's axes [mm]
     rotation: Vector  # about x, y' and z'' [rad]
@@ -55,7 +53,6 @@ class Malformed(NamedTuple):
 
 
 def parse(datagram: bytes) -> ObjectPacket | Malformed:
-    """Content of a datagram."""
     if len(datagram) < _HEADER.size:
         return Malformed(f"{len(datagram)} bytes are no packet")
     frame_number, items = _HEADER.unpack_from(datagram)

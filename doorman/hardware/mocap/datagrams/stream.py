@@ -6,12 +6,9 @@ import math
 from typing import NamedTuple
 
 from doorman.hardware.mocap.config import MocapConfig
-from doorman.hardware.mocap.datagrams.clock import FrameClock
 from doorman.hardware.mocap.datagrams.packets import Malformed, TrackedObject, Vector, parse
-from doorman.hardware.mocap.datagrams.rate import RateMonitor
-from doorman.hardware.mocap.datagrams.sequence import FrameSequence, Order
-from doorman.hardware.mocap.faults import FaultBook, MocapFault
-from doorman.hardware.mocap.figures import Figures
+from doorman.hardware.mocap.datagrams.sequence import FrameClock, FrameSequence, Order, RateMonitor
+from doorman.hardware.mocap.faults import FaultBook, Figures, MocapFault
 
 FARTHEST = 1e6
 """No object is farther away from Vicon's origin [mm]."""
@@ -41,8 +38,6 @@ class Reading(NamedTuple):
 
 
 class StreamReader:
-    """Reads the packets of one sender."""
-
     def __init__(self, config: MocapConfig, book: FaultBook, figures: Figures) -> None:
         self._config = config
         self._book = book
@@ -65,7 +60,6 @@ class StreamReader:
         return self._config.rate * (1.0 - self.monitor.deviation)
 
     def read(self, datagram: bytes, sender: Sender, arrival: float, raw: float) -> Reading | None:
-        """Take in a datagram."""
         self._figures.packets += 1
         if not self._welcome(sender):
             self._book.strike(MocapFault.FOREIGN, arrival, f"packets from {sender[0]}:{sender[1]}")
@@ -102,7 +96,6 @@ class StreamReader:
         return self.last_packet + self._config.silent_after
 
     def diagnosis(self) -> str:
-        """Why there is no pose yet, in words."""
         holds = self._book.holds
         if self.last_packet is None or MocapFault.SILENT in holds:
             if MocapFault.FOREIGN in holds:

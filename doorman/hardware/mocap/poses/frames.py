@@ -16,7 +16,8 @@ import math
 from numpy.typing import ArrayLike
 
 from doorman.checks import vector
-from doorman.hardware.quaternions import Quaternion, Vector, conjugate, from_attitude, multiply, rotate
+from doorman.hardware.quaternions import Quaternion, Vector, conjugate, multiply, rotate
+from doorman.kinematics.rotations import quaternion_of
 
 METRES_PER_MILLIMETRE = 1e-3
 _SINGULAR = 1.0 - 1e-12
@@ -57,12 +58,11 @@ class Alignment:
         object_attitude: ArrayLike,
     ) -> None:
         self._origin = _triple(origin_position, "origin_position")
-        self._world = from_attitude(_triple(origin_attitude, "origin_attitude"))
+        self._world = quaternion_of(_triple(origin_attitude, "origin_attitude"))
         self._offset = _triple(object_position, "object_position")
-        self._body = conjugate(from_attitude(_triple(object_attitude, "object_attitude")))
+        self._body = conjugate(quaternion_of(_triple(object_attitude, "object_attitude")))
 
     def body_pose(self, translation: Vector, rotation: Vector) -> tuple[Vector, Quaternion]:
-        """Pose of the body."""
         quaternion = multiply(multiply(self._world, object_quaternion(rotation)), self._body)
         x, y, z = (METRES_PER_MILLIMETRE * value for value in translation)
         placed = rotate(self._world, (x, y, z))

@@ -9,8 +9,10 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from enum import Enum
+from typing import Protocol, runtime_checkable
 
 from doorman.arrays import Array, frozen
+from doorman.hardware.interface import Source
 from doorman.hardware.mocap.faults import MocapFault
 from doorman.hardware.quaternions import Quaternion, Vector, from_rotation_vector, multiply, to_attitude
 
@@ -110,6 +112,14 @@ class PoseSample:
         )
 
 
+@runtime_checkable
+class PoseSource(Source[PoseSample], Protocol):
+    """`MocapReceiver` is one for every kind of `connection`.
+
+    It judges what it brings: `PoseSample` says how old the pose is, whether it was measured, and what is wrong.
+    """
+
+
 def measured(
     time: float,
     position: Vector,
@@ -122,7 +132,6 @@ def measured(
     shift: Vector = (0.0, 0.0, 0.0),
     lateness: float = 0.0,
 ) -> PoseSample:
-    """Sample of a new measurement."""
     return PoseSample(
         time, frozen(position), frozen(to_attitude(quaternion)), frozen(quaternion), frozen(velocity),
         frozen(body_rates), frame_number, count, MocapFault.NONE, 0.0, True, PoseQuality.MEASURED, track=track, shift=shift,
@@ -131,7 +140,6 @@ def measured(
 
 
 def nothing_yet() -> PoseSample:
-    """Sample before the first measurement."""
     three, four = frozen((math.nan,) * 3), frozen((math.nan,) * 4)
     return PoseSample(
         -math.inf, three, three, four, three, three, -1, 0, MocapFault.NONE, math.inf, False, PoseQuality.NONE

@@ -1,16 +1,132 @@
-"""From measurements to poses that can be believed: outliers are kept out, and what was lost is acquired again."""
+r"""From measurements to poses that can be believed: outliers are kept out, and what was lost is acquired again.
+
+Velocity and body rates: slopes of straight lines through the poses of a short window, by least squares.
+
+.. math::
+    v = \frac{\sum_i \tau_i\, P_i}{\sum_i \tau_i^2}, \qquad
+    \Omega = \frac{\sum_i \tau_i \log(q_n^{-1} q_i)}{\sum_i \tau_i^2}, \qquad \tau_i = t_i - \bar t
+
+At constant velocity they are exact, whatever poses are missing. Otherwise they are those of the window's middle: they lag by
+:math:`t_n - \bar t`, half the window where no pose is missing. Noise of σ in the position gives
+:math:`\sigma / \sqrt{\textstyle\sum \tau_i^2}` in the velocity.
+
+Which poses can follow one another, by what the vehicle can do at most.
+
+.. math::
+    |\Delta P| \le n + v_{max} \Delta t, \qquad
+    |\Delta P - v\,\Delta t| \le n + a_{max} \Delta t\,(\tfrac12 \Delta t + \lambda), \qquad
+    \angle(q, q') \le n_q + \omega_{max} \Delta t
+
+λ is the lag of the velocity v, in which it may have changed by a λ.
+"""
 
 from __future__ import annotations
 
 import math
+from collections import deque
+from dataclasses import dataclass
+from typing import NamedTuple
 
 from doorman.hardware.mocap.config import MocapConfig
 from doorman.hardware.mocap.datagrams.stream import Reading
-from doorman.hardware.mocap.faults import FaultBook, MocapFault
-from doorman.hardware.mocap.figures import Figures
+from doorman.hardware.mocap.faults import FaultBook, Figures, MocapFault
 from doorman.hardware.mocap.poses.sample import PoseSample, measured
-from doorman.hardware.mocap.poses.velocity import TimedPose, VelocityFilter
-from doorman.hardware.quaternions import Vector
+from doorman.hardware.quaternions import (
+    Quaternion,
+    Vector,
+    angle_between,
+    conjugate,
+    multiply,
+    rotation_vector,
+)
+
+FEWEST = 3
+"""Poses that are kept however old they are."""
+_TOLERANCE = 1e-9
+
+
+class TimedPose(NamedTuple):
+    time: float  # by the frames' own clock [s]
+    position: Vector  # world frame [m]
+    quaternion: Quaternion  # body to world
+
+
+class VelocityFilter:
+    def __init__(self, window: float) -> None:
+        self._window = window
+        self._poses: deque[TimedPose] = deque()
+        self.velocity: Vector = (0.0, 0.0, 0.0)  # world frame [m/s]; means nothing before there are two poses
+        self.body_rates: Vector = (0.0, 0.0, 0.0)  # body frame [rad/s]
+        self.lag = 0.0  # between the time for which these are true and the newest pose [s]
+
+    @property
+    def newest(self) -> TimedPose | None:
+        return self._poses[-1] if self._poses else None
+
+    def clear(self) -> None:
+        self._poses.clear()
+
+    def add(self, pose: TimedPose) -> None:
+        poses = self._poses
+        poses.append(pose)
+        while len(poses) > FEWEST and pose.time - poses[0].time > self._window + _TOLERANCE:
+            poses.popleft()
+        if len(poses) < 2:
+            return
+        mean = sum(one.time - pose.time for one in poses) / len(poses)
+        back = conjugate(pose.quaternion)
+        spread = 0.0
+        sums = [0.0] * 6
+        for time, position, quaternion in poses:
+            tau = time - pose.time - mean
+            spread += tau * tau
+            turn = rotation_vector(multiply(back, quaternion))
+            for axis in range(3):
+                sums[axis] += tau * (position[axis] - pose.position[axis])
+                sums[3 + axis] += tau * turn[axis]
+        self.velocity = (sums[0] / spread, sums[1] / spread, sums[2] / spread)
+        self.body_rates = (sums[3] / spread, sums[4] / spread, sums[5] / spread)
+        self.lag = -mean
+
+
+@dataclass(frozen=True)
+class MotionGate:
+    """Limits of the vehicle's motion and of the poses' noise."""
+
+    max_speed: float  # [m/s]
+    max_acceleration: float  # [m/s²]
+    max_rotation_rate: float  # [rad/s]
+    position_slack: float  # n: what noise and vibration add [m]
+    attitude_slack: float  # n_q [rad]
+
+    @classmethod
+    def of(cls, config: MocapConfig) -> MotionGate:
+        return cls(config.max_speed, config.max_acceleration, config.max_rotation_rate, config.position_slack,
+                   config.attitude_slack)  # fmt: skip
+
+    def beyond_speed(self, former: TimedPose, pose: TimedPose) -> str:
+        """Whether the body would have had to move or turn too fast from pose to pose."""
+        elapsed = pose.time - former.time
+        distance = math.dist(former.position, pose.position)
+        if not distance <= self.position_slack + self.max_speed * elapsed:
+            return f"{distance:.3f} m in {1e3 * elapsed:.0f} ms"
+        angle = angle_between(former.quaternion, pose.quaternion)
+        if not angle <= self.attitude_slack + self.max_rotation_rate * elapsed:
+            return f"{math.degrees(angle):.0f}° in {1e3 * elapsed:.0f} ms"
+        return ""
+
+    def beyond_limits(self, former: TimedPose, pose: TimedPose, velocity: Vector, lag: float) -> str:
+        """Whether the body would have had to move, turn or speed up too much since the last pose."""
+        too_fast = self.beyond_speed(former, pose)
+        if too_fast:
+            return too_fast
+        elapsed = pose.time - former.time
+        miss = math.dist(
+            pose.position, [place + elapsed * rate for place, rate in zip(former.position, velocity, strict=True)]
+        )
+        if not miss <= self.position_slack + self.max_acceleration * elapsed * (0.5 * elapsed + lag):
+            return f"{miss:.3f} m off its course in {1e3 * elapsed:.0f} ms"
+        return ""
 
 
 class PoseTracker:
@@ -21,7 +137,7 @@ class PoseTracker:
         self._book = book
         self._figures = figures
         self._alignment = config.alignment()
-        self._gate = config.gate()
+        self._gate = MotionGate.of(config)
         self._filter = VelocityFilter(config.velocity_window)
         self._run: list[TimedPose] = []  # poses off the track that agree with each other
         self._leap: Vector | None = None  # by how much the first of them was off the course; None after a gap [m]
@@ -29,7 +145,6 @@ class PoseTracker:
         self._era = self._track = 0
 
     def take(self, reading: Reading) -> PoseSample | None:
-        """Take in a measurement."""
         if reading.era != self._era:
             self._era = reading.era
             self._filter.clear()
@@ -85,7 +200,6 @@ class PoseTracker:
         self._run.append(pose)
 
     def _acquire(self, lost: TimedPose | None, found: TimedPose, now: float) -> None:
-        """Begin a new track with the run of poses."""
         if self._leap is not None:
             x, y, z = (before + leap for before, leap in zip(self._shift, self._leap, strict=True))
             self._shift = (x, y, z)

@@ -23,8 +23,6 @@ STATELESS = ("vrpn",)
 
 
 class Cameras(Protocol):
-    """What the wheel returns of `connect`."""
-
     rigidBodies: Mapping[str, Any]  # noqa: N815  # the wheel's name
 
     def waitForNextFrame(self) -> None:  # noqa: N802
@@ -32,7 +30,6 @@ class Cameras(Protocol):
 
 
 def relay(cameras: Cameras, sender: PoseSender, stateless: bool) -> None:
-    """Send one frame on."""
     cameras.waitForNextFrame()
     poses = {}
     for name, body in cameras.rigidBodies.items():
@@ -44,7 +41,6 @@ def relay(cameras: Cameras, sender: PoseSender, stateless: bool) -> None:
 
 
 def main(arguments: list[str]) -> None:
-    """Relay until the parent ends."""
     kind, port, rate, *settings = arguments
     parent = os.getppid()
     ctypes.CDLL(None).prctl(_DIE_WITH_PARENT, signal.SIGKILL)

@@ -10,7 +10,7 @@ from typing import IO
 from doorman.hardware.mocap.connection import CamerasLink
 
 _KEPT = 300
-"""Characters of its last words that are told."""
+"""Characters of its last words that are kept."""
 _PATIENCE = 1.0
 """For a killed process to be gone [s]."""
 
@@ -38,7 +38,6 @@ class ClientProcess:
         return (lines[-1] if lines else f"it ended with status {code}")[:_KEPT]
 
     def close(self) -> None:
-        """End it."""
         if self._process.poll() is None:
             self._process.kill()
             self._process.wait(_PATIENCE)

@@ -2,46 +2,43 @@
 
 from __future__ import annotations
 
+from doorman.clocks import Clock
 from doorman.exceptions import BackendError
 from doorman.hardware.mocap.config import MocapConfig
-from doorman.hardware.mocap.faults import MocapEvent
-from doorman.hardware.mocap.figures import Figures, MocapStatistics
-from doorman.hardware.mocap.poses.sample import PoseSample
-from doorman.hardware.mocap.receiver import MocapReceiver
-from doorman.hardware.mocap.sources.source import PoseSource
+from doorman.hardware.mocap.faults import Figures, MocapEvent, MocapStatistics
+from doorman.hardware.mocap.poses.sample import PoseSample, PoseSource
+from doorman.hardware.mocap.receiver import Judge, MocapReceiver
 
 _EVERY = 0.001
 """Between two looks for a new pose [s]."""
 
 
 class PolledReceiver(MocapReceiver):
-    """Asks a source, which is set before `open`; it says itself what is wrong with its poses."""
+    """Asks a source, which says itself what is wrong with its poses."""
 
-    source: PoseSource  # who brings the poses
-    config: MocapConfig  # rate, latency and limits; its connection is of no use
+    def __init__(self, config: MocapConfig, source: PoseSource, clock: Clock, judge: Judge = lambda pose: pose) -> None:
+        super().__init__(config, clock, judge=judge)  # rate, latency and limits; the connection is of no use
+        self._source = source
 
     def open(self, timeout: float | None = None) -> None:
-        """Open the source, and wait for a usable pose."""
         self._figures, self._count, self._began = Figures(), -1, self._clock.now()
-        self.source.open()
+        self._source.open()
         end = self._clock.now() + (self.config.open_timeout if timeout is None else timeout)
         while not self.read().usable:
             if self._clock.now() > end:
-                self.source.stop()
+                self._source.stop()
                 raise BackendError("the source brings no pose", field="poses", allowed="a usable PoseSample")
             self._clock.sleep(_EVERY)
 
     def read(self) -> PoseSample:
-        """Newest pose, at once."""
-        sample = self.source.read()
+        sample = self._source.read()
         if sample.count > self._count >= 0:
             self._figures.frame(self._clock.now(), max(sample.lateness - self.config.latency, 0.0), 0)
             self._figures.pose(0.0, sample.frame_number, sample.position.tolist())
         self._count = sample.count
-        return sample
+        return self._judge(sample)
 
     def wait(self, sample: PoseSample, timeout: float) -> PoseSample:
-        """Wait for a measurement that is newer than another."""
         end = self._clock.now() + timeout
         while (newest := self.read()).count <= sample.count:
             if self._clock.now() > end:
@@ -50,15 +47,12 @@ class PolledReceiver(MocapReceiver):
         return newest
 
     def events(self) -> list[MocapEvent]:
-        """None: the samples say what is wrong."""
         return []
 
     @property
     def statistics(self) -> MocapStatistics:
-        """How the poses came since `open`."""
         elapsed = max(self._clock.now() - self._began, 1e-3)
         return self._figures.statistics({}, self._figures.frames / elapsed, self.config.latency)
 
     def stop(self) -> None:
-        """Stop the source; may be called twice."""
-        self.source.stop()
+        self._source.stop()

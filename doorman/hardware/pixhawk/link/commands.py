@@ -1,13 +1,12 @@
-"""COMMAND_LONG with its acknowledgement: sent again while nobody answers, waited for while it is in progress."""
+"""COMMAND_LONG with its acknowledgement: sent again while no answer comes, waited for while it is in progress."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 
-from doorman.hardware.pixhawk.events import EventKind
+from doorman.hardware.pixhawk.events import EventKind, Outcome, OutcomeStatus
 from doorman.hardware.pixhawk.link.exchange import Acknowledgement
 from doorman.hardware.pixhawk.link.link import Link
-from doorman.hardware.pixhawk.outcome import Outcome, OutcomeStatus
 from doorman.hardware.pixhawk.wire.messages import command_message, mavlink
 
 _TRIES = 5
@@ -26,7 +25,6 @@ _RESULTS = {
 def command(
     link: Link, number: int, *parameters: float, tries: int = _TRIES, go_on: Callable[[], bool] = lambda: True
 ) -> Outcome:
-    """Send a command and wait for its acknowledgement."""
     started = link.time.now()
     start = link.exchange.count
     for confirmation in range(tries):

@@ -1,4 +1,11 @@
-"""What to do with a received message: whose it is, whether it is new, and who wants it."""
+"""What to do with a received message: whose it is, whether it is new, and who wants it.
+
+Where the autopilot speaks from, and whether another sender may take its place.
+
+A link without signatures carries whatever somebody sends. A datagram from another address may come from the autopilot, behind a
+router that has started anew, or from anybody. On the ground the place may change, and that is reported. While the vehicle is
+armed it is reported and refused.
+"""
 
 from __future__ import annotations
 
@@ -10,17 +17,71 @@ from doorman.hardware.pixhawk.authority import AuthorityKeeper
 from doorman.hardware.pixhawk.config import PixhawkConfig
 from doorman.hardware.pixhawk.dialect import ARDUPILOT, MULTIROTORS, Dialect, dialect_of
 from doorman.hardware.pixhawk.events import EventKind, LinkLog
-from doorman.hardware.pixhawk.link.exchange import Exchange, StatusText
+from doorman.hardware.pixhawk.link.exchange import Exchange, StatusText, TextParts
 from doorman.hardware.pixhawk.link.outgoing.origin import Origin
 from doorman.hardware.pixhawk.link.outgoing.stream import SetpointStream
 from doorman.hardware.pixhawk.link.telemetry.rates import RateKeeper
 from doorman.hardware.pixhawk.link.telemetry.timesync import ClockMap, SyncResult
-from doorman.hardware.pixhawk.link.telemetry.tracker import Tracker
+from doorman.hardware.pixhawk.link.telemetry.tracker import TELEMETRY, Tracker
 from doorman.hardware.pixhawk.wire.codec import Codec
-from doorman.hardware.pixhawk.wire.messages import Message, mavlink
-from doorman.hardware.pixhawk.wire.peer import SILENCE, PeerKeeper
-from doorman.hardware.pixhawk.wire.texts import TextParts
+from doorman.hardware.pixhawk.wire.messages import IDENTIFIERS, Message, mavlink
 from doorman.hardware.pixhawk.wire.transport import Address, Line
+
+SILENCE = 3.0
+"""After which the autopilot may speak from another address [s]."""
+_REPORT_PERIOD = 1.0
+"""Between two reports of the same sender [s]."""
+_MOST_REPORTS = 20
+"""In that time: a flood of senders does not fill the log."""
+_TAKEN = "taken after silence"
+
+
+class PeerKeeper:
+    """Keeps the address that the autopilot speaks from; used by the thread of the link only."""
+
+    def __init__(self, events: LinkLog, signed: bool) -> None:
+        self.address: Address = None
+        """Where the autopilot speaks from; None until it is heard, and on a line with one sender."""
+        self._events, self._signed = events, signed
+        self._reported: dict[object, float] = {}
+
+    def heard_at(self, address: Address, line: Line, silent: float, armed: bool, now: float) -> None:
+        """Take in that a heartbeat with the autopilot's ids came from an address."""
+        if address is None or address == line.peer:
+            return
+        if line.peer is None or silent == float("inf"):
+            line.peer = self.address = address
+        elif armed and not self._signed:
+            self._report("refused while armed", address, line.peer, now)
+        elif silent <= SILENCE:
+            self._report("ignored while the autopilot is heard", address, line.peer, now)
+        else:
+            self._report(_TAKEN, address, line.peer, now)
+            line.peer = self.address = address
+
+    def elsewhere(self, address: Address, line: Line, armed: bool, now: float) -> None:
+        """Take in that another message with the autopilot's ids came from an address that is not its: it is ignored."""
+        if address is not None and line.peer is not None and address != line.peer:
+            what = "refused while armed" if armed and not self._signed else "ignored until a heartbeat comes from there"
+            self._report(what, address, line.peer, now)
+
+    def another(self, sender: tuple[int, int], identity: tuple[int, int], now: float) -> None:
+        """Take in that another autopilot's heartbeat came from where ours speaks: it is never obeyed."""
+        self._note(
+            sender, f"refused: system {sender[0]}, component {sender[1]} sends from the address of system {identity[0]}", now,
+            system=sender[0], component=sender[1], taken=False,
+        )  # fmt: skip
+
+    def _report(self, what: str, address: tuple[str, int], before: tuple[str, int], now: float) -> None:
+        words = f"the autopilot's ids come from {address[0]}:{address[1]} instead of {before[0]}:{before[1]}: {what}"
+        self._note((address, what), words, now, address=address, taken=what is _TAKEN)
+
+    def _note(self, what: object, words: str, now: float, **values: object) -> None:
+        self._reported = {key: time for key, time in self._reported.items() if now - time < _REPORT_PERIOD}
+        if what not in self._reported and len(self._reported) < _MOST_REPORTS:
+            self._reported[what] = now
+            self._events.happen(EventKind.PEER_CHANGED, now, words, **values)
+
 
 _NOTE_PERIOD = 1.0
 """Between two notes of the same flood [s]."""
@@ -29,33 +90,14 @@ _ESTIMATOR_RATE = 5.0
 
 _TIMESYNC_RATE = 10.0
 """Rate of the requests by which PX4 maps the stamps of poses: a link in "normal" mode sends none by itself [1/s]."""
-_UNORDERED = frozenset(
-    {
-        mavlink.MAVLINK_MSG_ID_COMMAND_ACK,
-        mavlink.MAVLINK_MSG_ID_PARAM_VALUE,
-        mavlink.MAVLINK_MSG_ID_STATUSTEXT,
-        mavlink.MAVLINK_MSG_ID_TIMESYNC,
-    }
-)
+_UNORDERED = frozenset({"COMMAND_ACK", "PARAM_VALUE", "STATUSTEXT", "TIMESYNC"})
 """Worth reading though overtaken."""
-_TELEMETRY = frozenset(
-    {
-        mavlink.MAVLINK_MSG_ID_ATTITUDE_QUATERNION,
-        mavlink.MAVLINK_MSG_ID_LOCAL_POSITION_NED,
-        mavlink.MAVLINK_MSG_ID_SYS_STATUS,
-        mavlink.MAVLINK_MSG_ID_BATTERY_STATUS,
-        mavlink.MAVLINK_MSG_ID_EXTENDED_SYS_STATE,
-        mavlink.MAVLINK_MSG_ID_ATTITUDE_TARGET,
-    }
-)
-_ORIGIN = {mavlink.MAVLINK_MSG_ID_GPS_GLOBAL_ORIGIN, mavlink.MAVLINK_MSG_ID_ESTIMATOR_STATUS}
-WANTED = _UNORDERED | _TELEMETRY | _ORIGIN | {mavlink.MAVLINK_MSG_ID_HEARTBEAT}
-"""Messages that are decoded at all."""
+_ORDERED = ("HEARTBEAT", "GPS_GLOBAL_ORIGIN", "ESTIMATOR_STATUS", *TELEMETRY)
+WANTED = frozenset(IDENTIFIERS[name] for name in (*_UNORDERED, *_ORDERED))
+"""Identifiers of the messages that are decoded at all."""
 
 
 class Owner(Protocol):
-    """What the inbox needs of the link."""
-
     config: PixhawkConfig
     time: Clock
     events: LinkLog
@@ -94,7 +136,6 @@ class Inbox:
         return self.dialect is not None and self.dialect.says_what_is_valid and not self._owner.config.mocap
 
     def receive(self, data: bytes, address: Address, line: Line) -> None:
-        """Take in bytes from an address."""
         owner = self._owner
         assert owner.codec is not None
         now = owner.time.now()
@@ -106,8 +147,8 @@ class Inbox:
         self._note_damage(now)
 
     def _sort(self, message: Message, address: Address, line: Line, now: float) -> None:
-        kind, sender = message.get_msgId(), (message.get_srcSystem(), message.get_srcComponent())
-        if kind == mavlink.MAVLINK_MSG_ID_HEARTBEAT:
+        kind, sender = message.get_type(), (message.get_srcSystem(), message.get_srcComponent())
+        if kind == "HEARTBEAT":
             self._meet(message, sender, address, line, now)
         if sender != self.identity or (address is not None and line.peer != address):
             self.foreign += 1
@@ -121,7 +162,7 @@ class Inbox:
         ordered = self._owner.tracker.in_order(message.get_seq(), now)
         if ordered or kind in _UNORDERED:
             # A TIMESYNC that answers one of ours says nothing of the autopilot's own.
-            if kind != mavlink.MAVLINK_MSG_ID_TIMESYNC or message.tc1 == 0:
+            if kind != "TIMESYNC" or message.tc1 == 0:
                 self._owner.rates.heard(kind)
             try:
                 self._handle(kind, message, now)
@@ -156,9 +197,9 @@ class Inbox:
         if self.identity is None:
             self.identity, self.dialect, self.vehicle_type = sender, dialect, int(message.type)
             if dialect.asks_time and self._owner.config.mocap:
-                self._owner.rates.want(mavlink.MAVLINK_MSG_ID_TIMESYNC, _TIMESYNC_RATE)
+                self._owner.rates.want("TIMESYNC", _TIMESYNC_RATE)
             if self._asks_estimator:
-                self._owner.rates.want(mavlink.MAVLINK_MSG_ID_ESTIMATOR_STATUS, _ESTIMATOR_RATE)
+                self._owner.rates.want("ESTIMATOR_STATUS", _ESTIMATOR_RATE)
                 self._owner.tracker.expect_estimator(now)
             self._owner.stream.angle_boost = dialect.angle_boost
             self._owner.stream.keeps_tilt = dialect.keeps_tilt
@@ -168,30 +209,30 @@ class Inbox:
         if sender == self.identity:
             self.peer.heard_at(address, line, now - self.last_message, self._owner.tracker.sample.armed, now)
 
-    def _handle(self, kind: int, message: Message, now: float) -> None:
+    def _handle(self, kind: str, message: Message, now: float) -> None:
         owner, dialect = self._owner, self.dialect
         assert dialect is not None
-        if kind == mavlink.MAVLINK_MSG_ID_HEARTBEAT:
+        if kind == "HEARTBEAT":
             owner.tracker.heartbeat(message, dialect, now)
             sample = owner.tracker.sample
             owner.authority.heartbeat(sample.mode, sample.armed, sample.system_status, dialect, now)
-        elif kind == mavlink.MAVLINK_MSG_ID_TIMESYNC:
+        elif kind == "TIMESYNC":
             self._timesync(message, now)
-        elif kind == mavlink.MAVLINK_MSG_ID_COMMAND_ACK:
+        elif kind == "COMMAND_ACK":
             config = owner.config
             if message.target_system in (0, config.system_id) and message.target_component in (0, config.component_id):
                 owner.exchange.post_acknowledgement(message.command, message.result)
                 if message.result == mavlink.MAV_RESULT_ACCEPTED:
                     owner.authority.accepted(message.command, now)
-        elif kind == mavlink.MAVLINK_MSG_ID_PARAM_VALUE:
+        elif kind == "PARAM_VALUE":
             value = dialect.decode_parameter(message.param_value, message.param_type)
             owner.exchange.post_parameter(message.param_id, value, message.param_type)
-        elif kind == mavlink.MAVLINK_MSG_ID_STATUSTEXT:
+        elif kind == "STATUSTEXT":
             self._tell(self._texts.take(message, now))
-        elif kind == mavlink.MAVLINK_MSG_ID_GPS_GLOBAL_ORIGIN:
+        elif kind == "GPS_GLOBAL_ORIGIN":
             if owner.origin is not None:
                 owner.origin.heard(now)
-        elif kind == mavlink.MAVLINK_MSG_ID_ESTIMATOR_STATUS:
+        elif kind == "ESTIMATOR_STATUS":
             if owner.origin is not None:
                 owner.origin.estimator(message.flags)
             if self._asks_estimator:

@@ -1,4 +1,4 @@
-"""The thread that talks to the autopilot: reads, keeps time, streams, watches; nobody else touches the line."""
+"""The thread that talks to the autopilot: reads, keeps time, streams, watches; no other thread touches the line."""
 
 from __future__ import annotations
 
@@ -21,10 +21,9 @@ from doorman.hardware.pixhawk.link.telemetry.rates import RateKeeper
 from doorman.hardware.pixhawk.link.telemetry.timesync import ClockMap
 from doorman.hardware.pixhawk.link.telemetry.tracker import Tracker
 from doorman.hardware.pixhawk.link.watchdog import Watchdog
-from doorman.hardware.pixhawk.wire.codec import Codec
+from doorman.hardware.pixhawk.wire.codec import Codec, load_key
 from doorman.hardware.pixhawk.wire.connection import parse_connection
 from doorman.hardware.pixhawk.wire.messages import Message, mavlink
-from doorman.hardware.pixhawk.wire.signing import load_key
 from doorman.hardware.pixhawk.wire.transport import DeviceLost, Line, open_line
 
 _LONGEST_SLEEP = 0.003
@@ -243,13 +242,9 @@ class Link(InThread):
         self.events.condition(EventKind.DEVICE_LOST, False, now, "the line is gone")
 
 
-def wanted_rates(config: PixhawkConfig) -> dict[int, float]:
-    """Rates of the telemetry that is asked for [1/s], by message identifier."""
+def wanted_rates(config: PixhawkConfig) -> dict[str, float]:
+    """Rates of the telemetry that is asked for [1/s], by name of the message."""
     return {
-        mavlink.MAVLINK_MSG_ID_ATTITUDE_QUATERNION: config.rates.attitude,
-        mavlink.MAVLINK_MSG_ID_LOCAL_POSITION_NED: config.rates.position,
-        mavlink.MAVLINK_MSG_ID_ATTITUDE_TARGET: 20.0,
-        mavlink.MAVLINK_MSG_ID_EXTENDED_SYS_STATE: 5.0,
-        mavlink.MAVLINK_MSG_ID_SYS_STATUS: 5.0,
-        mavlink.MAVLINK_MSG_ID_BATTERY_STATUS: 2.0,
-    }
+        "ATTITUDE_QUATERNION": config.rates.attitude, "LOCAL_POSITION_NED": config.rates.position, "ATTITUDE_TARGET": 20.0,
+        "EXTENDED_SYS_STATE": 5.0, "SYS_STATUS": 5.0, "BATTERY_STATUS": 2.0,
+    }  # fmt: skip

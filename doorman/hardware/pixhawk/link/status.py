@@ -12,7 +12,6 @@ from doorman.hardware.pixhawk.link.link import Link
 from doorman.hardware.pixhawk.link.outgoing.mocap import MocapStatistics
 from doorman.hardware.pixhawk.link.outgoing.stream import Source
 from doorman.hardware.pixhawk.wire.codec import Counters
-from doorman.hardware.pixhawk.wire.messages import mavlink
 
 _NAMESAKE = 60.0
 """For which another station with our system id is remembered [s]."""
@@ -69,9 +68,9 @@ def link_status(link: Link, now: float) -> LinkStatus:
         clock_offset=link.clock.offset(now),
         clock_skew=link.clock.skew,
         round_trip=link.clock.round_trip,
-        rates=_by_name(link.rates.measured),
-        wanted_rates=_by_name(link.rates.wanted),
-        asked_rates=_by_name(link.rates.asked),
+        rates=MappingProxyType(link.rates.measured),
+        wanted_rates=MappingProxyType(link.rates.wanted),
+        asked_rates=MappingProxyType(link.rates.asked),
         messages=counters.messages,
         corrupted=counters.corrupted + counters.malformed,
         disordered=link.tracker.counters.disordered,
@@ -83,7 +82,3 @@ def link_status(link: Link, now: float) -> LinkStatus:
         on_earth=None if link.origin is None else link.origin.known,
         mocap=link.mocap.statistics(),
     )
-
-
-def _by_name(figures: dict[int, float]) -> MappingProxyType[str, float]:
-    return MappingProxyType({mavlink.mavlink_map[key].msgname: value for key, value in figures.items()})

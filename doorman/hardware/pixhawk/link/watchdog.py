@@ -14,8 +14,6 @@ _BATTERY_MARGIN = 0.02
 
 
 class Watchdog:
-    """Turns silence into conditions."""
-
     def __init__(self, config: PixhawkConfig, events: LinkLog) -> None:
         self._config = config
         self._events = events
@@ -24,7 +22,6 @@ class Watchdog:
     def check(
         self, now: float, last_message: float, sample: VehicleSample, clock: ClockMap, mocap_time: float | None
     ) -> None:
-        """Look at everything once."""
         timeouts, note = self._config.timeouts, self._events.condition
         silent = now - last_message
         note(EventKind.LINK_LOST, silent > timeouts.link, now, "nothing from the autopilot", silent=silent)

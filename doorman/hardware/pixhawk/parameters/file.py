@@ -10,8 +10,7 @@ from typing import Literal
 from doorman.exceptions import BackendError
 from doorman.hardware.pixhawk.config import PixhawkConfig
 from doorman.hardware.pixhawk.dialect import ARDUPILOT, PX4
-from doorman.hardware.pixhawk.parameters.rule import When
-from doorman.hardware.pixhawk.parameters.rules import rules_for
+from doorman.hardware.pixhawk.parameters.rules import When, rules_for
 
 DIALECTS = {"px4": PX4, "ardupilot": ARDUPILOT}
 AutopilotName = Literal["px4", "ardupilot"]
@@ -48,8 +47,6 @@ class Line:
 
 @dataclass(frozen=True)
 class Port:
-    """Where this computer is wired to the autopilot."""
-
     telem: int = 2  # number of the telemetry port; 0: USB, which needs no parameters
     baud_rate: int = BAUD_RATE  # [1/s]
     flow_control: bool = False  # whether RTS and CTS are wired, too

@@ -5,13 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Protocol
 
 from doorman.exceptions import BackendError
-from doorman.hardware.pixhawk.dialect import Dialect
-from doorman.hardware.pixhawk.link.exchange import Exchange
-from doorman.hardware.pixhawk.parameters.rule import Rule, Severity
-from doorman.hardware.pixhawk.wire.messages import Message, mavlink
+from doorman.hardware.pixhawk.link.link import Link
+from doorman.hardware.pixhawk.parameters.rules import Rule, Severity
+from doorman.hardware.pixhawk.wire.messages import mavlink
 
 _TRIES = 8
 _FEWER_TRIES = 3
@@ -20,23 +18,6 @@ _WAIT = 0.25
 """For answers to a batch of requests [s]."""
 _BATCH = 8
 _MAX_NAME = 16
-
-
-class Sender(Protocol):
-    """What parameters need of the link."""
-
-    exchange: Exchange
-
-    def send(self, message: Message) -> None:
-        """Queue a message."""
-
-    @property
-    def target(self) -> tuple[int, int]:
-        """System and component of the autopilot."""
-
-    @property
-    def known_dialect(self) -> Dialect:
-        """Dialect of the autopilot."""
 
 
 @dataclass(frozen=True)
@@ -57,12 +38,11 @@ class Finding:
         return f"{self.name} is {self.given:g} and {must} {self.wanted}: {self.why}"
 
 
-def read_parameters(link: Sender, names: Iterable[str]) -> dict[str, float]:
-    """Read parameters by name, several at once, with repeats."""
+def read_parameters(link: Link, names: Iterable[str]) -> dict[str, float]:
     return _read_any(link, [(name,) for name in names])
 
 
-def _read_any(link: Sender, groups: Sequence[tuple[str, ...]], tries: int = _TRIES) -> dict[str, float]:
+def _read_any(link: Link, groups: Sequence[tuple[str, ...]], tries: int = _TRIES) -> dict[str, float]:
     """Read at least one parameter of each group: firmware knows a parameter by its newer or its older name."""
     start, missing = link.exchange.count, list(dict.fromkeys(groups))
 
@@ -83,14 +63,12 @@ def _read_any(link: Sender, groups: Sequence[tuple[str, ...]], tries: int = _TRI
     return {name: answer.value for name, answer in answers.items() if answer is not None}
 
 
-def _read_for(link: Sender, rules: Sequence[Rule]) -> dict[str, float]:
-    """Read the parameters of rules."""
+def _read_for(link: Link, rules: Sequence[Rule]) -> dict[str, float]:
     values = _read_any(link, [rule.names for rule in rules if not rule.optional])
     return values | _read_any(link, [rule.names for rule in rules if rule.optional], _FEWER_TRIES)
 
 
-def write_parameter(link: Sender, name: str, value: float) -> bool:
-    """Write a parameter, and see it read back."""
+def write_parameter(link: Link, name: str, value: float) -> bool:
     before = link.exchange.count
     if name not in read_parameters(link, [name]):
         return False
@@ -106,8 +84,7 @@ def write_parameter(link: Sender, name: str, value: float) -> bool:
     return False
 
 
-def check(link: Sender, rules: Iterable[Rule]) -> tuple[Finding, ...]:
-    """Hold the autopilot's parameters against rules."""
+def check(link: Link, rules: Iterable[Rule]) -> tuple[Finding, ...]:
     rules = tuple(rules)
     values = _read_for(link, [rule for rule in rules if rule.only_with is None])
     counting = [rule for rule in rules if rule.counts(values)]
@@ -123,8 +100,7 @@ def check(link: Sender, rules: Iterable[Rule]) -> tuple[Finding, ...]:
     return tuple(findings)
 
 
-def fix(link: Sender, rules: Iterable[Rule], findings: Iterable[Finding]) -> tuple[str, ...]:
-    """Write the wanted values of findings."""
+def fix(link: Link, rules: Iterable[Rule], findings: Iterable[Finding]) -> tuple[str, ...]:
     by_name = {name: rule for rule in rules for name in rule.names}
     written = []
     for finding in findings:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from doorman.hardware.pixhawk.dialect import PX4
+from doorman.hardware.pixhawk.events import Outcome, OutcomeStatus
 from doorman.hardware.pixhawk.link.link import Link
-from doorman.hardware.pixhawk.outcome import Outcome, OutcomeStatus
 from doorman.hardware.pixhawk.parameters.protocol import read_parameters
 from doorman.hardware.pixhawk.parameters.rules import THRUST_MODEL
 from doorman.hardware.pixhawk.thrust.curve import ThrustCurve

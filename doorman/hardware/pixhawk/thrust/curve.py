@@ -153,7 +153,6 @@ class HoverCalibration:
         return ThrustCurve(median(self._thrusts), hover_force, shape, voltage)
 
     def _restlessness(self) -> str:
-        """How the vehicle moved, in words."""
         if not self._speeds:
             return ", and no sample"
         return f", at {median(self._speeds):.2f} m/s and a tilt of {math.degrees(median(self._tilts)):.0f}°"

@@ -39,8 +39,6 @@ _CORRELATED = 3.0
 
 @dataclass(frozen=True)
 class Slope:
-    """Measured slope of the thrust in hover."""
-
     value: float  # s
     deviation: float  # standard deviation of s
 

@@ -67,7 +67,6 @@ class TiltedRotors:
 
 
 def names(count: int = _MOST_ROTORS) -> list[str]:
-    """Parameters of PX4 that say where its rotors are."""
     parts = ("PX", "PY", "PZ", "AX", "AY", "AZ")
     return [f"CA_ROTOR{i}_{part}" for i in range(min(count, _MOST_ROTORS)) for part in parts]
 

@@ -14,8 +14,6 @@ ALLOWED = "udp:[HOST:]PORT (listen), udpout:HOST:PORT[:OURS], tcp:HOST:PORT, ser
 
 
 class Transport(Enum):
-    """How bytes travel."""
-
     UDP_LISTEN = "udpin"
     UDP_SEND = "udpout"
     TCP = "tcp"
@@ -24,8 +22,6 @@ class Transport(Enum):
 
 @dataclass(frozen=True)
 class Endpoint:
-    """A checked connection string."""
-
     transport: Transport
     host: str = ""
     port: int = 0
@@ -41,7 +37,6 @@ class Endpoint:
 
 
 def parse_connection(text: str) -> Endpoint:
-    """Endpoint of a connection string."""
     # `udp:` listens, on loopback unless a host is written: `udp:14540`, `udp:0.0.0.0:14540`. `udpout:` and `tcp:` call
     # an autopilot that listens; `udpout:` may name the port to send from, since PX4 answers nobody but the first until
     # it is rebooted. `://` may stand for the first colon. A serial device is a path or a COM port.

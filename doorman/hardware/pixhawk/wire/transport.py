@@ -37,8 +37,6 @@ class DeviceLost(Exception):
 
 
 class Line(ABC):
-    """An open line of bytes."""
-
     peer: Address = None  # where to send on a line with several senders; set once the autopilot is known
     endpoint: Endpoint
     """To be opened where this line is lost: the same host without asking for its address again, from the same port."""
@@ -129,7 +127,6 @@ class _StreamLine(Line):
 
     @property
     def busy(self) -> bool:
-        """Whether the device has more than it takes."""
         return len(self._waiting) + self._queued() > _BUSY
 
     def _queued(self) -> int:

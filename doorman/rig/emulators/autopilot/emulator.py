@@ -14,17 +14,22 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 from doorman.background import InThread
 from doorman.clocks import REAL_TIME, Clock
 from doorman.exceptions import BackendError
-from doorman.rig.emulators.autopilot.build import Build
 from doorman.rig.emulators.autopilot.line.clock import BootClock
 from doorman.rig.emulators.autopilot.line.receiver import Receiver
 from doorman.rig.emulators.autopilot.line.telemetry import EmulatedBattery, Telemetry
 from doorman.rig.emulators.autopilot.line.udp import FaultyUdp, LinkFaults
 from doorman.rig.emulators.autopilot.parameters import ParameterStore
 from doorman.rig.emulators.autopilot.rules.brain import Brain
-from doorman.rig.emulators.autopilot.rules.dialects import Flavour
-from doorman.rig.emulators.autopilot.vehicle.control import Demand, FlightController, Task
+from doorman.rig.emulators.autopilot.rules.dialects import Build, Flavour
+from doorman.rig.emulators.autopilot.vehicle.control import (
+    Demand,
+    FlightController,
+    Task,
+    normalised_thrust,
+    side_force,
+    thrust_share,
+)
 from doorman.rig.emulators.autopilot.vehicle.estimator import Estimator
-from doorman.rig.emulators.autopilot.vehicle.mixer import normalised_thrust, side_force, thrust_share
 from doorman.rig.emulators.autopilot.vehicle.plant import AutopilotPlant, PlantTruth, SimplePlant
 
 _STEP = 0.004
@@ -74,7 +79,6 @@ class EmulatedAutopilot(InThread):
     # ------------------------------------------------------------ what a test or a rig may do
 
     def pilot_mode(self, name: str) -> None:
-        """Turn the mode switch of the pilot's radio."""
         with self.lock:
             self.brain.pilot_mode(name)
 
@@ -84,7 +88,6 @@ class EmulatedAutopilot(InThread):
             self.brain.kill(stop)
 
     def pilot_disarms(self) -> None:
-        """The pilot disarms by the radio, wherever the vehicle is."""
         with self.lock:
             self.brain.disarm()
 
@@ -167,7 +170,6 @@ class EmulatedAutopilot(InThread):
                 self.receiver.take(message)
 
     def _step(self, dt: float) -> None:
-        """Estimate, decide, control, and let the plant move [s]."""
         now, truth = self.clock.uptime, self.plant.truth()
         estimate = self.estimator.update(now, truth, dt)
         demand = self.brain.update(now, estimate, truth.on_ground, now - self.receiver.station_heard)

@@ -72,11 +72,9 @@ class ParameterStore:
         return list(self._values)
 
     def get(self, name: str, otherwise: float) -> float:
-        """Value of a parameter that not every autopilot has."""
         return self[name] if name in self else otherwise
 
     def add(self, name: str, value: float, whole: bool = False) -> None:
-        """Add a parameter that other firmware lacks."""
         self._values[name] = (value, _INT32 if whole else _REAL32)
 
     def to_wire(self, name: str) -> tuple[float, int]:

@@ -1,4 +1,4 @@
-"""An emulated Vicon Tracker: it sends the UDP object stream of a body that somebody moves."""
+"""An emulated Vicon Tracker: it sends the UDP object stream of a body that its caller moves."""
 
 from __future__ import annotations
 
@@ -6,8 +6,7 @@ import socket
 
 from doorman.background import InThread
 from doorman.clocks import REAL_TIME, Clock
-from doorman.rig.emulators.mocap.faults import StreamFaults
-from doorman.rig.emulators.mocap.stream import BodyPose, PoseSource, TrackerSetup, TrackerStream
+from doorman.rig.emulators.mocap.stream import BodyPose, PoseSource, StreamFaults, TrackerSetup, TrackerStream
 
 __all__ = ["BodyPose", "MocapEmulator", "PoseSource", "StreamFaults", "TrackerSetup", "TrackerStream"]
 

@@ -49,7 +49,6 @@ def model_definition(bodies: Sequence[NatNetBody], version: tuple[int, int]) -> 
 
 
 def frame(number: int, bodies: Sequence[NatNetBody], at: float, version: tuple[int, int]) -> bytes:
-    """Frame of data: rigid bodies, no markers, skeletons or devices."""
 
     def counted(count: int, items: bytes) -> bytes:
         size = struct.pack("<i", len(items)) if version >= (4, 1) else b""

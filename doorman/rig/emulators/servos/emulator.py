@@ -15,8 +15,7 @@ import numpy as np
 from doorman.background import InThread
 from doorman.clocks import REAL_TIME, Clock
 from doorman.exceptions import BackendError
-from doorman.rig.emulators.servos.bus import QUESTIONS, ServoBusLogic
-from doorman.rig.emulators.servos.faults import BusFaults
+from doorman.rig.emulators.servos.bus import QUESTIONS, BusFaults, ServoBusLogic
 from doorman.rig.emulators.servos.packets import InstructionStream
 from doorman.rig.emulators.servos.plant import LaggingJoints, ServoPlant
 from doorman.rig.emulators.servos.unit import EmulatedServo, ServoSetup
@@ -34,8 +33,6 @@ LINE_RATES = {
 
 
 class ServoEmulator(InThread):
-    """Servos behind a serial port that exists only in software."""
-
     def __init__(
         self,
         servos: Sequence[int] | Sequence[ServoSetup] = (1, 2, 3, 4),

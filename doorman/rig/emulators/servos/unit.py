@@ -6,7 +6,6 @@ import math
 from dataclasses import dataclass, field
 from types import MappingProxyType
 
-from doorman.rig.emulators.servos.memory import WATCHDOG_ERROR, PacketError, ServoMemory
 from doorman.rig.emulators.servos.packets import BROADCAST, Instruction
 from doorman.rig.emulators.servos.table import (
     BAUD_RATES,
@@ -14,12 +13,15 @@ from doorman.rig.emulators.servos.table import (
     RATE_UNIT,
     TICKS_PER_TURN,
     VELOCITY_MODE,
+    WATCHDOG_ERROR,
+    PacketError,
+    ServoMemory,
 )
 
 CURRENT_UNITS = MappingProxyType({1000: 2.69e-3, 1010: 2.69e-3, 1040: 1.34e-3, 1050: 1.34e-3})
 """One count of a current by model number [A]."""
 ASTRAY = 0.3
-"""Rate of a servo that does not see itself turn, whatever it is told [rad/s]."""
+"""Rate of a servo that does not see itself turn, whatever its goal [rad/s]."""
 WATCHDOG_UNIT = 0.02
 """One count of the bus watchdog [s]."""
 DAMPING = 0.2
@@ -35,21 +37,17 @@ READY_TO_GRIP = MappingProxyType({**READY, "operating mode": CURRENT_MODE})
 
 @dataclass
 class ServoSetup:
-    """What one emulated servo is, and how it is mounted."""
-
     servo_id: int
     eeprom: dict[str, int] = field(default_factory=lambda: dict(READY))
     """Rows that differ from a new servo's, by name."""
     zero: int = 2048  # encoder's tick at the joint's zero
     direction: int = 1  # +1 where the servo's positive direction is the joint's, else −1
     boot_time: float = 0.1  # silence after a reboot [s]
-    reboot_delay: float = 0.0  # how long it goes on answering after it was told to reboot [s]
+    reboot_delay: float = 0.0  # how long it goes on answering after the instruction to reboot [s]
     spring: float = 0.0  # current that balances a spring, which turns the joint down [A]
 
 
 class EmulatedServo:
-    """A servo as the bus sees it."""
-
     def __init__(self, setup: ServoSetup) -> None:
         self.setup = setup
         self.memory = ServoMemory(setup.eeprom | {"id": setup.servo_id})

@@ -6,9 +6,16 @@ import random
 
 import pytest
 
-from doorman.hardware.mocap.datagrams.clock import FrameClock
-from doorman.hardware.mocap.datagrams.rate import FINE, GROSS, RateMonitor
-from doorman.hardware.mocap.datagrams.sequence import FORGIVEN, NEW_RUN, FrameSequence, Order
+from doorman.hardware.mocap.datagrams.sequence import (
+    FINE,
+    FORGIVEN,
+    GROSS,
+    NEW_RUN,
+    FrameClock,
+    FrameSequence,
+    Order,
+    RateMonitor,
+)
 
 RATE, LATENCY = 100.0, 0.005
 
@@ -39,20 +46,6 @@ class Wire:
                 self.clock.follow(self.monitor.learnt)
             errors.append(self.clock.time_of(self.frame, arrival) - self.taken)
         return errors
-
-
-def test_jitter_is_taken_out_of_the_stamps():
-    errors = Wire(jitter=0.02).run(20.0)[500:]
-    assert max(errors) < 0.004
-    assert min(errors) >= -0.001
-
-
-@pytest.mark.parametrize("delay", [0.015, 0.03, 0.1, 1.0])
-def test_a_delay_is_never_taken_for_normal(delay):
-    wire = Wire()
-    wire.run(2.0)
-    assert max(wire.run(300.0, delay=delay)) < 0.002
-    assert max(wire.run(5.0)) < 0.002
 
 
 def test_a_first_packet_that_was_late_is_corrected():
@@ -104,6 +97,16 @@ def test_a_rate_is_not_learnt_from_a_step_in_the_delay(step):
     assert wire.monitor.learnt == pytest.approx(0.0, abs=2e-5)
 
 
+@pytest.mark.parametrize("rate", [50.0, 97.0, 103.0, 120.0, 200.0])
+def test_a_wrong_rate_is_told_within_a_second(rate):
+    wire = Wire()
+    wire.run(3.0)
+    wire.rate = rate
+    wire.run(1.0)
+    assert wire.monitor.wrong
+    assert wire.monitor.deviation == pytest.approx(1.0 - rate / RATE if rate > RATE else RATE / rate - 1.0, rel=0.6)
+
+
 def test_a_short_delay_passes_for_drift_but_slowly():
     wire = Wire(jitter=0.0)
     wire.run(2.0)
@@ -117,16 +120,6 @@ def test_a_single_wrong_number_does_not_move_the_clock():
     wire.clock.observe(wire.frame + 4, wire.taken + 0.01 + LATENCY)  # three frames ahead of its time
     wire.frame, wire.taken = wire.frame + 4, wire.taken + 0.04
     assert min(wire.run(1.0)) > -0.001
-
-
-@pytest.mark.parametrize("rate", [50.0, 97.0, 103.0, 120.0, 200.0])
-def test_a_wrong_rate_is_told_within_a_second(rate):
-    wire = Wire()
-    wire.run(3.0)
-    wire.rate = rate
-    wire.run(1.0)
-    assert wire.monitor.wrong
-    assert wire.monitor.deviation == pytest.approx(1.0 - rate / RATE if rate > RATE else RATE / rate - 1.0, rel=0.6)
 
 
 @pytest.mark.parametrize("drift", [1.5 * FINE, -1.5 * FINE, 5.0 * FINE])
@@ -148,14 +141,6 @@ def test_delays_that_set_in_and_end_are_no_wrong_rate(delay, jitter):
         for part in (delay, 0.0):
             wire.run(1.3, delay=part)
             assert not wire.monitor.wrong
-
-
-def test_a_delay_that_grows_is_not_taken_for_time():
-    wire = Wire()
-    wire.run(5.0)
-    errors = wire.run(1.0, ramp=0.2)
-    assert wire.monitor.wrong
-    assert max(errors) < 0.002
 
 
 def classified(sequence, frames, start=0.0):
@@ -197,13 +182,6 @@ def test_a_new_beginning_takes_a_run(offset):
     classified(sequence, range(start, start + 10))
     orders = [sequence.classify(start + 10 + k + offset, (start + 10 + k) / RATE) for k in range(NEW_RUN + 1)]
     assert orders == [Order.STRANGE] * (NEW_RUN - 1) + [Order.RESTARTED, Order.NEXT]
-
-
-def test_stray_numbers_make_no_new_beginning():
-    sequence, draw = make_sequence(), random.Random(3)
-    classified(sequence, range(100))
-    orders = [sequence.classify(draw.randrange(10_000, 2**32), 1.0 + k / RATE) for k in range(200)]
-    assert Order.RESTARTED not in orders
 
 
 def test_a_backlog_makes_no_new_beginning():

@@ -5,8 +5,7 @@ from __future__ import annotations
 import pytest
 from fuzz_mocap_packets import fuzz
 
-from doorman.hardware.mocap.datagrams.clock import FrameClock
-from doorman.hardware.mocap.datagrams.sequence import FrameSequence, Order
+from doorman.hardware.mocap.datagrams.sequence import FrameClock, FrameSequence, Order
 from doorman.hardware.mocap.datagrams.stream import StreamReader
 
 

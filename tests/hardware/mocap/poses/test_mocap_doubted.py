@@ -10,10 +10,10 @@ import pytest
 from mocap_rig import Rig, start_rig, swaying, true_position
 from virtual_time import CLOCK
 
-from doorman.hardware.mocap import PoseQuality
+from doorman.hardware.mocap import MocapReceiver, PoseQuality
 from doorman.hardware.pixhawk import Autopilot, SampleStatus, VehicleSample
 from doorman.hardware.quaternions import from_rotation_vector, multiply
-from doorman.hardware.vehicle.doubted_mocap import BELIEVED, BELIEVED_TURN, DOUBTED, DOUBTED_TURN, DoubtedMocap
+from doorman.hardware.vehicle.doubt import BELIEVED, BELIEVED_TURN, DOUBTED, DOUBTED_TURN, Doubt
 
 
 class Inertial:
@@ -36,7 +36,8 @@ def autopilot() -> Inertial:
 @pytest.fixture
 def seen(autopilot: Inertial) -> Iterator[Rig]:
     tracked = start_rig()
-    tracked.receiver = DoubtedMocap(tracked.config, cast(Autopilot, autopilot), CLOCK)
+    tracked.doubt = Doubt(cast(Autopilot, autopilot), tracked.config.position_slack)
+    tracked.receiver = MocapReceiver(tracked.config, CLOCK, judge=tracked.doubt)
     try:
         with tracked.receiver:
             yield tracked
@@ -90,7 +91,7 @@ def test_an_autopilot_that_goes_astray_while_the_cameras_follow_gets_their_poses
     for _ in range(20):
         assert seen.until(lambda sample: sample.usable).usable
     lose_and_find(seen)
-    seen.until(lambda sample: seen.receiver.doubted)
+    seen.until(lambda sample: seen.doubt.holds)
     assert not seen.receiver.read().usable
     autopilot.error = 0.0
     seen.until_fresh()
@@ -106,7 +107,7 @@ def test_a_body_within_reach_that_is_taken_for_it_after_a_moment_is_doubted(seen
     seen.emulator.faults.jump = (0.3, 0.3, 0.0)
     seen.until(lambda sample: sample.track > before)
     seen.until_lost()
-    assert seen.receiver.doubted
+    assert seen.doubt.holds
 
 
 @pytest.mark.parametrize("jump", [(0.03, 0.0, 0.0), (0.0, 0.1, 0.0)])
@@ -137,7 +138,7 @@ def test_poses_that_something_else_contradicts_are_lost_until_the_vehicle_stands
     seen: Rig, autopilot: Inertial
 ) -> None:
     seen.until_fresh()
-    seen.receiver.distrust()
+    seen.doubt.distrust()
     seen.until_lost()
     CLOCK.sleep(1.0)
     assert not seen.receiver.read().usable

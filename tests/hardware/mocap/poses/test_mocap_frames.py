@@ -13,13 +13,9 @@ from hypothesis import strategies as st
 from doorman.exceptions import DimensionError
 from doorman.hardware.mocap.datagrams.packets import parse
 from doorman.hardware.mocap.poses.frames import Alignment, object_quaternion
-from doorman.hardware.quaternions import (
-    angle_between,
-    from_attitude,
-    to_attitude,
-)
-from doorman.rig.emulators.mocap.packets import euler_xyz
-from doorman.rig.emulators.mocap.stream import BodyPose, TrackerSetup, TrackerStream
+from doorman.hardware.quaternions import angle_between, to_attitude
+from doorman.kinematics.rotations import quaternion_of
+from doorman.rig.emulators.mocap.stream import BodyPose, TrackerSetup, TrackerStream, euler_xyz
 
 angle = st.floats(-3.1, 3.1)
 pitch = st.floats(-1.5, 1.5)
@@ -70,12 +66,12 @@ def test_offsets_are_those_of_rigid_bodies(origin, axes, offset, mounting, place
 def test_what_the_emulator_sees_is_where_the_body_is(origin, axes, offset, mounting, position, attitude):
     setup = TrackerSetup("quad", latency=0.0, position_noise=0.0, attitude_noise=0.0, origin_position=origin,
                          origin_attitude=axes, object_position=offset, object_attitude=mounting)  # fmt: skip
-    stream = TrackerStream(lambda at: BodyPose(position, from_attitude(attitude)), setup)
+    stream = TrackerStream(lambda at: BodyPose(position, quaternion_of(attitude)), setup)
     stream.expose(0.0)
     (seen,) = parse(stream.take(0.0)[0]).objects
     found, quaternion = Alignment(origin, axes, offset, mounting).body_pose(seen.translation, seen.rotation)
     assert found == pytest.approx(position, abs=1e-6)
-    assert angle_between(quaternion, from_attitude(attitude)) < 1e-6
+    assert angle_between(quaternion, quaternion_of(attitude)) < 1e-6
 
 
 @given(angles)

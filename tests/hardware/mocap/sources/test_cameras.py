@@ -15,9 +15,9 @@ from mocap_rig import free_port, swaying, true_position
 from doorman.exceptions import BackendError
 from doorman.hardware.mocap import MocapConfig, MocapFault, MocapReceiver, PoseQuality, PoseSender, PoseSource
 from doorman.hardware.mocap.connection import CamerasLink, check_connection, parse_cameras
+from doorman.hardware.mocap.receiver import RESTART_INTERVAL
 from doorman.hardware.mocap.sources import client
 from doorman.hardware.mocap.sources.client_process import ClientProcess
-from doorman.hardware.mocap.worker import RESTART_INTERVAL
 from doorman.rig.emulators.mocap.emulator import BodyPose
 from doorman.rig.emulators.mocap.natnet import NatNetBody, NatNetEmulator
 
@@ -85,12 +85,11 @@ def test_cameras_that_fall_silent_are_told(motive):
 
 def test_a_client_that_dies_is_started_again(motive):
     motive.until(lambda sample: sample.fresh)
-    worker = motive.receiver._worker
-    died = worker._client._process
+    died = motive.receiver._client._process
     died.kill()
     motive.until(lambda sample: MocapFault.CLIENT in sample.fault)
     motive.until(lambda sample: sample.fresh, RESTART_INTERVAL + 5.0)
-    assert worker._client._process.pid != died.pid
+    assert motive.receiver._client._process.pid != died.pid
     motive.until(lambda sample: MocapFault.CLIENT not in sample.fault, RESTART_INTERVAL + 2.0)
 
 

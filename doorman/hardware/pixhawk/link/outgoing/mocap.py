@@ -12,8 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from doorman.checks import vector
 from doorman.exceptions import DimensionError
 from doorman.hardware.pixhawk.wire.frames import LocalFrame
-from doorman.hardware.pixhawk.wire.messages import Message, mavlink
-from doorman.hardware.pixhawk.wire.units import seconds_to_us
+from doorman.hardware.pixhawk.wire.messages import Message, mavlink, seconds_to_us
 from doorman.hardware.quaternions import to_attitude, unit_quaternion
 
 _LARGEST = 1e4
@@ -23,15 +22,12 @@ _UNKNOWN_COVARIANCE = (math.nan, *(0.0,) * 20)
 
 @dataclass(frozen=True)
 class MocapPose:
-    """A pose of the body in the world."""
-
     time: float  # when it was true, on this computer's monotonic clock [s]
     position: NDArray[np.float64]  # shape (3,), world frame [m]
     quaternion: NDArray[np.float64]  # [w, x, y, z], body to world, shape (4,)
 
     @classmethod
     def checked(cls, time: float, position: ArrayLike, quaternion: ArrayLike) -> MocapPose:
-        """A pose with finite values and a unit quaternion."""
         place = vector(position, 3, "mocap.position")
         if not math.isfinite(time) or np.abs(place).max() > _LARGEST:
             raise DimensionError("not a pose", field="mocap", given=(time, place.tolist()), allowed="finite numbers")
@@ -57,23 +53,19 @@ class MocapOutlet:
         self._period = 1.0 / rate
         self._max_age = max_age
         self._latest: MocapPose | None = None
-        self._newest_time = -math.inf
+        self.newest_time = -math.inf
         self._newest_sent = -math.inf
         self._last_sent = -math.inf
         self._delays: deque[float] = deque(maxlen=200)
         self._sent = 0
         self._dropped = 0
 
-    @property
-    def newest_time(self) -> float:
-        return self._newest_time
-
     def offer(self, pose: MocapPose, now: float) -> bool:
         """Take a pose to be sent, unless it is old, from the future, or not newer than the last."""
-        if pose.time <= self._newest_time or not now - self._max_age <= pose.time <= now + 0.02:
+        if pose.time <= self.newest_time or not now - self._max_age <= pose.time <= now + 0.02:
             self._dropped += 1
             return False
-        self._newest_time = pose.time
+        self.newest_time = pose.time
         self._latest = pose
         return True
 
@@ -96,7 +88,6 @@ class MocapOutlet:
         )
 
     def statistics(self) -> MocapStatistics:
-        """Figures so far."""
         delays = list(self._delays)
         if not delays:
             return MocapStatistics(self._sent, self._dropped)

@@ -14,13 +14,6 @@ from __future__ import annotations
 
 from doorman.hardware.pixhawk.wire.messages import Message, command_message, mavlink
 
-_PERIOD = 1.0
-_SETTLING = 2.0
-"""Between the origin and the first pose [s]."""
-_PATIENCE = 20.0
-"""For an autopilot that never says that it has an origin; then poses are sent all the same [s]."""
-_CAUTIOUS_PERIOD, _CAUTIOUS_PATIENCE = 0.5, 5.0
-"""Period and patience for PX4 [s]."""
 _FORGOTTEN = 5.0
 """After so long without an answer an autopilot that stands has no origin any more [s]."""
 _QUESTIONS = 3
@@ -31,9 +24,9 @@ _NAVIGATES = mavlink.ESTIMATOR_POS_HORIZ_REL | mavlink.ESTIMATOR_POS_HORIZ_ABS |
 class Origin:
     """Gives the origin, and says when poses may follow; used by the thread of the link only. This one is ArduPilot's."""
 
-    patience = _PATIENCE
-    period = _PERIOD
-    settling = _SETTLING
+    patience = 20.0  # for one that never says that it has an origin: then poses are sent all the same [s]
+    period = 1.0  # between two questions [s]
+    settling = 2.0  # between the origin and the first pose [s]
     forgetful = True  # whether it may lose an origin that it had, without a reboot
 
     def __init__(self, place: tuple[float, float, float]) -> None:
@@ -41,12 +34,10 @@ class Origin:
         self.reset()
 
     def reset(self) -> None:
-        """Begin anew, as after a reboot."""
         self._next, self._began, self._heard, self._confirmed = 0.0, float("inf"), float("inf"), float("-inf")
 
     @property
     def known(self) -> bool:
-        """Whether the autopilot has said that it has an origin."""
         return self._heard < float("inf")
 
     def heard(self, now: float) -> None:
@@ -89,16 +80,12 @@ class Origin:
 class CautiousOrigin(Origin):
     """PX4's: asks first, and gives none once poses may have gone out, or to an estimator that may have a position."""
 
-    patience = _CAUTIOUS_PATIENCE
-    period = _CAUTIOUS_PERIOD
-    settling = 0.0
-    forgetful = False
+    patience, period, settling, forgetful = 5.0, 0.5, 0.0, False
 
     def __init__(self, place: tuple[float, float, float]) -> None:
         super().__init__((place[0], place[1], 0.0))
 
     def reset(self) -> None:
-        """Begin anew, as after a reboot."""
         super().reset()
         self._questions_sent, self._lost, self._released = 0, False, False
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from enum import Enum
 from threading import Lock
 
@@ -16,13 +15,13 @@ from doorman.hardware.pixhawk.setpoints import (
     AttitudeSetpoint,
     PositionSetpoint,
     Setpoint,
+    StraightWay,
     attitude_message,
     position_message,
 )
 from doorman.hardware.pixhawk.thrust.curve import ThrustCurve
 from doorman.hardware.pixhawk.thrust.slope import ThrustModel
-from doorman.hardware.pixhawk.wire.messages import Message
-from doorman.hardware.pixhawk.wire.units import seconds_to_boot_ms
+from doorman.hardware.pixhawk.wire.messages import Message, seconds_to_boot_ms
 
 LONGEST_BLIND_HOLD = 1.0
 """A position older than this [s] is no place to hold: the stream ends. PX4's own failsafe acts then; ArduPilot, which would
@@ -44,18 +43,6 @@ class Source(Enum):
     CONTROLLER = "the controller"
 
 
-@dataclass(frozen=True)
-class _Climb:
-    start: PositionSetpoint
-    height: float
-    rate: float
-    since: float
-
-    def at(self, now: float) -> PositionSetpoint:
-        climbed = min(self.height, self.rate * (now - self.since))
-        return PositionSetpoint(self.start.position + np.array([0.0, 0.0, climbed]), self.start.yaw)
-
-
 class SetpointStream:
     """Latest-sample exchange with the controller, and the message of each tick."""
 
@@ -69,55 +56,45 @@ class SetpointStream:
         self._config = config
         self._events = events
         self._lock = Lock()
-        self._source = Source.OFF
-        self._latched = False
+        self.source = Source.OFF  # who says where to fly
+        self.latched = False  # whether the controller is kept out until `release`
         self._hold: PositionSetpoint | None = None
-        self._climb: _Climb | None = None
+        self._climb: StraightWay | None = None
         self._latest: tuple[Setpoint, float] | None = None
         self._last_sent: float | None = None
         self._leans, self._yaw = False, 0.0
         self._level_since: float | None = None
         self._nowhere = False
 
-    @property
-    def source(self) -> Source:
-        """Who says where to fly."""
-        return self._source
-
-    @property
-    def latched(self) -> bool:
-        """Whether the controller is kept out until `release`."""
-        return self._latched
-
     def offer(self, setpoint: Setpoint, now: float) -> bool:
         with self._lock:
-            if self._latched or self._source in (Source.OFF, Source.CLIMB):
+            if self.latched or self.source in (Source.OFF, Source.CLIMB):
                 return False
             self._latest = (setpoint, now)
-            self._source = Source.CONTROLLER
+            self.source = Source.CONTROLLER
         return True
 
     def hold(self, setpoint: PositionSetpoint, *, latch: bool = False) -> None:
         with self._lock:
-            self._hold, self._source, self._latched = setpoint, Source.HOLD, latch
+            self._hold, self.source, self.latched = setpoint, Source.HOLD, latch
 
     def climb(self, start: PositionSetpoint, height: float, now: float) -> None:
-        """Climb from a point at the configured rate."""
         with self._lock:
-            self._climb = _Climb(start, height, self._config.climb_rate, now)
-            self._source, self._latched = Source.CLIMB, False
+            top = start.position + np.array([0.0, 0.0, height])
+            self._climb = StraightWay(now, start.position, top, start.yaw, start.yaw, self._config.climb_rate)
+            self.source, self.latched = Source.CLIMB, False
 
     @property
     def stranded(self) -> bool:
-        return self._source is Source.CONTROLLER and self._nowhere
+        return self.source is Source.CONTROLLER and self._nowhere
 
     def release(self) -> None:
         with self._lock:
-            self._latched = False
+            self.latched = False
 
     def stop(self) -> None:
         with self._lock:
-            self._source, self._latched, self._latest = Source.OFF, False, None
+            self.source, self.latched, self._latest = Source.OFF, False, None
             self._last_sent = None
 
     def message(self, now: float, sample: VehicleSample, target: tuple[int, int]) -> Message | None:
@@ -138,11 +115,11 @@ class SetpointStream:
         return attitude_message(setpoint, thrust, frame, boot_ms, *target, side=side)
 
     def _current(self, now: float, sample: VehicleSample) -> tuple[Setpoint | None, bool]:
-        if self._source is Source.HOLD:
+        if self.source is Source.HOLD:
             return self._hold, True
-        if self._source is Source.CLIMB and self._climb is not None:
-            return self._climb.at(now), True
-        if self._source is not Source.CONTROLLER or self._latest is None:
+        if self.source is Source.CLIMB and self._climb is not None:
+            return self._climb.setpoint(now), True
+        if self.source is not Source.CONTROLLER or self._latest is None:
             return None, False
         setpoint, given = self._latest
         silent = now - given

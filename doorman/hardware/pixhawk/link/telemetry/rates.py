@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from doorman.hardware.pixhawk.wire.messages import Message, command_message, mavlink
-from doorman.hardware.pixhawk.wire.units import interval_us
+from doorman.hardware.pixhawk.wire.messages import IDENTIFIERS, Message, command_message, interval_us, mavlink
 
 _CHECK_PERIOD = 1.0
 _SHORTFALL = 0.7
@@ -34,32 +33,30 @@ class _Stream:
 class RateKeeper:
     """Keeps the streams that are wanted running, across losses and reboots; needs no acknowledgement."""
 
-    def __init__(self, rates: dict[int, float]) -> None:
-        self._streams = {identifier: _Stream(rate) for identifier, rate in rates.items()}
+    def __init__(self, rates: dict[str, float]) -> None:
+        self._streams = {name: _Stream(rate) for name, rate in rates.items()}
         self._next_check = 0.0
         self._last_check: float | None = None
 
     @property
-    def measured(self) -> dict[int, float]:
-        """Rate over the last second [1/s], by message identifier."""
-        return {identifier: stream.measured for identifier, stream in self._streams.items()}
+    def measured(self) -> dict[str, float]:
+        """Rate over the last second [1/s], by name of the message."""
+        return {name: stream.measured for name, stream in self._streams.items()}
 
     @property
-    def asked(self) -> dict[int, float]:
-        return {identifier: stream.rate * stream.share for identifier, stream in self._streams.items()}
+    def asked(self) -> dict[str, float]:
+        return {name: stream.rate * stream.share for name, stream in self._streams.items()}
 
     @property
-    def wanted(self) -> dict[int, float]:
-        """Rates that are wanted [1/s], by message identifier."""
-        return {identifier: stream.rate for identifier, stream in self._streams.items()}
+    def wanted(self) -> dict[str, float]:
+        """Rates that are wanted [1/s], by name of the message."""
+        return {name: stream.rate for name, stream in self._streams.items()}
 
-    def want(self, identifier: int, rate: float) -> None:
-        """Want another stream, too."""
-        self._streams = {**self._streams, identifier: _Stream(rate)}
+    def want(self, name: str, rate: float) -> None:
+        self._streams = {**self._streams, name: _Stream(rate)}
 
-    def heard(self, identifier: int) -> None:
-        """Count a message."""
-        stream = self._streams.get(identifier)
+    def heard(self, name: str) -> None:
+        stream = self._streams.get(name)
         if stream is not None:
             stream.heard += 1
 
@@ -77,7 +74,7 @@ class RateKeeper:
         elapsed = None if self._last_check is None else now - self._last_check
         self._last_check, self._next_check = now, now + _CHECK_PERIOD
         messages: list[Message] = []
-        for identifier, stream in self._streams.items():
+        for name, stream in self._streams.items():
             if elapsed is not None:
                 stream.measured = stream.heard / elapsed
             if stream.heard > 0 and not stream.known:
@@ -89,20 +86,22 @@ class RateKeeper:
                 stream.tries, stream.wait = 0, 0.0
                 if stream.share < 1.0 and stream.again > 0:
                     stream.again -= 1
-                    messages.append(_interval_request(identifier, stream.rate, system, component))
+                    messages.append(_interval_request(name, stream.rate, system, component))
             elif now >= stream.next_request:
-                messages.append(self._request(identifier, stream, now, system, component))
+                messages.append(self._request(name, stream, now, system, component))
         return messages
 
-    def _request(self, identifier: int, stream: _Stream, now: float, system: int, component: int) -> Message:
+    def _request(self, name: str, stream: _Stream, now: float, system: int, component: int) -> Message:
         stream.tries += 1
         stream.wait = min(_LONGEST_WAIT, max(_CHECK_PERIOD, 2.0 * stream.wait)) if stream.tries > 2 else 0.0
         stream.next_request = now + stream.wait
         if not stream.known and stream.tries > _TRIES_BEFORE_LESS:
             stream.share = max(0.5 * stream.share, _LEAST_SHARE)
-        return _interval_request(identifier, stream.rate * stream.share, system, component)
+        return _interval_request(name, stream.rate * stream.share, system, component)
 
 
-def _interval_request(identifier: int, rate: float, system: int, component: int) -> Message:
+def _interval_request(name: str, rate: float, system: int, component: int) -> Message:
     interval = float(interval_us(rate))
-    return command_message((system, component), mavlink.MAV_CMD_SET_MESSAGE_INTERVAL, float(identifier), interval)
+    return command_message(
+        (system, component), mavlink.MAV_CMD_SET_MESSAGE_INTERVAL, float(IDENTIFIERS[name]), interval
+    )

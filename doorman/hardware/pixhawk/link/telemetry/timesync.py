@@ -64,8 +64,6 @@ class _Line:
 
 
 class ClockMap:
-    """Maps stamps of the autopilot to our clock."""
-
     def __init__(self) -> None:
         self._pending: deque[int] = deque(maxlen=_MAX_PENDING)
         self._samples: deque[Sample] = deque(maxlen=_WINDOW)
@@ -78,21 +76,11 @@ class ClockMap:
         self._line: _Line | None = None
         self._newest_remote: float | None = None
         self._backwards = 0
-        self._last_update, self._round_trip = float("-inf"), float("nan")  # other threads read these, not the queues
+        self.last_update, self.round_trip = float("-inf"), float("nan")  # other threads read these, not the queues
 
     @property
     def synchronised(self) -> bool:
         return self._line is not None
-
-    @property
-    def last_update(self) -> float:
-        """When the newest accepted sample was taken, on our clock [s]; −∞ before the first."""
-        return self._last_update
-
-    @property
-    def round_trip(self) -> float:
-        """Median over the window [s]; NaN before the first sample."""
-        return self._round_trip
 
     @property
     def skew(self) -> float:
@@ -123,7 +111,6 @@ class ClockMap:
         return now_ns
 
     def answer(self, ts1: int, tc1: int, now_ns: int) -> SyncResult:
-        """Take in an answer to a TIMESYNC request."""
         if ts1 not in self._pending:
             return SyncResult.UNASKED
         self._pending.remove(ts1)
@@ -179,8 +166,8 @@ class ClockMap:
         self._line = _fit(ordered[: max(_ENOUGH, len(ordered) // 2)]) or self._line
 
     def _note(self) -> None:
-        self._last_update = self._samples[-1].local
-        self._round_trip = float(np.median([sample.round_trip for sample in self._samples]))
+        self.last_update = self._samples[-1].local
+        self.round_trip = float(np.median([sample.round_trip for sample in self._samples]))
 
 
 def _gate(sample: Sample) -> float:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -13,11 +13,12 @@ from doorman.hardware.pixhawk.dialect import Dialect
 from doorman.hardware.pixhawk.link.telemetry.timesync import ClockMap
 from doorman.hardware.pixhawk.sample import Battery, LandedState, VehicleSample
 from doorman.hardware.pixhawk.wire.frames import LocalFrame, frd_to_flu
-from doorman.hardware.pixhawk.wire.messages import Message, mavlink
-from doorman.hardware.pixhawk.wire.units import (
+from doorman.hardware.pixhawk.wire.messages import (
+    Message,
     boot_ms_difference,
     cells_to_volts,
     centiamperes_to_amperes,
+    mavlink,
     millivolts_to_volts,
     ms_to_seconds,
     percent_to_share,
@@ -35,7 +36,7 @@ _LOW_CHARGE_STATES = frozenset({2, 3, 4, 5, 6})
 """MAV_BATTERY_CHARGE_STATE low, critical, emergency, failed, unhealthy."""
 _LOCATED = mavlink.ESTIMATOR_POS_HORIZ_REL | mavlink.ESTIMATOR_POS_HORIZ_ABS | mavlink.ESTIMATOR_VELOCITY_HORIZ
 _BATTERY_SILENT = 5.0
-"""After which the first battery counts as not told of: another one may be, and what SYS_STATUS says of all of them [s]."""
+"""After which the first battery counts as silent: another one may be, and what SYS_STATUS says of all of them [s]."""
 _DOUBTS = 5
 """Words of the estimator in a row, 0.2 s apart, after which its position is not used."""
 _UNSAID = 1.5
@@ -58,20 +59,11 @@ class Tracker:
         self._frame = local_frame
         self._unsaid_until = -math.inf
         self.reset()
-        self._handlers: dict[int, Callable[[Message, float], None]] = {
-            mavlink.MAVLINK_MSG_ID_ATTITUDE_QUATERNION: self._attitude,
-            mavlink.MAVLINK_MSG_ID_LOCAL_POSITION_NED: self._position,
-            mavlink.MAVLINK_MSG_ID_SYS_STATUS: self._system,
-            mavlink.MAVLINK_MSG_ID_BATTERY_STATUS: self._battery,
-            mavlink.MAVLINK_MSG_ID_EXTENDED_SYS_STATE: self._extended,
-            mavlink.MAVLINK_MSG_ID_ATTITUDE_TARGET: self._attitude_target,
-        }
 
     def reset(self) -> None:
-        """Forget the state, as after a reboot."""
         self.sample = VehicleSample()
-        self._stamps: dict[int, int] = {}
-        self._behind: dict[int, tuple[int, int]] = {}
+        self._stamps: dict[str, int] = {}
+        self._behind: dict[str, tuple[int, int]] = {}
         self._last_sequence: tuple[int, float] | None = None
         self._doubts = 0
         self._battery_id, self._battery_time, self._cells = math.inf, -math.inf, False
@@ -88,9 +80,7 @@ class Tracker:
         return True
 
     def take(self, message: Message, now: float) -> None:
-        handler = self._handlers.get(message.get_msgId())
-        if handler is not None:
-            handler(message, now)
+        TELEMETRY[message.get_type()](self, message, now)
 
     def heartbeat(self, message: Message, dialect: Dialect, now: float) -> None:
         self.sample = replace(
@@ -111,7 +101,7 @@ class Tracker:
 
     def _newer(self, message: Message, now: float) -> bool:
         """Whether a stamped message is newer than the last of its kind, and not from the future."""
-        kind, stamp = message.get_msgId(), int(message.time_boot_ms)
+        kind, stamp = message.get_type(), int(message.time_boot_ms)
         if self._clock.ahead(ms_to_seconds(stamp), now) > _MAX_AHEAD:
             self.counters.invalid += 1
             return False
@@ -222,3 +212,14 @@ class Tracker:
                 thrust_target_time=self._clock.to_local(ms_to_seconds(message.time_boot_ms), now),
                 attitude_target=sealed(target),
             )
+
+
+TELEMETRY: Mapping[str, Callable[[Tracker, Message, float], None]] = {
+    "ATTITUDE_QUATERNION": Tracker._attitude,
+    "LOCAL_POSITION_NED": Tracker._position,
+    "SYS_STATUS": Tracker._system,
+    "BATTERY_STATUS": Tracker._battery,
+    "EXTENDED_SYS_STATE": Tracker._extended,
+    "ATTITUDE_TARGET": Tracker._attitude_target,
+}
+"""What takes in a message, by its name."""

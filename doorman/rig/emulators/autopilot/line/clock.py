@@ -13,8 +13,6 @@ _ANSWERS_NEEDED = 20
 
 
 class BootClock:
-    """The autopilot's."""
-
     def __init__(self, pace: float = 1.0, time: Clock = REAL_TIME) -> None:
         self.jumped = 0.0  # by which it has jumped since boot; may be set at any time [s]
         self._pace, self._time, self._started = pace, time, time.now()
@@ -38,7 +36,6 @@ class CompanionClock:
         self._by_timesync, self._least = by_timesync, math.inf
 
     def answer(self, sent_ns: int, companion_ns: int, now_ns: int) -> None:
-        """Take in an answer to our own TIMESYNC request."""
         offset = ((sent_ns + now_ns) / 2 - companion_ns) * 1e-9
         self.offset = offset if self.answers == 0 else 0.8 * self.offset + 0.2 * offset
         self.answers += 1

@@ -10,14 +10,12 @@ from typing import Any
 
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from doorman.rig.emulators.autopilot.build import Build
 from doorman.rig.emulators.autopilot.line.clock import BootClock
-from doorman.rig.emulators.autopilot.line.setpoints import FLIP_QUATERNION
 from doorman.rig.emulators.autopilot.rules.brain import Brain
-from doorman.rig.emulators.autopilot.rules.dialects import Dialect
+from doorman.rig.emulators.autopilot.rules.dialects import Build, Dialect
 from doorman.rig.emulators.autopilot.vehicle.control import Task
 from doorman.rig.emulators.autopilot.vehicle.estimator import Estimator
-from doorman.rig.emulators.autopilot.vehicle.plant import FLIP
+from doorman.rig.emulators.autopilot.vehicle.plant import FLIP, FLIP_QUATERNION
 
 _READY = mavlink.MAV_SYS_STATUS_PREARM_CHECK
 _EPOCH_2015 = 1_420_070_400
@@ -95,7 +93,6 @@ class Telemetry:
         self._brain.texts.clear()
 
     def tell(self, identifier: int) -> bool:
-        """Send the message that somebody asks for."""
         known = identifier in self._brain.dialect.on_request
         return known and self._send_if_any(identifier, self._estimator.navigates)
 

@@ -13,8 +13,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from doorman.rig.emulators.autopilot.parameters import ParameterStore
 from doorman.rig.emulators.autopilot.rules.dialects import ACCEPTED, DENIED, UNSUPPORTED, Dialect
-from doorman.rig.emulators.autopilot.rules.ground_watch import GroundWatch
-from doorman.rig.emulators.autopilot.rules.way_home import WayHome
+from doorman.rig.emulators.autopilot.rules.way_home import GroundWatch, WayHome
 from doorman.rig.emulators.autopilot.vehicle.control import Demand, Task
 from doorman.rig.emulators.autopilot.vehicle.estimator import Estimate
 from doorman.rig.emulators.autopilot.vehicle.plant import NOTHING

@@ -8,6 +8,7 @@ from typing import Literal
 
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
+from doorman.exceptions import BackendError
 from doorman.rig.emulators.autopilot.parameters import (
     ARDUPILOT_DEFAULTS,
     ARDUPILOT_MOCAP,
@@ -15,6 +16,7 @@ from doorman.rig.emulators.autopilot.parameters import (
     PX4_MOCAP,
     Defaults,
 )
+from doorman.rig.emulators.autopilot.vehicle.control import MotorKind
 
 Flavour = Literal["px4", "ardupilot"]
 ACCEPTED, TEMPORARILY_REJECTED, DENIED, UNSUPPORTED, FAILED = 0, 1, 2, 3, 4
@@ -28,8 +30,6 @@ _ON_REQUEST = frozenset({
 
 @dataclass(frozen=True)
 class Dialect:
-    """One autopilot's ways."""
-
     vendor: int  # MAV_AUTOPILOT
     modes: Mapping[str, int]
     """`custom_mode` by name. In `companion` it obeys setpoints, in `position` the pilot's sticks; these two, `loiter`,
@@ -121,3 +121,27 @@ ARDUPILOT = Dialect(
     on_request=_ON_REQUEST,
 )
 DIALECTS: Mapping[str, Dialect] = {"px4": PX4, "ardupilot": ARDUPILOT}
+
+
+@dataclass(frozen=True)
+class Build:
+    flavour: Flavour = "px4"  # whose rules it follows
+    vision: bool = False  # whether its position comes from VISION_POSITION_ESTIMATE, rather than from satellites
+    system_id: int = 1  # its MAVLink system id
+    start_up: float = 22.0  # until ArduPilot's gyros are calibrated [s]
+    heartbeat_rate: float = 1.0  # [1/s]
+    vehicle_type: int = 13  # MAV_TYPE; 13 is a hexarotor
+    hover_thrust: float = 0.4  # share of the largest thrust at which the vehicle really hovers
+    motors: MotorKind = "linear"
+    """Whether its parameter linearises the motors, or is the factory's; thrust is the square of their signal with both."""
+    pace: float = 1.0  # of its clock and its plant over real time, as of simulators that run faster or slower
+    signing_key: bytes | None = None  # 32 bytes; with it, unsigned messages are ignored
+    seed: int = 0  # of noise and faults
+
+    def __post_init__(self) -> None:
+        if self.flavour not in DIALECTS:
+            raise BackendError("unknown autopilot", field="flavour", given=self.flavour, allowed="px4 or ardupilot")
+
+    @property
+    def dialect(self) -> Dialect:
+        return DIALECTS[self.flavour]

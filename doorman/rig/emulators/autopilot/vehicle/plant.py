@@ -14,8 +14,10 @@ from doorman.hardware.quaternions import conjugate, multiply, rotate
 
 FLIP = np.array([1.0, -1.0, -1.0])
 """NED or FRD of a world with z up or a body with z up, and back: half a turn about x."""
+FLIP_QUATERNION = np.array([1.0, 1.0, -1.0, -1.0])
+"""FRD to NED of body to world, and back."""
 LEVEL, NOTHING = np.array([1.0, 0.0, 0.0, 0.0]), np.zeros(3)
-for _constant in (FLIP, LEVEL, NOTHING):
+for _constant in (FLIP, FLIP_QUATERNION, LEVEL, NOTHING):
     _constant.flags.writeable = False
 
 

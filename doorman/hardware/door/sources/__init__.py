@@ -1,1 +1,0 @@
-"""Sources of the door's readings, one a file."""
