@@ -9,7 +9,8 @@ from dataclasses import dataclass
 
 from doorman.copying import Uncopied
 from doorman.exceptions import DoormanError
-from doorman.flight.guarded import SAME_INTERRUPT, End, GuardedFlight
+from doorman.flight.ends import End
+from doorman.flight.guarded import SAME_INTERRUPT, GuardedFlight
 from doorman.hardware.safety import Fault, Finding
 from doorman.hardware.vehicle import VehicleLinks
 from doorman.mission import Mission, OnProgress, Phase
@@ -85,7 +86,7 @@ class FlightSession(Uncopied):
                 completed = self.supervisor.action is None and not message
         except DoormanError as error:
             message = str(error)
-        except Exception as error:  # whatever it is, the vehicle comes down, and the flight is told
+        except Exception as error:  # whatever it is, the vehicle comes down, and the report says why
             message = f"{type(error).__name__}: {error}"
             self.flight.say(traceback.format_exc())
         finally:
