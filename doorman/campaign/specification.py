@@ -50,7 +50,7 @@ class Campaign:
         return Scenario.load(self.source, self.overrides)
 
     def flights(self, runs: int | None = None) -> Flights:
-        """All runs, drawn when they are asked for; the ends of all ranges, and the first run, are checked at once.
+        """All runs, each drawn on access; the ends of all ranges, and the first run, are checked at once.
 
         Args:
             runs: How many; by default the scenario's.
@@ -115,7 +115,7 @@ class Campaign:
 
 
 class Flights(Sequence[Flight]):
-    """The runs of a campaign, each drawn when it is asked for: a million take no memory."""
+    """The runs of a campaign, each drawn on access: a million take no memory."""
 
     def __init__(self, campaign: Campaign, count: int) -> None:
         self._campaign, self._runs = campaign, range(count)

@@ -14,10 +14,11 @@ from typing import Any
 
 from doorman.exceptions import BackendError
 from doorman.feasibility import check
+from doorman.flight.ends import End
 from doorman.flight.ground.checklist import preflight
 from doorman.flight.ground.checks import Check, Verdict
 from doorman.flight.ground.rehearsal import rehearse
-from doorman.flight.guarded import SAME_INTERRUPT, STOPPING, End, GuardedFlight
+from doorman.flight.guarded import SAME_INTERRUPT, STOPPING, GuardedFlight
 from doorman.hardware.door import DoorSource
 from doorman.hardware.door.config import PROGRAM
 from doorman.hardware.interface import Backend, Command, Measurement
@@ -85,7 +86,7 @@ class FlyingBackend(Backend):
         self._abort: Callable[[str], None] | None = None
         self._taken = -math.inf
         self.flight = self._new_flight()
-        """The latest one: its supervisor has the findings, its journal what was told."""
+        """The latest one: its supervisor has the findings, its journal the events."""
         self.end: End | None = None
         """How it ended; None before."""
 

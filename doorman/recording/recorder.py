@@ -233,7 +233,7 @@ class Recorder(Uncopied):
         self._stream.flush()
         self._written = self._stream.tell()
         self._clear_batch()
-        self._syncer.ask()
+        self._syncer.request()
 
     def _write_batch(self) -> None:
         if self._writer is None:

@@ -163,8 +163,8 @@ class Recording(Mapping[str, Topic]):
             DoormanError: if the recorded scenario cannot be made a model any more.
         """
         if self._summary is None:
-            told = "truth" if _MEASURED not in self or "truth" in self else _MEASURED
-            missing = [topic for topic in (told, *_JUDGED[1:]) if topic not in self]
+            judged_by = "truth" if _MEASURED not in self or "truth" in self else _MEASURED
+            missing = [topic for topic in (judged_by, *_JUDGED[1:]) if topic not in self]
             if missing:
                 raise RecordingError(
                     f"the recording has no summary, as it lacks the topic '{missing[0]}'", field="topic",

@@ -15,8 +15,8 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 
 from doorman.arrays import Array, sealed
-from doorman.hardware.interface import Measurement
 from doorman.scenario import NoiseSection, SensorsSection
+from doorman.signals import Measurement
 from doorman.simulation.gaps import Dropouts
 from doorman.simulation.reality.seen_frame import SeenFrame, seen_frame
 from doorman.simulation.reality.swaps import Swaps

@@ -1,4 +1,4 @@
-"""Dry run: what can be told of a vehicle and a scenario without sending a single byte."""
+"""Dry run: what can be learnt of a vehicle and a scenario without sending a single byte."""
 
 from __future__ import annotations
 

@@ -19,10 +19,10 @@ from doorman.hardware.door.tags.printing import tag_cells
 from doorman.hardware.door.tags.source import DoorByTags
 from doorman.hardware.quaternions import from_attitude, multiply
 from doorman.kinematics.urdf.shapes import link_name
+from doorman.kinematics.vehicles.rotor_layout import RotorLayout
 from doorman.model import Model
 from doorman.signals import FrameReading, LeafReading
 from doorman.simulation.plant.assembly import DOOR, VEHICLE, assemble
-from doorman.simulation.plant.onboard.rotors import RotorLayout
 from doorman.simulation.simulator import Simulator
 
 CAMERA = "vehicle camera"

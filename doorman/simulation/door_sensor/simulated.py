@@ -1,4 +1,4 @@
-"""The simulated sensor of the door: the truth as cameras, tags or an encoder tell it, noisy, late, hidden, and lying if asked.
+"""The simulated sensor of the door: the truth as cameras, tags or an encoder measure it, noisy, late and faulty on demand.
 
 The noise of a joint value is that of the mark's place and attitude together, as `LeafGeometry` weighs them.
 """
@@ -99,12 +99,12 @@ class SimulatedDoorSensor:
 
     def _sample(self, truth: Truth) -> None:
         seen, time, noise = self._view(truth), truth.time, self._noise.standard_normal(5)
-        joint = self._told(truth.door_angle, time)
+        joint = self._seen_joint(truth.door_angle, time)
         leaf = frame = None
         if seen.leaf and joint is not None:
-            stamp = time + (_LATE if self._lies("late") else 0.0)
+            stamp = time + (_LATE if self._faulty("late") else 0.0)
             leaf = LeafReading(joint + self.deviation * float(noise[0]), stamp, self.deviation)
-            if self._lies("freeze"):
+            if self._faulty("freeze"):
                 self._frozen = leaf.joint if self._frozen is None else self._frozen
                 leaf = LeafReading(self._frozen, stamp, self.deviation)
         if seen.frame and self._section.frame and self._section.kind != "encoder":
@@ -116,26 +116,26 @@ class SimulatedDoorSensor:
                 usual.place,
                 usual.turn,
             )
-        late = self._usual.latency + (_LATE if self._lies("late") else 0.0)
+        late = self._usual.latency + (_LATE if self._faulty("late") else 0.0)
         if leaf is not None or frame is not None:
             self._coming.append(_Reading(time + late, leaf, frame))
 
-    def _told(self, door_angle: float, time: float) -> float | None:
-        """Joint value that the sensor takes for true; None where it has ended."""
+    def _seen_joint(self, door_angle: float, time: float) -> float | None:
+        """Joint value that the sensor sees, its fault included; None where it has ended."""
         door, section = self._door, self._section
         self._fault_began = self._fault_began or (
             section.fault != "none" and door.opening_of(door_angle) >= section.fault_opening - _TOLERANCE
         )
         joint = door.joint_value(door_angle)
-        if self._lies("jump"):
+        if self._faulty("jump"):
             joint += _JUMP
-        if self._lies("upside_down"):
+        if self._faulty("upside_down"):
             joint = 2.0 * door.closed - joint
-        if self._lies("wrong_object"):
+        if self._faulty("wrong_object"):
             joint = door.closed + 0.5 * math.sin(2.0 * time)
-        return None if self._lies("dies") else joint
+        return None if self._faulty("dies") else joint
 
-    def _lies(self, fault: str) -> bool:
+    def _faulty(self, fault: str) -> bool:
         return self._fault_began and self._section.fault == fault
 
 
