@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-import struct
 from pathlib import Path
 
 import numpy as np
 import pytest
+from mcap_records import ATTACHMENT, CHUNK, FOOTER, MESSAGE_INDEX, records
 
 from doorman.exceptions import RecordingError
 from doorman.recording import Recorder, Recording
 
 HEADER = {"name": "paper", "seed": "7", "scenario": {"door": {"width": 1.2}, "goal": [0.0, 0.1]}, "none": None}
-CHUNK, MESSAGE_INDEX, FOOTER, ATTACHMENT = 6, 7, 2, 9
 ROWS = 60
 
 
@@ -28,18 +27,8 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> bytes:
     return path.read_bytes()
 
 
-def records(data: bytes) -> list[tuple[int, int, int]]:
-    """Place, opcode and length of every record outside chunks."""
-    found, place = [], 8
-    while place < len(data) - 8:
-        opcode, length = struct.unpack_from("<BQ", data, place)
-        found.append((place, opcode, length))
-        place += 9 + length
-    return found
-
-
 def chunks(data: bytes) -> list[tuple[int, int]]:
-    return [(place, length) for place, opcode, length in records(data) if opcode == CHUNK]
+    return [(place, len(body)) for place, opcode, body in records(data) if opcode == CHUNK]
 
 
 def load(data: bytes, folder: Path) -> Recording:
