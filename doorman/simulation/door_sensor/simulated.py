@@ -16,13 +16,12 @@ from doorman.arrays import Array
 from doorman.hardware.door.tags.placing import usual_marks
 from doorman.model import Model
 from doorman.signals import FrameReading, LeafReading
+from doorman.simulation.delay_line import ROUNDED
 from doorman.simulation.gaps import Dropouts
 from doorman.simulation.truth import Truth
 
 _STREAM, _GAPS = 7, 8
 """Streams of random numbers of a seed, for noise and gaps."""
-_TOLERANCE = 1e-9
-"""Rounding error of a sum of periods [s]."""
 _OLD = 0.3
 """Age from which on a reading counts as none [s]."""
 _JUMP = math.radians(10.0)
@@ -69,9 +68,9 @@ class SimulatedDoorSensor:
 
     def due(self, time: float) -> bool:
         """Whether it is time for a reading, and it is not lost; times must not decrease."""
-        if time < self._next - _TOLERANCE:
+        if time < self._next - ROUNDED:
             return False
-        while self._next <= time + _TOLERANCE:
+        while self._next <= time + ROUNDED:
             self._next += 1.0 / self._usual.rate
         return not self._gaps.lost(time)
 
@@ -88,7 +87,7 @@ class SimulatedDoorSensor:
 
     def arrived(self, now: float) -> tuple[LeafReading | None, FrameReading | None]:
         """The newest readings that have come, none where they are old."""
-        while self._coming and self._coming[0].due <= now + _TOLERANCE:
+        while self._coming and self._coming[0].due <= now + ROUNDED:
             _, leaf, frame = self._coming.popleft()
             self._leaf, self._frame = leaf or self._leaf, frame or self._frame
         leaf, frame = self._leaf, self._frame
@@ -124,7 +123,7 @@ class SimulatedDoorSensor:
         """Joint value that the sensor sees, its fault included; None where it has ended."""
         door, section = self._door, self._section
         self._fault_began = self._fault_began or (
-            section.fault != "none" and door.opening_of(door_angle) >= section.fault_opening - _TOLERANCE
+            section.fault != "none" and door.opening_of(door_angle) >= section.fault_opening - ROUNDED
         )
         joint = door.joint_value(door_angle)
         if self._faulty("jump"):
