@@ -41,7 +41,7 @@ class BatchFlight(OneLine):
 
 
 OnFlight = Callable[[BatchFlight], None]
-"""Called with every flight as it comes in, in the thread of whoever called."""
+"""Called with every flight as it comes in, in the thread of the caller."""
 
 
 def simulate_batch(

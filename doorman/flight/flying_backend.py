@@ -48,9 +48,9 @@ class FlyingBackend(Backend):
         servos: Serial device of the arm.
         mocap: Where the cameras' stream is received, such as `udp:51001`; None flies on the autopilot's own estimate.
         recorder: Gets what the links and the supervisor tell; written by the thread that flies, as a mission's is.
-        say: Told of the checklist's warnings and of every step by the thread that flies, so it must not block; by default the
+        say: Called with the checklist's warnings and of every step by the thread that flies, so it must not block; by default the
             warnings go to Python's log.
-        confirm: Asked once the checklist is passed, with all of its rows, whether to arm and fly; it is flown by default.
+        confirm: Called once the checklist is passed, with all of its rows, whether to arm and fly; it is flown by default.
         tip_force: Reads a force sensor in a tip that pushes, if there is one.
         door: Measures the door, in place of what the configuration names as its sensor.
         poses: Brings the vehicle's poses, in place of the cameras that `mocap` names.
@@ -91,10 +91,10 @@ class FlyingBackend(Backend):
         """How it ended; None before."""
 
     def watch_mission(self, abort: Callable[[str], None]) -> None:
-        """Name the mission that is asked to give up, where its controller may still fly back; without one, it loses the vehicle.
+        """Name the mission that is to give up, where its controller may still fly back; without one, it loses the vehicle.
 
         Args:
-            abort: How it is asked.
+            abort: Makes it give up.
         """
         self._abort = abort
 

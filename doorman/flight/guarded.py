@@ -61,7 +61,7 @@ class GuardedFlight(Uncopied):
         model: Model of the scenario.
         links: Of the vehicle.
         recorder: Gets what links and supervisor tell.
-        say: Told of every step.
+        say: Called with every step, one line.
     """
 
     def __init__(

@@ -156,7 +156,7 @@ class Recording(Mapping[str, Topic]):
 
     @property
     def summary(self) -> dict[str, Any]:
-        """Figures of a simulated run, as in `summary.json`, or of a real one by its sensor of the door; computed when asked for.
+        """Figures of a simulated run, as in `summary.json`, or of a real one by its sensor of the door; computed on first use.
 
         Raises:
             RecordingError: if a topic is missing that a run is judged by: nothing was simulated, or not even one tick.

@@ -1,4 +1,4 @@
-"""Flight program: a process of its own that flies one order after the other, and dies with whoever started it.
+"""Flight program: a process of its own that flies one order after the other, and dies with the process that started it.
 
 Orders and answers are lines of JSON on stdin and stdout. The first order only prepares; its answer comes when every kernel is
 compiled or loaded. Of all flight processes of a machine one at a time prepares: what one compiles, the others load.

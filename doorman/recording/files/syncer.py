@@ -1,4 +1,4 @@
-"""Syncer: has the disk take what was written to a file, without holding up whoever writes."""
+"""Syncer: has the disk take what was written to a file, without holding up its writer."""
 
 from __future__ import annotations
 
