@@ -1,6 +1,6 @@
 """doorman: aerial manipulators that open hinged doors.
 
-A public name brings in its module when it is first asked for, and so does a package, such as `doorman.ocp`: `import doorman`
+A public name brings in its module on its first use, and so does a package, such as `doorman.ocp`: `import doorman`
 itself loads nothing.
 """
 

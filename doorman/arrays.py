@@ -1,4 +1,4 @@
-"""Arrays of floats, of double precision: their type, and arrays that nobody can write to."""
+"""Arrays of floats, of double precision: their type, and arrays that cannot be written to."""
 
 from typing import Any, TypeVar
 

@@ -58,7 +58,7 @@ class InThread(Opened):
 
     @property
     def alive(self) -> bool:
-        """Whether the thread runs, and nobody has stopped it."""
+        """Whether the thread runs, and was not stopped."""
         return self._thread is not None and self._thread.is_alive()
 
     def _begin(self) -> None:

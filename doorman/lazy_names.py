@@ -1,4 +1,4 @@
-"""Public names of a package that bring in their modules when they are first asked for: importing the package loads nothing."""
+"""Public names of a package that bring in their modules on their first use: importing the package loads nothing."""
 
 from __future__ import annotations
 

@@ -13,7 +13,7 @@ from doorman.arrays import Array
 
 _KEPT = 1000
 _ENOUGH = 50
-"""Second differences from which on the noise is told."""
+"""Second differences from which on the noise is known."""
 _MEDIAN_OF_SQUARES = 2.366
 """Median of the squared length of three normal numbers."""
 _SUMMED = 6.0
@@ -38,7 +38,7 @@ class PositionNoise:
 
     @property
     def deviation(self) -> float:
-        """Standard deviation on every axis, by the median, so that jumps do not count; NaN before it can be told [m]."""
+        """Standard deviation on every axis, by the median, so that jumps do not count; NaN before it is known [m]."""
         if len(self._bent) < _ENOUGH:
             return math.nan
         return math.sqrt(statistics.median(self._bent) / (_MEDIAN_OF_SQUARES * _SUMMED))

@@ -86,7 +86,7 @@ class Measurement(OneLine):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Command(OneLine):
-    """What is asked of the vehicle until the next command."""
+    """What the vehicle is to do until the next command."""
 
     thrust: float
     """f_t along the body's z axis [N]."""

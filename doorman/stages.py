@@ -18,7 +18,7 @@ from doorman.scenario import BesideSection, FirstSection, Scenario, SimulationSe
 Array = NDArray[np.float64]
 
 _TRUE = ("damping", "friction", "stiffness", "preload")
-"""Torques of a joint that the plant may have otherwise than told."""
+"""Torques of a joint that the plant may have otherwise than the planner believes."""
 
 
 @dataclass(frozen=True, eq=False)

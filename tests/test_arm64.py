@@ -37,18 +37,6 @@ def requirements() -> list[str]:
     return [text for text in dict.fromkeys(texts) if not text.startswith(tuple(FROM_SOURCE.values()))]
 
 
-def test_every_python_is_tried():
-    told = {one.rsplit(" ", 1)[1] for one in PROJECT["classifiers"] if "Python :: 3." in one}
-    assert told == set(PYTHONS)
-
-
-def test_the_exceptions_are_told_on_the_set_up_page():
-    page = (ROOT / "docs" / "how-to" / "set_up.md").read_text(encoding="utf-8").split("## ARM64")[1]
-    for extra, package in FROM_SOURCE.items():
-        assert f"`{extra}`" in page and f"`{package}`" in page
-        assert any(text.startswith(package) for text in PROJECT["optional-dependencies"][extra])
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("python", PYTHONS)
 def test_every_dependency_resolves(python, tmp_path):

@@ -9,6 +9,7 @@ import struct
 import subprocess
 import sys
 import zlib
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -18,12 +19,13 @@ from command_line import run as doorman
 from hypothesis import given
 from hypothesis import strategies as st
 from made_logs import ULog, tumbling, write_dataflash, write_run, write_ulog
+from mcap_records import CHUNK, MESSAGE, SCHEMA, edited, record, records
 from pymavlink.DFReader import DFReader_binary
 from pyulog import ULog as OtherULog
 from urdf_variants import DOOR, VEHICLE
 
 from doorman.bounds import parse_number, parse_numbers
-from doorman.campaign.results import known_runs, read_parts, write_part
+from doorman.campaign.results import read_parts, write_part
 from doorman.checks import number
 from doorman.cli.overrides import parse_overrides
 from doorman.exceptions import DimensionError, DoormanError, RecordingError, ScenarioError, UrdfError
@@ -217,7 +219,7 @@ def bomb(said: int, size: int) -> bytes:
         + struct.pack("<Q", len(content))
         + content
     )
-    return struct.pack("<BQ", 6, len(body)) + body
+    return record(CHUNK, body)
 
 
 @pytest.fixture(scope="module")
@@ -244,32 +246,17 @@ def test_a_chunk_that_would_fill_the_memory_is_one_damaged_chunk(said, small, tm
 
 def rewritten(data: bytes, change) -> bytes:
     """A recording whose chunks' contents are changed, each with its checksum."""
-    place, parts = 8, [data[:8]]
-    while place < len(data) - 8:
-        opcode, length = struct.unpack_from("<BQ", data, place)
-        body = data[place + 9 : place + 9 + length]
-        if opcode == 6:
-            at = 32 + struct.unpack_from("<I", body, 28)[0]
-            content = change(zstandard.decompress(body[at + 8 :]))
-            packed = zstandard.compress(content)
-            body = body[:16] + struct.pack("<QI", len(content), zlib.crc32(content)) + body[28:at]
-            body += struct.pack("<Q", len(packed)) + packed
-        parts.append(struct.pack("<BQ", opcode, len(body)) + body)
-        place += 9 + length
-    return b"".join(parts) + data[-8:]
 
+    def chunk(opcode: int, body: bytes) -> bytes:
+        if opcode != CHUNK:
+            return body
+        at = 32 + struct.unpack_from("<I", body, 28)[0]
+        content = change(zstandard.decompress(body[at + 8 :]))
+        packed = zstandard.compress(content)
+        body = body[:16] + struct.pack("<QI", len(content), zlib.crc32(content)) + body[28:at]
+        return body + struct.pack("<Q", len(packed)) + packed
 
-def edited_message(content: bytes, number: int, edit) -> bytes:
-    """Content of a chunk whose message of that value of x has another body."""
-    place, parts = 0, []
-    while place < len(content):
-        opcode, length = struct.unpack_from("<BQ", content, place)
-        body = content[place + 9 : place + 9 + length]
-        if opcode == 5 and struct.pack("<d", number) in body[26:46]:
-            body = body[:22] + edit(body[22:])
-        parts.append(struct.pack("<BQ", opcode, len(body)) + body)
-        place += 9 + length
-    return b"".join(parts)
+    return data[:8] + edited(data[8:-8], chunk) + data[-8:]
 
 
 @pytest.mark.parametrize(
@@ -284,7 +271,12 @@ def edited_message(content: bytes, number: int, edit) -> bytes:
 )
 def test_a_message_that_makes_no_sense_is_left_out_and_counted(edit, small, tmp_path):
     path = tmp_path / "run.mcap"
-    path.write_bytes(rewritten(small, lambda content: edited_message(content, 3.0, edit)))
+    third = struct.pack("<d", 3.0)
+
+    def message(opcode: int, body: bytes) -> bytes:
+        return body[:22] + edit(body[22:]) if opcode == MESSAGE and third in body[26:46] else body
+
+    path.write_bytes(rewritten(small, lambda content: edited(content, message)))
     found = Recording.load(path)
     assert found["truth"]["word"].tolist() == ["w0", "w1", "w2", "w4"]
     assert found.damaged_messages == {"truth": 1} and found.damaged_chunks == 0 and not found.complete
@@ -302,26 +294,17 @@ def deep(text: bytes) -> bytes:
      b'# doorman: [["x", "string", [99999999]]]'],
 )  # fmt: skip
 def test_schemas_out_of_bounds_are_refused_in_a_sentence(schema, small, tmp_path):
-    old = re.search(rb"# doorman: [^\n]*", zstandard.decompress(chunk_with(small, b"# doorman")))
-    assert old is not None
+    old = next(found for chunk in contents(small) if (found := re.search(rb"# doorman: [^\n]*", chunk)))[0]
 
-    def change(content: bytes) -> bytes:
-        if old[0] not in content:
-            return content
-        place, parts = 0, []
-        while place < len(content):
-            opcode, length = struct.unpack_from("<BQ", content, place)
-            body = content[place + 9 : place + 9 + length]
-            if opcode == 3 and old[0] in body:
-                head, text = body.split(old[0])
-                size = struct.unpack("<I", head[-4:])[0] - len(old[0]) + len(schema)
-                body = head[:-4] + struct.pack("<I", size) + schema + text
-            parts.append(struct.pack("<BQ", opcode, len(body)) + body)
-            place += 9 + length
-        return b"".join(parts)
+    def change(opcode: int, body: bytes) -> bytes:
+        if opcode != SCHEMA or old not in body:
+            return body
+        head, text = body.split(old)
+        size = struct.unpack("<I", head[-4:])[0] - len(old) + len(schema)
+        return head[:-4] + struct.pack("<I", size) + schema + text
 
     path = tmp_path / "run.mcap"
-    data = rewritten(small, change)
+    data = rewritten(small, lambda content: edited(content, change))
     path.write_bytes(data[: data.rindex(b"\x0f" + struct.pack("<Q", 4))])  # without a summary, which has the schema too
     path.write_bytes(path.read_bytes().replace(b"topic", b"tepic"))  # nor its copy
     with pytest.raises(RecordingError, match="not a schema") as caught:
@@ -329,16 +312,9 @@ def test_schemas_out_of_bounds_are_refused_in_a_sentence(schema, small, tmp_path
     assert caught.value.file == str(path)
 
 
-def chunk_with(data: bytes, words: bytes) -> bytes:
-    """Compressed content of the first chunk with these words."""
-    place = 8
-    while True:
-        opcode, length = struct.unpack_from("<BQ", data, place)
-        if opcode == 6:
-            packed = data[place + 9 + 44 : place + 9 + length]
-            if words in zstandard.decompress(packed):
-                return packed
-        place += 9 + length
+def contents(data: bytes) -> Iterator[bytes]:
+    """Contents of the chunks."""
+    return (zstandard.decompress(body[44:]) for _, opcode, body in records(data) if opcode == CHUNK)
 
 
 # ---------------------------------------------------------------- logs
@@ -544,7 +520,8 @@ def test_every_flipped_bit_of_a_row_is_seen(tmp_path, caplog):
         assert read_parts(tmp_path) == {0: rows[0]}
         assert str(part) in caplog.text
     part.write_bytes((tmp_path / "run-0000000.parquet").read_bytes())  # another run's row
-    assert set(read_parts(tmp_path)) == {0} and known_runs(tmp_path) == {0} and not part.exists()
+    assert set(read_parts(tmp_path)) == {0} and set(read_parts(tmp_path, removes_damaged=True)) == {0}
+    assert not part.exists()
 
 
 def test_a_row_without_a_checksum_is_none(tmp_path):

@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import os
-import threading
 import warnings
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor, as_completed
-from contextlib import contextmanager
+from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from doorman.campaign.draws import Draw
-from doorman.campaign.flights.flight_process import FlightProcess, lost
+from doorman.campaign.flights.flight_process import ATTEMPTS, FlightProcesses, lost
 from doorman.campaign.flights.orders import order_of, packed
 from doorman.campaign.specification import Flight
 from doorman.checks import number, whole
@@ -23,9 +22,6 @@ from doorman.flown import carried_files
 from doorman.model import Model
 from doorman.one_line import OneLine
 from doorman.scenario import Scenario
-
-_ATTEMPTS = 3
-"""How often a flight is tried whose process dies: that says nothing about the flight."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -45,7 +41,7 @@ class BatchFlight(OneLine):
 
 
 OnFlight = Callable[[BatchFlight], None]
-"""Called with every flight as it comes in, in the thread of whoever called."""
+"""Called with every flight as it comes in, in the thread of the caller."""
 
 
 def simulate_batch(
@@ -96,13 +92,13 @@ def simulate_batch(
         place.mkdir(parents=True, exist_ok=True)
     time_out = model.scenario.campaign.time_out
 
-    def fly(processes: _Processes, index: int) -> BatchFlight:
+    def fly(processes: FlightProcesses, index: int) -> BatchFlight:
         seed = numbers[index]
         path = None if place is None else place / f"seed-{seed}.mcap"
         flight = Flight(Draw(index, seed, {}), model.scenario, longest, time_out, "")
         order = {**order_of(flight, files), "path": None if path is None else str(path)}
         answer = lost("the batch was ended")
-        for _ in range(_ATTEMPTS):
+        for _ in range(ATTEMPTS):
             if answer.get("lost") and not processes.over:
                 answer = processes.mine().fly(order, contents, time_out)
         seconds = answer["wall_time_s"]
@@ -112,7 +108,7 @@ def simulate_batch(
         )  # fmt: skip
 
     flown: dict[int, BatchFlight] = {}
-    with _flight_processes() as processes, ThreadPoolExecutor(count) as pool:
+    with closing(FlightProcesses()) as processes, ThreadPoolExecutor(count) as pool:
         futures = {pool.submit(fly, processes, index): index for index in range(len(numbers))}
         try:
             for future in as_completed(futures):
@@ -131,36 +127,6 @@ def simulate_batch(
 def usable_cores() -> int:
     """Cores that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-
-
-class _Processes:
-    def __init__(self) -> None:
-        self._all: dict[int, FlightProcess] = {}
-        self._lock = threading.Lock()
-        self.over = False  # whether no flight is begun any more
-
-    def mine(self) -> FlightProcess:
-        """Process of the calling thread."""
-        with self._lock:
-            thread = threading.get_ident()
-            if thread not in self._all:
-                self._all[thread] = FlightProcess()
-            return self._all[thread]
-
-    def close(self) -> None:
-        with self._lock:
-            self.over = True
-            for process in self._all.values():
-                process.close()
-
-
-@contextmanager
-def _flight_processes() -> Iterator[_Processes]:
-    processes = _Processes()
-    try:
-        yield processes
-    finally:
-        processes.close()
 
 
 def _check(model: Model, force: bool, report: Report | None) -> None:

@@ -69,29 +69,19 @@ def write_part(row: Row, folder: Path) -> None:
     write_table([row], folder / f"{_stem(row['run'])}.parquet")
 
 
-def read_parts(folder: Path) -> dict[int, Row]:
-    """Rows that are durable, by run; a part that cannot be read is left out."""
+def read_parts(folder: Path, removes_damaged: bool = False) -> dict[int, Row]:
+    """Rows that are durable, by run; a damaged part is left out, or removed, so that its run is flown again."""
     rows: dict[int, Row] = {}
     for path in sorted(folder.glob("run-*.parquet")):
         row = _read_part(path)
-        if row is None:
-            _log.warning("%s is damaged: that run counts as not flown", path)
-        else:
-            rows[row["run"]] = row
-    return rows
-
-
-def known_runs(folder: Path) -> set[int]:
-    """Numbers of the runs that are durable. A damaged part is removed, so that its run is flown again."""
-    known = set()
-    for path in folder.glob("run-*.parquet"):
-        row = _read_part(path)
         if row is not None:
-            known.add(row["run"])
-        else:
+            rows[row["run"]] = row
+        elif removes_damaged:
             _log.warning("%s is damaged: that run is flown again", path)
             path.unlink()
-    return known
+        else:
+            _log.warning("%s is damaged: that run counts as not flown", path)
+    return rows
 
 
 def _read_part(path: Path) -> Row | None:

@@ -12,11 +12,11 @@ from distributed import Client, Future
 
 from doorman.campaign.batch import usable_cores
 from doorman.campaign.flights.cluster import answer_of, connected, first_done, threads_of
-from doorman.campaign.flights.flight_process import failed
+from doorman.campaign.flights.flight_process import ATTEMPTS, failed
 from doorman.campaign.flights.orders import order_of, packed
 from doorman.campaign.flights.worker import close_processes, fly
 from doorman.campaign.folder import RESULTS, claimed, write_not_flown
-from doorman.campaign.results import Row, known_runs, read_parts, row_of, write_part, write_table
+from doorman.campaign.results import Row, read_parts, row_of, write_part, write_table
 from doorman.campaign.specification import Campaign, Flight
 from doorman.exceptions import DoormanError
 from doorman.flown import carried_files
@@ -25,8 +25,6 @@ from doorman.scenario import Scenario
 OnRow = Callable[[Row, int, int], None]
 """Called with a new row, the number of rows known, and the number of runs."""
 
-_ATTEMPTS = 3
-"""How often a run is tried whose worker, process or disk fails: that says nothing about the flight."""
 _HOPELESS = 20
 """So many such failures in a row, and no flight between them, end a campaign."""
 _AHEAD = 4
@@ -47,7 +45,7 @@ def run_campaign(
     # `not_flown.json` says why. Results are written by this process alone, one file a run, as they come in.
     flights = campaign.flights(runs)
     with claimed(out, campaign) as parts:
-        known = {run for run in known_runs(parts) if run < len(flights)}
+        known = {run for run in read_parts(parts, removes_damaged=True) if run < len(flights)}
         missing = (run for run in range(len(flights)) if run not in known)
         not_flown: dict[int, str] = {}
         count = len(flights) - len(known)
@@ -99,7 +97,7 @@ def _flown(client: Client, campaign: Campaign, runs: Iterator[int]) -> Iterator[
                 losses = losses + 1 if answer.get("lost") else 0
                 if losses >= _HOPELESS:
                     raise DoormanError(f"{losses} flights in a row did not start; the last error: {answer['error']}")
-                if answer.get("lost") and tried < _ATTEMPTS:
+                if answer.get("lost") and tried < ATTEMPTS:
                     orders.send(flight, tried + 1)
                 else:
                     yield flight, answer

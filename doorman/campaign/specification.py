@@ -50,7 +50,7 @@ class Campaign:
         return Scenario.load(self.source, self.overrides)
 
     def flights(self, runs: int | None = None) -> Flights:
-        """All runs, drawn when they are asked for; the ends of all ranges, and the first run, are checked at once.
+        """All runs, each drawn on access; the ends of all ranges, and the first run, are checked at once.
 
         Args:
             runs: How many; by default the scenario's.
@@ -82,7 +82,8 @@ class Campaign:
         Raises:
             ScenarioError: if a drawn value is out of range.
         """
-        return self._flight(draw(self._section, run))
+        drawn = draw(self._section, run)
+        return self._flight(drawn, Scenario.load(self.source, {**self.overrides, **drawn.values}))
 
     def undrawn(self, run: int) -> Flight:
         """A run whose draws cannot be flown, with the scenario unchanged, for its row in the results.
@@ -90,43 +91,31 @@ class Campaign:
         Args:
             run: Number of the run.
         """
-        drawn = draw(self._section, run)
-        scenario = self.scenario
-        command = self._command(drawn.seed, self._section.duration, {**self.overrides, **drawn.values})
-        return Flight(drawn, scenario, self._section.duration, self._section.time_out, command)
+        return self._flight(draw(self._section, run), self.scenario)
 
     @cached_property
     def _section(self) -> CampaignSection:
         return self.scenario.campaign
 
-    def _flight(self, drawn: Draw) -> Flight:
-        overrides = {**self.overrides, **drawn.values}
-        scenario = Scenario.load(self.source, overrides)
+    def _flight(self, drawn: Draw, scenario: Scenario) -> Flight:
         campaign = scenario.campaign
-        return Flight(
-            drawn,
-            scenario,
-            campaign.duration,
-            campaign.time_out,
-            self._command(drawn.seed, campaign.duration, overrides),
-        )
+        return Flight(drawn, scenario, campaign.duration, campaign.time_out, self._command(drawn, campaign.duration))
 
-    def _command(self, seed: int, duration: float | None, overrides: Mapping[str, Any]) -> str:
+    def _command(self, drawn: Draw, duration: float | None) -> str:
         source = absolute(self.source, Path.cwd())
-        words = ["doorman", "open", source, "--seed", str(seed)]
+        words = ["doorman", "open", source, "--seed", str(drawn.seed)]
         if duration is not None:
             words += ["--duration", repr(duration)]
         if self.vehicle is not None:
             words += ["--vehicle", absolute(self.vehicle, Path.cwd())]
-        for key, value in overrides.items():
-            if value is None:
-                continue
-            words += ["--set", f"{key}={json.dumps(value, ensure_ascii=False)}"]
+        for key, value in {**self.overrides, **drawn.values}.items():
+            if value is not None:
+                words += ["--set", f"{key}={json.dumps(value, ensure_ascii=False)}"]
         return shlex.join(words)
 
 
 class Flights(Sequence[Flight]):
-    """The runs of a campaign, each drawn when it is asked for: a million take no memory."""
+    """The runs of a campaign, each drawn on access: a million take no memory."""
 
     def __init__(self, campaign: Campaign, count: int) -> None:
         self._campaign, self._runs = campaign, range(count)

@@ -8,6 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+import doorman.collision
+import doorman.dynamics
+import doorman.kinematics
 from doorman.arrays import Array
 from doorman.collision.rows.listed import IN_A_DOORWAY, Kinds, row_names
 from doorman.copying import PerThread
@@ -17,6 +20,9 @@ from doorman.kinematics.vehicles.vehicle import Vehicle
 from doorman.ocp.kernels import functions
 from doorman.ocp.kernels.printed.loading import load
 from doorman.ocp.kernels.printed.printed_problem import kept_text
+
+_MAKERS = doorman.kinematics, doorman.dynamics, doorman.collision
+"""Packages whose code makes the text."""
 
 
 def _printed(pattern: ArmPattern, point_names: tuple[str, ...], numbers: Numbers, kinds: Kinds) -> str:
@@ -34,7 +40,7 @@ class ReducedModel:
     def __init__(self, vehicle: Vehicle, numbers: Numbers, time_step: float, kinds: Kinds = IN_A_DOORWAY) -> None:
         pattern, _ = ArmPattern.of(vehicle.arm)
         key = f"reduced {kinds} {pattern} {vehicle.point_names} {numbers.sizes}"
-        self._text = kept_text(key, lambda: _printed(pattern, vehicle.point_names, numbers, kinds))
+        self._text = kept_text(key, lambda: _printed(pattern, vehicle.point_names, numbers, kinds), _MAKERS)
         self.numbers, self.time_step = numbers, float(time_step)
         self.nx = 5 + vehicle.n_arm
         self.row_names = row_names(kinds, vehicle.point_names, vehicle.arm.above)

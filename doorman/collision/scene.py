@@ -172,7 +172,7 @@ class CollisionScene:
         return np.ascontiguousarray(joints[:, self._joints] @ self._on_joints)
 
     def _carried(self) -> tuple[NDArray[np.int64], Array]:
-        """Of every shape, its joint among the vehicle's and then the door's, and its placement on that, (n_shapes, 4, 4)."""
+        """Each shape's joint among the vehicle's and then the door's, and its placement on that, (n_shapes, 4, 4)."""
         own, others = self.shapes[: self._n_vehicle], self.shapes[self._n_vehicle :]
         links = [self.vehicle.links[shape.link] for shape in own]
         links += [self.door.links[shape.link] for shape in others]

@@ -25,9 +25,9 @@ class Shape:
     """Link and collision element, for example `frame/jamb_latch`; the link alone where it has one unnamed shape."""
     link: str
     placement: Array
-    """Of the centre of the shape's bounding box in the link, homogeneous, shape (4, 4)."""
+    """Centre and axes of the shape's bounding box in the link, homogeneous, shape (4, 4)."""
     half_extents: Array
-    """Of the bounding box about its centre, shape (3,) [m]."""
+    """Half the lengths of the bounding box, shape (3,) [m]."""
     geometry: Any
     """FCL geometry, its origin at the centre of the bounding box."""
 
@@ -64,7 +64,7 @@ def _maker(written: UrdfShape) -> Callable[[], Any] | None:
 
 
 def _half_extents(written: UrdfShape) -> Array:
-    """Of a primitive, shape (3,) [m]."""
+    """Half the lengths of a primitive's box, shape (3,) [m]."""
     if written.kind == "box":
         return np.array(written.size) / 2
     if written.kind == "cylinder":

@@ -24,9 +24,9 @@ from doorman.dynamics.attitude_loop import AttitudeLoop
 from doorman.exceptions import BackendError
 from doorman.feasibility.report import Finding, Severity, graded
 from doorman.kinematics.rotations import rotation_body_to_world
+from doorman.kinematics.vehicles.rotor_layout import RotorLayout, rotor_layout
 from doorman.model import Model
 from doorman.simulation.plant.onboard.attitude_loop import AttitudeGains
-from doorman.simulation.plant.onboard.rotors import RotorLayout, rotor_layout
 from doorman.simulation.plant.plant import hover_wrench
 
 FIRST_TURN = 0.1

@@ -149,15 +149,15 @@ def _stays_at_the_start(model: Model) -> list[Finding]:
 
 
 def _true_hinge(model: Model) -> Finding:
-    """The simulated hinge, which no planner is told of: what it resists with against what pushes and observes."""
+    """The simulated hinge, unknown to the planner: what it resists with against what pushes and observes."""
     control, door = model.scenario.control, model.true_door
     ends = model.start_angle, model.goal_angle
     sense = math.copysign(1.0, ends[1] - ends[0])
     resists = max(sense * torque + friction for torque, friction in (torques_at_rest(model, end) for end in ends))
-    told = model.door.friction + max(sense * model.door.hinge_torque(end, 0.0) for end in ends)
+    expected = model.door.friction + max(sense * model.door.hinge_torque(end, 0.0) for end in ends)
     push = largest_push(model, control.max_tilt) * model.coupling.lever_length
     most = push if model.scenario.contact.kind == "push" else control.max_door_disturbance
-    observed = told + (most if control.door_observer_rate > 0.0 else 0.0)
+    observed = expected + (most if control.door_observer_rate > 0.0 else 0.0)
     limit = min(push, observed)
     ok = resists <= limit
     why = "tilt and thrust make" if push <= observed else "the door observer finds"

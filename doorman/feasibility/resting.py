@@ -1,4 +1,4 @@
-"""What moves a leaf that nobody touches, and what holds it: the true torques of a simulated joint where they are given."""
+"""What moves a free leaf, and what holds it: the true torques of a simulated joint where they are given."""
 
 from __future__ import annotations
 

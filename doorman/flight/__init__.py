@@ -1,11 +1,12 @@
 """Flight: what surrounds a mission on a vehicle, from the checklist on the ground to the ground again."""
 
+from doorman.flight.ends import End
 from doorman.flight.flying_backend import FlyingBackend
 from doorman.flight.ground.checklist import preflight
 from doorman.flight.ground.checks import Check, Verdict, ready
 from doorman.flight.ground.listening import listen
 from doorman.flight.ground.rehearsal import rehearse
-from doorman.flight.guarded import End, GuardedFlight
+from doorman.flight.guarded import GuardedFlight
 from doorman.flight.session import FlightReport, FlightSession
 
 __all__ = [

@@ -14,10 +14,11 @@ from typing import Any
 
 from doorman.exceptions import BackendError
 from doorman.feasibility import check
+from doorman.flight.ends import End
 from doorman.flight.ground.checklist import preflight
 from doorman.flight.ground.checks import Check, Verdict
 from doorman.flight.ground.rehearsal import rehearse
-from doorman.flight.guarded import SAME_INTERRUPT, STOPPING, End, GuardedFlight
+from doorman.flight.guarded import SAME_INTERRUPT, STOPPING, GuardedFlight
 from doorman.hardware.door import DoorSource
 from doorman.hardware.door.config import PROGRAM
 from doorman.hardware.interface import Backend, Command, Measurement
@@ -47,9 +48,9 @@ class FlyingBackend(Backend):
         servos: Serial device of the arm.
         mocap: Where the cameras' stream is received, such as `udp:51001`; None flies on the autopilot's own estimate.
         recorder: Gets what the links and the supervisor tell; written by the thread that flies, as a mission's is.
-        say: Told of the checklist's warnings and of every step by the thread that flies, so it must not block; by default the
+        say: Called with the checklist's warnings and of every step by the thread that flies, so it must not block; by default the
             warnings go to Python's log.
-        confirm: Asked once the checklist is passed, with all of its rows, whether to arm and fly; it is flown by default.
+        confirm: Called once the checklist is passed, with all of its rows, whether to arm and fly; it is flown by default.
         tip_force: Reads a force sensor in a tip that pushes, if there is one.
         door: Measures the door, in place of what the configuration names as its sensor.
         poses: Brings the vehicle's poses, in place of the cameras that `mocap` names.
@@ -85,15 +86,15 @@ class FlyingBackend(Backend):
         self._abort: Callable[[str], None] | None = None
         self._taken = -math.inf
         self.flight = self._new_flight()
-        """The latest one: its supervisor has the findings, its journal what was told."""
+        """The latest one: its supervisor has the findings, its journal the events."""
         self.end: End | None = None
         """How it ended; None before."""
 
     def watch_mission(self, abort: Callable[[str], None]) -> None:
-        """Name the mission that is asked to give up, where its controller may still fly back; without one, it loses the vehicle.
+        """Name the mission that is to give up, where its controller may still fly back; without one, it loses the vehicle.
 
         Args:
-            abort: How it is asked.
+            abort: Makes it give up.
         """
         self._abort = abort
 

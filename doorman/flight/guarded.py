@@ -6,13 +6,12 @@ import contextlib
 import math
 import signal
 from collections.abc import Callable, Mapping
-from enum import Enum
-
-import numpy as np
 
 from doorman.control.estimation.pose_age import oldest_pose
 from doorman.copying import Uncopied
 from doorman.exceptions import BackendError, RecordingError
+from doorman.flight.ends import BY_REST, End
+from doorman.flight.ground.before_arming import engage, try_gripper
 from doorman.flight.ground.checks import Verdict
 from doorman.flight.ground.judgements import judge_age
 from doorman.flight.journal import Journal
@@ -21,7 +20,7 @@ from doorman.flight.watches.carried import CarriedWatch
 from doorman.flight.watches.fall import FallWatch
 from doorman.flight.watches.hover import measure_hover
 from doorman.flight.watches.pose_delay import PoseDelay
-from doorman.flight.watches.rest import Rest, RestWatch, tells_of_crash
+from doorman.flight.watches.rest import RestWatch, tells_of_crash
 from doorman.flight.way_back import WayBack, out_of_the_doorway
 from doorman.hardware.dynamixel import ServoFault
 from doorman.hardware.pixhawk import (
@@ -29,62 +28,30 @@ from doorman.hardware.pixhawk import (
     EventKind,
     LandedState,
     Outcome,
-    OutcomeStatus,
     PositionSetpoint,
     SampleStatus,
 )
 from doorman.hardware.pixhawk.autopilot import LEAST_HEIGHT, MOST_HEIGHT
 from doorman.hardware.safety import Action, Fault, Observation, Observer, Supervisor
 from doorman.hardware.vehicle import Places, VehicleBackend, VehicleLinks
-from doorman.hardware.vehicle.gripper import CLOSED, CLOSES_WITHIN, HALF_OPEN, OPENS_WITHIN
 from doorman.model import Model
 from doorman.recording import Recorder
 
 _LANDING_PATIENCE = 60.0
-"""For a vehicle that somebody else flies or lands: until then it gets the cameras' poses [s]."""
-_STARVED = 2.0
-"""For links to become fresh before the autopilot is engaged [s]."""
+"""For a vehicle that the pilot or the autopilot flies or lands: until then it gets the cameras' poses [s]."""
 _ON_GROUND = 4.0
-"""On the ground so long without disarming by itself, the vehicle is told to disarm [s]."""
+"""On the ground so long without disarming by itself, the vehicle is disarmed [s]."""
 _RECOVERY = 5.0
 """For servos that are set up again before a flight [s]."""
 _LAST_LOOK = 1.0
-"""After the motors are told to have stopped: a vehicle that falls is on the ground then [s]."""
+"""After the motors are reported to have stopped: a vehicle that falls is on the ground then [s]."""
 
 SAME_INTERRUPT = 0.1
 """Two Ctrl-C within this are one, as what a process group and a parent both send [s]."""
 
 
 STOPPING = (signal.SIGTSTP, signal.SIGTTIN, signal.SIGTTOU)
-"""Signals that would stop the program in flight, as Ctrl-Z and a terminal that somebody else uses do."""
-
-
-class End(Enum):
-    """How a flight ended."""
-
-    NOT_FLOWN = "not flown"
-    """It was refused on the ground; the vehicle is disarmed."""
-    LANDED = "landed and disarmed"
-    FALLEN = "fallen: the motors stopped in the air"
-    CRASHED = "crashed: the vehicle lies on its side, or the autopilot reports a crash"
-    ON_SILL = "lies in the doorway, on the sill or between the jambs"
-    HELD_UP = "lies on something: higher than it stood before the flight"
-    DROPPED = "came down before it was told to land"
-    TAKEN_OVER = "taken over by the pilot or the autopilot"
-    """And still armed when the session ended."""
-    UNHEARD = "link lost: the autopilot's own failsafe lands the vehicle"
-    """The link is gone."""
-    STILL_ARMED = "still armed: take the vehicle over by radio"
-    """It was asked to land and does not report that it has."""
-
-
-_BY_REST = {
-    Rest.TILTED: End.CRASHED,
-    Rest.ON_SILL: End.ON_SILL,
-    Rest.HELD_UP: End.HELD_UP,
-    Rest.DROPPED: End.DROPPED,
-}
-"""What is said of a vehicle that is down and does not stand where it should."""
+"""Signals that would stop the program in flight, as Ctrl-Z and a terminal that another program uses do."""
 
 
 class GuardedFlight(Uncopied):
@@ -94,7 +61,7 @@ class GuardedFlight(Uncopied):
         model: Model of the scenario.
         links: Of the vehicle.
         recorder: Gets what links and supervisor tell.
-        say: Told of every step.
+        say: Called with every step, one line.
     """
 
     def __init__(
@@ -133,7 +100,7 @@ class GuardedFlight(Uncopied):
         self._armed_once = self._told_to_arm = False
         self.links.release()
         if self.links.servos.read().fault & ServoFault.JUMPED and not self.links.autopilot.state().armed:
-            self.links.servos.recover(_RECOVERY)  # on the ground somebody may have turned the arm
+            self.links.servos.recover(_RECOVERY)  # on the ground a person may have turned the arm
         self.supervisor.open()
 
     def rise(self) -> str:
@@ -142,20 +109,20 @@ class GuardedFlight(Uncopied):
         self.supervisor.rising = True
         if autopilot.state().armed:  # since the checklist
             return "arm: somebody has armed the vehicle"
-        if reason := self._try_gripper():
+        if reason := try_gripper(self.links, self.say):
             return f"gripper: {reason}"
         height = float(places.hover[2] - autopilot.state().position[2])
         if not LEAST_HEIGHT <= height <= MOST_HEIGHT:
             return f"take off: the hover point is {height:.2f} m up; allowed: {LEAST_HEIGHT:g} to {MOST_HEIGHT:g} m"
         steps: tuple[tuple[str, Callable[[], Outcome]], ...] = (
-            ("engage", self._engage),
+            ("engage", lambda: engage(self.links, lambda: self.supervisor.action is not None)),
             ("arm", autopilot.arm),
             ("take off", lambda: autopilot.take_off(height)),
         )
         for name, step in steps:
             if self.supervisor.action is not None:
                 return f"{name}: not begun: {self.supervisor.reason}"
-            self._note()  # not in the air, where nobody watches yet whether the disk answers
+            self._note()  # not in the air, where no watch waits for the disk yet
             self.say(name)
             self._told_to_arm |= name == "arm"
             outcome = step()
@@ -168,42 +135,6 @@ class GuardedFlight(Uncopied):
         if reason := self._measure_hover():
             return reason
         self.supervisor.hand_over()
-        return ""
-
-    def _engage(self) -> Outcome:
-        """Engage; links that were starved while the program made ready have a moment to become fresh again."""
-        begin = self.links.clock.now()
-        while True:
-            outcome = self.links.autopilot.engage(unarmed=True)
-            starved = outcome.status is OutcomeStatus.NOT_READY and self.links.clock.now() - begin < _STARVED
-            if not starved or self.supervisor.action is not None:
-                return outcome
-            self.links.clock.sleep(0.05)
-
-    def _try_gripper(self) -> str:
-        """Close it, and let its spring open it: in flight it must open whatever has failed. Returns what went wrong."""
-        if not self.links.config.gripper:
-            return ""
-        self.say("try the gripper: close it, then let its spring open it")
-        servos, rest = self.links.servos, np.zeros(self.links.config.n_arm)
-
-        def angle() -> float:
-            return float(servos.read().angles[-1])
-
-        deadline = self.links.clock.now() + CLOSES_WITHIN
-        while angle() < CLOSED:
-            if self.links.clock.now() > deadline:
-                return f"it does not close within {CLOSES_WITHIN:g} s; it has reached {angle():.2f} of {CLOSED:g} rad"
-            self.links.move_arm(rest, closed=True)
-            self.links.clock.sleep(0.01)
-        deadline = self.links.clock.now() + OPENS_WITHIN
-        while angle() > HALF_OPEN:
-            if self.links.clock.now() > deadline:
-                self.links.let_go()
-                return f"its spring opens it only to {angle():.2f} rad, not to {HALF_OPEN:g} rad; fit a stronger spring"
-            servos.command(rest, 0.0)
-            self.links.clock.sleep(0.01)
-        self.links.let_go()
         return ""
 
     def _measure_hover(self) -> str:
@@ -241,7 +172,7 @@ class GuardedFlight(Uncopied):
         return f"{row.found}: {row.advice}" if row.verdict is Verdict.BAD else ""
 
     def descend(self) -> End:
-        """Whatever happened: the vehicle ends on the ground, or with somebody else; nobody watches it any more then.
+        """Whatever happened: the vehicle ends on the ground, or with the pilot; nothing watches it any more then.
 
         An interrupt on the way, as by Ctrl-C, lands it where it is, and is raised again then.
 
@@ -269,7 +200,7 @@ class GuardedFlight(Uncopied):
                 return self._await_motors()
 
     def _note(self) -> None:
-        """Write what was told so far; a mistake in that ends no landing."""
+        """Write the events so far; a mistake in that ends no landing."""
         try:
             self.journal.take(self.backend.epoch)
         except RecordingError as error:
@@ -278,7 +209,7 @@ class GuardedFlight(Uncopied):
             self.say(f"not recorded: {type(error).__name__}: {error}")
 
     def _come_down(self) -> End:
-        """Whatever happened: the vehicle ends on the ground, or with somebody else."""
+        """Whatever happened: the vehicle ends on the ground, or with the pilot."""
         autopilot = self.links.autopilot
         if self.supervisor.rising and self.way_back.may_go_on() and autopilot.state().landed is LandedState.ON_GROUND:
             self.say("the vehicle has not taken off: disarm")
@@ -295,7 +226,7 @@ class GuardedFlight(Uncopied):
                 self.say("land")
                 if autopilot.state().status is SampleStatus.FRESH:
                     autopilot.land()
-                else:  # nobody would say when it has
+                else:  # nothing would report when it has
                     autopilot.request_landing()
         return self._await_motors()
 
@@ -323,14 +254,14 @@ class GuardedFlight(Uncopied):
     def _borne_out(self, end: End) -> End:
         """The word for the end that cameras, tilt and the autopilot's texts bear out."""
         if end is End.UNHEARD:  # it may still fly
-            return _BY_REST.get(self._rest.judged, end) if self._rest.still else end
+            return BY_REST.get(self._rest.judged, end) if self._rest.still else end
         if end is not End.LANDED:
             return end
         if self._fall.fell:
             return End.FALLEN
         if tells_of_crash(self.journal.lines):
             return End.CRASHED
-        return _BY_REST.get(self._rest.judged, end)
+        return BY_REST.get(self._rest.judged, end)
 
     @property
     def seen(self) -> str:
@@ -338,7 +269,7 @@ class GuardedFlight(Uncopied):
         return "; ".join(filter(None, (self._carried.words, self._rest.words)))
 
     def _stands(self) -> bool:
-        """Whether the vehicle has landed because we told it to."""
+        """Whether the vehicle has landed on our command."""
         autopilot = self.links.autopilot
         landing = autopilot.status().authority is Authority.LANDING
         return landing and autopilot.state().landed is LandedState.ON_GROUND

@@ -1,4 +1,4 @@
-"""Journal: what the links and the supervisor told during a flight, in the recording, in words."""
+"""Journal: events of the links and findings of the supervisor during a flight, in the recording, in words."""
 
 from __future__ import annotations
 

@@ -9,7 +9,8 @@ from dataclasses import dataclass
 
 from doorman.copying import Uncopied
 from doorman.exceptions import DoormanError
-from doorman.flight.guarded import SAME_INTERRUPT, End, GuardedFlight
+from doorman.flight.ends import End
+from doorman.flight.guarded import SAME_INTERRUPT, GuardedFlight
 from doorman.hardware.safety import Fault, Finding
 from doorman.hardware.vehicle import VehicleLinks
 from doorman.mission import Mission, OnProgress, Phase
@@ -44,7 +45,7 @@ class FlightSession(Uncopied):
         links: Of the vehicle, open.
         planner: Of the same scenario, rehearsed.
         recorder: Gets everything; written by the thread that calls `fly`.
-        say: Told of every step.
+        say: Called with every step, one line.
     """
 
     def __init__(
@@ -61,7 +62,7 @@ class FlightSession(Uncopied):
         self._recorder = recorder
         self._mission = Mission(model, planner, recorder)
         self._interrupted_at: float | None = None
-        self._asked_to_end_at: float | None = None
+        self._ending_since: float | None = None
         self._flying_mission = False
 
     def fly(self, duration: float | None = None, on_progress: OnProgress | None = None) -> FlightReport:
@@ -85,7 +86,7 @@ class FlightSession(Uncopied):
                 completed = self.supervisor.action is None and not message
         except DoormanError as error:
             message = str(error)
-        except Exception as error:  # whatever it is, the vehicle comes down, and the flight is told
+        except Exception as error:  # whatever it is, the vehicle comes down, and the report says why
             message = f"{type(error).__name__}: {error}"
             self.flight.say(traceback.format_exc())
         finally:
@@ -103,13 +104,13 @@ class FlightSession(Uncopied):
         self.supervisor.wish(Fault.OPERATOR_ABORT if first else Fault.OPERATOR_LAND)
 
     def terminate(self) -> None:
-        """The process is asked to end: fly out of the doorway and land; asked again a second later, land where the vehicle is.
+        """The process is to end: fly out of the doorway and land; at a second signal a second later, land where the vehicle is.
 
         A signal that reaches the process twice at once, by its group and by its parent, is one.
         """
         now = time.monotonic()
-        self._asked_to_end_at = now if self._asked_to_end_at is None else self._asked_to_end_at
-        again = now - self._asked_to_end_at > _SAME_SIGNAL
+        self._ending_since = now if self._ending_since is None else self._ending_since
+        again = now - self._ending_since > _SAME_SIGNAL
         self.supervisor.wish(Fault.OPERATOR_LAND if again else Fault.TERMINATED)
 
     @property

@@ -16,7 +16,7 @@ _NEAR = 0.06
 _CALM = 0.1
 """Speed that counts as arrived [m/s]."""
 _UNKNOWN = 0.5
-"""After the setpoint's arrival, the vehicle counts as arrived, too, if nobody has said for so long where it is [s]."""
+"""After the setpoint's arrival, the vehicle counts as arrived, too, if its position was unknown for so long [s]."""
 _PERIOD = 0.02
 
 

@@ -34,7 +34,7 @@ _RECOVERY = 3.0
 _ON_THE_WAY = 3.0
 """For places on the way back, which need not be reached exactly [s];"""
 _LOST_ON_THE_WAY = 0.5
-"""the same where nobody says whether they are, and where waiting adds to the error of dead reckoning [s]."""
+"""the same where the position is unknown, and where waiting adds to the error of dead reckoning [s]."""
 LOST_SPEED = 0.6
 """On the way back by dead reckoning, whose error grows with the time, and which PX4 gives up 5 s after the last pose [m/s]."""
 _BLIND = {Fault.POSE, Fault.POSE_JUMPED, Fault.DIVERGENCE, Fault.INCONSISTENT}
@@ -65,14 +65,14 @@ class WayBack:
         self._last: Whereabouts | None = None
 
     def may_go_on(self) -> bool:
-        """Whether the vehicle is ours, armed, and nobody has told it to land; who asks that flies it, and is alive."""
+        """Whether the vehicle is ours, armed, and not commanded to land. The caller flies it, and is alive."""
         autopilot = self._links.autopilot
         ours = autopilot.status().authority is Authority.ENGAGED and autopilot.state().armed
         if ours:
             self._supervisor.acknowledge()
         if not ours or self._supervisor.action in (Action.LAND, Action.RELEASE):
             return False
-        autopilot.resume()  # the supervisor may have latched a hold, while nobody flew
+        autopilot.resume()  # the supervisor may have latched a hold while no program flew
         return True
 
     @property
@@ -172,7 +172,7 @@ class WayBack:
         begin: Array | None = None,
         go_on: Callable[[], bool] = lambda: True,
     ) -> bool:
-        """Fly to a place, also while nobody says where the vehicle is; returns whether it arrived, as far as that is known."""
+        """Fly to a place, also while the position is unknown; returns whether it arrived, as far as that is known."""
 
         def still() -> bool:
             self._note()

@@ -53,14 +53,7 @@ class VehicleMotion(OneLine):
 
 
 class Coupling:
-    """Tie between the tip of a vehicle's arm and a point of a door's leaf.
-
-    Args:
-        vehicle: The vehicle.
-        door: The door.
-        distance_from_hinge: D_V of the contact point [m].
-        height: D_H of the contact point above the lower end of the hinge line [m].
-    """
+    """Tie between the tip of a vehicle's arm and a point of a door's leaf: D_V from the hinge, D_H above its lower end [m]."""
 
     def __init__(self, vehicle: Vehicle, door: Door, distance_from_hinge: float, height: float) -> None:
         self.vehicle = vehicle
@@ -104,10 +97,7 @@ class Coupling:
         return np.hstack([body_rate_matrix(attitude), np.zeros((3, 1))])
 
     def vehicle_motion(self, state: ArrayLike, body_rates: ArrayLike, arm_rates: ArrayLike) -> VehicleMotion:
-        r"""Motion of the vehicle that belongs to a state of the planner.
-
-        :math:`\dot P = \dot\alpha J - R(\Omega\times d) - R\dot d`.
-        """
+        r"""Motion of the vehicle that belongs to a state: :math:`\dot P = \dot\alpha J - R(\Omega\times d) - R\dot d`."""
         n = self.vehicle.n_arm
         x = vector(state, 5 + n, "state")
         return self.motion_of(x, vector(body_rates, 3, "body_rates"), vector(arm_rates, n, "arm_rates"))

@@ -13,11 +13,7 @@ Array = NDArray[np.float64]
 
 
 class Numbers:
-    """Numbers by name, in a fixed order; read-only.
-
-    Args:
-        entries: Numbers or vectors by name.
-    """
+    """Numbers and vectors by name, in a fixed order; read-only."""
 
     def __init__(self, entries: Mapping[str, ArrayLike]) -> None:
         parts = {name: np.atleast_1d(np.asarray(value, dtype=np.float64)).ravel() for name, value in entries.items()}

@@ -13,7 +13,7 @@ from doorman.exceptions import SingularityError
 Array = NDArray[np.float64]
 
 SMALLEST_COSINE = 1e-6
-"""Of the pitch, below which Euler angles count as singular."""
+"""Cosine of the pitch below which Euler angles count as singular."""
 
 
 def rotation_body_to_world(attitude: ArrayLike) -> Array:

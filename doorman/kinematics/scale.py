@@ -14,7 +14,7 @@ from doorman.kinematics.doors.door import Door
 _SHIPPED_RADIUS, _SHIPPED_MASS = 0.40, 3.0
 """R_A and m_A of the vehicle for which the numbers are tuned [m], [kg]."""
 _SHIPPED_WIDTH = 1.2
-"""Of the shipped leaf [m]."""
+"""Width of the shipped leaf [m]."""
 _SHIPPED_LEAF = 11.0 * _SHIPPED_WIDTH
 """Mass of the shipped leaf times its width [kg m]."""
 
@@ -67,7 +67,7 @@ class Scale:
         return self.force / self.speed
 
     def hinge(self, door: Door) -> float:
-        """Of a hinge's expected resistance: a room door's, unless leaf and vehicle are both smaller or larger.
+        """Scale of a hinge's expected resistance: a room door's, unless leaf and vehicle are both smaller or larger.
 
         A lever resists at its end with the force of a door at its edge, whatever it weighs.
         """

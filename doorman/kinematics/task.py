@@ -48,12 +48,7 @@ NAMES: Mapping[str, str] = MappingProxyType({
 class Task:
     """Named CasADi expressions of vehicle and door, SI units, world frame unless the name says another.
 
-    Subclasses say what the state and the inputs are, and from them how they change.
-
-    Args:
-        pattern: Of the arm's constants.
-        point_names: Of the arm's points, the tip last.
-        numbers: Their names and sizes become symbols; see `doorman.kinematics.task_numbers`.
+    Subclasses say what the state and the inputs are, and from them how they change. Points are the arm's, the tip last.
     """
 
     state: Any
@@ -95,7 +90,7 @@ class Task:
 
     def __init__(self, pattern: ArmPattern, point_names: tuple[str, ...], numbers: Numbers) -> None:
         self.time = ca.SX.sym("time")
-        """Of the node, since the plan's first one plus the planner's time [s]."""
+        """Time of the node since the plan's first one, plus the planner's time [s]."""
         self.attitude = _symbols("roll", "pitch", "yaw")
         """Φ, (3, 1) [rad]."""
         self.door_angle = ca.SX.sym("door_angle")

@@ -8,6 +8,10 @@ from dataclasses import dataclass, replace
 from types import MappingProxyType, SimpleNamespace
 from typing import Any
 
+import doorman.collision
+import doorman.dynamics
+import doorman.kinematics
+import doorman.planning
 from doorman.exceptions import SolverError
 from doorman.kinematics.numbers import Numbers
 from doorman.kinematics.vehicles.arms.arm_pattern import ArmPattern
@@ -45,6 +49,8 @@ class Extras:
         return tuple(i for i, name in enumerate(names) if re.fullmatch(rf"({ours})( \d+)?( \[.*\])?", name))
 
 
+_MAKERS = doorman.kinematics, doorman.dynamics, doorman.collision, doorman.planning
+"""Packages whose code makes the text of a problem."""
 NO_EXTRAS = Extras()
 NOTHING: Mapping[str, Any] = MappingProxyType({})
 """No numbers that are given."""
@@ -69,7 +75,7 @@ def task_text(
 
     if extras.constraints or extras.costs:
         return text()
-    return kept_text(f"{name} {pattern} {points} {numbers.sizes}", text)
+    return kept_text(f"{name} {pattern} {points} {numbers.sizes}", text, _MAKERS)
 
 
 def _resolved(term: Any, task: Any) -> Any:

@@ -27,9 +27,9 @@ _SAME = 0.02
 _NEAR_NORMAL = 0.6
 """Half of the samples look along the leaf's normal within this, the others anywhere [rad]."""
 _SMALLEST_GAIN = 1e-4
-"""Of width that a step of the search must promise [m]."""
+"""Least gain of width that a step of the search must promise [m]."""
 _DECIMALS = 4
-"""Of a posture that is found [rad]: what is printed is what is flown."""
+"""Decimals of a posture that is found [rad]: what is printed is what is flown."""
 
 
 class Found(NamedTuple):
@@ -109,7 +109,7 @@ def joint_bounds(vehicle: Vehicle) -> tuple[Array, Array]:
 
 
 def _bounds(room: Room, state: Array, free: NDArray[np.int64]) -> tuple[Array, Array]:
-    """Of the free entries."""
+    """Lower and upper bounds of the free entries."""
     lower, upper = np.full(len(state), -np.inf), np.full(len(state), np.inf)
     lower[5:], upper[5:] = joint_bounds(room.vehicle)
     return lower[free], upper[free]

@@ -62,7 +62,7 @@ class Recorder(Uncopied):
         path: MCAP file to write; its directory is made, an older file is replaced. None: keep in memory only.
         header: What was run: scenario, versions, seed. Values that JSON can hold, arrays and paths.
         listener: Called with every message, on the thread that writes it.
-        keep: Whether `recording` will be asked for: messages that no file takes stay in memory then, all of them without a path.
+        keep: Whether `recording` will be read: messages that no file takes stay in memory then, all of them without a path.
         attachments: Files that the recording carries, by name.
 
     Raises:
@@ -233,7 +233,7 @@ class Recorder(Uncopied):
         self._stream.flush()
         self._written = self._stream.tell()
         self._clear_batch()
-        self._syncer.ask()
+        self._syncer.request()
 
     def _write_batch(self) -> None:
         if self._writer is None:

@@ -156,15 +156,15 @@ class Recording(Mapping[str, Topic]):
 
     @property
     def summary(self) -> dict[str, Any]:
-        """Figures of a simulated run, as in `summary.json`, or of a real one by its sensor of the door; computed when asked for.
+        """Figures of a simulated run, as in `summary.json`, or of a real one by its sensor of the door; computed on first use.
 
         Raises:
             RecordingError: if a topic is missing that a run is judged by: nothing was simulated, or not even one tick.
             DoormanError: if the recorded scenario cannot be made a model any more.
         """
         if self._summary is None:
-            told = "truth" if _MEASURED not in self or "truth" in self else _MEASURED
-            missing = [topic for topic in (told, *_JUDGED[1:]) if topic not in self]
+            judged_by = "truth" if _MEASURED not in self or "truth" in self else _MEASURED
+            missing = [topic for topic in (judged_by, *_JUDGED[1:]) if topic not in self]
             if missing:
                 raise RecordingError(
                     f"the recording has no summary, as it lacks the topic '{missing[0]}'", field="topic",

@@ -7,7 +7,7 @@ from pathlib import Path
 from doorman.exceptions import RecordingError
 
 RUNS = Path("runs")
-"""Folder, below the current one, in which commands put what they are not told to put elsewhere."""
+"""Folder, below the current one, in which commands put their files by default."""
 
 _FILE = "recording.mcap"
 _SUFFIX = ".mcap"

@@ -24,6 +24,7 @@ from doorman.hardware.mocap import MocapConfig
 from doorman.hardware.pixhawk.dialect import ARDUPILOT
 from doorman.hardware.pixhawk.wire.codec import load_key
 from doorman.hardware.vehicle import VehicleConfig
+from doorman.kinematics.vehicles.rotor_layout import rotor_layout
 from doorman.model import Model
 from doorman.recording import Recorder
 from doorman.rig.adapters import RigArm, RigVehicle, body_seen, frame_seen, leaf_seen
@@ -38,7 +39,6 @@ from doorman.rig.plant import RigPlant
 from doorman.rig.sitl.ardupilot import SERVO_PORT, ArduPilotSitl
 from doorman.rig.sitl.px4 import Px4Sitl, simulator_port
 from doorman.rig.sitl.rotor_pilot import RotorPilot
-from doorman.simulation.plant.onboard.rotors import rotor_layout
 
 AutopilotKind = Literal["px4", "ardupilot", "px4-sitl", "ardupilot-sitl"]
 """An emulated autopilot that follows the rules of PX4 or of ArduPilot, or the own code of one of them."""

@@ -1,6 +1,6 @@
 """Simulation: a MuJoCo plant built from the same URDFs, behind the same interface as the hardware.
 
-A name brings in its module when it is first asked for: a planner's cached kernels may name a type of this package.
+A name brings in its module on its first use: a planner's cached kernels may name a type of this package.
 """
 
 from __future__ import annotations

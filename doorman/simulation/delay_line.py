@@ -13,7 +13,7 @@ Sent = TypeVar("Sent")
 
 _OWN = 67
 """Keeps its draws apart from those of sensors and gusts of the same seed."""
-_ROUNDED = 1e-9
+ROUNDED = 1e-9
 """Rounding error of a sum of periods [s]."""
 
 
@@ -46,7 +46,7 @@ class DelayLine(Generic[Sent]):
 
     def send(self, now: float, command: Sent) -> None:
         """Send a command, unless the last one was sent too short a time ago."""
-        if now < self._next - _ROUNDED:
+        if now < self._next - ROUNDED:
             return
         self._next = max(self._next + self._interval, now)
         self._on_the_way.append((now + self._delay + self._jitter * float(self._draw.random()), command))
@@ -54,6 +54,6 @@ class DelayLine(Generic[Sent]):
     def arrived(self, now: float) -> Sent | None:
         """The newest command that has arrived and was not handed out before."""
         newest: Sent | None = None
-        while self._on_the_way and self.due <= now + _ROUNDED:
+        while self._on_the_way and self.due <= now + ROUNDED:
             newest = self._on_the_way.popleft()[1]
         return newest

@@ -15,8 +15,9 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 
 from doorman.arrays import Array, sealed
-from doorman.hardware.interface import Measurement
 from doorman.scenario import NoiseSection, SensorsSection
+from doorman.signals import Measurement
+from doorman.simulation.delay_line import ROUNDED
 from doorman.simulation.gaps import Dropouts
 from doorman.simulation.reality.seen_frame import SeenFrame, seen_frame
 from doorman.simulation.reality.swaps import Swaps
@@ -28,8 +29,6 @@ _JITTER = 4
 """The stream that makes the jitter."""
 _TIP_FORCE = 6
 """The stream that makes the noise of the tip's force sensor."""
-_TOLERANCE = 1e-9
-"""Rounding error of a sum of periods [s]."""
 
 
 class _Pose(NamedTuple):
@@ -120,9 +119,9 @@ class Sensors:
         """Whether it is time for a sample of the pose, and it is not lost."""
         rate = self._delivery.rate
         if rate is not None:
-            if time < self._next_sample - _TOLERANCE:
+            if time < self._next_sample - ROUNDED:
                 return False
-            while self._next_sample <= time + _TOLERANCE:
+            while self._next_sample <= time + ROUNDED:
                 self._next_sample += 1.0 / rate
         return not self._dropouts.lost(time)
 
@@ -161,6 +160,6 @@ class Sensors:
     def _delivered(self, samples: deque[_Sample], now: float) -> _Sample:
         """The newest sample that has arrived."""
         latency = self._delivery.latency
-        while len(samples) > 1 and samples[1].time + samples[1].delay + latency <= now + _TOLERANCE:
+        while len(samples) > 1 and samples[1].time + samples[1].delay + latency <= now + ROUNDED:
             samples.popleft()
         return samples[0]

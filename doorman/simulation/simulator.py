@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,18 +14,17 @@ from doorman.copying import Uncopied
 from doorman.dynamics.attitude_loop import AttitudeLoop
 from doorman.exceptions import BackendError
 from doorman.kinematics.rotations import SMALLEST_COSINE, quaternion_of
+from doorman.kinematics.vehicles.rotor_layout import rotor_layout
 from doorman.model import Model
 from doorman.numba_types.handles import held
 from doorman.simulation.delay_line import DelayLine
 from doorman.simulation.plant.contact import TOUCH, ContactReader, Gripper
-from doorman.simulation.plant.engine import addresses, check_stability, engine
+from doorman.simulation.plant.engine import check_stability, engine
 from doorman.simulation.plant.hinge_torques import HingeTorques
-from doorman.simulation.plant.onboard.attitude_loop import AttitudeGains, AttitudeParameters
-from doorman.simulation.plant.onboard.rotors import MixerParameters, RotorLayout, rotor_layout
-from doorman.simulation.plant.onboard.servos import ServoParameters
-from doorman.simulation.plant.onboard.step import OnboardParameters
-from doorman.simulation.plant.plant import Plant, build_plant, hover_wrench
-from doorman.simulation.plant.stepping import Engine, StepParameters, look, take_steps, truth_parts
+from doorman.simulation.plant.onboard.attitude_loop import AttitudeGains
+from doorman.simulation.plant.parameters import step_parameters
+from doorman.simulation.plant.plant import Plant, build_plant
+from doorman.simulation.plant.stepping import look, take_steps, truth_parts
 from doorman.simulation.reality.drag import drag
 from doorman.simulation.reality.latch import Latch
 from doorman.simulation.reality.true_thrust import true_thrust
@@ -46,7 +44,7 @@ class Disturbance:
 
 
 DisturbanceSource = Callable[[float], Disturbance]
-"""Disturbance at a time [s], asked for at every physics step."""
+"""Disturbance at a time [s], called at every physics step."""
 
 
 class Simulator(Uncopied):
@@ -90,7 +88,7 @@ class Simulator(Uncopied):
         self._hinge = HingeTorques(model, self.plant)
         self._tip_on_frame = _tip_on_frame(self.plant)
         gains = gains or simulated_gains(model)
-        self._own = self._parameters(gains)
+        self._own = step_parameters(self._mujoco, model, self.plant, self.layout, time_step, gains, self._hinge.numbers)
         self._late = DelayLine[Array](round(gains.dead_time / time_step))  # in physics steps
         self._stepping = held(self._own)
         self._command, self._tip, self._state = self._own.command, self._own.tip, self._own.truth
@@ -153,11 +151,11 @@ class Simulator(Uncopied):
         self._gripper.set(before._gripper.closed)
 
     def set_rotors(self, thrusts: Array | None, directions: Array | None = None) -> None:
-        """Let somebody else fly: set points of the rotors, from the next physics step on, instead of the onboard loop's.
+        """Let another autopilot fly: its set points of the rotors, from the next physics step on, instead of the onboard loop's.
 
         Args:
             thrusts: Shape (m,) [N]; None lets the onboard loop fly again.
-            directions: Senses in which that somebody's rotors turn, +1 counter-clockwise seen from above, shape (m,); None
+            directions: Senses in which its rotors turn, +1 counter-clockwise seen from above, shape (m,); None
                 leaves them as they are.
         """
         self._own.rotors[:] = np.nan if thrusts is None else thrusts
@@ -171,7 +169,7 @@ class Simulator(Uncopied):
         """Let the tip hold on to the leaf where it touches, or let go.
 
         Args:
-            closed: What is asked for; see `Gripper`.
+            closed: What is wanted; see `Gripper`.
         """
         self._gripper.set(closed)
 
@@ -243,23 +241,6 @@ class Simulator(Uncopied):
             outer_force=self._outer_force,
         )
 
-    def _parameters(self, gains: AttitudeGains) -> StepParameters:
-        plant = self.plant
-        return StepParameters(
-            engine=_engine_memory(self._mujoco, plant),
-            onboard=_onboard_parameters(self.model, plant, self.layout, self.time_step, gains),
-            command=np.zeros(7 + self.model.n_arm),
-            rotors=np.full(self.layout.count, np.nan),
-            hinge=self._hinge.numbers,
-            hinge_at=np.array([plant.hinge_position, plant.hinge_velocity]),
-            normal_in_leaf=plant.normal_in_leaf,
-            place_in_root=plant.root_to_base[:3, 3].copy(),
-            arm_at=np.array([plant.arm_positions, plant.arm_velocities]),
-            tip=np.zeros(6),
-            hinge_before=np.zeros(1),
-            truth=np.zeros(12 + 2 * self.model.n_arm + self.layout.count),
-        )
-
     def _pair_names(self) -> tuple[str, ...]:
         """Names of the shapes that have touched, except tip and leaf."""
         if not self._pairs:
@@ -314,42 +295,3 @@ def _tip_on_frame(plant: Plant) -> frozenset[tuple[int, int]]:
     fixed = np.flatnonzero(engine_model.body_weldid[engine_model.geom_bodyid] == 0).tolist()
     pairs = [(tip, other) for tip in plant.tip_shapes for other in fixed]
     return frozenset([*pairs, *((other, tip) for tip, other in pairs)])
-
-
-def _engine_memory(mujoco: Any, plant: Plant) -> Engine:
-    engine_model, data = plant.engine_model, plant.data
-    return Engine(
-        addresses=addresses(mujoco, engine_model, data),
-        qpos=data.qpos,
-        qvel=data.qvel,
-        control=data.ctrl,
-        applied=data.qfrc_applied,
-        constrained=data.qfrc_constraint,
-        frictions=engine_model.dof_frictionloss,
-        contacts=data.sensordata,
-        tied=data.eq_active,
-        leaf_axes=data.xmat[plant.leaf_body],
-        made=data.act if engine_model.na else data.ctrl,
-        gears=engine_model.actuator_gear,
-    )
-
-
-def _onboard_parameters(
-    model: Model, plant: Plant, layout: RotorLayout, time_step: float, gains: AttitudeGains
-) -> OnboardParameters:
-    attitude = AttitudeParameters.of(model.vehicle_inertia, layout.torque_authority, time_step, gains)
-    attitude.memory[0] = np.linalg.solve(attitude.inertia, hover_wrench(model)[1:])  # trimmed: a hover is at rest
-    return OnboardParameters(
-        attitude=attitude,
-        mixer=MixerParameters.of(layout),
-        root_to_base=plant.root_to_base_quaternion,
-        servos=_servos(model, plant, time_step),
-        quaternion=np.zeros(4),
-        rates=np.zeros(3),
-    )
-
-
-def _servos(model: Model, plant: Plant, time_step: float) -> ServoParameters:
-    servos = ServoParameters.of(model.vehicle, plant.arm_positions, plant.arm_velocities, time_step)
-    servos.limits[3] *= model.scenario.simulation.servo_torque_scale
-    return servos

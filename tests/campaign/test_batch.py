@@ -11,7 +11,7 @@ import pytest
 
 import doorman
 from doorman import Model, Recording, Scenario, simulate, simulate_batch
-from doorman.campaign import batch
+from doorman.campaign.flights import flight_process
 from doorman.exceptions import DoormanError, InfeasibleError
 
 CLOCK = ("planner_ms", "planner_rate_hz", "deadline_misses", "realtime_factor")
@@ -67,14 +67,14 @@ def test_no_seeds_are_no_flights(noisy: Scenario) -> None:
 def test_what_cannot_be_flown_is_said_before_any_process(
     noisy: Scenario, given: dict[str, Any], field: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(batch, "FlightProcess", None)
+    monkeypatch.setattr(flight_process, "FlightProcess", None)
     with pytest.raises(DoormanError) as error:
         simulate_batch(noisy, **{"seeds": [1], **given})
     assert error.value.field == field
 
 
 def test_a_scenario_that_the_check_refuses_is_not_flown(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(batch, "FlightProcess", None)
+    monkeypatch.setattr(flight_process, "FlightProcess", None)
     with pytest.raises(InfeasibleError):
         simulate_batch(Scenario.load("paper", {"planner.margin": 0.2}), [1])
 
@@ -106,7 +106,7 @@ def test_a_process_that_dies_costs_its_own_flight_after_three_attempts(
     model: Model, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     _Dying.made.clear()
-    monkeypatch.setattr(batch, "FlightProcess", _Dying)
+    monkeypatch.setattr(flight_process, "FlightProcess", _Dying)
     flights = simulate_batch(model, [5, 13, 6], workers=1, force=True)
     assert [flight.summary for flight in flights] == [{"seed": 5}, None, {"seed": 6}]
     assert [flight.error for flight in flights] == ["", "the process died", ""]
@@ -117,7 +117,7 @@ def test_a_process_that_dies_costs_its_own_flight_after_three_attempts(
 
 def test_what_the_caller_raises_ends_the_batch(model: Model, monkeypatch: pytest.MonkeyPatch) -> None:
     _Dying.made.clear()
-    monkeypatch.setattr(batch, "FlightProcess", _Dying)
+    monkeypatch.setattr(flight_process, "FlightProcess", _Dying)
 
     def stop(flight: doorman.campaign.BatchFlight) -> None:
         raise KeyboardInterrupt

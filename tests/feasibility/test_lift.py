@@ -8,9 +8,10 @@ import pytest
 from doorman.feasibility import Severity
 from doorman.feasibility.lift import lift_findings, lift_left
 from doorman.gravity import GRAVITY
+from doorman.kinematics.vehicles.rotor_layout import rotor_layout
 from doorman.model import Model
 from doorman.scenario import Scenario
-from doorman.simulation.plant.onboard.rotors import MixerParameters, mix, rotor_layout
+from doorman.simulation.plant.onboard.rotors import MixerParameters, mix
 
 
 @pytest.mark.parametrize("torque", [(0.0, 0.0), (0.0, 3.0), (-1.2, 2.1), (2.4, -0.7)])

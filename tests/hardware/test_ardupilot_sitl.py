@@ -13,12 +13,12 @@ from doorman.cli.vehicles.rig_demo import free_port
 from doorman.exceptions import BackendError
 from doorman.gravity import GRAVITY
 from doorman.kinematics.urdf.robot import frozen
+from doorman.kinematics.vehicles.rotor_layout import RotorLayout, rotor_layout
 from doorman.model import Model
 from doorman.rig import Rig, RigSetup
 from doorman.rig.plant import RigPlant
 from doorman.rig.sitl.ardupilot import EXPO, FRAMES, FULL, ArduPilotSitl, Wiring
 from doorman.scenario import Scenario
-from doorman.simulation.plant.onboard.rotors import RotorLayout, rotor_layout
 
 MAGIC = 18458
 

@@ -16,12 +16,12 @@ from doorman.gravity import GRAVITY
 from doorman.hardware.pixhawk.dialect import PX4
 from doorman.hardware.pixhawk.thrust.tilted_rotors import TiltedRotors
 from doorman.kinematics.urdf.robot import frozen
+from doorman.kinematics.vehicles.rotor_layout import RotorLayout, rotor_layout
 from doorman.model import Model
 from doorman.rig import Rig, RigSetup
 from doorman.rig.plant import RigPlant
 from doorman.rig.sitl.px4 import SIMULATOR_PORT, STATE_RATE, Px4Sitl
 from doorman.scenario import Scenario
-from doorman.simulation.plant.onboard.rotors import RotorLayout, rotor_layout
 
 ARMED = mavlink.MAV_MODE_FLAG_SAFETY_ARMED
 

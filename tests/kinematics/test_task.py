@@ -2,40 +2,18 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import casadi as ca
 import numpy as np
 import pytest
-from urdf_variants import VEHICLE, robot_data_vehicle, write_arm_of
 
 from doorman.dynamics.lagrangian import LagrangianTask
 from doorman.dynamics.quasi_static import QuasiStaticTask
 from doorman.exceptions import DimensionError
 from doorman.kinematics.coupling import Coupling
-from doorman.kinematics.doors.door import Door
 from doorman.kinematics.numbers import Numbers
 from doorman.kinematics.rotations import euler_rate_matrix, rotation_body_to_world
 from doorman.kinematics.task_numbers import task_numbers
 from doorman.kinematics.vehicles.arms.arm_pattern import ArmPattern
-from doorman.kinematics.vehicles.vehicle import Vehicle
-from doorman.scenario import Scenario
-
-KINDS = ["paper", "borinot_flying_arm_2", "hextilt_flying_arm_5", 1, 3, 7]
-
-
-@pytest.fixture(scope="module", params=KINDS)
-def coupling(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Coupling:
-    """Arms with odd axes, too, and a contact point of their own."""
-    kind = request.param
-    if kind == "paper":
-        vehicle = Vehicle(VEHICLE)
-    elif isinstance(kind, int):
-        path: Path = tmp_path_factory.mktemp("arm") / "odd.urdf"
-        vehicle = Vehicle(write_arm_of(path, kind, odd_axes_seed=kind))
-    else:
-        vehicle = Vehicle(*robot_data_vehicle(kind))
-    return Coupling(vehicle, Door(Scenario.load("paper").door_urdf), 0.65, 0.9)
 
 
 def task_of(coupling: Coupling) -> tuple[QuasiStaticTask, Numbers]:

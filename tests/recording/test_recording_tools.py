@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 import pandas
 import pytest
+from made_meshes import TETRAHEDRON, stl
 from pyarrow import parquet
 from typer.testing import CliRunner, Result
 
@@ -266,22 +267,12 @@ def test_a_damaged_recording_is_shown_as_far_as_it_goes(flight, recording, tmp_p
 # ---------------------------------------------------------------- recordings that travel
 
 
-def write_mesh(path: Path) -> None:
-    """A tetrahedron."""
-    corners = ("0 0 0", "0.1 0 0", "0 0.1 0", "0 0 0.1")
-    facets = "".join(
-        f"facet normal 0 0 0\nouter loop\n{''.join(f'vertex {corners[i]}{chr(10)}' for i in face)}endloop\nendfacet\n"
-        for face in ((0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3))
-    )
-    path.write_text(f"solid t\n{facets}endsolid t\n")
-
-
 def test_a_recording_is_viewed_where_its_urdfs_and_meshes_are_not(recording, tmp_path):
     """The files of the flight are gone; header and attachments are all that is left."""
     home = tmp_path / "home"
     (home / "shapes").mkdir(parents=True)
-    write_mesh(home / "shapes" / "leaf.stl")
-    write_mesh(home / "shapes" / "a b&c.stl")
+    for name in ("leaf.stl", "a b&c.stl"):
+        (home / "shapes" / name).write_bytes(stl(TETRAHEDRON))
     door = (urdf_directory() / "hinged_door.urdf").read_text(encoding="utf-8")
     mesh = '<visual><geometry><mesh filename="{}"/></geometry></visual>'
     meshes = "".join(

@@ -22,7 +22,7 @@ _LOOK = 5.0
 _WORKERLESS = 300.0
 """A cluster without a worker for so long flies nothing any more [s]."""
 _NEVER_LOST = {"distributed.scheduler.worker-ttl": None}
-"""Workers in this process are not given up for silence: after a suspended night nobody would start others."""
+"""Workers in this process are not given up for silence: after a suspended night none would be started."""
 _STATUS_PAGE = "127.0.0.1:0"
 """Address of the status page: without one, Dask listens on a port of every interface."""
 

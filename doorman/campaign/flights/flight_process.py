@@ -20,6 +20,8 @@ _ONE_THREAD = (
     "NUMEXPR_NUM_THREADS",
 )  # fmt: skip
 """Every flight process has one thread: as many as cores share the machine without getting into each other's way."""
+ATTEMPTS = 3
+"""How often a flight is tried whose worker, process or disk fails: that says nothing about the flight."""
 _PREPARATION_TIME = 3600.0
 """Longest time for compiling everything, and for waiting while another flight process does [s]."""
 _NOTHING = object()
@@ -106,6 +108,29 @@ class FlightProcess:
             return ""
         self._printed.seek(0)
         return " | ".join(self._printed.read().splitlines()[-_LAST_LINES:])
+
+
+class FlightProcesses:
+    """One flight process for every thread that flies."""
+
+    def __init__(self) -> None:
+        self._all: dict[int, FlightProcess] = {}
+        self._lock = threading.Lock()
+        self.over = False  # whether no flight is begun any more
+
+    def mine(self) -> FlightProcess:
+        """Process of the calling thread."""
+        with self._lock:
+            thread = threading.get_ident()
+            if thread not in self._all:
+                self._all[thread] = FlightProcess()
+            return self._all[thread]
+
+    def close(self) -> None:
+        with self._lock:
+            self.over = True
+            for process in self._all.values():
+                process.close()
 
 
 def failed(error: str) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""Flight program: a process of its own that flies one order after the other, and dies with whoever started it.
+"""Flight program: a process of its own that flies one order after the other, and dies with the process that started it.
 
 Orders and answers are lines of JSON on stdin and stdout. The first order only prepares; its answer comes when every kernel is
 compiled or loaded. Of all flight processes of a machine one at a time prepares: what one compiles, the others load.
@@ -14,8 +14,6 @@ import sys
 import threading
 import time
 import traceback
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -62,7 +60,7 @@ def answer(order: dict[str, Any]) -> dict[str, Any]:
             _contents.update(order["contents"])
         scenario = unpacked(order, _contents, Path.cwd())
         if order.get("prepare"):
-            with _alone_on_this_machine():
+            with locked(cache_directory() / "preparing.lock", wait=True):  # alone on this machine
                 prepare(scenario)
         else:
             result["summary"] = _fly(scenario, order)
@@ -103,16 +101,10 @@ def _model(scenario: Scenario) -> Model:
     return _last[0][1]
 
 
-@contextmanager
-def _alone_on_this_machine() -> Iterator[None]:
-    with locked(cache_directory() / "preparing.lock", wait=True):
-        yield
-
-
 def _listen(orders: queue.SimpleQueue[dict[str, Any]]) -> None:
     for line in sys.stdin:
         orders.put(json.loads(line))
-    os._exit(0)  # nobody waits for an answer any more
+    os._exit(0)  # the campaign, which waits for answers, has ended
 
 
 if __name__ == "__main__":

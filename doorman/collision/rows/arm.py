@@ -11,7 +11,7 @@ from typing import Any
 from doorman.collision.rows.kind import Kind
 
 _NEVER = -1.0
-"""Of a point that is fixed to the body, which is not in its way [m]."""
+"""Clearance row of a point that is fixed to the body, which is not in its way [m]."""
 
 
 class Arm(Kind):

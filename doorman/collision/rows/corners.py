@@ -14,8 +14,8 @@ from doorman.collision.rows.kind import Kind
 
 _LEAST_DISTANCE = 1e-24
 """Under the root, so that it has a slope where it is 0 [m²]."""
-_ROUNDING = 0.005
-"""Of max(0, ·) at a corner [m]."""
+ROUNDING = 0.005
+"""Of max(0, ·) and the like at a corner [m]."""
 
 
 class Corners(Kind):
@@ -29,7 +29,7 @@ class Corners(Kind):
         """See `Kind`."""
         across, into, door = task.across_doorway, task.into_doorway, task.door
         half, middle = 0.5 * (door.frame_depth + door.frame_back), 0.5 * (door.frame_back - door.frame_depth)
-        before = _positive(((into - middle) ** 2 + _ROUNDING**2) ** 0.5 - _ROUNDING - half)
+        before = _positive(((into - middle) ** 2 + ROUNDING**2) ** 0.5 - ROUNDING - half)
         return [
             task.vehicle.radius + margin - (before**2 + _positive(beside) ** 2 + _LEAST_DISTANCE) ** 0.5
             for beside in (door.width - across, across)
@@ -38,4 +38,4 @@ class Corners(Kind):
 
 def _positive(value: Any) -> Any:
     """max(0, ·), rounded from below."""
-    return 0.5 * (value + (value**2 + _ROUNDING**2) ** 0.5 - _ROUNDING)
+    return 0.5 * (value + (value**2 + ROUNDING**2) ** 0.5 - ROUNDING)

@@ -14,11 +14,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+from doorman.collision.rows.corners import ROUNDING
 from doorman.collision.rows.kind import Kind, disc_across, dot
 from doorman.collision.rows.lintel import LINTEL, Lintel, turned_points
-
-_ROUNDING = 0.005
-"""Of the smaller one, and of the magnitude [m]."""
 
 
 class LintelEdge(Kind):
@@ -43,9 +41,9 @@ class LintelEdge(Kind):
 
 def _smaller(a: Any, b: Any) -> Any:
     """min(a, b), rounded from above."""
-    return 0.5 * (a + b - ((a - b) ** 2 + _ROUNDING**2) ** 0.5 + _ROUNDING)
+    return 0.5 * (a + b - ((a - b) ** 2 + ROUNDING**2) ** 0.5 + ROUNDING)
 
 
 def _size(value: Any) -> Any:
     """|·|, rounded from below."""
-    return (value**2 + _ROUNDING**2) ** 0.5 - _ROUNDING
+    return (value**2 + ROUNDING**2) ** 0.5 - ROUNDING

@@ -27,10 +27,10 @@ from typing import Any
 
 import casadi as ca
 
+from doorman.dynamics.tip_on_face import TipOnFace
 from doorman.estimation.leaf.numbers import STATES
 from doorman.kinematics.numbers import Numbers
 from doorman.kinematics.vehicles.arms.arm_pattern import ArmPattern
-from doorman.planning.whole_body.tip_on_face import TipOnFace
 
 
 class LeafMotion(TipOnFace):

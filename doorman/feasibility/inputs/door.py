@@ -26,7 +26,7 @@ def door_findings(model: Model) -> list[Finding]:
 
 
 def _as_read(model: Model) -> Finding:
-    """How the URDF was understood, in words: somebody who sees it wrong has `door.closed` to say otherwise."""
+    """How the URDF was understood, in words; `door.closed` corrects it."""
     door = model.door
     grows = "grows" if door.joint_value(door.angle_of_opening(0.1)) > door.closed else "falls"
     closed = f"{door.closed:.3f} m" if door.slides else f"{math.degrees(door.closed):.1f}°"

@@ -27,7 +27,7 @@ _MUCH = 0.5
 _NEAR = 0.3
 """Before and behind the face of the closed leaf, where the doorway is [m]."""
 _THIN = 0.01
-"""Depth of a hull that is in nobody's way [m]."""
+"""Depth of a hull that is in no vehicle's way [m]."""
 _HALVINGS = 12
 """Halvings in the search for an edge: to 1 mm of 4 m."""
 _ALIGNED = 1e-3

@@ -53,7 +53,7 @@ def setup_findings(model: Model) -> list[Finding]:
 
 
 def _latch(model: Model) -> Finding:
-    """A latch that somebody must turn first."""
+    """A latch that a person must turn first."""
     latched, latch = model.scenario.door.latched, model.scenario.door.latch
     advice = "unlock the door and remove door.latched from the scenario, or write door.latch and what is done first"
     if latch is not None and latch.joint != model.scenario.door.hinge and not latched:

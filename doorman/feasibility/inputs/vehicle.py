@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from doorman.feasibility.report import Finding, Severity, graded
+from doorman.kinematics.vehicles.rotor_layout import RING_RADIUS, RING_SIZE
 from doorman.model import Model
-from doorman.simulation.plant.onboard.rotors import RING_RADIUS, RING_SIZE
 
 _ROUNDING = 1e-3
 """Rounding of lengths in URDFs [m]."""

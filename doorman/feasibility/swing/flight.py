@@ -14,6 +14,7 @@ from doorman.feasibility.lift import weight_on_joints
 from doorman.feasibility.report import Finding, Severity, graded
 from doorman.feasibility.swing.geometry import inertia_in_words, shortest_swing
 from doorman.feasibility.swing.rehearsal import Rehearsal, friction_is_known, least_resistance
+from doorman.feasibility.swing.room import ACTIVE
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import Model
 from doorman.planning.own_motion import rotor_force
@@ -31,7 +32,6 @@ _EVERY, _EVERY_TENTH = 0.05, 10
 _HEIGHT = {"grip": 0.05, "push": 0.01}
 """By which a vehicle is higher or lower than planned, by flight: a grip that is engaged lifts and lowers it [m]."""
 _AT_REST = 0.01
-_ACTIVE = 1e-3
 
 
 def flight_findings(model: Model, rehearsal: Rehearsal) -> list[Finding]:
@@ -71,7 +71,7 @@ def _why_not_reached(model: Model, rehearsal: Rehearsal) -> str:
     """What to change: the constraints that are active at the end, what the hinge resists with, the leaf's inertia, or weights."""
     state, target = rehearsal.states[-1], model.goal_angle
     h = model.constraints(state) + model.scenario.planner.margin
-    active = [f"'{model.constraint_names[k]}'" for k in np.flatnonzero(h > -_ACTIVE)]
+    active = [f"'{model.constraint_names[k]}'" for k in np.flatnonzero(h > -ACTIVE)]
     if active:
         return (
             f"the motion ends at {' and '.join(active)}: change goal.attitude, goal.arm or goal.door_angle to keep them"

@@ -39,7 +39,7 @@ def shortest_swing(model: Model) -> float:
 
 
 def force_needed(model: Model, duration: float) -> float:
-    """Force at the tip that moves the door steadily from start to goal, as the planner is told of its hinge [N].
+    """Force at the tip that moves the door steadily from start to goal, by the hinge that the planner knows [N].
 
     A grip also holds a leaf that its weight drives on, as far as its friction does not.
     """

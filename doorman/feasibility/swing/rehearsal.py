@@ -78,7 +78,7 @@ def resistance(model: Model) -> float:
 
 
 def _usual_friction(model: Model) -> float:
-    """Of a hinge that nobody says anything of [N m, or N times the lever of α]."""
+    """Friction of a hinge whose file gives none [N m, or N times the lever of α]."""
     return model.hinge_scale * FRICTION[0]
 
 

@@ -18,7 +18,7 @@ from doorman.arrays import Array
 from doorman.model import Model
 from doorman.postures.minimax import minimise_largest
 
-_ACTIVE = 1e-3
+ACTIVE = 1e-3
 _RELATIVE_YAWS = (0.0, 0.6, -0.6, 1.2, -1.2)
 _SEARCHED = 4
 """Starting points that are searched from, of all that are tried: those that violate least."""
@@ -55,13 +55,13 @@ def best_swing(model: Model, rows: NDArray[np.int64] | None = None, spacing: flo
         state, found = widest_posture(model, turned, rows)
         if found < 0.0:
             other, better = _elsewhere(model, turned, rows)
-            if better > found + _ACTIVE:
+            if better > found + ACTIVE:
                 connected = connected and k == 0 and better < 0.0
                 state, found = other, better
         h = model.constraints(state)[rows]
         states.append(state)
         room.append(found)
-        binding.append(tuple(int(row) for row in rows[h >= h.max() - _ACTIVE]))
+        binding.append(tuple(int(row) for row in rows[h >= h.max() - ACTIVE]))
     return Swing(angles, np.array(room), np.array(states), connected, tuple(binding))
 
 

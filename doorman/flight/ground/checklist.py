@@ -72,7 +72,7 @@ def preflight(model: Model, links: VehicleLinks, findings: Report) -> list[Check
 
 
 def _settled(links: VehicleLinks, read: Callable[[], Sample], good: Callable[[Sample], bool]) -> Sample:
-    """The first good sample within `_SETTLED`, or the last bad one: a single late answer grounds nobody."""
+    """The first good sample within `_SETTLED`, or the last bad one: a single late answer grounds no vehicle."""
     deadline = links.clock.now() + _SETTLED
     while not good(sample := read()) and links.clock.now() < deadline:
         links.clock.sleep(0.01)
@@ -132,7 +132,7 @@ def _telemetry(links: VehicleLinks) -> Check:
         return Check(
             "telemetry", Verdict.WARNING, words(less), "the autopilot refused the wanted rates: raise SCHED_LOOP_RATE"
         )
-    return Check("telemetry", Verdict.GOOD, "rates as asked for")
+    return Check("telemetry", Verdict.GOOD, "rates as requested")
 
 
 def _mocap(model: Model, links: VehicleLinks) -> Iterator[Check]:

@@ -1,4 +1,4 @@
-"""Dry run: what can be told of a vehicle and a scenario without sending a single byte."""
+"""Dry run: what can be learnt of a vehicle and a scenario without sending a single byte."""
 
 from __future__ import annotations
 
@@ -46,16 +46,7 @@ NEEDED = {
 
 
 def without_links(model: Model, findings: Report, named: Container[str]) -> list[Check]:
-    """What a flight of a scenario needs, where not all of its links are named; nothing is opened.
-
-    Args:
-        model: Model of the scenario.
-        findings: Of `doorman.feasibility.check` for the scenario.
-        named: Keys of the links that are named.
-
-    Returns:
-        All rows; a link that is missing is a no.
-    """
+    """What a flight needs, where only some keys of its links are named; nothing is opened. A link that is missing is a no."""
     vehicle, grips = model.vehicle, model.scenario.contact.kind == "grip"
     joints = ", ".join(vehicle.joint_names)
     needs = {

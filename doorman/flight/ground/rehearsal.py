@@ -18,7 +18,7 @@ _PERIOD = 0.005
 
 
 class _Standstill(Backend):
-    """A vehicle that stays at the start whatever it is told, in no time."""
+    """A vehicle that stays at the start whatever the command, in no time."""
 
     def __init__(self, model: Model) -> None:
         self._model = model

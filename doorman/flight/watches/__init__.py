@@ -1,1 +1,1 @@
-"""Watches: what is measured in flight, and told from the measurements."""
+"""Watches: what is measured in flight, and what follows from it."""

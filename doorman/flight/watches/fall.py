@@ -8,11 +8,11 @@ from collections import deque
 FALLING = 2.0
 """No vehicle lands so fast: it has fallen by 0.2 m then [m/s]."""
 _REMEMBERED = 2.0
-"""Motors that stopped are told of by a heartbeat, once a second; a fall from 1.3 m takes half of that [s]."""
+"""A heartbeat, once a second, reports motors that stopped; a fall from 1.3 m takes half of that [s]."""
 
 
 class FallWatch:
-    """Speeds of a vehicle that is, or was, in the air; noted by one thread, and asked for by another."""
+    """Speeds of a vehicle that is, or was, in the air; noted by one thread, and read by another."""
 
     def __init__(self) -> None:
         self._speeds: deque[tuple[float, float]] = deque()

@@ -31,7 +31,7 @@ def measure_hover(
 ) -> str:
     """Calibrate newtons in hover: the autopilot's own parameters may be defaults. Returns why the vehicle is not flown on."""
     config = autopilot.config
-    assert config.hover_force is not None, "asked only where newtons are sent"
+    assert config.hover_force is not None, "called only where newtons are sent"
     say("measure the thrust in hover")
     autopilot.hold(at=at)
     given = config.thrust_curve

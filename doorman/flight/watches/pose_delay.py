@@ -13,7 +13,7 @@ from doorman.hardware.pixhawk import VehicleSample
 _STEP, _MOST = 0.002, 0.15
 """Resolution and largest size of a delay that is looked for, either way [s]."""
 _LEAST_MOTION = 0.004
-"""Standard deviation of roll and pitch below which nothing can be told [rad]."""
+"""Standard deviation of roll and pitch below which no delay is found [rad]."""
 _LEAST_LIKENESS = 0.8
 """Correlation below which cameras and autopilot are strangers."""
 _ENOUGH_READINGS = 40

@@ -41,7 +41,7 @@ class Rest(Enum):
 
 
 class RestWatch:
-    """Place and tilt of a vehicle that flies, noted by one thread and asked for by another."""
+    """Place and tilt of a vehicle that flies, noted by one thread and read by another."""
 
     def __init__(self, model: Model) -> None:
         self._model = model

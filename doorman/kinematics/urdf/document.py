@@ -18,7 +18,7 @@ MOST_ELEMENTS = 100_000
 DEEPEST = 100
 """Elements inside each other, the root included."""
 MOST_ATTRIBUTES = 64
-"""Of an element: libraries need the square of them."""
+"""An element's largest number of attributes: libraries need the square of them."""
 LONGEST_ATTRIBUTE = 4096
 """Characters of a name, a text or a list of numbers."""
 _HELD: ContextVar[dict[Path, bytes] | None] = ContextVar("urdfs", default=None)
@@ -27,7 +27,7 @@ _HELD: ContextVar[dict[Path, bytes] | None] = ContextVar("urdfs", default=None)
 
 @contextmanager
 def each_file_once() -> Iterator[None]:
-    """Read every URDF once inside: all that is made of a file sees the same bytes, whoever writes it meanwhile."""
+    """Read every URDF once inside: all that is made of a file sees the same bytes, even if it is written meanwhile."""
     token = _HELD.set(_HELD.get() or {})
     try:
         yield

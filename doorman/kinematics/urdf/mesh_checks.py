@@ -15,10 +15,10 @@ from doorman.kinematics.urdf.mesh_paths import mesh_file
 Array = NDArray[np.float64]
 
 LARGEST_FILE = 50_000_000
-"""Of a mesh [bytes]."""
+"""Largest file of a mesh [bytes]."""
 MOST_VERTICES = 1_000_000
 LARGEST_EXTENT = 1000.0
-"""Of a mesh's vertices from its origin, along any axis [m]."""
+"""Largest distance of a mesh's vertices from its origin, along any axis [m]."""
 _HEADER, _COUNT, _FACE = 80, 4, 50
 """Parts of a binary STL file [bytes]."""
 

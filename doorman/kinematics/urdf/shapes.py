@@ -38,7 +38,7 @@ class UrdfShape:
     file: str
     """Name of the mesh; empty for the others."""
     placement: Array
-    """Of the shape in the link, homogeneous, shape (4, 4)."""
+    """Placement of the shape in the link, homogeneous, shape (4, 4)."""
 
     @property
     def field(self) -> str:

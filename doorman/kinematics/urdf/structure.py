@@ -44,7 +44,7 @@ _LARGEST = {
     "axis": 1e6, "mesh": 1e6, "origin": _LENGTH, "box": _LENGTH, "cylinder": _LENGTH, "sphere": _LENGTH, "mass": _MASS,
     "inertia": _MASS, "dynamics": 1e6, "mimic": 1e6, "limit": 1e20,
 }  # fmt: skip
-"""Of an element's numbers; exporters write 1e16 for no limit."""
+"""Largest numbers of each element; exporters write 1e16 for no limit."""
 _SMALLEST_AXIS = 1e-6
 """Length of an axis below which its direction is lost in rounding."""
 _SHAPES = ("box", "cylinder", "sphere", "mesh")

@@ -80,11 +80,7 @@ class Actuation(ABC):
 
 
 class TiltedThrust(Actuation):
-    """Thrust along the body's z axis alone: the body tilts.
-
-    Args:
-        max_thrust: [N].
-    """
+    """Thrust along the body's z axis alone: the body tilts."""
 
     push, rotors = None, None
 
@@ -106,12 +102,7 @@ class TiltedThrust(Actuation):
 
 
 class BodyForce(Actuation):
-    """Force to every side with a level body.
-
-    Args:
-        layout: Rotors that are fully actuated.
-        weight: m g [N].
-    """
+    """Force to every side with a level body, by rotors that are fully actuated; weights are m g [N]."""
 
     def __init__(self, layout: RotorLayout, weight: float) -> None:
         self._lift, self._side = layout.inverse[:, 0], layout.side_inverse

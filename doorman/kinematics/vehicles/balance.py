@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 _SAME = 5
 """Digits by which the directions of two sides are the same."""
 _LEAST_SLOPE = 1e-9
-"""Of a rotor that feels the centre of mass [N/m]."""
+"""Least slope of a rotor that feels the centre of mass [N/m]."""
 
 
 @dataclass(frozen=True)

@@ -16,14 +16,7 @@ from doorman.kinematics.vehicles.arms.arm_pattern import ArmPattern
 
 
 class SymbolicBodies:
-    """What the bodies make together, in the body frame.
-
-    Args:
-        pattern: Which of the arm's constants are symbols.
-        arm: These symbols, (k, 1).
-        angles: H, (n, 1) [rad], [m] where a joint slides.
-        bodies: Symbols `masses`, `centers` and `inertias`, see `Bodies.numbers`.
-    """
+    """What the bodies make together, in the body frame: of the pattern's symbols (k, 1), H (n, 1) and `Bodies.numbers`."""
 
     def __init__(self, pattern: ArmPattern, arm: Any, angles: Any, bodies: Any) -> None:
         self._rotations, places = arm_frames(pattern, arm, angles)

@@ -57,10 +57,7 @@ def propeller_reach(urdf: Path, model: pinocchio.Model, base: pinocchio.SE3) -> 
 
 
 def _propeller_radii(urdf: Path) -> Array:
-    """Radius of every rotor's propeller about the axis of its frame, from the shapes of its link.
-
-    Shape (m,), zero where the link has no shape that can be read [m].
-    """
+    """Radius of every rotor's propeller about its axis, shape (m,); zero where its link has no shape that can be read [m]."""
     links = rotor_links(urdf)
     radii = dict.fromkeys(links, 0.0)
     for shape in (*read_collisions(urdf), *read_visuals(urdf)):

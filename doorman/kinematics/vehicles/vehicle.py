@@ -35,14 +35,6 @@ class Vehicle:
 
     Angles, rates and torques of a prismatic joint are lengths, speeds and forces [m, m/s, N]. All positions are in the body frame
     of the base link: x forward, y left, z up. Threads may share it.
-
-    Args:
-        urdf: Path of the URDF.
-        names: Names of the base link, the tip and the servo frames, and overrides of radius and thrust.
-
-    Raises:
-        UrdfError: if a named frame is missing, a rotor is tilted or has no thrust, or the mass is not positive. Also if the arm
-            has a joint of another kind, or one that cannot move or hold anything.
     """
 
     def __init__(self, urdf: Path, names: VehicleSection | None = None) -> None:
@@ -76,7 +68,7 @@ class Vehicle:
 
     @property
     def weight(self) -> float:
-        """Of vehicle and arm, m_A g [N]."""
+        """Weight of vehicle and arm, m_A g [N]."""
         return weight_of(self.mass)
 
     @property

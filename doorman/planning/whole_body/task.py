@@ -66,11 +66,11 @@ from typing import Any
 import casadi as ca
 
 from doorman.collision.rows.kind import disc_across
+from doorman.dynamics.tip_on_face import TipOnFace
 from doorman.kinematics.numbers import Numbers
 from doorman.kinematics.symbols import body_rates
 from doorman.kinematics.vehicles.arms.arm_pattern import ArmPattern
 from doorman.ocp.symbolic_model import SymbolicModel
-from doorman.planning.whole_body.tip_on_face import TipOnFace
 
 
 class WholeBodyTask(TipOnFace):

@@ -29,7 +29,7 @@ class Record(NamedTuple):
     end: int  # where the next one begins [bytes]
 
     def parsed(self) -> Any:
-        """What it holds; None if it is none that doorman writes outside chunks, or is damaged as far as can be told."""
+        """What it holds; None if it is none that doorman writes outside chunks, or is visibly damaged."""
         try:
             return _parsed(self.opcode, self.content)
         except Exception:  # parsers raise whatever they stumble over

@@ -1,4 +1,4 @@
-"""Syncer: has the disk take what was written to a file, without holding up whoever writes."""
+"""Syncer: has the disk take what was written to a file, without holding up its writer."""
 
 from __future__ import annotations
 
@@ -9,20 +9,20 @@ from pathlib import Path
 
 
 class Syncer:
-    """A thread that calls fsync whenever it is asked to; what is asked for meanwhile is done once, afterwards."""
+    """A thread that calls fsync on request; requests that come meanwhile are met by one call afterwards."""
 
     def __init__(self, descriptor: int) -> None:
         self._descriptor = os.dup(descriptor)
-        self._asked = threading.Event()
+        self._requested = threading.Event()
         self._over = False
         self._error: OSError | None = None
         self._thread = threading.Thread(target=self._run, name="recording's syncer", daemon=True)
         self._thread.start()
 
-    def ask(self) -> None:
+    def request(self) -> None:
         if self._error is not None:
             raise self._error
-        self._asked.set()
+        self._requested.set()
 
     def sync(self) -> None:
         if self._error is not None:
@@ -32,15 +32,15 @@ class Syncer:
     def stop(self) -> None:
         """End the thread; may be called twice."""
         self._over = True
-        self._asked.set()
+        self._requested.set()
         if threading.current_thread() is not self._thread:  # garbage may be collected on any
             self._thread.join()
 
     def _run(self) -> None:
         try:
             while True:
-                self._asked.wait()
-                self._asked.clear()
+                self._requested.wait()
+                self._requested.clear()
                 if self._over:
                     return
                 os.fsync(self._descriptor)

@@ -50,7 +50,7 @@ class Alignment:
     deviation: float
     """Standard deviation of the offset [s]; NaN where nothing tells it."""
     by: str
-    """What told it, in words."""
+    """Its source, in words."""
 
     def to_run(self, time: Array) -> Array:
         """Times of the log on the run's clock.

@@ -14,7 +14,7 @@ from doorman.arrays import Array
 from doorman.bounds import LONGEST
 from doorman.recording.merging.flight_log import LogTopic
 
-_MICRO = 1e-6
+MICRO = 1e-6
 _JITTER = 5.0
 """Largest disorder of the times within one topic [s]."""
 _LARGEST = np.uint64(np.iinfo(np.int64).max)
@@ -32,7 +32,7 @@ class LogRows:
 def timed_topics(logged: Mapping[str, LogRows]) -> tuple[dict[str, LogTopic], dict[str, int]]:
     """Topics in the order of their times, and how many messages of which were left out."""
     # A damaged time goes ahead of all that follow, or behind all before; or it is hours from the middle of the log.
-    times = {name: rows.stamps.astype(np.float64) * _MICRO for name, rows in logged.items()}
+    times = {name: rows.stamps.astype(np.float64) * MICRO for name, rows in logged.items()}
     good = {name: _in_order(time) for name, time in times.items()}
     every = np.concatenate([np.empty(0), *(times[name][good[name]] for name in times)])
     middle = float(np.median(every)) if len(every) else 0.0

@@ -76,9 +76,9 @@ def write_merged(recording: Recording, log: FlightLog, alignment: Alignment, fil
             counts[name] = int(kept.sum())
     if not counts:
         raise RecordingError("nothing of the log lies within the run", field="offset", given=alignment.offset)
-    told = {"autopilot": log.autopilot, "offset": alignment.offset, "by": alignment.by}
+    merged = {"autopilot": log.autopilot, "offset": alignment.offset, "by": alignment.by}
     deviation = alignment.deviation if math.isfinite(alignment.deviation) else None
-    header = recording.header | {"merged": told | {"deviation": deviation}}
+    header = recording.header | {"merged": merged | {"deviation": deviation}}
     with Recorder(file, header, keep=False, attachments=recording.attachments) as recorder:
         for name, at, fields in _in_order(columns):
             recorder.write(name, at, fields)

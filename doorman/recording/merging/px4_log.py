@@ -21,9 +21,8 @@ from doorman.bounds import DEEPEST, LARGEST_LOG, read_bytes
 from doorman.exceptions import RecordingError
 from doorman.recording.merging.flight_log import FlightLog, LogTopic
 from doorman.recording.merging.frames import from_forward_right_down
-from doorman.recording.merging.log_rows import LogRows, texts, timed_topics
+from doorman.recording.merging.log_rows import MICRO, LogRows, texts, timed_topics
 
-_MICRO = 1e-6
 _FILE_HEAD = 16
 _HEAD = struct.Struct("<HB")
 """Head of a message: length of its content, kind."""
@@ -220,5 +219,5 @@ def _companion_offsets(topics: Mapping[str, LogTopic]) -> NDArray[np.float64]:
     topic = topics.get("px4/timesync_status_0")
     if topic is None or "estimated_offset" not in topic.fields:
         return np.empty(0)
-    offsets = topic.fields["estimated_offset"].astype(np.float64) * _MICRO
+    offsets = topic.fields["estimated_offset"].astype(np.float64) * MICRO
     return np.asarray(offsets[offsets != 0.0])

@@ -23,9 +23,9 @@ from doorman.exceptions import BackendError
 from doorman.hardware.pixhawk.wire.frames import flu_to_frd
 from doorman.hardware.pixhawk.wire.messages import mavlink
 from doorman.kinematics.rotations import rotation_body_to_world
+from doorman.kinematics.vehicles.rotor_layout import RotorLayout
 from doorman.rig.emulators.autopilot.vehicle.control import MotorKind
 from doorman.rig.sitl.rotor_pilot import listener, specific_force
-from doorman.simulation.plant.onboard.rotors import RotorLayout
 from doorman.simulation.truth import Truth
 
 STATE_RATE = 250.0

@@ -56,8 +56,6 @@ class DoorSensorSection(Section):
     """Vertical angle that the camera on the vehicle sees, on pictures of 640 by 480; up to π [rad]."""
     tag_size: Positive = 0.16
     """Edge of a tag's black square [m]."""
-    occlusion: Switch = True
-    """Whether the arm and the leaf hide tags that are behind them."""
     fault: Fault = "none"
     """What goes wrong: the readings freeze, jump by 10°, come 300 ms late with a stamp of now, count backwards, are those
     of another object, or end."""

@@ -20,10 +20,10 @@ from doorman.hardware.door.tags.source import DoorByTags
 from doorman.hardware.quaternions import multiply
 from doorman.kinematics.rotations import quaternion_of
 from doorman.kinematics.urdf.shapes import link_name
+from doorman.kinematics.vehicles.rotor_layout import RotorLayout
 from doorman.model import Model
 from doorman.signals import FrameReading, LeafReading
 from doorman.simulation.plant.assembly import DOOR, VEHICLE, assemble
-from doorman.simulation.plant.onboard.rotors import RotorLayout
 from doorman.simulation.simulator import Simulator
 
 CAMERA = "vehicle camera"

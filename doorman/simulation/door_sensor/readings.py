@@ -25,7 +25,7 @@ def door_readings(simulator: Simulator, seed: int) -> DoorReadings:
     mujoco, plant = engine(), simulator.plant
     marks, camera = usual_marks(model, section.tag_size), usual_camera(section.field_of_view)
     if section.kind == "tags":
-        return SimulatedDoorSensor(model, seed, TagView(mujoco, plant, marks, camera, section.occlusion)).measure
+        return SimulatedDoorSensor(model, seed, TagView(mujoco, plant, marks, camera)).measure
     from doorman.simulation.door_sensor.pictures import PictureSensor
 
     pictures, timing = (

@@ -1,4 +1,4 @@
-"""The simulated sensor of the door: the truth as cameras, tags or an encoder tell it, noisy, late, hidden, and lying if asked.
+"""The simulated sensor of the door: the truth as cameras, tags or an encoder measure it, noisy, late and faulty on demand.
 
 The noise of a joint value is that of the mark's place and attitude together, as `LeafGeometry` weighs them.
 """
@@ -16,13 +16,12 @@ from doorman.arrays import Array
 from doorman.hardware.door.tags.placing import usual_marks
 from doorman.model import Model
 from doorman.signals import FrameReading, LeafReading
+from doorman.simulation.delay_line import ROUNDED
 from doorman.simulation.gaps import Dropouts
 from doorman.simulation.truth import Truth
 
 _STREAM, _GAPS = 7, 8
 """Streams of random numbers of a seed, for noise and gaps."""
-_TOLERANCE = 1e-9
-"""Rounding error of a sum of periods [s]."""
 _OLD = 0.3
 """Age from which on a reading counts as none [s]."""
 _JUMP = math.radians(10.0)
@@ -69,9 +68,9 @@ class SimulatedDoorSensor:
 
     def due(self, time: float) -> bool:
         """Whether it is time for a reading, and it is not lost; times must not decrease."""
-        if time < self._next - _TOLERANCE:
+        if time < self._next - ROUNDED:
             return False
-        while self._next <= time + _TOLERANCE:
+        while self._next <= time + ROUNDED:
             self._next += 1.0 / self._usual.rate
         return not self._gaps.lost(time)
 
@@ -88,7 +87,7 @@ class SimulatedDoorSensor:
 
     def arrived(self, now: float) -> tuple[LeafReading | None, FrameReading | None]:
         """The newest readings that have come, none where they are old."""
-        while self._coming and self._coming[0].due <= now + _TOLERANCE:
+        while self._coming and self._coming[0].due <= now + ROUNDED:
             _, leaf, frame = self._coming.popleft()
             self._leaf, self._frame = leaf or self._leaf, frame or self._frame
         leaf, frame = self._leaf, self._frame
@@ -99,12 +98,12 @@ class SimulatedDoorSensor:
 
     def _sample(self, truth: Truth) -> None:
         seen, time, noise = self._view(truth), truth.time, self._noise.standard_normal(5)
-        joint = self._told(truth.door_angle, time)
+        joint = self._seen_joint(truth.door_angle, time)
         leaf = frame = None
         if seen.leaf and joint is not None:
-            stamp = time + (_LATE if self._lies("late") else 0.0)
+            stamp = time + (_LATE if self._faulty("late") else 0.0)
             leaf = LeafReading(joint + self.deviation * float(noise[0]), stamp, self.deviation)
-            if self._lies("freeze"):
+            if self._faulty("freeze"):
                 self._frozen = leaf.joint if self._frozen is None else self._frozen
                 leaf = LeafReading(self._frozen, stamp, self.deviation)
         if seen.frame and self._section.frame and self._section.kind != "encoder":
@@ -116,26 +115,26 @@ class SimulatedDoorSensor:
                 usual.place,
                 usual.turn,
             )
-        late = self._usual.latency + (_LATE if self._lies("late") else 0.0)
+        late = self._usual.latency + (_LATE if self._faulty("late") else 0.0)
         if leaf is not None or frame is not None:
             self._coming.append(_Reading(time + late, leaf, frame))
 
-    def _told(self, door_angle: float, time: float) -> float | None:
-        """Joint value that the sensor takes for true; None where it has ended."""
+    def _seen_joint(self, door_angle: float, time: float) -> float | None:
+        """Joint value that the sensor sees, its fault included; None where it has ended."""
         door, section = self._door, self._section
         self._fault_began = self._fault_began or (
-            section.fault != "none" and door.opening_of(door_angle) >= section.fault_opening - _TOLERANCE
+            section.fault != "none" and door.opening_of(door_angle) >= section.fault_opening - ROUNDED
         )
         joint = door.joint_value(door_angle)
-        if self._lies("jump"):
+        if self._faulty("jump"):
             joint += _JUMP
-        if self._lies("upside_down"):
+        if self._faulty("upside_down"):
             joint = 2.0 * door.closed - joint
-        if self._lies("wrong_object"):
+        if self._faulty("wrong_object"):
             joint = door.closed + 0.5 * math.sin(2.0 * time)
-        return None if self._lies("dies") else joint
+        return None if self._faulty("dies") else joint
 
-    def _lies(self, fault: str) -> bool:
+    def _faulty(self, fault: str) -> bool:
         return self._fault_began and self._section.fault == fault
 
 

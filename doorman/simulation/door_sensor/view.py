@@ -25,10 +25,8 @@ _BEFORE = 0.02
 class TagView:
     """What is seen in one flight."""
 
-    def __init__(
-        self, mujoco: Any, plant: Plant, marks: tuple[Mark, Mark], camera: CameraConfig, occlusion: bool
-    ) -> None:
-        self._mujoco, self._plant, self._camera, self._hides = mujoco, plant, camera, occlusion
+    def __init__(self, mujoco: Any, plant: Plant, marks: tuple[Mark, Mark], camera: CameraConfig) -> None:
+        self._mujoco, self._plant, self._camera = mujoco, plant, camera
         self._marks = marks
         self._turns = tuple(rotation_body_to_world(mark.attitude) for mark in marks)
         self._axes = rotation_body_to_world(camera.attitude)
@@ -61,7 +59,7 @@ class TagView:
         away = (eye - middle) / np.linalg.norm(eye - middle)
         if not inside or away @ rotation[:, 2] < _ASLANT or camera.fx * mark.size / ahead[0] < _SMALLEST:
             return False
-        return not self._hides or not any(self._hidden(eye, spot) for spot in spots)
+        return not any(self._hidden(eye, spot) for spot in spots)
 
     def _hidden(self, eye: Array, spot: Array) -> bool:
         plant, way = self._plant, spot - eye

@@ -14,12 +14,12 @@ from doorman.exceptions import BackendError, ScenarioError
 from doorman.gravity import weight_of
 from doorman.kinematics.doors.door import Door
 from doorman.kinematics.urdf.shapes import link_name
+from doorman.kinematics.vehicles.rotor_layout import RotorLayout
 from doorman.model import Model
 from doorman.simulation.plant.contact import FRICTION_IMPEDANCE_RATIO, add_contact
 from doorman.simulation.plant.hulls import read_spec
-from doorman.simulation.plant.onboard.rotors import RotorLayout
 from doorman.simulation.plant.onboard.servos import add_servos
-from doorman.simulation.reality.beside import set_beside, touched_link
+from doorman.simulation.reality.beside import harden, set_beside, touched_link
 from doorman.simulation.reality.true_vehicle import make_true, scale_mass
 
 VEHICLE = "vehicle/"
@@ -35,11 +35,6 @@ _LARGEST_ROUNDING = 1e-3
 _VEHICLE_BIT, _DOOR_BIT = 1, 2
 _TIP_RADIUS = 0.001
 """Ball given to a tip without collision shape [m]."""
-_HARD = (0.999, 0.9999, 0.001, 0.5, 2.0)
-_HARD_TIME = 0.005
-"""Time constant of a hinge's friction: short, so that a door held by friction does not creep [s]."""
-_STOP_TIME = 0.02
-"""Time constant of a hinge's stop, critically damped: a leaf that shuts at 1 rad/s goes 0.4° into its seal [s]."""
 
 
 def assemble(mujoco: Any, model: Model, layout: RotorLayout, time_step: float) -> Any:
@@ -167,21 +162,20 @@ def _contact_in_leaf(model: Model) -> list[float]:
 
 
 def _set_hinge(spec: Any, model: Model) -> None:
-    """The hinge's true torques and the leaf's true mass: the simulation's, else those that the planner is told."""
-    hinge, told, true = spec.joint(DOOR + model.true_door.section.hinge), model.true_door, model.scenario.simulation
-    arm = told.per_angle
-    hinge.damping[0] = told.damping / arm**2 if true.door_damping is None else true.door_damping
-    hinge.frictionloss = told.friction / arm if true.door_friction is None else true.door_friction
-    hinge.solref_friction, hinge.solimp_friction = [_HARD_TIME, 1.0], list(_HARD)
-    hinge.stiffness[0] = told.section.stiffness if true.door_stiffness is None else true.door_stiffness
-    hinge.springref = told.joint_value(told.rest_angle if true.door_rest_angle is None else true.door_rest_angle)
-    pressed_shut = (told.section.preload if true.door_preload is None else true.door_preload) > 0.0
-    hinge.limited = pressed_shut or (told.lower_limit < told.upper_limit and not told.endless)
+    """The hinge's true torques and the leaf's true mass: the simulation's, else the ones that the planner counts on."""
+    hinge, door, true = spec.joint(DOOR + model.true_door.section.hinge), model.true_door, model.scenario.simulation
+    arm = door.per_angle
+    hinge.damping[0] = door.damping / arm**2 if true.door_damping is None else true.door_damping
+    hinge.frictionloss = door.friction / arm if true.door_friction is None else true.door_friction
+    hinge.stiffness[0] = door.section.stiffness if true.door_stiffness is None else true.door_stiffness
+    hinge.springref = door.joint_value(door.rest_angle if true.door_rest_angle is None else true.door_rest_angle)
+    pressed_shut = (door.section.preload if true.door_preload is None else true.door_preload) > 0.0
+    hinge.limited = pressed_shut or (door.lower_limit < door.upper_limit and not door.endless)
     if pressed_shut:
-        hinge.range = _closed_stop(told)
-    hinge.solref_limit, hinge.solimp_limit = [_STOP_TIME, 1.0], list(_HARD)
+        hinge.range = _closed_stop(door)
+    harden(hinge)
     if true.door_mass is not None:
-        scale_mass((hinge.parent, *hinge.parent.find_all("body")), true.door_mass / told.mass)
+        scale_mass((hinge.parent, *hinge.parent.find_all("body")), true.door_mass / door.mass)
 
 
 def _closed_stop(door: Door) -> list[float]:

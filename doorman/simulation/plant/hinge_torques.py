@@ -15,13 +15,13 @@ class HingeTorques:
     """Torque, friction and stiction of the hinge's joint, as the stepping kernel reads them."""
 
     def __init__(self, model: Model, plant: Plant) -> None:
-        told, true = model.true_door, model.scenario.simulation
-        preload = told.section.preload if true.door_preload is None else true.door_preload
-        stiction = told.section.stiction if true.door_stiction is None else true.door_stiction
-        self._preload = -told.joint_torque(told.torque_of_closer(told.per_angle * preload))
+        door, true = model.true_door, model.scenario.simulation
+        preload = door.section.preload if true.door_preload is None else true.door_preload
+        stiction = door.section.stiction if true.door_stiction is None else true.door_stiction
+        self._preload = -door.joint_torque(door.torque_of_closer(door.per_angle * preload))
         self._frictions, self._index = plant.engine_model.dof_frictionloss, plant.hinge_velocity
         self._friction = float(self._frictions[self._index])
-        self._plant, self._told = plant, told
+        self._plant, self._door = plant, door
         self._catches = self._plant_catches(model, plant) if has_catches(true) else None
         self.numbers = np.array([self._preload, self._friction, stiction])
 
@@ -37,7 +37,7 @@ class HingeTorques:
             return
         angle = self._plant.door_angle
         self.numbers[1] = friction = self._friction + self._catches.friction(angle)
-        self.numbers[0] += self._told.joint_torque(self._catches.torque(angle))
+        self.numbers[0] += self._door.joint_torque(self._catches.torque(angle))
         self._frictions[self._index] = friction  # the kernel adds stiction, where there is some
 
     def _plant_catches(self, model: Model, plant: Plant) -> DoorCatches:

@@ -14,11 +14,11 @@ from doorman.arrays import Array
 from doorman.exceptions import ScenarioError
 from doorman.kinematics.doors.door import Door
 from doorman.kinematics.rotations import rotation_body_to_world
+from doorman.kinematics.vehicles.rotor_layout import RotorLayout
 from doorman.model import Model
 from doorman.simulation.plant.assembly import DOOR, VEHICLE, assemble, first_contact
 from doorman.simulation.plant.contact import calibrate
 from doorman.simulation.plant.faults import build_fault
-from doorman.simulation.plant.onboard.rotors import RotorLayout
 
 Indices = NDArray[np.int64]
 

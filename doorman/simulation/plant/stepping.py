@@ -58,7 +58,7 @@ class StepParameters(NamedTuple):
     engine: Engine
     onboard: OnboardParameters
     command: Array  # see `onboard_step`, shape (7 + n,)
-    rotors: Array  # set points of somebody else who flies, shape (m,) [N]; NaN where the onboard loop does
+    rotors: Array  # set points of another autopilot that flies, shape (m,) [N]; NaN where the onboard loop does
     hinge: Array  # torque on the hinge's joint, its friction, and its stiction; shape (3,), in the joint's units
     hinge_at: Indices  # the hinge in qpos and in qvel, shape (2,)
     normal_in_leaf: Array  # n_D in the leaf's body, shape (3,)

@@ -1,1 +1,1 @@
-"""What is truly otherwise than planner and estimators are told: vehicle, thrust, air, leaf, and the frame of the poses."""
+"""What is truly otherwise than planner and estimators believe: vehicle, thrust, air, leaf, and the frame of the poses."""

@@ -48,7 +48,7 @@ def _of_door(truth: Any, model: Model) -> list[str]:
     true, door = model.scenario.simulation, model.true_door
     lowest, highest = float(truth["door_angle"].min()), float(truth["door_angle"].max())
     farthest, found = max(door.opening_of(lowest), door.opening_of(highest)), []
-    pushed = bool(np.any(truth["touching"]))  # what nobody pushed against held nothing
+    pushed = bool(np.any(truth["touching"]))  # a leaf that was never pushed was held by nothing
     if pushed and true.door_latch > 0.0 and farthest < true.door_latch_angle:
         found.append(LATCHED)
     if pushed and true.door_seal > 0.0 and farthest < true.door_seal_angle:

@@ -14,8 +14,8 @@ import numpy as np
 
 from doorman.arrays import Array
 from doorman.kinematics.doors.door import Door
+from doorman.kinematics.vehicles.rotor_layout import RotorLayout
 from doorman.model import Model
-from doorman.simulation.plant.onboard.rotors import RotorLayout
 from doorman.simulation.plant.plant import Plant
 from doorman.simulation.reality.true_thrust import rotor_radius
 

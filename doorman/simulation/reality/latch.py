@@ -14,13 +14,7 @@ _ENGAGED = math.radians(0.5)
 
 
 class Latch:
-    """Friction of the leaf's joint while the bolt is out.
-
-    Args:
-        model: The model, whose door has a latch.
-        engine_model: MjModel.
-        data: MjData.
-    """
+    """Friction of the leaf's joint while the bolt is out; the model's door has a latch."""
 
     def __init__(self, model: Model, engine_model: Any, data: Any) -> None:
         door = model.true_door
@@ -43,7 +37,7 @@ class Latch:
 
     @property
     def index(self) -> int:
-        """Of the leaf's joint in qvel."""
+        """Index of the leaf's joint in qvel."""
         return self._index
 
     def act(self) -> float:

@@ -11,16 +11,11 @@ from doorman.simulation.gaps import Dropouts
 Array = NDArray[np.float64]
 
 _TIMES, _SIZES = 9, 10
-"""Of the random numbers of one seed, the streams that make times and directions."""
+"""Streams of one seed's random numbers that make times and directions."""
 
 
 class Swaps:
-    """Swaps of one flight.
-
-    Args:
-        section: Rate, longest duration and sizes.
-        seed: Of times and directions.
-    """
+    """Swaps of one flight; the seed is that of times and directions."""
 
     def __init__(self, section: SensorsSection, seed: int) -> None:
         self._section, self._generator = section, np.random.default_rng([seed, _SIZES])

@@ -18,9 +18,9 @@ from collections.abc import Callable
 import numpy as np
 
 from doorman.arrays import Array
+from doorman.kinematics.vehicles.rotor_layout import RotorLayout
 from doorman.model import Model
 from doorman.scenario import SimulationSection
-from doorman.simulation.plant.onboard.rotors import RotorLayout
 from doorman.simulation.plant.plant import Plant
 
 _NEAREST = 0.5
@@ -78,7 +78,7 @@ def ceiling_effect(nearness: Array) -> Array:
 
 
 def true_thrust(model: Model, plant: Plant, layout: RotorLayout) -> TrueThrust | None:
-    """The true thrust, or None where every rotor makes what it is told to."""
+    """The true thrust, or None where every rotor makes what it is commanded."""
     simulation = model.scenario.simulation
     near = simulation.wash.ground or simulation.wash.ceiling is not None
     if simulation.thrust_scale == 1.0 and simulation.thrust_fall == 0.0 and not near:

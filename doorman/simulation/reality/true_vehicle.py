@@ -38,16 +38,16 @@ def set_arm_mass(vehicle: Any, base: Any, model: Model, mass: float) -> None:
     """Give the arm its true mass, and take it from the base link."""
     carried = (joint.parent for joint in vehicle.joints if joint.name in model.vehicle.joint_names[:1])
     moved = [part for link in carried for part in (link, *link.find_all("body"))]
-    told = sum(part.mass for part in moved)
-    left = base.mass - (mass - told)
+    nominal = sum(part.mass for part in moved)
+    left = base.mass - (mass - nominal)
     if not moved or left < _LEAST_SHARE * base.mass:
         raise BackendError(
             "the arm cannot have this mass", file=model.vehicle.urdf, field="simulation.arm_mass", given=mass,
-            allowed=f"an arm, and less than {told + (1.0 - _LEAST_SHARE) * base.mass:g} kg",
+            allowed=f"an arm, and less than {nominal + (1.0 - _LEAST_SHARE) * base.mass:g} kg",
         )  # fmt: skip
     scale_mass((base,), left / base.mass)
-    if told > _MASSLESS:
-        scale_mass(moved, mass / told)
+    if nominal > _MASSLESS:
+        scale_mass(moved, mass / nominal)
         return
     for part in moved:
         part.mass, part.explicitinertial = mass / len(moved), True

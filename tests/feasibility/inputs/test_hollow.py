@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from made_meshes import Box, stl_of_boxes
 from urdf_variants import DOOR, write_door, write_mirrored, write_moved
 
 from doorman.feasibility.inputs.hollow import hollow_findings
@@ -18,27 +19,6 @@ from doorman.model import Model
 from doorman.scenario import Scenario
 
 AROUND = ("jamb_hinge", "jamb_latch", "lintel", "sill", "wall_hinge", "wall_latch", "wall_above")
-FACES = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
-"""Of a box, by its corners in binary."""
-Box = tuple[np.ndarray, np.ndarray]
-"""Centre and lengths."""
-
-
-def triangles(boxes: Sequence[Box]) -> np.ndarray:
-    """Surface of boxes, shape (k, 3, 3)."""
-    corners = np.array([[i >> 2 & 1, i >> 1 & 1, i & 1] for i in range(8)]) - 0.5
-    found = [corner_of for center, size in boxes for face in FACES
-             for corner_of in ((center + corners * size)[[face[0], face[1], face[2]]],
-                               (center + corners * size)[[face[0], face[2], face[3]]])]  # fmt: skip
-    return np.array(found)
-
-
-def write_stl(path: Path, boxes: Sequence[Box]) -> Path:
-    surface = triangles(boxes)
-    body = np.zeros(len(surface), dtype=[("n", "<f4", 3), ("v", "<f4", (3, 3)), ("a", "<u2")])
-    body["v"] = surface
-    path.write_bytes(b"\0" * 80 + np.uint32(len(surface)).tobytes() + body.tobytes())
-    return path
 
 
 def boxes_of(collisions: Sequence[ElementTree.Element]) -> list[Box]:
@@ -57,7 +37,7 @@ def with_meshes(source: Path, *meshes: Sequence[str], extra: Sequence[Box] = ())
     replaced: list[Box] = []
     for number, names in enumerate(meshes):
         boxes = [*boxes_of([known[name] for name in names]), *extra]
-        write_stl(source.parent / f"frame_{number}.stl", boxes)
+        (source.parent / f"frame_{number}.stl").write_bytes(stl_of_boxes(*boxes))
         shape = ElementTree.SubElement(frame, "collision", name=f"mesh_{number}")
         ElementTree.SubElement(ElementTree.SubElement(shape, "geometry"), "mesh", filename=f"frame_{number}.stl")
         replaced += boxes

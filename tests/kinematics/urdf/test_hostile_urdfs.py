@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import struct
 import time
 from pathlib import Path
 
-import numpy as np
 import pytest
+from made_meshes import TETRAHEDRON, stl
 from urdf_variants import DOOR, VEHICLE, write_edited
 
 from doorman.exceptions import UrdfError
@@ -115,21 +114,13 @@ def test_an_axis_that_rounding_loses_is_refused(tmp_path):
     )
 
 
-def stl(vertices: list[tuple[float, float, float]]) -> bytes:
-    """Binary STL of triangles."""
-    faces = np.array(vertices, dtype="<f4").reshape(-1, 9)
-    return bytes(80) + struct.pack("<I", len(faces)) + b"".join(bytes(12) + face.tobytes() + bytes(2) for face in faces)
-
-
-_O, _X, _Y, _Z = (0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)
-CORNERS = [_O, _X, _Y, _O, _X, _Z, _O, _Y, _Z, _X, _Y, _Z]
-NAN = [(0, 0, 0), (float("nan"), 0, 0), (0, 1, 0)]
-FAR = [(0, 0, 0), (2000, 0, 0), (0, 1, 0)]
+NAN = [[(0, 0, 0), (float("nan"), 0, 0), (0, 1, 0)]]
+FAR = [[(0, 0, 0), (2000, 0, 0), (0, 1, 0)]]
 MESHES = [
     ("a.stl", stl(NAN), "1 1 1", "not a number"),
     ("a.stl", stl(FAR), "1 1 1", "too large a mesh"),
-    ("a.stl", stl(CORNERS), "1 5000 1", "too large a mesh"),
-    ("a.stl", stl(CORNERS)[:150], "1 1 1", "cut off"),
+    ("a.stl", stl(TETRAHEDRON), "1 5000 1", "too large a mesh"),
+    ("a.stl", stl(TETRAHEDRON)[:150], "1 1 1", "cut off"),
     ("a.stl", stl([]), "1 1 1", "number of vertices"),
     ("a.STL", b"solid a\nfacet\nvertex 0 0 inf\nendsolid", "1 1 1", "not a number"),
     ("a.stl", b"solid a\nvertex 0 zero 0\n", "1 1 1", "three numbers"),
@@ -153,7 +144,7 @@ def test_a_broken_mesh_is_refused_with_its_name_and_link(tmp_path, name, content
 
 
 def test_large_meshes_are_refused(tmp_path, monkeypatch):
-    (tmp_path / "a.stl").write_bytes(stl(CORNERS))
+    (tmp_path / "a.stl").write_bytes(stl(TETRAHEDRON))
     path = write_edited(
         tmp_path / "v.urdf", VEHICLE, ('<cylinder radius="0.40" length="0.0004"/>', '<mesh filename="a.stl"/>')
     )
@@ -165,7 +156,7 @@ def test_large_meshes_are_refused(tmp_path, monkeypatch):
     refused(path, "size", "link base_link/collision/mesh", Vehicle)
 
 
-@pytest.mark.parametrize(("name", "content"), [("a.stl", stl([(0, 0, 0)] * 3)), ("a.obj", b"v 0 0 0\nf 9 9 9\n")])
+@pytest.mark.parametrize(("name", "content"), [("a.stl", stl([[(0, 0, 0)] * 3])), ("a.obj", b"v 0 0 0\nf 9 9 9\n")])
 def test_a_mesh_that_coal_does_not_read_is_named(tmp_path, name, content):
     (tmp_path / name).write_bytes(content)
     path = write_edited(

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import struct
 from pathlib import Path
 
 import numpy as np
 import pytest
+from made_meshes import stl_of_boxes
 from urdf_variants import VEHICLE, write_edited
 
 from doorman.collision.shapes import read_shapes
@@ -22,14 +22,9 @@ HALF = 0.3, 0.4, 0.5, 0.6
 """Half edges of the boxes in the places where somebody may look for a mesh [m]; the first is the right one."""
 
 
-def write_box(path: Path, half: float, height: float = 0.01) -> None:
-    """A flat square box as a binary STL."""
-    corners = np.array([[x, y, z] for x in (-half, half) for y in (-half, half) for z in (-height, height)])
-    faces = [(0, 1, 3), (0, 3, 2), (4, 6, 7), (4, 7, 5), (0, 4, 5), (0, 5, 1), (2, 3, 7), (2, 7, 6), (0, 2, 6), (0, 6, 4),
-             (1, 5, 7), (1, 7, 3)]  # fmt: skip
+def write_box(path: Path, half: float) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
-    rows = b"".join(struct.pack("<12fH", 0, 0, 0, *corners[list(face)].ravel(), 0) for face in faces)
-    path.write_bytes(bytes(80) + struct.pack("<I", len(faces)) + rows)
+    path.write_bytes(stl_of_boxes((np.zeros(3), (2.0 * half, 2.0 * half, 0.02))))
 
 
 @pytest.fixture

@@ -9,7 +9,7 @@ import casadi as ca
 import numpy as np
 import pytest
 from finite_differences import central_difference
-from urdf_variants import VEHICLE, write_arm_of, write_edited
+from urdf_variants import VEHICLE, robot_data_vehicle, write_arm_of, write_edited
 
 from doorman.exceptions import UrdfError
 from doorman.kinematics.symbols import arm_points
@@ -25,13 +25,21 @@ KINDS = [
     {1: "prismatic", 2: "continuous"},
     {0: "prismatic", 1: "continuous", 2: "prismatic", 3: "prismatic"},
     {2: "prismatic", 5: "prismatic", 6: "continuous"},
+    *({joints - 1: "revolute"} for joints in range(1, 8)),
 ]
+OTHERS = ["borinot_flying_arm_2", "hextilt_flying_arm_5"]
 
 
-@pytest.fixture(params=[*range(len(KINDS)), "stick"])
+@pytest.fixture(params=["shipped", "stick", "long axes", *OTHERS, *range(len(KINDS))])
 def vehicle(request: pytest.FixtureRequest, tmp_path: Path) -> Vehicle:
     if request.param == "stick":
         return Vehicle(write_arm_of(tmp_path / "stick.urdf", 0))
+    if request.param in OTHERS:
+        return Vehicle(*robot_data_vehicle(request.param))
+    if request.param == "shipped":
+        return Vehicle(VEHICLE)
+    if request.param == "long axes":
+        return Vehicle(write_edited(tmp_path / "v.urdf", VEHICLE, ('<axis xyz="0 -1 0"/>', '<axis xyz="0 -2 1"/>')))
     kinds = KINDS[request.param]
     joints = max(kinds) + 1
     return Vehicle(write_arm_of(tmp_path / "arm.urdf", joints, odd_axes_seed=20 + request.param, kinds=kinds))
@@ -39,6 +47,7 @@ def vehicle(request: pytest.FixtureRequest, tmp_path: Path) -> Vehicle:
 
 def test_kernel_symbols_and_pinocchio_agree_on_every_kind(vehicle: Vehicle, rng: np.random.Generator) -> None:
     n, kernel = vehicle.n_arm, ArmParameters.of(vehicle.arm)
+    np.testing.assert_allclose(np.linalg.norm(vehicle.arm.axes, axis=1), 1.0, atol=1e-15)
     pattern, numbers = ArmPattern.of(vehicle.arm)
     angles = ca.SX.sym("angles", n)
     symbols = ca.SX.sym("numbers", len(numbers))
@@ -55,6 +64,22 @@ def test_kernel_symbols_and_pinocchio_agree_on_every_kind(vehicle: Vehicle, rng:
         for point, jacobian in enumerate(jacobians):
             mine = np.array([point_derivative(kernel, point, joint) for joint in range(n)]).reshape(n, 3).T
             np.testing.assert_allclose(mine, jacobian, atol=4e-15)
+
+
+def test_compiled_arm_equals_its_plain_twin(rng: np.random.Generator) -> None:
+    compiled, plain = (ArmParameters.of(Vehicle(VEHICLE).arm) for _ in range(2))
+    angles = rng.uniform(-1.5, 1.5, 4)
+    arm_kinematics(compiled, angles)
+    arm_kinematics.py_func(plain, angles)
+    np.testing.assert_allclose(compiled.points, plain.points, atol=1e-15)
+    np.testing.assert_allclose(compiled.joints, plain.joints, atol=1e-15)
+
+
+def test_parameters_have_their_own_memory() -> None:
+    geometry = Vehicle(VEHICLE).arm
+    one, other = ArmParameters.of(geometry), ArmParameters.of(geometry)
+    assert not any(np.shares_memory(a, b) for a, b in zip(one, other, strict=True))
+    assert not geometry.links.flags.writeable
 
 
 def test_a_continuous_joint_has_one_angle_and_no_limits(tmp_path: Path) -> None:

@@ -16,25 +16,49 @@ ROTOR = '<origin xyz="0.238157 0.137500 0" rpy="0 0 0"/>'
 AXIS = '<axis xyz="0 0 1"/>\n    <limit effort="8.0"'
 THRUST = '<limit effort="8.0" velocity="900"/>'
 FIRST = '<limit lower="{}" upper="{}" effort="{}" velocity="3.1"/>'
+SHIPPED = VEHICLE.read_text(encoding="utf-8")
+WEIGHT = '<inertial><mass value="-0.01"/><inertia ixx="0" ixy="0" ixz="0" iyy="0" iyz="0" izz="0"/></inertial>'
+FINGER = (
+    '<link name="pad"/><joint name="finger" type="prismatic"><parent link="tip"/><child link="pad"/><axis xyz="0 1 0"/>'
+    '<limit lower="0" upper="0.02" effort="5" velocity="1"/>{}</joint></robot>'
+)
 
 
-def vehicle(tmp_path: Path, *edits: tuple[str, str]) -> Path:
-    return write_edited(tmp_path / "vehicle.urdf", VEHICLE, *edits)
+def part(begin: str, end: str, name: str) -> str:
+    """Text of the shipped URDF from a beginning behind the name of a joint up to an end."""
+    start = SHIPPED.index(begin, SHIPPED.index(f'<joint name="{name}"'))
+    return SHIPPED[start : SHIPPED.index(end, start) + len(end)]
 
 
-def refused(path: Path, field: str, words: str) -> UrdfError:
+def limit(lower: float, upper: float, effort: float) -> tuple[str, str]:
+    return part("<limit", "/>", "eta_1"), FIRST.format(lower, upper, effort)
+
+
+SECOND = part("<joint", "</joint>", "rotor_2")
+REFUSED = [
+    ((THRUST, THRUST.replace("8.0", "0")), "joint rotor_1/limit@effort", "no thrust"),
+    ((THRUST, THRUST.replace("8.0", "-0.0")), "joint rotor_1/limit@effort", "no thrust"),
+    ((THRUST, ""), "joint rotor_1/limit@effort", "no thrust"),
+    ((SHIPPED, SHIPPED.replace('effort="8.0"', 'effort="0"')), "joint rotor_1/limit@effort", "no thrust"),
+    ((SECOND, SECOND.replace("base_link", "servo_2")), "joint rotor_2", "moves with the arm"),
+    (limit(-3.0, 3.0, 0.0), "joint eta_1/limit@effort", "cannot hold"),
+    (limit(0.3, 0.3, 3.1), "joint eta_1/limit@upper", "no range"),
+    ((END, FINGER.format('<mimic joint="eta_4"/>')), "joint finger/mimic", "follows the arm"),
+    (('<link name="rotor_3">', '<link name="rotor_3">' + WEIGHT), "link rotor_3/inertial/mass", "negative"),
+]  # fmt: skip
+
+
+def vehicle(tmp_path: Path, edit: tuple[str, str]) -> Path:
+    return write_edited(tmp_path / "vehicle.urdf", VEHICLE, edit)
+
+
+@pytest.mark.parametrize(("edit", "field", "words"), REFUSED, ids=[row[2] for row in REFUSED])
+def test_what_cannot_be_flown_is_refused(tmp_path, edit, field, words):
+    path = vehicle(tmp_path, edit)
     with pytest.raises(UrdfError, match=words) as caught:
         Vehicle(path)
     assert caught.value.file == str(path) and caught.value.field == field
     assert caught.value.given is not None and caught.value.allowed
-    return caught.value
-
-
-def joint_limit(lower: float, upper: float, effort: float) -> tuple[str, str]:
-    """An edit of the first joint's limits."""
-    text = VEHICLE.read_text(encoding="utf-8")
-    start = text.index("<limit", text.index('<joint name="eta_1"'))
-    return text[start : text.index("/>", start) + 2], FIRST.format(lower, upper, effort)
 
 
 @pytest.mark.parametrize(
@@ -49,25 +73,6 @@ def test_a_rotor_that_hangs_upside_down_turns_the_other_way(tmp_path):
     assert [rotor.direction for rotor in turned.rotors] == [-1, -1, 1, -1, 1, -1]
 
 
-@pytest.mark.parametrize("instead", [THRUST.replace("8.0", "0"), THRUST.replace("8.0", "-0.0"), ""])
-def test_a_rotor_without_thrust_among_others_is_refused(tmp_path, instead):
-    refused(vehicle(tmp_path, (THRUST, instead)), "joint rotor_1/limit@effort", "no thrust")
-
-
-def test_rotors_that_all_have_none_are_refused(tmp_path):
-    path = tmp_path / "vehicle.urdf"
-    path.write_text(VEHICLE.read_text(encoding="utf-8").replace('effort="8.0"', 'effort="0"'), encoding="utf-8")
-    refused(path, "joint rotor_1/limit@effort", "no thrust")
-
-
-def test_a_rotor_on_the_arm_is_refused(tmp_path):
-    text = VEHICLE.read_text(encoding="utf-8")
-    start = text.index('<joint name="rotor_2"')
-    part = text[start : text.index("</joint>", start)]
-    path = vehicle(tmp_path, (part, part.replace('<parent link="base_link"/>', '<parent link="servo_2"/>')))
-    refused(path, "joint rotor_2", "moves with the arm")
-
-
 @pytest.mark.parametrize("kind", ["fixed", "continuous"])
 def test_rotors_may_turn(tmp_path, kind):
     path = vehicle(tmp_path, ('<joint name="rotor_1" type="fixed">', f'<joint name="rotor_1" type="{kind}">'))
@@ -75,28 +80,7 @@ def test_rotors_may_turn(tmp_path, kind):
     assert len(made.rotors) == 6 and made.standing_joints == ()
 
 
-def test_a_joint_that_cannot_hold_is_refused(tmp_path):
-    refused(vehicle(tmp_path, joint_limit(-3.0, 3.0, 0.0)), "joint eta_1/limit@effort", "cannot hold")
-
-
-def test_a_joint_without_a_range_is_refused(tmp_path):
-    refused(vehicle(tmp_path, joint_limit(0.3, 0.3, 3.1)), "joint eta_1/limit@upper", "no range")
-
-
-def test_what_follows_the_arm_is_refused_and_what_only_could_move_stands(tmp_path):
-    finger = (
-        '<link name="pad"/><joint name="finger" type="prismatic"><parent link="tip"/><child link="pad"/><axis xyz="0 1 0"/>'
-        '<limit lower="0" upper="0.02" effort="5" velocity="1"/>{}</joint>'
-    )
-    refused(
-        vehicle(tmp_path, (END, finger.format('<mimic joint="eta_4"/>') + END)), "joint finger/mimic", "follows the arm"
-    )
-    made = Vehicle(vehicle(tmp_path, (END, finger.format("") + END)))
+def test_what_only_could_move_stands(tmp_path):
+    made = Vehicle(vehicle(tmp_path, (END, FINGER.format(""))))
     assert made.standing_joints == ("finger",)
     np.testing.assert_array_equal(made.tip_position(np.zeros(4)), Vehicle(VEHICLE).tip_position(np.zeros(4)))
-
-
-def test_a_negative_mass_of_any_link_is_refused(tmp_path):
-    weight = '<inertial><mass value="-0.01"/><inertia ixx="0" ixy="0" ixz="0" iyy="0" iyz="0" izz="0"/></inertial>'
-    path = vehicle(tmp_path, ('<link name="rotor_3">', '<link name="rotor_3">' + weight))
-    refused(path, "link rotor_3/inertial/mass", "negative")

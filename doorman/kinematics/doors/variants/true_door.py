@@ -1,4 +1,4 @@
-r"""The simulated door: of another width than the planner is told, or elsewhere, or with its leaf elsewhere on the hinge.
+r"""The simulated door: of another width than the planner knows, or elsewhere, or with its leaf elsewhere on the hinge.
 
 Leaf, frame and wall stand at :math:`T = t(P_h + o)\,R_z(\psi)\,t(-P_h)` in the world, for the `door_offset` o and the `door_yaw`
 ψ about the vertical through the lower end P_h of the hinge line. α stays the hinge's own angle.
@@ -15,7 +15,7 @@ from doorman.kinematics.urdf.elements import read_joints
 from doorman.scenario import ContactSection, DoorSection, SimulationSection
 
 _KEYS = ("door_width", "door_offset", "door_yaw", "door_face_offset")
-"""Of `[simulation]`, that make the true door another one than the planner is told."""
+"""Of `[simulation]`, that make the true door another one than the planner knows."""
 
 
 class TrueDoor(Door):
@@ -23,7 +23,7 @@ class TrueDoor(Door):
 
     Args:
         urdf: Path of the URDF; `self.urdf` is another file where width, mass or face are others.
-        section: What the planner is told.
+        section: What the planner knows.
         simulation: What is true.
         side: Of the leaf that the vehicle is on.
         contact: Where the tip touches.
@@ -36,13 +36,13 @@ class TrueDoor(Door):
         self, urdf: Path, section: DoorSection, simulation: SimulationSection, side: Side = "push",
         contact: ContactSection | None = None,
     ) -> None:  # fmt: skip
-        told = _with_width(urdf, section, simulation, side)
-        super().__init__(*_with_face(told, simulation.door_face_offset), side, contact)
+        stretched = _with_width(urdf, section, simulation, side)
+        super().__init__(*_with_face(stretched, simulation.door_face_offset), side, contact)
         self._stand(self.hinge_position, self.hinge_position + simulation.door_offset, simulation.door_yaw)
 
 
 def is_another(simulation: SimulationSection) -> bool:
-    """Whether the true door is another one than the planner is told."""
+    """Whether the true door is another one than the planner knows."""
     default = SimulationSection()
     return any(getattr(simulation, key) != getattr(default, key) for key in _KEYS)
 

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import cache
 from pathlib import Path
+from types import ModuleType
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,8 +19,9 @@ from doorman.ocp.problem.problem import Bounds, Problem
 
 Array = NDArray[np.float64]
 
-_PACKAGE = Path(__file__).parents[3]
-_FOLDERS = ("kinematics", "dynamics", "collision", "planning", "ocp/problem", "ocp/kernels")
+_SOLVER = Path(__file__).parents[2]
+_OWN = ("problem", "kernels")
+"""Folders of the solver that make texts."""
 
 
 def printed_problem(
@@ -38,10 +40,10 @@ def printed_problem(
     )  # fmt: skip
 
 
-def kept_text(key: str, make: Callable[[], str]) -> str:
-    """Text that is made once and kept on disk: a warm start needs neither CasADi nor the time to derive."""
+def kept_text(key: str, make: Callable[[], str], packages: Sequence[ModuleType] = ()) -> str:
+    """Text that is made once and kept on disk until code of the solver or of these packages changes: no warm start derives."""
     try:
-        path = cache_directory() / "problems" / f"{_digest(key + _code())[:16]}.txt"
+        path = cache_directory() / "problems" / f"{_digest(key + _code(*packages))[:16]}.txt"
     except OSError:
         return make()  # and again next time
     try:
@@ -59,11 +61,12 @@ def kept_text(key: str, make: Callable[[], str]) -> str:
 
 
 @cache
-def _code() -> str:
-    """Digest of the package's code that texts are made by."""
+def _code(*packages: ModuleType) -> str:
+    """Digest of the code that texts are made by."""
     digest = hashlib.sha256()
-    for folder in _FOLDERS:
-        for source in sorted((_PACKAGE / folder).rglob("*.py")):
+    folders = [*(Path(package.__path__[0]) for package in packages), *(_SOLVER / folder for folder in _OWN)]
+    for folder in folders:
+        for source in sorted(folder.rglob("*.py")):
             digest.update(source.read_bytes())
     return digest.hexdigest()
 

@@ -19,10 +19,7 @@ import numpy as np
 
 from doorman.arrays import Array
 from doorman.compilation import kernel
-from doorman.kinematics.vehicles.rotor_layout import RING_RADIUS as RING_RADIUS
-from doorman.kinematics.vehicles.rotor_layout import RING_SIZE as RING_SIZE
-from doorman.kinematics.vehicles.rotor_layout import RotorLayout as RotorLayout
-from doorman.kinematics.vehicles.rotor_layout import rotor_layout as rotor_layout
+from doorman.kinematics.vehicles.rotor_layout import RotorLayout
 
 
 class MixerParameters(NamedTuple):

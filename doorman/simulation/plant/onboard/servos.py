@@ -3,7 +3,7 @@ r"""Servos: PI velocity control of the arm's joints, with limits of rate, torque
 .. math::
     \tau = \mathrm{sat}(K_v (r - \dot\eta) + z), \qquad \dot z = K_i (r - \dot\eta)
 
-r is the rate asked for, cut at the rate limit and before the joint's end. MuJoCo sees a damper of :math:`K_v` with a moving
+r is the commanded rate, cut at the rate limit and before the joint's end. MuJoCo sees a damper of :math:`K_v` with a moving
 reference, which it integrates implicitly. The torque limit is put on the reference and not on the actuator: a servo that
 slips keeps its damper, without which the joint's small armature and the stiff contact would need a far smaller time step.
 """
@@ -87,19 +87,19 @@ class ServoParameters(NamedTuple):
 
 
 @kernel
-def servo_rate(asked: float, angle: float, lower: float, upper: float, largest: float, braking: float) -> float:
-    """Rate that a servo follows: the one asked for, inside its limit, and so that it can stop at the joint's end [rad/s]."""
-    rate = min(max(asked, -largest), largest)
+def servo_rate(commanded: float, angle: float, lower: float, upper: float, largest: float, braking: float) -> float:
+    """Rate that a servo follows: the commanded one, inside its limit, and so that it can stop at the joint's end [rad/s]."""
+    rate = min(max(commanded, -largest), largest)
     rate = min(rate, math.sqrt(2.0 * braking * max(upper - angle, 0.0)))
     return max(rate, -math.sqrt(2.0 * braking * max(angle - lower, 0.0)))
 
 
 @kernel
-def servo_references(p: ServoParameters, qpos: Array, qvel: Array, asked: Array, references: Array) -> None:
-    """References of the velocity actuators, from MuJoCo's state and the rates that are asked for."""
+def servo_references(p: ServoParameters, qpos: Array, qvel: Array, commanded: Array, references: Array) -> None:
+    """References of the velocity actuators, from MuJoCo's state and the commanded rates."""
     for j in range(p.integral.shape[0]):
         angle, rate = qpos[p.positions[j]], qvel[p.velocities[j]]
-        wanted = servo_rate(asked[j], angle, p.limits[0, j], p.limits[1, j], p.limits[2, j], p.gains[2, j])
+        wanted = servo_rate(commanded[j], angle, p.limits[0, j], p.limits[1, j], p.limits[2, j], p.gains[2, j])
         torque = p.gains[0, j] * (wanted - rate) + p.integral[j]
         limited = min(max(torque, -p.limits[3, j]), p.limits[3, j])
         if (torque - limited) * (wanted - rate) <= 0.0:

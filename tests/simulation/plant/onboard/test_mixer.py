@@ -10,10 +10,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from doorman.exceptions import BackendError
+from doorman.kinematics.vehicles.rotor_layout import RotorLayout, rotor_layout
 from doorman.kinematics.vehicles.vehicle import Vehicle
 from doorman.resources import urdf_directory
 from doorman.scenario import VehicleSection
-from doorman.simulation.plant.onboard.rotors import MixerParameters, RotorLayout, mix, rotor_layout
+from doorman.simulation.plant.onboard.rotors import MixerParameters, mix
 
 VEHICLE = Vehicle(urdf_directory() / "hexarotor_arm.urdf")
 LAYOUT = rotor_layout(VEHICLE, 0.016)

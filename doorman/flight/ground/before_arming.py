@@ -1,0 +1,52 @@
+"""Before the motors may run: the gripper is tried, as in the air it must open whatever has failed, and the autopilot engaged."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from doorman.hardware.pixhawk import Outcome, OutcomeStatus
+from doorman.hardware.vehicle import VehicleLinks
+from doorman.hardware.vehicle.gripper import CLOSED, CLOSES_WITHIN, HALF_OPEN, OPENS_WITHIN
+
+_STARVED = 2.0
+"""For links to become fresh before the autopilot is engaged [s]."""
+
+
+def try_gripper(links: VehicleLinks, say: Callable[[str], None]) -> str:
+    """Close it, and let its spring open it. Returns what went wrong."""
+    if not links.config.gripper:
+        return ""
+    say("try the gripper: close it, then let its spring open it")
+    servos, rest = links.servos, np.zeros(links.config.n_arm)
+
+    def angle() -> float:
+        return float(servos.read().angles[-1])
+
+    deadline = links.clock.now() + CLOSES_WITHIN
+    while angle() < CLOSED:
+        if links.clock.now() > deadline:
+            return f"it does not close within {CLOSES_WITHIN:g} s; it has reached {angle():.2f} of {CLOSED:g} rad"
+        links.move_arm(rest, closed=True)
+        links.clock.sleep(0.01)
+    deadline = links.clock.now() + OPENS_WITHIN
+    while angle() > HALF_OPEN:
+        if links.clock.now() > deadline:
+            links.let_go()
+            return f"its spring opens it only to {angle():.2f} rad, not to {HALF_OPEN:g} rad; fit a stronger spring"
+        servos.command(rest, 0.0)
+        links.clock.sleep(0.01)
+    links.let_go()
+    return ""
+
+
+def engage(links: VehicleLinks, stops: Callable[[], bool]) -> Outcome:
+    """Engage; links that were starved while the program made ready have a moment to become fresh again."""
+    begin = links.clock.now()
+    while True:
+        outcome = links.autopilot.engage(unarmed=True)
+        starved = outcome.status is OutcomeStatus.NOT_READY and links.clock.now() - begin < _STARVED
+        if not starved or stops():
+            return outcome
+        links.clock.sleep(0.05)
