@@ -245,7 +245,11 @@ class Model:
     def _ratios(self) -> dict[str, float]:
         """Of the defaults that grow with vehicle and door, by unit."""
         size = self.scale
-        return {"force": size.force, "torque": size.torque, "length": size.length}
+        resists = self.hinge_scale if self.door.in_plane else size.torque  # a lever is shorter than any leaf
+        return {
+            "force": size.force, "torque": size.torque, "length": size.length, "speed": size.speed, "rate": size.rate,
+            "resistance": resists, "stiffness": size.stiffness, "hinge": self.hinge_scale,
+        }  # fmt: skip
 
     def _reduced(self, distance_from_hinge: float) -> ReducedModel:
         numbers = task_numbers(self.vehicle, self.door, distance_from_hinge, self._place[1])

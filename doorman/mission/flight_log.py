@@ -62,7 +62,7 @@ class FlightLog:
                 "normal_force": estimate.normal_force,
                 "touching": estimate.touching,
                 "hinge": [hinge.damping, hinge.friction, hinge.stiffness, hinge.inertia],
-                "door_place": door.found,
+                "door_place": door.state,
                 "door_place_deviation": door.deviations,
                 "door_angle_deviation": door.angle_deviation(estimate.door_angle),
                 "torque_deviation": hinge.torque_deviation,

@@ -87,6 +87,8 @@ class Mission(Uncopied):
             holds=after is not None,
             more=phases,
         )
+        self._sequence.attempt.place = self._locator.known
+        self._face_is_known = False
         whole = settings.planner.model == "whole_body"
         self._whole_body = WholeBodyFlight(model, self._schedule) if whole else None
         self._quasi_static = None if whole else QuasiStaticFlight(model, self.converter, self._schedule)
@@ -178,6 +180,7 @@ class Mission(Uncopied):
         All of it sees the door where the map has it: `DoorLocator` moves measurements and commands.
         """
         self._see_frame(measured)
+        self._learn_frame()
         leaf, measured = measured.leaf, self._watch.checked(measured, self._known, self._sequence.tie)
         now, measurement = measured.time, self._locator.seen(measured)
         elapsed = 0.0 if self._last_time is None else now - self._last_time
@@ -194,7 +197,6 @@ class Mission(Uncopied):
         if self.phase is Phase.HOVER:
             self._sequence.attempt.poses.note(measured)
         action = self._sequence.step(estimate, measurement.body_rates, elapsed)
-        self._learn_frame()
         self._learn_loop(now, backend.feedback_lag)
         setpoint, at_the_leaf, tie = action.setpoint, self._sequence.at_the_leaf, self._sequence.tie
         self._note_hold(estimate, tie, elapsed)
@@ -280,19 +282,13 @@ class Mission(Uncopied):
             self.abort(self._watch.refused)
         if found is None or measured.frame is None:
             return
-        first = self._locator.frame is None
         self._locator.measure(*found, measured.frame.position_deviation, measured.frame.yaw_deviation)
-        self._sequence.attempt.frame = self._locator.frame  # it need not be touched
-        if first:
-            self._estimator.know_the_face()
 
     def _learn_frame(self) -> None:
-        """Once the frame has been touched, the door stands where that is."""
-        frame = self._sequence.attempt.frame
-        if frame is None or self._locator.frame is not None:
-            return
-        self._locator.learn(frame)
-        self._estimator.know_the_face()
+        """Once the frame has been touched, or seen by a sensor, the door stands where that is."""
+        if self._sequence.attempt.place.found and not self._face_is_known:
+            self._face_is_known = True
+            self._estimator.know_the_face()
 
     def _learn_loop(self, now: float, feedback_lag: float) -> None:
         """Once the attitude loop has been measured, this flight's plans and controllers count on what was found."""

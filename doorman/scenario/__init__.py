@@ -6,8 +6,9 @@ everything else in SI units.
 
 from doorman.scenario.scenario import Scenario
 from doorman.scenario.sections.campaign import CampaignSection, Distribution
+from doorman.scenario.sections.estimation import EstimationSection
 from doorman.scenario.sections.first import FirstSection, TrueJointSection
-from doorman.scenario.sections.laboratory import EstimationSection, SafetySection
+from doorman.scenario.sections.laboratory import SafetySection
 from doorman.scenario.sections.reality import RealitySection
 from doorman.scenario.sections.simulation import (
     GustSection,

@@ -24,7 +24,7 @@ GONE: Mapping[str, str] = {
         for name in (
             "vehicle_observer_rate", "wind_rate", "angle_deviation", "angle_noise", "push_noise", "push_noise_in_wind",
             "torque_deviation", "torque_deviation_in_wind", "torque_time", "leaf_wind", "leaf_wind_share", "leaf_wind_deviation",
-            "inertia_deviation", "contact",
+            "inertia_deviation",
         )
     },
     "mission.touch_distance": "it is fixed",

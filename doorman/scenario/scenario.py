@@ -15,8 +15,9 @@ from doorman.scenario.errors import explain
 from doorman.scenario.files import SCENARIO, SHIPPED, URDF, absolute, locate, read_tables
 from doorman.scenario.plain import plain
 from doorman.scenario.sections.campaign import CampaignSection, Distribution
+from doorman.scenario.sections.estimation import EstimationSection
 from doorman.scenario.sections.first import FirstSection
-from doorman.scenario.sections.laboratory import EstimationSection, SafetySection
+from doorman.scenario.sections.laboratory import SafetySection
 from doorman.scenario.sections.reality import RealitySection, under
 from doorman.scenario.sections.simulation import SimulationSection
 from doorman.scenario.sections.task import ContactSection, DoorSection, GoalSection, MissionSection, StartSection

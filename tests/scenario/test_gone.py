@@ -23,9 +23,6 @@ def test_a_table_that_went_names_its_key(tmp_path: Path) -> None:
     path.write_text("[push]\nmax_rate = 0.5\n")
     with pytest.raises(ScenarioError, match=r"'push\.max_rate' is gone: goal\.duration"):
         Scenario.load(path)
-    path.write_text("[estimation.contact]\nlost_below = 0.1\n")
-    with pytest.raises(ScenarioError, match="is gone"):
-        Scenario.load(path)
 
 
 def test_a_slip_of_the_pen_still_names_the_nearest_key() -> None:

@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 from doorman.control.state_converter import StateConverter
 from doorman.estimation.leaf.acting import Acting
 from doorman.estimation.leaf.hinge_fit import HingeEstimate, HingeFit
-from doorman.estimation.leaf.hypotheses import RESTING, TOUCHING
+from doorman.estimation.leaf.hypotheses import RESTING, STOPPED, TOUCHING
 from doorman.estimation.leaf.leaf_filter import (
+    AT_THE_FRAME,
     AT_THE_LEAF,
     AWAY,
     BORNE,
@@ -33,8 +34,8 @@ from doorman.signals import Measurement
 
 Array = NDArray[np.float64]
 
-_FIRST_NOISE, _LEAST_NOISE = 1e-3, 1e-4
-"""Of a pose's position, until it has been measured, and at least [m]."""
+_FIRST_NOISE = 1e-3
+"""Of a pose's position, until it has been measured [m]."""
 _LISTENS = 64
 """Poses after which that is told again."""
 
@@ -96,6 +97,8 @@ class Estimate(OneLine):
     hinge: HingeEstimate
     lift: float = 0.0
     """Lift of the rotors beyond their command, as a share of it."""
+    stopped: bool = False
+    """Whether a tip that feels for the frame is probably on it."""
     rests: bool = False
     """Whether the leaf at which the tip is probably rests."""
     angle_deviation: float = 0.0
@@ -151,7 +154,8 @@ class Estimator:
         self._hinge = HingeFit(model)
         self._unnamed = 0.0
         self._sure, self._touches = model.scenario.estimation.sure, model.scenario.mission.start == "contact"
-        self._rests = False
+        self._rests = self._stopped = False
+        self._feels: Array | None = None
         self._unloaded = np.zeros(2)  # sum of what the tip's sensor has read in free flight, and how many readings
 
     def go_on(self, tip_force: Array, wind: Array, lift: float) -> None:
@@ -174,6 +178,8 @@ class Estimator:
             self._converter.tip(*_parts(measured))  # says what
         self._acting.note(measured, self._told)
         situation = _situation(tie, closes and self._model.scenario.contact.kind == "grip")
+        if situation == AWAY and self._feels is not None:
+            situation = AT_THE_FRAME
         if self._run is None or measured.pose_time != self._run.time:
             self._take_pose(measured, situation, tie is Tie.LEAVING)
         assert self._run is not None
@@ -183,6 +189,12 @@ class Estimator:
         """Learn that the tip touches the leaf where it is now, though that should be farther; its force passed for wind."""
         if self._run is not None:
             self._run.meet(tip_angle, wind)
+
+    def feel(self, normal: Array | None) -> None:
+        """Say into which face the tip feels its way, unit vector, shape (3,); None if into none."""
+        changed, self._feels = normal is not self._feels, normal
+        if self._run is not None and changed:
+            self._run.feels(np.zeros(3) if normal is None else normal)
 
     def know_the_face(self) -> None:
         """The door stands where it is believed: a leaf that is met elsewhere stands ajar."""
@@ -220,7 +232,7 @@ class Estimator:
             self._leaf_time, door = leaf.time, self._model.door
             self._run.see_leaf(leaf.time, door.angle_of_joint(leaf.joint), leaf.deviation / door.per_angle)
         if self._poses % _LISTENS == 0 and math.isfinite(noise := self._noise.deviation):
-            self._run.pose_deviation(max(noise, _LEAST_NOISE))
+            self._run.pose_deviation(noise)
         self._run.leaves(leaves)
         left = self._model.travel.left(float(self._run.estimate.mean[JOINT]))
         self._run.is_to_move(int(left > _AT_THE_GOAL) - int(situation == HELD and left < -_AT_THE_GOAL))
@@ -245,6 +257,7 @@ class Estimator:
         angle, inertia, door = float(mean[JOINT]) + age * rate, math.exp(inertia), model.door
         self._touches = touching = self._believes(run, TOUCHING, self._touches)
         self._rests = self._believes(run, RESTING, self._rests)
+        self._stopped = self._believes(run, (STOPPED,), self._stopped)
         wind = np.array([outputs[name][0] for name in WINDS])
         if touching:
             strength = math.hypot(*wind[:2].tolist())
@@ -272,7 +285,7 @@ class Estimator:
             tip_force=force * door.normal(angle) + friction[0] * along + friction[1] * up,
             friction_force=friction, normal_force=force,
             near=lever * (tip_angle - angle - 2.0 * off) < _REACH * model.scale.length, touching=touching,
-            rests=self._rests,
+            stopped=self._stopped, rests=self._rests,
             resistance=resistance,
             friction_share=self._hinge.friction_share(angle), face_offset=face, door_disturbance=self._unnamed,
             hinge=self._hinge.found(angle, inertia, inertia * float(deviations[_TOLD[4]])),

@@ -21,12 +21,6 @@ Array = NDArray[np.float64]
 
 _EVERY = 1.0
 """Between looks, over which what the leaf resists with by chance is a new one [s]."""
-_MOVES = 0.02
-"""A leaf that is slower tells nothing, of the shipped size [rad/s]."""
-_BY_CHANCE = (0.1, 0.3)
-"""Deviation of w in still air [N m], and its growth with the wind on the vehicle [m]."""
-DAMPING, FRICTION, STIFFNESS = (0.7, 0.7), (0.8, 0.6), (0.5, 0.7)
-"""Prior of a room door: mean, or what the scenario names if anything, and deviation [N m s/rad], [N m], [N m/rad]."""
 
 
 @dataclass(frozen=True)
@@ -57,23 +51,24 @@ class HingeFit:
     """
 
     def __init__(self, model: Model) -> None:
-        door, scale = model.door, model.hinge_scale
-        self._door, self._sense, self._moves = door, model.travel.sense, _MOVES * model.scale.rate
-        self._by_chance = scale * _BY_CHANCE[0], _BY_CHANCE[1]
-        named = (door.damping, DAMPING), (door.friction, FRICTION), (door.stiffness, STIFFNESS)
-        self._mean = np.array([value or scale * mean for value, (mean, _) in named])
-        self._covariance = np.diag([(scale * deviation) ** 2 for _, (_, deviation) in named])
+        door, usual = model.door, model.scenario.estimation.hinge
+        self._door, self._sense, self._usual = door, model.travel.sense, usual
+        self._mean = np.array([
+            door.damping or usual.damping, door.friction or usual.friction, door.stiffness or usual.stiffness
+        ])  # fmt: skip
+        doubt = np.array([usual.damping_deviation, usual.friction_deviation, usual.stiffness_deviation])
+        self._covariance = np.diag(doubt**2)
         self._next = -math.inf
 
     def learn(self, now: float, angle: float, rate: float, resistance: float, deviation: float, wind: float) -> None:
         """Take in what a leaf that is pushed along resists with."""
-        if now < self._next or abs(rate) < self._moves:
+        if now < self._next or abs(rate) < self._usual.moves:
             return
         self._next = now + _EVERY
         way = math.copysign(1.0, rate)
         slope = np.array([abs(rate), 1.0, way * (angle - self._door.rest_angle)])
         felt = way * self._sense * resistance - way * self._door.closing_torque
-        noise = deviation**2 + (self._by_chance[0] + self._by_chance[1] * wind) ** 2
+        noise = deviation**2 + (self._usual.by_chance + self._usual.in_wind * wind) ** 2
         spread = self._covariance @ slope
         variance = float(slope @ spread) + noise
         self._mean = np.maximum(self._mean + spread * ((felt - float(slope @ self._mean)) / variance), 0.0)

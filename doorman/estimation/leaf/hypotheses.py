@@ -9,22 +9,13 @@ import casadi as ca
 from doorman.estimation.hypothesis import Hypothesis, Row
 from doorman.estimation.leaf.motion import LeafMotion
 
-FREE, BLOWN, PUSHING, STANDING = "free", "blown", "pushing", "standing"
+FREE, BLOWN, STOPPED, PUSHING, STANDING = "free", "blown", "stopped", "pushing", "standing"
 GRIPPED, HOLDING, THROWN = "gripped", "holding", "thrown"
 
 TOUCHING = (PUSHING, STANDING, GRIPPED, HOLDING, THROWN)
-"""Those in which the tip feels a force."""
+"""Those in which the tip is at the leaf."""
 RESTING = (STANDING, HOLDING)
 """Those of them in which the leaf does not move."""
-
-_ROUNDING = 0.02
-"""Rate below which a free leaf's friction fades [rad/s]: it must not chatter about rest."""
-_STEP = 0.01
-"""Time between poses, in which friction takes no more than the rate that there is: that of a lever stops it at once [s]."""
-_AJAR = 0.05
-"""Opening from which on a closer may draw the leaf back [rad or m]: one that is closed rests at its stop."""
-_HELD = 0.1
-"""Force across the face that a grip makes beside that of friction, as a share of the vehicle's weight."""
 
 
 def free(motion: LeafMotion) -> Hypothesis:
@@ -37,11 +28,24 @@ def blown(motion: LeafMotion) -> Hypothesis:
     return _free(BLOWN, motion, motion.noise.jump)
 
 
+def stopped(motion: LeafMotion) -> Hypothesis:
+    """The tip is on something that does not move, and presses on it; the leaf is as it is without a tip."""
+    contact, force, into = motion.contact, motion.force_on_frame, motion.frame.normal
+    other = _free(STOPPED, motion, motion.noise.wind)
+    speed = ca.sqrt(motion.noise.velocity**2 + (motion.noise.bounce * force / motion.vehicle.mass) ** 2)
+    return Hypothesis(
+        STOPPED, other.dynamics - motion.column(velocity=force * into / motion.vehicle.mass),
+        motion.replaced(other.noise, velocity=ca.repmat(speed, 3, 1)),
+        holds=[Row("rests", ca.dot(into, motion.tip_velocity), contact.gap_rate, contact.lasts)],
+        limits=[Row("presses", force, contact.pull, contact.lasts)],
+    )  # fmt: skip
+
+
 def _free(name: str, motion: LeafMotion, wind: Any) -> Hypothesis:
     contact, noise = motion.contact, motion.noise
     resists = ca.fmax(motion.resistance, 0) / motion.inertia
-    moves = ca.tanh(motion.rate_to_goal / (_ROUNDING + _STEP * resists))
-    drawn = noise.drawn * resists * ca.tanh(motion.opening / _AJAR)
+    moves = ca.tanh(motion.rate_to_goal / (contact.creeps + contact.brakes * resists))
+    drawn = noise.drawn * resists * ca.tanh(motion.opening / contact.ajar)
     rate = ca.sqrt((noise.rate * moves) ** 2 + drawn**2)
     return Hypothesis(
         name, motion.dynamics(0, -motion.reference.sense * resists * moves, contact.settles),
@@ -106,9 +110,10 @@ def switching(motion: LeafMotion, names: tuple[str, ...]) -> dict[tuple[str, str
     """Rates among hypotheses: a tip touches where it is near, and a leaf stops or moves on. One that rests is met at rest."""
     switch = motion.switch
     touching = [name for name in names if name in TOUCHING and name != THROWN]
-    moves = ca.tanh(motion.rate_to_goal / _ROUNDING) ** 2
+    moves = ca.tanh(motion.rate_to_goal / motion.contact.creeps) ** 2
     closeness = 0.5 * (1 + ca.tanh(2 * (switch.near - motion.gap) / switch.near))
-    rates: dict[tuple[str, str], Any] = {(FREE, BLOWN): switch.jump, (BLOWN, FREE): switch.calm}
+    rates: dict[tuple[str, str], Any] = {(FREE, BLOWN): switch.jump * _no_blow(motion), (BLOWN, FREE): switch.calm}
+    rates.update({(FREE, STOPPED): switch.far, (STOPPED, FREE): switch.lose})
     reached = ca.fmin(ca.fmax(2 * (1 - motion.gap / switch.reach), 0), 1)
     for name in touching:
         rates[FREE, name] = (switch.far * reached + switch.make * closeness) * (1 - moves if name in RESTING else moves)
@@ -118,6 +123,13 @@ def switching(motion: LeafMotion, names: tuple[str, ...]) -> dict[tuple[str, str
         rates.update({(name, THROWN): switch.throw for name in (GRIPPED, HOLDING)})
         rates.update({(THROWN, GRIPPED): switch.calm, (THROWN, HOLDING): switch.calm, (THROWN, FREE): switch.slip})
     return rates
+
+
+def _no_blow(motion: LeafMotion) -> Any:
+    """0 where a tip that feels for a frame may have met it: only one that flies back faster than it bounces is blown."""
+    into, bounce = motion.frame.normal, 40 * motion.contact.gap_rate
+    back = -ca.dot(into, motion.tip_velocity)
+    return 1 - 0.5 * ca.dot(into, into) * (1 - ca.tanh((back - bounce) / motion.contact.gap_rate))
 
 
 def _noise(
@@ -143,7 +155,7 @@ def _rubbing(motion: LeafMotion, force: Any) -> Any:
 
 def _gripping(motion: LeafMotion, force: Any) -> Any:
     """The same of a grip, which needs no normal force."""
-    return _rubbing(motion, ca.fabs(force) + _HELD * motion.weight)
+    return _rubbing(motion, ca.fabs(force) + motion.contact.held * motion.weight)
 
 
 def _giving(motion: LeafMotion, force: Any) -> Any:

@@ -13,6 +13,7 @@ from doorman.estimation.leaf.hypotheses import (
     PUSHING,
     RESTING,
     STANDING,
+    STOPPED,
     THROWN,
     blown,
     free,
@@ -20,10 +21,11 @@ from doorman.estimation.leaf.hypotheses import (
     holding,
     pushing,
     standing,
+    stopped,
     switching,
     thrown,
 )
-from doorman.estimation.leaf.leaf_sensor import leaf_row
+from doorman.estimation.leaf.leaf_sensor import LEAF
 from doorman.estimation.leaf.motion import LeafMotion
 from doorman.estimation.leaf.numbers import JOINT, PLACES, SIZE
 from doorman.estimation.measurement import Measurement
@@ -33,8 +35,9 @@ from doorman.kinematics.numbers import Numbers
 from doorman.kinematics.vehicles.arms.arm_pattern import ArmPattern
 from doorman.model import Model
 
-AWAY, AT_THE_LEAF, CLOSING, HELD = "away", "at_the_leaf", "closing", "held"
-"""Situations: nothing is near, the tip may touch, the gripper closes where it meets the leaf, it has closed."""
+AWAY, AT_THE_FRAME, AT_THE_LEAF, CLOSING, HELD = "away", "at_the_frame", "at_the_leaf", "closing", "held"
+"""Situations: nothing is near, the tip feels for the frame, it may touch the leaf, the gripper closes where it meets the leaf,
+it has closed."""
 
 WINDS, SLIPS = ("wind_x", "wind_y", "wind_z"), ("slip_along", "slip_up")
 """Outputs beside `normal_force`: the wind on the vehicle [N], and the tip's velocity on the face [m/s];"""
@@ -47,7 +50,8 @@ def leaf_filter(model: Model, numbers: Numbers) -> Filter:
     motion = LeafMotion(ArmPattern.of(model.vehicle.arm)[0], model.vehicle.point_names, numbers)
     grips = model.scenario.contact.kind == "grip"
     hypotheses = [
-        each(motion) for each in (free, blown, pushing, standing, *((gripped, holding, thrown) if grips else ()))
+        each(motion)
+        for each in (free, blown, stopped, pushing, standing, *((gripped, holding, thrown) if grips else ()))
     ]
     gripping = {CLOSING: [FREE, GRIPPED, HOLDING], HELD: [FREE, GRIPPED, HOLDING, THROWN]}
     names = tuple(each.name for each in hypotheses)
@@ -56,14 +60,13 @@ def leaf_filter(model: Model, numbers: Numbers) -> Filter:
     least[inertia], most[inertia] = np.log(0.02 * model.door.inertia), np.log(20.0 * model.door.inertia)
     least[JOINT], most[JOINT] = model.door.lower_limit - play, model.door.upper_limit + play
     resting = [name for name in RESTING if name in names]
-    under = {FREE: 0.0, BLOWN: 0.0, **{name: motion.force_on_standing for name in resting}}
+    under = {FREE: 0.0, BLOWN: 0.0, STOPPED: 0.0, **{name: motion.force_on_standing for name in resting}}
     force = Output("normal_force", motion.force_on_moving, under=under)
-    felt = Measurement("tip_force", motion.force_on_moving, motion.sensor.tip_force, gate=8.0, under=under)
+    gate, felt_under = model.scenario.estimation.gate, {**under, STOPPED: motion.force_on_frame}
+    felt = Measurement("tip_force", motion.force_on_moving, motion.sensor.tip_force, gate=gate, under=felt_under)
     winds = [Output(name, motion.wind[k]) for k, name in enumerate(WINDS)]
     slips = [Output(name, motion.slip[k]) for k, name in enumerate(SLIPS)]
-    gained = {
-        name: motion.dynamics(under.get(name, motion.force_on_moving), 0, 1)[PLACES["velocity"]] for name in names
-    }
+    gained = {each.name: each.dynamics[PLACES["velocity"]] for each in hypotheses}
     gains = [
         Output(name, gained[PUSHING][k], under={each: gained[each][k] for each in names}) for k, name in enumerate(GAINS)
     ]  # fmt: skip
@@ -74,9 +77,13 @@ def leaf_filter(model: Model, numbers: Numbers) -> Filter:
             lower=least, upper=most,
         ),
         measurements=[
-            Measurement("pose", motion.position, motion.sensor.pose, gate=8.0), felt, leaf_row(motion),
+            Measurement("pose", motion.position, motion.sensor.pose, gate=gate), felt,
+            Measurement(LEAF, motion.door_angle, motion.sensor.leaf, gate=gate),
         ],
         hypotheses=hypotheses, switching=switching(motion, names), outputs=[force, *winds, *slips, *gains, borne],
-        allowed={AWAY: [FREE, BLOWN], AT_THE_LEAF: [FREE, PUSHING, STANDING], **(gripping if grips else {})},
+        allowed={
+            AWAY: [FREE, BLOWN], AT_THE_FRAME: [FREE, BLOWN, STOPPED], AT_THE_LEAF: [FREE, PUSHING, STANDING],
+            **(gripping if grips else {}),
+        },
         parameters=numbers.vector, ticks=24, longest_step=1.0,
     )  # fmt: skip

@@ -1,25 +1,16 @@
-"""The leaf's own angle, as a sensor of the door measures it: one row, and what a recording holds of it."""
+"""The leaf's own angle, as a sensor of the door measures it, and what a recording holds of it."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
 
-from doorman.estimation.leaf.motion import LeafMotion
-from doorman.estimation.measurement import Measurement
 from doorman.recording import Recording
 
 Array = NDArray[np.float64]
 
 LEAF = "leaf"
-"""Name of the measurement; its reading is q at its own time."""
-GATE = 8.0
-"""Deviations from which on a reading is of something else, or the leaf elsewhere."""
-
-
-def leaf_row(motion: LeafMotion) -> Measurement:
-    """:math:`y = q + v`: a gap that is measured is no contact, for tip and face keep their distance in one."""
-    return Measurement(LEAF, motion.door_angle, motion.sensor.leaf, gate=GATE)
+"""Name of the measurement: q at its own time. A gap that it tells is no contact, for tip and face keep their distance in one."""
 
 
 def recorded_readings(recording: Recording) -> Array:

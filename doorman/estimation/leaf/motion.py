@@ -28,7 +28,7 @@ from typing import Any
 import casadi as ca
 
 from doorman.dynamics.tip_on_face import TipOnFace
-from doorman.estimation.leaf.numbers import STATES
+from doorman.estimation.leaf.numbers import PLACES, STATES
 from doorman.kinematics.numbers import Numbers
 from doorman.kinematics.vehicles.arms.arm_pattern import ArmPattern
 
@@ -48,6 +48,8 @@ class LeafMotion(TipOnFace):
     """Numbers of the sensors' noise."""
     switch: Any
     """Numbers of the switching among hypotheses."""
+    frame: Any
+    """The normal into what a tip feels for that does not move."""
 
     def __init__(self, pattern: ArmPattern, point_names: tuple[str, ...], numbers: Numbers) -> None:
         super().__init__(pattern, point_names, numbers)
@@ -68,6 +70,10 @@ class LeafMotion(TipOnFace):
     def column(self, **parts: Any) -> Any:
         """A column like the state, of named parts; 0 where none is given."""
         return ca.vertcat(*(parts.get(name, ca.SX.zeros(size)) for name, size in STATES.items()))
+
+    def replaced(self, column: Any, **parts: Any) -> Any:
+        """A column like the state, with other parts."""
+        return ca.vertcat(*(parts.get(name, column[PLACES[name]]) for name in STATES))
 
     @cached_property
     def outward(self) -> Any:
@@ -142,6 +148,12 @@ class LeafMotion(TipOnFace):
     def force_on_standing(self) -> Any:
         """λ on what does not move [N]."""
         return -self.vehicle.mass * (ca.dot(self.outward, self.acceleration_without) + self.rest_of_gap)
+
+    @cached_property
+    def force_on_frame(self) -> Any:
+        """λ on what stops a tip that feels for it, into that [N]."""
+        moves = self.acceleration_without + self.rotation @ self._turned(self.tip_in_body)
+        return self.vehicle.mass * ca.dot(self.frame.normal, moves)
 
     def dynamics(self, force: Any, joint_acceleration: Any, friction_lasts: Any, resistance: Any = 0) -> Any:
         """ẋ with a normal force; the tip's friction fades within `friction_lasts` [s], the resistance grows."""

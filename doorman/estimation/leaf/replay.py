@@ -22,6 +22,7 @@ from doorman.estimation.leaf.numbers import JOINT, JOINT_RATE, TUNED, leaf_numbe
 from doorman.estimation.leaf.running import LeafRun
 from doorman.exceptions import DoormanError, RecordingError
 from doorman.model import Model
+from doorman.position_noise import PositionNoise
 from doorman.recording import Recording
 from doorman.signals import Measurement
 
@@ -32,14 +33,8 @@ _AT_THE_LEAF = ("touch", "open", "hold", "recover", "take_back", "release", "ret
 
 _MEASURED = ("position", "attitude", "body_rates", "arm_angles", "arm_rates")
 
-_STILL = 200
-"""Poses that tell the noise of poses."""
-
 _SLIPS = 5.0
 """Deviations by which a tip moves on the face before it is said to slip."""
-
-_LEAST = 10
-"""Poses below which nothing tells their noise."""
 
 
 @dataclass(frozen=True)
@@ -96,9 +91,14 @@ def replay_leaf(recording: Recording, model: Model, changes: dict[str, float] | 
     measured, pose_time = recording["measurement"], recording["measurement"]["pose_time"]
     whole = np.isfinite(np.column_stack([measured[name] for name in _MEASURED])).all(axis=1) & np.isfinite(pose_time)
     new = np.flatnonzero(np.concatenate([[True], np.diff(pose_time) > 1e-9]) & (pose_time >= 0.0) & whole)
-    if len(new) < _LEAST:
-        raise RecordingError("too few poses", field="measurement", given=len(new), allowed=f"{_LEAST} or more")
-    numbers = leaf_numbers(model, _pose_deviation(measured["position"][new])).replaced(changes or {})
+    noise = PositionNoise()
+    for number, place in enumerate(measured["position"][new]):
+        noise.note(number, place)
+    if math.isnan(noise.deviation):
+        raise RecordingError(
+            "too few poses", field="measurement", given=len(new), allowed="as many as tell their noise"
+        )
+    numbers = leaf_numbers(model, noise.deviation).replaced(changes or {})
     situations = _situations(recording, measured.time[new])
     felt = _felt(recording, pose_time[new], situations) if "tip_sensor" in recording else None
     inputs = _inputs(recording, model, whole, new)
@@ -141,12 +141,6 @@ def _check(recording: Recording, changes: dict[str, float]) -> None:
                 "the recording lacks what the filter replays", field="topic", given=f"no {topic}",
                 allowed="a run of doorman open or doorman fly",
             )  # fmt: skip
-
-
-def _pose_deviation(positions: Array) -> float:
-    """Noise of a position's components, from second differences of the first poses: the vehicle hovers."""
-    bends = np.diff(positions[:_STILL], n=2, axis=0)
-    return float(max(1.4826 * np.median(np.abs(bends)) / math.sqrt(6.0), 1e-4))
 
 
 def _inputs(recording: Recording, model: Model, whole: NDArray[np.bool_], new: NDArray[np.int64]) -> Array:

@@ -12,8 +12,8 @@ from doorman.estimation.estimate import FilterEstimate
 from doorman.estimation.filter import Filter
 from doorman.estimation.leaf.hypotheses import FREE, HOLDING, STANDING, TOUCHING
 from doorman.estimation.leaf.leaf_filter import AT_THE_LEAF, AWAY, HELD, leaf_filter
-from doorman.estimation.leaf.leaf_sensor import GATE, LEAF
-from doorman.estimation.leaf.numbers import FACE, JOINT, JOINT_RATE, LEAVES, PLACES, first_state
+from doorman.estimation.leaf.leaf_sensor import LEAF
+from doorman.estimation.leaf.numbers import JOINT, JOINT_RATE, LEAST_NOISE, PLACES, first_state
 from doorman.estimation.leaf.swapped import Swapped
 from doorman.estimation.status import Status
 from doorman.kinematics.numbers import Numbers
@@ -24,24 +24,8 @@ Array = NDArray[np.float64]
 _ENDED = (Status.LOST, Status.NOT_STARTED, Status.CLOCK)
 """After these the filter begins anew, where it was."""
 
-_REFUSED_LONGEST = 0.1
-"""Time for which poses may be refused: they are not outliers if they go on, but a blow that the filter has not seen [s]."""
-
 _FACE = PLACES["face"].start
 _OF_THE_LEAF = ("joint", "joint_rate", "resistance", "log_inertia", "face", "reach", "friction")
-
-_ELSEWHERE, _STRAYED, _FLIES = 1.5, 0.25, 0.1
-"""Deviations by which a tip that touches nothing is behind the leaf's place, before that is elsewhere, and the deviations of its
-place [rad or m] and rate then [rad/s or m/s]."""
-
-_SEEN = 0.3
-"""For so long after a reading of the leaf it is where it was seen [s]."""
-
-_TURNS = 0.5
-"""Share of the doubt of the face by which that of a measured leaf wanders: a map's error differs by angle [1/√s]."""
-
-_SPEED = 0.5
-"""Speed of a vehicle of which nothing is known [m/s]."""
 
 
 class LeafRun:
@@ -60,7 +44,7 @@ class LeafRun:
         self, model: Model, numbers: Numbers, time: float, position: Array, inputs: Array, bank: Filter | None = None
     ) -> None:
         situation, first = _begins(model)
-        self._model, self._met, self._sure = model, first != FREE, model.scenario.estimation.sure
+        self._model, self._met, self._settings = model, first != FREE, model.scenario.estimation
         self._bank = bank or leaf_filter(model, numbers)
         self._situation, self._inputs, self._numbers = situation, inputs, numbers
         self._mean, self._doubt = first_state(model, numbers, position)
@@ -72,7 +56,7 @@ class LeafRun:
         """Of the last pose [s]."""
         self.lost = False
         """Whether the last step left no hypothesis with a meaning."""
-        self._swapped = Swapped(model.scenario.safety.speed)
+        self._swapped = Swapped(model.scenario.safety.speed, self._settings.gate, self._settings.swap_time)
         self._deviations: Array | None = None
         self._seen_at = -math.inf
         self._taken, self._likelihood, self._fused, self._refused, self._innovation = time, 0.0, 0, 0, 0.0
@@ -105,7 +89,7 @@ class LeafRun:
         if status < Status.REFUSED or time < self._taken:
             self._taken = time
         self.time, self.lost, self._deviations = time, status == Status.LOST, None
-        if status in _ENDED or time - self._taken > _REFUSED_LONGEST:
+        if status in _ENDED or time - self._taken > self._settings.blow_time:
             self._begin_anew(time, position)
             status = max(status, Status.LOST)
         self.estimate = bank.estimate()
@@ -133,12 +117,15 @@ class LeafRun:
         Returns:
             Whether it was taken.
         """
-        off = abs(joint - float(self.estimate.mean[JOINT]))
-        if self._touches() < 1.0 - self._sure and off > GATE * math.hypot(deviation, float(self.deviations[JOINT])):
+        off, start = abs(joint - float(self.estimate.mean[JOINT])), self._settings.start
+        if self._touches() < 1.0 - self._settings.sure and off > self._settings.gate * math.hypot(
+            deviation, float(self.deviations[JOINT])
+        ):
             rate = float(self.estimate.mean[JOINT_RATE])
-            self._leaf_is({JOINT: (joint, deviation), JOINT_RATE: (rate, _FLIES)})
+            self._leaf_is({JOINT: (joint, deviation), JOINT_RATE: (rate, start.astray_rate)})
         self._seen_at = time
-        wanders = max(self._numbers.one("noise.face"), _TURNS * float(self._doubt[_FACE]))
+        noise = self._settings.noise
+        wanders = max(noise.face, noise.face_by_angle * float(self._doubt[_FACE]))
         self._bank.parameters[self._numbers.place("noise.face")] = wanders
         self._bank.parameters[self._numbers.place("sensor.leaf")] = deviation
         return self._bank.measure(LEAF, time, [joint])
@@ -169,7 +156,7 @@ class LeafRun:
 
     def pose_deviation(self, deviation: float) -> None:
         """Say how noisy positions are [m]; from the next step on."""
-        self._bank.parameters[self._numbers.place("sensor.pose")] = deviation
+        self._bank.parameters[self._numbers.place("sensor.pose")] = max(deviation, LEAST_NOISE)
 
     def is_to_move(self, way: int) -> None:
         """Say whether a leaf that stands is to go on, 1, or back, -1: one that is held, 0, tells nothing of its friction."""
@@ -177,17 +164,23 @@ class LeafRun:
         self._bank.parameters[self._numbers.place("contact.more")] = more if way else -0.5 * more
         self._bank.parameters[self._numbers.place("contact.way")] = way or 1
 
+    def feels(self, normal: Array) -> None:
+        """Say into which face the tip feels its way, unit vector, shape (3,); zeros if into none. No wind jumps just then."""
+        self._bank.parameters[self._numbers.place("frame.normal")] = normal
+        self._restart(self.estimate.mean, self.estimate.covariance, {FREE: 1.0})
+
     def leaves(self, is_to: bool) -> None:
         """Say whether the tip is to come off the leaf."""
-        for name, rate in LEAVES.items():
-            self._bank.parameters[self._numbers.place(name)] = rate if is_to else self._numbers.one(name)
+        rates = self._settings.switch
+        for name, rate, usual in (("lose", rates.leave, rates.lose), ("make", rates.follow, rates.make)):
+            self._bank.parameters[self._numbers.place(f"switch.{name}")] = rate if is_to else usual
 
     def know_face(self) -> None:
         """The face stands where it is believed: what is met elsewhere is a leaf that stands ajar."""
         known, place = self.estimate, PLACES["face"]
         covariance = known.covariance.copy()
         covariance[place, :] = covariance[:, place] = 0.0
-        self._doubt[place] = np.minimum(self._doubt[place], FACE)
+        self._doubt[place] = np.minimum(self._doubt[place], self._settings.start.face)
         covariance[place, place] = self._doubt[place] ** 2
         self._restart(known.mean, covariance, known.probabilities)
 
@@ -220,24 +213,25 @@ class LeafRun:
     def _look_farther(self, situation: str) -> None:
         """A leaf that is not met where it should stand is beyond the tip; before the first touch, the map is right then."""
         touches, coupling = self._touches(), self._model.coupling
-        self._met = self._met or touches > self._sure
+        self._met = self._met or touches > self._settings.sure
         self._bank.parameters[self._drawn] = self._numbers.one("noise.drawn") if self._met else 0.0
-        if situation != AT_THE_LEAF or touches > 1.0 - self._sure:
+        if situation != AT_THE_LEAF or touches > 1.0 - self._settings.sure:
             return
         mean, n, lever = self.estimate.mean, self._model.n_arm, coupling.lever_length
         posture = self._inputs[3:6], self._inputs[6:9], self._inputs[12 : 12 + n], self._inputs[12 + n :]
         tip, tip_rate = coupling.door_state(mean[PLACES["position"]], mean[PLACES["velocity"]], *posture)
         angle, joint, rate = tip - coupling.angle_of_face(float(mean[_FACE])), float(mean[JOINT]), mean[JOINT_RATE]
         doubt = math.hypot(lever * float(self.deviations[JOINT]), float(self.deviations[_FACE]))
-        if lever * (joint - angle) <= _ELSEWHERE * doubt:
+        if lever * (joint - angle) <= self._settings.elsewhere * doubt:
             return
-        if self.time - self._seen_at < _SEEN:  # the leaf is where it is seen: its face is elsewhere
-            self._leaf_is({_FACE: (lever * (tip - joint), FACE)})
+        start = self._settings.start
+        if self.time - self._seen_at < self._settings.seen_time:  # the leaf is where it is seen: its face is elsewhere
+            self._leaf_is({_FACE: (lever * (tip - joint), start.face)})
         elif self._met:  # it flies ahead of the tip
-            self._leaf_is({JOINT: (angle, _STRAYED), JOINT_RATE: (min(float(rate), tip_rate), _FLIES)})
+            self._leaf_is({JOINT: (angle, start.astray), JOINT_RATE: (min(float(rate), tip_rate), start.astray_rate)})
         else:
             still = 0.0, float(self._doubt[JOINT_RATE])
-            self._leaf_is({JOINT: (tip, _STRAYED), JOINT_RATE: still, _FACE: (0.0, FACE)})
+            self._leaf_is({JOINT: (tip, start.astray), JOINT_RATE: still, _FACE: (0.0, start.face)})
 
     def _touches(self) -> float:
         """Probability that the tip is at the leaf."""
@@ -280,7 +274,8 @@ class LeafRun:
         if np.isfinite(position).all():
             mean[PLACES["position"]] = position
         doubt = np.maximum(self._doubt, known.deviations)
-        doubt[PLACES["velocity"]] = np.maximum(doubt[PLACES["velocity"]], _SPEED)
+        fastest = self._model.scenario.safety.speed / 3.0  # three deviations
+        doubt[PLACES["velocity"]] = np.maximum(doubt[PLACES["velocity"]], fastest)
         self._bank.start(time, mean, doubt, inputs=self._inputs, situation=self._situation)
         self._taken = time
 

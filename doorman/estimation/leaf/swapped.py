@@ -15,21 +15,19 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-_LONGEST = 1.0
-"""A swap that lasts longer is a frame of the poses that has moved [s]."""
-_UNLIKELY = 8.0
-"""Deviations of a pose that noise does not reach."""
-
 
 class Swapped:
     """Whether the cameras see other markers now.
 
     Args:
         fastest: Largest speed of the vehicle [m/s].
+        gate: Deviations of a pose that noise does not reach.
+        longest: Time of a swap; one that lasts longer is a frame of the poses that has moved [s].
     """
 
-    def __init__(self, fastest: float) -> None:
-        self._fastest, self._off, self._since, self._has_moved = fastest, np.zeros(3), 0.0, False
+    def __init__(self, fastest: float, gate: float, longest: float) -> None:
+        self._fastest, self._gate, self._longest = fastest, gate, longest
+        self._off, self._since, self._has_moved = np.zeros(3), 0.0, False
         self._last: Array | None = None
         self.now = False
         """Whether they do."""
@@ -45,12 +43,12 @@ class Swapped:
             deviation: Of a pose [m].
         """
         off = position - expected
-        most = max(self._fastest * passed, _UNLIKELY * deviation)
+        most = max(self._fastest * passed, self._gate * deviation)
         far = bool(np.linalg.norm(off) > most)
         jumped = self._last is not None and bool(np.linalg.norm(position - self._last) > most)
         self._has_moved, self._last = self._has_moved and far, position
         if self.now:
-            over, lasts = np.linalg.norm(off) < np.linalg.norm(off - self._off), time - self._since >= _LONGEST
+            over, lasts = np.linalg.norm(off) < np.linalg.norm(off - self._off), time - self._since >= self._longest
             self.now, self._has_moved = not (over or lasts), bool(lasts and not over)
         elif far and jumped and not self._has_moved:
             self.now, self._off, self._since = True, off, time

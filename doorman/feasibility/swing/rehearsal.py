@@ -5,8 +5,8 @@ is out of bounds it settles on a compromise. Whether the compromise still opens 
 constraints together; running the loop answers it. The motion is that of `PlanningModel.swing`: of the planner's own model,
 with the inertia that the push really moves. The hinge's friction is a torque against the swing that the planner knows of, as
 in flight, where an observer finds it: what it costs in force, and so in tilt and in room beside the leaf, is in the answer.
-A tip that can only push needs resistance: where the scenario names no friction, the rehearsal takes the prior mean of
-`hinge_fit.FRICTION` for it. A grip begins where the tug by which it is tried leaves the leaf.
+A tip that can only push needs resistance: where the scenario names no friction, the rehearsal takes
+`estimation.hinge.friction` for it. A grip begins where the tug by which it is tried leaves the leaf.
 """
 
 from __future__ import annotations
@@ -18,7 +18,6 @@ import numpy as np
 
 from doorman.arrays import Array
 from doorman.control.tug import drawn_by_the_tug
-from doorman.estimation.leaf.hinge_fit import FRICTION
 from doorman.exceptions import SingularityError
 from doorman.feasibility.resting import torques_at_rest
 from doorman.model import Model
@@ -79,7 +78,7 @@ def resistance(model: Model) -> float:
 
 def _usual_friction(model: Model) -> float:
     """Friction of a hinge whose file gives none [N m, or N times the lever of α]."""
-    return model.hinge_scale * FRICTION[0]
+    return model.scenario.estimation.hinge.friction
 
 
 def stopping_friction(model: Model) -> float:

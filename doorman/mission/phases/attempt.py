@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from doorman.control.estimation.door_locator import place_of
 from doorman.control.estimation.estimator import Estimator, Tie
-from doorman.control.estimation.frame_fit import FrameFit
 from doorman.control.estimation.pose_watch import PoseWatch
 from doorman.control.passage import Passage, has_doorway
 from doorman.control.state_converter import StateConverter
@@ -59,8 +59,8 @@ class Attempt:
         """How old and noisy they are; of all attempts."""
         self.loop_test = LoopTest(model)
         """How the attitude follows its commands; of all attempts."""
-        self.frame: FrameFit | None = None
-        """Where the door stands, once the tip has touched its frame; of all attempts."""
+        self.place = place_of(model)
+        """Where the door stands, as far as that has been found; of all attempts."""
 
     def allow_another(self) -> None:
         """Let another attempt follow, unless this one has failed already, or the mission was aborted."""

@@ -1,4 +1,4 @@
-"""The laboratory: where the vehicle may be, when the supervisor steps in, and how well the place of the door is known."""
+"""The laboratory: where the vehicle may be, and when the supervisor steps in."""
 
 from __future__ import annotations
 
@@ -7,34 +7,10 @@ from typing import Annotated
 
 from pydantic import Field, model_validator
 
-from doorman.scenario.values import NonNegative, Number, Positive, Section
+from doorman.scenario.values import Number, Positive, Section
 
 _Share = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, le=1)]
 _Corner = tuple[Number, Number, Number]
-
-
-class EstimationSection(Section):
-    """How well door, frame of the poses and force sensor are known, and from when on the mission believes what it estimates."""
-
-    sure: Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0.5, lt=1)] = 0.8
-    """Probability from which on the mission believes that the tip touches the leaf, or has left it."""
-    loose_time: NonNegative = 0.12
-    """Time for which a closed gripper must probably hold nothing, before it does not hold the leaf [s]."""
-    slam_speed: Positive = 0.4
-    """Speed with which a leaf throws a tip back that touches it, from which on it is slammed [m/s]."""
-
-    door_place_deviation: NonNegative = 0.015
-    """Standard deviation of the hinge's place from the URDF's, along either horizontal axis; with `door_yaw_deviation`
-    0 as well, the map is trusted [m]."""
-    door_yaw_deviation: NonNegative = 0.026
-    """Standard deviation of the doorway's heading [rad]."""
-    frame_walk: NonNegative = 0.0
-    """Standard deviation by which the frame of the poses walks in a second, along either horizontal axis; it grows with
-    the root of the time [m/s^½]."""
-    tip_force_noise: Positive = 0.05
-    """Standard deviation of the white noise of a force sensor in the tip, where there is one [N]."""
-    tip_force_offset: NonNegative = 0.2
-    """Standard deviation of that sensor's offset, until the readings of free flight tell it [N]."""
 
 
 class SafetySection(Section):

@@ -16,17 +16,19 @@ from doorman.scenario import Scenario
 
 
 @pytest.mark.parametrize(("latency", "interval"), [(0.0, 0.004), (0.02, 0.008), (0.04, 0.01), (0.06, 0.02)])
-def test_the_velocitys_noise_is_that_of_an_observer(latency: float, interval: float) -> None:
-    """A vehicle that stands still, seen late and with noise: three poles, all at the bandwidth."""
-    omega, random = min(15.0, 0.6 / latency) if latency else 15.0, np.random.default_rng(1)
-    kept = np.exp(-omega * interval)
-    lost, state, speeds = 1.0 - kept, np.zeros(3), []
-    for _ in range(100_000):
-        state = state + np.array([interval * state[1] + 0.5 * interval**2 * state[2], interval * state[2], 0.0])
-        off = 1e-3 * random.standard_normal() - state[0] + latency * state[1]
-        state = state + off * np.array([1.0 - kept**3, 1.5 * (1.0 - kept**2) * lost / interval, lost**3 / interval**2])
-        speeds.append(state[1])
-    assert np.std(speeds) == pytest.approx(velocity_noise(1e-3, latency, interval, 15.0), rel=0.1)
+@pytest.mark.parametrize("noise", [5e-4, 2e-3])
+def test_the_velocitys_noise_is_that_of_a_filter_in_its_steady_state(
+    noise: float, latency: float, interval: float
+) -> None:
+    """Place and velocity of a vehicle in rough air, by Riccati's recursion; then nothing is known for a while."""
+    rough, moves = 0.025, np.array([[1.0, interval], [0.0, 1.0]])
+    covariance = np.eye(2)
+    for _ in range(5000):
+        covariance = moves @ covariance @ moves.T + np.diag([0.0, rough**2 * interval])
+        gain = covariance[:, 0] / (covariance[0, 0] + noise**2)
+        covariance = covariance - np.outer(gain, covariance[0])
+    known = np.sqrt(covariance[1, 1] + rough**2 * latency)
+    assert velocity_noise(noise, latency, interval, rough) == pytest.approx(known, rel=0.1)
 
 
 def finding(source: str, **sensors: float) -> Finding | None:
@@ -37,7 +39,7 @@ def finding(source: str, **sensors: float) -> Finding | None:
 
 @pytest.mark.parametrize(
     ("position", "latency", "severity"),
-    [(0.001, 0.02, "ok"), (0.001, 0.04, "ok"), (0.002, 0.02, "error"), (0.002, 0.04, "error"), (0.0005, 0.05, "ok")],
+    [(0.001, 0.02, "ok"), (0.001, 0.04, "ok"), (0.002, 0.04, "ok"), (0.004, 0.04, "error"), (0.006, 0.01, "error")],
 )
 def test_the_check_refuses_poses_too_noisy_to_push(position: float, latency: float, severity: str) -> None:
     keys = {"noise__position": position, "sensors__latency": latency, "sensors__rate": 100.0}
@@ -48,9 +50,9 @@ def test_the_check_refuses_poses_too_noisy_to_push(position: float, latency: flo
 
 def test_the_checklist_refuses_what_the_check_refuses() -> None:
     model = Model(Scenario.load("push"))
-    good, bad = (judge_noise(model, size, 0.04, 100.0) for size in (1e-3, 2e-3))
+    good, bad = (judge_noise(model, size, 0.04, 100.0) for size in (1e-3, 4e-3))
     assert (good.verdict, bad.verdict) == (Verdict.GOOD, Verdict.BAD) and "gripper" in bad.advice
-    assert force_noise(model, 2e-3, 0.04, 0.01) > most_force_noise(model)
+    assert force_noise(model, 4e-3, 0.04, 0.01) > most_force_noise(model)
     assert judge_noise(model, float("nan"), 0.04, 100.0).verdict is Verdict.WARNING
 
 

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 from hands import flown, phases
 
-from doorman.mission import Mission, Phase
+from doorman.mission import Mission
 
 FEELS: dict[str, Any] = {"mission__touch_frame": True}
 ELSEWHERE: dict[str, Any] = {
@@ -56,14 +56,17 @@ def test_a_frame_that_is_met_beyond_its_doubt_counts() -> None:
 
 
 def test_a_mission_that_ends_with_the_tip_on_the_frame_knows_that_it_is_not_on_the_leaf() -> None:
+    aborted: list[float] = []
+
     def stop(mission: Mission, time: float, angle: float) -> None:
-        if time > 11.7 and mission.phase is Phase.TOUCH_FRAME:
+        if mission._known is not None and mission._known.stopped:
             mission.abort("the operator said so")
+            aborted.append(time)
 
     recording, mission = flown(on_progress=stop, **FEELS, **FAR)
     assert mission.outcome == (False, "the operator said so")
-    summary, ends = recording.summary, recording["mission"].time[-1]
-    assert recording["truth"]["collisions"][recording["truth"].time > 11.7].any(), "the tip was on the wall"
-    assert summary is not None and summary["collisions"] == 0 and ends > 12.7
+    summary, ends, truth = recording.summary, recording["mission"].time[-1], recording["truth"]
+    assert truth["collisions"][truth.time > aborted[0] - 0.1].any(), "the tip was on the wall"
+    assert summary is not None and summary["collisions"] == 0 and ends > aborted[0] + 1.0
     angles = recording["estimate"]["state"][:, 3]
     assert abs(angles - math.pi / 2).max() < 0.05

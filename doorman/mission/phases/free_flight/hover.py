@@ -63,7 +63,7 @@ class Hover(MissionPhase):
             return replace(setpoint, nudge=test.step(estimate.time)), None
         if unfit := test.unfit():
             return setpoint, GiveUp(unfit)
-        feels = bool(model.frame_places) and self.attempt.frame is None
+        feels = bool(model.frame_places) and not self.attempt.place.found
         return setpoint, Next(Phase.TOUCH_FRAME if feels else Phase.APPROACH)
 
     @property

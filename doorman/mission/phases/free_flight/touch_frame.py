@@ -6,7 +6,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.control.estimation.estimator import Estimate
-from doorman.control.estimation.frame_fit import FrameFit, FrameTouch, fit_frame
 from doorman.control.position_controller import Setpoint
 from doorman.kinematics.doors.frame_places import FramePlace
 from doorman.mission.feeler import Feeler
@@ -24,10 +23,8 @@ _THERE, _FAST = 0.015, 0.06
 """Distance from a target, and speed, below which the vehicle goes on [m], [m/s],"""
 _PASSES = 0.05
 """and distance at which the reference passes one on the way to another [m]."""
-_QUICKER = 2.0
-"""At a face straight ahead the tip is faster than at the leaf, which gives way. A force beside the arm turns the vehicle."""
-_NOISE = 0.003
-"""Standard deviation of a touch: poses, and how flat a wall is [m]."""
+_ASIDE = 0.03
+"""By which a tip may be blown aside at a face, as narrow as a post, before it leaves it and comes again [m]."""
 _AVERAGED = 4.0
 """Time over which the position controller averages the wind that it counts on while a tip pushes [s]."""
 
@@ -45,8 +42,7 @@ class TouchFrame(MissionPhase):
         known = None if before is None else before.glide
         self.glide: Glide = known or Glide(estimate.position, estimate.yaw)
         self._model, self._places = attempt.model, list(attempt.model.frame_places)
-        self._touches: list[FrameTouch] = []
-        self._fit = self._fitted()
+        self._found, self._hinge = attempt.place, attempt.model.door.hinge_position
         self._feeler: Feeler | None = None
         self._steady_wind = estimate.wind
         first = self._before(self._places[0])
@@ -57,17 +53,18 @@ class TouchFrame(MissionPhase):
         """Fly to the next place, touch it, leave it; the hover follows the last one."""
         self._steady_wind = self._steady_wind + min(time_step / _AVERAGED, 1.0) * (estimate.wind - self._steady_wind)
         if self._feeler is not None:
-            return self._feel(estimate, self._feeler, time_step)
+            return self._feel(estimate, self._feeler)
         setpoint = self._fly(estimate, time_step)
         if self._way:
             return setpoint, None
         if self._places:
-            place = self._fit.placed(self._places[0])
-            speed = self.attempt.settings.touch_speed * (1.0 if place.turn else _QUICKER)
-            at, yaw, steady = self.glide.position, self.glide.yaw, self._steady_wind
-            self._feeler = Feeler(self._model, at, yaw, place.normal, speed, steady)
+            place = self._places[0]
+            _, normal = self._placed(place)
+            at, yaw, speed = self.glide.position, self.glide.yaw, self.attempt.settings.touch_speed
+            self._feeler = Feeler(self._model, at, yaw, normal, speed, self._steady_wind)
+            self.attempt.estimator.feel(normal)
             return setpoint, None
-        self.attempt.frame = self._fit
+        self._found.found = True
         return setpoint, Next(Phase.HOVER, "the frame has been touched")
 
     def _fly(self, estimate: Estimate, time_step: float) -> Setpoint:
@@ -82,23 +79,29 @@ class TouchFrame(MissionPhase):
             self._way.pop(0)
         return setpoint
 
-    def _feel(self, estimate: Estimate, feeler: Feeler, time_step: float) -> tuple[Setpoint, Then]:
+    def _feel(self, estimate: Estimate, feeler: Feeler) -> tuple[Setpoint, Then]:
         """Move the tip on until it meets the face."""
         tip = estimate.position + self._model.coupling.tips(estimate.attitude[None], estimate.arm_angles[None])[0]
         place = self._places[0]
-        setpoint, there = feeler.step(estimate, tip, time_step), self._fit.placed(place)
-        beyond = float(there.normal @ (tip - there.point))
-        if beyond > _DOUBTED * self._fit.deviation(place) and feeler.comes_on(estimate.time):
+        setpoint, (there, normal) = feeler.step(estimate, tip), self._placed(place)
+        beyond = float(normal @ (tip - there))
+        if beyond > self._doubt(place) and not estimate.stopped:
+            self.attempt.estimator.feel(None)
             return setpoint, GiveUp(
                 f"the frame is not where the map has it: nothing up to {1e2 * beyond:.0f} cm behind"
             )
-        if (met := feeler.met(estimate.time)) is None:
+        aside = tip - there - beyond * normal
+        strays = float(np.linalg.norm(aside)) > _ASIDE
+        if (met := feeler.met(estimate.time)) is None and not strays:
             return setpoint, None
         back = self._before(place)
-        self._touches.append(FrameTouch(place, met, estimate.time))
-        self._fit = self._fitted()
-        self._feeler, self._places = None, self._places[1:]
-        self.glide = Glide(estimate.position, estimate.yaw)
+        self.attempt.estimator.feel(None)
+        self._feeler, self.glide = None, Glide(estimate.position, estimate.yaw)
+        if met is None:
+            self._way = [back]
+            return setpoint, None
+        self._found.touched(estimate.time, met - self._hinge, place.point - self._hinge, place.normal)
+        self._places = self._places[1:]
         self._way = [back, self._outside(back)]
         if self._places:
             ahead = self._before(self._places[0])
@@ -107,10 +110,10 @@ class TouchFrame(MissionPhase):
 
     def _before(self, place: FramePlace) -> tuple[Array, float]:
         """O_B, shape (3,), world frame [m], and ψ [rad], with the tip before a place as far as that is doubted."""
-        model, there, yaw = self._model, self._fit.placed(place), self._heading(place)
-        away = _DOUBTED * self._fit.deviation(place) + TOUCH_DISTANCE
+        model, (there, normal), yaw = self._model, self._placed(place), self._heading(place)
+        away = self._doubt(place) + TOUCH_DISTANCE
         tip = model.coupling.tips(np.array([[0.0, 0.0, yaw]]), model.start_arm[None])[0]
-        return np.asarray(there.point - away * there.normal - tip), yaw
+        return np.asarray(there - away * normal - tip), yaw
 
     def _heading(self, place: FramePlace) -> float:
         """ψ at a place [rad]."""
@@ -121,6 +124,10 @@ class TouchFrame(MissionPhase):
         (place, yaw), into = target, self._model.door.into
         return place + min(self._plane - float(into @ place), 0.0) * into, yaw
 
-    def _fitted(self) -> FrameFit:
-        doubt, hinge = self._model.scenario.estimation, self._model.door.hinge_position
-        return fit_frame(hinge, self._touches, doubt.door_place_deviation, doubt.door_yaw_deviation, _NOISE)
+    def _placed(self, place: FramePlace) -> tuple[Array, Array]:
+        """Point and normal of a place, as far as the touches tell, shapes (3,), world frame [m]."""
+        return self._hinge + self._found.placed(place.point - self._hinge), self._found.turn @ place.normal
+
+    def _doubt(self, place: FramePlace) -> float:
+        """How far a face may be from there [m]."""
+        return _DOUBTED * self._found.deviation(place.point - self._hinge, place.normal)

@@ -1,0 +1,39 @@
+"""The filter's numbers are keys of `[estimation]`: what a scenario gives is flown, and a default grows with the vehicle."""
+
+from __future__ import annotations
+
+import pytest
+
+from doorman.estimation.leaf.numbers import TUNED, leaf_numbers
+from doorman.model import Model
+from doorman.scenario import EstimationSection, Scenario
+
+
+def numbers(source: str = "push", **given: float):
+    return leaf_numbers(
+        Model(Scenario.load(source, {key.replace("__", "."): value for key, value in given.items()})), 1e-3
+    )
+
+
+@pytest.mark.parametrize("source", ["push", "push_small"])
+def test_what_a_scenario_gives_is_what_the_filter_goes_by(source: str) -> None:
+    known = numbers(source, estimation__noise__wind=0.3, estimation__contact__gap=2e-3, estimation__switch__lose=0.2)
+    assert [known.one(name) for name in ("noise.wind", "contact.gap", "switch.lose")] == [0.3, 2e-3, 0.2]
+
+
+def test_lengths_forces_and_rates_grow_with_the_vehicle_and_shares_and_times_stay() -> None:
+    small, usual, scale = numbers("push_small"), numbers("push"), Model("push_small").scale
+    ratios = {"noise.wind": scale.force, "contact.gap": scale.length, "noise.velocity": scale.speed, "noise.rate": scale.rate,
+              "contact.more": scale.torque, "contact.friction": 1.0, "contact.lasts": 1.0, "switch.jump": 1.0,
+              "noise.gust": 1.0, "contact.stiffness": scale.stiffness}  # fmt: skip
+    assert scale.force < 0.6
+    for name, ratio in ratios.items():
+        assert small.one(name) == pytest.approx(ratio * usual.one(name)), name
+
+
+def test_every_tuned_number_but_the_sensors_is_a_key() -> None:
+    section, known = EstimationSection(), numbers()
+    for name in TUNED:
+        assert known.one(name) > 0.0
+        table, _, key = name.partition(".")
+        assert table == "sensor" or getattr(getattr(section, table), key) > 0.0
