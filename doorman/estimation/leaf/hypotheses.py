@@ -23,7 +23,7 @@ _STEP = 0.01
 """Time between poses, in which friction takes no more than the rate that there is: that of a lever stops it at once [s]."""
 _AJAR = 0.05
 """Opening from which on a closer may draw the leaf back [rad or m]: one that is closed rests at its stop."""
-_HELD = 0.1
+IN_GRIP = 0.1
 """Force across the face that a grip makes beside that of friction, as a share of the vehicle's weight."""
 
 
@@ -74,9 +74,9 @@ def standing(motion: LeafMotion) -> Hypothesis:
 
 def gripped(motion: LeafMotion) -> Hypothesis:
     """The tip's place on the leaf is fixed; it presses or pulls."""
-    force = motion.force_on_moving
+    contact, force = motion.contact, motion.force_on_moving
     return Hypothesis(
-        GRIPPED, motion.dynamics(force, motion.pushed(force), motion.contact.friction_lasts),
+        GRIPPED, motion.dynamics(force, motion.pushed(force), contact.friction_lasts, bears=contact.borne),
         _noise(motion, force, _gripping(motion, force), motion.noise.rate), holds=_in_the_grip(motion, force),
     )  # fmt: skip
 
@@ -86,7 +86,9 @@ def holding(motion: LeafMotion) -> Hypothesis:
     contact, force = motion.contact, motion.force_on_standing
     return Hypothesis(
         HOLDING,
-        motion.dynamics(force, -motion.door_rate / contact.settles, contact.friction_lasts, motion.stuck(force)),
+        motion.dynamics(
+            force, -motion.door_rate / contact.settles, contact.friction_lasts, motion.stuck(force), contact.borne
+        ),
         _noise(motion, force, _gripping(motion, force), 0.1 * motion.noise.rate),
         holds=_in_the_grip(motion, force),
     )  # fmt: skip
@@ -94,10 +96,10 @@ def holding(motion: LeafMotion) -> Hypothesis:
 
 def thrown(motion: LeafMotion) -> Hypothesis:
     """The tip grips a leaf that a hand or a gust throws or catches, and moves with it."""
-    force = motion.force_on_moving
+    contact, force = motion.contact, motion.force_on_moving
     noise = _noise(motion, force, _gripping(motion, force), motion.noise.throw, speed=motion.noise.thrown_along)
     return Hypothesis(
-        THROWN, motion.dynamics(force, motion.pushed(force), motion.contact.friction_lasts), noise,
+        THROWN, motion.dynamics(force, motion.pushed(force), contact.friction_lasts, bears=contact.borne), noise,
         holds=_in_the_grip(motion, force),
     )  # fmt: skip
 
@@ -143,7 +145,7 @@ def _rubbing(motion: LeafMotion, force: Any) -> Any:
 
 def _gripping(motion: LeafMotion, force: Any) -> Any:
     """The same of a grip, which needs no normal force."""
-    return _rubbing(motion, ca.fabs(force) + _HELD * motion.weight)
+    return _rubbing(motion, ca.fabs(force) + IN_GRIP * motion.weight)
 
 
 def _giving(motion: LeafMotion, force: Any) -> Any:

@@ -143,8 +143,13 @@ class LeafMotion(TipOnFace):
         """λ on what does not move [N]."""
         return -self.vehicle.mass * (ca.dot(self.outward, self.acceleration_without) + self.rest_of_gap)
 
-    def dynamics(self, force: Any, joint_acceleration: Any, friction_lasts: Any, resistance: Any = 0) -> Any:
-        """ẋ with a normal force; the tip's friction fades within `friction_lasts` [s], the resistance grows."""
+    def dynamics(
+        self, force: Any, joint_acceleration: Any, friction_lasts: Any, resistance: Any = 0, bears: Any = 0
+    ) -> Any:
+        """ẋ with a normal force; the tip's friction fades within `friction_lasts` [s], the resistance grows.
+
+        A tip that grips a lever `bears` what holds it down.
+        """
         return self.column(
             position=self.velocity,
             velocity=self.acceleration_without + force * self.outward / self.vehicle.mass,
@@ -153,7 +158,7 @@ class LeafMotion(TipOnFace):
             joint=self.door_rate,
             joint_rate=joint_acceleration,
             resistance=resistance,
-            friction=-self.friction_force / friction_lasts,
+            friction=(bears - self.friction_force) / friction_lasts,
         )
 
     def borne(self, force: Any) -> Any:

@@ -116,6 +116,7 @@ def leaf_numbers(model: Model, pose_deviation: float) -> Numbers:
         "sensor.tip_force": math.hypot(_TIP_FORCE * scale.force, *_of_the_sensor(model)),
         "sensor.leaf": _LEAF,
         "contact.stiffness": 1500.0 * scale.stiffness,
+        "contact.borne": np.zeros(2),  # by a lever that the tip holds down, along leaf and hinge [N]
         "contact.way": 1.0,  # a leaf that stands is to go on, or back: -1
         **{
             name: value * (1.0 if name in _SHARES else units.get(name.partition(".")[2], 1.0))
