@@ -157,7 +157,7 @@ def _in_the_grip(motion: LeafMotion, force: Any) -> list[Row]:
     """The tip does not move on the face."""
     return [
         *_on_the_face(motion, force, motion.gap - motion.reach),
-        Row("fixed", motion.slip, motion.contact.gap_rate, motion.contact.lasts),
+        Row("fixed", motion.slip, motion.contact.slip_rate, motion.contact.lasts),
     ]
 
 

@@ -24,7 +24,8 @@ FACE = 1.5e-3
 """Deviation of a face whose place is known: a tip is softer or harder than assumed [m]."""
 _TOUCH = {
     "contact.gap": 1e-3,  # deviation of tip and face while they touch: their shapes and compliance [m]
-    "contact.gap_rate": 5e-3,  # of their speed [m/s]
+    "contact.gap_rate": 5e-3,  # of their speed [m/s],
+    "contact.slip_rate": 5e-3,  # and of its speed in the face where it grips [m/s]
     "contact.pull": 0.15,  # pull that a tip which only pushes may seem to make, by errors of thrust [N]
     "contact.inside": 3e-3,  # by which a free tip may seem to be in the face [m]
     "contact.lasts": 0.05,  # for so long such an error stays: a few poses [s]
@@ -84,6 +85,9 @@ LEAVES = {"switch.lose": 10.0, "switch.make": 1.0}
 _LEAF = 5e-3
 """Deviation of a sensor of the leaf whose readings come without their own [rad or m]."""
 
+_ON_LEVER = 0.05
+"""Deviation of that speed where the tip holds a lever, which turns on the leaf: 0.12 m long, by 0.4 rad/s [m/s]."""
+
 _SHARES = ("contact.friction", "switch.jump", "switch.throw")
 """Numbers that do not grow with the vehicle, unlike their namesakes."""
 
@@ -95,13 +99,15 @@ def leaf_numbers(model: Model, pose_deviation: float) -> Numbers:
     """Numbers of a scenario, of its shipped size; lengths, forces and torques grow with the vehicle."""
     scale, torque = model.scale, _torque(model)
     units = {
-        "gap": scale.length, "gap_rate": scale.speed, "pull": scale.force, "inside": scale.length, "near": scale.length,
+        "gap": scale.length, "gap_rate": scale.speed, "slip_rate": scale.speed, "pull": scale.force, "inside": scale.length, "near": scale.length,
         "velocity": scale.speed, "wind": scale.force, "jump": scale.force, "draught": scale.force,
         "wind_turn": scale.rate, "rate": scale.rate, "throw": scale.rate, "thrown_along": scale.speed,
         "resistance": torque, "more": torque, "face": scale.length,
         "reach": scale.length, "friction": scale.force, "joint_rate": scale.rate,
     }  # fmt: skip
     tuned = {**_TOUCH, **_SWITCH, **_NOISE, **_START}
+    if model.scenario.door.beside and not model.door.in_plane:
+        tuned["contact.slip_rate"] = _ON_LEVER
     if model.door.at_its_stop(model.start_angle):
         tuned["start.joint"] = _STOP
     if model.scenario.contact.kind == "push":
