@@ -6,8 +6,9 @@ A point of the leaf goes round the true hinge. With h, the hinge's offset from t
 
 The leaf is turned about the hinge by as much as it stood off its angle where the tip met it closed. From there on measurements
 are seen as if the door stood where the map has it, and commands are turned back: what plans and decides knows no other door.
-A tip that only pushes creeps on the leaf, and says nothing; it may touch the frame before (`frame_fit`). A leaf that does not
-start at its joint's stop says nothing either: it gives way to the tip.
+A tip that only pushes creeps on the leaf, and says nothing; it may touch the frame before (`frame_fit`). Nor does one that
+holds a lever, which turns on the leaf. A leaf that does not start at its joint's stop says nothing either: it gives way to the
+tip.
 
 Where the frame of the poses walks, h is known for the time of the last measurement, and walks on.
 """
@@ -56,7 +57,8 @@ class DoorLocator:
         known = max(settings.door_place_deviation, settings.door_yaw_deviation) == 0.0
         self._start = model.start_angle
         stopped = model.door.at_its_stop(self._start)
-        self._works = model.scenario.contact.kind == "grip" and model.door.vertical and stopped and not known
+        fixed = model.scenario.contact.kind == "grip" and not model.scenario.door.beside
+        self._works = fixed and model.door.vertical and stopped and not known
         self._shuts = -model.travel.sense  # of α, towards the start
         self._doubt = settings.door_place_deviation, settings.door_yaw_deviation
         self._known = np.zeros(3)  # h, world frame, and ρ
