@@ -165,7 +165,9 @@ class Estimator:
         """Begin with what was known as another step ended: the tip's force, shape (3,) [N], and wind and lift."""
         door, numbers = self._model.door, self._numbers
         friction = np.array([door.leaf_direction(self._model.start_angle) @ tip_force, door.up @ tip_force])
-        varies = numbers.one("contact.friction") * (float(np.linalg.norm(tip_force)) + IN_GRIP * self._model.vehicle.weight)
+        varies = numbers.one("contact.friction") * (
+            float(np.linalg.norm(tip_force)) + IN_GRIP * self._model.vehicle.weight
+        )
         self._known = of_the_air | {"friction": (friction, np.full(2, varies))}
 
     def tell(self, force: Array) -> None:

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from doorman.kinematics.doors.joint_friction import USUAL
 from doorman.model import Model
 
 Array = NDArray[np.float64]
@@ -25,7 +26,7 @@ _MOVES = 0.02
 """A leaf that is slower tells nothing, of the shipped size [rad/s]."""
 _BY_CHANCE = (0.1, 0.3)
 """Deviation of w in still air [N m], and its growth with the wind on the vehicle [m]."""
-DAMPING, FRICTION, STIFFNESS = (0.7, 0.7), (0.8, 0.6), (0.5, 0.7)
+DAMPING, FRICTION, STIFFNESS = (0.7, 0.7), USUAL, (0.5, 0.7)
 """Prior of a room door: mean, or what the scenario names if anything, and deviation [N m s/rad], [N m], [N m/rad]."""
 
 

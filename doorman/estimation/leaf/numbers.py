@@ -99,7 +99,8 @@ def leaf_numbers(model: Model, pose_deviation: float) -> Numbers:
     """Numbers of a scenario, of its shipped size; lengths, forces and torques grow with the vehicle."""
     scale, torque = model.scale, _torque(model)
     units = {
-        "gap": scale.length, "gap_rate": scale.speed, "slip_rate": scale.speed, "pull": scale.force, "inside": scale.length, "near": scale.length,
+        "gap": scale.length, "gap_rate": scale.speed, "slip_rate": scale.speed, "pull": scale.force, "inside": scale.length,
+        "near": scale.length,
         "velocity": scale.speed, "wind": scale.force, "jump": scale.force, "draught": scale.force,
         "wind_turn": scale.rate, "rate": scale.rate, "throw": scale.rate, "thrown_along": scale.speed,
         "resistance": torque, "more": torque, "face": scale.length,

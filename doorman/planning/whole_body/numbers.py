@@ -33,7 +33,7 @@ _IMPACT, _STIFFNESS = 15.0, 1500.0
 """Force with which a tip may hit a leaf that something stops, and stiffness of the contact that plans count on, for the shipped
 vehicle [N], [N/m]."""
 SIDE_WEIGHT, LEVEL_WEIGHT = 0.3, 300.0
-"""Of a change of the force to the side, of the shipped vehicle, and of roll and pitch, where nothing is gained by a tilt: of a fully
+"""Of a change of the force to the side, of the shipped vehicle, and of roll and pitch, where a tilt gains nothing: of a fully
 actuated vehicle, and of one that holds a lever, on which forces along the lever and along its axis do nothing."""
 _THRUST_HELD = 2.0
 """The same of a held tip, which bears what thrust lifts: cheaper thrust swings against the pitch where the attitude loop is not

@@ -36,7 +36,7 @@ _LEAST_RESISTANCE, _LEAST_FORCE = 0.05, 0.15
 _OPENING, _LEAST_OPENING = 20.0, 20.0
 """Weight of the rate of a held leaf that can gain 1 rad/s², of the shipped vehicle, and the least where it can gain more."""
 _LEVER = 0.7
-"""Of the contact with which the least is meant: what is nearer to its axis turns faster by the same noise of the tip's speed [m]."""
+"""Of the contact for which that is: what is nearer to its axis gains more by the same force, and is weighed less by that [m]."""
 _LEAST_RATE = 1e-3
 """Share of the largest rate that is asked for at least: the reference divides by it."""
 _SHIPPED_RATE, _SHIPPED_FORCE = 0.32, 2.4
