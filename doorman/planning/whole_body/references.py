@@ -112,7 +112,9 @@ def in_the_gripper(
         / model.coupling.lever_length
     )
     slows = held.friction * numbers.one("plan.time_step") / held.inertia
-    least = _LEAST_OPENING * min(model.coupling.lever_length / (_LEVER * model.scale.length), 1.0)
+    least = _LEAST_OPENING
+    if door.in_plane:  # the same force turns a lever faster than a leaf
+        least *= min(model.coupling.lever_length / (_LEVER * model.scale.length), 1.0)
     opening = max(_OPENING * model.scale.rate**2 / pace.acceleration, least)
     return {
         **grip,
