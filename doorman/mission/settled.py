@@ -30,10 +30,10 @@ def settled(model: Model, report: Report, on_progress: OnProgress | None = None)
     """
     if not report.possible or "simulator" in {finding.name for finding in report.warnings}:
         return report
-    for end in _ends(model):
-        finding = _flown(end, report, on_progress, unknown=not model.friction.known)
-        if not finding.ok:
-            break
+    first, *others = _ends(model)
+    finding = _flown(first, report, on_progress, unknown=bool(others))
+    for end in others:
+        finding = _flown(end, report, on_progress, unknown=True) if finding.ok else finding
     return dataclasses.replace(report, findings=(*report.findings, finding))
 
 
