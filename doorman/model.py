@@ -16,6 +16,7 @@ from doorman.dynamics.attitude_loop import AttitudeLoop
 from doorman.exceptions import DimensionError, ScenarioError
 from doorman.kinematics.coupling import Coupling, distance_in_doorway
 from doorman.kinematics.doors.frame_places import places_to_touch
+from doorman.kinematics.doors.joint_friction import joint_friction
 from doorman.kinematics.doors.reading import read_door, read_travel
 from doorman.kinematics.doors.variants.true_door import TrueDoor, is_another
 from doorman.kinematics.rotations import regular_state, regular_step
@@ -64,6 +65,9 @@ class Model:
         self.hinge_scale = self.scale.hinge(self.door)
         """Of the torques that its hinge is expected to resist with, to those of a room door."""
         self.scenario = scenario = sized(scenario, self._ratios())
+        self.friction = joint_friction(scenario, self.door, self.hinge_scale)
+        """Of the plant's joint: one value where anybody says it, else an interval [N m]."""
+        self.scenario = scenario = self._with_friction(scenario)
         self.travel = read_travel(scenario, self.door)
         """Where the door is at start and goal."""
         true, contact = scenario.simulation, scenario.contact
@@ -241,6 +245,13 @@ class Model:
         """
         out = self.reduced.step_jacobian(self.check_state(state), vector(inputs, self.nu, "inputs"))
         return out[:, : self.nx].copy(), out[:, self.nx :].copy()
+
+    def _with_friction(self, scenario: Scenario) -> Scenario:
+        """The scenario with the plant's friction in it, where nobody says another."""
+        if self.friction.known:
+            return scenario
+        own = {"door_friction": self.friction.expected / self.door.per_angle}
+        return scenario.model_copy(update={"simulation": scenario.simulation.model_copy(update=own)})
 
     def _ratios(self) -> dict[str, float]:
         """Of the defaults that grow with vehicle and door, by unit."""

@@ -27,12 +27,13 @@ class Handover:
 
     tip_force: Array
     """Force of the tip on what it holds, shape (3,), world frame [N]."""
-    wind: Array
-    """On the vehicle, shape (3,), world frame [N]."""
-    lift: float
-    """Of the rotors beyond their command, as a share of that."""
+    of_the_air: dict[str, tuple[Array, Array]]
+    """`wind` on the vehicle, shape (3,), world frame [N], and `lift` of the rotors beyond their command, shape (1,), as a share
+    of that: each with its deviation."""
     loop: AttitudeLoop | None
-    """The attitude loop that was measured in hover."""
+    """The attitude loop that was measured in hover,"""
+    rates_late: float
+    """and how much later than the poses' attitudes the body rates come [s]."""
 
 
 def stages(scenario: Scenario) -> tuple[Model, ...]:

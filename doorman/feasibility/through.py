@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from doorman.control.passage import NEEDED, OFF, Passage, has_doorway
 from doorman.feasibility.report import Finding, Severity, graded
 from doorman.feasibility.resting import torques_at_rest
@@ -31,12 +33,30 @@ def _stays_open(model: Model) -> Finding:
     shuts, friction = torques_at_rest(model, goal)
     shuts *= -1.0 if model.door.side == "push" else 1.0
     ok = shuts <= friction
-    return Finding(
-        "stays open", graded(ok),
+    message = (
         f"at {model.door.in_words(goal)} the door shuts with {words(max(shuts, 0.0) + 0.0)} by itself, against "
-        f"{words(friction)} of friction",
-        shuts, friction, "N m", "" if ok else 'set mission.then = "stay": the vehicle then holds a door that shuts by itself',
+        f"{words(friction)} of friction"
+    )
+    return Finding(
+        "stays open", graded(ok), message if ok else f"{message}; {_held_while_passing(model)}", shuts, friction, "N m",
+        "" if ok else 'set mission.then = "stay": the vehicle then holds a door that shuts by itself',
     )  # fmt: skip
+
+
+def _held_while_passing(model: Model) -> str:
+    """Why the vehicle does not hold the leaf on its way.
+
+    The edge of a leaf that shuts sweeps a circle. A vehicle that lets go of it has its disc outside of that circle, and its tip
+    on the edge: so far the tip is ahead of O_B at least.
+    """
+    needed, arm = model.vehicle.radius + NEEDED, model.vehicle.tip_position(model.start_arm)
+    reach = math.hypot(*arm[:2].tolist())
+    if reach < needed:
+        return (
+            f"to hold it until the disc has passed, the tip would have to be {needed:.2f} m from the body frame's origin, and "
+            f"with start.arm it is {reach:.2f} m: the arm is too short"
+        )
+    return "the vehicle turns away from the leaf to fly through, and does not hold it"
 
 
 def _way_through(model: Model) -> Finding:

@@ -99,21 +99,22 @@ class Mission(Uncopied):
         self._lift = LiftScale(model.vehicle.max_thrust)
         self._abort_reason = ""
         self._loop: AttitudeLoop | None = None
+        self._rates_late = 0.0
         self._bears, self._held_force, self._held = after is not None, np.zeros(3), False
         if after is not None:
             self._held_force = after.tip_force
-            self._estimator.go_on(after.tip_force, after.wind, after.lift)
+            self._estimator.go_on(after.tip_force, after.of_the_air)
             if self._whole_body is not None:
                 self._whole_body.carry(self._in_face(after.tip_force, model.start_angle))
             if after.loop is not None:
-                self._know_loop(after.loop)
+                self._know_loop(after.loop, after.rates_late)
 
     @property
     def handover(self) -> Handover | None:
         """What the next step begins with; None before the first tick."""
         if self._known is None:
             return None
-        return Handover(self._held_force, self._known.wind, self._known.lift, self._loop)
+        return Handover(self._held_force, self._estimator.of_the_air, self._loop, self._rates_late)
 
     @property
     def phase(self) -> Phase:
@@ -296,12 +297,12 @@ class Mission(Uncopied):
         found = test.measured
         if found is None or self._loop_is_known or test.unfit():
             return
-        self._know_loop(replace(found.loop, feedback=feedback_lag))
-        self._estimator.rates_are_late(test.rates_late)
+        self._know_loop(replace(found.loop, feedback=feedback_lag), test.rates_late)
         self.recorder.write("attitude_loop", now, {**asdict(found), "rates_late": test.rates_late})
 
-    def _know_loop(self, loop: AttitudeLoop) -> None:
-        self._loop_is_known, self._loop = True, loop
+    def _know_loop(self, loop: AttitudeLoop, rates_late: float) -> None:
+        self._loop_is_known, self._loop, self._rates_late = True, loop, rates_late
+        self._estimator.rates_are_late(rates_late)
         for user in (self.converter, self._under_way, self._whole_body):
             if user is not None:
                 user.fly_by(loop)

@@ -17,7 +17,8 @@ from doorman.summary.outcome import OPEN_TOLERANCE
 def settled(model: Model, report: Report, on_progress: OnProgress | None = None) -> Report:
     """Fly a scenario that the check calls possible, from its start to its end, and add how that ended.
 
-    The plant is that of `simulate` with the seed 0: what is possible in the report has been flown, and nothing was touched.
+    The plant is that of `simulate` with the seed 0: what is possible in the report has been flown, and nothing was touched. A
+    joint whose friction nobody names is flown with the least and the largest of a usual one.
 
     Args:
         model: Model of the scenario.
@@ -29,8 +30,30 @@ def settled(model: Model, report: Report, on_progress: OnProgress | None = None)
     """
     if not report.possible or "simulator" in {finding.name for finding in report.warnings}:
         return report
-    per_angle, unit = model.door.per_angle, "rad" if model.door.unit == "rad" else "m"
-    error, advice = float("nan"), ""
+    first, *others = _ends(model)
+    finding = _flown(first, report, on_progress, unknown=bool(others))
+    for end in others:
+        finding = _flown(end, report, on_progress, unknown=True) if finding.ok else finding
+    return dataclasses.replace(report, findings=(*report.findings, finding))
+
+
+def _ends(model: Model) -> tuple[Model, ...]:
+    """Models of what may stand there."""
+    if model.friction.known:
+        return (model,)
+    scenario, friction = model.scenario, model.friction
+    return tuple(
+        Model(
+            scenario.model_copy(update={"simulation": scenario.simulation.model_copy(update={"door_friction": each})})
+        )
+        for each in (friction.least / model.door.per_angle, friction.largest / model.door.per_angle)
+    )
+
+
+def _flown(model: Model, report: Report, on_progress: OnProgress | None, unknown: bool) -> Finding:
+    """One flight."""
+    door, per_angle = model.door, model.door.per_angle
+    error, advice, unit = float("nan"), "", "rad" if door.unit == "rad" else "m"
     try:
         recording = simulate(model, on_progress=on_progress, force=True, report=report)
         summary = recording.summary or {}
@@ -38,9 +61,12 @@ def settled(model: Model, report: Report, on_progress: OnProgress | None = None)
         error = abs(float(recording["truth"]["door_angle"][-1]) - model.goal_angle)
     except DoormanError as failure:
         opened, words = False, f"flown for 0 s: {failure}"
+    if unknown:
+        words = f"with {door.torque_in_words(model.friction.expected)} of friction: {words}"
     if not opened:
         near = ", ".join(finding.name for finding in report.warnings)
         advice = "watch it with doorman open --force" + (f"; the check warns of {near}" if near else "")
         advice += "; begin nearer to the shipped scenarios in start, goal and planner.weights"
-    finding = Finding("flight", graded(opened), words, per_angle * error, per_angle * OPEN_TOLERANCE, unit, advice)
-    return dataclasses.replace(report, findings=(*report.findings, finding))
+    if unknown and not opened:
+        advice = f"write what the hinge has into door.friction [{'N' if door.slides else 'N m'}], which nobody names"
+    return Finding("flight", graded(opened), words, per_angle * error, per_angle * OPEN_TOLERANCE, unit, advice)

@@ -9,7 +9,7 @@ RESISTANCE, STIFFNESS, HINGE = "resistance", "stiffness", "hinge"
 _AT_THE_LEAF = {
     FORCE: "contact.pull noise.wind noise.jump noise.draught start.wind start.draught start.friction",
     LENGTH: "contact.gap contact.inside switch.near switch.reach noise.face start.face start.reach",
-    SPEED: "contact.gap_rate noise.velocity noise.thrown_along start.velocity",
+    SPEED: "contact.gap_rate contact.slip_rate noise.velocity noise.thrown_along start.velocity",
     RATE: "noise.wind_turn noise.rate noise.throw start.wind_turn start.joint_rate hinge.moves",
     STIFFNESS: "contact.stiffness",
     RESISTANCE: "contact.more noise.resistance start.resistance",

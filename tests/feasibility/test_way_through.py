@@ -39,6 +39,12 @@ def test_a_door_that_shuts_by_itself_is_refused(torques: dict[str, float], ok: b
     assert findings("through", **torques)["stays open"].ok is ok
 
 
+@pytest.mark.parametrize("arm, short", [([0.0, 1.0, -0.6, -0.4], False), ([0.0, 2.0, -1.0, -0.5], True)])
+def test_the_reason_says_whether_the_arm_could_hold_the_leaf_meanwhile(arm: list[float], short: bool) -> None:
+    message = findings("through", simulation__door_preload=0.6, start__arm=arm)["stays open"].message
+    assert ("the arm is too short" in message) is short
+
+
 def test_a_pulled_door_shuts_the_other_way() -> None:
     assert not findings("pull", simulation__door_preload=0.6)["stays open"].ok
     assert findings("pull", simulation__door_preload=0.4)["stays open"].ok

@@ -4,8 +4,8 @@ A point of the leaf goes round the true hinge, which `DoorPlace` takes in.
 
 The leaf is turned about the hinge by as much as it stood off its angle where the tip met it closed. From there on measurements
 are seen as if the door stood where the map has it, and commands are turned back: what plans and decides knows no other door.
-A tip that only pushes creeps on the leaf, and says nothing; it may touch the frame before. A leaf that does not
-start at its joint's stop says nothing either: it gives way to the tip.
+A tip that only pushes creeps on the leaf, and says nothing; it may touch the frame before. Nor does one that holds a lever, which
+turns on the leaf. A leaf that does not start at its joint's stop says nothing either: it gives way to the tip.
 
 """
 
@@ -56,7 +56,8 @@ class DoorLocator:
         known = max(settings.door_place_deviation, settings.door_yaw_deviation) == 0.0
         self._start = model.start_angle
         stopped = model.door.at_its_stop(self._start)
-        self._works = model.scenario.contact.kind == "grip" and model.door.vertical and stopped and not known
+        fixed = model.scenario.contact.kind == "grip" and not model.scenario.door.beside
+        self._works = fixed and model.door.vertical and stopped and not known
         if self._works or model.frame_places:
             self.known.prepare()
         self._shuts = -model.travel.sense  # of α, towards the start

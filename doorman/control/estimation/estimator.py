@@ -149,7 +149,7 @@ class Estimator:
         self._numbers = leaf_numbers(model, _FIRST_NOISE)
         self._bank = leaf_filter(model, self._numbers)  # compiles while nothing is in flight
         self._run: LeafRun | None = None
-        self._known: dict[str, Array] = {}
+        self._known: dict[str, tuple[Array, Array]] = {}
         self._face_is_known, self._leaf_time = False, -math.inf
         self._hinge = HingeFit(model)
         self._unnamed = 0.0
@@ -158,11 +158,21 @@ class Estimator:
         self._feels: Array | None = None
         self._unloaded = np.zeros(2)  # sum of what the tip's sensor has read in free flight, and how many readings
 
-    def go_on(self, tip_force: Array, wind: Array, lift: float) -> None:
-        """Begin with what was known as another step ended: the tip's force and the wind, (3,) each [N], and the lift's share."""
-        door = self._model.door
+    @property
+    def of_the_air(self) -> dict[str, tuple[Array, Array]]:
+        """Wind and lift by name, with their deviations, as `go_on` takes them."""
+        assert self._run is not None
+        mean, deviations = self._run.estimate.mean, self._run.deviations
+        return {name: (mean[PLACES[name]], deviations[PLACES[name]]) for name in ("wind", "lift")}
+
+    def go_on(self, tip_force: Array, of_the_air: dict[str, tuple[Array, Array]]) -> None:
+        """Begin with what was known as another step ended: the tip's force, shape (3,) [N], and wind and lift."""
+        door, numbers = self._model.door, self._numbers
         friction = np.array([door.leaf_direction(self._model.start_angle) @ tip_force, door.up @ tip_force])
-        self._known = {"friction": friction, "wind": wind, "lift": np.array([lift])}
+        varies = numbers.one("contact.friction") * (
+            float(np.linalg.norm(tip_force)) + numbers.one("contact.held") * self._model.vehicle.weight
+        )
+        self._known = of_the_air | {"friction": (friction, np.full(2, varies))}
 
     def tell(self, force: Array) -> None:
         """Take in what the rotors are told from now on, shape (3,), body frame [N]."""
@@ -224,7 +234,8 @@ class Estimator:
         if self._run is None:
             self._run = LeafRun(self._model, self._numbers, measured.pose_time, position, inputs, self._bank)
             if self._known:
-                self._run.know(self._known)
+                joint = np.array([self._held_at(measured)]), self._run.deviations[PLACES["joint"]]
+                self._run.go_on(self._known | {"joint": joint})
             if self._face_is_known:  # a sensor has seen the frame before the first pose
                 self._run.know_face()
             return
@@ -237,6 +248,11 @@ class Estimator:
         left = self._model.travel.left(float(self._run.estimate.mean[JOINT]))
         self._run.is_to_move(int(left > _AT_THE_GOAL) - int(situation == HELD and left < -_AT_THE_GOAL))
         self._run.step(measured.pose_time, position, inputs, situation, self._felt(measured, situation))
+
+    def _held_at(self, measured: Measurement) -> float:
+        """Angle of the leaf whose handle the tip holds: it may have come along in the step before [rad]."""
+        still, arm = np.zeros(3), np.asarray(measured.arm_angles)
+        return self._converter.tip(measured.position, still, measured.attitude, still, arm, np.zeros_like(arm))[0]
 
     def _felt(self, measured: Measurement, situation: str) -> Array | None:
         """What the tip's sensor reads beyond what it reads in free flight, shape (1,) [N]."""

@@ -78,9 +78,9 @@ def standing(motion: LeafMotion) -> Hypothesis:
 
 def gripped(motion: LeafMotion) -> Hypothesis:
     """The tip's place on the leaf is fixed; it presses or pulls."""
-    force = motion.force_on_moving
+    contact, force = motion.contact, motion.force_on_moving
     return Hypothesis(
-        GRIPPED, motion.dynamics(force, motion.pushed(force), motion.contact.friction_lasts),
+        GRIPPED, motion.dynamics(force, motion.pushed(force), contact.friction_lasts, bears=contact.borne),
         _noise(motion, force, _gripping(motion, force), motion.noise.rate), holds=_in_the_grip(motion, force),
     )  # fmt: skip
 
@@ -90,7 +90,9 @@ def holding(motion: LeafMotion) -> Hypothesis:
     contact, force = motion.contact, motion.force_on_standing
     return Hypothesis(
         HOLDING,
-        motion.dynamics(force, -motion.door_rate / contact.settles, contact.friction_lasts, motion.stuck(force)),
+        motion.dynamics(
+            force, -motion.door_rate / contact.settles, contact.friction_lasts, motion.stuck(force), contact.borne
+        ),
         _noise(motion, force, _gripping(motion, force), 0.1 * motion.noise.rate),
         holds=_in_the_grip(motion, force),
     )  # fmt: skip
@@ -98,10 +100,10 @@ def holding(motion: LeafMotion) -> Hypothesis:
 
 def thrown(motion: LeafMotion) -> Hypothesis:
     """The tip grips a leaf that a hand or a gust throws or catches, and moves with it."""
-    force = motion.force_on_moving
+    contact, force = motion.contact, motion.force_on_moving
     noise = _noise(motion, force, _gripping(motion, force), motion.noise.throw, speed=motion.noise.thrown_along)
     return Hypothesis(
-        THROWN, motion.dynamics(force, motion.pushed(force), motion.contact.friction_lasts), noise,
+        THROWN, motion.dynamics(force, motion.pushed(force), contact.friction_lasts, bears=contact.borne), noise,
         holds=_in_the_grip(motion, force),
     )  # fmt: skip
 
@@ -167,7 +169,7 @@ def _in_the_grip(motion: LeafMotion, force: Any) -> list[Row]:
     """The tip does not move on the face."""
     return [
         *_on_the_face(motion, force, motion.gap - motion.reach),
-        Row("fixed", motion.slip, motion.contact.gap_rate, motion.contact.lasts),
+        Row("fixed", motion.slip, motion.contact.slip_rate, motion.contact.lasts),
     ]
 
 

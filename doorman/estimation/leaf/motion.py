@@ -155,8 +155,13 @@ class LeafMotion(TipOnFace):
         moves = self.acceleration_without + self.rotation @ self._turned(self.tip_in_body)
         return self.vehicle.mass * ca.dot(self.frame.normal, moves)
 
-    def dynamics(self, force: Any, joint_acceleration: Any, friction_lasts: Any, resistance: Any = 0) -> Any:
-        """ẋ with a normal force; the tip's friction fades within `friction_lasts` [s], the resistance grows."""
+    def dynamics(
+        self, force: Any, joint_acceleration: Any, friction_lasts: Any, resistance: Any = 0, bears: Any = 0
+    ) -> Any:
+        """ẋ with a normal force; the tip's friction fades within `friction_lasts` [s], the resistance grows.
+
+        A tip that grips a lever `bears` what holds it down.
+        """
         return self.column(
             position=self.velocity,
             velocity=self.acceleration_without + force * self.outward / self.vehicle.mass,
@@ -165,7 +170,7 @@ class LeafMotion(TipOnFace):
             joint=self.door_rate,
             joint_rate=joint_acceleration,
             resistance=resistance,
-            friction=-self.friction_force / friction_lasts,
+            friction=(bears - self.friction_force) / friction_lasts,
         )
 
     def borne(self, force: Any) -> Any:

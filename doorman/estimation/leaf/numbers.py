@@ -32,6 +32,9 @@ TUNED = (
 )  # fmt: skip
 """Names of what is no fact of vehicle or door; all but the sensors' are keys of `[estimation]`."""
 
+_ON_LEVER = 0.05
+"""Deviation of the tip's speed in the face where it holds a lever, which turns on the leaf: 0.12 m long, by 0.4 rad/s [m/s]."""
+
 
 def leaf_numbers(model: Model, pose_deviation: float) -> Numbers:
     """Numbers of a scenario: those of `[estimation]`, and what follows from vehicle and door."""
@@ -39,6 +42,8 @@ def leaf_numbers(model: Model, pose_deviation: float) -> Numbers:
     tuned = {
         f"{table}.{key}": value for table in _TABLES for key, value in getattr(settings, table).model_dump().items()
     }
+    if model.scenario.door.beside and not model.door.in_plane:
+        tuned["contact.slip_rate"] = _ON_LEVER * model.scale.speed
     if model.door.at_its_stop(model.start_angle):
         tuned["start.joint"] = tuned["start.stop"]
     if model.scenario.contact.kind == "push":
@@ -51,6 +56,7 @@ def leaf_numbers(model: Model, pose_deviation: float) -> Numbers:
         "sensor.pose": max(pose_deviation, LEAST_NOISE),
         "sensor.tip_force": math.hypot(settings.tip_force, *_of_the_sensor(model)),
         "sensor.leaf": 1.0,  # readings come with their own
+        "contact.borne": np.zeros(2),  # by a lever that the tip holds down, along leaf and hinge [N]
         "contact.way": 1.0,  # a leaf that stands is to go on, or back: -1
         "frame.normal": np.zeros(3),  # into what a tip feels for
         **tuned,

@@ -184,12 +184,16 @@ class LeafRun:
         covariance[place, place] = self._doubt[place] ** 2
         self._restart(known.mean, covariance, known.probabilities)
 
-    def know(self, values: Mapping[str, Array]) -> None:
-        """Begin with other means of some states, by name."""
-        mean = self.estimate.mean.copy()
-        for name, value in values.items():
-            mean[PLACES[name]] = value
-        self._restart(mean, self.estimate.covariance, self.estimate.probabilities)
+    def go_on(self, values: Mapping[str, tuple[Array, Array]]) -> None:
+        """Begin with other means and deviations of some states, by name; the tip goes on bearing its force in the face."""
+        self._bank.parameters[self._numbers.place("contact.borne")] = values["friction"][0]
+        mean, covariance = self.estimate.mean.copy(), self.estimate.covariance.copy()
+        for name, (value, deviation) in values.items():
+            place = PLACES[name]
+            mean[place] = value
+            covariance[place, :] = covariance[:, place] = 0.0
+            covariance[place, place] = np.diag(np.square(deviation))
+        self._restart(mean, covariance, self.estimate.probabilities)
 
     def meet(self, joint: float | None, wind: Array | None = None) -> None:
         """Begin anew with the leaf somewhere else; where the mission begins, and with nothing learnt of it, if not given."""

@@ -13,7 +13,7 @@ from doorman.feasibility.inputs.setup import joint_margin
 from doorman.feasibility.lift import weight_on_joints
 from doorman.feasibility.report import Finding, Severity, graded
 from doorman.feasibility.swing.geometry import inertia_in_words, shortest_swing
-from doorman.feasibility.swing.rehearsal import Rehearsal, friction_is_known, least_resistance
+from doorman.feasibility.swing.rehearsal import Rehearsal, least_resistance
 from doorman.feasibility.swing.room import ACTIVE
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import Model
@@ -196,7 +196,7 @@ def stopping_findings(model: Model) -> list[Finding]:
     torque, door, longest = least_resistance(model), model.door, model.scenario.mission.time_out.open
     takes = _pushed(model)
     ok = takes <= longest or _ends_at_its_stop(model)
-    known = "" if friction_is_known(model) else " (unknown: that of a usual hinge)"
+    known = "" if model.friction.known else " (unknown: the least of a usual hinge)"
     words = f"against {door.torque_in_words(torque)}{known} the door stops by itself at the goal, {takes:.0f} s after the touch"
     if torque <= 0.0:
         words = f"weight or spring drive it on with {door.torque_in_words(-torque)} beyond its friction{known}"

@@ -41,11 +41,13 @@ def shortest_swing(model: Model) -> float:
 def force_needed(model: Model, duration: float) -> float:
     """Force at the tip that moves the door steadily from start to goal, by the hinge that the planner knows [N].
 
-    A grip also holds a leaf that its weight drives on, as far as its friction does not.
+    Friction that nobody names may be the largest. A grip also holds a leaf that its weight drives on, as far as its friction does
+    not.
     """
     travel, door = model.travel, model.door
     rate, way = travel.ahead(travel.length) / duration, np.linspace(travel.start, travel.goal, 30)
-    torques = [travel.ahead(door.hinge_torque(angle, rate)) for angle in way]
+    unknown = 0.0 if model.friction.known else model.friction.largest
+    torques = [travel.ahead(door.hinge_torque(angle, rate)) + unknown for angle in way]
     driven = -min(travel.ahead(door.weight_torque(angle)) for angle in way) - door.friction
     held = driven if model.scenario.contact.kind == "grip" else 0.0
     if door.in_plane:

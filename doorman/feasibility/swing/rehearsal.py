@@ -5,8 +5,8 @@ is out of bounds it settles on a compromise. Whether the compromise still opens 
 constraints together; running the loop answers it. The motion is that of `PlanningModel.swing`: of the planner's own model,
 with the inertia that the push really moves. The hinge's friction is a torque against the swing that the planner knows of, as
 in flight, where an observer finds it: what it costs in force, and so in tilt and in room beside the leaf, is in the answer.
-A tip that can only push needs resistance: where the scenario names no friction, the rehearsal takes
-`estimation.hinge.friction` for it. A grip begins where the tug by which it is tried leaves the leaf.
+A tip that can only push needs resistance: where nobody names a friction, rehearsal and plant have that of a usual hinge. A grip
+begins where the tug by which it is tried leaves the leaf.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from doorman.arrays import Array
 from doorman.control.tug import drawn_by_the_tug
 from doorman.exceptions import SingularityError
 from doorman.feasibility.resting import torques_at_rest
+from doorman.kinematics.doors.joint_friction import USUAL
 from doorman.model import Model
 from doorman.planning.grip.pushes import push_state
 from doorman.planning.planner import Planner
@@ -69,33 +70,21 @@ class Rehearsal:
 
 
 def resistance(model: Model) -> float:
-    """Friction that a rehearsal assumes in the joint; a leaf that begins ajar is held by it [N m]."""
-    if model.scenario.contact.kind != "push" or model.door.friction > 0.0:
-        return model.door.friction
-    ajar = model.door.opening_of(model.travel.start) > model.door.per_angle * _AJAR
-    return max(_usual_friction(model), _STANDS * abs(model.door.hinge_torque(model.travel.start, 0.0)) if ajar else 0.0)
-
-
-def _usual_friction(model: Model) -> float:
-    """Friction of a hinge whose file gives none [N m, or N times the lever of α]."""
-    return model.scenario.estimation.hinge.friction
+    """Friction that a rehearsal assumes in the joint: a usual one, where the planner knows none [N m]."""
+    return _assumed(model, model.door.friction or model.hinge_scale * USUAL[0])
 
 
 def stopping_friction(model: Model) -> float:
-    """Friction on which a stop can count: of what a rehearsal assumes and what the simulated joint has, the less [N m]."""
-    assumed, true = resistance(model), model.scenario.simulation.door_friction
-    if true is None or assumed > max(model.door.friction, _usual_friction(model)):  # a leaf ajar, held by what it has
-        return assumed
-    return min(assumed, model.door.per_angle * true)
+    """Friction on which a stop can count [N m]."""
+    return _assumed(model, min(model.friction.least, model.door.friction or math.inf))
 
 
-def friction_is_known(model: Model) -> bool:
-    """Whether URDF or scenario say what friction the joint has; a URDF's 0 is what its writer left out."""
-    return (
-        model.door.friction > 0.0
-        or model.scenario.door.friction is not None
-        or model.scenario.simulation.door_friction is not None
-    )
+def _assumed(model: Model, friction: float) -> float:
+    """Of a tip that pushes, where the planner is told of none; a leaf that begins ajar is held by what it has."""
+    if model.scenario.contact.kind != "push":
+        return model.door.friction
+    ajar = model.door.opening_of(model.travel.start) > model.door.per_angle * _AJAR and not model.door.friction
+    return max(friction, _STANDS * abs(model.door.hinge_torque(model.travel.start, 0.0)) if ajar else 0.0)
 
 
 def least_resistance(model: Model) -> float:

@@ -33,15 +33,14 @@ _IMPACT, _STIFFNESS = 15.0, 1500.0
 """Force with which a tip may hit a leaf that something stops, and stiffness of the contact that plans count on, for the shipped
 vehicle [N], [N/m]."""
 SIDE_WEIGHT, LEVEL_WEIGHT = 0.3, 300.0
-"""Of a change of the force to the side, of the shipped vehicle, and of roll and pitch, of a fully actuated vehicle."""
+"""Of a change of the force to the side, of the shipped vehicle, and of roll and pitch, where a tilt gains nothing: of a fully
+actuated vehicle, and of one that holds a lever, on which forces along the lever and along its axis do nothing."""
 _THRUST_HELD = 2.0
 """The same of a held tip, which bears what thrust lifts: cheaper thrust swings against the pitch where the attitude loop is not
 as it is believed."""
 _RESOLVED, _LOAD = 0.8, 0.05
 """Stiffness of a grip that a step resolves, times mobility and the step's square, and the weight of what the gripper carries
 in the plane of the face, for the shipped vehicle: it may turn the vehicle, but does not move the leaf."""
-_LOAD_OF_LEVER = 2.0
-"""The same on a lever: what lies along its axis does not turn it, so that a pitch would go astray where that costs nothing."""
 _TILTING, _TILTING_HELD = 300.0, 1000.0
 """Weight of how far a commanded tilt is ahead of the tilt, of a tip that pushes and of one that holds the leaf: a pitch lifts the
 held tip, and the leaf bears it. A quick loop turns by the same error at a higher rate: there the rate
@@ -83,6 +82,7 @@ def whole_body_numbers(model: Model) -> Numbers:
         "weights.arm": 30.0, "weights.arm_rate": ARM_WEIGHT / scale.rate**2,
         "weights.approach": 1000.0 / scale.speed**2, "weights.opening": 100.0 / scale.rate**2,
         "weights.force": 0.0, "weights.least_force": 0.0, "weights.load": 0.0,
+        "weights.level": LEVEL_WEIGHT if model.actuation.fully else 0.0,
         "weights.velocity_in_world": 0.3 / scale.speed**2,
         "weights.turning": 0.5 / scale.rate**2,
     })  # fmt: skip
@@ -100,12 +100,13 @@ def grip_numbers(model: Model) -> dict[str, Any]:
     mobility = 1.0 / vehicle.mass + float(tip @ tip) / yaw_inertia(model) + lever**2 / model.door.inertia
     stiffness = min(model.scenario.contact.grip_stiffness, _RESOLVED / (mobility * step**2))
     damping = math.sqrt(stiffness / mobility)
-    load = _LOAD_OF_LEVER if model.door.in_plane else _LOAD
+    level = {"weights.level": LEVEL_WEIGHT} if model.door.in_plane else {}
     return {
+        **level,
         "contact.grips": 1.0, "contact.stiffness": stiffness, "contact.damping": damping, "contact.slip_damping": damping,
         "reference.force": 0.0, "reference.least_force": 0.0,
         "weights.approach": 0.0, "weights.place": 0.0, "weights.force": 0.0, "weights.least_force": 0.0,
-        "weights.load": load / model.scale.force**2, "weights.thrust": _THRUST_HELD / model.scale.force**2,
+        "weights.load": _LOAD / model.scale.force**2, "weights.thrust": _THRUST_HELD / model.scale.force**2,
     }  # fmt: skip
 
 
@@ -125,15 +126,12 @@ def push_pace(model: Model, safe: bool = False) -> Pace:
 
 
 def _side_numbers(model: Model) -> dict[str, Any]:
-    """Of a fully actuated vehicle: its force to the side now, how dear a change of that and tilt are, and its rotors."""
+    """Of a fully actuated vehicle: its force to the side now, how dear a change of that is, and its rotors."""
     rotors = model.actuation.rotors
     if rotors is None:
         return {}
-    weights = {
-        "actuation.side_weight": SIDE_WEIGHT / model.scale.force**2,
-        "actuation.level_weight": LEVEL_WEIGHT,
-    }
-    return {"actuation.side": np.zeros(2), **weights, **rotors.numbers}
+    weight = {"actuation.side_weight": SIDE_WEIGHT / model.scale.force**2}
+    return {"actuation.side": np.zeros(2), **weight, **rotors.numbers}
 
 
 def yaw_torque(model: Model) -> float:

@@ -36,7 +36,7 @@ _LEAST_RESISTANCE, _LEAST_FORCE = 0.05, 0.15
 _OPENING, _LEAST_OPENING = 20.0, 20.0
 """Weight of the rate of a held leaf that can gain 1 rad/s², of the shipped vehicle, and the least where it can gain more."""
 _LEVER = 0.7
-"""Of the shipped contact on its leaf [m]."""
+"""Of the contact for which that is: what is nearer to its axis gains more by the same force, and is weighed less by that [m]."""
 _LEAST_RATE = 1e-3
 """Share of the largest rate that is asked for at least: the reference divides by it."""
 _SHIPPED_RATE, _SHIPPED_FORCE = 0.32, 2.4
@@ -113,8 +113,8 @@ def in_the_gripper(
     )
     slows = held.friction * numbers.one("plan.time_step") / held.inertia
     least = _LEAST_OPENING
-    if door.in_plane:  # the same error of the force turns a lever farther
-        least *= max(_LEVER * model.scale.length / model.coupling.lever_length, 1.0)
+    if door.in_plane:  # the same force turns a lever faster than a leaf
+        least *= min(model.coupling.lever_length / (_LEVER * model.scale.length), 1.0)
     opening = max(_OPENING * model.scale.rate**2 / pace.acceleration, least)
     return {
         **grip,

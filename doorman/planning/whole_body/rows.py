@@ -43,13 +43,11 @@ def residuals(task: WholeBodyTask, kinds: Kinds = IN_A_DOORWAY) -> list[Residual
     approach = goes.approach_speed * ca.tanh((goes.depth - task.depth) / goes.approach_length)
     opening = rate_to_goal(task.to_go, goes.opening_speed, goes.deceleration, goes.settling)
     sides = getattr(task, "actuation", None)
-    level = [] if sides is None else [
-        Residual("side force", task.side_force - sides.side, sides.side_weight),
-        Residual("level", task.attitude[:2], sides.level_weight),
-    ]  # fmt: skip
+    side = [] if sides is None else [Residual("side force", task.side_force - sides.side, sides.side_weight)]
     planes = ca.vertcat(*(row.expression for row in disc_constraints(task, task.limits.margin, kinds)))
     return [
-        *level,
+        *side,
+        Residual("level", task.attitude[:2], weigh.level),
         Residual("thrust", task.thrust - goes.thrust, weigh.thrust),
         Residual("place on the face", task.place, weigh.place),
         Residual("place in the world", task.position - goes.position, weigh.position),

@@ -18,6 +18,8 @@ class ContactNumbers(Section):
     """Deviation of tip and face while they touch: their shapes and compliance [m]."""
     gap_rate: Positive = 5e-3
     """Deviation of their speeds then [m/s]."""
+    slip_rate: Positive = 5e-3
+    """Deviation of the tip's speed in the face where it grips [m/s]."""
     pull: Positive = 0.15
     """Pull that a tip which only pushes may seem to make, by errors of thrust [N]."""
     inside: Positive = 3e-3

@@ -12,10 +12,14 @@ from urdf_variants import DOOR, write_edited
 
 from doorman.control.way_out import way_out
 from doorman.estimation.leaf.hinge_fit import FRICTION
+from doorman.feasibility import check
 from doorman.feasibility.swing.flight import stopping_findings
-from doorman.feasibility.swing.rehearsal import least_resistance, rehearse
+from doorman.feasibility.swing.geometry import force_needed
+from doorman.feasibility.swing.rehearsal import least_resistance, rehearse, resistance
+from doorman.mission.settled import settled
 from doorman.model import Model
 from doorman.scenario import Scenario
+from doorman.simulation.simulator import Simulator
 
 PLUMB = '<origin xyz="0 0 0.4" rpy="0 0 0"/>\n    <parent'
 FLAP = {"contact.kind": "push", "contact.frame": None, "contact.side": "pull", "contact.distance_from_hinge": 0.5,
@@ -49,6 +53,27 @@ def test_the_plants_friction_decides_and_an_unknown_one_is_asked_for() -> None:
     assert unknown.severity.value == "warning" and "door.friction" in unknown.advice
     (told,) = stopping_findings(Model(Scenario.load("push", {"door.friction": 0.5})))
     assert told.severity.value == "ok"
+
+
+def test_plant_and_check_have_one_friction_where_nobody_names_one() -> None:
+    model = Model(Scenario.load("push", {"simulation.door_friction": None}))
+    assert 0.0 < model.friction.least < model.friction.expected < model.friction.largest
+    plant = Simulator(model, 0.001).plant
+    assert plant.engine_model.dof_frictionloss[plant.hinge_velocity] == pytest.approx(model.friction.expected)
+    assert resistance(model) == pytest.approx(model.friction.expected)
+    assert least_resistance(model) == pytest.approx(model.friction.least)
+    named = Model(Scenario.load("push", {"simulation.door_friction": model.friction.largest}))
+    assert force_needed(named, 12.0) < force_needed(model, 12.0), "it may be the largest"
+
+
+@pytest.mark.slow
+def test_a_light_leaf_of_unknown_friction_is_flown_with_the_least_and_the_largest() -> None:
+    """4 kg: with 0.2 N m the leaf would be thrown, or it is stopped; either way it is known from a flight."""
+    model = Model(Scenario.load("push", {"simulation.door_friction": None, "door.mass": 4.0}))
+    report = settled(model, check(model))
+    finding = report["flight"]
+    assert "of friction" in finding.message
+    assert finding.ok or "door.friction" in finding.advice
 
 
 @pytest.mark.parametrize(("goal", "stops"), [(0.0, True), (0.1, False)])

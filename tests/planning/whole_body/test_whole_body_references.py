@@ -10,10 +10,12 @@ import pytest
 from doorman import Model, Planner, Scenario
 from doorman.control.way_out import in_the_doorway, way_out
 from doorman.kinematics.numbers import Numbers
-from doorman.planning.pace import rate_to_goal
+from doorman.planning.hinge import Hinge
+from doorman.planning.pace import Pace, rate_to_goal
 from doorman.planning.whole_body.contact import depth_of
-from doorman.planning.whole_body.numbers import push_pace, whole_body_numbers
-from doorman.planning.whole_body.references import at_the_leaf
+from doorman.planning.whole_body.numbers import grip_numbers, push_pace, whole_body_numbers
+from doorman.planning.whole_body.references import at_the_leaf, in_the_gripper
+from doorman.stages import stages
 
 RESISTANCE = 0.6
 
@@ -159,3 +161,15 @@ def test_a_leaf_that_is_too_fast_is_pushed_less_and_one_that_is_slow_is_not(ship
 def test_a_tip_that_pushes_as_wanted_is_not_drawn_deeper_into_the_leaf(shipped: tuple[Model, Numbers]) -> None:
     found = swinging(shipped, 0.5, 0.05)
     assert found["reference.depth"] == pytest.approx(depth_of(found["reference.force"], shipped[1]))
+
+
+@pytest.mark.parametrize("name", ["pull", "cabinet", "lever_pull"])
+def test_what_is_held_is_steered_no_faster_than_the_attitude_follows(name: str) -> None:
+    """From an error of the rate, whose weight is W, to the thrust, whose weight is R: sqrt(W/R) times what a newton gains."""
+    model = stages(Scenario.load(name))[0]
+    numbers, grip, pace = whole_body_numbers(model), grip_numbers(model), Pace.held(model)
+    aims = in_the_gripper(model, numbers, grip, Hinge.of(model.door), pace, pace.rate, model.start_angle)
+    lever = model.coupling.lever_length
+    gained = lever / (model.door.inertia + model.vehicle.mass * lever**2)
+    speed = math.sqrt(aims["weights.opening"] / grip["weights.thrust"]) * gained
+    assert speed < model.attitude_loop.gain
