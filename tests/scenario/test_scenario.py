@@ -49,7 +49,7 @@ def test_the_paper_file_says_what_the_defaults_say():
     for section in ("vehicle", "door", "contact", "control", "estimation", "mission"):
         assert getattr(paper, section) == getattr(defaults, section), section
     assert paper.planner.model == "quasi_static"
-    as_by_default = {"weights": defaults.planner.weights, "model": None}
+    as_by_default = {"weights": defaults.planner.weights, "model": "whole_body"}
     assert paper.planner.model_copy(update=as_by_default) == defaults.planner
 
 

@@ -14,7 +14,9 @@ from doorman.scenario import Scenario
 from doorman.scenario.sized import sized
 from doorman.scenario.sized_keys import SIZED
 
-POWERS = {"force": 3, "torque": 4, "length": 1}
+POWERS = {
+    "force": 3.0, "torque": 4.0, "length": 1.0, "speed": 0.5, "rate": -0.5, "stiffness": 2.0, "resistance": 4.0, "hinge": 4.0
+}  # fmt: skip
 """Of the size, by unit, where the door is of that size as well."""
 
 
@@ -57,7 +59,7 @@ def test_the_shipped_vehicle_has_them_as_they_are() -> None:
 
 def test_what_is_given_stays_and_is_not_grown_again() -> None:
     given = Scenario.load("paper", {"control.max_push": 7.0, "planner.margin": 0.05})
-    ratios = {"force": 2.0, "torque": 3.0, "length": 4.0}
+    ratios = dict.fromkeys(POWERS, 1.0) | {"force": 2.0, "torque": 3.0, "length": 4.0}
     once = sized(given, ratios)
     assert (once.control.max_push, once.planner.margin) == (7.0, 0.05)
     assert (once.control.max_disturbance, once.control.max_door_disturbance) == (20.0, 15.0)
