@@ -24,7 +24,9 @@ def _model(items: tuple[tuple[str, Any], ...]) -> Model:
 
 
 def make_model(**overrides: Any) -> Model:
-    """Model of the shipped task; `a__b=1` overrides the key `a.b`."""
+    """Model of the shipped task, with no friction unless one is given; `a__b=1` overrides the key `a.b`."""
+    if not {"door__friction", "simulation__door_friction"} & overrides.keys():
+        overrides["simulation__door_friction"] = 0.0
     return _model(tuple(sorted((key.replace("__", "."), value) for key, value in overrides.items())))
 
 

@@ -17,8 +17,8 @@ def flown(scenario: str, lag: float, dead: float, seed: int = 1, **settings: Any
     return summary
 
 
-@pytest.mark.parametrize(("lag", "dead", "words"), [(0.4, 0.05, ("lags", "250 ms", "MC_ROLL_P", "ATC_ANG_RLL_P")),
-                                                    (0.1, 0.16, ("after a command", "100 ms"))])  # fmt: skip
+@pytest.mark.parametrize(("lag", "dead", "words"), [(0.4, 0.05, ("behind its commands", "250 ms", "MC_ROLL_P", "ATC_ANG_RLL_P")),
+                                                    (0.2, 0.25, ("dead time", "350 ms", "line to the autopilot"))])  # fmt: skip
 def test_a_loop_that_was_never_tested_is_refused_in_hover(lag: float, dead: float, words: tuple[str, ...]) -> None:
     summary = flown("push", lag, dead)
     assert summary["outcome"] == "given up" and summary["attempts"] == 1
