@@ -436,7 +436,7 @@ def test_the_last_bit_of_one_number_is_noticed(flight, recording, tmp_path):
     assert [(one["plan"], list(one["fields"])) for one in found["differences"]] == [(3, ["input"]), (5, ["status"])]
     assert 0.0 < found["differences"][0]["fields"]["input"] < 1e-14
     words = run("replay", tmp_path / "changed.mcap").stdout
-    assert f"plan 3 at {recording['plan'].time[3]:g} s: input by" in words and "2 differ" in words
+    assert f"plan 3 at {recording['plan'].time[3]:.3f} s: input by" in words and "2 differ" in words
 
 
 def test_another_door_would_give_other_plans(recording, planner, tmp_path):
