@@ -58,7 +58,8 @@ def test_a_quick_loop_does_not_chatter_on_the_leaf(lag: float) -> None:
     assert list(recording["mission"]["state"]).count("recover") <= 2
 
 
-@pytest.mark.parametrize("scenario", ["push", pytest.param("pull", marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("scenario", ["push", "pull"])
 def test_a_loop_with_feed_forward_opens_the_door(scenario: str) -> None:
     """As ArduPilot's: set points act at once, moments are answered slowly."""
     summary = flown(

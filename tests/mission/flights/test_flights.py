@@ -57,7 +57,7 @@ def test_the_papers_door_is_opened(paper: Recording) -> None:
     assert (summary["outcome"], summary["reason"]) == ("completed", "")
 
 
-@pytest.mark.parametrize("kind", ["paper", "pushed"])
+@pytest.mark.parametrize("kind", ["paper", pytest.param("pushed", marks=pytest.mark.slow)])
 def test_a_minute_is_recorded_in_twenty_megabytes(kind: str, folder: Path, request: pytest.FixtureRequest) -> None:
     minutes = request.getfixturevalue(kind)["truth"].time[-1] / 60.0
     assert (folder / f"{kind}.mcap").stat().st_size < 20e6 * minutes
