@@ -11,11 +11,11 @@ import pytest
 from urdf_variants import DOOR, write_edited
 
 from doorman.control.way_out import way_out
-from doorman.kinematics.doors.joint_friction import USUAL
 from doorman.feasibility import check
 from doorman.feasibility.swing.flight import stopping_findings
 from doorman.feasibility.swing.geometry import force_needed
 from doorman.feasibility.swing.rehearsal import least_resistance, rehearse, resistance
+from doorman.kinematics.doors.joint_friction import USUAL
 from doorman.mission.settled import settled
 from doorman.model import Model
 from doorman.scenario import Scenario
