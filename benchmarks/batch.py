@@ -20,7 +20,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import doorman
-from doorman.campaign.batch import usable_cores
+from doorman.cores import usable_cores
 
 _MEGABYTE = 1e6
 _RSS_UNIT = 1 if sys.platform == "darwin" else 1024

@@ -16,6 +16,7 @@ from doorman.campaign.flights.flight_process import ATTEMPTS, FlightProcesses, l
 from doorman.campaign.flights.orders import order_of, packed
 from doorman.campaign.specification import Flight
 from doorman.checks import number, whole
+from doorman.cores import usable_cores
 from doorman.exceptions import DoormanError
 from doorman.feasibility import FeasibilityWarning, Report, check
 from doorman.flown import carried_files
@@ -122,11 +123,6 @@ def simulate_batch(
             processes.close()
             raise
     return [flown[index] for index in range(len(numbers))]
-
-
-def usable_cores() -> int:
-    """Cores that this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def _check(model: Model, force: bool, report: Report | None) -> None:

@@ -20,6 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 import doorman
 from doorman.checks import numbers, whole
 from doorman.copying import Uncopied
+from doorman.cores import usable_cores
 from doorman.exceptions import BackendError, DimensionError
 from doorman.learning.reward import RewardWeights
 from doorman.learning.tasks import EPISODE_STEPS
@@ -73,8 +74,7 @@ class OpenDoorVectorEnv(Uncopied, gymnasium.vector.VectorEnv[Array32, Array32, N
         processes: int | None = None,
     ) -> None:
         self.num_envs = whole(num_envs, "num_envs", 1)
-        cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-        shares = min(cores if processes is None else whole(processes, "processes", 1), self.num_envs)
+        shares = min(usable_cores() if processes is None else whole(processes, "processes", 1), self.num_envs)
         ends = np.linspace(0, self.num_envs, shares + 1).round().astype(int)
         self._shares = [slice(int(begin), int(end)) for begin, end in zip(ends, ends[1:], strict=False)]
         self._workers = [_Worker() for _ in self._shares]

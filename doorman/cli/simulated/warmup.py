@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import time
 from collections.abc import Callable, Sequence
 from contextlib import nullcontext
@@ -16,6 +15,7 @@ from doorman.cli.terminal.display import warmup_progress
 from doorman.compilation import CacheContent, KernelCounts, cache_content, kernel_counts
 from doorman.control.estimation.estimator import Estimator
 from doorman.control.state_converter import StateConverter
+from doorman.cores import usable_cores
 from doorman.exceptions import BackendError
 from doorman.feasibility.swing.rehearsal import rehearse
 from doorman.mission import Mission
@@ -40,7 +40,7 @@ def warm_up(sources: Sequence[str], settings: Sequence[str], as_json: bool, vehi
     # holds already is only loaded. Where it holds nothing, a second process compiles the planners meanwhile; the two begin at
     # different ends and share what they compile by the cache.
     started, before = time.perf_counter(), kernel_counts()
-    is_shared = cache_content().kernels == 0 and _cores() > 1
+    is_shared = cache_content().kernels == 0 and usable_cores() > 1
     names = list(sources or shipped(scenario_directory(), ".toml"))
     scenarios = [load_task(source, settings, vehicle) for source in names]
     with planners_ahead(names, settings, vehicle) if is_shared else nullcontext():
@@ -51,10 +51,6 @@ def warm_up(sources: Sequence[str], settings: Sequence[str], as_json: bool, vehi
     counts = KernelCounts(content.kernels if is_shared else compiled, loaded)
     _report(counts, content, time.perf_counter() - started, as_json)
     return 0
-
-
-def _cores() -> int:
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def _run_steps(scenarios: Sequence[Scenario], shown: bool) -> None:
