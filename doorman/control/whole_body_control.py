@@ -23,7 +23,7 @@ from doorman.planning.pace import Pace
 from doorman.planning.plan import Plan
 from doorman.planning.whole_body.contact import depth_of, stick_place, tip_on_face, turned_by, whole_body_state
 from doorman.planning.whole_body.numbers import goal_numbers, grip_numbers, loop_numbers, push_pace, whole_body_numbers
-from doorman.planning.whole_body.references import at_the_leaf, in_the_gripper
+from doorman.planning.whole_body.references import LEAST_RESISTANCE, at_the_leaf, in_the_gripper
 from doorman.signals import Command
 
 Array = NDArray[np.float64]
@@ -33,8 +33,6 @@ _FREE_AIR = -0.01
 _LEAST_FORCE = 0.01
 """Normal force that plans are told of at least where the tip touches, as a share of the weight: below it the spring of a plan is
 farther from the leaf than the tip is."""
-_LEAST_RESISTANCE = 0.05
-"""Of a room door's hinge that a tip only pushes, as plans know it [N m]."""
 _AHEAD = 0.06
 """The onboard loop turns the vehicle at the rate that the plan has so much later [s]."""
 _MOST_TURN = 0.25
@@ -178,7 +176,9 @@ class WholeBodyController:
         )  # fmt: skip
         if touches:
             place = stick_place(place, known.friction_force - self._load, force, numbers)
-        held = turned_by(model, known.attitude, known.arm_angles, load, self._loop)
+        held = np.zeros(2)
+        if self._load.any():
+            held = turned_by(model, known.attitude, known.arm_angles, load, self._loop)
         side = {"actuation.side": self._side} if model.actuation.fully else {}
         return state, {
             **side, **self._loop_numbers, **self._ends,
@@ -193,7 +193,7 @@ class WholeBodyController:
         model, angle = self._model, known.door_angle
         return at_the_leaf(
             self._numbers, model.coupling.lever_length, angle, known.touching,
-            max(known.resistance, _LEAST_RESISTANCE * model.hinge_scale), known.friction_share, known.hinge.inertia,
+            max(known.resistance, LEAST_RESISTANCE * model.hinge_scale), known.friction_share, known.hinge.inertia,
             self.opening_rate, -known.door_rate, model.travel.ahead(model.door.weight_torque(angle)),
         )  # fmt: skip
 

@@ -198,7 +198,7 @@ class Mission(Uncopied):
         if self.phase is Phase.HOVER:
             self._sequence.attempt.poses.note(measured)
         action = self._sequence.step(estimate, measurement.body_rates, elapsed)
-        self._learn_loop(now, backend.feedback_lag)
+        self._learn_loop(now, backend)
         setpoint, at_the_leaf, tie = action.setpoint, self._sequence.at_the_leaf, self._sequence.tie
         self._note_hold(estimate, tie, elapsed)
         follows, goal = self._sequence.follows, self._sequence.goal
@@ -291,13 +291,13 @@ class Mission(Uncopied):
             self._face_is_known = True
             self._estimator.know_the_face()
 
-    def _learn_loop(self, now: float, feedback_lag: float) -> None:
+    def _learn_loop(self, now: float, backend: Backend) -> None:
         """Once the attitude loop has been measured, this flight's plans and controllers count on what was found."""
         test = self._sequence.attempt.loop_test
         found = test.measured
         if found is None or self._loop_is_known or test.unfit():
             return
-        self._know_loop(replace(found.loop, feedback=feedback_lag), test.rates_late)
+        self._know_loop(replace(found.loop, feedback=backend.feedback_lag), test.rates_late)
         self.recorder.write("attitude_loop", now, {**asdict(found), "rates_late": test.rates_late})
 
     def _know_loop(self, loop: AttitudeLoop, rates_late: float) -> None:

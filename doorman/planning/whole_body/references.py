@@ -31,7 +31,7 @@ BRAKES = 2.0 / 3.0
 or makes up for an inertia or a resistance that is not as it is believed."""
 _LEAST_SHARE = 0.2
 """Of what carries the leaf, a tip that brakes it pushes with so much at least."""
-_LEAST_RESISTANCE, _LEAST_FORCE = 0.05, 0.15
+LEAST_RESISTANCE, _LEAST_FORCE = 0.05, 0.15
 """Of a hinge, and of a tip at whose depth a plan aims, for the shipped vehicle [N m], [N]."""
 _OPENING, _LEAST_OPENING = 20.0, 20.0
 """Weight of the rate of a held leaf that can gain 1 rad/s², of the shipped vehicle, and the least where it can gain more."""
@@ -58,7 +58,7 @@ def at_the_leaf(
     carried = max(steady + lifts, 0.0)
     least, depth = numbers.one("reference.least_force"), numbers.one("reference.depth")
     fastest, slowing = numbers.one("reference.opening_speed"), numbers.one("reference.deceleration")
-    resists = max(resistance + weight_torque, _LEAST_RESISTANCE * scale.torque)
+    resists = max(resistance + weight_torque, LEAST_RESISTANCE * scale.torque)
     slowing, settling = min(BRAKES * resists / inertia, slowing), numbers.one("reference.settling")
     braking = inertia * _deceleration(opening_rate, door_rate, left, slowing, settling, scale.time) / lever
     past = min(max(-left / _AT_GOAL - 1.0, 0.0), 1.0)
