@@ -16,7 +16,7 @@ from doorman.dynamics.attitude_loop import AttitudeLoop
 from doorman.exceptions import DimensionError, ScenarioError
 from doorman.kinematics.coupling import Coupling, distance_in_doorway
 from doorman.kinematics.doors.frame_places import places_to_touch
-from doorman.kinematics.doors.joint_friction import joint_friction
+from doorman.kinematics.doors.joint_friction import joint_friction, with_plants_friction
 from doorman.kinematics.doors.reading import read_door, read_travel
 from doorman.kinematics.doors.variants.true_door import TrueDoor, is_another
 from doorman.kinematics.rotations import regular_state, regular_step
@@ -250,8 +250,7 @@ class Model:
         """The scenario with the plant's friction in it, where nobody says another."""
         if self.friction.known:
             return scenario
-        own = {"door_friction": self.friction.expected / self.door.per_angle}
-        return scenario.model_copy(update={"simulation": scenario.simulation.model_copy(update=own)})
+        return with_plants_friction(scenario, self.friction.expected / self.door.per_angle)
 
     def _ratios(self) -> dict[str, float]:
         """Of the defaults that grow with vehicle and door, by unit."""

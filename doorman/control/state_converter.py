@@ -52,9 +52,7 @@ class StateConverter:
 
     def __init__(self, model: Model, ahead: LookAheads | None = None) -> None:
         self.model = model
-        self.loop = model.attitude_loop
-        """Of the attitude, as it is believed."""
-        self._ahead = ahead or LookAheads.of(self.loop)
+        self._ahead = ahead or LookAheads.of(model.attitude_loop)
         self._planning = planning_model(model)
         self._coupling = model.coupling
         self._arm, self._leaf = ArmParameters.of(model.vehicle.arm), leaf_numbers(model.door)
@@ -69,7 +67,7 @@ class StateConverter:
 
     def fly_by(self, loop: AttitudeLoop) -> None:
         """Believe another attitude loop from now on."""
-        self.loop, self._ahead = loop, LookAheads.of(loop)
+        self._ahead = LookAheads.of(loop)
 
     def state(
         self,

@@ -7,6 +7,7 @@ import dataclasses
 from doorman.exceptions import DoormanError
 from doorman.feasibility import Finding, Report
 from doorman.feasibility.report import graded
+from doorman.kinematics.doors.joint_friction import with_plants_friction
 from doorman.mission.mission import OnProgress
 from doorman.mission.simulate import simulate
 from doorman.model import Model
@@ -41,13 +42,8 @@ def _ends(model: Model) -> tuple[Model, ...]:
     """Models of what may stand there."""
     if model.friction.known:
         return (model,)
-    scenario, friction = model.scenario, model.friction
-    return tuple(
-        Model(
-            scenario.model_copy(update={"simulation": scenario.simulation.model_copy(update={"door_friction": each})})
-        )
-        for each in (friction.least / model.door.per_angle, friction.largest / model.door.per_angle)
-    )
+    ends = model.friction.least, model.friction.largest
+    return tuple(Model(with_plants_friction(model.scenario, end / model.door.per_angle)) for end in ends)
 
 
 def _flown(model: Model, report: Report, on_progress: OnProgress | None, unknown: bool) -> Finding:

@@ -20,11 +20,11 @@ from doorman.arrays import Array
 from doorman.control.tug import drawn_by_the_tug
 from doorman.exceptions import SingularityError
 from doorman.feasibility.resting import torques_at_rest
-from doorman.kinematics.doors.joint_friction import USUAL
 from doorman.model import Model
 from doorman.planning.grip.pushes import push_state
 from doorman.planning.planner import Planner
 from doorman.planning.planning_model import planning_model
+from doorman.scenario.sections.estimation import USUAL_FRICTION
 
 DURATION, LONGEST = 12.0, 30.0
 """Shortest rehearsal with a grip, and longest; in between it ends when the door rests at the goal [s]."""
@@ -71,7 +71,7 @@ class Rehearsal:
 
 def resistance(model: Model) -> float:
     """Friction that a rehearsal assumes in the joint: a usual one, where the planner knows none [N m]."""
-    return _assumed(model, model.door.friction or model.hinge_scale * USUAL[0])
+    return _assumed(model, model.door.friction or model.hinge_scale * USUAL_FRICTION[0])
 
 
 def stopping_friction(model: Model) -> float:

@@ -146,8 +146,6 @@ class Door(LeafInWorld):
         self.weight = frozen(self._weight(leaf_on_joint.center_of_mass(self.closed)))
         """Of the leaf, times the place of its centre of mass along leaf and normal, or times `per_angle`, shape (2,) [N m]."""
         self._center = self.in_doorway(leaf_on_joint.center_of_mass(self.closed) - self.hinge_position)
-        self.wind_lever = self.lever_length(0.5 * self.width)
-        """Torque in the joint for each newton that a wind presses on the face with [m]."""
         self.handle = None if contact is None or contact.named is None else self._handle(leaf_on_joint, contact)
         """Of a contact that the URDF has: D_V, D_H, and how far it lies before the hinge axis [m]."""
         self.contact_offset = self._contact_offset(leaf_on_joint, contact)

@@ -6,9 +6,7 @@ from dataclasses import dataclass
 
 from doorman.kinematics.doors.door import Door
 from doorman.scenario import Scenario
-
-USUAL = 0.8, 0.6
-"""Mean and deviation of a room door's friction [N m]."""
+from doorman.scenario.sections.estimation import USUAL_FRICTION
 
 
 @dataclass(frozen=True)
@@ -32,5 +30,11 @@ def joint_friction(scenario: Scenario, door: Door, hinge_scale: float) -> JointF
     told = door.friction if true is None else door.per_angle * true
     if true is not None or told > 0.0 or scenario.door.friction is not None or scenario.contact.kind == "grip":
         return JointFriction(told, told, told)
-    mean, deviation = (hinge_scale * each for each in USUAL)
+    mean, deviation = (hinge_scale * each for each in USUAL_FRICTION)
     return JointFriction(mean - deviation, mean, mean + deviation)
+
+
+def with_plants_friction(scenario: Scenario, friction: float) -> Scenario:
+    """A scenario whose plant has this friction in the URDF's joint [N m, or N of a slide]."""
+    plant = scenario.simulation.model_copy(update={"door_friction": friction})
+    return scenario.model_copy(update={"simulation": plant})

@@ -8,6 +8,9 @@ from pydantic import Field
 
 from doorman.scenario.values import NonNegative, Positive, Section
 
+USUAL_FRICTION = 0.8, 0.6
+"""Mean and deviation of a room door's friction [N m]."""
+
 
 class ContactNumbers(Section):
     """What holds while the tip touches the leaf, and how nearly."""
@@ -160,9 +163,9 @@ class HingeNumbers(Section):
     """Damping [N m s/rad]."""
     damping_deviation: Positive = 0.7
     """Its deviation [N m s/rad]."""
-    friction: Positive = 0.8
+    friction: Positive = USUAL_FRICTION[0]
     """Friction [N m]."""
-    friction_deviation: Positive = 0.6
+    friction_deviation: Positive = USUAL_FRICTION[1]
     """Its deviation [N m]."""
     stiffness: Positive = 0.5
     """Stiffness of a closer [N m/rad]."""

@@ -15,10 +15,10 @@ from doorman.feasibility import check
 from doorman.feasibility.swing.flight import stopping_findings
 from doorman.feasibility.swing.geometry import force_needed
 from doorman.feasibility.swing.rehearsal import least_resistance, rehearse, resistance
-from doorman.kinematics.doors.joint_friction import USUAL
 from doorman.mission.settled import settled
 from doorman.model import Model
 from doorman.scenario import Scenario
+from doorman.scenario.sections.estimation import USUAL_FRICTION
 from doorman.simulation.simulator import Simulator
 
 PLUMB = '<origin xyz="0 0 0.4" rpy="0 0 0"/>\n    <parent'
@@ -86,7 +86,7 @@ def test_a_flap_that_falls_shut_is_pushed_to_its_stop_alone(goal: float, stops: 
 def test_a_leaf_that_stands_ajar_has_the_friction_for_it() -> None:
     model = Model(Scenario.load("shipped:hatch", {**FLAP, "goal.opening": 0.1}))
     weight = abs(model.door.weight_torque(model.travel.start))
-    assert weight > model.hinge_scale * USUAL[0]
+    assert weight > model.hinge_scale * USUAL_FRICTION[0]
     assert 0.0 < least_resistance(model) < 0.5 * weight
 
 
