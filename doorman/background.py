@@ -1,9 +1,11 @@
-"""Bases of what runs beside its user: a device that `with` opens and always stops, and a thread of its own."""
+"""Bases of what runs beside its user: a device that `with` opens and always stops, a thread of its own, and the log of events."""
 
 from __future__ import annotations
 
+import contextlib
 import threading
-from typing import Self
+from collections import deque
+from typing import Generic, Self, TypeVar
 
 from doorman.clocks import REAL_TIME, Clock
 from doorman.copying import Uncopied
@@ -75,3 +77,23 @@ class InThread(Opened):
 
     def _end(self) -> None:
         """Close what the thread used."""
+
+
+Event = TypeVar("Event")
+
+
+class EventLog(Generic[Event]):
+    """The newest events; who is late finds the oldest gone."""
+
+    def __init__(self, size: int = 4096) -> None:
+        self._events: deque[Event] = deque(maxlen=size)
+
+    def write(self, event: Event) -> None:
+        self._events.append(event)
+
+    def take(self) -> list[Event]:
+        taken: list[Event] = []
+        with contextlib.suppress(IndexError):  # no more of them
+            while True:
+                taken.append(self._events.popleft())
+        return taken

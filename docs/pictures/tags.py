@@ -13,8 +13,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from doorman.hardware.door.tags.detector import SeenTag, opencv
-from doorman.hardware.door.tags.placing import usual_camera, usual_marks
+from doorman.door_sensor.detector import SeenTag, opencv
+from doorman.door_sensor.printing import usual_camera, usual_marks
 from doorman.kinematics.rotations import quaternion_of
 from doorman.model import Model
 from doorman.scenario import Scenario

@@ -12,6 +12,7 @@ from contextlib import ExitStack, contextmanager
 from types import FrameType
 from typing import Any
 
+from doorman.door_sensor.config import PROGRAM
 from doorman.exceptions import BackendError
 from doorman.feasibility import check
 from doorman.flight.ends import End
@@ -20,7 +21,6 @@ from doorman.flight.ground.checks import Check, Verdict
 from doorman.flight.ground.rehearsal import rehearse
 from doorman.flight.guarded import SAME_INTERRUPT, STOPPING, GuardedFlight
 from doorman.hardware.door import DoorSource
-from doorman.hardware.door.config import PROGRAM
 from doorman.hardware.interface import Backend, Command, Measurement
 from doorman.hardware.mocap import PoseSource
 from doorman.hardware.safety import Fault

@@ -6,12 +6,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.arrays import Array
-from doorman.hardware.quaternions import from_rotation, multiply, to_attitude
 from doorman.hardware.vehicle.gripper import CLOSED, OPEN, SHUT
+from doorman.kinematics.quaternions import from_rotation, multiply, to_attitude
 from doorman.kinematics.rotations import quaternion_of
-from doorman.rig.emulators.autopilot.vehicle.plant import PlantTruth
-from doorman.rig.emulators.mocap.stream import BodyPose
-from doorman.rig.emulators.servos.plant import LaggingJoints, ServoMotion
+from doorman.rig.emulators.autopilot.estimator import PlantTruth
+from doorman.rig.emulators.mocap.emulator import BodyPose
+from doorman.rig.emulators.servos.bus import LaggingJoints, ServoMotion
 from doorman.rig.plant import RigPlant, Snapshot
 
 TORQUE_PER_CURRENT = 2.6

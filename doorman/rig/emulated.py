@@ -15,11 +15,11 @@ from typing import Any, Literal, cast
 
 from doorman.background import Opened
 from doorman.clocks import REAL_TIME, Clock
+from doorman.door_sensor.config import CAMERAS
 from doorman.exceptions import BackendError
 from doorman.hardware.door import DoorSensorConfig
-from doorman.hardware.door.config import CAMERAS
 from doorman.hardware.dynamixel import ServoConfig
-from doorman.hardware.dynamixel.wire.registers import BAUD_CODES
+from doorman.hardware.dynamixel.registers import BAUD_CODES
 from doorman.hardware.mocap import MocapConfig
 from doorman.hardware.pixhawk.dialect import ARDUPILOT
 from doorman.hardware.pixhawk.wire.codec import load_key
@@ -29,10 +29,9 @@ from doorman.model import Model
 from doorman.recording import Recorder
 from doorman.rig.adapters import RigArm, RigVehicle, body_seen, frame_seen, leaf_seen
 from doorman.rig.emulators.autopilot import EmulatedAutopilot
-from doorman.rig.emulators.autopilot.rules.dialects import DIALECTS, Flavour
-from doorman.rig.emulators.autopilot.vehicle.control import MotorKind, add_rotors
-from doorman.rig.emulators.mocap.emulator import MocapEmulator, TrackerSetup
-from doorman.rig.emulators.mocap.stream import TrackedBody
+from doorman.rig.emulators.autopilot.control import add_rotors
+from doorman.rig.emulators.autopilot.dialects import DIALECTS, Flavour, MotorKind
+from doorman.rig.emulators.mocap.emulator import MocapEmulator, TrackedBody, TrackerSetup
 from doorman.rig.emulators.servos import ServoEmulator
 from doorman.rig.emulators.servos.unit import READY, READY_TO_GRIP, ServoSetup
 from doorman.rig.plant import RigPlant

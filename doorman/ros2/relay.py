@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections import deque
 
+from doorman.background import EventLog
 from doorman.copying import Uncopied
 from doorman.exceptions import BackendError
-from doorman.hardware.events import EventLog
 from doorman.hardware.mocap import MocapConfig, MocapEvent, MocapFault, PoseSender
-from doorman.hardware.mocap.datagrams.packets import MOST_ITEMS
 from doorman.hardware.mocap.faults import FaultBook
-from doorman.hardware.quaternions import Quaternion, Vector
+from doorman.hardware.mocap.packets import MOST_ITEMS
+from doorman.kinematics.quaternions import Quaternion, Vector
 
 
 class PoseRelay(Uncopied):

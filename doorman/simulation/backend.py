@@ -8,10 +8,9 @@ from dataclasses import replace
 
 from doorman.checks import vector
 from doorman.exceptions import BackendError, DimensionError
-from doorman.hardware.interface import Backend
 from doorman.model import Model
 from doorman.recording import Recorder
-from doorman.signals import Command, Measurement
+from doorman.signals import Backend, Command, Measurement
 from doorman.simulation.delay_line import DelayLine
 from doorman.simulation.door_sensor.readings import DoorReadings, door_readings
 from doorman.simulation.gusts import Gust, together

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from doorman.exceptions import DimensionError
-from doorman.hardware.quaternions import (
+from doorman.kinematics.quaternions import (
     angle_between,
     conjugate,
     from_rotation_vector,

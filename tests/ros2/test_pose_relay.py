@@ -13,9 +13,9 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
-from doorman.hardware.events import EventLog
+from doorman.background import EventLog
 from doorman.hardware.mocap import MocapConfig, MocapFault, PoseQuality, PoseSample
-from doorman.hardware.mocap.pipeline import Pipeline
+from doorman.hardware.mocap.tracker import Pipeline
 from doorman.ros2.relay import PoseRelay
 
 PERIOD = 0.01

@@ -24,7 +24,7 @@ from doorman.model import Model
 from doorman.recording import Recorder
 from doorman.rig import Rig, RigSetup
 from doorman.rig.emulated import AutopilotKind
-from doorman.rig.emulators.autopilot.vehicle.control import MotorKind
+from doorman.rig.emulators.autopilot.dialects import MotorKind
 from doorman.rig.witness import Witness, verdict
 
 _LOOK = 0.2

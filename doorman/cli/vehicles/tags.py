@@ -8,9 +8,8 @@ import numpy as np
 import typer
 
 from doorman.cli.overrides import parse_overrides
+from doorman.door_sensor.printing import Page, tag_pdf, usual_marks
 from doorman.hardware.door import Mark
-from doorman.hardware.door.tags.placing import usual_marks
-from doorman.hardware.door.tags.printing import Page, tag_pdf
 from doorman.model import Model
 from doorman.scenario import Scenario
 from doorman.scenario.toml_text import value_text

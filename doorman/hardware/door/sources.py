@@ -1,4 +1,4 @@
-"""Sources of the door's readings: a callable, objects of the cameras that see the vehicle, and lines of text over UDP.
+"""Sources of the door's readings: objects of the cameras that see the vehicle, and lines of text over UDP.
 
 A datagram is one line of `KEY=VALUE` words: `joint=0.52`, and if they are known `deviation=0.002` and `age=0.004`, the seconds
 since it was true. A line without `=` is the joint's value alone. `echo 0.52 | nc -u -w0 127.0.0.1 5010` sends one.
@@ -8,37 +8,15 @@ from __future__ import annotations
 
 import math
 import socket
-from collections.abc import Callable
 from dataclasses import replace
 
 from doorman.clocks import REAL_TIME, Clock
 from doorman.copying import Uncopied
+from doorman.door_sensor.config import CAMERAS, TAGS, DoorSensorConfig
+from doorman.door_sensor.sensor import DoorSample, DoorSource, FrameSample, LeafSample, MarkPose
 from doorman.exceptions import BackendError
-from doorman.hardware.door.config import CAMERAS, TAGS, DoorSensorConfig
-from doorman.hardware.door.sample import DoorSample, DoorSource, FrameSample, LeafSample, MarkPose
 from doorman.hardware.mocap import MocapConfig, MocapReceiver, PoseSample
 from doorman.hardware.mocap.connection import listen
-
-
-class CallableSource(Uncopied):
-    """Asks a callable at every tick; it must answer at once.
-
-    Args:
-        read: Returns the newest sample.
-    """
-
-    def __init__(self, read: Callable[[], DoorSample]) -> None:
-        self._read = read
-
-    def open(self) -> None:
-        """Do nothing: the callable is ready."""
-
-    def read(self) -> DoorSample:
-        """Newest sample."""
-        return self._read()
-
-    def stop(self) -> None:
-        """Do nothing."""
 
 
 def objects_beside(cameras: MocapConfig, sensor: DoorSensorConfig | None) -> dict[str, MocapConfig]:
@@ -167,7 +145,7 @@ def source_of(config: DoorSensorConfig, cameras: MocapReceiver | None, clock: Cl
             )
         return CameraObjects(cameras)
     if config.source == TAGS:
-        from doorman.hardware.door.tags.source import TagSource
+        from doorman.hardware.door.tags import TagSource
 
         return TagSource(config)
     if config.source.startswith("udp:"):

@@ -1,6 +1,7 @@
 """Servos: an arm of DYNAMIXEL XH430 on a serial bus, commanded by joint rates."""
 
 from doorman.hardware.dynamixel.bus import ServoBus
+from doorman.hardware.dynamixel.commissioning import ReadyServo
 from doorman.hardware.dynamixel.config import ServoConfig
 from doorman.hardware.dynamixel.faults import (
     LATCHED,
@@ -13,9 +14,8 @@ from doorman.hardware.dynamixel.faults import (
     ServoSample,
 )
 from doorman.hardware.dynamixel.none import NoServos
-from doorman.hardware.dynamixel.setup.commissioning import ReadyServo
-from doorman.hardware.dynamixel.setup.settings import SettingFinding
-from doorman.hardware.dynamixel.wire.registers import zero_position
+from doorman.hardware.dynamixel.registers import zero_position
+from doorman.hardware.dynamixel.settings import SettingFinding
 
 __all__ = [
     "LATCHED",

@@ -11,18 +11,16 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from doorman.background import InThread
+from doorman.background import EventLog, InThread
 from doorman.checks import vector
 from doorman.clocks import REAL_TIME, Clock
 from doorman.exceptions import BackendError, DimensionError
+from doorman.hardware.dynamixel.commissioning import Connection, ReadyServo, inspect, position
 from doorman.hardware.dynamixel.config import ServoConfig
 from doorman.hardware.dynamixel.cycle import ServoCommand, ServoCycle
 from doorman.hardware.dynamixel.faults import BusState, BusStatistics, ServoEvent, ServoFault, ServoSample
-from doorman.hardware.dynamixel.setup.commissioning import ReadyServo, inspect, position
-from doorman.hardware.dynamixel.setup.settings import SettingFinding
-from doorman.hardware.dynamixel.wire.connection import Connection
-from doorman.hardware.dynamixel.wire.port import PortLost
-from doorman.hardware.events import EventLog
+from doorman.hardware.dynamixel.port import PortLost
+from doorman.hardware.dynamixel.settings import SettingFinding
 
 FIRST_READS = 10
 """Attempts to hear all servos before the thread starts."""

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from doorman.arrays import Array
 from doorman.checks import vector
 from doorman.exceptions import BackendError
-from doorman.hardware.dynamixel.wire.registers import (
+from doorman.hardware.dynamixel.registers import (
     BAUD_CODES,
     CENTRE,
     MODELS,

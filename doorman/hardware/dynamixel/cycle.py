@@ -1,13 +1,17 @@
-"""One cycle on the bus: read all servos, judge them, command them, and revive watchdogs that fired."""
+"""One cycle on the bus: read all servos, judge them, command them within their limits, and revive watchdogs that fired."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from doorman.background import EventLog
 from doorman.exceptions import BackendError
+from doorman.hardware.dynamixel import registers as reg
+from doorman.hardware.dynamixel.commissioning import ReadyServo, arm_watchdog, commission
 from doorman.hardware.dynamixel.config import ServoConfig
 from doorman.hardware.dynamixel.faults import (
     LATCHED,
@@ -18,15 +22,11 @@ from doorman.hardware.dynamixel.faults import (
     ServoSample,
     log_changes,
 )
-from doorman.hardware.dynamixel.governor import RateGovernor
+from doorman.hardware.dynamixel.link import Link, ServoReader
 from doorman.hardware.dynamixel.monitor import ServoMonitor
-from doorman.hardware.dynamixel.setup.commissioning import ReadyServo, arm_watchdog, commission
-from doorman.hardware.dynamixel.setup.talk import Servo
-from doorman.hardware.dynamixel.wire import registers as reg
-from doorman.hardware.dynamixel.wire.link import Link, ServoReader
-from doorman.hardware.dynamixel.wire.port import PortLost
-from doorman.hardware.dynamixel.wire.registers import VELOCITY_UNIT, VOLTAGE_UNIT, Telemetry, joint_angle
-from doorman.hardware.events import EventLog
+from doorman.hardware.dynamixel.port import PortLost
+from doorman.hardware.dynamixel.registers import VELOCITY_UNIT, VOLTAGE_UNIT, Telemetry, joint_angle
+from doorman.hardware.dynamixel.settings import Servo
 
 _ILL = STOPPING | LATCHED
 _UNHEARD = ServoFault.TIMEOUT | ServoFault.CORRUPT | ServoFault.LATE | ServoFault.REFUSED
@@ -242,3 +242,59 @@ class ServoCycle:
             if cleared and self._link.write(servo_id, reg.BUS_WATCHDOG.address, reg.BUS_WATCHDOG.encode(counts)).ok:
                 self._note(joint, "bus watchdog cleared and set again")
             return
+
+
+def stopping_rate(distance: float, deceleration: float, delay: float) -> float:
+    if not distance > 0.0:
+        return 0.0
+    return deceleration * (math.sqrt(delay * delay + 2.0 * distance / deceleration) - delay)
+
+
+def allowed_rate(
+    wanted: float, angle: float, lower: float, upper: float, largest: float, deceleration: float, delay: float
+) -> float:
+    """Rate that a joint may have: what is wanted, inside its rate limit, and so that it can stop at its limits."""
+    if not (math.isfinite(wanted) and math.isfinite(angle)):
+        return 0.0
+    up = min(stopping_rate(upper - angle, deceleration, delay), largest)
+    down = min(stopping_rate(angle - lower, deceleration, delay), largest)
+    return max(min(wanted, up), -down)
+
+
+class RateGovernor:
+    def __init__(self, config: ServoConfig, velocity_limits: Sequence[int]) -> None:
+        lower, upper, rates = config.limits
+        self._lower = [float(value) + config.limit_margin for value in lower]
+        self._upper = [float(value) - config.limit_margin for value in upper]
+        self._largest_counts = [
+            min(math.floor(float(rate) / VELOCITY_UNIT), limit)
+            for rate, limit in zip(rates[: config.n_joints], velocity_limits[: config.n_joints], strict=True)
+        ]
+        self._config = config
+        self._rests = [0.0] * config.n_joints  # of every joint's rate, which no whole count has made up for [count]
+
+    def counts(self, rates: Sequence[float], angles: Sequence[float], ages: Sequence[float]) -> list[int]:
+        counts = []
+        for joint, sign in enumerate(self._config.signs[: self._config.n_joints]):
+            largest = self._largest_counts[joint]
+            rate = allowed_rate(
+                rates[joint], angles[joint], self._lower[joint], self._upper[joint], largest * VELOCITY_UNIT,
+                self._config.deceleration, self._config.reaction_time + ages[joint],
+            )  # fmt: skip
+            counts.append(sign * max(min(self._rounded(joint, rate), largest), -largest))
+        return counts
+
+    def halt(self) -> list[int]:
+        """Goal velocities of a stop; nothing is carried over it."""
+        self._rests = [0.0] * len(self._rests)
+        return [0] * self._config.n_joints
+
+    def _rounded(self, joint: int, rate: float) -> int:
+        """Whole counts of a rate. What is left goes into the next cycle, so that a slow joint keeps its mean rate."""
+        if rate == 0.0:
+            self._rests[joint] = 0.0
+            return 0
+        wanted = rate / VELOCITY_UNIT + self._rests[joint]
+        counts = round(wanted)
+        self._rests[joint] = max(min(wanted - counts, 0.5), -0.5)
+        return counts if counts * rate > 0.0 else 0

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from enum import Enum, Flag, auto
 
 from doorman.arrays import Array
-from doorman.hardware.events import EventLog
+from doorman.background import EventLog
 
 
 class ServoFault(Flag):

@@ -19,8 +19,8 @@ import math
 
 from doorman.hardware.dynamixel.config import ServoConfig
 from doorman.hardware.dynamixel.faults import LATCHED, ServoFault
-from doorman.hardware.dynamixel.wire.link import Outcome, Reply
-from doorman.hardware.dynamixel.wire.registers import (
+from doorman.hardware.dynamixel.link import Outcome, Reply
+from doorman.hardware.dynamixel.registers import (
     CURRENT_UNITS,
     RADIANS_PER_TICK,
     TICK_RANGE,

@@ -7,9 +7,9 @@ from numpy.typing import ArrayLike
 
 from doorman.background import Opened
 from doorman.clocks import REAL_TIME, Clock
+from doorman.hardware.dynamixel.commissioning import ReadyServo
 from doorman.hardware.dynamixel.config import ServoConfig
 from doorman.hardware.dynamixel.faults import BusState, BusStatistics, ServoEvent, ServoFault, ServoSample
-from doorman.hardware.dynamixel.setup.commissioning import ReadyServo
 
 
 class NoServos(Opened):

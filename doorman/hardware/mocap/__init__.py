@@ -2,8 +2,8 @@
 
 from doorman.hardware.mocap.config import MocapConfig
 from doorman.hardware.mocap.faults import DISCARDING, MocapEvent, MocapFault, MocapStatistics
-from doorman.hardware.mocap.poses.sample import PoseQuality, PoseSample, PoseSource
 from doorman.hardware.mocap.receiver import MocapReceiver
+from doorman.hardware.mocap.sample import PoseQuality, PoseSample, PoseSource
 from doorman.hardware.mocap.sources.sender import PoseSender
 
 __all__ = [

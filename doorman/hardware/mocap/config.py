@@ -10,8 +10,8 @@ from numpy.typing import ArrayLike
 
 from doorman.exceptions import BackendError
 from doorman.hardware.mocap.connection import check_connection
-from doorman.hardware.mocap.datagrams.packets import NAME_SIZE
-from doorman.hardware.mocap.poses.frames import Alignment
+from doorman.hardware.mocap.frames import Alignment
+from doorman.hardware.mocap.packets import NAME_SIZE
 
 
 @dataclass(frozen=True)

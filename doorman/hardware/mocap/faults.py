@@ -11,7 +11,7 @@ from enum import Flag, auto
 
 import numpy as np
 
-from doorman.hardware.events import EventLog
+from doorman.background import EventLog
 from doorman.position_noise import PositionNoise
 
 

@@ -10,17 +10,15 @@ from collections.abc import Callable, Mapping
 from importlib.util import find_spec
 from types import MappingProxyType
 
-from doorman.background import InThread
+from doorman.background import EventLog, InThread
 from doorman.clocks import REAL_TIME, Clock
 from doorman.exceptions import BackendError, how_to_install
-from doorman.hardware.events import EventLog
 from doorman.hardware.mocap.config import MocapConfig
-from doorman.hardware.mocap.connection import CamerasLink, listen, parse_cameras
-from doorman.hardware.mocap.datagrams.packets import LARGEST
+from doorman.hardware.mocap.connection import CamerasLink, ClientProcess, listen, parse_cameras
 from doorman.hardware.mocap.faults import MocapEvent, MocapFault, MocapStatistics
-from doorman.hardware.mocap.pipeline import Pipeline
-from doorman.hardware.mocap.poses.sample import PoseSample
-from doorman.hardware.mocap.sources.client_process import ClientProcess
+from doorman.hardware.mocap.packets import LARGEST
+from doorman.hardware.mocap.sample import PoseSample
+from doorman.hardware.mocap.tracker import Pipeline
 
 REOPEN_INTERVAL = 0.1
 """How often a socket that failed is opened again [s]."""

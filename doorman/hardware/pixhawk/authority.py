@@ -7,7 +7,7 @@ from threading import RLock
 
 from doorman.hardware.pixhawk.dialect import Dialect, Mode
 from doorman.hardware.pixhawk.events import EventKind, LinkLog
-from doorman.hardware.pixhawk.link.outgoing.stream import SetpointStream
+from doorman.hardware.pixhawk.link.stream import SetpointStream
 from doorman.hardware.pixhawk.setpoints import PositionSetpoint
 from doorman.hardware.pixhawk.wire.messages import Message, command_message, mavlink
 

@@ -14,12 +14,11 @@ from doorman.hardware.pixhawk.config import PixhawkConfig
 from doorman.hardware.pixhawk.events import Event, Outcome, OutcomeStatus
 from doorman.hardware.pixhawk.link.commands import command
 from doorman.hardware.pixhawk.link.link import Link
-from doorman.hardware.pixhawk.link.outgoing.mocap import MocapPose
-from doorman.hardware.pixhawk.link.outgoing.stream import LONGEST_BLIND_HOLD, here
+from doorman.hardware.pixhawk.link.mocap import MocapPose
 from doorman.hardware.pixhawk.link.status import LinkStatus, link_status
+from doorman.hardware.pixhawk.link.stream import LONGEST_BLIND_HOLD, here
 from doorman.hardware.pixhawk.parameters import protocol as parameters
-from doorman.hardware.pixhawk.parameters.protocol import Finding
-from doorman.hardware.pixhawk.parameters.requirements import prepare_attitude, side_force_missing
+from doorman.hardware.pixhawk.parameters.protocol import Finding, prepare_attitude, side_force_missing
 from doorman.hardware.pixhawk.parameters.rules import Rule, rules_for
 from doorman.hardware.pixhawk.sample import SampleStatus, VehicleSample
 from doorman.hardware.pixhawk.setpoints import AttitudeSetpoint, PositionSetpoint, Setpoint

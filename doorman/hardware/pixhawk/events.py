@@ -8,7 +8,7 @@ from enum import Enum
 from threading import Lock
 from types import MappingProxyType
 
-from doorman.hardware.events import EventLog
+from doorman.background import EventLog
 
 
 class EventKind(Enum):

@@ -15,7 +15,7 @@ from doorman.hardware.pixhawk.authority import Authority
 from doorman.hardware.pixhawk.events import Outcome, OutcomeStatus
 from doorman.hardware.pixhawk.link.commands import command
 from doorman.hardware.pixhawk.link.link import Link
-from doorman.hardware.pixhawk.link.outgoing.stream import here
+from doorman.hardware.pixhawk.link.stream import here
 from doorman.hardware.pixhawk.sample import LandedState
 from doorman.hardware.pixhawk.setpoints import PositionSetpoint
 from doorman.hardware.pixhawk.thrust.curve import HoverCalibration, ThrustCurve

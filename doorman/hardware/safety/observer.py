@@ -18,9 +18,8 @@ from doorman.gravity import weight_of
 from doorman.hardware.dynamixel import ServoSample
 from doorman.hardware.mocap import MocapFault, PoseSample
 from doorman.hardware.pixhawk import EventKind, SampleStatus, VehicleSample
-from doorman.hardware.safety.held_tip import HeldTip
-from doorman.hardware.safety.obedience import Obedience
-from doorman.hardware.safety.observation import Observation
+from doorman.hardware.safety.consistency import HeldTip, Obedience
+from doorman.hardware.safety.rules import Observation
 from doorman.hardware.vehicle.backend import VehicleBackend
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import Model

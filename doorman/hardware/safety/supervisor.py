@@ -15,8 +15,7 @@ from doorman.background import InThread
 from doorman.exceptions import BackendError, DoormanError
 from doorman.hardware.pixhawk import Authority
 from doorman.hardware.pixhawk.setpoints import StraightWay
-from doorman.hardware.safety.observation import Observation
-from doorman.hardware.safety.rules import ACTIONS, Action, Assessor, Fault, Finding
+from doorman.hardware.safety.rules import ACTIONS, Action, Assessor, Fault, Finding, Observation
 from doorman.hardware.vehicle.links import VehicleLinks
 from doorman.scenario import SafetySection
 

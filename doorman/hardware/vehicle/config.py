@@ -15,9 +15,9 @@ from pydantic import TypeAdapter, ValidationError
 
 from doorman.arrays import Array
 from doorman.checks import vector
+from doorman.door_sensor.config import CAMERAS, PROGRAM
 from doorman.exceptions import BackendError
 from doorman.hardware.door import DoorSensorConfig, LeafGeometry
-from doorman.hardware.door.config import CAMERAS, PROGRAM
 from doorman.hardware.dynamixel import ServoConfig
 from doorman.hardware.mocap import MocapConfig
 from doorman.hardware.pixhawk import LocalFrame, PixhawkConfig, Rates, Timeouts

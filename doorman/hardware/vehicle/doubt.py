@@ -19,7 +19,7 @@ import numpy as np
 
 from doorman.hardware.mocap import PoseQuality, PoseSample
 from doorman.hardware.pixhawk import Autopilot, SampleStatus
-from doorman.hardware.quaternions import angle_between
+from doorman.kinematics.quaternions import angle_between
 
 DOUBTED = 0.25
 """Distance between cameras and autopilot beyond which poses are lost ones [m]."""

@@ -18,7 +18,7 @@ from doorman.hardware.dynamixel import LATCHED, NoServos, ServoBus
 from doorman.hardware.mocap import MocapConfig, MocapReceiver, PoseSource
 from doorman.hardware.mocap.sources.polled import PolledReceiver
 from doorman.hardware.pixhawk import Authority, Autopilot, Outcome, PositionSetpoint, SampleStatus
-from doorman.hardware.pixhawk.link.outgoing.stream import LONGEST_BLIND_HOLD
+from doorman.hardware.pixhawk.link.stream import LONGEST_BLIND_HOLD
 from doorman.hardware.vehicle.config import VehicleConfig
 from doorman.hardware.vehicle.doubt import Doubt
 from doorman.hardware.vehicle.gripper import CLOSED, CLOSES_WITHIN, HALF_OPEN, OPENS_WITHIN, gripper_current

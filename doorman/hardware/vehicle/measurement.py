@@ -20,7 +20,7 @@ from doorman.hardware.dynamixel import ServoSample
 from doorman.hardware.interface import Measurement
 from doorman.hardware.mocap import PoseSample
 from doorman.hardware.pixhawk import SampleStatus, VehicleSample
-from doorman.hardware.quaternions import multiply, to_attitude
+from doorman.kinematics.quaternions import multiply, to_attitude
 from doorman.signals import FrameReading, LeafReading
 
 _LONGEST_STEP = 0.05

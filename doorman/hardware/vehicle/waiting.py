@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from doorman.hardware.mocap import PoseSample
 from doorman.hardware.pixhawk import SampleStatus
 from doorman.hardware.pixhawk.sample import VehicleSample
-from doorman.hardware.quaternions import angle_between, rotate
 from doorman.hardware.vehicle.links import VehicleLinks
+from doorman.kinematics.quaternions import angle_between, rotate
 
 PATIENCE = 45.0
 """For the autopilot, longest: ArduPilot's gyros alone take about 22 s [s]."""

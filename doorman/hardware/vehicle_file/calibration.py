@@ -23,12 +23,12 @@ from doorman.arrays import Array
 from doorman.checks import vector
 from doorman.exceptions import BackendError
 from doorman.hardware.dynamixel import ServoBus, ServoConfig, zero_position
-from doorman.hardware.dynamixel.wire.registers import DRIVE_MODE, HOMING_OFFSET
+from doorman.hardware.dynamixel.registers import DRIVE_MODE, HOMING_OFFSET
 from doorman.hardware.mocap import MocapConfig, MocapReceiver
-from doorman.hardware.quaternions import to_attitude
 from doorman.hardware.vehicle.config import with_settings
 from doorman.hardware.vehicle_file.file import MOCAP, NO_CAMERAS, OPTIONS, SERVOS, VehicleFile
 from doorman.kinematics.doors.door import Door
+from doorman.kinematics.quaternions import to_attitude
 from doorman.kinematics.rotations import attitude_from_rotation, rotation_body_to_world
 
 LISTENING = 1.0

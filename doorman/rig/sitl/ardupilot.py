@@ -23,7 +23,7 @@ from doorman.exceptions import BackendError
 from doorman.hardware.pixhawk.wire.frames import flu_to_frd
 from doorman.kinematics.rotations import quaternion_of
 from doorman.kinematics.vehicles.rotor_layout import RotorLayout
-from doorman.rig.emulators.autopilot.vehicle.control import MotorKind
+from doorman.rig.emulators.autopilot.dialects import MotorKind
 from doorman.rig.sitl.rotor_pilot import listener, specific_force
 from doorman.simulation.truth import Truth
 

@@ -24,7 +24,7 @@ from doorman.hardware.pixhawk.wire.frames import flu_to_frd
 from doorman.hardware.pixhawk.wire.messages import mavlink
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.kinematics.vehicles.rotor_layout import RotorLayout
-from doorman.rig.emulators.autopilot.vehicle.control import MotorKind
+from doorman.rig.emulators.autopilot.dialects import MotorKind
 from doorman.rig.sitl.rotor_pilot import listener, specific_force
 from doorman.simulation.truth import Truth
 

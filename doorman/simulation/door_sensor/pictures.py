@@ -11,13 +11,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from doorman.door_sensor.config import CameraConfig, DoorSensorConfig, LeafGeometry, Mark
+from doorman.door_sensor.detector import DoorByTags, SeenTag, TagDetector, opencv
+from doorman.door_sensor.printing import tag_cells
+from doorman.door_sensor.sensor import CallableSource, DoorSample, DoorSensor
 from doorman.exceptions import BackendError
-from doorman.hardware.door import CameraConfig, DoorSample, DoorSensor, DoorSensorConfig, LeafGeometry, Mark
-from doorman.hardware.door.sources import CallableSource
-from doorman.hardware.door.tags.detector import SeenTag, TagDetector, opencv
-from doorman.hardware.door.tags.printing import tag_cells
-from doorman.hardware.door.tags.source import DoorByTags
-from doorman.hardware.quaternions import multiply
+from doorman.kinematics.quaternions import multiply
 from doorman.kinematics.rotations import quaternion_of
 from doorman.kinematics.urdf.shapes import link_name
 from doorman.kinematics.vehicles.rotor_layout import RotorLayout

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from doorman.hardware.door.tags.placing import usual_camera, usual_marks
+from doorman.door_sensor.printing import usual_camera, usual_marks
 from doorman.signals import FrameReading, LeafReading
 from doorman.simulation.door_sensor.simulated import SimulatedDoorSensor
 from doorman.simulation.door_sensor.view import TagView

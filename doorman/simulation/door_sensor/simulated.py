@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from doorman.arrays import Array
-from doorman.hardware.door.tags.placing import usual_marks
+from doorman.door_sensor.printing import usual_marks
 from doorman.model import Model
 from doorman.signals import FrameReading, LeafReading
 from doorman.simulation.delay_line import ROUNDED

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from doorman.arrays import Array
-from doorman.hardware.door.config import CameraConfig, Mark
+from doorman.door_sensor.config import CameraConfig, Mark
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.simulation.door_sensor.simulated import Seen
 from doorman.simulation.plant.plant import Plant

@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from doorman.hardware.door.config import CameraConfig
-from doorman.hardware.door.tags.detector import dictionary, opencv
-from doorman.hardware.quaternions import to_rotation
+from doorman.door_sensor.config import CameraConfig
+from doorman.door_sensor.detector import dictionary, opencv
+from doorman.kinematics.quaternions import to_rotation
 from doorman.kinematics.rotations import rotation_body_to_world
 
 BORDER, CELL, FINER = 1, 40, 3

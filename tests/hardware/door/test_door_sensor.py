@@ -27,13 +27,12 @@ from doorman.hardware.door import (
 )
 from doorman.hardware.door.sources import CameraObjects, objects_beside
 from doorman.hardware.mocap import MocapConfig, MocapReceiver, PoseSource
-from doorman.hardware.quaternions import from_rotation
 from doorman.hardware.vehicle import VehicleLinks, vehicle_config
 from doorman.hardware.vehicle_file import VehicleFile
+from doorman.kinematics.quaternions import from_rotation
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import Model
-from doorman.rig.emulators.mocap.emulator import BodyPose, MocapEmulator, TrackerSetup
-from doorman.rig.emulators.mocap.stream import TrackedBody
+from doorman.rig.emulators.mocap.emulator import BodyPose, MocapEmulator, TrackedBody, TrackerSetup
 from doorman.scenario import Scenario
 
 NOW = 50.0

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 from tag_pictures import picture
 
+from doorman.door_sensor.detector import TagDetector
+from doorman.door_sensor.printing import Page, tag_cells, tag_pdf
 from doorman.exceptions import BackendError
 from doorman.hardware.door import CameraConfig, DoorSample, DoorSensorConfig, Mark
-from doorman.hardware.door.tags.detector import TagDetector
-from doorman.hardware.door.tags.printing import Page, tag_cells, tag_pdf
-from doorman.hardware.door.tags.source import DoorByTags, Picture, TagSource
-from doorman.hardware.quaternions import from_rotation, multiply, to_rotation
+from doorman.hardware.door.tags import DoorByTags, Picture, TagSource
+from doorman.kinematics.quaternions import from_rotation, multiply, to_rotation
 from doorman.kinematics.rotations import rotation_body_to_world
 
 CAMERA = CameraConfig()
@@ -70,7 +70,7 @@ def test_the_leafs_link_follows_from_its_tag():
     config = DoorSensorConfig(source="tags", leaf=mark)
     place, turn = np.array([0.8, 0.1, -0.2]), rotation_body_to_world((0.1, 0.2, 0.3))
     tag = place + turn @ np.array(mark.position), turn @ rotation_body_to_world(mark.attitude)
-    from doorman.hardware.door.sample import MarkPose
+    from doorman.door_sensor.sensor import MarkPose
 
     pose = MarkPose(tuple(tag[0].tolist()), from_rotation(tag[1]), in_body=True)
     sample = DoorByTags(config).sample(5.0, {3: pose}, DoorSample())

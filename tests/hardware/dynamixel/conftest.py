@@ -14,7 +14,7 @@ from virtual_time import CLOCK
 
 from doorman.hardware.dynamixel import ServoConfig
 from doorman.rig.emulators.servos import ServoEmulator
-from doorman.rig.emulators.servos.plant import LaggingJoints
+from doorman.rig.emulators.servos.bus import LaggingJoints
 
 
 @pytest.fixture

@@ -17,13 +17,13 @@ from collections.abc import Callable
 
 import numpy as np
 
+from doorman.background import EventLog
+from doorman.hardware.dynamixel.commissioning import ReadyServo
 from doorman.hardware.dynamixel.config import ServoConfig
 from doorman.hardware.dynamixel.cycle import ServoCommand, ServoCycle
 from doorman.hardware.dynamixel.faults import LATCHED, STOPPING
-from doorman.hardware.dynamixel.setup.commissioning import ReadyServo
-from doorman.hardware.dynamixel.wire.link import Link
-from doorman.hardware.dynamixel.wire.registers import BLOCK_SIZE
-from doorman.hardware.events import EventLog
+from doorman.hardware.dynamixel.link import Link
+from doorman.hardware.dynamixel.registers import BLOCK_SIZE
 from doorman.rig.emulators.servos.packets import HEADER, Instruction, InstructionStream, checksum, status_packet
 
 IDS = (1, 2, 3, 4)

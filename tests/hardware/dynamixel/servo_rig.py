@@ -10,7 +10,7 @@ import pytest
 from virtual_time import CLOCK
 
 from doorman.hardware.dynamixel import BusState, ServoBus, ServoConfig, ServoEvent, ServoFault, ServoSample
-from doorman.hardware.dynamixel.wire.registers import VELOCITY_UNIT
+from doorman.hardware.dynamixel.registers import VELOCITY_UNIT
 from doorman.rig.emulators.servos import ServoEmulator
 from doorman.rig.emulators.servos.unit import EmulatedServo
 

@@ -13,7 +13,7 @@ from virtual_time import CLOCK
 
 from doorman.exceptions import BackendError
 from doorman.hardware.dynamixel import BusState, ServoFault
-from doorman.hardware.dynamixel.wire.registers import RADIANS_PER_TICK, VELOCITY_UNIT
+from doorman.hardware.dynamixel.registers import RADIANS_PER_TICK, VELOCITY_UNIT
 from doorman.rig.emulators.servos.unit import READY, ServoSetup
 
 POSTURE = [0.3, 1.0, -0.6, -0.4]
@@ -217,7 +217,7 @@ def test_what_cannot_be_opened_is_named(make_rig, tmp_path):
 
 
 def test_a_slow_usb_adapter_is_refused(make_rig, monkeypatch, tmp_path):
-    from doorman.hardware.dynamixel.wire import port
+    from doorman.hardware.dynamixel import port
 
     rig = make_rig()
     timer = tmp_path / os.path.basename(os.path.realpath(rig.config.port)) / "latency_timer"

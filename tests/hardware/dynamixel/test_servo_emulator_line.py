@@ -7,9 +7,8 @@ import pytest
 from servo_client import Client, PatientPort, exchange
 
 from doorman.clocks import REAL_TIME
-from doorman.rig.emulators.servos.bus import BusFaults, ServoBusLogic
+from doorman.rig.emulators.servos.bus import BusFaults, LaggingJoints, ServoBusLogic
 from doorman.rig.emulators.servos.packets import Instruction
-from doorman.rig.emulators.servos.plant import LaggingJoints
 from doorman.rig.emulators.servos.unit import READY, EmulatedServo, ServoSetup
 
 TORQUE, LED, BAUD_RATE, WATCHDOG = 64, 65, 8, 98

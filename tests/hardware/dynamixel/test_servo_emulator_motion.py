@@ -12,9 +12,8 @@ from virtual_time import CLOCK
 
 from doorman.exceptions import BackendError
 from doorman.rig.emulators.servos import ServoEmulator
-from doorman.rig.emulators.servos.bus import BusFaults, ServoBusLogic
+from doorman.rig.emulators.servos.bus import BusFaults, LaggingJoints, ServoBusLogic
 from doorman.rig.emulators.servos.packets import BROADCAST, Instruction
-from doorman.rig.emulators.servos.plant import LaggingJoints
 from doorman.rig.emulators.servos.table import RATE_UNIT
 from doorman.rig.emulators.servos.unit import ENCODER, OVERHEATING, OVERLOAD, READY, EmulatedServo, ServoSetup
 

@@ -9,7 +9,7 @@ from virtual_time import CLOCK
 
 from doorman.hardware.dynamixel import STOPPING, ServoFault
 from doorman.rig.emulators.servos import ServoEmulator
-from doorman.rig.emulators.servos.plant import LaggingJoints, ServoMotion
+from doorman.rig.emulators.servos.bus import LaggingJoints, ServoMotion
 from doorman.rig.emulators.servos.unit import ENCODER, OVERLOAD, READY, SHOCK, ServoSetup
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 from fuzz_servo_answers import fuzz
 
+from doorman.hardware.dynamixel.link import Link
 from doorman.hardware.dynamixel.monitor import ServoClock
-from doorman.hardware.dynamixel.wire.link import Link
 
 
 def test_hostile_answers():

@@ -9,8 +9,8 @@ from virtual_time import CLOCK
 
 from doorman.exceptions import BackendError
 from doorman.hardware.dynamixel import ServoFault
-from doorman.hardware.dynamixel.wire.registers import VELOCITY_UNIT
-from doorman.rig.emulators.servos.plant import LaggingJoints
+from doorman.hardware.dynamixel.registers import VELOCITY_UNIT
+from doorman.rig.emulators.servos.bus import LaggingJoints
 from doorman.rig.emulators.servos.unit import ENCODER, OVERLOAD, READY, READY_TO_GRIP, ServoSetup
 
 ARM = SLOW[:3]

@@ -8,7 +8,7 @@ from dynamixel_sdk import robotis_def
 from hypothesis import given
 from hypothesis import strategies as st
 
-from doorman.hardware.dynamixel.wire.packets import (
+from doorman.hardware.dynamixel.packets import (
     ALERT,
     BROADCAST_ID,
     StatusPacket,
@@ -16,7 +16,7 @@ from doorman.hardware.dynamixel.wire.packets import (
     crc16,
     instruction_packet,
 )
-from doorman.hardware.dynamixel.wire.registers import Instruction
+from doorman.hardware.dynamixel.registers import Instruction
 from doorman.rig.emulators.servos.packets import InstructionStream, checksum, status_packet
 
 INSTRUCTIONS = [

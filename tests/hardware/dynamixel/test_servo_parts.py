@@ -11,13 +11,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from doorman.background import EventLog
 from doorman.exceptions import BackendError, DimensionError
 from doorman.hardware.dynamixel import LATCHED, STOPPING, WARNINGS, ServoBus, ServoConfig, ServoFault, zero_position
+from doorman.hardware.dynamixel.cycle import RateGovernor, allowed_rate, stopping_rate
 from doorman.hardware.dynamixel.faults import ServoEvent, log_changes
-from doorman.hardware.dynamixel.governor import RateGovernor, allowed_rate, stopping_rate
+from doorman.hardware.dynamixel.link import Outcome, Reply
 from doorman.hardware.dynamixel.monitor import DRIFT, ServoClock, ServoMonitor
-from doorman.hardware.dynamixel.wire.link import Outcome, Reply
-from doorman.hardware.dynamixel.wire.registers import (
+from doorman.hardware.dynamixel.registers import (
     BAUD_CODES,
     BLOCK,
     BLOCK_SIZE,
@@ -29,7 +30,6 @@ from doorman.hardware.dynamixel.wire.registers import (
     joint_angle,
     whole_turns,
 )
-from doorman.hardware.events import EventLog
 from doorman.rig.emulators.servos.table import BAUD_RATES, ITEMS, TABLE_END
 
 LIMITS = {"lower_limits": [-1.0, -2.0], "upper_limits": [1.0, 2.0], "rate_limits": [3.1, 3.1], "ids": (1, 2)}

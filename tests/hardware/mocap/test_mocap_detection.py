@@ -12,10 +12,10 @@ import pytest
 from mocap_rig import NAME, swaying, true_position
 from mocap_table import FAULTS, milliseconds
 
-from doorman.hardware.events import EventLog
+from doorman.background import EventLog
 from doorman.hardware.mocap import MocapConfig, MocapFault, PoseQuality
-from doorman.hardware.mocap.pipeline import Pipeline
-from doorman.rig.emulators.mocap.stream import TrackerSetup, TrackerStream
+from doorman.hardware.mocap.tracker import Pipeline
+from doorman.rig.emulators.mocap.emulator import TrackerSetup, TrackerStream
 
 STEP = 0.001
 SENDER = ("127.0.0.1", 4000)

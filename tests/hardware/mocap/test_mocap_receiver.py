@@ -19,7 +19,7 @@ from doorman.clocks import REAL_TIME
 from doorman.exceptions import BackendError, DimensionError
 from doorman.hardware.mocap import MocapConfig, MocapFault, MocapReceiver, PoseQuality
 from doorman.hardware.mocap.connection import parse_connection
-from doorman.hardware.mocap.pipeline import Pipeline
+from doorman.hardware.mocap.tracker import Pipeline
 from doorman.rig.emulators.mocap.emulator import BodyPose, MocapEmulator, TrackerSetup
 
 

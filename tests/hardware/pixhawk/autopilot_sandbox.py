@@ -8,13 +8,11 @@ import numpy as np
 from pixhawk_rig import NO
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from doorman.rig.emulators.autopilot.line.receiver import FLIP_QUATERNION, attitude_demand, position_demand
-from doorman.rig.emulators.autopilot.parameters import ParameterStore
-from doorman.rig.emulators.autopilot.rules.brain import Brain
-from doorman.rig.emulators.autopilot.rules.dialects import Dialect
-from doorman.rig.emulators.autopilot.vehicle.control import Demand
-from doorman.rig.emulators.autopilot.vehicle.estimator import Estimate
-from doorman.rig.emulators.autopilot.vehicle.plant import FLIP
+from doorman.rig.emulators.autopilot.brain import Brain
+from doorman.rig.emulators.autopilot.control import Demand
+from doorman.rig.emulators.autopilot.dialects import Dialect, ParameterStore
+from doorman.rig.emulators.autopilot.estimator import FLIP, Estimate
+from doorman.rig.emulators.autopilot.receiver import FLIP_QUATERNION, attitude_demand, position_demand
 
 LEVEL = np.array([1.0, 0.0, 0.0, 0.0])
 NED = mavlink.MAV_FRAME_LOCAL_NED

@@ -14,9 +14,9 @@ from virtual_time import CLOCK
 
 from doorman.hardware.pixhawk import Authority
 from doorman.hardware.pixhawk.events import LinkLog
-from doorman.hardware.pixhawk.link.outgoing.stream import SetpointStream
+from doorman.hardware.pixhawk.link.stream import SetpointStream
 from doorman.rig.emulators.autopilot import EmulatedAutopilot
-from doorman.rig.emulators.autopilot.rules.dialects import ARDUPILOT, PX4
+from doorman.rig.emulators.autopilot.dialects import ARDUPILOT, PX4
 
 
 @pytest.fixture

@@ -10,10 +10,9 @@ from autopilot_sandbox import LEVEL, Sandbox
 from pixhawk_rig import NO
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from doorman.rig.emulators.autopilot.rules.dialects import DENIED, FAILED, TEMPORARILY_REJECTED, UNSUPPORTED
-from doorman.rig.emulators.autopilot.vehicle.control import Task
-from doorman.rig.emulators.autopilot.vehicle.estimator import Estimator
-from doorman.rig.emulators.autopilot.vehicle.plant import PlantTruth
+from doorman.rig.emulators.autopilot.control import Task
+from doorman.rig.emulators.autopilot.dialects import DENIED, FAILED, TEMPORARILY_REJECTED, UNSUPPORTED
+from doorman.rig.emulators.autopilot.estimator import Estimator, PlantTruth
 
 TILTED = np.array([math.cos(0.2), math.sin(0.2), 0.0, 0.0])
 

@@ -8,7 +8,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from doorman.exceptions import BackendError
 from doorman.rig.emulators.autopilot import EmulatedAutopilot
-from doorman.rig.emulators.autopilot.rules.dialects import PX4
+from doorman.rig.emulators.autopilot.dialects import PX4
 
 
 def test_px4_speaks_first_and_ardupilot_says_nothing_but_its_heartbeat(clients):

@@ -10,7 +10,7 @@ from command_line import run as doorman
 from doorman.hardware.pixhawk import PixhawkConfig
 from doorman.hardware.pixhawk.parameters.file import DIALECTS
 from doorman.hardware.pixhawk.parameters.rules import rules_for
-from doorman.rig.emulators.autopilot.parameters import ARDUPILOT_DEFAULTS, PX4_DEFAULTS
+from doorman.rig.emulators.autopilot.dialects import ARDUPILOT_DEFAULTS, PX4_DEFAULTS
 
 DEFAULTS = {"px4": PX4_DEFAULTS, "ardupilot": ARDUPILOT_DEFAULTS}
 

@@ -12,7 +12,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 from doorman.hardware.pixhawk import Authority, EventKind, PositionSetpoint
 from doorman.hardware.pixhawk.authority import AuthorityKeeper
 from doorman.hardware.pixhawk.dialect import ARDUPILOT, PX4, ardupilot_mode, px4_mode, px4_number
-from doorman.hardware.pixhawk.link.outgoing.stream import Source
+from doorman.hardware.pixhawk.link.stream import Source
 
 OFFBOARD, LAND, MANUAL = PX4.companion_mode, PX4.land_mode, px4_mode(px4_number(3))
 

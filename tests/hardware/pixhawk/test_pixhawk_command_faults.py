@@ -16,7 +16,7 @@ from doorman.exceptions import BackendError
 from doorman.hardware.pixhawk import Authority, EventKind, OutcomeStatus
 from doorman.hardware.pixhawk.link import inbox as peer
 from doorman.hardware.pixhawk.wire.codec import signing_time
-from doorman.rig.emulators.autopilot.rules.dialects import PX4
+from doorman.rig.emulators.autopilot.dialects import PX4
 
 
 def test_pilot_changes_the_mode(hovering, flavour):

@@ -12,8 +12,8 @@ from virtual_time import CLOCK
 
 from doorman.exceptions import BackendError
 from doorman.hardware.pixhawk import AttitudeSetpoint, Authority, EventKind, PositionSetpoint
-from doorman.hardware.pixhawk.link.outgoing.stream import LONGEST_BLIND_HOLD
-from doorman.rig.emulators.autopilot.vehicle.control import Task
+from doorman.hardware.pixhawk.link.stream import LONGEST_BLIND_HOLD
+from doorman.rig.emulators.autopilot.control import Task
 
 
 def test_controller_silent(hovering, flavour):

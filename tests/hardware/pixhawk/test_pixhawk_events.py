@@ -13,7 +13,7 @@ from virtual_time import CLOCK, Aside
 from doorman.hardware.pixhawk import Battery, EventKind
 from doorman.hardware.pixhawk.events import LinkLog
 from doorman.hardware.pixhawk.link.exchange import Exchange, StatusText, TextParts
-from doorman.hardware.pixhawk.link.telemetry.timesync import ClockMap
+from doorman.hardware.pixhawk.link.timesync import ClockMap
 from doorman.hardware.pixhawk.link.watchdog import Watchdog
 
 

@@ -21,9 +21,9 @@ from doorman.hardware.pixhawk import (
     PositionSetpoint,
     SampleStatus,
 )
-from doorman.hardware.pixhawk.link.outgoing.stream import Source
-from doorman.rig.emulators.autopilot.rules.dialects import ACCEPTED
-from doorman.rig.emulators.autopilot.vehicle.plant import SimplePlant
+from doorman.hardware.pixhawk.link.stream import Source
+from doorman.rig.emulators.autopilot.dialects import ACCEPTED
+from doorman.rig.emulators.autopilot.estimator import SimplePlant
 
 
 def fly_to(rig: Rig, target: list[float], mass: float = 3.0) -> bool:

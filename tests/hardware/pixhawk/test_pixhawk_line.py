@@ -12,7 +12,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 from doorman.hardware.pixhawk import PixhawkConfig, PositionSetpoint
 from doorman.hardware.pixhawk.link.inbox import WANTED
 from doorman.hardware.pixhawk.link.link import Link
-from doorman.hardware.pixhawk.link.outgoing.mocap import MocapPose
+from doorman.hardware.pixhawk.link.mocap import MocapPose
 from doorman.hardware.pixhawk.wire.codec import Codec
 from doorman.hardware.pixhawk.wire.messages import command_message
 

@@ -12,7 +12,7 @@ import numpy as np
 from pixhawk_rig import landed, wait_until
 
 from doorman.clocks import REAL_TIME
-from doorman.rig.emulators.autopilot.vehicle.control import Task
+from doorman.rig.emulators.autopilot.control import Task
 
 FLYER = """
     import sys, time

@@ -15,7 +15,7 @@ from doorman.flight.watches.hover import judge_model, judge_slope, measure_hover
 from doorman.gravity import GRAVITY
 from doorman.hardware.pixhawk import AttitudeSetpoint, PositionSetpoint, ThrustCurve, VehicleSample
 from doorman.hardware.pixhawk.thrust.slope import BOB_TIME, Slope, SlopeMeasurement, ThrustModel, bob
-from doorman.rig.emulators.autopilot.vehicle.control import thrust_share
+from doorman.rig.emulators.autopilot.control import thrust_share
 
 AT = PositionSetpoint(np.array([-1.0, 0.5, 1.2]), 0.3)
 

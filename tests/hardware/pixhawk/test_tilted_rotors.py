@@ -19,14 +19,14 @@ from doorman.hardware.pixhawk import (
 )
 from doorman.hardware.pixhawk.dialect import ARDUPILOT, PX4
 from doorman.hardware.pixhawk.events import LinkLog
-from doorman.hardware.pixhawk.link.outgoing.stream import SetpointStream
+from doorman.hardware.pixhawk.link.stream import SetpointStream
 from doorman.hardware.pixhawk.thrust.tilted_rotors import TiltedRotors, names
 from doorman.hardware.pixhawk.wire.messages import Message
 from doorman.hardware.vehicle import vehicle_config
 from doorman.kinematics.vehicles.rotor_layout import RotorLayout
 from doorman.model import Model
-from doorman.rig.emulators.autopilot.parameters import PX4_DEFAULTS, ParameterStore
-from doorman.rig.emulators.autopilot.vehicle.control import Task, add_rotors, side_force
+from doorman.rig.emulators.autopilot.control import Task, add_rotors, side_force
+from doorman.rig.emulators.autopilot.dialects import PX4_DEFAULTS, ParameterStore
 from doorman.scenario import Scenario
 
 

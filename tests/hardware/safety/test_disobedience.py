@@ -10,7 +10,7 @@ import pytest
 
 from doorman.hardware.pixhawk import EventKind, VehicleSample
 from doorman.hardware.safety import RULES
-from doorman.hardware.safety.obedience import Obedience
+from doorman.hardware.safety.consistency import Obedience
 from doorman.hardware.safety.observer import Observer
 from doorman.hardware.safety.rules import Fault
 from doorman.scenario import SafetySection

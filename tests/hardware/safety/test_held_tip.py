@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from doorman.hardware.safety.held_tip import HeldTip
+from doorman.hardware.safety.consistency import HeldTip
 from doorman.model import Model
 from doorman.scenario import Scenario
 

@@ -12,7 +12,7 @@ import pytest
 from doorman.gravity import GRAVITY
 from doorman.hardware.dynamixel import BusState, ServoFault
 from doorman.hardware.mocap import PoseQuality
-from doorman.hardware.mocap.poses.sample import nothing_yet
+from doorman.hardware.mocap.sample import nothing_yet
 from doorman.hardware.pixhawk import Authority, EventKind, SampleStatus, VehicleSample
 from doorman.hardware.safety.observer import FORCE_LAG, ForceEstimator, Observer
 from doorman.kinematics.rotations import rotation_body_to_world

@@ -10,7 +10,7 @@ import pytest
 
 from doorman.exceptions import BackendError
 from doorman.hardware.dynamixel import BusState, ServoFault, ServoSample
-from doorman.hardware.mocap.poses.sample import measured
+from doorman.hardware.mocap.sample import measured
 from doorman.hardware.pixhawk import SampleStatus, VehicleSample
 from doorman.hardware.vehicle.backend import Ticker
 from doorman.hardware.vehicle.measurement import compose

@@ -9,7 +9,7 @@ import pytest
 
 from doorman.exceptions import BackendError
 from doorman.hardware.mocap import PoseSample, PoseSource
-from doorman.hardware.mocap.poses.sample import measured, nothing_yet
+from doorman.hardware.mocap.sample import measured, nothing_yet
 from doorman.hardware.vehicle import VehicleLinks, vehicle_config
 from doorman.model import Model
 from doorman.scenario import Scenario

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from doorman.hardware.mocap import MocapConfig, PoseQuality
-from doorman.hardware.mocap.poses.sample import PoseSample, measured
+from doorman.hardware.mocap.sample import PoseSample, measured
 from doorman.hardware.pixhawk import SampleStatus, VehicleSample
 from doorman.hardware.vehicle import VehicleBackend, VehicleLinks
 from doorman.hardware.vehicle.waiting import tilt_between

@@ -15,7 +15,7 @@ from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.recording import Recorder
 from doorman.rig.emulators.mocap.emulator import BodyPose, MocapEmulator, TrackerSetup
 from doorman.rig.emulators.servos import ServoEmulator
-from doorman.rig.emulators.servos.plant import LaggingJoints
+from doorman.rig.emulators.servos.bus import LaggingJoints
 from doorman.rig.emulators.servos.unit import READY, ServoSetup
 from doorman.scenario import Scenario
 

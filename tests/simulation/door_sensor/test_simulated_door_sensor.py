@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from doorman.door_sensor.printing import usual_camera, usual_marks
 from doorman.hardware.door import LeafGeometry
-from doorman.hardware.door.tags.placing import usual_camera, usual_marks
 from doorman.model import Model
 from doorman.scenario import Scenario
 from doorman.simulation import SimulatedBackend

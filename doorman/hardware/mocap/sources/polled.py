@@ -6,8 +6,8 @@ from doorman.clocks import Clock
 from doorman.exceptions import BackendError
 from doorman.hardware.mocap.config import MocapConfig
 from doorman.hardware.mocap.faults import Figures, MocapEvent, MocapStatistics
-from doorman.hardware.mocap.poses.sample import PoseSample, PoseSource
 from doorman.hardware.mocap.receiver import Judge, MocapReceiver
+from doorman.hardware.mocap.sample import PoseSample, PoseSource
 
 _EVERY = 0.001
 """Between two looks for a new pose [s]."""

@@ -23,10 +23,10 @@ from collections.abc import Mapping, Sequence
 
 from doorman.copying import Uncopied
 from doorman.exceptions import BackendError
-from doorman.hardware.mocap.datagrams.packets import MOST_ITEMS, NAME_SIZE, TrackedObject, pack
 from doorman.hardware.mocap.faults import MocapFault
-from doorman.hardware.mocap.poses.frames import METRES_PER_MILLIMETRE, object_angles
-from doorman.hardware.quaternions import Quaternion, Vector
+from doorman.hardware.mocap.frames import METRES_PER_MILLIMETRE, object_angles
+from doorman.hardware.mocap.packets import MOST_ITEMS, NAME_SIZE, TrackedObject, pack
+from doorman.kinematics.quaternions import Quaternion, Vector
 
 BACK = 3
 """Frames in a row behind the newest that show a clock that was set back; fewer are strays."""

@@ -18,11 +18,11 @@ from doorman.hardware.pixhawk.config import PixhawkConfig
 from doorman.hardware.pixhawk.dialect import ARDUPILOT, MULTIROTORS, Dialect, dialect_of
 from doorman.hardware.pixhawk.events import EventKind, LinkLog
 from doorman.hardware.pixhawk.link.exchange import Exchange, StatusText, TextParts
-from doorman.hardware.pixhawk.link.outgoing.origin import Origin
-from doorman.hardware.pixhawk.link.outgoing.stream import SetpointStream
-from doorman.hardware.pixhawk.link.telemetry.rates import RateKeeper
-from doorman.hardware.pixhawk.link.telemetry.timesync import ClockMap, SyncResult
-from doorman.hardware.pixhawk.link.telemetry.tracker import TELEMETRY, Tracker
+from doorman.hardware.pixhawk.link.origin import Origin
+from doorman.hardware.pixhawk.link.rates import RateKeeper
+from doorman.hardware.pixhawk.link.stream import SetpointStream
+from doorman.hardware.pixhawk.link.timesync import ClockMap, SyncResult
+from doorman.hardware.pixhawk.link.tracker import TELEMETRY, Tracker
 from doorman.hardware.pixhawk.wire.codec import Codec
 from doorman.hardware.pixhawk.wire.messages import IDENTIFIERS, Message, mavlink
 from doorman.hardware.pixhawk.wire.transport import Address, Line

@@ -14,12 +14,12 @@ from doorman.hardware.pixhawk.dialect import ARDUPILOT, PX4, Dialect
 from doorman.hardware.pixhawk.events import EventKind, LinkLog
 from doorman.hardware.pixhawk.link.exchange import Exchange
 from doorman.hardware.pixhawk.link.inbox import WANTED, Inbox
-from doorman.hardware.pixhawk.link.outgoing.mocap import MocapOutlet
-from doorman.hardware.pixhawk.link.outgoing.origin import CautiousOrigin, Origin
-from doorman.hardware.pixhawk.link.outgoing.stream import SetpointStream, here
-from doorman.hardware.pixhawk.link.telemetry.rates import RateKeeper
-from doorman.hardware.pixhawk.link.telemetry.timesync import ClockMap
-from doorman.hardware.pixhawk.link.telemetry.tracker import Tracker
+from doorman.hardware.pixhawk.link.mocap import MocapOutlet
+from doorman.hardware.pixhawk.link.origin import CautiousOrigin, Origin
+from doorman.hardware.pixhawk.link.rates import RateKeeper
+from doorman.hardware.pixhawk.link.stream import SetpointStream, here
+from doorman.hardware.pixhawk.link.timesync import ClockMap
+from doorman.hardware.pixhawk.link.tracker import Tracker
 from doorman.hardware.pixhawk.link.watchdog import Watchdog
 from doorman.hardware.pixhawk.wire.codec import Codec, load_key
 from doorman.hardware.pixhawk.wire.connection import parse_connection

@@ -9,8 +9,8 @@ from types import MappingProxyType
 from doorman.hardware.pixhawk.authority import Authority
 from doorman.hardware.pixhawk.events import EventKind
 from doorman.hardware.pixhawk.link.link import Link
-from doorman.hardware.pixhawk.link.outgoing.mocap import MocapStatistics
-from doorman.hardware.pixhawk.link.outgoing.stream import Source
+from doorman.hardware.pixhawk.link.mocap import MocapStatistics
+from doorman.hardware.pixhawk.link.stream import Source
 from doorman.hardware.pixhawk.wire.codec import Counters
 
 _NAMESAKE = 60.0

@@ -6,7 +6,7 @@ import math
 
 from doorman.hardware.pixhawk.config import PixhawkConfig
 from doorman.hardware.pixhawk.events import EventKind, LinkLog
-from doorman.hardware.pixhawk.link.telemetry.timesync import ClockMap
+from doorman.hardware.pixhawk.link.timesync import ClockMap
 from doorman.hardware.pixhawk.sample import VehicleSample
 
 _BATTERY_MARGIN = 0.02

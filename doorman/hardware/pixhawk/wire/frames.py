@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike
 
 from doorman.arrays import Array
 from doorman.checks import vector
-from doorman.hardware.quaternions import multiply, rotate, wrap
+from doorman.kinematics.quaternions import multiply, rotate, wrap
 
 _HALF_TURN = np.array([1.0, -1.0, -1.0])
 _HALF_TURN_QUATERNION = np.array([1.0, 1.0, -1.0, -1.0])

@@ -14,14 +14,8 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 from doorman.background import InThread
 from doorman.clocks import REAL_TIME, Clock
 from doorman.exceptions import BackendError
-from doorman.rig.emulators.autopilot.line.clock import BootClock
-from doorman.rig.emulators.autopilot.line.receiver import Receiver
-from doorman.rig.emulators.autopilot.line.telemetry import EmulatedBattery, Telemetry
-from doorman.rig.emulators.autopilot.line.udp import FaultyUdp, LinkFaults
-from doorman.rig.emulators.autopilot.parameters import ParameterStore
-from doorman.rig.emulators.autopilot.rules.brain import Brain
-from doorman.rig.emulators.autopilot.rules.dialects import Build, Flavour
-from doorman.rig.emulators.autopilot.vehicle.control import (
+from doorman.rig.emulators.autopilot.brain import Brain
+from doorman.rig.emulators.autopilot.control import (
     Demand,
     FlightController,
     Task,
@@ -29,8 +23,11 @@ from doorman.rig.emulators.autopilot.vehicle.control import (
     side_force,
     thrust_share,
 )
-from doorman.rig.emulators.autopilot.vehicle.estimator import Estimator
-from doorman.rig.emulators.autopilot.vehicle.plant import AutopilotPlant, PlantTruth, SimplePlant
+from doorman.rig.emulators.autopilot.dialects import Build, Flavour, ParameterStore
+from doorman.rig.emulators.autopilot.estimator import AutopilotPlant, Estimator, PlantTruth, SimplePlant
+from doorman.rig.emulators.autopilot.line import BootClock, FaultyUdp, LinkFaults
+from doorman.rig.emulators.autopilot.receiver import Receiver
+from doorman.rig.emulators.autopilot.telemetry import EmulatedBattery, Telemetry
 
 _STEP = 0.004
 _MOST_STEPS = 25

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 from doorman.background import InThread
 from doorman.checks import vector
-from doorman.rig.emulators.mocap.stream import BodyPose
+from doorman.rig.emulators.mocap.emulator import BodyPose
 
 CONNECT, SERVER_INFO, REQUEST_MODELDEF, MODELDEF, FRAME = 0, 1, 4, 5, 7
 TICKS = 10_000_000

@@ -15,9 +15,8 @@ import numpy as np
 from doorman.background import InThread
 from doorman.clocks import REAL_TIME, Clock
 from doorman.exceptions import BackendError
-from doorman.rig.emulators.servos.bus import QUESTIONS, BusFaults, ServoBusLogic
+from doorman.rig.emulators.servos.bus import QUESTIONS, BusFaults, LaggingJoints, ServoBusLogic, ServoPlant
 from doorman.rig.emulators.servos.packets import InstructionStream
-from doorman.rig.emulators.servos.plant import LaggingJoints, ServoPlant
 from doorman.rig.emulators.servos.unit import EmulatedServo, ServoSetup
 
 IDLE = 0.002

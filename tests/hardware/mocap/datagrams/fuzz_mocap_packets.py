@@ -17,10 +17,10 @@ import sys
 import time
 from collections.abc import Callable
 
-from doorman.hardware.events import EventLog
+from doorman.background import EventLog
 from doorman.hardware.mocap import MocapConfig, PoseQuality
 from doorman.hardware.mocap.faults import MocapFault
-from doorman.hardware.mocap.pipeline import Pipeline
+from doorman.hardware.mocap.tracker import Pipeline
 
 NAME = "vehicle"
 CONFIG = MocapConfig(NAME)

@@ -6,7 +6,7 @@ import random
 
 import pytest
 
-from doorman.hardware.mocap.datagrams.sequence import (
+from doorman.hardware.mocap.sequence import (
     FINE,
     FORGIVEN,
     GROSS,

@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 from fuzz_mocap_packets import fuzz
 
-from doorman.hardware.mocap.datagrams.sequence import FrameClock, FrameSequence, Order
-from doorman.hardware.mocap.datagrams.stream import StreamReader
+from doorman.hardware.mocap.sequence import FrameClock, FrameSequence, Order
+from doorman.hardware.mocap.stream import StreamReader
 
 
 def test_hostile_datagrams():

@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from doorman.hardware.mocap.datagrams.packets import Malformed, ObjectPacket, TrackedObject, parse
-from doorman.rig.emulators.mocap.stream import SIZES, item, packet
+from doorman.hardware.mocap.packets import Malformed, ObjectPacket, TrackedObject, parse
+from doorman.rig.emulators.mocap.emulator import SIZES, item, packet
 
 HEADER = bytes.fromhex("0403020101")  # frame 0x01020304, one item
 ITEM = bytes.fromhex("004800") + b"quad" + bytes(20)

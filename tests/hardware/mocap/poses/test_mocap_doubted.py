@@ -12,8 +12,8 @@ from virtual_time import CLOCK
 
 from doorman.hardware.mocap import MocapReceiver, PoseQuality
 from doorman.hardware.pixhawk import Autopilot, SampleStatus, VehicleSample
-from doorman.hardware.quaternions import from_rotation_vector, multiply
 from doorman.hardware.vehicle.doubt import BELIEVED, BELIEVED_TURN, DOUBTED, DOUBTED_TURN, Doubt
+from doorman.kinematics.quaternions import from_rotation_vector, multiply
 
 
 class Inertial:

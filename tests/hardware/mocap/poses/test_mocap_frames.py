@@ -11,11 +11,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from doorman.exceptions import DimensionError
-from doorman.hardware.mocap.datagrams.packets import parse
-from doorman.hardware.mocap.poses.frames import Alignment, object_quaternion
-from doorman.hardware.quaternions import angle_between, to_attitude
+from doorman.hardware.mocap.frames import Alignment, object_quaternion
+from doorman.hardware.mocap.packets import parse
+from doorman.kinematics.quaternions import angle_between, to_attitude
 from doorman.kinematics.rotations import quaternion_of
-from doorman.rig.emulators.mocap.stream import BodyPose, TrackerSetup, TrackerStream, euler_xyz
+from doorman.rig.emulators.mocap.emulator import BodyPose, TrackerSetup, TrackerStream, euler_xyz
 
 angle = st.floats(-3.1, 3.1)
 pitch = st.floats(-1.5, 1.5)

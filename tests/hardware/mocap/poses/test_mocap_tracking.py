@@ -12,9 +12,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from doorman.hardware.mocap import MocapConfig, PoseQuality
-from doorman.hardware.mocap.poses.sample import measured, nothing_yet
-from doorman.hardware.mocap.poses.tracker import MotionGate, TimedPose, VelocityFilter
-from doorman.hardware.quaternions import from_rotation_vector, multiply
+from doorman.hardware.mocap.sample import measured, nothing_yet
+from doorman.hardware.mocap.tracker import MotionGate, TimedPose, VelocityFilter
+from doorman.kinematics.quaternions import from_rotation_vector, multiply
 from doorman.kinematics.rotations import quaternion_of
 
 WINDOW = 0.05

@@ -14,10 +14,9 @@ from mocap_rig import free_port, swaying, true_position
 
 from doorman.exceptions import BackendError
 from doorman.hardware.mocap import MocapConfig, MocapFault, MocapReceiver, PoseQuality, PoseSender, PoseSource
-from doorman.hardware.mocap.connection import CamerasLink, check_connection, parse_cameras
+from doorman.hardware.mocap.connection import CamerasLink, ClientProcess, check_connection, parse_cameras
 from doorman.hardware.mocap.receiver import RESTART_INTERVAL
 from doorman.hardware.mocap.sources import client
-from doorman.hardware.mocap.sources.client_process import ClientProcess
 from doorman.rig.emulators.mocap.emulator import BodyPose
 from doorman.rig.emulators.mocap.natnet import NatNetBody, NatNetEmulator
 

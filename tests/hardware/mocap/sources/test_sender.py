@@ -13,10 +13,10 @@ from hypothesis import strategies as st
 
 from doorman.exceptions import BackendError
 from doorman.hardware.mocap import MocapFault, PoseSender
-from doorman.hardware.mocap.datagrams.packets import ObjectPacket, TrackedObject, pack, parse
-from doorman.hardware.mocap.poses.frames import object_angles, object_quaternion
+from doorman.hardware.mocap.frames import object_angles, object_quaternion
+from doorman.hardware.mocap.packets import ObjectPacket, TrackedObject, pack, parse
 from doorman.hardware.mocap.sources.sender import BACK, ArrivalNumbers
-from doorman.hardware.quaternions import angle_between
+from doorman.kinematics.quaternions import angle_between
 
 component = st.floats(-1.0, 1.0)
 number = st.floats(-1e4, 1e4)

@@ -10,8 +10,8 @@ from pixhawk_parts import TARGET
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from doorman.hardware.pixhawk import LocalFrame
-from doorman.hardware.pixhawk.link.outgoing.mocap import MocapOutlet, MocapPose
-from doorman.hardware.pixhawk.link.outgoing.origin import CautiousOrigin, Origin
+from doorman.hardware.pixhawk.link.mocap import MocapOutlet, MocapPose
+from doorman.hardware.pixhawk.link.origin import CautiousOrigin, Origin
 
 
 def test_the_origin_is_given_until_it_is_heard_and_poses_follow_later():

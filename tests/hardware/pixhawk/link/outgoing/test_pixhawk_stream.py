@@ -23,7 +23,7 @@ from doorman.hardware.pixhawk import (
     VehicleSample,
 )
 from doorman.hardware.pixhawk.events import LinkLog
-from doorman.hardware.pixhawk.link.outgoing.stream import SetpointStream, here
+from doorman.hardware.pixhawk.link.stream import SetpointStream, here
 from doorman.hardware.pixhawk.setpoints import FULL_POSITION, POSITION_AND_YAW, SPEED, StraightWay
 
 

@@ -7,7 +7,7 @@ from pixhawk_parts import TARGET
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from doorman.hardware.pixhawk.link.link import _Timer
-from doorman.hardware.pixhawk.link.telemetry.rates import RateKeeper
+from doorman.hardware.pixhawk.link.rates import RateKeeper
 
 ATTITUDE, BATTERY = "ATTITUDE_QUATERNION", "BATTERY_STATUS"
 

@@ -7,7 +7,7 @@ import random
 
 import pytest
 
-from doorman.hardware.pixhawk.link.telemetry.timesync import ClockMap, SyncResult
+from doorman.hardware.pixhawk.link.timesync import ClockMap, SyncResult
 
 
 class Wire:

@@ -10,8 +10,8 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from doorman.hardware.pixhawk import LocalFrame
 from doorman.hardware.pixhawk.dialect import ARDUPILOT, PX4, dialect_of
-from doorman.hardware.pixhawk.link.telemetry.timesync import ClockMap
-from doorman.hardware.pixhawk.link.telemetry.tracker import Tracker
+from doorman.hardware.pixhawk.link.timesync import ClockMap
+from doorman.hardware.pixhawk.link.tracker import Tracker
 from doorman.hardware.pixhawk.sample import LandedState
 
 NOW = 50.0

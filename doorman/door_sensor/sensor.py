@@ -1,0 +1,270 @@
+"""What a source of the door brings, and what of it are readings for an estimate: the leaf's joint value, the frame's place.
+
+A pose from the vehicle's camera is put into the world by the pose that the vehicle had when the picture was taken. The leaf's
+pose is taken against the measured frame where there is one, else against the map. What cannot be a reading of this door is none,
+and reported once: a pose that is upside down or of another object, a joint value beyond the joint's range, numbers that are not
+finite.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol, runtime_checkable
+
+import numpy as np
+
+from doorman.arrays import Array
+from doorman.background import EventLog
+from doorman.copying import Uncopied
+from doorman.door_sensor.config import DoorSensorConfig
+from doorman.exceptions import BackendError
+from doorman.kinematics.quaternions import Quaternion, Vector, to_rotation
+from doorman.kinematics.rotations import rotation_body_to_world
+from doorman.signals import FrameReading, LeafReading, Source
+
+
+@dataclass(frozen=True)
+class MarkPose:
+    """A pose of a link of the door."""
+
+    position: Vector
+    """Position of the link's origin [m]."""
+    quaternion: Quaternion
+    """[w, x, y, z], link to world, or to the body."""
+    in_body: bool = False
+    """Whether it is seen from the vehicle: in its body frame rather than in the world."""
+
+
+@dataclass(frozen=True)
+class LeafSample:
+    """Where the leaf is: by the value of its joint, or by the pose of the link that it is in the URDF."""
+
+    time: float
+    """When that was true, by `time.monotonic` [s]."""
+    joint: float | None = None
+    """[rad, or m]."""
+    pose: MarkPose | None = None
+    deviation: float | None = None
+    """Standard deviation of the joint's value [rad, or m]; None: as `door_sensor.deviation`, or as follows from the pose."""
+
+
+@dataclass(frozen=True)
+class FrameSample:
+    """Where the door's frame is: the root link of its URDF, which has the leaf's world in its origin."""
+
+    time: float
+    """When that was true, by `time.monotonic` [s]."""
+    pose: MarkPose
+
+
+@dataclass(frozen=True)
+class DoorSample:
+    """Newest of both; None where nothing has been seen."""
+
+    leaf: LeafSample | None = None
+    frame: FrameSample | None = None
+
+
+@runtime_checkable
+class DoorSource(Source[DoorSample], Protocol):
+    """Brings what is known of the door. `doorman.hardware.door` has those that ship."""
+
+
+class CallableSource(Uncopied):
+    """Asks a callable at every tick; it must answer at once.
+
+    Args:
+        read: Returns the newest sample.
+    """
+
+    def __init__(self, read: Callable[[], DoorSample]) -> None:
+        self._read = read
+
+    def open(self) -> None:
+        """Do nothing: the callable is ready."""
+
+    def read(self) -> DoorSample:
+        """Newest sample."""
+        return self._read()
+
+    def stop(self) -> None:
+        """Do nothing."""
+
+
+_KEPT = 1000
+"""Most events that are kept until they are taken."""
+_HISTORY = 0.5
+"""For so long poses of the vehicle are kept, to place what its camera saw [s]."""
+_MOST_OFF, _MOST_TURNED = 0.1, math.radians(10.0)
+"""Largest error of a leaf's mark against every place of the leaf: that of the map, as `door.search` bounds it [m, rad]."""
+_BEYOND = 0.2
+"""Tolerance beyond the joint's range, for marks that are stuck on by eye [rad, or m]."""
+_NUMBERS = re.compile(r"[\d.+-]+")
+
+
+class DoorSensor(Uncopied):
+    """Readings of one flight.
+
+    Args:
+        source: Who measures.
+        config: Deviations, marks, and how the leaf moves.
+    """
+
+    def __init__(self, source: DoorSource, config: DoorSensorConfig) -> None:
+        if config.motion is None:
+            raise BackendError(
+                "how the leaf moves is not known", field="door_sensor.motion", allowed="LeafGeometry.of(door)"
+            )
+        self.source, self.config, self._motion = source, config, config.motion
+        self._poses: deque[tuple[float, Array, Array]] = deque()
+        self._events = EventLog[tuple[float, str]](_KEPT)
+        self._faults = {"leaf": "", "frame": "", "": ""}
+        self._judged: tuple[LeafSample | None, LeafReading | None] = None, None
+        self._frame: FrameReading | None = None
+
+    def note_pose(self, time: float, position: Array, attitude: Array) -> None:
+        """Take in where the vehicle was.
+
+        Args:
+            time: When that was true [s].
+            position: P, shape (3,), world frame [m].
+            attitude: Φ, shape (3,) [rad].
+        """
+        poses = self._poses
+        if poses and time <= poses[-1][0]:
+            return
+        poses.append((time, position, attitude))
+        while time - poses[0][0] > _HISTORY:
+            poses.popleft()
+
+    def read(self, now: float, epoch: float = 0.0) -> tuple[LeafReading | None, FrameReading | None]:
+        """What can be used now.
+
+        Args:
+            now: Time of the call [s].
+            epoch: Subtracted from the readings' times [s].
+
+        Returns:
+            Leaf and frame.
+        """
+        try:
+            sample, fault = self.source.read(), ""
+        except Exception as error:  # whatever it is: the vehicle flies without the sensor
+            sample, fault = DoorSample(), f"{type(error).__name__}: {error}"
+        self._tell("", now, fault)
+        frame = self._checked("frame", now, sample.frame)
+        if isinstance(frame, FrameSample):
+            self._frame = self._frame_of(frame, epoch, now)
+        leaf = self._checked("leaf", now, sample.leaf)
+        if not isinstance(leaf, LeafSample):
+            return None, self._frame if frame is not None else None
+        if leaf != self._judged[0]:
+            self._judged = leaf, self._leaf_of(leaf, epoch, now)
+        return self._judged[1], self._frame if frame is not None else None
+
+    def events(self) -> list[tuple[float, str]]:
+        """Time and words of every change since the last call."""
+        return self._events.take()
+
+    def _checked(
+        self, part: str, now: float, sample: LeafSample | FrameSample | None
+    ) -> LeafSample | FrameSample | None:
+        """The sample, unless it is none or old."""
+        if sample is None:
+            if self._faults[part] != "" or part in self._expected:
+                self._tell(part, now, "no reading")
+            return None
+        if not -1e-3 <= now - sample.time <= self.config.stale_after:
+            self._tell(part, now, "the reading is old" if sample.time < now else "the reading is of a time to come")
+            return None
+        return sample
+
+    @property
+    def _expected(self) -> tuple[str, ...]:
+        marks = {"leaf": self.config.leaf, "frame": self.config.frame}
+        named = tuple(part for part, mark in marks.items() if mark is not None)
+        return named or ("leaf",)
+
+    def _frame_of(self, sample: FrameSample, epoch: float, now: float) -> FrameReading | None:
+        placed = self._in_world(sample.pose, sample.time)
+        if placed is None:
+            self._tell("frame", now, "not a pose, or of a time at which the vehicle's own is not known")
+            return None
+        position, rotation = placed
+        lean = math.acos(min(max(float(rotation[2, 2]), -1.0), 1.0))
+        if lean > _MOST_TURNED:
+            self._tell(
+                "frame", now, f"the mark on the frame leans by {math.degrees(lean):.0f}°: another object, or turned"
+            )
+            return None
+        yaw = math.atan2(float(rotation[1, 0] - rotation[0, 1]), float(rotation[0, 0] + rotation[1, 1]))
+        mark = np.zeros(3) if self.config.frame is None else np.array(self.config.frame.position)
+        place = position + rotation @ mark  # where the mark is seen: its place is known better than its attitude
+        self._tell("frame", now, "")
+        return FrameReading(
+            place - rotation_body_to_world((0.0, 0.0, yaw)) @ mark, yaw, sample.time - epoch, self.config.place_deviation,
+            self.config.turn_deviation,
+        )  # fmt: skip
+
+    def _leaf_of(self, sample: LeafSample, epoch: float, now: float) -> LeafReading | None:
+        config, (low, high) = self.config, self._motion.limits
+        if sample.pose is None:
+            joint, deviation = sample.joint, sample.deviation or config.deviation
+            if joint is None or not math.isfinite(joint):
+                self._tell("leaf", now, f"the reading is {joint}")
+                return None
+        else:
+            placed = self._in_world(sample.pose, sample.time)
+            if placed is None:
+                self._tell("leaf", now, "not a pose, or of a time at which the vehicle's own is not known")
+                return None
+            position, rotation = placed
+            known, motion = self._frame, self._motion
+            origin, yaw = (motion.door_position, motion.door_yaw) if known is None else (known.position, known.yaw)
+            back = rotation_body_to_world((0.0, 0.0, -yaw))
+            position, rotation = back @ (position - np.array(origin)), back @ rotation
+            mark = (0.0, 0.0, 0.0) if config.leaf is None else config.leaf.position
+            joint, own, off, turned = self._motion.joint(
+                position, rotation, mark, config.place_deviation, config.turn_deviation
+            )
+            deviation = sample.deviation or own
+            if off > _MOST_OFF or turned > _MOST_TURNED:
+                words = f"{1e2 * off:.0f} cm and {math.degrees(turned):.0f}° off its way: another object, or turned"
+                self._tell("leaf", now, f"the mark on the leaf is {words}")
+                return None
+        if not low - _BEYOND <= joint <= high + _BEYOND:
+            self._tell("leaf", now, f"the leaf is seen at {joint:.2f}, beyond its joint's range")
+            return None
+        self._tell("leaf", now, "")
+        return LeafReading(float(joint), sample.time - epoch, float(deviation))
+
+    def _in_world(self, pose: MarkPose, time: float) -> tuple[Array, Array] | None:
+        """Position and rotation in the world, if they are known."""
+        position, quaternion = np.array(pose.position, float), np.array(pose.quaternion, float)
+        if not (np.isfinite(position).all() and np.isfinite(quaternion).all() and np.linalg.norm(quaternion) > 0.5):
+            return None
+        rotation = to_rotation(quaternion)
+        if not pose.in_body:
+            return position, rotation
+        poses = self._poses
+        if not poses or not poses[0][0] <= time <= poses[-1][0] + 0.05:
+            return None
+        after = next((k for k, one in enumerate(poses) if one[0] >= time), len(poses) - 1)
+        (start, place, turn), (end, place_after, turn_after) = poses[max(after - 1, 0)], poses[after]
+        share = (time - start) / (end - start) if end > start else 0.0
+        change = turn_after - turn
+        change[2] = math.remainder(change[2], 2.0 * math.pi)
+        body = rotation_body_to_world(turn + share * change)
+        return place + share * (place_after - place) + body @ position, body @ rotation
+
+    def _tell(self, part: str, now: float, fault: str) -> None:
+        kind = _NUMBERS.sub("", fault)  # what is wrong, not by how much
+        if kind == self._faults[part]:
+            return
+        self._faults[part] = kind
+        subject = part or "door sensor"
+        self._events.write((now, f"{subject}: {fault}" if fault else f"{subject}: readings are usable"))

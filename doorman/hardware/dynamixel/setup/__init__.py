@@ -1,1 +1,0 @@
-"""From a servo in any state to one that is ready, and back."""

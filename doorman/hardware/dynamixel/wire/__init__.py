@@ -1,1 +1,0 @@
-"""Bytes, packets and registers: the line to the servos."""

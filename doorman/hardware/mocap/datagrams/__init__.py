@@ -1,1 +1,0 @@
-"""Datagrams: packets of the object stream into new measurements, with what is wrong on the way."""

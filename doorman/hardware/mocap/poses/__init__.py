@@ -1,1 +1,0 @@
-"""Poses: measurements into poses of the body in the world that can be believed, with velocities."""

@@ -1,1 +1,0 @@
-"""What the link sends by itself: setpoints, mocap poses and a place on earth."""

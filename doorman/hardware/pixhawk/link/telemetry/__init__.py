@@ -1,1 +1,0 @@
-"""Telemetry: what the autopilot sends, at which rates, and its clock on this computer's."""

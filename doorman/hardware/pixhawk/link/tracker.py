@@ -1,0 +1,225 @@
+"""Telemetry messages into the newest sample; what is old, doubled, out of order or not a number is left out and counted."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from doorman.arrays import frozen, sealed
+from doorman.hardware.pixhawk.dialect import Dialect
+from doorman.hardware.pixhawk.link.timesync import ClockMap
+from doorman.hardware.pixhawk.sample import Battery, LandedState, VehicleSample
+from doorman.hardware.pixhawk.wire.frames import LocalFrame, frd_to_flu
+from doorman.hardware.pixhawk.wire.messages import (
+    Message,
+    boot_ms_difference,
+    cells_to_volts,
+    centiamperes_to_amperes,
+    mavlink,
+    millivolts_to_volts,
+    ms_to_seconds,
+    percent_to_share,
+)
+from doorman.kinematics.quaternions import to_attitude
+
+_REORDER_WINDOW = 0.1
+"""A sequence number behind the last one means reordering only so long after it [s]."""
+_REORDER_SPAN = 64
+_STAMPS_ANEW = 5
+"""Messages of a kind in a row, in order among themselves but behind the newest, after which that one was wrong."""
+_MAX_AHEAD = 0.25
+"""A stamp that lies further in the future is wrong [s]."""
+_LOW_CHARGE_STATES = frozenset({2, 3, 4, 5, 6})
+"""MAV_BATTERY_CHARGE_STATE low, critical, emergency, failed, unhealthy."""
+_LOCATED = mavlink.ESTIMATOR_POS_HORIZ_REL | mavlink.ESTIMATOR_POS_HORIZ_ABS | mavlink.ESTIMATOR_VELOCITY_HORIZ
+_BATTERY_SILENT = 5.0
+"""After which the first battery counts as silent: another one may be, and what SYS_STATUS says of all of them [s]."""
+_DOUBTS = 5
+"""Words of the estimator in a row, 0.2 s apart, after which its position is not used."""
+_UNSAID = 1.5
+"""Longest time for the first of them to come [s]."""
+_PREARM_BIT = mavlink.MAV_SYS_STATUS_PREARM_CHECK
+_LARGEST = 1e5
+"""Beyond this no position [m], velocity [m/s] or rate [rad/s] of a vehicle is true."""
+
+
+@dataclass
+class TelemetryCounters:
+    disordered: int = 0  # duplicates and messages overtaken by newer ones
+    invalid: int = 0  # not finite, out of all bounds, or not a unit quaternion
+
+
+class Tracker:
+    def __init__(self, clock: ClockMap, local_frame: LocalFrame) -> None:
+        self.counters = TelemetryCounters()
+        self._clock = clock
+        self._frame = local_frame
+        self._unsaid_until = -math.inf
+        self.reset()
+
+    def reset(self) -> None:
+        self.sample = VehicleSample()
+        self._stamps: dict[str, int] = {}
+        self._behind: dict[str, tuple[int, int]] = {}
+        self._last_sequence: tuple[int, float] | None = None
+        self._doubts = 0
+        self._battery_id, self._battery_time, self._cells = math.inf, -math.inf, False
+
+    def in_order(self, sequence: int, now: float) -> bool:
+        """Whether a message is neither a copy of the last one nor overtaken by it."""
+        if self._last_sequence is not None:
+            last, heard = self._last_sequence
+            step = (sequence - last) % 256
+            if now - heard < _REORDER_WINDOW and (step == 0 or step > 256 - _REORDER_SPAN):
+                self.counters.disordered += 1
+                return False
+        self._last_sequence = (sequence, now)
+        return True
+
+    def take(self, message: Message, now: float) -> None:
+        TELEMETRY[message.get_type()](self, message, now)
+
+    def heartbeat(self, message: Message, dialect: Dialect, now: float) -> None:
+        self.sample = replace(
+            self.sample,
+            mode=dialect.mode(message.custom_mode),
+            armed=bool(message.base_mode & mavlink.MAV_MODE_FLAG_SAFETY_ARMED),
+            system_status=int(message.system_status),
+            heartbeat_time=now,
+        )
+
+    def estimator(self, flags: int) -> None:
+        """Take in how the autopilot says that its estimator is: positions that it does not believe itself are not used."""
+        self._doubts, self._unsaid_until = 0 if flags & _LOCATED else self._doubts + 1, -math.inf
+
+    def expect_estimator(self, now: float) -> None:
+        """Believe no position before the autopilot has said that it does itself, for a while."""
+        self._doubts, self._unsaid_until = _DOUBTS - 1, now + _UNSAID
+
+    def _newer(self, message: Message, now: float) -> bool:
+        """Whether a stamped message is newer than the last of its kind, and not from the future."""
+        kind, stamp = message.get_type(), int(message.time_boot_ms)
+        if self._clock.ahead(ms_to_seconds(stamp), now) > _MAX_AHEAD:
+            self.counters.invalid += 1
+            return False
+        last = self._stamps.get(kind)
+        if last is not None and boot_ms_difference(stamp, last) <= 0:
+            self.counters.disordered += 1
+            count, previous = self._behind.get(kind, (0, stamp - 1))
+            count = count + 1 if boot_ms_difference(stamp, previous) > 0 else 1
+            self._behind[kind] = (count, stamp)
+            if count < _STAMPS_ANEW:
+                return False
+        self._behind.pop(kind, None)
+        self._stamps[kind] = stamp
+        return True
+
+    def _plausible(self, values: list[float]) -> bool:
+        if all(math.isfinite(value) and abs(value) <= _LARGEST for value in values):
+            return True
+        self.counters.invalid += 1
+        return False
+
+    def _attitude(self, message: Message, now: float) -> None:
+        raw = [message.q1, message.q2, message.q3, message.q4]
+        rates = [message.rollspeed, message.pitchspeed, message.yawspeed]
+        if not self._plausible(raw + rates):
+            return
+        norm = math.sqrt(sum(value * value for value in raw))
+        if abs(norm - 1.0) > 0.05:
+            self.counters.invalid += 1
+            return
+        if not self._newer(message, now):
+            return
+        quaternion = self._frame.quaternion_to_world([value / norm for value in raw])
+        self.sample = replace(
+            self.sample,
+            attitude_time=self._clock.to_local(ms_to_seconds(message.time_boot_ms), now),
+            quaternion=sealed(quaternion),
+            attitude=frozen(to_attitude(quaternion.tolist())),
+            body_rates=sealed(frd_to_flu(rates)),
+        )
+
+    def _position(self, message: Message, now: float) -> None:
+        position, velocity = [message.x, message.y, message.z], [message.vx, message.vy, message.vz]
+        if not self._plausible(position + velocity) or not self._newer(message, now):
+            return
+        if self._doubts >= _DOUBTS or now < self._unsaid_until:
+            return
+        self.sample = replace(
+            self.sample,
+            position_time=self._clock.to_local(ms_to_seconds(message.time_boot_ms), now),
+            position=sealed(self._frame.position_to_world(position)),
+            velocity=sealed(self._frame.vector_to_world(velocity)),
+        )
+
+    def _system(self, message: Message, now: float) -> None:
+        battery = self.sample.battery
+        if now - self._battery_time > _BATTERY_SILENT:
+            battery = replace(
+                battery,
+                voltage=millivolts_to_volts(message.voltage_battery),
+                current=centiamperes_to_amperes(message.current_battery),
+                remaining=percent_to_share(message.battery_remaining),
+                time=now,
+                id=None,
+            )
+        elif not self._cells:
+            battery = replace(battery, voltage=millivolts_to_volts(message.voltage_battery))
+        enabled = bool(message.onboard_control_sensors_enabled & _PREARM_BIT)
+        ready = bool(message.onboard_control_sensors_health & _PREARM_BIT) if enabled else None
+        self.sample = replace(self.sample, battery=battery, ready_to_arm=ready)
+
+    def _battery(self, message: Message, now: float) -> None:
+        if message.id > self._battery_id and now - self._battery_time < _BATTERY_SILENT:
+            return  # the first battery flies the vehicle, whatever its number
+        old = self.sample.battery
+        voltage = cells_to_volts([*message.voltages, *(cell for cell in message.voltages_ext if cell)])
+        if math.isnan(voltage) and math.isnan(percent_to_share(message.battery_remaining)):
+            return  # a socket that nothing is plugged into
+        self._battery_id, self._battery_time = message.id, now
+        self._cells = not math.isnan(voltage)
+        self.sample = replace(
+            self.sample,
+            battery=Battery(
+                voltage=old.voltage if math.isnan(voltage) else voltage,
+                current=centiamperes_to_amperes(message.current_battery),
+                remaining=percent_to_share(message.battery_remaining),
+                alarm=message.charge_state in _LOW_CHARGE_STATES,
+                time=now,
+                id=int(message.id),
+            ),
+        )
+
+    def _extended(self, message: Message, now: float) -> None:
+        known = {state.value: state for state in LandedState}
+        self.sample = replace(self.sample, landed=known.get(message.landed_state, LandedState.UNKNOWN))
+
+    def _attitude_target(self, message: Message, now: float) -> None:
+        if self._plausible([message.thrust]) and 0.0 <= message.thrust <= 1.0 and self._newer(message, now):
+            norm = math.sqrt(sum(value * value for value in message.q))
+            target = np.full(3, math.nan)
+            if 0.9 < norm < 1.1:
+                target = np.array(
+                    to_attitude(self._frame.quaternion_to_world([value / norm for value in message.q]).tolist())
+                )
+            self.sample = replace(
+                self.sample,
+                thrust_target=float(message.thrust),
+                thrust_target_time=self._clock.to_local(ms_to_seconds(message.time_boot_ms), now),
+                attitude_target=sealed(target),
+            )
+
+
+TELEMETRY: Mapping[str, Callable[[Tracker, Message, float], None]] = {
+    "ATTITUDE_QUATERNION": Tracker._attitude,
+    "LOCAL_POSITION_NED": Tracker._position,
+    "SYS_STATUS": Tracker._system,
+    "BATTERY_STATUS": Tracker._battery,
+    "EXTENDED_SYS_STATE": Tracker._extended,
+    "ATTITUDE_TARGET": Tracker._attitude_target,
+}
+"""What takes in a message, by its name."""

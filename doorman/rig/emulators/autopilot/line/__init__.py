@@ -1,1 +1,0 @@
-"""What an emulated autopilot hears and says: the socket with its faults, messages and clocks."""

@@ -1,1 +1,0 @@
-"""What an emulated autopilot flies, and how: plant, estimator, controller and mixer."""
