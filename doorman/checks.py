@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
+from functools import cache
 from numbers import Real
-from typing import Any
+from typing import Annotated, Any, Literal, get_args, get_origin, get_type_hints
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from doorman.exceptions import DimensionError, shown
+from doorman.exceptions import BackendError, DimensionError, shown
 
 _FLOAT = np.dtype(np.float64)
 
@@ -99,3 +101,51 @@ def per_node(values: ArrayLike, shape: tuple[int, ...]) -> NDArray[np.float64]:
             allowed=f"finite numbers of shape {shape} or {shape[1:]}",
         )  # fmt: skip
     return np.broadcast_to(given, shape)
+
+
+@dataclass(frozen=True)
+class Range:
+    """What a number of a dataclass may be, written with its type: `rate: Annotated[float, Range(10.0, 2000.0, "1/s")]`."""
+
+    low: float
+    high: float = math.inf
+    unit: str = ""
+    above: bool = False  # whether the low end is out of range itself
+
+    def holds(self, value: float) -> bool:
+        return math.isfinite(value) and self.low <= value <= self.high and not (self.above and value == self.low)
+
+    def __str__(self) -> str:
+        words = f"{self.low:g} to {self.high:g}"
+        if self.high == math.inf:
+            words = f"{'>' if self.above else '>='} {self.low:g}"
+        return f"{words} {self.unit}".rstrip()
+
+
+Positive = Annotated[float, Range(0.0, above=True)]
+NonNegative = Annotated[float, Range(0.0)]
+
+
+def check_fields(settings: Any, prefix: str = "") -> None:
+    """Hold the fields of a dataclass of settings against the ranges and choices in their types; None is allowed to be none."""
+    for name, allowed in _allowed(type(settings)).items():
+        value = getattr(settings, name)
+        if isinstance(allowed, Range):
+            if value is not None and not allowed.holds(value):
+                raise BackendError("out of range", field=prefix + name, given=value, allowed=str(allowed))
+        elif value not in allowed:
+            raise BackendError("unknown choice", field=prefix + name, given=value, allowed=" or ".join(allowed))
+
+
+@cache
+def _allowed(settings: type) -> dict[str, Range | tuple[str, ...]]:
+    """Range or choices of the fields that have some."""
+    found: dict[str, Range | tuple[str, ...]] = {}
+    for name, hint in get_type_hints(settings, include_extras=True).items():
+        for one in (hint, *get_args(hint)):
+            if get_origin(one) is Literal:
+                found[name] = get_args(one)
+            for note in getattr(one, "__metadata__", ()):
+                if isinstance(note, Range):
+                    found[name] = note
+    return found

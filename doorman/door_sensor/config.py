@@ -5,12 +5,14 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike
 
 from doorman.arrays import Array
+from doorman.checks import Positive, Range, check_fields
 from doorman.exceptions import BackendError
 from doorman.kinematics.doors.door import Door
 
@@ -19,6 +21,8 @@ _PATTERN = re.compile(rf"{CAMERAS}|{TAGS}|{PROGRAM}|udp:(?:[A-Za-z0-9.-]+:)?\d{{
 _ALLOWED = '"cameras", "tags", "udp:[HOST:]PORT", "ros2:TOPIC" or "program"'
 
 Triple = tuple[float, float, float]
+_Pixels = Annotated[int, Range(64, 8192, "pixel")]
+_Focal = Annotated[float, Range(10.0, 1e5, "pixel")]
 
 
 @dataclass(frozen=True)
@@ -35,7 +39,7 @@ class Mark:
     """Position of the object's origin, or the tag's middle: in the leaf's link, or in the world of the door's URDF [m]."""
     attitude: Triple = (0.0, 0.0, 0.0)
     """Attitude Φ of its axes there. Those of a tag: x to its right, y up, z out of the paper [rad]."""
-    size: float = 0.16
+    size: Annotated[float, Range(0.01, 2.0, "m")] = 0.16
     """Edge of a tag's black square [m]."""
 
     def __post_init__(self) -> None:
@@ -43,8 +47,7 @@ class Mark:
             raise BackendError(
                 "no name", field="door_sensor.name", given=self.name, allowed="an object, or a tag's number"
             )
-        if not (math.isfinite(self.size) and 0.01 <= self.size <= 2.0):
-            raise BackendError("out of range", field="door_sensor.size", given=self.size, allowed="0.01 to 2 m")
+        check_fields(self, "door_sensor.")
         if not all(math.isfinite(value) for value in (*self.position, *self.attitude)):
             raise BackendError(
                 "not finite", field="door_sensor", given=(self.position, self.attitude), allowed="numbers"
@@ -72,13 +75,13 @@ class CameraConfig:
 
     device: str = "/dev/video0"
     """V4L2 device."""
-    width: int = 640
+    width: _Pixels = 640
     """Width of the picture [pixel]."""
-    height: int = 480
+    height: _Pixels = 480
     """Height of the picture [pixel]."""
-    fx: float = 343.0
+    fx: _Focal = 343.0
     """Focal length along the picture's rows [pixel]."""
-    fy: float = 343.0
+    fy: _Focal = 343.0
     """Focal length along its columns [pixel]."""
     cx: float = 319.5
     """Column of the principal point, 0 in the middle of the first pixel [pixel]."""
@@ -90,21 +93,13 @@ class CameraConfig:
     """Position of the camera, body frame [m]."""
     attitude: Triple = (0.0, 0.0, 0.0)
     """Attitude Φ of the camera in the body; with zeros it looks forward, along x [rad]."""
-    rate: float = 30.0
+    rate: Annotated[float, Range(1.0, 1000.0, "1/s")] = 30.0
     """Pictures per second [1/s]."""
-    latency: float = 0.03
+    latency: Annotated[float, Range(0.0, 1.0, "s")] = 0.03
     """Between exposure and the arrival of a picture [s]."""
 
     def __post_init__(self) -> None:
-        for name, low, high in (
-            ("width", 64, 8192), ("height", 64, 8192), ("fx", 10.0, 1e5), ("fy", 10.0, 1e5), ("rate", 1.0, 1000.0),
-            ("latency", 0.0, 1.0),
-        ):  # fmt: skip
-            value = getattr(self, name)
-            if not (math.isfinite(value) and low <= value <= high):
-                raise BackendError(
-                    "out of range", field=f"door_sensor.camera.{name}", given=value, allowed=f"{low:g} to {high:g}"
-                )
+        check_fields(self, "door_sensor.camera.")
 
 
 @dataclass(frozen=True)
@@ -126,13 +121,13 @@ class DoorSensorConfig:
     """Camera that sees the tags; for tags."""
     joint: str = ""
     """Name of the door's joint in the messages of a ROS 2 topic; empty: the first one."""
-    deviation: float = 0.005
+    deviation: Positive = 0.005
     """Standard deviation of a joint value that comes without one, as from encoders [rad, or m]."""
-    place_deviation: float = 0.002
+    place_deviation: Positive = 0.002
     """Standard deviation of a mark's position by cameras or tags [m]."""
-    turn_deviation: float = 0.01
+    turn_deviation: Positive = 0.01
     """Standard deviation of a mark's attitude [rad]."""
-    stale_after: float = 0.3
+    stale_after: Positive = 0.3
     """Age from which on the newest reading counts as none [s]."""
     motion: LeafGeometry | None = None
     """How the leaf moves."""
@@ -140,10 +135,7 @@ class DoorSensorConfig:
     def __post_init__(self) -> None:
         if _PATTERN.fullmatch(self.source) is None:
             raise BackendError("no such source", field="door_sensor.source", given=self.source, allowed=_ALLOWED)
-        for name in ("deviation", "place_deviation", "turn_deviation", "stale_after"):
-            value = getattr(self, name)
-            if not (math.isfinite(value) and value > 0.0):
-                raise BackendError("out of range", field=f"door_sensor.{name}", given=value, allowed="> 0")
+        check_fields(self, "door_sensor.")
         if self.source in (CAMERAS, TAGS) and self.leaf is None and self.frame is None:
             raise BackendError("nothing to see", field="door_sensor.leaf", given=None, allowed="leaf, frame, or both")
         if self.source == TAGS:

@@ -270,7 +270,7 @@ class ServoBus(InThread):
                 action()
             except PortLost:
                 raise
-            except Exception as error:  # the last line of defence: without the thread, nobody commands zero velocity
+            except Exception as error:  # the last line of defence: only this thread commands zero velocity
                 self._cycle.bus_fault |= ServoFault.INTERNAL
                 self._note(ServoFault.INTERNAL, True, f"internal failure: {type(error).__name__}: {error}")
                 self._publish(replace(self._latest, bus_fault=self._cycle.bus_fault, state=BusState.HOLDING))

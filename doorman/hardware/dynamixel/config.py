@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 import operator
 from dataclasses import dataclass, field
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from doorman.arrays import Array
-from doorman.checks import vector
+from doorman.checks import NonNegative, Positive, Range, check_fields, vector
 from doorman.exceptions import BackendError
 from doorman.hardware.dynamixel.registers import (
     BAUD_CODES,
@@ -56,39 +57,39 @@ class ServoConfig:
     """Model numbers that are accepted."""
     baud_rate: int = 1_000_000
     """Rate of the bus [bit/s]."""
-    rate: float = 200.0
+    rate: Annotated[float, Range(0.0, 1000.0, "1/s", above=True)] = 200.0
     """Cycles per second; each reads all servos and commands them [1/s]."""
-    latency: float = 0.004
+    latency: Positive = 0.004
     """What USB adapter and computer may add to an answer's time on the wire [s]."""
-    setup_latency: float = 0.03
+    setup_latency: Positive = 0.03
     """What adapter and computer may add while servos are set up, when nothing is urgent [s]."""
-    open_timeout: float = 10.0
+    open_timeout: Positive = 10.0
     """`open` gives up after this [s]."""
-    boot_timeout: float = 3.0
+    boot_timeout: Positive = 3.0
     """A rebooted servo must answer within this [s]."""
-    command_timeout: float = 0.1
+    command_timeout: Positive = 0.1
     """Without a new command for this long, the arm stops [s]."""
     watchdog: float = 0.1
     """A servo that hears nothing for this long stops by itself; a gripper's goes limp; multiples of 0.02 up to 2.54 [s]."""
-    stale_after: float = 0.03
+    stale_after: Positive = 0.03
     """A servo without a fresh answer for this long stops the arm [s]."""
-    missing_after: float = 0.25
+    missing_after: Positive = 0.25
     """A servo without a fresh answer for this long counts as missing [s]."""
     warm_temperature: float = 60.0
     """Temperature above which a servo is reported as warm [°C]."""
     hot_temperature: float = 70.0
     """Temperature above which the arm stops, until it is 5 °C colder; a servo shuts down at its own limit, 80 by default [°C]."""
-    strain_current: float = 1.4
+    strain_current: Positive = 1.4
     """Current above which a servo is reported as strained, after `strain_time` [A]."""
-    strain_time: float = 0.3
+    strain_time: Positive = 0.3
     """How long a servo draws `strain_current` before it is reported as strained [s]."""
-    deceleration: float = 10.0
+    deceleration: Positive = 10.0
     """Deceleration with which the joints brake ahead of a limit [rad/s²]."""
-    reaction_time: float = 0.03
+    reaction_time: NonNegative = 0.03
     """Time between a command and the servo's motion, which the braking law allows for [s]."""
-    limit_margin: float = 0.01
+    limit_margin: NonNegative = 0.01
     """The joints stop this far before their limits [rad]."""
-    limit_tolerance: float = 0.03
+    limit_tolerance: NonNegative = 0.03
     """A joint this far outside its limits is reported [rad]."""
     write_eeprom: bool = False
     """Whether `open` may change EEPROM settings; the arm goes limp for that."""
@@ -185,15 +186,7 @@ class ServoConfig:
         self._require(all(abs(offset) < bound for offset in self.offsets), "homing_offsets", f"below {bound}")
 
     def _check_times(self) -> None:
-        positive = (
-            "rate", "latency", "setup_latency", "open_timeout", "boot_timeout", "command_timeout", "stale_after",
-            "missing_after", "strain_current", "strain_time", "deceleration",
-        )  # fmt: skip
-        for name in positive:
-            self._require(math.isfinite(getattr(self, name)) and getattr(self, name) > 0.0, name, "> 0")
-        for name in ("reaction_time", "limit_margin", "limit_tolerance"):
-            self._require(math.isfinite(getattr(self, name)) and getattr(self, name) >= 0.0, name, ">= 0")
-        self._require(self.rate <= 1000.0, "rate", "up to 1000 1/s")
+        check_fields(self, "servos.")
         self._require(
             self.missing_after > self.stale_after > self.period, "stale_after", "between period and missing_after"
         )

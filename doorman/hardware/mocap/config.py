@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from ipaddress import IPv4Address
+from typing import Annotated
 
 from numpy.typing import ArrayLike
 
+from doorman.checks import Positive, Range, check_fields
 from doorman.exceptions import BackendError
 from doorman.hardware.mocap.connection import check_connection
 from doorman.hardware.mocap.frames import Alignment
@@ -30,9 +31,9 @@ class MocapConfig:
     the extra `mocap` speaks to, see `parse_cameras`."""
     sender: str | None = None
     """IPv4 address of the computer with Tracker; by default the first that sends the object."""
-    rate: float = 100.0
+    rate: Annotated[float, Range(10.0, 2000.0, "1/s")] = 100.0
     """Frames per second, as Tracker numbers them [1/s]."""
-    latency: float = 0.005
+    latency: Annotated[float, Range(0.0, 0.5, "s")] = 0.005
     """Between exposure and arrival of the quickest packets, which the stream does not contain [s]."""
     origin_position: ArrayLike = (0.0, 0.0, 0.0)
     """Vicon's origin, shape (3,), world frame [m]."""
@@ -42,33 +43,33 @@ class MocapConfig:
     """Origin of the tracked object, shape (3,), body frame [m]."""
     object_attitude: ArrayLike = (0.0, 0.0, 0.0)
     """Attitude Φ of the tracked object in the body, shape (3,) [rad]."""
-    stale_after: float = 0.03
+    stale_after: Positive = 0.03
     """Age up to which a pose is fresh [s]."""
-    prediction_limit: float = 0.1
+    prediction_limit: Positive = 0.1
     """Age up to which a pose is predicted; older ones are lost [s]."""
-    silent_after: float = 0.2
+    silent_after: Positive = 0.2
     """Without a packet for this long, the stream is silent [s]."""
-    max_delay: float = 0.02
+    max_delay: Positive = 0.02
     """A pose that arrives later than this after its time is reported [s]."""
-    velocity_window: float = 0.05
+    velocity_window: Positive = 0.05
     """Poses of this time give the velocity, which lags by half of it [s]."""
-    max_speed: float = 5.0
+    max_speed: Positive = 5.0
     """Largest speed of the vehicle [m/s]."""
-    max_acceleration: float = 20.0
+    max_acceleration: Positive = 20.0
     """Largest acceleration of the vehicle [m/s²]."""
-    max_rotation_rate: float = 8.0
+    max_rotation_rate: Positive = 8.0
     """Largest body rate of the vehicle [rad/s]."""
-    position_slack: float = 0.005
+    position_slack: Positive = 0.005
     """What noise and vibration add to a step of the position [m]."""
-    attitude_slack: float = 0.05
+    attitude_slack: Positive = 0.05
     """What noise and vibration add to a step of the attitude [rad]."""
-    acquire_frames: int = 5
+    acquire_frames: Annotated[int, Range(3)] = 5
     """Poses in a row that agree, before the object is taken as found."""
-    missing_frames: int = 3
+    missing_frames: Annotated[int, Range(1)] = 3
     """Frames in a row without the object that are reported as missing."""
-    open_timeout: float = 5.0
+    open_timeout: Positive = 5.0
     """`open` gives up after this [s]."""
-    hold: float = 0.5
+    hold: Positive = 0.5
     """A fault of single packets is reported as ended after this time without another [s]."""
 
     def __post_init__(self) -> None:
@@ -81,23 +82,12 @@ class MocapConfig:
             except ValueError:
                 self._require(False, "sender", "an IPv4 address")
         self.alignment()
-        for name in (
-            "rate", "stale_after", "prediction_limit", "silent_after", "max_delay", "velocity_window", "max_speed",
-            "max_acceleration", "max_rotation_rate", "position_slack", "attitude_slack", "open_timeout", "hold",
-        ):  # fmt: skip
-            self._require(math.isfinite(getattr(self, name)) and getattr(self, name) > 0.0, name, "> 0")
-        self._check_times()
-
-    def _check_times(self) -> None:
-        self._require(10.0 <= self.rate <= 2000.0, "rate", "10 to 2000 1/s")
-        self._require(0.0 <= self.latency < 0.5, "latency", "0 to 0.5 s")
+        check_fields(self, "mocap.")
         least = self.latency + self.period
         self._require(self.stale_after > least, "stale_after", f"above {least:g} s, latency and period")
         self._require(self.prediction_limit >= self.stale_after, "prediction_limit", ">= stale_after")
         self._require(self.velocity_window >= 2.0 * self.period, "velocity_window", "two periods at least")
         self._require(self.silent_after > self.period, "silent_after", "above a period")
-        self._require(self.acquire_frames >= 3, "acquire_frames", ">= 3")
-        self._require(self.missing_frames >= 1, "missing_frames", ">= 1")
 
     @property
     def period(self) -> float:

@@ -67,7 +67,7 @@ def listen(connection: str) -> socket.socket:
     except OSError as error:
         channel.close()
         raise BackendError(f"cannot listen: {error.strerror or error}", field="mocap.connection", given=connection,
-                           allowed="an address of this computer, and a port that nobody uses") from error  # fmt: skip
+                           allowed="an address of this computer, and a free port") from error  # fmt: skip
     return channel
 
 

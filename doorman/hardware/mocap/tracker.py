@@ -24,7 +24,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import NamedTuple
 
 from doorman.background import EventLog
@@ -90,29 +90,20 @@ class VelocityFilter:
         self.lag = -mean
 
 
-@dataclass(frozen=True)
 class MotionGate:
     """Limits of the vehicle's motion and of the poses' noise."""
 
-    max_speed: float  # [m/s]
-    max_acceleration: float  # [m/s²]
-    max_rotation_rate: float  # [rad/s]
-    position_slack: float  # n: what noise and vibration add [m]
-    attitude_slack: float  # n_q [rad]
-
-    @classmethod
-    def of(cls, config: MocapConfig) -> MotionGate:
-        return cls(config.max_speed, config.max_acceleration, config.max_rotation_rate, config.position_slack,
-                   config.attitude_slack)  # fmt: skip
+    def __init__(self, limits: MocapConfig) -> None:
+        self._limits = limits
 
     def beyond_speed(self, former: TimedPose, pose: TimedPose) -> str:
         """Whether the body would have had to move or turn too fast from pose to pose."""
         elapsed = pose.time - former.time
         distance = math.dist(former.position, pose.position)
-        if not distance <= self.position_slack + self.max_speed * elapsed:
+        if not distance <= self._limits.position_slack + self._limits.max_speed * elapsed:
             return f"{distance:.3f} m in {1e3 * elapsed:.0f} ms"
         angle = angle_between(former.quaternion, pose.quaternion)
-        if not angle <= self.attitude_slack + self.max_rotation_rate * elapsed:
+        if not angle <= self._limits.attitude_slack + self._limits.max_rotation_rate * elapsed:
             return f"{math.degrees(angle):.0f}° in {1e3 * elapsed:.0f} ms"
         return ""
 
@@ -125,7 +116,7 @@ class MotionGate:
         miss = math.dist(
             pose.position, [place + elapsed * rate for place, rate in zip(former.position, velocity, strict=True)]
         )
-        if not miss <= self.position_slack + self.max_acceleration * elapsed * (0.5 * elapsed + lag):
+        if not miss <= self._limits.position_slack + self._limits.max_acceleration * elapsed * (0.5 * elapsed + lag):
             return f"{miss:.3f} m off its course in {1e3 * elapsed:.0f} ms"
         return ""
 
@@ -138,7 +129,7 @@ class PoseTracker:
         self._book = book
         self._figures = figures
         self._alignment = config.alignment()
-        self._gate = MotionGate.of(config)
+        self._gate = MotionGate(config)
         self._filter = VelocityFilter(config.velocity_window)
         self._run: list[TimedPose] = []  # poses off the track that agree with each other
         self._leap: Vector | None = None  # by how much the first of them was off the course; None after a gap [m]

@@ -12,7 +12,6 @@ from doorman.exceptions import BackendError
 from doorman.hardware.pixhawk import sequences
 from doorman.hardware.pixhawk.config import PixhawkConfig
 from doorman.hardware.pixhawk.events import Event, Outcome, OutcomeStatus
-from doorman.hardware.pixhawk.link.commands import command
 from doorman.hardware.pixhawk.link.link import Link
 from doorman.hardware.pixhawk.link.mocap import MocapPose
 from doorman.hardware.pixhawk.link.status import LinkStatus, link_status
@@ -141,8 +140,8 @@ class Autopilot(Opened):
             What it says to that; `complaints` if it says nothing.
         """
         started = self._clock.now()
-        command(self._link, mavlink.MAV_CMD_RUN_PREARM_CHECKS, tries=2)
-        self._link.exchange.wait(lambda: True if self._link.exchange.texts(started) else None, _REASONS_WITHIN)
+        self._link.command(mavlink.MAV_CMD_RUN_PREARM_CHECKS, tries=2)
+        self._link.until(lambda: bool(self._link.exchange.texts(started)), _REASONS_WITHIN)
         self._clock.sleep(_REASONS_TOGETHER)
         return tuple(self._link.exchange.texts(started, mavlink.MAV_SEVERITY_WARNING)) or self.complaints()
 

@@ -2,70 +2,78 @@
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
+from typing import Annotated, Literal
 
+from doorman.checks import Positive, Range, check_fields
 from doorman.exceptions import BackendError
 from doorman.hardware.pixhawk.thrust.curve import ThrustCurve
 from doorman.hardware.pixhawk.thrust.tilted_rotors import TiltedRotors
 from doorman.hardware.pixhawk.wire.connection import parse_connection
 from doorman.hardware.pixhawk.wire.frames import LocalFrame
 
+_Identifier = Annotated[int, Range(1, 255)]
+
 
 @dataclass(frozen=True)
 class Timeouts:
     """After which time something counts as lost, refused or failed [s]."""
 
-    open: float = 10.0
+    open: Positive = 10.0
     """For the first heartbeat, attitude and clock, when the link is opened."""
-    link: float = 0.5
+    link: Positive = 0.5
     """Without any valid message."""
-    heartbeat: float = 3.0
+    heartbeat: Positive = 3.0
     """Without a heartbeat: autopilots send one a second."""
-    state: float = 0.2
+    state: Positive = 0.2
     """Age of attitude or position from which a state is stale."""
-    clock: float = 3.0
+    clock: Positive = 3.0
     """Without an answer to TIMESYNC that could be used."""
-    setpoint: float = 0.2
+    setpoint: Positive = 0.2
     """Without a setpoint from the controller."""
-    mocap: float = 0.5
+    mocap: Positive = 0.5
     """Without a fresh pose."""
-    battery: float = 10.0
+    battery: Positive = 10.0
     """Without a charge, from an autopilot that has sent one."""
-    answer: float = 0.7
+    answer: Positive = 0.7
     """For the acknowledgement of a command, before it is sent again."""
-    stream_before_mode: float = 1.0
+    stream_before_mode: Positive = 1.0
     """Setpoints stream so long before the mode is asked for."""
-    mode: float = 10.0
+    mode: Positive = 10.0
     """From the request of a mode to the heartbeat that shows it."""
-    arming: float = 60.0
+    arming: Positive = 60.0
     """For arming, tried again and again; ArduPilot's gyros alone take about 22 s."""
-    take_off: float = 30.0
+    take_off: Positive = 30.0
     """For the climb to the wanted height."""
-    landing: float = 60.0
+    landing: Positive = 60.0
     """From the request to land until the vehicle is disarmed."""
-    stop: float = 1.5
+    stop: Positive = 1.5
     """For the autopilot to confirm that it lands, when the link is closed in the air."""
+
+    def __post_init__(self) -> None:
+        check_fields(self, "timeouts.")
 
 
 @dataclass(frozen=True)
 class Rates:
     """Messages per second [1/s]."""
 
-    attitude: float = 200.0
+    attitude: Positive = 200.0
     """Attitude and body rates asked of the autopilot."""
-    position: float = 100.0
+    position: Positive = 100.0
     """Position and velocity asked of the autopilot."""
-    setpoint: float = 100.0
+    setpoint: Positive = 100.0
     """Setpoints to the autopilot; 10 at least."""
-    heartbeat: float = 2.0
+    heartbeat: Positive = 2.0
     """Our heartbeats."""
-    timesync: float = 10.0
+    timesync: Positive = 10.0
     """Requests by which the autopilot's clock is known."""
-    mocap: float = 50.0
+    mocap: Positive = 50.0
     """Poses to the autopilot at most; those that come faster are thinned."""
+
+    def __post_init__(self) -> None:
+        check_fields(self, "rates.")
 
 
 @dataclass(frozen=True)
@@ -78,7 +86,7 @@ class PixhawkConfig:
     """What the controller sends; decides what is required before `engage`."""
     mocap: bool = False
     """Whether poses are sent to the autopilot and their loss is watched."""
-    hover_force: float | None = None
+    hover_force: Positive | None = None
     """Weight of the vehicle, from which a missing thrust curve is made by the autopilot's own hover thrust [N]."""
     thrust_curve: ThrustCurve | None = None
     """Newtons to normalised thrust; needed for attitude setpoints."""
@@ -86,11 +94,11 @@ class PixhawkConfig:
     """Rotors of a fully actuated vehicle; attitude setpoints carry a force to the side then."""
     local_frame: LocalFrame = LocalFrame()
     """Place and heading of the autopilot's local frame in the world."""
-    vehicle_system: int | None = None
+    vehicle_system: _Identifier | None = None
     """System id of the vehicle; by default that of the first multirotor heard."""
-    system_id: int = 255
+    system_id: _Identifier = 255
     """Our system id; 255 is what autopilots expect of the station whose loss they act on."""
-    component_id: int = 190
+    component_id: _Identifier = 190
     """Our component id."""
     ground_station: bool = True
     """Whether our heartbeat is a ground station's, whose loss trips the autopilot's own failsafe."""
@@ -109,34 +117,16 @@ class PixhawkConfig:
     """What a vehicle that we still fly does when the link is closed."""
     min_battery: float = 0.2
     """Share of the charge below which it counts as low."""
-    min_voltage: float | None = None
+    min_voltage: Positive | None = None
     """Voltage below which it counts as low [V]."""
-    climb_rate: float = 0.5
+    climb_rate: Positive = 0.5
     """Speed of the climb at take-off [m/s]."""
     timeouts: Timeouts = Timeouts()
     rates: Rates = Rates()
 
     def __post_init__(self) -> None:
         parse_connection(self.connection)
-        for name, allowed in (
-            ("setpoints", ("attitude", "position")),
-            ("on_mocap_loss", ("land", "report")),
-            ("on_stop", ("land", "leave")),
-        ):
-            if getattr(self, name) not in allowed:
-                raise BackendError(
-                    "unknown choice", field=name, given=getattr(self, name), allowed=" or ".join(allowed)
-                )
-        for name in ("vehicle_system", "system_id", "component_id"):
-            value = getattr(self, name)
-            if value is not None and not 1 <= value <= 255:
-                raise BackendError("not an id", field=name, given=value, allowed="1 to 255")
-        for group in ("timeouts", "rates"):
-            for field in fields(getattr(self, group)):
-                _check_positive(getattr(getattr(self, group), field.name), f"{group}.{field.name}")
-        for name in ("hover_force", "min_voltage", "climb_rate"):
-            if getattr(self, name) is not None:
-                _check_positive(getattr(self, name), name)
+        check_fields(self)
         if self.origin is not None:
             _check_origin(self.origin)
         if self.rates.setpoint < 10.0:
@@ -150,8 +140,3 @@ def _check_origin(origin: tuple[float, float, float]) -> None:
     if not (abs(latitude) <= 90.0 and abs(longitude) <= 180.0 and 1.0 <= abs(altitude) <= 9000.0):
         raise BackendError("not a place on earth", field="origin", given=origin,
                            allowed="latitude up to 90°, longitude up to 180°, altitude of 1 to 9000 m, or as deep")  # fmt: skip
-
-
-def _check_positive(value: float, name: str) -> None:
-    if not (math.isfinite(value) and value > 0.0):
-        raise BackendError("out of range", field=name, given=value, allowed="a number > 0")

@@ -13,7 +13,6 @@ import numpy as np
 from doorman.exceptions import BackendError
 from doorman.hardware.pixhawk.authority import Authority
 from doorman.hardware.pixhawk.events import Outcome, OutcomeStatus
-from doorman.hardware.pixhawk.link.commands import command
 from doorman.hardware.pixhawk.link.link import Link
 from doorman.hardware.pixhawk.link.stream import here
 from doorman.hardware.pixhawk.sample import LandedState
@@ -50,7 +49,7 @@ def await_autopilot(link: Link) -> None:
         ("answers to TIMESYNC", lambda: link.clock.synchronised),
     )
     for missing, found in needs[:1] if link.config.listen_only else needs:
-        if not _until(link, found, max(0.0, deadline - link.time.now())):
+        if not link.until(found, max(0.0, deadline - link.time.now())):
             raise BackendError(
                 f"no {missing} within {timeout:g} s{_hint(link)}", field="connection", given=link.config.connection
             )
@@ -66,7 +65,7 @@ def _hint(link: Link) -> str:
 
 def engage(link: Link, unarmed: bool = False) -> Outcome:
     timeouts = link.config.timeouts
-    if not _until(link, lambda: link.tracker.sample.age(link.time.now()) <= timeouts.state, _PATIENCE):
+    if not link.until(lambda: link.tracker.sample.age(link.time.now()) <= timeouts.state, _PATIENCE):
         return Outcome(OutcomeStatus.NOT_READY, "no fresh position and attitude")
     if link.config.mocap and link.time.now() - link.mocap.newest_time > timeouts.mocap:
         return Outcome(OutcomeStatus.NOT_READY, "no fresh pose from mocap")
@@ -79,7 +78,7 @@ def engage(link: Link, unarmed: bool = False) -> Outcome:
     if dialect.needs_stream or sample.armed and sample.landed is LandedState.IN_AIR:
         link.stream.hold(place)
     if dialect.needs_stream:
-        _sleep(link, timeouts.stream_before_mode)
+        link.until(lambda: not link.alive, timeouts.stream_before_mode)
     outcome = Outcome(OutcomeStatus.TIMED_OUT, f"{dialect.companion_mode} was not entered{dialect.mode_hint}")
     link.authority.prepare()
 
@@ -90,11 +89,11 @@ def engage(link: Link, unarmed: bool = False) -> Outcome:
         return link.authority.state is Authority.PREPARING and not taken()
 
     while link.time.now() < deadline and link.alive and prepares():
-        answer = command(
-            link, mavlink.MAV_CMD_DO_SET_MODE, *dialect.mode_parameters(dialect.companion_mode), go_on=prepares
+        answer = link.command(
+            mavlink.MAV_CMD_DO_SET_MODE, *dialect.mode_parameters(dialect.companion_mode), go_on=prepares
         )
         wait = min(_HEARTBEAT_WAIT if answer.done else _RETRY, max(0.0, deadline - link.time.now()))
-        _until(link, lambda: not prepares(), wait)
+        link.until(lambda: not prepares(), wait)
         if not answer.done:
             outcome = answer
     if link.authority.state is Authority.ENGAGED and not taken():
@@ -112,12 +111,12 @@ def arm(link: Link, timeout: float) -> Outcome:
     while True:
         if not _may_arm(link):
             return Outcome(OutcomeStatus.NOT_READY, "the vehicle is to land, or another mode was chosen")
-        outcome = command(
-            link, mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 1.0,
+        outcome = link.command(
+            mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 1.0,
             go_on=lambda: _may_arm(link) and not link.tracker.sample.armed,
         )  # fmt: skip
         wait = _HEARTBEAT_WAIT if outcome.done else min(_RETRY, max(0.1, deadline - link.time.now()))
-        if _until(link, lambda: link.tracker.sample.armed, wait):
+        if link.until(lambda: link.tracker.sample.armed, wait):
             return _DONE
         if link.time.now() >= deadline or not link.alive:
             break
@@ -134,9 +133,9 @@ def _may_arm(link: Link) -> bool:
 def disarm(link: Link) -> Outcome:
     """Disarm; autopilots refuse it in the air."""
     link.authority.expect_disarm(True)
-    outcome = command(link, mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 0.0)
+    outcome = link.command(mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 0.0)
     link.authority.expect_disarm(outcome.done or outcome.status is OutcomeStatus.TIMED_OUT)
-    if outcome.done and not _until(link, lambda: not link.tracker.sample.armed, _HEARTBEAT_WAIT):
+    if outcome.done and not link.until(lambda: not link.tracker.sample.armed, _HEARTBEAT_WAIT):
         return Outcome(
             OutcomeStatus.TIMED_OUT, "the autopilot acknowledged, but its heartbeat does not show it disarmed"
         )
@@ -162,7 +161,7 @@ def take_off(link: Link, height: float) -> Outcome:
         now = link.tracker.sample
         return abs(float(now.position[2]) - target) < _ARRIVED and abs(float(now.velocity[2])) < _CALM
 
-    reached = _until(link, lambda: arrived() or _lost(link), link.config.timeouts.take_off)
+    reached = link.until(lambda: arrived() or _lost(link), link.config.timeouts.take_off)
     if _lost(link):
         return Outcome(OutcomeStatus.CONTROL_LOST, "during take-off")
     top = PositionSetpoint(np.array([*place.position[:2], target]), place.yaw)
@@ -180,10 +179,10 @@ def _take_off_by_command(link: Link, height: float) -> Outcome:
         return link.tracker.sample.landed in (LandedState.TAKING_OFF, LandedState.IN_AIR)
 
     for _ in range(_TAKE_OFF_TRIES):
-        outcome = command(
-            link, mavlink.MAV_CMD_NAV_TAKEOFF, 0, 0, 0, 0, 0, 0, height, go_on=lambda: not (_lost(link) or lifts())
+        outcome = link.command(
+            mavlink.MAV_CMD_NAV_TAKEOFF, 0, 0, 0, 0, 0, 0, height, go_on=lambda: not (_lost(link) or lifts())
         )
-        if outcome.done or _until(link, lambda: _lost(link) or lifts(), _RETRY):
+        if outcome.done or link.until(lambda: _lost(link) or lifts(), _RETRY):
             break
     return _DONE if lifts() and not _lost(link) else outcome
 
@@ -198,7 +197,7 @@ def land(link: Link) -> Outcome:
         return Outcome(OutcomeStatus.CONTROL_LOST, "doorman does not control the vehicle")
     on_ground_since: float | None = None
     while link.time.now() < deadline and link.alive:
-        if _until(link, lambda: not link.tracker.sample.armed, 0.2):
+        if link.until(lambda: not link.tracker.sample.armed, 0.2):
             authority.withdraw(link.time.now())
             return _DONE
         if authority.state is Authority.LOST:
@@ -214,14 +213,14 @@ def land(link: Link) -> Outcome:
 def leave(link: Link) -> None:
     flying = link.tracker.sample.armed and link.authority.state is Authority.ENGAGED
     if flying and link.config.on_stop == "land" and link.alive and link.request_landing():
-        _until(link, lambda: link.authority.state is not Authority.ENGAGED, link.config.timeouts.stop)
+        link.until(lambda: link.authority.state is not Authority.ENGAGED, link.config.timeouts.stop)
     link.authority.withdraw(link.time.now())
 
 
 def measure_hover(link: Link, hover_force: float, duration: float, *, compensate_battery: bool) -> ThrustCurve:
     calibration, deadline = HoverCalibration(), link.time.now() + duration
     while (remaining := deadline - link.time.now()) > 0.0:
-        _until(link, lambda: calibration.add(link.tracker.sample), remaining)
+        link.until(lambda: calibration.add(link.tracker.sample), remaining)
     old = link.stream.curve
     curve = calibration.curve(hover_force, 0.0 if old is None else old.shape, compensate_battery)
     if old is not None:
@@ -239,7 +238,7 @@ def measure_slope(link: Link, at: PositionSetpoint) -> Slope | None:
     while (passed := link.time.now() - begin) < BOB_TIME:
         if not link.stream.offer(bob(at, passed), link.time.now()):
             return None
-        _until(link, lambda: measurement.add(link.tracker.sample), _BOB_PERIOD)
+        link.until(lambda: measurement.add(link.tracker.sample), _BOB_PERIOD)
     if not link.authority.hold(at, latch=False):
         return None
     return None if curve is None else measurement.slope(curve.hover_thrust)
@@ -247,11 +246,3 @@ def measure_slope(link: Link, at: PositionSetpoint) -> Slope | None:
 
 def _lost(link: Link) -> bool:
     return link.authority.state is not Authority.ENGAGED or not link.alive
-
-
-def _until(link: Link, condition: Callable[[], bool], timeout: float) -> bool:
-    return link.exchange.wait(lambda: True if condition() else None, timeout) is not None
-
-
-def _sleep(link: Link, duration: float) -> None:
-    link.exchange.wait(lambda: None if link.alive else True, duration)

@@ -20,7 +20,7 @@ from doorman.hardware.vehicle.links import VehicleLinks
 from doorman.scenario import SafetySection
 
 ACKNOWLEDGE_WITHIN = 1.5
-"""Somebody must fly the vehicle back within this after a retreat was ordered, else it lands [s]."""
+"""A session must fly the vehicle back within this after a retreat was ordered, else it lands [s]."""
 SILENT_WITHIN = 8.0
 """Whoever flies it must give a sign of life within this, else the supervisor flies it back; a gripper is set up in less [s]."""
 ABORT_WITHIN = 20.0
@@ -48,8 +48,8 @@ class Supervisor(InThread):
         look: Makes observations.
         limits: Bounds.
         period: Between two looks [s].
-        refuge: Place to land from a position, each of shape (3,), world frame [m], for a retreat that nobody flies: out of the
-            doorway, in a straight line. It lands where it is if not given.
+        refuge: Place to land from a position, each of shape (3,), world frame [m], out of the doorway in a straight line: for a
+            retreat that no session flies. It lands where it is if not given.
     """
 
     def __init__(
@@ -129,13 +129,13 @@ class Supervisor(InThread):
         self._wishes.append(fault)
 
     def acknowledge(self) -> None:
-        """Say that the vehicle is being flown back, again and again: a retreat that nobody flies ends in a landing."""
+        """Say, again and again, that a session flies the vehicle back: without that a retreat ends in a landing."""
         self._heed()
         with self._lock:  # after this, no hold is latched any more that was decided before
             self._acknowledged, self._alive_at = True, self._clock.now()
 
     def hand_over(self) -> None:
-        """Say that the vehicle is at its hover point, for whoever flies it next: that nobody does is noticed from now on."""
+        """Say that the vehicle is at its hover point: from now on the supervisor notices when no program flies it."""
         with self._lock:
             self.rising, self._alive_at = False, self._clock.now()
 
@@ -195,7 +195,7 @@ class Supervisor(InThread):
                 self._aborted_at = finding.time
                 self._on_abort(finding.fault.value)
                 return
-            self.action = Action.RETREAT  # nobody to ask
+            self.action = Action.RETREAT  # no mission that could give up by itself
         if self.action is Action.RETREAT and self.rising:
             self.action = Action.LAND
         self._links.inhibit(finding.fault.value)
@@ -228,7 +228,7 @@ class Supervisor(InThread):
             self._links.autopilot.request_landing()
 
     def _leave(self, now: float, waited: float) -> None:
-        """Fly straight to the refuge, since nobody else has for as long as was waited [s], and land there."""
+        """Fly straight to the refuge and land there: no session has acknowledged the retreat in the time waited [s]."""
         autopilot = self._links.autopilot
         self._links.let_go()
         if self._links.holding:  # to fly away would pull on the door

@@ -7,14 +7,14 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal, TypeVar, get_type_hints
+from typing import Annotated, Any, Literal, TypeVar, get_type_hints
 
 import numpy as np
 from numpy.typing import ArrayLike
 from pydantic import TypeAdapter, ValidationError
 
 from doorman.arrays import Array
-from doorman.checks import vector
+from doorman.checks import Range, check_fields, vector
 from doorman.door_sensor.config import CAMERAS, PROGRAM
 from doorman.exceptions import BackendError
 from doorman.hardware.door import DoorSensorConfig, LeafGeometry
@@ -100,18 +100,15 @@ class VehicleConfig:
     servos: ServoConfig
     mocap: MocapConfig | None = None
     """None: the autopilot's own estimate is flown on."""
-    rate: float = 200.0
+    rate: Annotated[float, Range(20.0, 1000.0, "1/s")] = 200.0
     """Ticks of the controller [1/s]."""
     door_sensor: DoorSensorConfig | None = None
     """None: nothing measures the door."""
-    servo_patience: float = 0.3
+    servo_patience: Annotated[float, Range(0.01, 1.0, "s")] = 0.3
     """Age up to which joint angles are used; the arm stands still from `servos.stale_after` on [s]."""
 
     def __post_init__(self) -> None:
-        for name, low, high in (("rate", 20.0, 1000.0), ("servo_patience", 0.01, 1.0)):
-            value = getattr(self, name)
-            if not (math.isfinite(value) and low <= value <= high):
-                raise BackendError("out of range", field=f"vehicle.{name}", given=value, allowed=f"{low:g} to {high:g}")
+        check_fields(self, "vehicle.")
         if self.pixhawk.mocap is not (self.mocap is not None):
             raise BackendError("pixhawk.mocap must say whether there is motion capture", field="pixhawk.mocap",
                                given=self.pixhawk.mocap, allowed=str(self.mocap is not None))  # fmt: skip

@@ -18,13 +18,12 @@ from pathlib import Path
 import numpy as np
 
 from doorman.arrays import Array
-from doorman.copying import Uncopied
 from doorman.exceptions import BackendError
 from doorman.hardware.pixhawk.wire.frames import flu_to_frd
 from doorman.kinematics.rotations import quaternion_of
 from doorman.kinematics.vehicles.rotor_layout import RotorLayout
 from doorman.rig.emulators.autopilot.dialects import MotorKind
-from doorman.rig.sitl.rotor_pilot import listener, specific_force
+from doorman.rig.sitl.rotor_pilot import RotorPilot
 from doorman.simulation.truth import Truth
 
 STATE_RATE = 400.0
@@ -74,37 +73,30 @@ class Wiring:
         return cls(tuple(outputs), np.array([float(frame[output][1]) for output in outputs]))
 
 
-class ArduPilotSitl(Uncopied):
-    """Flies the plant, as `RotorPilot`. Before ArduPilot has called, and after it has fallen silent, the motors stand still."""
-
+class ArduPilotSitl(RotorPilot):
     program = "ArduPilot"
     rate = STATE_RATE
+    _kind = socket.SOCK_DGRAM
 
     def __init__(self, layout: RotorLayout, port: int = SERVO_PORT, motors: MotorKind = "linear") -> None:
+        super().__init__(port)
         self.wiring = Wiring.of(layout)
         self.directions = self.wiring.directions
-        self._limits, self._port = layout.max_thrusts, port
+        self._limits = layout.max_thrusts
         self._expo = EXPO if motors == "linear" else 1.0
-        self._socket: socket.socket | None = None
         self._peer: tuple[str, int] | None = None
         self._pwm = np.zeros(max(_MAGICS.values()))
-        self._frame, self._boot = 0, 0.0
-        self._last: Truth | None = None
+        self._frame = 0
 
     @property
     def connected(self) -> bool:
         return self._peer is not None
 
-    def open(self) -> None:
-        self._socket = listener(socket.SOCK_DGRAM, self._port)
-
     def stop(self) -> None:
-        one, self._socket, self._peer = self._socket, None, None
-        if one is not None:
-            one.close()
+        super().stop()
+        self._peer = None
 
     def thrusts(self, now: float) -> Array | None:
-        """Thrust that ArduPilot asks of every rotor, once it has answered the last state; None while the motors stand still."""
         if not self._listen(now):
             self._peer = None
             return None
@@ -115,11 +107,8 @@ class ArduPilotSitl(Uncopied):
         share = _thrust(spin, self._expo) / _thrust(np.array(FULL), self._expo)
         return np.minimum(share, 1.0) * self._limits
 
-    def tell(self, truth: Truth) -> None:
-        last, self._last = self._last, truth
-        if self._peer is None or self._socket is None or last is None or truth.time <= last.time:
-            return
-        force = specific_force(last, truth)
+    def _send(self, truth: Truth, force: Array) -> None:
+        assert self._socket is not None and self._peer is not None, "it is connected"
         w, x, y, z = quaternion_of(truth.attitude.tolist())
         text = (
             f'\n{{"timestamp":{truth.time - self._boot:.6f},"imu":{{"gyro":{_turned(truth.body_rates)},'

@@ -18,14 +18,13 @@ from typing import Any
 import numpy as np
 
 from doorman.arrays import Array
-from doorman.copying import Uncopied
 from doorman.exceptions import BackendError
 from doorman.hardware.pixhawk.wire.frames import flu_to_frd
 from doorman.hardware.pixhawk.wire.messages import mavlink
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.kinematics.vehicles.rotor_layout import RotorLayout
 from doorman.rig.emulators.autopilot.dialects import MotorKind
-from doorman.rig.sitl.rotor_pilot import listener, specific_force
+from doorman.rig.sitl.rotor_pilot import RotorPilot
 from doorman.simulation.truth import Truth
 
 STATE_RATE = 250.0
@@ -71,43 +70,35 @@ def _parser() -> Any:
     return parser
 
 
-class Px4Sitl(Uncopied):
-    """Flies the plant, as `RotorPilot`. Before PX4 has called, and after it has fallen silent, the motors stand still."""
-
+class Px4Sitl(RotorPilot):
     program = "PX4"
     rate = STATE_RATE
+    _kind = socket.SOCK_STREAM
 
     def __init__(self, layout: RotorLayout, port: int = SIMULATOR_PORT, motors: MotorKind = "linear") -> None:
         if layout.count > MOST_ROTORS:
             raise BackendError(
                 "PX4 has no such vehicle", field="rotors", given=layout.count, allowed=f"up to {MOST_ROTORS}"
             )
+        super().__init__(port)
         self.directions = layout.directions
-        self._layout, self._port, self._motors = layout, port, motors
-        self._listener: socket.socket | None = None
+        self._layout, self._motors = layout, motors
         self._peer: socket.socket | None = None
         self._mavlink = _parser()
         self._random = np.random.default_rng(0)
-        self._count, self._boot, self._sent, self._heard = 0, 0.0, 0, -1
+        self._count, self._sent, self._heard = 0, 0, -1
         self._in_step = False
         self._controls: Array | None = None
-        self._last: Truth | None = None
 
     @property
     def connected(self) -> bool:
         return self._peer is not None
 
-    def open(self) -> None:
-        self._listener = listener(socket.SOCK_STREAM, self._port)
-
     def stop(self) -> None:
-        one, self._listener = self._listener, None
-        if one is not None:
-            one.close()
+        super().stop()
         self._hang_up()
 
     def thrusts(self, now: float) -> Array | None:
-        """Thrust of every rotor that PX4 asks for, once it has answered the last state; None while the motors stand still."""
         if self._peer is None:
             self._answer_call(now)
         if self._peer is None:
@@ -120,10 +111,8 @@ class Px4Sitl(Uncopied):
         signals: Array = np.clip(self._controls[: self._layout.count], 0.0, 1.0)
         return signals * signals * self._layout.max_thrusts
 
-    def tell(self, truth: Truth) -> None:
-        last, self._last = self._last, truth
-        if self._peer is None or last is None or truth.time <= last.time:
-            return
+    def _send(self, truth: Truth, force: Array) -> None:
+        assert self._peer is not None, "it is connected"
         if self._heard >= 0 and self._sent - self._heard > _BACKLOG:  # its clock waits for us to wait for it
             return
         to_body = rotation_body_to_world(truth.attitude).T
@@ -132,7 +121,7 @@ class Px4Sitl(Uncopied):
         self._sent = round((truth.time - self._boot) * 1e6)
         message = self._mavlink.hil_sensor_encode(
             self._sent,
-            *self._measured(specific_force(last, truth), "acceleration"),
+            *self._measured(force, "acceleration"),
             *self._measured(truth.body_rates, "rate"),
             *self._measured(to_body @ _NORTH, "field"),
             _SEA_LEVEL - _PER_METRE * float(truth.position[2]) + _NOISE["pressure"] * self._random.standard_normal(),
@@ -180,10 +169,10 @@ class Px4Sitl(Uncopied):
         return values
 
     def _answer_call(self, now: float) -> None:
-        if self._listener is None:
+        if self._socket is None:
             return
-        with contextlib.suppress(OSError):  # nobody calls
-            peer, _ = self._listener.accept()
+        with contextlib.suppress(OSError):  # no call yet
+            peer, _ = self._socket.accept()
             peer.setblocking(False)
             peer.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
             self._peer, self._boot, self._sent, self._heard = peer, now, 0, -1

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import socket
+from abc import ABC, abstractmethod
 from pathlib import Path
-from typing import Protocol
 
 import numpy as np
 
 from doorman.arrays import Array
+from doorman.background import Opened
 from doorman.exceptions import BackendError
 from doorman.gravity import weight_of
 from doorman.kinematics.rotations import rotation_body_to_world
@@ -37,27 +38,50 @@ def specific_force(last: Truth, truth: Truth) -> Array:
     return np.asarray(rotation_body_to_world(truth.attitude).T @ (acceleration + [0.0, 0.0, weight_of(1.0)]))
 
 
-class RotorPilot(Protocol):
-    """An autopilot's own code ("software in the loop") at the other end of a socket on loopback."""
+class RotorPilot(Opened, ABC):
+    """An autopilot's own code ("software in the loop") at the other end of a socket on loopback.
 
-    # The two run in lockstep: it answers every state with the outputs of its motors, and waits for the next state. Before it has
-    # called, and after it has fallen silent, the motors stand still.
+    The two run in lockstep: it answers every state with the outputs of its motors, and waits for the next state. Before it has
+    called, and after it has fallen silent, the motors stand still.
+    """
 
     program: str  # what it is called
     rate: float  # states a second [1/s]
     directions: Array  # in which the rotors turn, +1 counter-clockwise seen from above, shape (m,)
+    _kind: socket.SocketKind
+
+    def __init__(self, port: int) -> None:
+        self._port, self._boot = port, 0.0  # the latter is the plant's time at which its clock began [s]
+        self._socket: socket.socket | None = None
+        self._last: Truth | None = None
+
+    @property
+    @abstractmethod
+    def connected(self) -> bool:
+        """Whether it has called, and not fallen silent since."""
 
     def open(self) -> None:
-        """Listen, on loopback only."""
+        self._socket = listener(self._kind, self._port)
 
     def stop(self) -> None:
-        """Listen no more; may be called twice."""
+        one, self._socket = self._socket, None
+        if one is not None:
+            one.close()
 
+    @abstractmethod
     def thrusts(self, now: float) -> Array | None:
         """Thrust that the autopilot asks of every rotor, once it has answered the last state; None while motors stand still."""
 
     def tell(self, truth: Truth) -> None:
         """Send what the autopilot's sensors are made of."""
+        last, self._last = self._last, truth
+        if self.connected and last is not None and truth.time > last.time:
+            self._send(truth, specific_force(last, truth))
 
+    @abstractmethod
+    def _send(self, truth: Truth, force: Array) -> None:
+        """Send a state, and what accelerometers feel."""
+
+    @abstractmethod
     def command(self, pixhawk_port: int, folder: Path) -> str:
         """What starts the autopilot in another terminal, with its parameters in a file of its own."""

@@ -122,7 +122,7 @@ class PoseSender(Uncopied):
         reported = refused[: MOST_ITEMS - len(objects)]
         try:
             self._socket.sendto(pack(self._first + number, objects, reported), self._target)
-        except ConnectionRefusedError:  # nobody listens yet
+        except ConnectionRefusedError:  # no receiver yet
             return False
         return True
 

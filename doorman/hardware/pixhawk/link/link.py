@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 from collections import deque
+from collections.abc import Callable
 
 from doorman.background import InThread
 from doorman.clocks import REAL_TIME, Clock
@@ -11,8 +12,8 @@ from doorman.exceptions import BackendError
 from doorman.hardware.pixhawk.authority import Authority, AuthorityKeeper
 from doorman.hardware.pixhawk.config import PixhawkConfig
 from doorman.hardware.pixhawk.dialect import ARDUPILOT, PX4, Dialect
-from doorman.hardware.pixhawk.events import EventKind, LinkLog
-from doorman.hardware.pixhawk.link.exchange import Exchange
+from doorman.hardware.pixhawk.events import EventKind, LinkLog, Outcome, OutcomeStatus
+from doorman.hardware.pixhawk.link.exchange import Acknowledgement, Exchange
 from doorman.hardware.pixhawk.link.inbox import WANTED, Inbox
 from doorman.hardware.pixhawk.link.mocap import MocapOutlet
 from doorman.hardware.pixhawk.link.origin import CautiousOrigin, Origin
@@ -23,7 +24,7 @@ from doorman.hardware.pixhawk.link.tracker import Tracker
 from doorman.hardware.pixhawk.link.watchdog import Watchdog
 from doorman.hardware.pixhawk.wire.codec import Codec, load_key
 from doorman.hardware.pixhawk.wire.connection import parse_connection
-from doorman.hardware.pixhawk.wire.messages import Message, mavlink
+from doorman.hardware.pixhawk.wire.messages import Message, command_message, mavlink
 from doorman.hardware.pixhawk.wire.transport import DeviceLost, Line, open_line
 
 _LONGEST_SLEEP = 0.003
@@ -33,6 +34,18 @@ _BUSY_RETRY = 0.001
 """After which a setpoint that a busy line did not take is due again: it is made anew then [s]."""
 _FAST_SYNC_PERIOD = 0.02
 """Between TIMESYNC requests until the clock is mapped [s]."""
+_TRIES = 5
+_TEXT_WAIT = 0.3
+"""For the autopilot's reasons, which it sends after its refusal, if at all [s]."""
+_LONGEST_PROGRESS, _NEXT_PROGRESS = 30.0, 2.0
+"""For a command that is in progress: in all, and until the next acknowledgement [s]."""
+_RESULTS = {
+    mavlink.MAV_RESULT_TEMPORARILY_REJECTED: "temporarily rejected",
+    mavlink.MAV_RESULT_DENIED: "denied",
+    mavlink.MAV_RESULT_UNSUPPORTED: "unsupported",
+    mavlink.MAV_RESULT_FAILED: "failed",
+    6: "cancelled",
+}
 
 
 class _Timer:
@@ -99,6 +112,43 @@ class Link(InThread):
         sample = self.tracker.sample
         fresh = sample.age(self.time.now()) <= self.config.timeouts.state
         return self.authority.request_landing(here(sample) if fresh else None)
+
+    def until(self, condition: Callable[[], bool], timeout: float) -> bool:
+        """Whether a condition comes true in time."""
+        return self.exchange.wait(lambda: True if condition() else None, timeout) is not None
+
+    def command(
+        self, number: int, *parameters: float, tries: int = _TRIES, go_on: Callable[[], bool] = lambda: True
+    ) -> Outcome:
+        """COMMAND_LONG and its acknowledgement: sent again while no answer comes, awaited while it is in progress."""
+        started, start = self.time.now(), self.exchange.count
+        for confirmation in range(tries):
+            self.send(command_message(self.target, number, *parameters, confirmation=confirmation))
+            if (answer := self._answer(number, start)) is not None:
+                return self._outcome(number, answer, started)
+            if not (self.alive and go_on()):
+                break
+        text = f"command {number} was not acknowledged, sent {confirmation + 1} times"
+        self.events.happen(EventKind.COMMAND_UNANSWERED, self.time.now(), text, command=number)
+        return Outcome(OutcomeStatus.TIMED_OUT, text)
+
+    def _answer(self, number: int, after: int) -> Acknowledgement | None:
+        """Final acknowledgement of a command; those that say "in progress" prolong the wait."""
+        timeout, deadline = self.config.timeouts.answer, self.time.now() + _LONGEST_PROGRESS
+        while True:
+            answer = self.exchange.wait(lambda after=after: self.exchange.acknowledgement(number, after), timeout)  # type: ignore[misc]
+            if answer is None or answer.result != mavlink.MAV_RESULT_IN_PROGRESS or self.time.now() > deadline:
+                return answer
+            after, timeout = answer.number, max(timeout, _NEXT_PROGRESS)
+
+    def _outcome(self, number: int, answer: Acknowledgement, started: float) -> Outcome:
+        if answer.result == mavlink.MAV_RESULT_ACCEPTED:
+            return Outcome(OutcomeStatus.DONE)
+        self.until(lambda: bool(self.exchange.texts(started)), _TEXT_WAIT)
+        words = _RESULTS.get(answer.result, f"result {answer.result}")
+        text = ": ".join(filter(None, (f"command {number} {words}", "; ".join(self.exchange.texts(started)))))
+        self.events.happen(EventKind.COMMAND_REFUSED, self.time.now(), text, command=number, result=answer.result)
+        return Outcome(OutcomeStatus.REFUSED, text)
 
     def _begin(self) -> None:
         config = self.config
@@ -232,7 +282,7 @@ class Link(InThread):
             line = open_line(self._endpoint, 0.2)
         except BackendError:
             return
-        if self._stopping.is_set():  # nobody would close it
+        if self._stopping.is_set():
             line.close()
             return
         line.peer = line.peer or self.inbox.peer.address

@@ -31,7 +31,6 @@ class LinkStatus:
     synchronised: bool
     clock_offset: float
     """Our clock minus the autopilot's [s]; NaN before synchronisation."""
-    clock_skew: float
     round_trip: float
     """Median of TIMESYNC [s]."""
     rates: Mapping[str, float]
@@ -66,7 +65,6 @@ def link_status(link: Link, now: float) -> LinkStatus:
         conditions=link.events.conditions,
         synchronised=link.clock.synchronised,
         clock_offset=link.clock.offset(now),
-        clock_skew=link.clock.skew,
         round_trip=link.clock.round_trip,
         rates=MappingProxyType(link.rates.measured),
         wanted_rates=MappingProxyType(link.rates.wanted),

@@ -25,7 +25,7 @@ from doorman.hardware.pixhawk.wire.messages import Message, seconds_to_boot_ms
 
 LONGEST_BLIND_HOLD = 1.0
 """A position older than this [s] is no place to hold: the stream ends. PX4's own failsafe acts then; ArduPilot, which would
-level and drift as long as heartbeats come, is told to land."""
+level and drift as long as heartbeats come, is commanded to land."""
 
 
 LEVELLING = 0.25
@@ -37,7 +37,7 @@ once."""
 class Source(Enum):
     """Who says where to fly."""
 
-    OFF = "nobody"
+    OFF = "no one"
     HOLD = "a fixed point"
     CLIMB = "take-off"
     CONTROLLER = "the controller"

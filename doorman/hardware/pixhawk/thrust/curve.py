@@ -14,7 +14,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from statistics import median
+from typing import Annotated
 
+from doorman.checks import Range, check_fields
 from doorman.exceptions import BackendError
 from doorman.hardware.pixhawk.sample import VehicleSample
 
@@ -33,34 +35,30 @@ def signal(thrust: float, k: float) -> float:
 class ThrustCurve:
     """Calibrated map between newtons and normalised thrust."""
 
-    hover_thrust: float
+    hover_thrust: Annotated[float, Range(0.05, 0.95)]
     """τ in hover, 0 … 1."""
-    hover_force: float
+    hover_force: Annotated[float, Range(0.1, 1e4, "N")]
     """Thrust in hover, the weight [N]."""
-    shape: float = 0.0
+    shape: Annotated[float, Range(0.0, 1.0)] = 0.0
     """k, 0 where the autopilot linearises the motors, up to 1 where τ is their signal."""
-    hover_voltage: float | None = None
+    hover_voltage: Annotated[float, Range(1.0, 1000.0, "V")] | None = None
     """Battery voltage at the calibration [V]; without it, the autopilot compensates the battery."""
-    voltage_exponent: float = 2.0
+    voltage_exponent: Annotated[float, Range(0.0, 4.0)] = 2.0
     """n, 2 for a signal that sets the motors' voltage."""
-    min_thrust: float = 0.02
+    min_thrust: Annotated[float, Range(0.0, 1.0)] = 0.02
     """Least τ that is sent: the motors go on turning."""
-    max_thrust: float = 1.0
+    max_thrust: Annotated[float, Range(0.0, 1.0)] = 1.0
     """Largest τ that is sent."""
 
     def __post_init__(self) -> None:
-        bounds = {
-            "hover_thrust": (self.hover_thrust, 0.05, 0.95, "0.05 to 0.95"),
-            "hover_force": (self.hover_force, 0.1, 1e4, "0.1 to 10000 N"),
-            "shape": (self.shape, 0.0, 1.0, "0 to 1"),
-            "hover_voltage": (self.hover_voltage or 10.0, 1.0, 1000.0, "1 to 1000 V"),
-            "voltage_exponent": (self.voltage_exponent, 0.0, 4.0, "0 to 4"),
-            "min_thrust": (self.min_thrust, 0.0, self.max_thrust, "0 to max_thrust"),
-            "max_thrust": (self.max_thrust, self.hover_thrust, 1.0, "hover_thrust to 1"),
-        }
-        for name, (value, low, high, allowed) in bounds.items():
-            if not low <= value <= high:
-                raise BackendError("out of range", field=f"thrust_curve.{name}", given=value, allowed=allowed)
+        check_fields(self, "thrust_curve.")
+        for name, fits, allowed in (
+            ("min_thrust", self.min_thrust <= self.max_thrust, "0 to max_thrust"),
+            ("max_thrust", self.max_thrust >= self.hover_thrust, "hover_thrust to 1"),
+        ):
+            if not fits:
+                given = getattr(self, name)
+                raise BackendError("out of range", field=f"thrust_curve.{name}", given=given, allowed=allowed)
 
     def max_force(self, voltage: float = math.nan) -> float:
         """Thrust at τ = 1 [N].

@@ -38,7 +38,7 @@ class Endpoint:
 
 def parse_connection(text: str) -> Endpoint:
     # `udp:` listens, on loopback unless a host is written: `udp:14540`, `udp:0.0.0.0:14540`. `udpout:` and `tcp:` call
-    # an autopilot that listens; `udpout:` may name the port to send from, since PX4 answers nobody but the first until
+    # an autopilot that listens; `udpout:` may name the port to send from, since PX4 answers only the first caller until
     # it is rebooted. `://` may stand for the first colon. A serial device is a path or a COM port.
     given = text.strip()
     scheme, _, rest = given.replace("://", ":", 1).partition(":")

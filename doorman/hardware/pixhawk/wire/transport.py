@@ -94,7 +94,7 @@ class _UdpLine(Line):
             except (BlockingIOError, InterruptedError):
                 break
             except ConnectionError:
-                continue  # an answer to something we sent: nobody listens there yet
+                continue  # an answer to something we sent: there is no listener yet
             except OSError as error:
                 raise DeviceLost(str(error)) from error
             datagrams.append((data, (address[0], address[1])))

@@ -57,7 +57,7 @@ class EmulatedBattery:
     voltage: float = 15.6  # [V]
     current: float = 12.0  # [A]
     remaining: float = 0.9  # 0 … 1
-    silent: bool = False  # whether nobody measures it
+    silent: bool = False  # whether it is not measured
 
 
 class Telemetry:

@@ -1,4 +1,4 @@
-"""Emulated cameras: Vicon Tracker and OptiTrack Motive."""
+"""Emulated cameras: Vicon Tracker."""
 
 from doorman.rig.emulators.mocap.emulator import MocapEmulator
 

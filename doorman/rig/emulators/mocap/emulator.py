@@ -17,15 +17,15 @@ import socket
 import struct
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from doorman.arrays import Array
 from doorman.background import InThread
-from doorman.checks import vector
+from doorman.checks import NonNegative, Range, check_fields, vector
 from doorman.clocks import REAL_TIME, Clock
-from doorman.exceptions import BackendError
 from doorman.kinematics.quaternions import to_rotation
 from doorman.kinematics.rotations import rotation_body_to_world
 
@@ -136,8 +136,8 @@ class TrackedBody:
 @dataclass(frozen=True)
 class TrackerSetup:
     object_name: str  # at most 24 bytes
-    rate: float = 100.0  # frames per second [1/s]
-    latency: float = 0.005  # between a frame's exposure and the leaving of its packets [s]
+    rate: Annotated[float, Range(0.0, 2000.0, "1/s", above=True)] = 100.0  # frames per second [1/s]
+    latency: NonNegative = 0.005  # between a frame's exposure and the leaving of its packets [s]
     first_frame: int = 1  # its number
     position_noise: float = 5e-5  # standard deviation [m]
     attitude_noise: float = 2e-4  # standard deviation [rad]
@@ -148,16 +148,11 @@ class TrackerSetup:
     others: Mapping[str, BodyPose] = field(default_factory=dict)
     """Poses of further objects, as Vicon sees them; they stand still."""
     bodies: Mapping[str, TrackedBody] = field(default_factory=dict)  # further objects that move, by name
-    block: int = 3  # objects in a packet at most; a frame takes as many packets as it needs
+    block: Annotated[int, Range(1, 13)] = 3  # objects in a packet at most; a frame takes as many packets as it needs
     packet_size: int | None = SIZES[0]  # to which packets are padded at least [byte]; None pads nothing
 
     def __post_init__(self) -> None:
-        if not 0.0 < self.rate <= 2000.0:
-            raise BackendError("out of range", field="rate", given=self.rate, allowed="above 0, up to 2000 1/s")
-        if not 1 <= self.block <= 13:
-            raise BackendError("out of range", field="block", given=self.block, allowed="1 to 13 objects")
-        if not (math.isfinite(self.latency) and self.latency >= 0.0):
-            raise BackendError("out of range", field="latency", given=self.latency, allowed=">= 0 s")
+        check_fields(self)
 
 
 class TrackerStream:
@@ -312,6 +307,6 @@ class MocapEmulator(InThread):
     def _send(self, channel: socket.socket, datagram: bytes) -> None:
         try:
             channel.sendto(datagram, self.target)
-        except OSError:  # nobody listens, or there is no such network: on a wire, packets are lost too
+        except OSError:  # no listener or no such network: on a wire, packets are lost too
             return
         self.sent += 1

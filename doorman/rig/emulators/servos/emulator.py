@@ -183,5 +183,5 @@ class ServoEmulator(InThread):
 
     def _write(self, data: bytes) -> None:
         if self._master >= 0:
-            with contextlib.suppress(OSError):  # nobody reads: bytes on a wire are lost too
+            with contextlib.suppress(OSError):  # no reader: bytes on a wire are lost too
                 os.write(self._master, data)

@@ -19,7 +19,7 @@ from doorman.kinematics.rotations import quaternion_of
 
 WINDOW = 0.05
 LEVEL = (1.0, 0.0, 0.0, 0.0)
-GATE = MotionGate(5.0, 20.0, 8.0, 0.005, 0.05)
+GATE = MotionGate(MocapConfig("vehicle"))
 rate = st.floats(-3.0, 3.0)
 triples = st.tuples(rate, rate, rate)
 

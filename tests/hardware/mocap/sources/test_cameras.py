@@ -11,6 +11,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from mocap_rig import free_port, swaying, true_position
+from natnet import NatNetBody, NatNetEmulator
 
 from doorman.exceptions import BackendError
 from doorman.hardware.mocap import MocapConfig, MocapFault, MocapReceiver, PoseQuality, PoseSender, PoseSource
@@ -18,7 +19,6 @@ from doorman.hardware.mocap.connection import CamerasLink, ClientProcess, check_
 from doorman.hardware.mocap.receiver import RESTART_INTERVAL
 from doorman.hardware.mocap.sources import client
 from doorman.rig.emulators.mocap.emulator import BodyPose
-from doorman.rig.emulators.mocap.natnet import NatNetBody, NatNetEmulator
 
 PATIENT = {"stale_after": 0.06, "prediction_limit": 0.2, "max_delay": 0.05, "latency": 0.0}
 """For loaded machines."""
