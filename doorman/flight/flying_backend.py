@@ -7,7 +7,7 @@ import math
 import signal
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from types import FrameType
 from typing import Any
@@ -54,7 +54,7 @@ class FlyingBackend(Backend):
         tip_force: Reads a force sensor in a tip that pushes, if there is one.
         door: Measures the door, in place of what the configuration names as its sensor.
         poses: Brings the vehicle's poses, in place of the cameras that `mocap` names.
-        **settings: Further ones of `vehicle_config`, such as `directions` and `zero_positions` of the servos.
+        settings: Fields of `vehicle_config` by dotted name, such as `servos.directions` and `servos.zero_positions`.
     """
 
     real_time = True
@@ -73,13 +73,13 @@ class FlyingBackend(Backend):
         tip_force: TipForceSource | None = None,
         door: DoorSource | None = None,
         poses: PoseSource | None = None,
-        **settings: Any,
+        settings: Mapping[str, object] | None = None,
     ) -> None:
         self._model = model
         if isinstance(pixhawk, str):
             if door is not None:
-                settings["links"] = {f"{DOOR_SENSOR}.source": PROGRAM, **settings.get("links", {})}
-            pixhawk = vehicle_config(model, pixhawk, servos, mocap, on_mocap_loss="report", **settings)
+                settings = {f"{DOOR_SENSOR}.source": PROGRAM, **(settings or {})}
+            pixhawk = vehicle_config(model, pixhawk, servos, mocap, on_mocap_loss="report", links=settings)
         self.links = VehicleLinks(pixhawk, tip_force, door=door, poses=poses)
         self._closing, self._stopping = ExitStack(), False
         self._recorder, self._say, self._confirm = recorder or Recorder(None, {}), say, confirm

@@ -56,7 +56,7 @@ class Autopilot(Opened):
             BackendError: if it is open already, the line cannot be opened, or the autopilot is silent.
         """
         if self._link.alive:
-            raise BackendError("the link is open already", field="connection", given=self.config.connection)
+            raise BackendError("the link is open already", field="pixhawk.connection", given=self.config.connection)
         self._link = Link(self.config, self._clock)
         self._link.open()
         try:
@@ -104,7 +104,7 @@ class Autopilot(Opened):
         if isinstance(setpoint, AttitudeSetpoint) and self._link.stream.curve is None:
             raise BackendError(
                 "attitude setpoints need a thrust curve",
-                field="thrust_curve",
+                field="pixhawk.thrust_curve",
                 allowed="a ThrustCurve, or hover_force",
             )
         return self._link.stream.offer(setpoint, self._clock.now())
@@ -173,7 +173,9 @@ class Autopilot(Opened):
             BackendError: unless `write_parameters` is set, and the autopilot is heard and disarmed.
         """
         if not self.config.write_parameters:
-            raise BackendError("parameters are written only on request", field="write_parameters", allowed="True")
+            raise BackendError(
+                "parameters are written only on request", field="pixhawk.write_parameters", allowed="True"
+            )
         sample = self._link.tracker.sample
         if sample.armed or self._clock.now() - sample.heartbeat_time > self.config.timeouts.heartbeat:
             raise BackendError(
@@ -317,7 +319,7 @@ class Autopilot(Opened):
             BackendError: if there is no curve yet.
         """
         if self._link.stream.curve is None:
-            raise BackendError("no thrust curve yet", field="thrust_curve", allowed="calibrate_hover before")
+            raise BackendError("no thrust curve yet", field="pixhawk.thrust_curve", allowed="calibrate_hover before")
         self._link.stream.curve = curve = replace(self._link.stream.curve, shape=shape)
         return curve
 

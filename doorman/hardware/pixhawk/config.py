@@ -52,7 +52,7 @@ class Timeouts:
     """For the autopilot to confirm that it lands, when the link is closed in the air."""
 
     def __post_init__(self) -> None:
-        check_fields(self, "timeouts.")
+        check_fields(self, "pixhawk.timeouts.")
 
 
 @dataclass(frozen=True)
@@ -73,7 +73,7 @@ class Rates:
     """Poses to the autopilot at most; those that come faster are thinned."""
 
     def __post_init__(self) -> None:
-        check_fields(self, "rates.")
+        check_fields(self, "pixhawk.rates.")
 
 
 @dataclass(frozen=True)
@@ -126,17 +126,17 @@ class PixhawkConfig:
 
     def __post_init__(self) -> None:
         parse_connection(self.connection)
-        check_fields(self)
+        check_fields(self, "pixhawk.")
         if self.origin is not None:
             _check_origin(self.origin)
         if self.rates.setpoint < 10.0:
             raise BackendError(
-                "too slow: the autopilot would leave its mode", field="rates.setpoint", allowed=">= 10 1/s"
+                "too slow: the autopilot would leave its mode", field="pixhawk.rates.setpoint", allowed=">= 10 1/s"
             )
 
 
 def _check_origin(origin: tuple[float, float, float]) -> None:
     latitude, longitude, altitude = origin
     if not (abs(latitude) <= 90.0 and abs(longitude) <= 180.0 and 1.0 <= abs(altitude) <= 9000.0):
-        raise BackendError("not a place on earth", field="origin", given=origin,
+        raise BackendError("not a place on earth", field="pixhawk.origin", given=origin,
                            allowed="latitude up to 90°, longitude up to 180°, altitude of 1 to 9000 m, or as deep")  # fmt: skip

@@ -51,7 +51,9 @@ def await_autopilot(link: Link) -> None:
     for missing, found in needs[:1] if link.config.listen_only else needs:
         if not link.until(found, max(0.0, deadline - link.time.now())):
             raise BackendError(
-                f"no {missing} within {timeout:g} s{_hint(link)}", field="connection", given=link.config.connection
+                f"no {missing} within {timeout:g} s{_hint(link)}",
+                field="pixhawk.connection",
+                given=link.config.connection,
             )
 
 

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Annotated, Any, Literal, TypeVar, get_type_hints
 
 import numpy as np
@@ -14,13 +13,13 @@ from numpy.typing import ArrayLike
 from pydantic import TypeAdapter, ValidationError
 
 from doorman.arrays import Array
-from doorman.checks import Range, check_fields, vector
+from doorman.checks import Range, check_fields
 from doorman.door_sensor.config import CAMERAS, PROGRAM
 from doorman.exceptions import BackendError
 from doorman.hardware.door import DoorSensorConfig, LeafGeometry
 from doorman.hardware.dynamixel import ServoConfig
 from doorman.hardware.mocap import MocapConfig
-from doorman.hardware.pixhawk import LocalFrame, PixhawkConfig, Rates, Timeouts
+from doorman.hardware.pixhawk import PixhawkConfig, Rates
 from doorman.hardware.pixhawk.thrust.tilted_rotors import TiltedRotors
 from doorman.hardware.vehicle import gripper
 from doorman.kinematics.vehicles.rotor_layout import rotor_layout
@@ -84,8 +83,8 @@ def _of_type(hint: Any, value: object, field: str) -> Any:
 
 DOOR_SENSOR = "door_sensor"
 """Table of the sensor of the door."""
-_SLOWEST_MOCAP, _FASTEST_MOCAP = 40.0, 2000.0
-"""Frames per second that the usual settings of poses fit [1/s]."""
+_USUAL_CAMERAS = Range(40.0, 2000.0, "1/s")
+"""Frames per second that the usual settings of poses fit."""
 
 
 @dataclass(frozen=True)
@@ -133,18 +132,7 @@ def vehicle_config(
     servos: str,
     mocap: str | None = None,
     *,
-    setpoints: Literal["attitude", "position"] = "attitude",
-    object_name: str = "vehicle",
-    mocap_rate: float = 100.0,
-    servo_ids: Sequence[int] | None = None,
-    directions: Sequence[int] | None = None,
-    zero_positions: Sequence[int] | None = None,
-    rate: float = 200.0,
     on_mocap_loss: Literal["land", "report"] = "land",
-    signing_key: Path | None = None,
-    write_parameters: bool = False,
-    write_eeprom: bool = False,
-    local_frame: Sequence[float] | None = None,
     links: Mapping[str, object] | None = None,
 ) -> VehicleConfig:
     """Configuration of a scenario's vehicle with the usual settings; where the scenario grips, a gripper is the last servo.
@@ -154,64 +142,43 @@ def vehicle_config(
         pixhawk: Connection to the autopilot, such as `udp:14540`.
         servos: Serial device of the arm.
         mocap: Where the cameras' stream is received, such as `udp:51001`; None flies on the autopilot's own estimate.
-        setpoints: What is sent to the autopilot.
-        object_name: Of the vehicle in the stream.
-        mocap_rate: Frames per second [1/s].
-        servo_ids: Of the joints from base to tip, then of the gripper; 1, 2, 3 … by default.
-        directions: Of the servos, as in `ServoConfig`.
-        zero_positions: Of the servos, as in `ServoConfig` [tick].
-        rate: Ticks of the controller [1/s].
         on_mocap_loss: Whether the link to the autopilot lands the vehicle where it is when poses end; "report" where a
             `Supervisor` acts on it.
-        signing_key: File with the MAVLink signing key; None signs nothing.
-        write_parameters: Whether the autopilot's parameters may be written, when that is asked for.
-        write_eeprom: Whether the servos' settings are changed to what they should be when the links are opened.
-        local_frame: Origin of the autopilot's local frame, and yaw of its north, in the world, shape (4,) [m, rad]; the world
-            itself by default, as where poses come from the cameras.
-        links: Any other field of the configuration by its dotted name, such as `pixhawk.vehicle_system`; see `with_settings`.
+        links: Any other field of the configuration by its dotted name, such as `pixhawk.setpoints` or `servos.directions`.
 
     Returns:
         The configuration.
 
     Raises:
         BackendError: if a value is out of range, or a joint of the arm slides.
-        DimensionError: if `local_frame` has another shape or is not finite.
     """
-    vehicle = model.vehicle
-    x, y, z, yaw = (0.0, 0.0, 0.0, 0.0) if local_frame is None else vector(local_frame, 4, "local_frame").tolist()
-    grips = model.scenario.contact.kind == "grip"
+    settings = dict(links or {})
+    vehicle, grips = model.vehicle, model.scenario.contact.kind == "grip"
     lower, upper, rates = servo_limits(vehicle)
     if grips:
         lower, upper = np.append(lower, gripper.LOWER), np.append(upper, gripper.UPPER)
         rates = np.append(rates, gripper.RATE)
-    if servo_ids is not None and len(servo_ids) != len(lower):
+    ids: Any = settings.pop("servos.ids", range(1, len(lower) + 1))
+    if len(ids) != len(lower):
         order = "of the joints from base to tip, then of the gripper" if grips else "of the joints from base to tip"
-        raise BackendError("wrong number of ids", field="servo_ids", given=tuple(servo_ids),
+        raise BackendError("wrong number of ids", field="servos.ids", given=tuple(ids),
                            allowed=f"{len(lower)} ids, {order}")  # fmt: skip
-    if mocap is not None and not _SLOWEST_MOCAP <= mocap_rate <= _FASTEST_MOCAP:
-        raise BackendError("out of range", field="mocap_rate", given=mocap_rate,
-                           allowed=f"{_SLOWEST_MOCAP:g} to {_FASTEST_MOCAP:g} 1/s")  # fmt: skip
+    frames = settings.get("mocap.rate", MocapConfig.rate)
+    if mocap is not None and "mocap.stale_after" not in settings and isinstance(frames, float | int):
+        if not _USUAL_CAMERAS.holds(frames):
+            raise BackendError("out of range", field="mocap.rate", given=frames, allowed=str(_USUAL_CAMERAS))
     config = VehicleConfig(
         pixhawk=PixhawkConfig(
-            pixhawk, setpoints=setpoints, mocap=mocap is not None, hover_force=vehicle.weight,
-            rates=Rates(setpoint=rate), timeouts=Timeouts(mocap=0.5), on_mocap_loss=on_mocap_loss,
-            signing_key=signing_key, write_parameters=write_parameters, min_battery=model.scenario.safety.low_battery,
-            local_frame=LocalFrame((x, y, z), yaw), rotors=_tilted_rotors(model),
+            pixhawk, mocap=mocap is not None, hover_force=vehicle.weight, rates=Rates(setpoint=VehicleConfig.rate),
+            on_mocap_loss=on_mocap_loss, min_battery=model.scenario.safety.low_battery, rotors=_tilted_rotors(model),
         ),
         servos=ServoConfig(
-            servos, lower, upper, rates, ids=tuple(range(1, len(lower) + 1) if servo_ids is None else servo_ids),
-            gripper=grips, write_eeprom=write_eeprom,
-            latency=0.006, stale_after=0.05,
-            directions=None if directions is None else tuple(directions),
-            zero_positions=None if zero_positions is None else tuple(zero_positions),
+            servos, lower, upper, rates, ids=tuple(ids), gripper=grips, latency=0.006, stale_after=0.05,
         ),
-        mocap=None if mocap is None else MocapConfig(
-            object_name, mocap, rate=mocap_rate, stale_after=0.04, prediction_limit=0.2,
-        ),
-        rate=rate, door_sensor=_door_sensor(model, links or {}),
+        mocap=None if mocap is None else MocapConfig("vehicle", mocap, stale_after=0.04, prediction_limit=0.2),
+        door_sensor=_door_sensor(model, settings),
     )  # fmt: skip
-    own = {key: value for key, value in (links or {}).items() if not _of_door_sensor(key)}
-    return with_settings(config, own)
+    return with_settings(config, {key: value for key, value in settings.items() if not _of_door_sensor(key)})
 
 
 def _door_sensor(model: Model, links: Mapping[str, object]) -> DoorSensorConfig | None:

@@ -6,7 +6,7 @@ import os
 import tempfile
 import tomllib
 from collections.abc import Iterator, Mapping, MutableMapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -15,9 +15,8 @@ import tomlkit
 from pydantic import BaseModel, ValidationError
 
 from doorman.exceptions import BackendError, DoormanError, ScenarioError
-from doorman.hardware.pixhawk import PixhawkConfig
 from doorman.hardware.vehicle import VehicleConfig, vehicle_config
-from doorman.hardware.vehicle_file.template import GAINS, LINKS, TABLES, VEHICLE
+from doorman.hardware.vehicle_file.template import GAINS, TABLES, VEHICLE
 from doorman.model import Model
 from doorman.scenario import Scenario
 from doorman.scenario.errors import explain
@@ -32,8 +31,6 @@ PIXHAWK, SERVOS, MOCAP = "pixhawk.connection", "servos.port", "mocap.connection"
 OPTIONS = {PIXHAWK: "--pixhawk", SERVOS: "--servos"}
 """Options that replace a key of the file."""
 _PER_SERVO = ("servos.ids", "servos.directions", "servos.zero_positions", "servos.homing_offsets")
-_ARGUMENTS = {"servo_ids": "servos.ids", "mocap_rate": "mocap.rate"}
-"""Key of an argument of `vehicle_config`."""
 _ANYWHERE = MappingProxyType({PIXHAWK: "udp:14540", SERVOS: "/dev/servos"})
 
 
@@ -149,12 +146,9 @@ class VehicleFile:
                 raise BackendError(
                     "the link's address or device is missing", field=key, allowed=f"in the vehicle file, or by {option}"
                 )
-        usual = cameras is not None and "mocap.stale_after" not in values
-        rate = {"mocap_rate": values.pop("mocap.rate")} if usual and "mocap.rate" in values else {}
         return vehicle_config(
-            model, values.pop(PIXHAWK), values.pop(SERVOS), cameras, servo_ids=values.pop("servos.ids", None),
-            on_mocap_loss="report", links=values, **rate,
-        )  # fmt: skip
+            model, values.pop(PIXHAWK), values.pop(SERVOS), cameras, on_mocap_loss="report", links=values
+        )
 
     def _cut_to(self, model: Model, own: dict[str, Any]) -> dict[str, Any]:
         """The values without those of a gripper's servo that the task has no use for."""
@@ -194,13 +188,8 @@ def _covers(key: str, other: str) -> bool:
 
 def _whole_name(name: str | None) -> str:
     """Dotted key of the vehicle file for a field as the links name it in their errors."""
-    first = (name or "").partition(".")[0]
-    if name in _ARGUMENTS:
-        return _ARGUMENTS[name]
-    if first == VEHICLE and name is not None:
-        return name.partition(".")[2]
-    ours = {one.name for one in fields(PixhawkConfig)} - set(LINKS)
-    return f"pixhawk.{name}" if first in ours else name or ""
+    first, _, rest = (name or "").partition(".")
+    return rest if first == VEHICLE else name or ""
 
 
 def write_values(path: Path, values: Mapping[str, object], tables: type[BaseModel] = TABLES) -> None:

@@ -20,7 +20,8 @@ from doorman.scenario import Scenario
 
 def test_the_local_frame_goes_from_the_command_line_to_the_autopilot_s_link():
     given = real_numbers("-1.5,2,0.25,1.5707963267948966", "--local-frame", 4)
-    frame = vehicle_config(Model(Scenario()), "udp:14540", "/dev/null", local_frame=given).pixhawk.local_frame
+    links = {"pixhawk.local_frame": {"origin": given[:3], "yaw": given[3]}}
+    frame = vehicle_config(Model(Scenario()), "udp:14540", "/dev/null", links=links).pixhawk.local_frame
     np.testing.assert_allclose(frame.position_to_world([3.0, 0.0, -1.0]), [-1.5, 5.0, 1.25], atol=1e-12)  # 3 m north
     assert frame.yaw == pytest.approx(0.5 * math.pi)
     assert real_numbers(None, "--local-frame", 4) is None
@@ -56,10 +57,10 @@ def test_every_setting_of_a_link_can_be_given_by_name():
 
 
 def test_mounting_of_the_servos_may_be_given_as_arrays_of_integers():
-    config = configured(servo_ids=np.arange(11, 16), directions=np.array([1, -1, -1, 1, 1]))
+    config = configured(links={"servos.ids": np.arange(11, 16), "servos.directions": [1, -1, -1, 1, 1]})
     assert (config.servos.ids, config.servos.directions) == ((11, 12, 13, 14, 15), (1, -1, -1, 1, 1))
-    with pytest.raises(BackendError, match="servos.directions: not whole numbers.*1 or -1"):
-        configured(directions=[1.0, -1.0, -1.0, 1.0, 1.0])
+    with pytest.raises(BackendError, match="servos.directions.*-0.5"):
+        configured(links={"servos.directions": [1.0, -0.5, -1.0, 1.0, 1.0]})
 
 
 @pytest.mark.parametrize(
@@ -68,7 +69,7 @@ def test_mounting_of_the_servos_may_be_given_as_arrays_of_integers():
         ({"pixhawk.vehicel_system": 3}, "pixhawk.vehicel_system: no such setting.*vehicle_system"),
         ({"servo.baud_rate": 3}, "servo: no such setting.*pixhawk, servos"),
         ({"pixhawk.vehicle_system": "three"}, "pixhawk.vehicle_system.*'three'"),
-        ({"pixhawk.vehicle_system": 300}, "vehicle_system: not an id.*300"),
+        ({"pixhawk.vehicle_system": 300}, "vehicle_system: out of range.*300.*1 to 255"),
         ({"servos.watchdog": math.nan}, "servos.watchdog: out of range"),
         ({"servos.upper_limits": [1, 1, 1, 1, 1]}, "servos.upper_limits"),
         ({"pixhawk.rates": 5}, "pixhawk.rates"),
@@ -92,15 +93,15 @@ def test_without_cameras_none_of_their_settings_is_taken():
 
 
 @pytest.mark.parametrize("ids", [(1, 2, 3, 4), (1, 2, 3, 4, 5, 6)])
-def test_a_wrong_number_of_servos_is_told_by_the_name_of_the_option(ids):
-    with pytest.raises(BackendError, match="servo_ids.*5 ids, .*then of the gripper"):
-        configured(servo_ids=ids)
+def test_a_wrong_number_of_servos_is_an_error_of_its_key(ids):
+    with pytest.raises(BackendError, match="servos.ids.*5 ids, .*then of the gripper"):
+        configured(links={"servos.ids": ids})
 
 
 @pytest.mark.parametrize("rate", [25.0, math.nan, 3000.0])
-def test_cameras_that_are_too_slow_are_told_by_the_name_of_the_option(rate):
-    with pytest.raises(BackendError, match="mocap_rate: out of range.*40 to 2000"):
-        configured(mocap_rate=rate)
+def test_cameras_that_are_too_slow_are_an_error_of_their_key(rate):
+    with pytest.raises(BackendError, match="mocap.rate: out of range.*40 to 2000"):
+        configured(links={"mocap.rate": rate})
 
 
 def test_a_continuous_joint_turns_once_and_a_prismatic_one_has_no_servo(tmp_path):

@@ -51,14 +51,14 @@ class ThrustCurve:
     """Largest τ that is sent."""
 
     def __post_init__(self) -> None:
-        check_fields(self, "thrust_curve.")
+        check_fields(self, "pixhawk.thrust_curve.")
         for name, fits, allowed in (
             ("min_thrust", self.min_thrust <= self.max_thrust, "0 to max_thrust"),
             ("max_thrust", self.max_thrust >= self.hover_thrust, "hover_thrust to 1"),
         ):
             if not fits:
                 given = getattr(self, name)
-                raise BackendError("out of range", field=f"thrust_curve.{name}", given=given, allowed=allowed)
+                raise BackendError("out of range", field=f"pixhawk.thrust_curve.{name}", given=given, allowed=allowed)
 
     def max_force(self, voltage: float = math.nan) -> float:
         """Thrust at τ = 1 [N].

@@ -87,4 +87,4 @@ def _serial(rest: str, text: str) -> Endpoint:
 
 
 def _malformed(message: str, text: str) -> BackendError:
-    return BackendError(message, field="connection", given=text, allowed=ALLOWED)
+    return BackendError(message, field="pixhawk.connection", given=text, allowed=ALLOWED)

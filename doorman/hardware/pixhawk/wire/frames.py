@@ -62,7 +62,7 @@ class LocalFrame:
     _back: Array = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        vector([*self.origin, self.yaw], 4, "local_frame")
+        vector([*self.origin, self.yaw], 4, "pixhawk.local_frame")
         turn = np.array([math.cos(0.5 * self.yaw), 0.0, 0.0, math.sin(0.5 * self.yaw)])
         back = turn * np.array([1.0, -1.0, -1.0, -1.0])
         for name, value in (("_turn", turn), ("_back", back)):

@@ -242,4 +242,4 @@ def open_line(endpoint: Endpoint, timeout: float) -> Line:
     except ImportError as error:
         raise BackendError("serial ports need pyserial", allowed=how_to_install("hardware")) from error
     except (OSError, ValueError, termios.error) as error:  # a device that goes again while it is opened: the last
-        raise BackendError(f"cannot be opened: {error}", field="connection", given=str(endpoint)) from error
+        raise BackendError(f"cannot be opened: {error}", field="pixhawk.connection", given=str(endpoint)) from error
