@@ -20,7 +20,8 @@ SPEED = 0.8
 
 @pytest.fixture(scope="module")
 def linked(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LinkedRig]:
-    with LinkedRig(tmp_path_factory.mktemp("rig"), links={"pixhawk.setpoints": "position"}) as made:  # nothing is measured in hover
+    settings = {"pixhawk.setpoints": "position"}  # nothing is measured in hover
+    with LinkedRig(tmp_path_factory.mktemp("rig"), links=settings) as made:
         yield made
 
 

@@ -108,11 +108,14 @@ class Row:
     command: str = ""  # that mends it; nothing where it is well
 
 
+def judged(name: str, well: bool, found: str, wrong: str, command: str, complaint: Complaint = Complaint.WORSE) -> Row:
+    """A row that is well as found, or wrong with the command that mends it."""
+    return Row(name, Complaint.NONE, found) if well else Row(name, complaint, wrong, command)
+
+
 def examine(host: Host, folder: Path) -> list[Row]:
     looks: tuple[Callable[[], Iterator[Row]], ...] = (
-        _versions, lambda: _permissions(host), lambda: _latency_timers(host), lambda: _modem_manager(host),
-        lambda: _priority(host), lambda: _governor(host), lambda: _clock(host), lambda: _buffers(host),
-        lambda: _space(host, folder), _kernels,
+        _versions, lambda: _devices(host), lambda: _scheduling(host), lambda: _clock(host), lambda: _resources(host, folder),
     )  # fmt: skip
     return [row for look in looks for row in look()]
 
@@ -122,12 +125,10 @@ def _versions() -> Iterator[Row]:
     try:
         texts = requires(DISTRIBUTION) or []
     except PackageNotFoundError:
-        yield Row(
-            "versions", Complaint.WORSE, "doorman is not installed, so its dependencies cannot be checked", _INSTALL
-        )
+        words = "doorman is not installed, so its dependencies cannot be checked"
+        yield Row("versions", Complaint.WORSE, words, _INSTALL)
         return
-    for text in texts:
-        requirement = Requirement(text)
+    for requirement in map(Requirement, texts):
         if requirement.marker is not None and not requirement.marker.evaluate({"extra": "hardware"}):
             continue
         try:
@@ -137,70 +138,61 @@ def _versions() -> Iterator[Row]:
             continue
         if not requirement.specifier.contains(found, prereleases=True):
             wrong.append(f"{requirement.name} {found}, wanted {requirement.specifier}")
-    if missing or wrong:
-        words = "; ".join([*wrong, *([f"not installed: {', '.join(missing)}"] if missing else [])])
-        yield Row("versions", Complaint.MISSING, words, _INSTALL)
-    else:
-        yield Row("versions", Complaint.NONE, "all packages are there, and new enough")
+    words = "; ".join([*wrong, *([f"not installed: {', '.join(missing)}"] if missing else [])])
+    yield judged("versions", not words, "all packages are there, and new enough", words, _INSTALL, Complaint.MISSING)
 
 
-def _permissions(host: Host) -> Iterator[Row]:
+def device_row(host: Host, name: str, device: Path, found: str = "") -> Row:
+    """Whether this user may use a device."""
+    words = "this user may not read and write it; log in again after this"
+    return judged(
+        name, host.may(device), f"{found}this user may read and write it", words, "sudo usermod -aG dialout $USER",
+        Complaint.MISSING,
+    )  # fmt: skip
+
+
+def _devices(host: Host) -> Iterator[Row]:
     devices = host.serial_devices()
     if not devices:
         yield Row("serial devices", Complaint.WORSE, "none is plugged in: no /dev/ttyUSB* or /dev/ttyACM*", "lsusb")
     for device in devices:
-        if host.may(device):
-            yield Row(device.name, Complaint.NONE, "this user may read and write it")
-        else:
-            yield Row(device.name, Complaint.MISSING, "this user may not read and write it; log in again after this",
-                      "sudo usermod -aG dialout $USER")  # fmt: skip
-
-
-def _latency_timers(host: Host) -> Iterator[Row]:
+        yield device_row(host, device.name, device)
     for path, timer in host.each("sys/bus/usb-serial/devices/*/latency_timer"):
-        name = f"latency timer of {Path(path).parent.name}"
-        if timer == "1":
-            yield Row(name, Complaint.NONE, "1 ms")
-        else:
-            command = f"echo 1 | sudo tee /{path}"
-            yield Row(name, Complaint.MISSING, f"{timer} ms; to keep the change: doorman system udev", command)
-
-
-def _modem_manager(host: Host) -> Iterator[Row]:
+        yield judged(
+            f"latency timer of {Path(path).parent.name}", timer == "1", "1 ms",
+            f"{timer} ms; to keep the change: doorman system udev", f"echo 1 | sudo tee /{path}", Complaint.MISSING,
+        )  # fmt: skip
     ignored = "ID_MM_DEVICE_IGNORE" in (host.read(SYSTEM_FILES["udev"].place.lstrip("/")) or "")
     if host.runs("ModemManager") and not ignored:
         yield Row("ModemManager", Complaint.WORSE, "it sends to a Pixhawk that is plugged in",
                   "sudo systemctl disable --now ModemManager")  # fmt: skip
 
 
-def _priority(host: Host) -> Iterator[Row]:
-    if host.real_time_allowed():
-        yield Row("real-time priority", Complaint.NONE, "allowed")
-    else:
-        yield Row("real-time priority", Complaint.WORSE, "not allowed: programs delay the controller; log in again after this",
-                  f"doorman system limits | sudo tee {SYSTEM_FILES['limits'].place}")  # fmt: skip
+def _scheduling(host: Host) -> Iterator[Row]:
+    yield judged(
+        "real-time priority", host.real_time_allowed(), "allowed",
+        "not allowed: programs delay the controller; log in again after this",
+        f"doorman system limits | sudo tee {SYSTEM_FILES['limits'].place}",
+    )  # fmt: skip
     if host.processors() < 2:
         yield Row("processors", Complaint.MISSING, "controller and planner share one core", "nproc")
-
-
-def _governor(host: Host) -> Iterator[Row]:
     governors = {text for _, text in host.each("sys/devices/system/cpu/cpu*/cpufreq/scaling_governor")}
-    if governors - {"performance"}:
-        yield Row("governor", Complaint.WORSE, f"{', '.join(sorted(governors))}: the cores speed up slowly",
-                  "echo performance | sudo tee /sys/devices/system/cpu/cpu*/cpufreq/scaling_governor")  # fmt: skip
-    else:
-        yield Row("governor", Complaint.NONE, "performance" if governors else "the system has none")
+    yield judged(
+        "governor", not governors - {"performance"}, "performance" if governors else "the system has none",
+        f"{', '.join(sorted(governors))}: the cores speed up slowly",
+        "echo performance | sudo tee /sys/devices/system/cpu/cpu*/cpufreq/scaling_governor",
+    )  # fmt: skip
 
 
 def _clock(host: Host) -> Iterator[Row]:
-    source = host.read("sys/devices/system/clocksource/clocksource0/current_clocksource")
-    if source is not None and source not in _GOOD_CLOCKS:
-        better = host.read("sys/devices/system/clocksource/clocksource0/available_clocksource") or ""
-        best = next((name for name in _GOOD_CLOCKS if name in better.split()), "tsc")
-        yield Row("clock", Complaint.WORSE, f"{source}, slow to read; the computer has {better or 'no other'}",
-                  f"echo {best} | sudo tee /sys/devices/system/clocksource/clocksource0/current_clocksource")  # fmt: skip
-    else:
-        yield Row("clock", Complaint.NONE, source or "not known")
+    folder = "sys/devices/system/clocksource/clocksource0"
+    source, better = host.read(f"{folder}/current_clocksource"), host.read(f"{folder}/available_clocksource") or ""
+    best = next((name for name in _GOOD_CLOCKS if name in better.split()), "tsc")
+    yield judged(
+        "clock", source is None or source in _GOOD_CLOCKS, source or "not known",
+        f"{source}, slow to read; the computer has {better or 'no other'}",
+        f"echo {best} | sudo tee /{folder}/current_clocksource",
+    )  # fmt: skip
     if host.runs("chronyd"):
         text = host.read("etc/chrony/chrony.conf") or host.read("etc/chrony.conf") or ""
         slews = re.findall(r"^\s*maxslewrate\s+([\d.]+)", text, re.MULTILINE)
@@ -209,30 +201,14 @@ def _clock(host: Host) -> Iterator[Row]:
                       "echo maxslewrate 500 | sudo tee -a /etc/chrony/chrony.conf; sudo systemctl restart chrony")  # fmt: skip
 
 
-def _buffers(host: Host) -> Iterator[Row]:
+def _resources(host: Host, folder: Path) -> Iterator[Row]:
     text = host.read("proc/sys/net/core/rmem_max")
     if text is not None and text.isdigit() and int(text) < RECEIVE_BUFFER // 2:  # the kernel doubles what is asked for
         yield Row("network buffers", Complaint.WORSE, f"{text} bytes: a busy computer loses poses",
                   f"sudo sysctl -w net.core.rmem_max={RECEIVE_BUFFER}")  # fmt: skip
-
-
-def _space(host: Host, folder: Path) -> Iterator[Row]:
     there = next(one for one in (folder, *folder.absolute().parents) if one.exists())
     free = host.free_space(there)
-    if free < LEAST_SPACE:
-        yield Row("disk", Complaint.WORSE, f"{free / 1e9:.1f} GB free at {there}", f"du -sh {folder}")
-    else:
-        yield Row("disk", Complaint.NONE, f"{free / 1e9:.0f} GB free")
-
-
-def _kernels() -> Iterator[Row]:
-    count = cache_content().kernels
-    if count:
-        yield Row("kernels", Complaint.NONE, f"{count} compiled")
-    else:
-        yield Row(
-            "kernels",
-            Complaint.WORSE,
-            "none is compiled yet: the first flight waits for some minutes",
-            "doorman warmup",
-        )
+    words = f"{free / 1e9:.1f} GB free at {there}"
+    yield judged("disk", free >= LEAST_SPACE, f"{free / 1e9:.0f} GB free", words, f"du -sh {folder}")
+    count, words = cache_content().kernels, "none is compiled yet: the first flight waits for some minutes"
+    yield judged("kernels", bool(count), f"{count} compiled", words, "doorman warmup")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from doorman.hardware.computer.doctor import Complaint, Host, Row
+from doorman.hardware.computer.doctor import Complaint, Host, Row, device_row, judged
 from doorman.hardware.pixhawk.wire.connection import Transport, parse_connection
 from doorman.hardware.vehicle_file.file import PIXHAWK, SERVOS, VehicleFile
 
@@ -14,13 +14,14 @@ _DEVICES = "doorman system udev | sudo tee /etc/udev/rules.d/99-doorman.rules"
 def devices(host: Host, file: VehicleFile) -> list[Row]:
     rows = []
     for key, device in (("pixhawk", _serial(file.values.get(PIXHAWK))), ("servos", file.values.get(SERVOS))):
-        if device is not None:
-            rows.append(_row(host, f"{key}: {device}", Path(device)))
-    if (signing_key := file.values.get("pixhawk.signing_key")) is not None:
-        there = signing_key.is_file()
-        found = "there" if there else "not there"
-        command = "" if there else f"head -c 32 /dev/urandom > {signing_key}"
-        rows.append(Row("signing key", Complaint.NONE if there else Complaint.MISSING, found, command))
+        if device is not None and Path(device).exists():
+            rows.append(device_row(host, f"{key}: {device}", Path(device), "found; "))
+        elif device is not None:
+            words = "not found; plug it in, or give it this name by a udev rule"
+            rows.append(Row(f"{key}: {device}", Complaint.MISSING, words, _DEVICES))
+    if (key_file := file.values.get("pixhawk.signing_key")) is not None:
+        command = f"head -c 32 /dev/urandom > {key_file}"
+        rows.append(judged("signing key", key_file.is_file(), "there", "not there", command, Complaint.MISSING))
     return rows
 
 
@@ -29,12 +30,3 @@ def _serial(connection: str | None) -> str | None:
         return None
     endpoint = parse_connection(connection)
     return endpoint.device if endpoint.transport is Transport.SERIAL else None
-
-
-def _row(host: Host, name: str, device: Path) -> Row:
-    if not device.exists():
-        return Row(name, Complaint.MISSING, "not found; plug it in, or give it this name by a udev rule", _DEVICES)
-    if not host.may(device):
-        found = "this user may not read and write it; log in again after this"
-        return Row(name, Complaint.MISSING, found, "sudo usermod -aG dialout $USER")
-    return Row(name, Complaint.NONE, "found; this user may read and write it")
