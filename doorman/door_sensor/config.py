@@ -146,7 +146,7 @@ class DoorSensorConfig:
 
 _QUARTER = 0.5 * math.pi
 _ENDLESS = 1e6
-"""Beyond what any joint of a door comes to: JSON knows no infinity."""
+"""Limit of an endless joint, beyond any real one: JSON knows no infinity."""
 
 
 @dataclass(frozen=True)

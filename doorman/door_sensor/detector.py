@@ -35,7 +35,7 @@ _WINDOW = 33
 """Edge of the square whose mean black is darker than [pixel], wider than a cell of a tag that fills half the picture. OpenCV's
 three windows find no more tags, and take three times as long."""
 _OPTICAL = np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
-"""From a camera's optical axes (right, down, ahead) to axes that look along x (ahead, left, up)."""
+"""Rotation from a camera's optical axes (right, down, ahead) to axes that look along x (ahead, left, up)."""
 
 
 @dataclass(frozen=True)

@@ -21,7 +21,7 @@ LEAF_TAG, FRAME_TAG = "2", "3"
 _CLEAR = 0.12
 """Least distance of a tag's middle from the leaf's edges, over its own half [m]."""
 _BESIDE = 0.06
-"""From the leaf's edge to the frame tag's black square [m]."""
+"""Distance of the frame tag's black square from the leaf's edge [m]."""
 
 
 def usual_camera(field_of_view: float) -> CameraConfig:

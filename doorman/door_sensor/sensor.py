@@ -98,7 +98,7 @@ class CallableSource(Uncopied):
 _KEPT = 1000
 """Most events that are kept until they are taken."""
 _HISTORY = 0.5
-"""For so long poses of the vehicle are kept, to place what its camera saw [s]."""
+"""Time for which poses of the vehicle are kept, to place what its camera saw [s]."""
 _MOST_OFF, _MOST_TURNED = 0.1, math.radians(10.0)
 """Largest error of a leaf's mark against every place of the leaf: that of the map, as `door.search` bounds it [m, rad]."""
 _BEYOND = 0.2

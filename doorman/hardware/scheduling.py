@@ -13,7 +13,7 @@ PRIORITY = 20
 _BEHIND = 5
 """Priority difference of a thread that gives way."""
 SWITCH_INTERVAL = 0.0005
-"""After which a Python thread gives way to another that waits; the default of 5 ms is a whole tick [s]."""
+"""Longest turn of a Python thread while another waits; the default of 5 ms is a whole tick [s]."""
 
 
 @contextmanager

@@ -103,7 +103,7 @@ class RigSetup:
     """
 
     autopilot: AutopilotKind = "px4"
-    """Who flies the vehicle."""
+    """Autopilot that flies the vehicle."""
     pixhawk_port: int = 14540
     """UDP port on loopback that it sends to."""
     mocap_port: int = 51001
@@ -153,7 +153,7 @@ class Rig(Opened):
         model: The model, for the rig alone.
         setup: Ports and kinds.
         recorder: Gets the truth.
-        clock: By which everything in it waits.
+        clock: Clock of everything in it.
     """
 
     def __init__(

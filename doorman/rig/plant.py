@@ -51,7 +51,7 @@ class RigPlant(InThread):
         pilot: Flies the rotors, and is started and stopped with the plant; None lets whoever calls `fly`.
         motor_lag: Least time constant of the motors, where the scenario gives them one [s].
         feedback: Lag of the feedback of an emulated autopilot with feed-forward; 0 without [s].
-        clock: By which it waits.
+        clock: Clock of all its waits.
     """
 
     def __init__(

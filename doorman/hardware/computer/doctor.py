@@ -36,7 +36,7 @@ SYSTEM_FILES = {
     "limits": SystemFile("doorman.conf", "/etc/security/limits.d/doorman.conf"),
     "service": SystemFile("doorman.service", "/etc/systemd/system/doorman.service"),
 }
-"""By short name."""
+"""Files by short name."""
 
 
 REAL_TIME_PRIORITY = 20
@@ -87,7 +87,7 @@ class Host:
 
 DISTRIBUTION = "doorman-uam"
 LEAST_SPACE = 2_000_000_000
-"""For recordings [bytes]."""
+"""Least free space for recordings [bytes]."""
 LARGEST_SLEW = 1000.0
 """Largest slew of the clock that the servos' stamps allow [ppm]."""
 _INSTALL = how_to_install("hardware").partition(": ")[2]

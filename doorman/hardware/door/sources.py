@@ -77,7 +77,7 @@ class UdpLineSource(Uncopied):
 
     Args:
         connection: `udp:[HOST:]PORT`; loopback unless a host is written.
-        clock: By which lines are stamped.
+        clock: Clock of the lines' stamps.
     """
 
     def __init__(self, connection: str, clock: Clock = REAL_TIME) -> None:

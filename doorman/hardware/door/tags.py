@@ -74,7 +74,7 @@ _Found = tuple[float, dict[int, MarkPose]]
 _AGAIN_AFTER = 1.0
 """A process that has ended is started again so long after its start [s]."""
 _PATIENCE = 2.0
-"""For a process that was ended to be gone [s]."""
+"""Longest wait for an ended process to be gone [s]."""
 
 
 class TagSource(Uncopied):

@@ -27,7 +27,7 @@ FIRST_READS = 10
 STRONGEST_GRIP = 2.0
 """More than any of the servos takes [A]."""
 RECONNECT_INTERVAL = 0.1
-"""How often an unplugged device is looked for [s]."""
+"""Time between two looks for an unplugged device [s]."""
 STARTS_KEPT = 4000
 
 
@@ -46,7 +46,7 @@ class ServoBus(InThread):
 
     Args:
         config: Servos, joints and limits.
-        clock: By which it waits.
+        clock: Clock of all its waits.
     """
 
     _patience = 3.0

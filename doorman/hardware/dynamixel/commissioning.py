@@ -36,7 +36,7 @@ class ReadyServo:
     current_limit: int
     """Largest goal current that it accepts, as counts."""
     turns: float
-    """To add to its angle so that it lies between the joint's limits [rad]."""
+    """Whole turns to add to its angle, so that it lies between the joint's limits [rad]."""
     findings: tuple[SettingFinding, ...]
     """Settings that differ and were not changed."""
 

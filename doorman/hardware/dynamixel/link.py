@@ -182,7 +182,7 @@ def _words(*values: int) -> bytes:
 
 
 PROBE_INTERVAL = 0.05
-"""How often a missing servo is looked for [s]."""
+"""Time between two looks for a missing servo [s]."""
 
 
 class ServoReader:

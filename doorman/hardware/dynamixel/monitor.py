@@ -52,7 +52,7 @@ class ServoClock:
         self.runs = False  # whether the servo's clock was seen to advance; only then it proves anything
 
     def lateness(self, sent: float, received: float, tick: int) -> float:
-        """How much older than the question an answer is at least."""
+        """Least time by which an answer is older than its question [s]."""
         clock = self._unwrap(received, tick)
         self._bound -= DRIFT * (received - self._heard)
         late = self._bound - (clock - sent) - RESOLUTION

@@ -17,7 +17,7 @@ class NoServos(Opened):
 
     Args:
         config: Without ids.
-        clock: By which its samples are stamped.
+        clock: Clock of its samples' stamps.
     """
 
     servos: tuple[ReadyServo, ...] = ()

@@ -49,7 +49,7 @@ def zero_position(position: int, angle: float, direction: int) -> int:
 
     Args:
         position: Present position at that angle [tick].
-        angle: Of the joint, as the URDF counts it [rad].
+        angle: Joint angle, as the URDF counts it [rad].
         direction: +1 where the servo's positive direction is the joint's, else −1.
 
     Returns:
@@ -180,7 +180,7 @@ BLOCK: tuple[Register, ...] = (
     PRESENT_POSITION, PRESENT_VELOCITY, PRESENT_CURRENT, HARDWARE_ERROR, PRESENT_TEMPERATURE,
     PRESENT_VOLTAGE, TORQUE_ENABLE, BUS_WATCHDOG, REALTIME_TICK,
 )  # fmt: skip
-"""In the order of their bytes."""
+"""Registers of the telemetry block, in the order of their bytes."""
 BLOCK_SIZE = sum(register.size for register in BLOCK)
 assert BLOCK_SIZE <= INDIRECT_COUNT
 MAPPING = b"".join(

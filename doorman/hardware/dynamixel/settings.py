@@ -15,7 +15,7 @@ from doorman.hardware.dynamixel.link import Link, Outcome, Reply
 from doorman.hardware.dynamixel.registers import VELOCITY_UNIT
 
 ATTEMPTS = 8
-"""How often an instruction is sent before the servo is given up."""
+"""Attempts before an instruction counts as failed."""
 REFUSALS = {
     1: "it failed to carry it out",
     2: "it does not know the instruction",

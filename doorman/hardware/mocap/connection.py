@@ -74,7 +74,7 @@ def listen(connection: str) -> socket.socket:
 _KEPT = 300
 """Characters of its last words that are kept."""
 _PATIENCE = 1.0
-"""For a killed process to be gone [s]."""
+"""Longest wait for a killed process to be gone [s]."""
 
 
 class ClientProcess:

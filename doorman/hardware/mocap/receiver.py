@@ -21,11 +21,11 @@ from doorman.hardware.mocap.sample import PoseSample
 from doorman.hardware.mocap.tracker import Pipeline
 
 REOPEN_INTERVAL = 0.1
-"""How often a socket that failed is opened again [s]."""
+"""Time between two attempts to open a failed socket again [s]."""
 RESTART_INTERVAL = 1.0
-"""How often a cameras' client that ended is started again [s]."""
+"""Time between two starts of a cameras' client that ends [s]."""
 INTERNAL_PAUSE = 0.001
-"""After a failure, so that a lasting one does not take the processor from everybody [s]."""
+"""Pause after a failure: one that lasts must not take the whole processor [s]."""
 LONGEST_WAIT = 0.1
 """The thread looks at its deadlines at least this often [s]."""
 BATCH = 64
@@ -42,7 +42,7 @@ class MocapReceiver(InThread):
 
     Args:
         config: Stream, object, frames and limits.
-        clock: By which it waits.
+        clock: Clock of all its waits.
         beside: Further objects of the same stream, by what they are: the door's leaf and frame.
         judge: Returns every pose as it is to be used.
     """

@@ -67,7 +67,7 @@ class PoseSample:
     track: int = 0
     """Grows by one whenever the body is found again after a gap longer than `stale_after`: it may be another body then."""
     shift: Vector = (0.0, 0.0, 0.0)
-    """By how much the body has been seen to jump in all, without a gap in which it can have moved, world frame [m]."""
+    """Sum of the body's jumps that were seen without a gap in which it can have moved, world frame [m]."""
     lateness: float = 0.0
     """Age with which it arrived [s]."""
 

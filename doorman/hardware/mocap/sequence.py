@@ -79,7 +79,7 @@ _TRUSTED = 6
 """Bins before a deviation is called a fault."""
 _EXACT_BIN, _EXACT_BINS, _EXACT_LAG, _EXACT_LEAST = 0.5, 20, 4, 8
 _LEARNING_BINS, _LEARNING_LAG = 40, 8
-"""So many bins, and so long slopes, that noise spoils the rate by less than clocks drift, and a step in the delay not at all."""
+"""Bins, and bins between the ends of a slope: noise spoils the rate less than clocks drift, a step in the delay not at all."""
 
 Point = tuple[float, float]
 
@@ -172,9 +172,9 @@ def _cautious(points: list[Point]) -> float:
 
 
 EARLY = 0.02
-"""So much before its time a frame may arrive, or three periods: the clock began with a packet that was late itself [s]."""
+"""Largest earliness of a frame, or three periods: the packet that started the clock may have been late itself [s]."""
 FORGIVEN = 2.0
-"""So late a frame may be; what is later still belongs to a stream whose numbers began anew [s]."""
+"""Largest lateness of a frame; later ones belong to a stream whose numbers began anew [s]."""
 PACE = 0.03
 """Tolerance on the pace of frames that begin anew [s]."""
 NEW_RUN = 10

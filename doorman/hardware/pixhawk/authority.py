@@ -12,9 +12,9 @@ from doorman.hardware.pixhawk.setpoints import PositionSetpoint
 from doorman.hardware.pixhawk.wire.messages import Message, command_message, mavlink
 
 _REPEAT = 0.4
-"""Between requests to land, until the heartbeat shows it [s]."""
+"""Time between requests to land, until the heartbeat shows the mode [s]."""
 _UNTIL_SHOWN = 1.5
-"""Between an accepted request and the next: the mode that a pilot chooses meanwhile is not overruled [s]."""
+"""Time between an accepted request and the next: a mode that a pilot chooses meanwhile is not overruled [s]."""
 _LANDING_COMMANDS = (mavlink.MAV_CMD_DO_SET_MODE, mavlink.MAV_CMD_NAV_LAND)
 _TERMINATED = mavlink.MAV_STATE_FLIGHT_TERMINATION
 """PX4 says so while a kill switch holds its motors: still armed, in the mode that it had, for 5 s."""

@@ -28,7 +28,7 @@ from doorman.hardware.pixhawk.wire.messages import mavlink
 LEAST_HEIGHT, MOST_HEIGHT = 0.2, 50.0
 """Lowest and highest take-off [m]."""
 _REASONS_WITHIN, _REASONS_TOGETHER = 1.0, 0.2
-"""From the question why it would not arm to the first answer, and to the last one after that [s]."""
+"""Longest wait for the first reason why it would not arm, and for further ones [s]."""
 _REMEMBERED = 40.0
 """ArduPilot repeats what keeps it from arming every 30 s [s]."""
 
@@ -40,7 +40,7 @@ class Autopilot(Opened):
 
     Args:
         config: Settings.
-        clock: By which it waits.
+        clock: Clock of all its waits.
     """
 
     def __init__(self, config: PixhawkConfig, clock: Clock = REAL_TIME) -> None:

@@ -21,7 +21,7 @@ class Timeouts:
     """After which time something counts as lost, refused or failed [s]."""
 
     open: Positive = 10.0
-    """For the first heartbeat, attitude and clock, when the link is opened."""
+    """Longest wait for the first heartbeat, attitude and clock, when the link is opened."""
     link: Positive = 0.5
     """Without any valid message."""
     heartbeat: Positive = 3.0
@@ -37,19 +37,19 @@ class Timeouts:
     battery: Positive = 10.0
     """Without a charge, from an autopilot that has sent one."""
     answer: Positive = 0.7
-    """For the acknowledgement of a command, before it is sent again."""
+    """Longest wait for the acknowledgement of a command, before it is sent again."""
     stream_before_mode: Positive = 1.0
     """Setpoints stream so long before the mode is asked for."""
     mode: Positive = 10.0
     """From the request of a mode to the heartbeat that shows it."""
     arming: Positive = 60.0
-    """For arming, tried again and again; ArduPilot's gyros alone take about 22 s."""
+    """Longest time for arming, tried again and again; ArduPilot's gyros alone take about 22 s."""
     take_off: Positive = 30.0
-    """For the climb to the wanted height."""
+    """Longest time for the climb to the wanted height."""
     landing: Positive = 60.0
     """From the request to land until the vehicle is disarmed."""
     stop: Positive = 1.5
-    """For the autopilot to confirm that it lands, when the link is closed in the air."""
+    """Longest wait for the autopilot to confirm that it lands, when the link is closed in the air."""
 
     def __post_init__(self) -> None:
         check_fields(self, "pixhawk.timeouts.")

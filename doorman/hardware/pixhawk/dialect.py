@@ -67,7 +67,7 @@ class Dialect:
     companion_mode: Mode  # in which it obeys this computer
     land_mode: Mode  # which is asked for to land
     land_modes: frozenset[Mode]
-    """In which it lands as asked: PX4 descends where it does not know its height or its place."""
+    """Modes in which it lands as requested: PX4 descends where it does not know its height or its place."""
     mode: Callable[[int], Mode]  # mode of a `custom_mode`
     parameters_bytewise: bool
     """Whether integer parameters travel as the bytes of the float field, rather than as its value."""

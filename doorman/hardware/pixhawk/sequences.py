@@ -22,11 +22,11 @@ from doorman.hardware.pixhawk.thrust.slope import BOB_TIME, Slope, SlopeMeasurem
 from doorman.hardware.pixhawk.wire.messages import mavlink
 
 _HEARTBEAT_WAIT = 2.5
-"""For the heartbeat to show what an acknowledgement promised: it comes once a second and may get lost [s]."""
+"""Longest wait for the heartbeat to show what was acknowledged: it comes once a second and may get lost [s]."""
 _PATIENCE = 1.0
-"""For a fresh state, before the mode is asked for [s]."""
+"""Longest wait for a fresh state before the mode is requested [s]."""
 _RETRY = 1.0
-"""Between two requests that the autopilot may come round to [s]."""
+"""Time between two requests that the autopilot may accept later [s]."""
 _TAKE_OFF_TRIES = 4
 _ARRIVED = 0.15
 """Distance to the height of take-off that counts as arrived [m]."""
@@ -35,7 +35,7 @@ _CALM = 0.3
 _GROUND_PATIENCE = 4.0
 """On the ground so long without disarming by itself, the adapter disarms the vehicle [s]."""
 _BOB_PERIOD = 0.02
-"""Between setpoints of a bob [s]."""
+"""Time between setpoints of a bob [s]."""
 _DONE = Outcome(OutcomeStatus.DONE)
 
 

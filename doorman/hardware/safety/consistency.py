@@ -12,7 +12,7 @@ from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import Model
 
 EVERY = 0.1
-"""Between measurements, each an average: the noise of poses is a new one by then [s]."""
+"""Time over which a measurement is averaged: the noise of poses is independent by then [s]."""
 
 
 _ANGLE_NOISE = 0.005
@@ -41,7 +41,7 @@ class HeldTip:
 
     @classmethod
     def of(cls, model: Model) -> HeldTip | None:
-        """For a scenario; None where no tip is held, or the hinge is not plumb."""
+        """The follower for a scenario; None where no tip is held, or the hinge is not plumb."""
         return cls(model) if model.scenario.contact.kind == "grip" and model.door.vertical else None
 
     def let_go(self) -> None:

@@ -138,7 +138,7 @@ class Observer:
         return (pose.lateness + self._backend.pose_delay + mocap.period) / self._oldest_pose
 
     def _fit(self, pose: PoseSample | None, servos: ServoSample, now: float) -> float:
-        """By how much the held tip is not where it can be, in standard deviations."""
+        """Misfit of the held tip, in standard deviations."""
         held = self._held_tip
         if held is None:
             return math.nan

@@ -47,7 +47,7 @@ class Observation:
     pose_age: float = math.nan
     """Age of a pose as the next one comes, over the oldest that the controller's gains bear."""
     misfit: float = math.nan
-    """By how much pose, arm and door do not fit together while the gripper holds, in standard deviations."""
+    """Misfit of pose, arm and door while the gripper holds, in standard deviations."""
     divergence: float = math.nan
     """Between the cameras' and the autopilot's position [m]."""
     disobedience: float = math.nan
@@ -126,7 +126,7 @@ class Rule:
 
     fault: Fault
     patience: float
-    """For how long it must hold [s]."""
+    """Time for which it must hold [s]."""
     action: Action
     words: str
     """When it holds, as the documentation's table says it."""
@@ -231,7 +231,7 @@ class Finding:
     time: float
     """When it was found, by `time.monotonic` [s]."""
     lasted: float
-    """For how long it held by then [s]."""
+    """Time for which it had held by then [s]."""
 
     def __str__(self) -> str:
         return f"{self.fault.value}: {self.action.name.lower()}"

@@ -22,7 +22,7 @@ from doorman.scenario import SafetySection
 ACKNOWLEDGE_WITHIN = 1.5
 """A session must fly the vehicle back within this after a retreat was ordered, else it lands [s]."""
 SILENT_WITHIN = 8.0
-"""Whoever flies it must give a sign of life within this, else the supervisor flies it back; a gripper is set up in less [s]."""
+"""Time-out of a session's signs of life; then the supervisor flies the vehicle back. Setting up a gripper takes less [s]."""
 ABORT_WITHIN = 20.0
 """A mission that was asked to give up must have ended after this [s]."""
 
@@ -31,7 +31,7 @@ _LETTING_GO = 5.0
 _HOVERING = 0.5
 """Longest time to wait for a known position before that, as the vehicle drifts [s]."""
 _SETTLING = 1.0
-"""At the end of that way [s]."""
+"""Time for the vehicle to settle at the end of that way [s]."""
 OnAbort = Callable[[str], None]
 """Asks the mission to give up, with the reason."""
 
@@ -106,7 +106,7 @@ class Supervisor(InThread):
         """Name the mission that is asked to give up; without one, it loses the vehicle instead.
 
         Args:
-            on_abort: How it is asked.
+            on_abort: Asks it, with the reason; None where no mission flies.
         """
         with self._lock:
             self._on_abort, self._aborted_at = on_abort, None

@@ -71,7 +71,7 @@ class Ticker:
 
 
 _FIRST_PATIENCE = 0.5
-"""For all links to have something usable at the first tick: what was done just before may have kept their threads [s]."""
+"""Longest wait for usable samples of all links at the first tick: their threads may have been held up just before [s]."""
 
 
 class VehicleBackend(Backend):
@@ -88,7 +88,7 @@ class VehicleBackend(Backend):
     real_time = True
     comes_back = True
     pose_delay: float = 0.0
-    """By how much poses are later than their stamps say, as measured in flight [s]."""
+    """Delay of poses beyond their stamps, as measured in flight [s]."""
 
     def __init__(self, model: Model, links: VehicleLinks) -> None:
         if links.config.n_arm != model.n_arm:
@@ -136,12 +136,12 @@ class VehicleBackend(Backend):
 
     @property
     def ticks(self) -> TickStatistics:
-        """How even the controller's ticks were."""
+        """Statistics of the controller's ticks."""
         return self._ticker.statistics()
 
     @property
     def feedback_lag(self) -> float:
-        """Of the autopilot that answers [s]; see `Backend`."""
+        """Lag of the feedback of the autopilot that answers [s]; see `Backend`."""
         return self.links.autopilot.status().feedback_lag
 
     def open(self) -> None:

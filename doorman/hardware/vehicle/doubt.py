@@ -24,11 +24,11 @@ from doorman.kinematics.quaternions import angle_between
 DOUBTED = 0.25
 """Distance between cameras and autopilot beyond which poses are lost ones [m]."""
 BELIEVED = 0.15
-"""Nearer than this they are believed again [m]."""
+"""Distance below which poses are believed again [m]."""
 DOUBTED_TURN = 0.45
 """Angle between their attitudes beyond which poses are lost: less than half of what two arms of a hexarotor enclose [rad]."""
 BELIEVED_TURN = 0.3
-"""Below this angle they are believed again: a vehicle that turns 2 rad/s does less while the autopilot's state is late [rad]."""
+"""Angle below which poses are believed again: a vehicle at 2 rad/s turns less while the autopilot's state is late [rad]."""
 
 
 class Doubt:

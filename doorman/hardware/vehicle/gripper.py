@@ -8,9 +8,9 @@ from __future__ import annotations
 OPEN, SHUT = 0.0, 0.8
 """Angles at which the fingers are wide open and pressed together [rad]."""
 CLOSED = 0.6
-"""Beyond this angle the fingers hold what is between them [rad]."""
+"""Least angle at which the fingers hold what is between them [rad]."""
 HALF_OPEN = 0.3
-"""Below this angle they have let go for certain [rad]."""
+"""Largest angle at which they have certainly let go [rad]."""
 LOWER, UPPER = -0.05, SHUT + 0.05
 """Limits of the servo [rad]."""
 RATE = 3.0

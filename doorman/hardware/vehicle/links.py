@@ -45,9 +45,9 @@ class VehicleLinks(Opened):
     """Autopilot, servos and, unless the autopilot's own estimate is flown on, mocap. The constructor touches no device.
 
     Args:
-        config: Of all of them.
+        config: Configuration of all links.
         tip_force: Reads a force sensor in a tip that pushes, if there is one.
-        clock: By which they wait.
+        clock: Clock of all their waits.
         door: Measures the door, in place of what the configuration names as its sensor.
         poses: Brings the vehicle's poses, in place of the cameras that the configuration names.
 
@@ -159,7 +159,7 @@ class VehicleLinks(Opened):
         """Sign of life of whoever guards the flight.
 
         Args:
-            time_of_sign: By `time.monotonic` [s]; None ends the guard.
+            time_of_sign: Time by `time.monotonic` [s]; None ends the guard.
         """
         self._guarded_at = time_of_sign
 
@@ -167,7 +167,7 @@ class VehicleLinks(Opened):
         """Take the vehicle from the mission and stop the arm: every further command of the mission is an error.
 
         Args:
-            reason: In words.
+            reason: Reason in words.
         """
         self._inhibited = self._inhibited or reason
         self.rest_arm()

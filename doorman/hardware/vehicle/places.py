@@ -10,7 +10,7 @@ from doorman.arrays import Array, frozen
 from doorman.model import Model
 
 LEG_CLEARANCE = 0.10
-"""Between the lowest point of the arm in its start posture and the ground, while the vehicle stands [m]."""
+"""Clearance of the arm in its start posture above the ground while the vehicle stands [m]."""
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ class TipReading(NamedTuple):
     """One reading."""
 
     force: float
-    """With which the tip presses along the face's normal [N]."""
+    """Force with which the tip presses along the face's normal [N]."""
     time: float
     """When that was true, by `time.monotonic` [s]."""
 

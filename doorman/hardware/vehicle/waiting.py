@@ -15,9 +15,9 @@ from doorman.hardware.vehicle.links import VehicleLinks
 from doorman.kinematics.quaternions import angle_between, rotate
 
 PATIENCE = 45.0
-"""For the autopilot, longest: ArduPilot's gyros alone take about 22 s [s]."""
+"""Longest wait for the autopilot: ArduPilot's gyros alone take about 22 s [s]."""
 SETTLING = 2.0
-"""For rates and clocks [s]."""
+"""Time for rates and clocks to settle [s]."""
 TOGETHER = 0.1
 """Distance between mocap and the autopilot's estimate from which it does not follow the poses [m]."""
 _WORTH_A_WORD = 1.0

@@ -38,7 +38,7 @@ _SHIFTING = (HOMING_OFFSET.name, DRIVE_MODE.name)
 LARGEST_MOTION = 0.005
 """Standard deviation of the object's position beyond which it does not stand still [m]."""
 LARGEST_DIFFERENCE = 0.02
-"""Between the measured width of the leaf and the URDF's [m]."""
+"""Largest difference between the measured width of the leaf and the URDF's [m]."""
 
 
 def servo_zeros(file: VehicleFile, angles: Sequence[float], device: str | None = None) -> dict[str, object]:
@@ -131,5 +131,5 @@ def _own(file: VehicleFile, table: str, without: Sequence[str]) -> dict[str, Any
 
 
 def _rounded(values: Array) -> list[float]:
-    """To a hundredth of a millimetre, or of a milliradian, without negative zeros."""
+    """Numbers to a hundredth of a millimetre or milliradian, without negative zeros."""
     return [round(float(value), 5) + 0.0 for value in values]

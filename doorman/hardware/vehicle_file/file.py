@@ -97,7 +97,7 @@ class VehicleFile:
         """Configuration of the links; a task without a gripper leaves the gripper's servo alone.
 
         Args:
-            model: Of the scenario that this vehicle flies.
+            model: Model of the scenario that this vehicle flies.
             overrides: Values by dotted key of the links' tables, as the command line gives them; they win over the file.
 
         Returns:
@@ -124,7 +124,7 @@ class VehicleFile:
         """Configuration of the links for what opens none of them: those that the file does not name are made up.
 
         Args:
-            model: Of the scenario that this vehicle flies.
+            model: Model of the scenario that this vehicle flies.
 
         Raises:
             DoormanError: as `links`.
@@ -172,7 +172,7 @@ def _leaves(section: Section, prefix: str) -> Iterator[tuple[str, Any]]:
 
 
 def _with_whole_paths(leaves: Iterator[tuple[str, Any]], path: Path) -> Iterator[tuple[str, Any]]:
-    """With paths that hold in any directory; a URDF that does not exist is an error of this file."""
+    """Values with paths that hold in any directory; a URDF that does not exist is an error of this file."""
     for key, value in leaves:
         if key == "vehicle.urdf":
             locate(URDF, value, list(dict.fromkeys((path.parent, Path.cwd()))), path, key)
@@ -199,7 +199,7 @@ def write_values(path: Path, values: Mapping[str, object], tables: type[BaseMode
 
     Args:
         path: The file.
-        values: By dotted key; tables that are missing are added at the end.
+        values: Values by dotted key; tables that are missing are added at the end.
         tables: What the file may hold: a vehicle file's tables, or a scenario's.
 
     Raises:

@@ -126,7 +126,7 @@ def vehicle_template(
     """Text of a vehicle file that can be flown with once its links are right.
 
     Args:
-        name: Of the file, for its first line.
+        name: Name of the file, for its first line.
         urdf: As it stands in the file.
         joints: Names of the arm's joints from base to tip.
         names: `base_link` and `tip`, where they differ from the defaults.

@@ -40,9 +40,9 @@ AIRFRAME = 10016
 PARAMETERS = Path(__file__).with_name("px4.parm")
 """Parameters that PX4 starts with, but for the rotors'."""
 _PATIENCE = 0.5
-"""For which an answer is waited for, and for which one that talks of other things is listened to beyond that [s]."""
+"""Longest wait for an answer, and further time for a peer that sends other messages [s]."""
 _BACKLOG = 1_000_000
-"""Without an answer to the states of so long, PX4 gets no more of them [µs]."""
+"""Most unanswered time of states; beyond it PX4 gets no further ones [µs]."""
 _ARMED = mavlink.MAV_MODE_FLAG_SAFETY_ARMED
 _MOTION, _FIELD, _AIR = 0b111111, 0b111000000, 0b1101000000000
 _SLOW_EVERY = 5

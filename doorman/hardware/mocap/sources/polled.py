@@ -10,7 +10,7 @@ from doorman.hardware.mocap.receiver import Judge, MocapReceiver
 from doorman.hardware.mocap.sample import PoseSample, PoseSource
 
 _EVERY = 0.001
-"""Between two looks for a new pose [s]."""
+"""Time between two looks for a new pose [s]."""
 
 
 class PolledReceiver(MocapReceiver):

@@ -113,9 +113,9 @@ _PART = 50
 _PARTS = 8
 """Most parts of a text; further ones are not read."""
 _LATE = 0.3
-"""After its last part so far, a text is reported as it is [s]."""
+"""Silence after its last part, after which a text is reported as it is [s]."""
 _COPIES = 1.0
-"""For so long after that, a part with the same numbers is a copy [s]."""
+"""Time after that in which a part with the same numbers counts as a copy [s]."""
 
 
 @dataclass

@@ -28,11 +28,11 @@ from doorman.hardware.pixhawk.wire.messages import IDENTIFIERS, Message, mavlink
 from doorman.hardware.pixhawk.wire.transport import Address, Line
 
 SILENCE = 3.0
-"""After which the autopilot may speak from another address [s]."""
+"""Silence after which the autopilot may speak from another address [s]."""
 _REPORT_PERIOD = 1.0
-"""Between two reports of the same sender [s]."""
+"""Shortest time between two reports of the same sender [s]."""
 _MOST_REPORTS = 20
-"""In that time: a flood of senders does not fill the log."""
+"""Most reports in that time: a flood of senders does not fill the log."""
 _TAKEN = "taken after silence"
 
 
@@ -84,7 +84,7 @@ class PeerKeeper:
 
 
 _NOTE_PERIOD = 1.0
-"""Between two notes of the same flood [s]."""
+"""Shortest time between two notes of the same flood [s]."""
 _ESTIMATOR_RATE = 5.0
 """Rate of the status of PX4's estimator, where no camera contradicts it [1/s]."""
 

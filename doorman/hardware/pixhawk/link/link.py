@@ -31,14 +31,14 @@ _LONGEST_SLEEP = 0.003
 _WATCH_PERIOD = 0.01
 _REOPEN_PERIOD = 0.2
 _BUSY_RETRY = 0.001
-"""After which a setpoint that a busy line did not take is due again: it is made anew then [s]."""
+"""Delay of a setpoint that a busy line did not take; it is made anew then [s]."""
 _FAST_SYNC_PERIOD = 0.02
-"""Between TIMESYNC requests until the clock is mapped [s]."""
+"""Time between TIMESYNC requests until the clock is mapped [s]."""
 _TRIES = 5
 _TEXT_WAIT = 0.3
-"""For the autopilot's reasons, which it sends after its refusal, if at all [s]."""
+"""Longest wait for the autopilot's reasons, which may follow its refusal [s]."""
 _LONGEST_PROGRESS, _NEXT_PROGRESS = 30.0, 2.0
-"""For a command that is in progress: in all, and until the next acknowledgement [s]."""
+"""Longest wait for a command in progress: in all, and until the next acknowledgement [s]."""
 _RESULTS = {
     mavlink.MAV_RESULT_TEMPORARILY_REJECTED: "temporarily rejected",
     mavlink.MAV_RESULT_DENIED: "denied",

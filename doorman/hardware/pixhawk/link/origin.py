@@ -15,7 +15,7 @@ from __future__ import annotations
 from doorman.hardware.pixhawk.wire.messages import Message, command_message, mavlink
 
 _FORGOTTEN = 5.0
-"""After so long without an answer an autopilot that stands has no origin any more [s]."""
+"""Silence after which an autopilot on the ground counts as without an origin [s]."""
 _QUESTIONS = 3
 """Questions to PX4 before it gets an origin: an answer may be lost."""
 _NAVIGATES = mavlink.ESTIMATOR_POS_HORIZ_REL | mavlink.ESTIMATOR_POS_HORIZ_ABS | mavlink.ESTIMATOR_PRED_POS_HORIZ_REL

@@ -14,7 +14,7 @@ from doorman.hardware.pixhawk.link.stream import Source
 from doorman.hardware.pixhawk.wire.codec import Counters
 
 _NAMESAKE = 60.0
-"""For which another station with our system id is remembered [s]."""
+"""Time for which another station with our system id is remembered [s]."""
 
 
 @dataclass(frozen=True)

@@ -35,7 +35,7 @@ once."""
 
 
 class Source(Enum):
-    """Who says where to fly."""
+    """Source of the setpoints."""
 
     OFF = "no one"
     HOLD = "a fixed point"

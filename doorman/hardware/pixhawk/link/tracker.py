@@ -36,14 +36,14 @@ _LOW_CHARGE_STATES = frozenset({2, 3, 4, 5, 6})
 """MAV_BATTERY_CHARGE_STATE low, critical, emergency, failed, unhealthy."""
 _LOCATED = mavlink.ESTIMATOR_POS_HORIZ_REL | mavlink.ESTIMATOR_POS_HORIZ_ABS | mavlink.ESTIMATOR_VELOCITY_HORIZ
 _BATTERY_SILENT = 5.0
-"""After which the first battery counts as silent: another one may be, and what SYS_STATUS says of all of them [s]."""
+"""Silence of the first battery after which another one counts, or what SYS_STATUS says of all of them [s]."""
 _DOUBTS = 5
 """Words of the estimator in a row, 0.2 s apart, after which its position is not used."""
 _UNSAID = 1.5
 """Longest time for the first of them to come [s]."""
 _PREARM_BIT = mavlink.MAV_SYS_STATUS_PREARM_CHECK
 _LARGEST = 1e5
-"""Beyond this no position [m], velocity [m/s] or rate [rad/s] of a vehicle is true."""
+"""Largest plausible position [m], velocity [m/s] or rate [rad/s] of a vehicle."""
 
 
 @dataclass

@@ -18,9 +18,9 @@ from doorman.hardware.pixhawk.wire.messages import mavlink
 
 _TRIES = 8
 _FEWER_TRIES = 3
-"""For what firmware may not have."""
+"""Attempts to read a parameter that firmware may not have."""
 _WAIT = 0.25
-"""For answers to a batch of requests [s]."""
+"""Longest wait for the answers to a batch of requests [s]."""
 _BATCH = 8
 _MAX_NAME = 16
 

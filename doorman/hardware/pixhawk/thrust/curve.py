@@ -64,7 +64,7 @@ class ThrustCurve:
         """Thrust at τ = 1 [N].
 
         Args:
-            voltage: Of the battery [V]; NaN or absurd ones are not compensated.
+            voltage: Battery voltage [V]; NaN or absurd values are not compensated.
         """
         full = self.hover_force / self._relative(self.hover_thrust)
         if self.hover_voltage is None or not 0.5 <= voltage / self.hover_voltage <= 1.5:
@@ -76,7 +76,7 @@ class ThrustCurve:
 
         Args:
             force: f along the body's z axis [N].
-            voltage: Of the battery [V]; NaN is not compensated.
+            voltage: Battery voltage [V]; NaN is not compensated.
 
         Returns:
             τ, cut to `min_thrust` … `max_thrust`.
@@ -90,7 +90,7 @@ class ThrustCurve:
         Args:
             force: The change [N].
             thrust: τ around which it is made, 0 … 1.
-            voltage: Of the battery [V]; NaN is not compensated.
+            voltage: Battery voltage [V]; NaN is not compensated.
         """
         return force / (self.max_force(voltage) * (2.0 * self.shape * thrust + 1.0 - self.shape))
 
@@ -99,7 +99,7 @@ class ThrustCurve:
 
         Args:
             thrust: τ, 0 … 1.
-            voltage: Of the battery [V]; NaN is not compensated.
+            voltage: Battery voltage [V]; NaN is not compensated.
         """
         return self._relative(thrust) * self.max_force(voltage)
 

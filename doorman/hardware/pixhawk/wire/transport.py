@@ -39,7 +39,7 @@ class DeviceLost(Exception):
 class Line(ABC):
     peer: Address = None  # where to send on a line with several senders; set once the autopilot is known
     endpoint: Endpoint
-    """To be opened where this line is lost: the same host without asking for its address again, from the same port."""
+    """Endpoint to reopen where this line is lost: the same host without a new look-up, from the same port."""
 
     @property
     def busy(self) -> bool:

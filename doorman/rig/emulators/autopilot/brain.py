@@ -17,9 +17,9 @@ from doorman.rig.emulators.autopilot.estimator import NOTHING, Estimate
 from doorman.rig.emulators.autopilot.way_home import GroundWatch, WayHome
 
 _KILLED = 5.0
-"""After this time a vehicle whose motors a switch has stopped is disarmed [s]."""
+"""Time after which a vehicle whose motors a switch has stopped is disarmed [s]."""
 _FAILSAFE_DELAY = 0.1
-"""From the end of the stream to what follows from it [s]."""
+"""Time from the end of the stream to the failsafe [s]."""
 _OFF_GROUND = 0.03
 """A position setpoint that much above is a take-off [m]."""
 _TAKEN_OFF, _STILL = 0.05, 0.25

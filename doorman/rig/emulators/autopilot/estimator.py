@@ -121,7 +121,7 @@ _POSES_NEEDED = 10
 _BIAS = np.array([0.04, -0.03, 0.01])
 """Bias of the accelerometers, shape (3,) [m/s²]: without aiding, it lets the error grow."""
 _DATUM_DELAY = 1.0
-"""From the origin to the height's new zero [s]."""
+"""Time from the origin to the height's new zero [s]."""
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,7 @@ from doorman.rig.emulators.autopilot.estimator import Estimate
 _STANDING, _STUCK = 0.1, 1.0
 """A landing that sinks more slowly [m/s] for this time [s] has stopped, as land detectors find it."""
 _LAND_DETECTION = 1.0
-"""Between touching the ground in a landing and disarming, where no parameter says so [s]."""
+"""Time from touching the ground in a landing to disarming, where no parameter gives it [s]."""
 
 
 class GroundWatch:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from enum import IntEnum
 
 EEPROM_END = 64
-"""Below this address, values survive power-off and are locked while torque is on."""
+"""First address of the RAM: values below survive power-off and are locked while torque is on."""
 TABLE_END = 662
 TICKS_PER_TURN = 4096
 """Counts of a position in one turn."""
@@ -119,7 +119,7 @@ ITEM_AT: dict[int, Item] = {item.address + offset: item for item in ITEMS.values
 GOALS = frozenset(("goal pwm", "goal current", "goal velocity", "goal position"))
 """Rows that a bus watchdog error makes read-only."""
 BAUD_RATES = (9600, 57_600, 115_200, 1_000_000, 2_000_000, 3_000_000, 4_000_000, 4_500_000)
-"""By the content of `baud rate`."""
+"""Rate by the content of `baud rate` [bit/s]."""
 
 
 WATCHDOG_ERROR = 0xFF
