@@ -326,7 +326,7 @@ class ServoBus(InThread):
         """Open the device again and check who answers; what the servos went through shows in the next cycle."""
         self._stopping.wait(RECONNECT_INTERVAL)
         self._next = self._clock.now()
-        if not self.config.reconnect or self._stopping.is_set():
+        if self._stopping.is_set():
             return
         connection = None
         try:

@@ -58,11 +58,11 @@ def position(servo: Servo) -> int:
     return servo.read(reg.PRESENT_POSITION)
 
 
-def commission(servo: Servo, log: EventLog[ServoEvent], *, reboot: bool, write_eeprom: bool) -> ReadyServo:
+def commission(servo: Servo, log: EventLog[ServoEvent], *, write_eeprom: bool) -> ReadyServo:
     """Make a servo ready: identified, settings checked, telemetry block gathered, standing still with torque on."""
     # The bus watchdog is left off, since the next instruction may take a while: `arm_watchdog` sets it.
     findings = inspect(servo)
-    _clear_errors(servo, reboot)
+    _clear_errors(servo)
     if write_eeprom and findings:
         write_settings(servo, findings, log)
         findings = check_settings(servo)
@@ -109,12 +109,10 @@ def _errors(servo: Servo) -> str:
     return f"hardware error {int(bits)} ({bits.name or 'unknown'}), {servo.read(reg.PRESENT_TEMPERATURE)} °C"
 
 
-def _clear_errors(servo: Servo, reboot: bool) -> None:
+def _clear_errors(servo: Servo) -> None:
     """A servo that has shut down comes back only by a reboot."""
     if not _shut_down(servo):
         return
-    if not reboot:
-        raise _fault(servo, "the servo has shut down", _errors(servo), "no hardware error; a reboot clears it")
     temperature, hot = servo.read(reg.PRESENT_TEMPERATURE), servo.config.hot_temperature
     if temperature >= hot:
         raise _fault(servo, "the servo is too hot to be rebooted", f"{temperature} °C", f"below {hot:g} °C")
@@ -192,10 +190,7 @@ class Connection:
         for servo in servos:  # all there and of a known model, before anything is written anywhere
             servo.identify()
         try:
-            ready = tuple(
-                commission(servo, log, reboot=config.reboot_at_open, write_eeprom=config.write_eeprom)
-                for servo in servos
-            )
+            ready = tuple(commission(servo, log, write_eeprom=config.write_eeprom) for servo in servos)
             for servo in servos:
                 arm_watchdog(servo)
         except BaseException:

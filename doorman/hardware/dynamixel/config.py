@@ -93,10 +93,6 @@ class ServoConfig:
     """A joint this far outside its limits is reported [rad]."""
     write_eeprom: bool = False
     """Whether `open` may change EEPROM settings; the arm goes limp for that."""
-    reboot_at_open: bool = True
-    """Whether `open` reboots servos that have shut down."""
-    reconnect: bool = True
-    """Whether the device is opened again after it was unplugged."""
     torque_off_at_stop: bool = False
     """Whether `stop` lets the arm go limp after it has stopped it."""
     limits: tuple[Array, Array, Array] = field(init=False, repr=False)

@@ -78,7 +78,7 @@ class ServoCycle:
             self.reader.excluded = joint
             servo = Servo(self._link, self._config, joint, deadline, breathe)
             try:
-                ready = commission(servo, self._log, reboot=True, write_eeprom=False)
+                ready = commission(servo, self._log, write_eeprom=False)
                 arm_watchdog(servo)
                 self._replace(joint, ready)
                 self._note(joint, "set up again")

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections import deque
 from collections.abc import Callable
 from typing import NamedTuple
+
+from doorman.background import EventLog
 
 _STALE = 0.05
 """An older reading counts as none [s]."""
 _KEPT = 1000
+"""Most events that are kept until they are taken."""
 
 
 class TipReading(NamedTuple):
@@ -30,7 +32,7 @@ class TipForce:
 
     def __init__(self, source: TipForceSource) -> None:
         self._source = source
-        self._events: deque[tuple[float, str]] = deque(maxlen=_KEPT)
+        self._events = EventLog[tuple[float, str]](_KEPT)
         self._fault = ""
 
     def read(self, now: float) -> float | None:
@@ -49,10 +51,10 @@ class TipForce:
             else:
                 force = float(reading.force)
         if fault != self._fault:
-            self._events.append((now, fault or "readings are usable"))
+            self._events.write((now, fault or "readings are usable"))
             self._fault = fault
         return None if fault else force
 
     def events(self) -> list[tuple[float, str]]:
         """Time by `time.monotonic` and words of every change since the last call."""
-        return [self._events.popleft() for _ in range(len(self._events))]
+        return self._events.take()

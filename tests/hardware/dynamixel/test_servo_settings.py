@@ -245,17 +245,6 @@ def test_a_servo_that_answers_on_before_it_reboots(make_rig, make_emulator):
     assert rig.bus.read().fault is ServoFault.NONE
 
 
-def test_a_servo_that_shut_down_is_left_alone_if_told_so(make_rig):
-    rig = make_rig(reboot_at_open=False)
-    with rig.emulator.lock:
-        rig.servo(2).trip(OVERLOAD)
-    with pytest.raises(
-        BackendError, match=r"servo 2: the servo has shut down .given 'hardware error 32 \(OVERLOAD\), 30 °C'"
-    ):
-        rig.bus.open()
-    assert rig.row(2, "hardware error status") == OVERLOAD
-
-
 def test_a_hot_servo_is_not_rebooted(make_rig):
     rig = make_rig()
     rig.set_row(3, "present temperature", 85)

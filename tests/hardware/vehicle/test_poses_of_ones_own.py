@@ -53,7 +53,9 @@ class Odometry:
 
 
 def links_of(source: Odometry, clock: Clock) -> VehicleLinks:
-    config = vehicle_config(Model(Scenario.load("push")), "udp:14540", "/dev/null", "udp:51001", links={"mocap.rate": 50.0})
+    config = vehicle_config(
+        Model(Scenario.load("push")), "udp:14540", "/dev/null", "udp:51001", links={"mocap.rate": 50.0}
+    )
     links = VehicleLinks(config, poses=source)
     assert isinstance(source, PoseSource)
     links.mocap._clock = clock

@@ -82,12 +82,6 @@ class ClockMap:
     def synchronised(self) -> bool:
         return self._line is not None
 
-    @property
-    def skew(self) -> float:
-        """One minus the rate of the autopilot's clock over ours."""
-        line = self._line  # the thread of the link may forget it meanwhile
-        return 0.0 if line is None else line.slope
-
     def offset(self, local: float) -> float:
         """Offset of our clock from the autopilot's [s]; NaN before the first samples."""
         line = self._line

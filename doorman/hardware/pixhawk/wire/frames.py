@@ -25,10 +25,6 @@ _HALF_TURN = np.array([1.0, -1.0, -1.0])
 _HALF_TURN_QUATERNION = np.array([1.0, 1.0, -1.0, -1.0])
 
 
-def _flip(values: ArrayLike, signs: Array) -> Array:
-    return np.multiply(np.asarray(values, dtype=np.float64), signs)
-
-
 def _plain(values: ArrayLike) -> list[float]:
     numbers: list[float] = np.asarray(values, dtype=np.float64).tolist()
     return numbers
@@ -36,7 +32,7 @@ def _plain(values: ArrayLike) -> list[float]:
 
 def half_turned(values: ArrayLike) -> Array:
     """Vector (x, y, z) as (x, −y, −z): of the world in NED, of the body z up in the body z down, and back."""
-    return _flip(values, _HALF_TURN)
+    return np.multiply(np.asarray(values, dtype=np.float64), _HALF_TURN)
 
 
 world_to_ned = ned_to_world = flu_to_frd = frd_to_flu = half_turned
@@ -44,7 +40,7 @@ world_to_ned = ned_to_world = flu_to_frd = frd_to_flu = half_turned
 
 def half_turned_quaternion(quaternion: ArrayLike) -> Array:
     """Attitude FLU → world as attitude FRD → NED, and back: (w, x, −y, −z)."""
-    return _flip(quaternion, _HALF_TURN_QUATERNION)
+    return np.multiply(np.asarray(quaternion, dtype=np.float64), _HALF_TURN_QUATERNION)
 
 
 quaternion_world_to_ned = quaternion_ned_to_world = half_turned_quaternion
