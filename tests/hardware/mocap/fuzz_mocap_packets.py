@@ -5,7 +5,7 @@ the wire, and what earlier inputs left behind stays. After each one it is checke
 no stamp is newer than the truth, and that nothing old was passed on as fresh. A stranger is nobody, unless the Tracker had been
 silent for so long that anybody could take over.
 
-Run many by hand: python tests/hardware/mocap/datagrams/fuzz_mocap_packets.py [inputs] [seed]
+Run many by hand: python tests/hardware/mocap/fuzz_mocap_packets.py [inputs] [seed]
 """
 
 from __future__ import annotations
