@@ -33,7 +33,7 @@ PYTEST = $(BIN)/python -m pytest --durations=10 $(PYTEST_OPTIONS)
 
 #: make test-quick before each commit: style, types, parsers, units, one plan of each kind, one flight: 90 s with compiled kernels
 QUICK := tests/scenario tests/kinematics/urdf tests/hardware/safety tests/hardware/pixhawk/link tests/hardware/dynamixel/test_servo_p* \
-  tests/hardware/pixhawk/test_pixhawk_[cu]* tests/hardware/mocap/datagrams tests/hardware/mocap/poses tests/hardware/vehicle \
+  tests/hardware/pixhawk/test_pixhawk_[cu]* tests/hardware/mocap/test_mocap_[cpt]* tests/hardware/mocap/test_mocap_f[ru]* tests/hardware/vehicle \
   tests/recording/test_recording*.py tests/campaign/test_j* tests/campaign/test_draws.py tests/control/estimation tests/summary \
   tests/planning/test_planner.py tests/planning/whole_body tests/planning/grip tests/mission/test_mission.py tests/test_checks.py \
   tests/test_names.py tests/test_prose.py tests/mission/flights/test_flights.py::test_the_papers_door_is_opened
