@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import inspect
 import textwrap
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
@@ -14,11 +13,9 @@ from numpy.typing import ArrayLike
 from pydantic import Field, create_model
 
 from doorman.docstrings import field_docs
-from doorman.hardware.door import CameraConfig, DoorSensorConfig, Mark
 from doorman.hardware.dynamixel import ServoConfig
 from doorman.hardware.mocap import MocapConfig
-from doorman.hardware.pixhawk import PixhawkConfig, Rates, ThrustCurve, Timeouts
-from doorman.hardware.pixhawk.wire.frames import LocalFrame
+from doorman.hardware.pixhawk import PixhawkConfig
 from doorman.hardware.vehicle import VehicleConfig, vehicle_config
 from doorman.hardware.vehicle.config import DOOR_SENSOR, GIVEN
 from doorman.model import Model
@@ -35,6 +32,8 @@ GAINS: dict[str, type[Section]] = {
 """Sections of a scenario of which a vehicle may have its own values."""
 VEHICLE = "vehicle"
 """Table that takes the place of the scenario's where it names a URDF."""
+_Keys = dict[str, tuple[Any, str]]
+"""Default and docstring by dotted key."""
 _PLAIN: dict[Any, Any] = {float: Number, int: Annotated[int, Field(strict=True)], bool: Switch, str: Name, Path: Path}
 
 
@@ -94,10 +93,6 @@ _FROM_THE_MODEL = {
     "pixhawk.min_battery": "By default safety.low_battery.",
 }
 """What is said of keys whose default is another value for each vehicle or task."""
-_NESTED = {"local_frame": LocalFrame, "thrust_curve": ThrustCurve, "timeouts": Timeouts, "rates": Rates}
-"""Tables of `[pixhawk]`."""
-_DOOR = {"": DoorSensorConfig, "leaf.": Mark, "frame.": Mark, "camera.": CameraConfig}
-"""What describes the sensor of the door, by the beginning of its keys."""
 _WITHOUT_DEFAULTS = ("pixhawk.thrust_curve", DOOR_SENSOR)
 """Tables that are not there until something is measured."""
 _ABOUT = {
@@ -156,83 +151,76 @@ def vehicle_template(
     if not joints:
         set_keys = {key: value for key, value in set_keys.items() if not key.startswith("servos.")}
     order = f"Order: {', '.join([*joints, 'gripper'])}."
-    for table, keys in _tables(every_key, set_keys):
-        if table == "servos" and not joints:
-            continue
-        if not table:
-            lines += ["", *_keys(keys, set_keys, every_key)]
+    for table, keys in _tables():
+        if not (every_key or keys.keys() & set_keys.keys()) or (table == "servos" and not joints):
             continue
         about = _ABOUT.get(table, "")
-        head = f"# [{table}]" if table in _WITHOUT_DEFAULTS else f"[{table}]"
-        lines += ["", head, *_comment(f"{about} {order}" if table == "servos" else about)]
-        lines += [*([""] if about else []), *_keys(keys, set_keys, every_key)]
+        if table:
+            lines += ["", f"# [{table}]" if table in _WITHOUT_DEFAULTS else f"[{table}]"]
+            lines += _comment(f"{about} {order}" if table == "servos" else about)
+        lines += [*([""] if about or not table else []), *_keys(table, keys, set_keys, every_key)]
     return "\n".join(lines) + "\n"
 
 
-def _keys(keys: Mapping[str, tuple[Any, str]], set_keys: Mapping[str, Any], every_key: bool) -> Iterator[str]:
+def _keys(table: str, keys: _Keys, set_keys: Mapping[str, Any], every_key: bool) -> Iterator[str]:
     for key, (default, doc) in keys.items():
-        last = key.removeprefix(f"{DOOR_SENSOR}.") if key.startswith(DOOR_SENSOR) else key.rpartition(".")[2]
+        last = key.removeprefix(f"{table}.")
         written = f" Written by {_WRITTEN_BY[key]}." if key in _WRITTEN_BY else ""
         if key in _FROM_THE_MODEL:
             default, written = None, f" {_FROM_THE_MODEL[key]}"
-        if key in set_keys:
+        if key in set_keys or every_key:
             yield from _comment(f"{doc}{written}")
+        if key in set_keys:
             yield f"{last} = {value_text(set_keys[key])}"
         elif every_key:
-            yield from _comment(f"{doc}{written}")
             yield f"# {last} = {value_text(default)}" if default is not None else f"# {last}: not set"
 
 
-def _tables(every_key: bool, set_keys: Mapping[str, Any]) -> Iterator[tuple[str, dict[str, tuple[Any, str]]]]:
-    """Default and docstring by dotted key, table by table; without `every_key` only those tables that have a set key."""
+def _tables() -> Iterator[tuple[str, _Keys]]:
+    """Default and docstring by dotted key, table by table, in the order of the file."""
     config = vehicle_config(Model(Scenario()), "udp:14540", "/dev/servos", "udp:51001", on_mocap_loss="report")
-    if every_key:
-        yield "", _of(config, "", exclude=(*LINKS, DOOR_SENSOR))
-    tables = list(_section_tables(VehicleSection(), VEHICLE))
-    yield from tables if every_key else tables[:1]
-    for name in LINKS:
-        part = getattr(config, name)
-        yield name, _of(part, f"{name}.", exclude=tuple(_NESTED))
-        for nested, kind in _NESTED.items() if every_key and name == "pixhawk" else ():
-            inner = getattr(part, nested) or kind
-            yield f"{name}.{nested}", _of(inner, f"{name}.{nested}.")
-    if every_key:
-        yield DOOR_SENSOR, dict(_keys_of_the_door())
-    for name, section in GAINS.items() if every_key else ():
-        yield from _section_tables(section(), name)
+    own, *links = _walked("", VehicleConfig, config)
+    door = {key: value for name, keys in links if name.startswith(DOOR_SENSOR) for key, value in keys.items()}
+    yield own
+    yield from _walked(VEHICLE, VehicleSection, VehicleSection())
+    yield from (one for one in links if not one[0].startswith(DOOR_SENSOR))
+    yield DOOR_SENSOR, {key: _without_default(*value) for key, value in door.items()}
+    for name, section in GAINS.items():
+        yield from _walked(name, section, section())
 
 
-def _keys_of_the_door() -> Iterator[tuple[str, tuple[Any, str]]]:
-    """Not set, whatever their defaults: without a sensor of the door there is no table."""
-    for part, kind in _DOOR.items():
-        for key, (default, doc) in _of(kind, f"{DOOR_SENSOR}.", exclude=("leaf", "frame", "camera")).items():
-            words = "" if default is None else f" By default {value_text(default)}."
-            yield f"{DOOR_SENSOR}.{part}{key.rpartition('.')[2]}", (None, f"{doc}{words}")
+def _without_default(default: Any, doc: str) -> tuple[None, str]:
+    """Not set, whatever its default: without a sensor of the door there is no table."""
+    return None, doc if default is None else f"{doc} By default {value_text(default)}."
 
 
-def _section_tables(section: Any, name: str) -> Iterator[tuple[str, dict[str, tuple[Any, str]]]]:
-    nested = [key for key in type(section).model_fields if hasattr(getattr(section, key), "model_fields_set")]
-    yield name, _of(section, f"{name}.", exclude=tuple(nested))
-    for key in nested:
-        yield from _section_tables(getattr(section, key), f"{name}.{key}")
+def _walked(name: str, owner: type, values: Any) -> Iterator[tuple[str, _Keys]]:
+    """Table of a class, with values of an object or its own defaults, then those of the tables in it."""
+    hints, docs = get_type_hints(owner), field_docs(owner)
+    keys: _Keys = {}
+    inner: list[tuple[str, type, Any]] = []
+    for field in _names(owner):
+        key, value = f"{name}.{field}".removeprefix("."), getattr(values, field, None)
+        if key in GIVEN:
+            continue
+        if (kind := _table_in(hints[field])) is not None:
+            inner.append((key, kind, value or kind))
+        else:
+            keys[key] = (plain(None if value is dataclasses.MISSING else value), docs.get(field, ""))
+    yield name, keys
+    for one in inner:
+        yield from _walked(*one)
 
 
-def _of(source: Any, prefix: str, exclude: Sequence[str] = ()) -> dict[str, tuple[Any, str]]:
-    """Values of an object, or defaults of a class, with the docstrings of its fields."""
-    owner: Any = source if inspect.isclass(source) else type(source)
+def _names(owner: Any) -> list[str]:
     fields = dataclasses.fields(owner) if dataclasses.is_dataclass(owner) else ()
-    names = [one.name for one in fields if one.init] if fields else list(owner.model_fields)
-    docs = field_docs(owner)
-    return {
-        f"{prefix}{name}": (plain(_default(source, name)), docs.get(name, ""))
-        for name in names
-        if name not in exclude and f"{prefix}{name}" not in GIVEN
-    }
+    return [one.name for one in fields if one.init] or list(owner.model_fields)
 
 
-def _default(source: Any, name: str) -> Any:
-    value = getattr(source, name, None)
-    return None if value is dataclasses.MISSING else value
+def _table_in(hint: Any) -> type | None:
+    """Class of the values of a key that is a table; None for one that is not."""
+    kinds = (one for one in (hint, *get_args(hint)) if isinstance(one, type))
+    return next((one for one in kinds if dataclasses.is_dataclass(one) or hasattr(one, "model_fields")), None)
 
 
 def _comment(text: str) -> list[str]:
