@@ -5,25 +5,23 @@ from __future__ import annotations
 import shutil
 import tempfile
 import weakref
-from collections.abc import Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any, Literal, cast
 
 from doorman.background import Opened
 from doorman.clocks import REAL_TIME, Clock
 from doorman.door_sensor.config import CAMERAS
 from doorman.exceptions import BackendError
-from doorman.hardware.door import DoorSensorConfig
 from doorman.hardware.dynamixel import ServoConfig
 from doorman.hardware.dynamixel.registers import BAUD_CODES
 from doorman.hardware.mocap import MocapConfig
+from doorman.hardware.pixhawk import PixhawkConfig
 from doorman.hardware.pixhawk.dialect import ARDUPILOT
 from doorman.hardware.pixhawk.wire.codec import load_key
-from doorman.hardware.vehicle import VehicleConfig
+from doorman.hardware.vehicle import VehicleConfig, vehicle_config
 from doorman.kinematics.vehicles.rotor_layout import rotor_layout
 from doorman.model import Model
 from doorman.recording import Recorder
@@ -42,8 +40,8 @@ from doorman.rig.sitl.rotor_pilot import RotorPilot
 AutopilotKind = Literal["px4", "ardupilot", "px4-sitl", "ardupilot-sitl"]
 """An emulated autopilot that follows the rules of PX4 or of ArduPilot, or the own code of one of them."""
 LOOPBACK = "127.0.0.1"
-OBJECT_NAME = "vehicle"
-"""Name of the vehicle in the cameras' stream."""
+_UNUSED_PORT = 51001
+"""Port of cameras that do not send."""
 SERVOS = "servos"
 """Name of the link to the pseudo-terminal."""
 _SAFE = {
@@ -61,37 +59,32 @@ SPRING = 0.25
 """Current that balances the gripper's spring [A]."""
 
 
-def servo_setups(n_arm: int, gripper: bool, mounted: ServoConfig | None = None) -> list[ServoSetup]:
-    n = n_arm + gripper
-    setups = [ServoSetup(number) for number in range(1, n + 1)]
-    if mounted is not None:
-        rows = zip(mounted.ids, mounted.zeros, mounted.signs, mounted.offsets, strict=True)
-        speed = {"baud rate": BAUD_CODES[mounted.baud_rate]}
-        setups = [
-            ServoSetup(number, {**READY, **speed, "homing offset": offset}, zero - offset, sign)
-            for number, zero, sign, offset in rows
-        ]
-    if gripper:
+def _servo_setups(mounted: ServoConfig) -> list[ServoSetup]:
+    """Servos as a vehicle's configuration says that they are mounted and set up."""
+    speed = {"baud rate": BAUD_CODES[mounted.baud_rate]}
+    setups = [
+        ServoSetup(number, {**READY, **speed, "homing offset": offset}, zero - offset, sign)
+        for number, zero, sign, offset in zip(mounted.ids, mounted.zeros, mounted.signs, mounted.offsets, strict=True)
+    ]
+    if mounted.gripper:
         last = setups[-1]
         last.eeprom, last.spring = {**last.eeprom, "operating mode": READY_TO_GRIP["operating mode"]}, SPRING
     return setups
 
 
-def tracker_setup(cameras: MocapConfig, bodies: Mapping[str, TrackedBody] = MappingProxyType({})) -> TrackerSetup:
-    """Cameras and object as a vehicle's configuration says where they are."""
+def _tracker_setup(plant: RigPlant, vehicle: VehicleConfig) -> TrackerSetup:
+    """Cameras, the vehicle and what is stuck on the door as a vehicle's configuration says where they are."""
+    cameras, sensor = vehicle.mocap or MocapConfig("vehicle"), vehicle.door_sensor
+    seen = ((sensor.leaf, leaf_seen), (sensor.frame, frame_seen)) if sensor and sensor.source == CAMERAS else ()
     return TrackerSetup(
         cameras.object_name, cameras.rate, cameras.latency,
         origin_position=cameras.origin_position, origin_attitude=cameras.origin_attitude,
-        object_position=cameras.object_position, object_attitude=cameras.object_attitude, bodies=bodies,
+        object_position=cameras.object_position, object_attitude=cameras.object_attitude,
+        bodies={
+            mark.name: TrackedBody(partial(look, plant), mark.position, mark.attitude)
+            for mark, look in seen if mark is not None
+        },
     )  # fmt: skip
-
-
-def door_bodies(plant: RigPlant, sensor: DoorSensorConfig | None) -> dict[str, TrackedBody]:
-    """What is stuck on the plant's door for the cameras, by the object's name."""
-    if sensor is None or sensor.source != CAMERAS:
-        return {}
-    marks = (sensor.leaf, partial(leaf_seen, plant)), (sensor.frame, partial(frame_seen, plant))
-    return {mark.name: TrackedBody(source, mark.position, mark.attitude) for mark, source in marks if mark is not None}
 
 
 @dataclass(frozen=True)
@@ -110,8 +103,6 @@ class RigSetup:
     """UDP port on loopback that the cameras send to; 0: there are none, and the autopilot has satellites."""
     folder: Path | None = None
     """Where the link to the servos' pseudo-terminal is made; None: a new temporary folder."""
-    mocap_rate: float = 100.0
-    """Frame rate of the cameras [1/s]."""
     heartbeat_rate: float = 1.0
     """Rate of the autopilot's heartbeats [1/s]."""
     seed: int = 0
@@ -135,15 +126,9 @@ class RigSetup:
                                allowed="1 to 65535")  # fmt: skip
 
 
-def _autopilot_settings(vehicle: VehicleConfig | None) -> dict[str, Any]:
-    if vehicle is None:
-        return {}
-    link, settings = vehicle.pixhawk, dict[str, Any]()
-    if link.vehicle_system is not None:
-        settings["system_id"] = link.vehicle_system
-    if link.signing_key is not None:
-        settings["signing_key"] = load_key(link.signing_key)
-    return settings
+def _autopilot_settings(link: PixhawkConfig) -> dict[str, Any]:
+    key = {} if link.signing_key is None else {"signing_key": load_key(link.signing_key)}
+    return key if link.vehicle_system is None else {"system_id": link.vehicle_system, **key}
 
 
 class Rig(Opened):
@@ -170,14 +155,15 @@ class Rig(Opened):
         motor_lag = MOTOR_LAG if self.setup.motors == "quadratic" else 0.0
         feedback = ARDUPILOT.feedback_lag if self.setup.autopilot == "ardupilot" else 0.0
         self.plant = RigPlant(model, recorder, self.pilot, motor_lag, feedback, clock)
-        self.gripper = model.scenario.contact.kind == "grip"
         self._folder = self.setup.folder or self._temporary_folder()
         self._servos = self.setup.servos or self._folder / SERVOS
         if self._servos.exists() and not self._servos.is_symlink():
             raise BackendError(
                 "there is a file where the servos' link goes", field="servos.port", given=str(self._servos)
             )
-        with_mocap, mounted = self.setup.mocap_port > 0, self.setup.vehicle
+        links = f"udp:{self.setup.pixhawk_port}", str(self._servos), f"udp:{self.setup.mocap_port or _UNUSED_PORT}"
+        vehicle = self.setup.vehicle or vehicle_config(model, *links)
+        self._with_mocap = self.setup.mocap_port > 0
         self.autopilot: EmulatedAutopilot | None = None
         """None where its own code flies."""
         if self.setup.autopilot in _SAFE:
@@ -186,14 +172,14 @@ class Rig(Opened):
                 flavour,
                 RigVehicle(self.plant),
                 remote=(LOOPBACK, self.setup.pixhawk_port),
-                vision=with_mocap,
+                vision=self._with_mocap,
                 start_up=2.0,
                 heartbeat_rate=self.setup.heartbeat_rate,
                 hover_thrust=model.vehicle.weight / model.vehicle.max_thrust,
                 motors=self.setup.motors,
                 seed=self.setup.seed,
                 clock=clock,
-                **_autopilot_settings(self.setup.vehicle),
+                **_autopilot_settings(vehicle.pixhawk),
             )
             for name, value in self._parameters(flavour).items():
                 self.autopilot.parameters[name] = value
@@ -201,20 +187,13 @@ class Rig(Opened):
                 rotors = rotor_layout(model.vehicle, model.scenario.simulation.torque_per_thrust)
                 moments = rotors.torque_per_thrust * rotors.directions
                 add_rotors(self.autopilot.parameters, rotors.positions, rotors.thrust_axes, moments)
-        self.servos = ServoEmulator(
-            servo_setups(model.n_arm, self.gripper, None if mounted is None else mounted.servos),
-            RigArm(self.plant, self.gripper), link=self._servos, clock=clock,
-        )  # fmt: skip
-        cameras = None if mounted is None else mounted.mocap
-        tracker = (
-            TrackerSetup(OBJECT_NAME, rate=self.setup.mocap_rate)
-            if cameras is None
-            else tracker_setup(cameras, door_bodies(self.plant, None if mounted is None else mounted.door_sensor))
-        )
+        self.gripper = vehicle.gripper
+        arm = RigArm(self.plant, self.gripper)
+        self.servos = ServoEmulator(_servo_setups(vehicle.servos), arm, link=self._servos, clock=clock)
         self.mocap = MocapEmulator(
-            partial(body_seen, self.plant), tracker, (LOOPBACK, self.setup.mocap_port or 51001), clock
-        )
-        self._with_mocap = with_mocap
+            partial(body_seen, self.plant), _tracker_setup(self.plant, vehicle),
+            (LOOPBACK, self.setup.mocap_port or _UNUSED_PORT), clock,
+        )  # fmt: skip
         self._running: ExitStack | None = None
 
     def _temporary_folder(self) -> Path:

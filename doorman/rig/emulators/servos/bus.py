@@ -89,8 +89,6 @@ class BusFaults:
     frozen: set[int] = field(default_factory=set)  # ids of servos that repeat their last status packet of every kind
     echo: bool = False  # whether the adapter hears its own bytes, as on a two-wire bus without switching
     babble: bool = False  # whether random bytes flood the bus
-    chain_breaks: bool = True
-    """Whether a servo whose predecessor in a sync or bulk read stays silent stays silent too."""
 
     def __post_init__(self) -> None:
         self._random = random.Random(self.seed)
@@ -212,9 +210,7 @@ class ServoBusLogic:
         for servo_id in ids:
             servo = by_id.get(servo_id)
             if not self._speaks(servo):
-                if self._faults.chain_breaks:
-                    return
-                continue
+                return  # those after it stay silent, too
             error, data = servo.memory.read(address, length)
             yield self._answer(SYNC_READ, servo, servo.error_byte(error), data)
 
