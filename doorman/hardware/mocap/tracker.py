@@ -94,16 +94,16 @@ class MotionGate:
     """Limits of the vehicle's motion and of the poses' noise."""
 
     def __init__(self, limits: MocapConfig) -> None:
-        self._limits = limits
+        self.limits = limits
 
     def beyond_speed(self, former: TimedPose, pose: TimedPose) -> str:
         """Whether the body would have had to move or turn too fast from pose to pose."""
         elapsed = pose.time - former.time
         distance = math.dist(former.position, pose.position)
-        if not distance <= self._limits.position_slack + self._limits.max_speed * elapsed:
+        if not distance <= self.limits.position_slack + self.limits.max_speed * elapsed:
             return f"{distance:.3f} m in {1e3 * elapsed:.0f} ms"
         angle = angle_between(former.quaternion, pose.quaternion)
-        if not angle <= self._limits.attitude_slack + self._limits.max_rotation_rate * elapsed:
+        if not angle <= self.limits.attitude_slack + self.limits.max_rotation_rate * elapsed:
             return f"{math.degrees(angle):.0f}° in {1e3 * elapsed:.0f} ms"
         return ""
 
@@ -116,7 +116,7 @@ class MotionGate:
         miss = math.dist(
             pose.position, [place + elapsed * rate for place, rate in zip(former.position, velocity, strict=True)]
         )
-        if not miss <= self._limits.position_slack + self._limits.max_acceleration * elapsed * (0.5 * elapsed + lag):
+        if not miss <= self.limits.position_slack + self.limits.max_acceleration * elapsed * (0.5 * elapsed + lag):
             return f"{miss:.3f} m off its course in {1e3 * elapsed:.0f} ms"
         return ""
 

@@ -90,9 +90,9 @@ def test_the_gate_lets_every_possible_motion_through(speed, acceleration, elapse
     lag = 0.025
     velocity = (speed - acceleration * lag, 0.0, 0.0)  # what the filter knows of the speed
     former = TimedPose(0.0, (0.0, 0.0, 0.0), LEVEL)
-    distance = min(speed + 0.5 * acceleration * elapsed, GATE.max_speed) * elapsed
+    distance = min(speed + 0.5 * acceleration * elapsed, GATE.limits.max_speed) * elapsed
     pose = TimedPose(elapsed, (distance, 0.0, 0.0), quaternion_of((7.9 * elapsed, 0.0, 0.0)))
-    if speed + acceleration * elapsed <= GATE.max_speed:
+    if speed + acceleration * elapsed <= GATE.limits.max_speed:
         assert GATE.beyond_limits(former, pose, velocity, lag) == ""
 
 

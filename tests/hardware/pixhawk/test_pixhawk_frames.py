@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from doorman.hardware import quaternions
+from doorman.kinematics import quaternions
 from doorman.hardware.pixhawk.wire import frames
 from doorman.hardware.pixhawk.wire.frames import LocalFrame
 from doorman.kinematics.rotations import quaternion_of
