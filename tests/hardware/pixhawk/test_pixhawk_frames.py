@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from doorman.kinematics import quaternions
 from doorman.hardware.pixhawk.wire import frames
 from doorman.hardware.pixhawk.wire.frames import LocalFrame
+from doorman.kinematics import quaternions
 from doorman.kinematics.rotations import quaternion_of
 
 numbers = st.floats(-100.0, 100.0)
