@@ -21,8 +21,8 @@ from doorman.arrays import Array
 from doorman.checks import vector
 from doorman.kinematics.quaternions import multiply, rotate, wrap
 
-_HALF_TURN = np.array([1.0, -1.0, -1.0])
-_HALF_TURN_QUATERNION = np.array([1.0, 1.0, -1.0, -1.0])
+_HALF_TURN: Array = np.array([1.0, -1.0, -1.0])
+_HALF_TURN_QUATERNION: Array = np.array([1.0, 1.0, -1.0, -1.0])
 
 
 def _plain(values: ArrayLike) -> list[float]:
