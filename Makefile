@@ -26,7 +26,7 @@ demo: $(VENV)/.installed-for-demo
 rig-demo: $(VENV)/.installed-for-demo
 	$(BIN)/doorman rig $(SCENARIO) --fly
 
-# One worker more than cores: time is virtual in most tests (tests/virtual_time.py), but some wait for pages, processes and sockets.
+# One worker more than cores: time is virtual in most tests (tests/helpers/virtual_time.py), but some wait for pages, processes and sockets.
 WORKERS ?= $(shell $(PYTHON) -c 'import os; print((os.cpu_count() or 1) + 1)')
 CHOSEN := -m "not slow and not docs" --ignore=tests/rig
 PYTEST = $(BIN)/python -m pytest --durations=10 $(PYTEST_OPTIONS)
@@ -35,8 +35,8 @@ PYTEST = $(BIN)/python -m pytest --durations=10 $(PYTEST_OPTIONS)
 QUICK := tests/scenario tests/kinematics/urdf tests/hardware/safety tests/hardware/pixhawk/link tests/hardware/dynamixel/test_servo_p* \
   tests/hardware/pixhawk/test_pixhawk_[cu]* tests/hardware/mocap/test_mocap_[cpt]* tests/hardware/mocap/test_mocap_f[ru]* tests/hardware/vehicle \
   tests/recording/test_recording*.py tests/campaign/test_j* tests/campaign/test_draws.py tests/control/estimation tests/summary \
-  tests/planning/test_planner.py tests/planning/whole_body tests/planning/grip tests/mission/test_mission.py tests/test_checks.py \
-  tests/test_names.py tests/test_prose.py tests/mission/flights/test_flights.py::test_the_papers_door_is_opened
+  tests/planning/test_planner.py tests/planning/whole_body tests/planning/grip tests/mission/test_mission.py tests/package/test_checks.py \
+  tests/docs/test_names.py tests/docs/test_prose.py tests/mission/flights/test_flights.py::test_the_papers_door_is_opened
 LINT := lint
 test-quick: $(VENV)/.installed-for-test
 	$(MAKE) --jobs=2 $(LINT) warm

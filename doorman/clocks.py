@@ -1,4 +1,4 @@
-"""Time, and everything that waits by it: the computer's own here, one that tests step in `tests/virtual_time.py`."""
+"""Time, and everything that waits by it: the computer's own here, one that tests step in `tests/helpers/virtual_time.py`."""
 
 from __future__ import annotations
 

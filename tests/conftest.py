@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import gc
+import sys
+from collections.abc import Iterator
 
 import numpy as np
 import pytest
@@ -20,6 +22,15 @@ def pytest_collection_finish() -> None:
     """Keep the garbage collector from looking at thousands of tests and modules again and again."""
     gc.collect()
     gc.freeze()
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _no_solver_outlives_the_tests() -> Iterator[None]:
+    """Solvers that tests share are let go at the end: their library complains about any it outlives."""
+    yield
+    if tasks := sys.modules.get("door_tasks"):
+        for function in (tasks.planner_of, tasks.reference_of, tasks.model_of):
+            function.cache_clear()
 
 
 @pytest.fixture(scope="session")

@@ -18,7 +18,7 @@ import numpy as np
 from doorman import Model, Scenario
 from doorman.ros2 import Feed
 
-sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parents[1])]
+sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parents[1] / "helpers")]
 from test_ros2 import INDEPENDENT, LOOPBACK, NAMES, dds_name, free_port, measurement  # noqa: E402
 
 DOMAIN = 201

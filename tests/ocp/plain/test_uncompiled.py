@@ -19,7 +19,7 @@ import numpy as np
 import pytest
 
 HERE = Path(__file__).parent
-PATHS = (HERE, HERE.parent, HERE.parent / "toys")
+PATHS = (HERE, HERE.parents[1] / "helpers", HERE.parent / "toys")
 PACKAGES = ("doorman.ocp.", "doorman.dynamics.", "doorman.kinematics.", "doorman.collision.")
 ELSEWHERE = {
     "doorman.ocp.kernels.default_curvature.": "tests/ocp/symbolic/test_curvature.py: against CasADi",

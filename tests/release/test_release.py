@@ -15,7 +15,7 @@ from hatchling.builders.wheel import WheelBuilder
 
 import doorman
 
-ROOT = Path(__file__).parent.parent
+ROOT = Path(__file__).parents[2]
 RELEASE = runpy.run_path(str(ROOT / ".ci" / "release.py"))
 LOWEST = runpy.run_path(str(ROOT / ".ci" / "lowest.py"))
 WORKFLOWS = {
@@ -149,16 +149,6 @@ def test_workflows_call_targets_and_scripts_that_exist():
             assert (ROOT / script).is_file(), f"{where}: {script}"
             called.add(script)
     assert {"test-quick", "test-lowest", "release-check", ".ci/run"} <= called
-
-
-def test_workflows_use_actions_of_a_fixed_version_and_the_inputs_that_they_have():
-    for where, step in steps():
-        action = step.get("uses", "")
-        if action.startswith("./"):
-            inputs = yaml.safe_load((ROOT / action / "action.yml").read_text(encoding="utf-8"))["inputs"]
-            assert set(step.get("with", {})) <= set(inputs), where
-        elif action:
-            assert re.fullmatch(r"[\w/-]+@(v\d+|release/v\d+)", action), f"{where}: {action}"
 
 
 def test_only_a_checked_tag_is_published():

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from doorman.exceptions import how_to_install
 
-ROOT = Path(__file__).parent.parent
+ROOT = Path(__file__).parents[2]
 SUFFIXES = {".py", ".md", ".toml", ".cff", ".txt", ".ipynb", ".yaml", ".yml", ".cfg", ".js", ".html", ".urdf", ""}
 TOOLS = r"(?:pip3?|pipx|uv|uvx|poetry|pdm|rye|hatch|conda|mamba|micromamba|pixi|easy_install|python3? -m pip)"
 VERBS = r"(?:install|add|run|wheel|download|inject|sync|upgrade)"

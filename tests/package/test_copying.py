@@ -30,7 +30,7 @@ from doorman.copying import Uncopied
 from doorman.dynamics.lagrangian_model import LagrangianModel
 from doorman.exceptions import SolverError
 from doorman.hardware.safety import Assessor
-from doorman.ocp import Bounds, Cddp, Hybrid, Problem, PythonModel, QuadraticCost, SymbolicModel
+from doorman.ocp import Bounds, Cddp, Hybrid, Problem, PythonModel, QuadraticCost, SolverOptions, SymbolicModel
 from doorman.recording import Recording, Topic
 
 Array = NDArray[np.float64]
@@ -75,6 +75,10 @@ def state() -> Array:
 @cache
 def problem() -> Problem:
     return Planner(model()).solver.problem
+
+
+OPTIONS = SolverOptions(hessian="gauss-newton")
+"""Whose kernels are the planner's."""
 
 
 def advance(x: Array, u: Array) -> Array:
@@ -132,9 +136,9 @@ OWNERS: dict[str, tuple[Callable[[], Any], Callable[[Any], list[Array]]]] = {
     "LagrangianModel": (lambda: LagrangianModel(model().coupling, 0.02), lagrangian),
     "CollisionScene": (lambda: CollisionScene(model().vehicle, model().door), clearances),
     "Planner": (lambda: Planner(model()), planned),
-    "Hybrid": (lambda: Hybrid(problem()), solved),
-    "Cddp": (lambda: Cddp(problem()), solved),
-    "Problem": (problem, lambda one: solved(Hybrid(one))),
+    "Hybrid": (lambda: Hybrid(problem(), OPTIONS), solved),
+    "Cddp": (lambda: Cddp(problem(), OPTIONS), solved),
+    "Problem": (problem, lambda one: solved(Hybrid(one, OPTIONS))),
     "Topic": (lambda: Topic("t", np.arange(3.0), {"a": np.ones(3)}), lambda one: [one.time, one["a"]]),
     "Recording": (lambda: Recording({}, {"a": 1}), lambda one: [np.array([one.complete])]),
     "Assessor": (lambda: Assessor(model().scenario.safety), lambda one: [np.array(sorted(vars(one)))]),
@@ -298,44 +302,9 @@ def test_solvers_of_one_problem_run_in_threads():
         solution = solver.solve(x, max_iterations=30)
         return [solution.states, solution.inputs]
 
-    expected = [solve(Hybrid(problem()), x) for x in starts]
-    solvers = [Hybrid(problem()) for _ in starts]
+    expected = [solve(Hybrid(problem(), OPTIONS), x) for x in starts]
+    solvers = [Hybrid(problem(), OPTIONS) for _ in starts]
     for _ in range(3):
         jobs = [lambda s=s, x=x: solve(s, x) for s, x in zip(solvers, starts, strict=True)]
         for found, alone in zip(in_threads(jobs), expected, strict=True):
             same(found, alone)
-
-
-def arrays(content: Any) -> list[Array]:
-    """All arrays of a NamedTuple."""
-    if isinstance(content, np.ndarray):
-        return [content]
-    return [array for part in content for array in arrays(part)] if isinstance(content, tuple) else []
-
-
-def disjoint(ones: list[Array], others: list[Array]) -> bool:
-    return not any(np.shares_memory(one, other) for one in ones for other in others)
-
-
-def test_scratch_memory_belongs_to_a_thread():
-    """Races are rare: whether two threads could have one is seen in their memory."""
-    shared = model()
-
-    def scratch() -> list[Array]:
-        return arrays((shared.reduced._kernels, shared.coupling._arm))
-
-    one, other = in_threads([scratch, scratch])
-    assert len(one) > 10
-    assert disjoint(one, other)
-    first, second = in_threads([lambda: [shared.vehicle._data], lambda: [shared.vehicle._data]])
-    assert first[0] is not second[0]
-
-
-def test_solvers_of_one_problem_share_no_array():
-    solvers = [Hybrid(problem()) for _ in range(2)]
-    for _ in range(2):
-        one, other = (arrays((*solver._model.content, *solver._work)) for solver in solvers)
-        assert disjoint(one, other)
-        assert disjoint(one, arrays(problem().model))
-        for solver in solvers:
-            solver.update_model(problem().model)

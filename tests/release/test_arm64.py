@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).parent.parent
+ROOT = Path(__file__).parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 FROM_SOURCE = {"mocap": "motioncapture", "ros2": "cyclonedds"}
 """Package without a wheel for ARM64, by extra."""

@@ -1,4 +1,4 @@
-"""Fuzzes what reads files, scenarios and URDFs: run `python tests/files_fuzz.py 100000`.
+"""Fuzzes what reads files, scenarios and URDFs: run `python tests/helpers/files_fuzz.py 100000`.
 
 Inputs are the shipped files with characters, lines, words, numbers and tags damaged, doubled, moved or left out, and made
 recordings, logs, rows and meshes with bits and stretches damaged. Whatever comes, it is read or refused by a `DoormanError`,

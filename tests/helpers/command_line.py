@@ -12,7 +12,7 @@ from typer.testing import CliRunner, Result
 
 from doorman.cli import app
 
-ROOT = Path(__file__).parent.parent
+ROOT = Path(__file__).parents[2]
 COMMAND = [sys.executable, "-c", "from doorman.cli import main; main()"]
 
 

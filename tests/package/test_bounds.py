@@ -47,7 +47,7 @@ def peak_of(program: str, *arguments: str) -> int:
     told = "print(next(int(line.split()[1]) >> 10 for line in open('/proc/self/status') if line.startswith('VmHWM')))"
     done = subprocess.run(
         [sys.executable, "-c", f"{program}\n{told}", *arguments], capture_output=True, text=True, timeout=120, check=False,
-        cwd=Path(__file__).parent,
+        cwd=Path(__file__).parents[1] / "helpers",
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
     return int(done.stdout.splitlines()[-1])
@@ -212,14 +212,7 @@ def bomb(said: int, size: int) -> bytes:
         sum_, left = zlib.crc32(block, sum_), left - len(block)
     data.append(compressor.flush())
     content = b"".join(data)
-    body = (
-        struct.pack("<QQQI", 0, 1, said, sum_)
-        + struct.pack("<I", 4)
-        + b"zstd"
-        + struct.pack("<Q", len(content))
-        + content
-    )
-    return record(CHUNK, body)
+    return record(CHUNK, struct.pack("<QQQII4sQ", 0, 1, said, sum_, 4, b"zstd", len(content)) + content)
 
 
 @pytest.fixture(scope="module")
@@ -345,29 +338,18 @@ def with_time(log: Path, at: float, micros: int) -> None:
 
 
 @pytest.mark.parametrize("autopilot", WRITERS)
-@pytest.mark.parametrize("at", [0.02, 6.0, 11.98])
-@pytest.mark.parametrize("micros", [2 * 10**12, 2 * 10**10 + 6, 4213092985657280000, 2**64 - 1])
+@pytest.mark.parametrize(("at", "micros"), [(0.02, 2 * 10**12), (6.0, 2 * 10**10 + 6), (11.98, 2**64 - 1), (9.0, 7)])
 def test_one_wrong_time_costs_its_message(autopilot, at, micros, run, tmp_path):
     log = written(autopilot, tmp_path)
     with_time(log, at, micros)
     found = read_log(log)
-    if micros == 2 * 10**10 + 6 and at > 11.0:
-        return  # five hours later, and nothing follows: it may be so
     assert found.damaged == {RATE_TOPICS[autopilot]: 1}
     topic = found.topics[RATE_TOPICS[autopilot]]
     assert len(topic.time) == 599 and topic.time[-1] < 12.0 and (np.diff(topic.time) >= 0.0).all()
     assert align(Recording.load(run), found).offset == pytest.approx(0.0, abs=0.005)
 
 
-@pytest.mark.parametrize("autopilot", WRITERS)
-def test_a_time_that_is_too_low_costs_its_message_too(autopilot, tmp_path):
-    log = written(autopilot, tmp_path)
-    with_time(log, 9.0, 7)
-    assert read_log(log).damaged == {RATE_TOPICS[autopilot]: 1}
-
-
-@pytest.mark.parametrize("autopilot", WRITERS)
-@pytest.mark.parametrize("micros", [2 * 10**10, 4213092985657280000])
+@pytest.mark.parametrize(("autopilot", "micros"), zip(WRITERS, (2 * 10**10, 4213092985657280000), strict=True))
 def test_the_merge_leaves_it_out_and_says_so(autopilot, micros, run, tmp_path):
     log = written(autopilot, tmp_path)
     with_time(log, 6.0, micros)
