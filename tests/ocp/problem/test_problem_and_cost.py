@@ -96,18 +96,6 @@ def test_weights_extend_to_the_arm(name: str, joints: int) -> None:
     np.testing.assert_array_equal(cost.input_weights, [0.1, 5.0, 5.0, 13.5, *[10.0] * joints])
 
 
-def test_weights_of_the_scenario_are_taken() -> None:
-    given = {
-        "planner.weights.state": [1.0] * 9,
-        "planner.weights.terminal": [2.0] * 9,
-        "planner.weights.input": [3.0] * 8,
-    }
-    cost = door_cost(Model(Scenario.load("paper", given)))
-    assert (
-        (cost.state_weights == 1.0).all() and (cost.terminal_weights == 2.0).all() and (cost.input_weights == 3.0).all()
-    )
-
-
 @pytest.mark.parametrize(("name", "length", "allowed"), [("state", 8, "9"), ("terminal", 10, "9"), ("input", 9, "8")])
 def test_weights_that_do_not_fit_the_arm(name: str, length: int, allowed: str) -> None:
     field = f"planner.weights.{name}"

@@ -19,8 +19,6 @@ from systems import cart_pole
 from doorman import ocp
 from doorman.ocp.solvers import telling
 from doorman.ocp.solvers.batch import solve_all
-from doorman.ocp.solvers.interior.iterate import lower_barrier
-from doorman.ocp.solvers.interior.memory import NUMBER
 from doorman.ocp.solvers.memory.result import RESULT
 
 SCALES = (1e-4, 1e-2, 1e3, 1e6)
@@ -50,44 +48,12 @@ def solver() -> ocp.Hybrid:
     return ocp.Hybrid(cart_pole().problem())
 
 
-def test_the_barrier_ends_at_its_least_value_on_every_scale(solver: ocp.Hybrid) -> None:
-    """Rounding makes the quotient of the two a bit larger than the least value, on some scales of the cost.
-
-    The memory holds a point without residuals: every barrier problem is solved there.
-    """
-    searcher = solver._searcher
-    assert searcher is not None
-    memory = searcher.memory
-    for array in (memory.duals, memory.costates, memory.gradients, solver._work.linear.jacobians[:, :, 4]):
-        array[:] = 0.0
-    memory.values[:], memory.slacks[:] = -1.0, 1.0
-
-    def lower() -> list[float]:
-        found = []
-        for scale in 10.0 ** np.random.default_rng(0).uniform(0.0, 6.0, 500):
-            memory.numbers[NUMBER.SCALE], memory.numbers[NUMBER.BARRIER] = scale, 0.1 * scale
-            lower_barrier(solver._model, solver._memory, searcher._held)
-            found.append(memory.numbers[NUMBER.BARRIER] / scale)
-        return found
-
-    np.testing.assert_allclose(finished(lower), 1e-8, rtol=1e-9)
-
-
 @pytest.mark.parametrize("scale", SCALES)
 def test_solves_come_back_at_any_price(scale: float) -> None:
     system = scaled(cart_pole(), scale)
     solver = ocp.Hybrid(system.problem())
     found = finished(lambda: [solver.solve(start, max_iterations=60) for start in system.starts(20, seed=5)])
     assert all(solution.usable for solution in found)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("scale", SCALES)
-def test_a_thousand_starts_come_back_at_any_price(scale: float) -> None:
-    system = scaled(cart_pole(), scale)
-    solver = ocp.Hybrid(system.problem())
-    found = finished(lambda: solver.solve_batch(list(system.starts(1000, seed=6))), 3600.0)
-    assert sum(solution.usable for solution in found) >= 990
 
 
 def test_pauses_change_no_bit(solver: ocp.Hybrid, monkeypatch: pytest.MonkeyPatch) -> None:

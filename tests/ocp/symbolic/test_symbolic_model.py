@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import copy
-import pickle
 import subprocess
 import sys
 
@@ -63,13 +61,6 @@ def test_solvers_of_one_problem_keep_their_own_parameters(solver: ocp.Hybrid) ->
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("remake", [copy.deepcopy, lambda problem: pickle.loads(pickle.dumps(problem))])
-def test_problems_are_copied_and_pickled(solver: ocp.Hybrid, remake) -> None:
-    solution = ocp.Hybrid(remake(unicycle.problem())).solve(unicycle.START)
-    assert np.array_equal(solution.states, solver.solve(unicycle.START).states)
-
-
-@pytest.mark.slow
 def test_another_process_compiles_nothing(solver: ocp.Hybrid) -> None:
     program = (
         "import unicycle; from doorman import ocp; from doorman.compilation import kernel_counts\n"
@@ -126,10 +117,6 @@ def test_nodes_side_by_side_are_nodes_one_by_one() -> None:
         assert np.allclose(jacobians[k, :, 3], ahead - states[k + 1], rtol=1e-13, atol=1e-14)
         assert np.allclose(rows[k], h, rtol=1e-13) and np.allclose(values[k], h, rtol=1e-13)
         assert np.allclose(slopes[k, :, :3], h_x, rtol=1e-13, atol=1e-14)
-
-
-def test_names_carry_their_units() -> None:
-    assert unicycle.problem().constraint_names == ("obstacle [m]", "wheel 0 [m/s]", "wheel 1 [m/s]", "gate [m]")
 
 
 def test_integrators_are_found() -> None:

@@ -1,15 +1,12 @@
-"""The careful phase by itself, on problems where the fast iterations fail: what it leaves in the workspace, and when it stops."""
+"""The careful phase by itself, on the pendulum: what it leaves in the workspace, and when it stops."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 
 import numpy as np
 import pytest
-from car import car
 from pendulum import pendulum
-from quadrotor import quadrotor
 from toy import Toy
 
 from doorman.numba_types.handles import Handle, held
@@ -46,10 +43,9 @@ class Careful:
         return float(nominal_cost(self.model, self.memory))
 
 
-@pytest.mark.parametrize("make", [pendulum, car, quadrotor])
-def test_it_converges_from_rest(make: Callable[[], Toy]) -> None:
+def test_it_converges_from_rest() -> None:
     """Its end satisfies dynamics and constraints without any rollout after it, and costs what IPOPT's does."""
-    careful = Careful(make())
+    careful = Careful(pendulum())
     result, reference = careful.work.result, careful.toy.reference()
     assert careful.iterate(100) == CONVERGED
     assert result[RESULT.ITERATIONS] <= 50
@@ -60,7 +56,7 @@ def test_it_converges_from_rest(make: Callable[[], Toy]) -> None:
 
 
 def test_from_its_own_end_it_has_nothing_left_to_do() -> None:
-    careful = Careful(car())
+    careful = Careful(pendulum())
     careful.iterate(100)
     before, states = careful.cost, careful.work.nominal.states.copy()
     assert careful.iterate(100, penalty=1e3) == CONVERGED
@@ -72,7 +68,7 @@ def test_from_its_own_end_it_has_nothing_left_to_do() -> None:
 def test_rolled_steps_leave_no_defects_on_the_way() -> None:
     """From a trajectory every iterate is one, so that it may end after any number of iterations."""
     for iterations in (1, 2, 5, 12):
-        careful = Careful(quadrotor())
+        careful = Careful(pendulum())
         assert careful.iterate(iterations) == OUT_OF_ITERATIONS
         assert careful.work.result[RESULT.ITERATIONS] == iterations
         assert careful.work.result[RESULT.DEFECT] <= 1e-12
@@ -88,7 +84,7 @@ def test_a_guess_that_is_no_trajectory_will_do() -> None:
 
 
 def test_no_iteration_begins_after_the_deadline() -> None:
-    careful = Careful(car())
+    careful = Careful(pendulum())
     assert careful.iterate(100, deadline=0.0) == OUT_OF_ITERATIONS
     assert careful.work.result[RESULT.ITERATIONS] == 1
 

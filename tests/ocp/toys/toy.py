@@ -79,19 +79,6 @@ class Toy:
         return Reference(states, optimum[:, :nu], float(result["f"]))
 
 
-def runge_kutta(rate: Callable[[Any, Any], Any], dt: float) -> Callable[[Any, Any], Any]:
-    """One step of the classical Runge-Kutta method."""
-
-    def advance(x: Any, u: Any) -> Any:
-        k1 = rate(x, u)
-        k2 = rate(x + 0.5 * dt * k1, u)
-        k3 = rate(x + 0.5 * dt * k2, u)
-        k4 = rate(x + dt * k3, u)
-        return x + dt / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
-
-    return advance
-
-
 @dataclass(frozen=True)
 class Reference:
     """An optimum that doorman's solvers had no part in."""

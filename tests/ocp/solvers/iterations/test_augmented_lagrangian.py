@@ -5,33 +5,18 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from dense_horizon import DenseHorizon
-from double_integrator import Variant
-from finite_differences import central_difference
-from numpy.typing import NDArray
-from random_horizon import N, cart, door, random_horizon
+from random_horizon import N, cart, random_horizon
 
-from doorman.numba_types.handles import Handle, held
-from doorman.ocp.kernels import functions
-from doorman.ocp.problem.problem import Problem
+from doorman.numba_types.handles import held
 from doorman.ocp.solvers.iterations.filter import FILTER_SIZE, MARGIN, is_new, remember
 from doorman.ocp.solvers.iterations.nominal import (
-    linearize,
     measure,
     measure_nominal,
     move,
     save,
     take_multipliers,
-    total_cost,
 )
 from doorman.ocp.solvers.memory.result import RESULT
-from doorman.ocp.solvers.memory.workspace import Workspace
-
-Array = NDArray[np.float64]
-
-
-@pytest.fixture(params=[cart, door])
-def problem(request: pytest.FixtureRequest) -> Problem:
-    return request.param()
 
 
 def test_measure_finds_the_worst_row_of_every_kind(rng: np.random.Generator) -> None:
@@ -73,57 +58,6 @@ def test_what_is_not_finite_is_infinitely_infeasible(rng: np.random.Generator) -
         getattr(work.nominal, name)[0] = np.nan
         measure(held(work), work.nominal)
         assert work.result[RESULT.INFEASIBILITY] == np.inf
-
-
-def test_total_cost_is_the_costs_own(problem: Problem, rng: np.random.Generator) -> None:
-    work = random_horizon(problem, rng)
-    expected = problem.cost.total(work.nominal.states, work.nominal.inputs, problem.time_step)
-    reached = total_cost(Handle(problem.model), held(work), work.nominal)
-    assert reached == pytest.approx(expected, rel=1e-13)
-
-
-def test_linearisation_of_everything_along_a_trajectory(problem: Problem, rng: np.random.Generator) -> None:
-    """Values, defects and slopes of dynamics and rows of all kinds, against finite differences; padding stays zero."""
-    work, model, nx, nu = random_horizon(problem, rng), Handle(problem.model), problem.nx, problem.nu
-    for array in work.linear:
-        array[:] = 0.0
-    states, inputs = work.nominal.states, work.nominal.inputs
-    states *= 0.4
-    linearize(model, held(work))
-
-    def value(function: str, size: int, *arguments: Array) -> Array:
-        out = np.empty(size)
-        getattr(functions, function)(problem.model, *(each.copy() for each in arguments), out)
-        return out
-
-    def both(function: str, size: int, k: int) -> Array:
-        z = np.concatenate([states[k], inputs[k]])
-        return central_difference(lambda z: value(function, size, z[:nx], z[nx:]), z)
-
-    linear, mixed = work.linear, [*range(nx), *range(nx + 1, nx + 1 + nu)]
-    for k in range(N):
-        np.testing.assert_allclose(linear.jacobians[k][:, mixed], both("step", nx, k), atol=1e-7)
-        defect = value("step", nx, states[k], inputs[k]) - states[k + 1]
-        np.testing.assert_allclose(linear.jacobians[k, :, nx], defect, atol=1e-13)
-        nh, ng = problem.n_constraints, problem.n_input_constraints
-        np.testing.assert_allclose(work.nominal.rows[k], value("constrain", nh, states[k + 1]), atol=1e-13)
-        slopes = central_difference(lambda x: value("constrain", nh, x), states[k + 1])  # noqa: B023
-        np.testing.assert_allclose(linear.row_jacobians[k, :, :nx], slopes, atol=1e-7)
-        if ng:
-            g = value("constrain_input", ng, states[k], inputs[k])
-            np.testing.assert_allclose(work.nominal.input_rows[k], g, atol=1e-13)
-            np.testing.assert_allclose(
-                linear.input_row_jacobians[k][:, mixed], both("constrain_input", ng, k), atol=1e-7
-            )
-    if problem.n_end_constraints:
-        nt = problem.n_end_constraints
-        np.testing.assert_allclose(work.nominal.end_rows, value("constrain_end", nt, states[N]), atol=1e-13)
-        slopes = central_difference(lambda x: value("constrain_end", nt, x), states[N])
-        np.testing.assert_allclose(linear.end_row_jacobians[:, :nx], slopes, atol=1e-7)
-    for array in (linear.jacobians, linear.input_row_jacobians):
-        assert not array[..., nx + 1 + nu :].any()
-    for array in (linear.row_jacobians, linear.end_row_jacobians):
-        assert not array[..., nx:].any()
 
 
 # ---------------------------------------------------------------- filter and steps
@@ -176,9 +110,3 @@ def test_steps_and_multipliers_go_a_part_of_the_way(scale: float, rng: np.random
     take_multipliers(memory, 1.0)
     assert work.multipliers.rows.max() == largest
     assert work.result[RESULT.PRICED_OUT] == 1.0
-
-
-def test_variants_share_their_sizes() -> None:
-    """What keeps these tests quick: one set of kernels for all carts."""
-    wide, narrow = Variant(), Variant(wall=0.5, force=(-1.0, 1.0), boom=(0.0, 0.1))
-    assert Workspace.plain(wide.problem()).sizes == Workspace.plain(narrow.problem()).sizes

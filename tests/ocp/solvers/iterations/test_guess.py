@@ -16,7 +16,6 @@ from doorman.ocp.solvers.iterations.guess import (
     last_violation,
     nearest_shift,
     roll_blindly,
-    settle_integrators,
     shift_guess,
     shift_rows,
 )
@@ -41,13 +40,6 @@ def test_shifted_rows_are_interpolated_and_the_last_one_is_held(seed: int, m: in
     np.testing.assert_allclose(rows, expected, atol=1e-12)
 
 
-def test_no_shift_keeps_the_bits(rng: np.random.Generator) -> None:
-    rows = rng.normal(size=(7, 4))
-    kept = rows.copy()
-    shift_rows(rows, 0.0)
-    np.testing.assert_array_equal(rows, kept)
-
-
 @given(SEEDS, st.integers(1, 6), st.booleans())
 def test_nearest_point_of_the_polyline(seed: int, limit: int, plain: bool) -> None:
     """No point of a fine sampling of the polyline is nearer than the one found."""
@@ -63,18 +55,6 @@ def test_nearest_point_of_the_polyline(seed: int, limit: int, plain: bool) -> No
         return (points - state) ** 2 @ weights
 
     assert distance(shift)[0] <= distance(np.linspace(0.0, limit, 400 * limit + 1)).min() + 1e-12
-
-
-@pytest.mark.parametrize("shift", [0.0, 0.25, 1.0, 1.75, 2.0])
-def test_a_point_on_the_polyline_is_found(shift: float, rng: np.random.Generator) -> None:
-    states = np.cumsum(rng.uniform(0.5, 1.0, size=(7, 4)), axis=0)
-    node, part = int(shift), shift % 1.0
-    point = (1.0 - part) * states[node] + part * states[node + 1]
-    assert nearest_shift(states, point, np.ones(4), 2) == pytest.approx(shift, abs=1e-12)
-
-
-def test_a_plan_at_rest_is_not_shifted() -> None:
-    assert nearest_shift(np.ones((5, 3)), np.zeros(3), np.ones(3), 2) == 0.0
 
 
 def test_the_limit_and_the_end_of_the_plan_hold() -> None:
@@ -114,14 +94,6 @@ def integrated(work: Workspace) -> Array:
     return work.nominal.states[0, 2] + STEP * np.concatenate([[0.0], np.cumsum(work.nominal.inputs[:, 1])])
 
 
-def test_integrators_follow_from_their_inputs(rng: np.random.Generator) -> None:
-    work = random_guess(rng)
-    kept = work.nominal.states[:, :2].copy()
-    settle_integrators(held(work))
-    np.testing.assert_allclose(work.nominal.states[:, 2], integrated(work), atol=1e-14)
-    np.testing.assert_array_equal(work.nominal.states[:, :2], kept)
-
-
 @pytest.mark.parametrize("shift", [0.0, 1.0, 1.6])
 def test_a_shift_moves_states_inputs_and_multipliers_together(shift: float, rng: np.random.Generator) -> None:
     work = random_guess(rng)
@@ -144,16 +116,6 @@ def test_a_shift_moves_states_inputs_and_multipliers_together(shift: float, rng:
     for name, rows in moved.items():
         np.testing.assert_allclose(getattr(multipliers, name), rows, atol=1e-13, err_msg=name)
     np.testing.assert_array_equal(multipliers.end_rows, of_the_end)
-
-
-def test_a_shift_that_is_not_given_is_looked_for(rng: np.random.Generator) -> None:
-    one, other = random_guess(np.random.default_rng(1)), random_guess(np.random.default_rng(1))
-    state = 0.3 * one.nominal.states[1] + 0.7 * one.nominal.states[2]
-    shift = nearest_shift(one.nominal.states, state, one.weights.state, 2)
-    shift_guess(at_the_cart(), held(one), state, -1.0, 2)
-    shift_guess(at_the_cart(), held(other), state, shift, 2)
-    for mine, theirs in zip((*one.nominal, *one.multipliers), (*other.nominal, *other.multipliers), strict=True):
-        np.testing.assert_array_equal(mine, theirs)
 
 
 @pytest.mark.parametrize("shift", [0.0, 1.0, 1.6])

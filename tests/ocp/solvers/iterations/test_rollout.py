@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import pytest
-from door_tasks import model_of, planner_of, start_state
 from double_integrator import COST, STEP, Variant
 from numpy.typing import NDArray
 from proxsuite import proxqp
@@ -162,41 +159,3 @@ def test_numbers_out_of_hand_end_a_rollout(rng: np.random.Generator) -> None:
 
 
 # ---------------------------------------------------------------- the door
-
-
-@pytest.mark.parametrize("limits", [False, True])
-@pytest.mark.parametrize("kind", ["moving", "active", "thrown"])
-def test_policies_of_the_door_keep_its_constraints_from_states_nearby(
-    limits: bool, kind: str, rng: np.random.Generator
-) -> None:
-    """Feedback from disturbed states, on the nonlinear dynamics and constraints."""
-    model, solver = model_of("paper", limits), planner_of("paper", limits).solver
-    state = start_state("paper", kind, limits)
-    corrected = 0
-    for _ in range(5):
-        plan = solver.solve(state)
-        assert plan.usable
-        work: Any = solver._work
-        disturbed = state + 0.03 * rng.normal(size=9)
-        disturbed = (
-            disturbed
-            - 0.06
-            * (model.constraints(disturbed).max() > 0.0)
-            * model.constraint_jacobian(disturbed)[model.constraints(disturbed).argmax()]
-        )
-        work.trial.states[0] = disturbed
-        code = roll_out(solver._model, solver._memory, -1, 0.0, True, 0)
-        assert code == DONE or solver._resume(code)
-        states, inputs = work.trial.states, work.trial.inputs
-        for x, u, after in zip(states, inputs, states[1:], strict=False):
-            np.testing.assert_allclose(model.step(x, u), after, atol=1e-12)
-        bounds = solver.problem.bounds
-        assert (inputs >= bounds.input_lower).all() and (inputs <= bounds.input_upper).all()
-        feedback = np.einsum("kij,kj->ki", plan.gains, states[:-1] - plan.states[:-1])
-        policy = np.clip(plan.inputs + feedback, bounds.input_lower, bounds.input_upper)
-        corrected += int((np.abs(inputs - policy).max(axis=1) > 1e-9).sum())
-        margin = model.scenario.planner.margin
-        if work.result[RESULT.RELAXED] == 0:
-            assert (model.constraints_along(states[1:]) + margin).max() <= FEASIBILITY
-            assert (states[1:] >= bounds.state_lower).all() and (states[1:] <= bounds.state_upper).all()
-    assert corrected > 0 or kind != "active"

@@ -94,33 +94,6 @@ def test_a_guess_that_settles_is_the_solution(problem: Problem, rng: np.random.G
     assert active > 60
 
 
-def test_exported_gradient_is_that_of_the_elimination(problem: Problem, rng: np.random.Generator) -> None:
-    """Q_u = Uᵀ R_e."""
-    work, nx, nu = random_program(problem, rng), problem.nx, problem.nu
-    work.node.rows[:] = rng.normal(size=work.node.rows.shape)
-    export_program(held(work), K, True)
-    upper = np.triu(work.policy.factors[K, :, :nu], 1) + np.eye(nu)
-    np.testing.assert_allclose(work.program.gradient, upper.T @ work.node.rows[:, nx], rtol=1e-12, atol=1e-13)
-
-
-def test_projected_rows_are_those_of_the_factor(problem: Problem, rng: np.random.Generator) -> None:
-    """T U = D_c."""
-    work, nu = random_program(problem, rng), problem.nu
-    upper = np.triu(work.policy.factors[K, :, :nu], 1) + np.eye(nu)
-    np.testing.assert_allclose(work.program.projected @ upper, work.program.jacobian, rtol=1e-11, atol=1e-12)
-
-
-def test_nothing_violated_is_nothing_active(problem: Problem, rng: np.random.Generator) -> None:
-    work = random_program(problem, rng)
-    set_rows(work, work.program.jacobian.copy(), -rng.random(len(work.program.constraints)))
-    work.program.proposal[:] = False
-    work.program.proposal[0] = problem.nu == 8  # with two inputs one wrong row makes too many others wrong
-    assert solved(work)
-    assert not work.program.proposal.any()
-    np.testing.assert_array_equal(work.program.multipliers, 0.0)
-    np.testing.assert_array_equal(work.program.step, 0.0)
-
-
 def test_rows_that_contradict_each_other_do_not_settle(problem: Problem, rng: np.random.Generator) -> None:
     for amount in (1.0, 1e-6):
         work = random_program(problem, rng)
@@ -140,32 +113,3 @@ def test_a_row_that_no_input_moves_does_not_settle_unless_it_holds(problem: Prob
         set_rows(work, jacobian, constraints)
         work.program.proposal[:] = False
         assert solved(work) == settles
-
-
-def test_more_active_rows_than_inputs_are_no_reason_to_fail_in_silence(
-    problem: Problem, rng: np.random.Generator
-) -> None:
-    """Every row is guessed active, more than there is room for: it settles elsewhere, or says that it does not."""
-    work = random_program(problem, rng)
-    work.program.proposal[:] = True
-    step = None
-    if solved(work):
-        step = work.program.step.copy()
-    export_program(held(work), K, False)
-    assert StageQpSolver(problem.nu, len(work.program.constraints)).solve(work.program)
-    assert step is None or np.abs(step - work.program.step).max() < 1e-3
-
-
-def test_rows_that_are_not_there_are_passed_over(problem: Problem, rng: np.random.Generator) -> None:
-    """As those of the last state at the other nodes, which stand at −1e300."""
-    work = random_program(problem, rng)
-    work.program.proposal[:] = False
-    assert solved(work)
-    step = work.program.step.copy()
-    idle = int(np.flatnonzero(work.program.multipliers == 0.0)[0])
-    constraints = work.program.constraints.copy()
-    constraints[idle] = -1e300
-    set_rows(work, work.program.jacobian.copy(), constraints)
-    work.program.proposal[:] = False
-    assert solved(work)
-    np.testing.assert_allclose(work.program.step, step, atol=1e-12)
