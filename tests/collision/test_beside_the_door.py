@@ -59,11 +59,6 @@ def test_a_jamb_counts_near_the_wall_alone(near_latch: Model, rng: np.random.Gen
             assert exact - 0.004 <= row <= exact + 0.012  # rounded to the safe side, but inside of the jamb
 
 
-def test_rows_of_the_papers_task_are_the_papers() -> None:
-    model = Model("shipped:paper")
-    assert model.surroundings == "doorway" and model.constraint_names[-2:] == JAMBS
-
-
 @pytest.mark.parametrize("name", ["pulled", "near_latch"])
 def test_nothing_that_the_rows_allow_collides(name: str, request: pytest.FixtureRequest) -> None:
     model = request.getfixturevalue(name)

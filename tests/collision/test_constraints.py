@@ -49,13 +49,6 @@ def test_there_are_n_plus_2_rows(any_model: Model) -> None:
     assert any_model.constraint_jacobian(any_model.start_state).shape == (n + 2, 5 + n)
 
 
-def test_an_arm_of_one_joint_has_its_tip_alone(tmp_path: Path) -> None:
-    vehicle = VehicleSection(urdf=str(write_arm_of(tmp_path / "vehicle.urdf", 1)))
-    model = Model(Scenario(vehicle=vehicle))
-    assert model.constraint_names[0] == "tip below body"
-    assert model.n_constraints == 4
-
-
 def test_rows_of_the_arm_are_heights_in_the_body(any_model: Model, rng: np.random.Generator) -> None:
     for x in random_states(any_model, 10, rng):
         heights = any_model.vehicle.point_positions(x[5:])[:, 2]
@@ -90,10 +83,6 @@ def test_jacobian_against_finite_differences(any_model: Model, rng: np.random.Ge
         np.testing.assert_allclose(any_model.constraint_jacobian(x), numeric, atol=2e-8)
 
 
-def test_no_row_depends_on_the_doors_rate(any_model: Model) -> None:
-    np.testing.assert_allclose(any_model.constraint_jacobian(any_model.start_state)[:, 4], 0.0, atol=0.0)
-
-
 def test_many_states_at_once(any_model: Model, rng: np.random.Generator) -> None:
     states = random_states(any_model, 7, rng)
     one_by_one = np.array([any_model.constraints(x) for x in states])
@@ -103,22 +92,11 @@ def test_many_states_at_once(any_model: Model, rng: np.random.Generator) -> None
     np.testing.assert_allclose(any_model.constraints_along(np.asfortranarray(states)), one_by_one)
 
 
-def test_paper_starts_and_ends_inside(model: Model) -> None:
-    assert (model.constraints(model.start_state) < 0.0).all()
-    assert (model.constraints(model.goal_state) < 0.0).all()
-
-
 def test_start_of_the_paper_by_hand(model: Model) -> None:
     """Closed door, level: the leaf's row is R_A − d_x, the jambs' rows are 0.7 m from the hinge of a doorway of 1.2 m."""
     h = model.constraints(model.start_state)
     tip_ahead = model.vehicle.tip_position(model.start_arm)[0]
     np.testing.assert_allclose(h[3:], [0.40 - tip_ahead, 0.7 - 0.8, 0.4 - 0.7], atol=1e-14)
-
-
-def test_the_misprinted_lower_bound_would_never_hold(model: Model) -> None:
-    """The paper's D_V sin α + R_A + D_w ≤ (Rd)_y asks for a tip 1.6 m to the left of the vehicle and more."""
-    reach = np.linalg.norm(model.vehicle.arm.links, axis=1).sum() + np.linalg.norm(model.vehicle.arm.point_offsets[-1])
-    assert reach < model.vehicle.radius + model.door.width
 
 
 def test_a_disc_parallel_to_the_leaf_is_a_kink_with_a_finite_slope(model: Model) -> None:

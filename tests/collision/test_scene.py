@@ -13,7 +13,7 @@ from urdf_variants import VEHICLE, robot_data_vehicle, write_edited
 
 from doorman.collision.scene import CollisionScene
 from doorman.collision.shapes import read_shapes
-from doorman.collision.tip_shapes import arm_joint_of_links, tip_link
+from doorman.collision.tip_shapes import tip_link
 from doorman.exceptions import DimensionError, UrdfError
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.kinematics.vehicles.vehicle import Vehicle
@@ -38,13 +38,6 @@ def test_tip_may_touch_the_leaf_and_nothing_else_may(scene: CollisionScene) -> N
     expected |= {(link, "base_link") for link in ("servo_2", "servo_3", "servo_4", "tip")}
     assert set(scene.pairs) == expected
     assert len(scene.pairs) == len(expected)
-
-
-def test_links_of_the_first_joint_are_adjacent_to_the_base(model: Model) -> None:
-    joints = arm_joint_of_links(model.vehicle)
-    assert joints["base_link"] == joints["rotor_3"] == 0
-    assert [joints[f"servo_{k}"] for k in range(1, 5)] == [1, 2, 3, 4]
-    assert joints["tip"] == 4
 
 
 def test_far_from_the_door_the_floor_is_nearest(scene: CollisionScene) -> None:
@@ -113,17 +106,6 @@ def test_many_states_are_as_each_alone(scene: CollisionScene, model: Model) -> N
         assert (alone.first, alone.second) == along.pairs[k]
     assert along.worst.distance == along.distances.min()
     assert not along.distances.flags.writeable
-
-
-def test_the_least_clearance_is_the_worst_of_all(scene: CollisionScene, model: Model) -> None:
-    random = np.random.default_rng(3)
-    m = 600
-    positions = random.uniform([-1.5, -0.5, 0.3], [0.5, 2.0, 2.0], (m, 3))
-    rotations = np.array([rotation_body_to_world(each) for each in random.uniform(-0.6, 0.6, (m, 3))])
-    arms, doors = random.uniform(-1.5, 1.5, (m, 4)), random.uniform(0.1, 1.6, m)
-    for chosen in (slice(None), slice(0, 256), slice(0, 9), slice(20, 21)):
-        flown = positions[chosen], rotations[chosen], arms[chosen], doors[chosen]
-        assert scene.least_clearance(*flown) == scene.min_clearance_along(*flown).worst
 
 
 def test_no_pair_is_closer_than_its_bound(scene: CollisionScene) -> None:

@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 from finite_differences import central_difference
-from paper_door import door_normal
 from pinocchio_reference import constrained_dynamics
 from urdf_variants import DOOR, VEHICLE, write_arm_of, write_door, write_edited, write_massive
 
@@ -16,7 +15,7 @@ from doorman.dynamics.lagrangian_model import LagrangianModel
 from doorman.exceptions import DimensionError, SingularityError, SolverError
 from doorman.kinematics.coupling import Coupling
 from doorman.kinematics.doors.door import Door
-from doorman.kinematics.rotations import body_rate_matrix, rotation_body_to_world, skew
+from doorman.kinematics.rotations import body_rate_matrix, rotation_body_to_world
 from doorman.kinematics.vehicles.vehicle import Vehicle
 from doorman.model import Model
 from doorman.scenario import DoorSection, Scenario
@@ -93,35 +92,6 @@ def test_contact_force_agrees_with_pinocchio(lagrangian: LagrangianModel, rng: n
         np.testing.assert_allclose(lagrangian.contact_force(x, u), reference.force_on_door, rtol=1e-9, atol=1e-8)
 
 
-def test_the_door_alone_obeys_the_contact_force(lagrangian: LagrangianModel, rng: np.random.Generator) -> None:
-    door, reach = lagrangian.coupling.door, lagrangian.coupling.distance_from_hinge
-    for _ in range(5):
-        x, u = random_state(lagrangian, rng), random_inputs(lagrangian, rng)
-        torque = -reach * door_normal(x[3]) @ lagrangian.contact_force(x, u)
-        torque -= door.hinge_torque(x[3], x[7]) + lagrangian.disturbance
-        assert lagrangian.derivative(x, u)[7] == pytest.approx(torque / door.inertia, rel=1e-11, abs=1e-11)
-
-
-def test_accelerations_solve_lagranges_equations(lagrangian: LagrangianModel, rng: np.random.Generator) -> None:
-    """M_q q̈ + Ṁ_q q̇ − ½ ∂(q̇ᵀM_q q̇)/∂q + G_q = J_tᵀ R e₃ f_t + J_rᵀ T − J_αᵀ τ, with M_q from the coupling's Jacobians."""
-    coupling = lagrangian.coupling
-    for _ in range(5):
-        x, u = random_state(lagrangian, rng), random_inputs(lagrangian, rng)
-        q, q_rate, arm = x[:4], x[4:8], x[8:]
-        partials = central_difference(lambda q, arm=arm: lagrangian.mass_matrix(q, arm), q)
-        inertial = partials @ q_rate @ q_rate - 0.5 * np.einsum("ijk,i,j->k", partials, q_rate, q_rate)
-        translation = coupling.translation_jacobian(q[:3], q[3], arm)
-        center = rotation_body_to_world(q[:3]) @ skew(coupling.vehicle.center_of_mass(arm))
-        of_center = translation - center @ coupling.rotation_jacobian(q[:3])
-        gravity = of_center.T @ [0.0, 0.0, coupling.vehicle.mass * 9.81]
-        force = (
-            translation.T @ rotation_body_to_world(q[:3])[:, 2] * u[0] + coupling.rotation_jacobian(q[:3]).T @ u[1:4]
-        )
-        force[3] -= coupling.door.hinge_torque(q[3], q_rate[3]) + lagrangian.disturbance
-        left = lagrangian.mass_matrix(q, arm) @ lagrangian.derivative(x, u)[4:8] + inertial + gravity
-        np.testing.assert_allclose(left, force, atol=2e-7)
-
-
 def test_torques_accelerate_by_the_mass_matrix(lagrangian: LagrangianModel, rng: np.random.Generator) -> None:
     """The equations of motion never form it: M_q ∂q̈/∂T = J_rᵀ."""
     for _ in range(5):
@@ -191,13 +161,6 @@ def test_a_vehicle_without_mass_leaves_the_quasi_static_door(tmp_path: Path, rng
         errors.append(abs(LagrangianModel(coupling, 0.02).derivative(x, u)[7] - expected))
     assert errors[2] < 1e-4
     np.testing.assert_allclose([errors[0] / errors[1], errors[1] / errors[2]], 10.0, rtol=0.02)
-
-
-def test_a_push_moves_door_and_vehicle_together() -> None:
-    """Before the closed door the inertia of α is I_D + m_A D_V²: the vehicle rides on the leaf."""
-    coupling = Coupling(Vehicle(VEHICLE), Door(DOOR), 0.7, 0.8)
-    matrix = LagrangianModel(coupling, 0.02).mass_matrix([0, 0, 0, math.pi / 2], [0.0, math.pi / 2, -math.pi / 2, 0.0])
-    assert matrix[3, 3] == pytest.approx(5.28 + 3.0 * 0.7**2)
 
 
 @pytest.mark.parametrize("pitch", [math.pi / 2, -math.pi / 2, 2.0])

@@ -52,15 +52,6 @@ def plain_step(model: Model, x: np.ndarray, u: np.ndarray, h: float) -> np.ndarr
     return x + h / 6.0 * (k1 + 2 * k2 + 2 * k3 + k4)
 
 
-def test_derivative_equals_its_plain_twin(any_model: Model, rng: np.random.Generator) -> None:
-    for _ in range(10):
-        z = random_point(any_model, rng)
-        x, u = z[: any_model.nx], z[any_model.nx :]
-        np.testing.assert_allclose(
-            any_model.derivative(x, u), plain_derivative(any_model, x, u), rtol=1e-12, atol=1e-13
-        )
-
-
 def test_step_equals_its_plain_twin(any_model: Model, rng: np.random.Generator) -> None:
     for _ in range(10):
         z = random_point(any_model, rng)
@@ -95,11 +86,6 @@ def test_a_step_is_of_fourth_order(rng: np.random.Generator) -> None:
     truth = end(640)
     errors = [np.abs(end(steps) - truth).max() for steps in (4, 8, 16)]
     np.testing.assert_allclose(np.log2(np.array(errors[:-1]) / errors[1:]), 4.0, atol=0.25)
-
-
-def test_a_thrust_through_a_level_vehicle_does_not_turn_the_door(model: Model) -> None:
-    x = model.start_state
-    np.testing.assert_allclose(model.derivative(x, model.hover_input), np.zeros(9), atol=1e-15)
 
 
 def test_a_vehicle_that_leans_forward_opens_the_door_by_hand(model: Model) -> None:

@@ -2,24 +2,14 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from pathlib import Path
-from typing import Any
 
 import pytest
 from urdf_variants import DOOR, write_edited
 
 from doorman import Model, Scenario
 from doorman.exceptions import UrdfError
-from doorman.kinematics.urdf import structure
 from doorman.kinematics.urdf.structure import check_structure
-
-
-def test_a_content_is_checked_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    path = write_edited(tmp_path / "door.urdf", DOOR)
-    check_structure(path)
-    monkeypatch.delattr(structure, "_check_tree")
-    assert check_structure(path).tag == "robot"
 
 
 def test_a_callers_change_is_its_own(tmp_path: Path) -> None:
@@ -38,25 +28,6 @@ def test_a_file_that_has_changed_is_checked_anew(tmp_path: Path) -> None:
     for _ in range(2):  # what is refused is refused again
         with pytest.raises(UrdfError, match="without a name"):
             check_structure(path)
-
-
-@pytest.mark.parametrize("scenario", ["paper", "push_campaign", "pull", "drawer_close", "push_small"])
-def test_a_model_reads_every_urdf_once(scenario: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Those that it writes itself, for another true door, are compared with what is on the disk besides."""
-    given = Scenario.load(scenario)
-    opened: Counter[Path] = Counter()
-    opens = Path.open
-
-    def counted(self: Path, *args: Any, **kwargs: Any) -> Any:
-        opened[self] += 1
-        return opens(self, *args, **kwargs)
-
-    monkeypatch.setattr(Path, "open", counted)
-    Model(given)
-    monkeypatch.undo()
-    assert {path: opened[path] for path in (given.vehicle_urdf, given.door_urdf)} == {
-        given.vehicle_urdf: 1, given.door_urdf: 1,
-    }  # fmt: skip
 
 
 def test_a_model_sees_a_file_as_it_is_when_it_is_made(tmp_path: Path) -> None:

@@ -86,23 +86,6 @@ def test_a_joint_may_be_closed_at_any_value(turn: float, axis: float, tmp_path: 
     assert other.joint_rate(-0.2) == pytest.approx((other.joint_value(0.28) - other.joint_value(0.3)) / 0.1, abs=1e-9)
 
 
-@pytest.mark.parametrize("range_of", [(0.0, 1.4), (-0.01, 1.2), (-1.5, 0.0)])
-def test_without_a_frame_a_range_that_ends_near_zero_is_closed_there(
-    tmp_path: Path, range_of: tuple[float, float]
-) -> None:
-    text = DOOR.read_text(encoding="utf-8")
-    start, end = text.index('<link name="frame">'), text.index("</link>") + len("</link>")
-    path = write_edited(
-        tmp_path / "door.urdf", DOOR, (text[start:end], '<link name="frame"/>'),
-        ('lower="-1.5" upper="1.5708"', f'lower="{range_of[0]}" upper="{range_of[1]}"'),
-    )  # fmt: skip
-    door = Door(path)
-    assert door.closed == min(range_of, key=abs)
-    opened = door.joint_value(math.pi / 2 - 0.5) - door.closed
-    assert abs(opened) == pytest.approx(0.5) and range_of[0] < door.closed + opened < range_of[1]
-    assert Door(path, DoorSection(closed=range_of[1])).closed == range_of[1], "the scenario knows better"
-
-
 @pytest.mark.parametrize("offset", [0.05, -0.03])
 def test_a_face_beside_the_axis_moves_the_contact_point(offset: float, tmp_path: Path) -> None:
     old = '<collision name="leaf">\n      <origin xyz="0.6 -0.02 0.8"'

@@ -60,19 +60,6 @@ def test_a_leaf_in_symbols_is_the_doors_own(door: Door) -> None:
         assert values(leaf.weight_torque) == pytest.approx([door.weight_torque(angle)], abs=1e-6)
 
 
-def test_what_is_seen_along_the_heading_is_turned_by_it(door: Door) -> None:
-    yaw = -0.7
-    back = np.array([[math.cos(yaw), math.sin(yaw), 0], [-math.sin(yaw), math.cos(yaw), 0], [0, 0, 1]])
-    leaf = in_symbols(door, 1.1, yaw)
-    for seen, vector in (
-        (leaf.normal_in_heading, door.normal(1.1)),
-        (leaf.leaf_in_heading, door.leaf_direction(1.1)),
-        (leaf.into_in_heading, door.into),
-        (leaf.lever_in_heading, door.lever(1.1, AWAY)),
-    ):
-        np.testing.assert_allclose(values(seen), back @ vector, atol=1e-9)
-
-
 def test_any_point_of_the_leaf_moves_by_its_own_lever(door: Door) -> None:
     """A point above the contact and farther from the hinge, by differences of where `Door` has it."""
     step = 1e-6

@@ -82,14 +82,6 @@ def test_all_at_once_and_of_another_width() -> None:
     np.testing.assert_allclose(corner_of_leaf(door, 1.0), expected, atol=1e-9)
 
 
-def test_a_point_comes_onto_the_face_along_the_normal() -> None:
-    door = true_door(door_face_offset=0.04, door_yaw=YAW, door_offset=OFFSET)
-    normal = np.array([math.sin(0.8 + YAW), -math.cos(0.8 + YAW), 0.0])
-    there = door.onto_face(np.array([0.5, 0.9, 1.1]), 0.8)
-    assert normal @ (there - door.hinge_position) == pytest.approx(-0.04)
-    np.testing.assert_allclose(np.cross(there - [0.5, 0.9, 1.1], normal), 0.0, atol=1e-12)
-
-
 def test_a_leaf_that_a_link_carries_moves_with_its_carrier(tmp_path: Path) -> None:
     """The hinge may carry a link on which the leaf hangs, turned about the vertical."""
     text = DOOR.read_text(encoding="utf-8").replace('<child link="leaf"/>', '<child link="strap"/>')

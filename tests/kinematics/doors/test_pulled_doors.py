@@ -62,13 +62,6 @@ def test_the_tip_touches_the_contact_frame_wherever_the_door_is(handles: Path, s
         np.testing.assert_allclose([math.cos(yaw), math.sin(yaw)], -outward[:2], atol=1e-9)
 
 
-def test_the_lever_is_the_slope_of_the_contact_point(handles: Path) -> None:
-    model = Model(scenario(handles, contact__frame="handle_pull"))
-    lever = model.door.lever(2.0, model.coupling.distance_from_hinge)
-    change = model.coupling.contact_point(2.0 + 1e-6) - model.coupling.contact_point(2.0 - 1e-6)
-    np.testing.assert_allclose(lever, change / 2e-6, atol=1e-8)
-
-
 def test_a_pulled_door_moves_towards_the_vehicle(handles: Path) -> None:
     for side, sense in (("pull", 1.0), ("push", -1.0)):
         model = Model(scenario(handles, contact__frame=f"handle_{side}"))
@@ -145,11 +138,6 @@ def test_frames_that_are_none_are_refused(tmp_path: Path) -> None:
     askew = write_edited(tmp_path / "door.urdf", HANDLES, ('rpy="0 0 -1.5707963267948966"', 'rpy="0 0 -1.2"'))
     with pytest.raises(UrdfError, match="does not look away from the leaf"):
         Model(scenario(askew, contact__frame="handle_pull"))
-
-
-def test_joint_and_link_are_other_names() -> None:
-    door = Scenario.load("shipped:paper", {"door.joint": "J", "door.link": "L"}).door
-    assert (door.hinge, door.leaf) == ("J", "L")
 
 
 def test_a_true_door_keeps_its_side_and_handle() -> None:

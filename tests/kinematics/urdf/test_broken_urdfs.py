@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from urdf_variants import DOOR, VEHICLE
 
-from doorman.exceptions import ScenarioError, UrdfError
+from doorman.exceptions import UrdfError
 from doorman.kinematics.doors.door import Door
 from doorman.kinematics.urdf.robot import load_pinocchio
 from doorman.kinematics.vehicles.vehicle import Vehicle
@@ -216,8 +216,3 @@ def test_a_model_of_a_broken_door_is_the_same_error(tmp_path: Path) -> None:
     with pytest.raises(UrdfError) as caught:
         Model(Scenario.load("paper", overrides={"door.urdf": str(path)}))
     check(caught.value, path, "link leaf/inertial/mass", 0.0)
-
-
-def test_a_scenario_of_an_absent_urdf_names_the_shipped_ones() -> None:
-    with pytest.raises(ScenarioError, match=r"door\.urdf.*absent\.urdf.*hinged_door"):
-        Model(Scenario.load("paper", overrides={"door.urdf": "absent.urdf"}))

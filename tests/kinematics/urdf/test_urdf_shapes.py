@@ -1,4 +1,4 @@
-"""Collision shapes and link tree read from the XML against yourdfpy, which reads the same."""
+"""Collision shapes, joints and link tree read from the XML against yourdfpy, which reads the same."""
 
 from __future__ import annotations
 
@@ -7,15 +7,22 @@ from pathlib import Path
 import numpy as np
 import pytest
 from urdf_parser import load_description
-from urdf_variants import DOOR, VEHICLE, robot_data_vehicle, write_edited
+from urdf_variants import DOOR, VEHICLE, robot_data_vehicle, write_door, write_edited
 
+from doorman.kinematics.urdf.elements import read_joints
 from doorman.kinematics.urdf.shapes import link_name, read_collisions, read_parents
 
 MESH = '<mesh filename="disc.stl" scale="0.5 1 2"/>'
 
 
-@pytest.fixture(params=["vehicle", "door", "mesh and ball", "borinot"])
+@pytest.fixture(params=["vehicle", "door", "heavy door", "mimic", "mesh and ball", "borinot"])
 def urdf(request: pytest.FixtureRequest, tmp_path: Path) -> Path:
+    if request.param == "heavy door":
+        return write_door(tmp_path / "door.urdf", mass=20.0, damping=0.4, friction=0.8)
+    if request.param == "mimic":
+        joint = '<joint name="hinge" type="revolute">'
+        absent = (('<axis xyz="0 0 1"/>', ""), ('<dynamics damping="0.0" friction="0.0"/>', ""))
+        return write_edited(tmp_path / "door.urdf", DOOR, (joint, f'{joint}<mimic joint="other"/>'), *absent)
     if request.param == "mesh and ball":
         ball = (
             '<collision name="ball"><origin rpy="0.1 -0.2 0.3"/><geometry><sphere radius="0.1"/></geometry></collision>'
@@ -53,3 +60,15 @@ def test_the_tree_is_the_one_that_yourdfpy_reads(urdf: Path) -> None:
     assert read_parents(urdf) == {joint.child: (joint.name, joint.parent) for joint in joints}
     assert link_name(urdf, joints[0].child) == joints[0].child
     assert link_name(urdf, joints[0].name) == joints[0].child
+
+
+def test_joints_are_those_that_yourdfpy_reads(urdf: Path) -> None:
+    ours, theirs = read_joints(urdf), load_description(urdf).joint_map
+    assert list(ours) == list(theirs)
+    for name, joint in theirs.items():
+        mine = ours[name]
+        assert (mine.name, mine.child, mine.axis) == (name, joint.child, tuple(joint.axis))
+        assert mine.effort == (0.0 if joint.limit is None else joint.limit.effort)
+        for field in ("damping", "friction"):
+            assert getattr(mine, field) == float(getattr(joint.dynamics, field, None) or 0.0)
+        assert mine.leader == (None if joint.mimic is None else joint.mimic.joint)

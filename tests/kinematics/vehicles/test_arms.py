@@ -66,22 +66,6 @@ def test_kernel_symbols_and_pinocchio_agree_on_every_kind(vehicle: Vehicle, rng:
             np.testing.assert_allclose(mine, jacobian, atol=4e-15)
 
 
-def test_compiled_arm_equals_its_plain_twin(rng: np.random.Generator) -> None:
-    compiled, plain = (ArmParameters.of(Vehicle(VEHICLE).arm) for _ in range(2))
-    angles = rng.uniform(-1.5, 1.5, 4)
-    arm_kinematics(compiled, angles)
-    arm_kinematics.py_func(plain, angles)
-    np.testing.assert_allclose(compiled.points, plain.points, atol=1e-15)
-    np.testing.assert_allclose(compiled.joints, plain.joints, atol=1e-15)
-
-
-def test_parameters_have_their_own_memory() -> None:
-    geometry = Vehicle(VEHICLE).arm
-    one, other = ArmParameters.of(geometry), ArmParameters.of(geometry)
-    assert not any(np.shares_memory(a, b) for a, b in zip(one, other, strict=True))
-    assert not geometry.links.flags.writeable
-
-
 def test_a_continuous_joint_has_one_angle_and_no_limits(tmp_path: Path) -> None:
     turning = Vehicle(write_arm_of(tmp_path / "arm.urdf", 3, kinds={0: "continuous"}))
     np.testing.assert_array_equal(turning.lower_limits, [-np.inf, -1.8, -1.8])

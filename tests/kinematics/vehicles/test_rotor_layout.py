@@ -13,7 +13,7 @@ from doorman.exceptions import BackendError
 from doorman.gravity import GRAVITY
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.kinematics.vehicles.actuation import BodyForce, TiltedThrust, actuation_of
-from doorman.kinematics.vehicles.rotor_layout import RotorLayout, rotor_layout
+from doorman.kinematics.vehicles.rotor_layout import rotor_layout
 from doorman.kinematics.vehicles.vehicle import Vehicle
 from doorman.model import Model
 from doorman.resources import urdf_directory
@@ -22,7 +22,6 @@ from doorman.simulation.plant.engine import engine
 from doorman.simulation.plant.onboard.rotors import MixerParameters, add_side, mix
 from doorman.simulation.plant.plant import build_plant
 
-Array = np.ndarray
 TILTED = Vehicle(urdf_directory() / "tilted_hexarotor.urdf")
 LAYOUT = rotor_layout(TILTED, 0.016)
 
@@ -114,10 +113,3 @@ def test_what_a_plan_may_ask_is_the_polytope(heading: int) -> None:
     for share in (1.0, 1.5):
         found = actuation.within_limits(np.array([*(share * most * ahead), lift]), 0.0, 0.1)
         np.testing.assert_allclose(found, [*(most * ahead), lift], atol=1e-4)
-
-
-def test_upright_rotors_are_what_they_were() -> None:
-    layout = rotor_layout(Vehicle(VEHICLE), 0.016)
-    plain = RotorLayout(layout.positions, layout.directions, layout.max_thrusts, 0.016)
-    assert layout.rank == 4 and not layout.fully_actuated and not layout.side_inverse.any()
-    np.testing.assert_array_equal(layout.wrench, plain.wrench)

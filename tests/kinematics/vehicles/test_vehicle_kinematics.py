@@ -12,7 +12,6 @@ from urdf_variants import VEHICLE, robot_data_vehicle, write_arm, write_arm_of, 
 
 from doorman.exceptions import DimensionError
 from doorman.kinematics.vehicles.vehicle import Vehicle
-from doorman.scenario import VehicleSection
 
 
 @pytest.fixture(scope="module")
@@ -46,11 +45,6 @@ def test_positions_by_hand(vehicle: Vehicle, angles: list[float], servo_3: tuple
     np.testing.assert_allclose(vehicle.tip_position(angles), tip, atol=1e-15)
 
 
-def test_positions_of_a_planar_chain(vehicle: Vehicle, rng: np.random.Generator) -> None:
-    for angles in rng.uniform(-1.6, 1.6, (20, 4)):
-        np.testing.assert_allclose(vehicle.point_positions(angles), planar_arm(angles), atol=1e-14)
-
-
 def test_numbers_of_the_shipped_vehicle(vehicle: Vehicle) -> None:
     assert vehicle.n_arm == 4
     assert vehicle.joint_names == ("eta_1", "eta_2", "eta_3", "eta_4")
@@ -62,12 +56,6 @@ def test_numbers_of_the_shipped_vehicle(vehicle: Vehicle) -> None:
     np.testing.assert_array_equal(vehicle.lower_limits, -vehicle.upper_limits)
     np.testing.assert_array_equal(vehicle.rate_limits, [3.1] * 4)
     np.testing.assert_array_equal(vehicle.torque_limits, [3.1] * 4)
-
-
-def test_inertia_and_centre_of_mass_do_not_know_the_massless_arm(vehicle: Vehicle, rng: np.random.Generator) -> None:
-    for angles in rng.uniform(-1.6, 1.6, (5, 4)):
-        np.testing.assert_allclose(vehicle.inertia(angles), np.diag([0.045, 0.045, 0.080]), atol=1e-15)
-        np.testing.assert_allclose(vehicle.center_of_mass(angles), np.zeros(3), atol=1e-15)
 
 
 def test_rotors_stand_on_a_hexagon_and_turn_alternately(vehicle: Vehicle) -> None:
@@ -105,11 +93,6 @@ def test_a_loaded_link_moves_centre_of_mass_and_inertia(tmp_path: Path) -> None:
     np.testing.assert_allclose(loaded.center_of_mass(angles), 0.5 * tip / 3.5, atol=1e-14)
     expected = np.diag([0.045, 0.045, 0.080]) + 0.5 * (tip @ tip * np.eye(3) - np.outer(tip, tip))
     np.testing.assert_allclose(loaded.inertia(angles), expected, atol=1e-14)
-
-
-def test_the_scenario_may_override_radius_and_thrust() -> None:
-    vehicle = Vehicle(VEHICLE, VehicleSection(radius=0.5, max_thrust=40.0))
-    assert (vehicle.radius, vehicle.max_thrust) == (0.5, 40.0)
 
 
 def test_a_vehicle_without_rotors_lifts_twice_its_weight(tmp_path: Path) -> None:
@@ -181,16 +164,6 @@ def test_flying_arms_of_example_robot_data(name: str, n_arm: int, points: int, m
     _check_jacobians(vehicle, np.random.default_rng(1))
 
 
-@pytest.mark.parametrize("joints", range(1, 8))
-def test_arms_of_any_number_of_joints(joints: int, tmp_path: Path, rng: np.random.Generator) -> None:
-    straight = Vehicle(write_arm_of(tmp_path / "straight.urdf", joints))
-    assert straight.n_arm == joints
-    assert len(straight.point_names) == max(joints - 1, 1)
-    assert straight.tip_position(np.zeros(joints))[0] == pytest.approx(0.5)
-    _check_jacobians(straight, rng)
-    _check_jacobians(Vehicle(write_arm_of(tmp_path / "odd.urdf", joints, odd_axes_seed=joints)), rng)
-
-
 def _check_jacobians(vehicle: Vehicle, rng: np.random.Generator) -> None:
     for angles in rng.uniform(-1.5, 1.5, (3, vehicle.n_arm)):
         jacobians = vehicle.point_jacobians(angles)
@@ -204,13 +177,6 @@ def test_links_are_placed_in_the_body(vehicle: Vehicle) -> None:
     np.testing.assert_array_equal(placements["base_link"], np.eye(4))
     np.testing.assert_allclose(placements["tip"][:3, 3], vehicle.tip_position([0.3, 0.2, -0.5, 0.4]), atol=1e-15)
     assert {"servo_1", "servo_4", "rotor_6", "tip"} <= placements.keys()
-
-
-def test_results_do_not_change_when_the_vehicle_is_used_again(vehicle: Vehicle) -> None:
-    first = vehicle.point_positions([0.1, 0.2, 0.3, 0.4])
-    kept = first.copy()
-    vehicle.point_positions([1.0, 1.0, 1.0, 1.0])
-    np.testing.assert_array_equal(first, kept)
 
 
 @pytest.mark.parametrize("angles", [[0, 0, 0], [0, 0, math.nan, 0], [[0, 0, 0, 0]], "four"])
