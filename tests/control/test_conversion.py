@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from doorman.control.state_converter import LookAheads, StateConverter
-from doorman.gravity import GRAVITY
 from doorman.model import Model
 from doorman.planning.plan import Plan
 from doorman.planning.planner import Planner
@@ -72,11 +71,3 @@ def test_joint_rates_lead_to_the_plan_within_the_servos_limits(planned) -> None:
     rates = converter.setpoint(plan, 0.0, ahead - 0.01).arm_rates
     np.testing.assert_allclose(rates, 0.1, atol=1e-6)
     assert converter.setpoint(plan, 0.0, ahead + 2.0).arm_rates == pytest.approx(-model.vehicle.rate_limits)
-
-
-def test_hold_keeps_a_position(model) -> None:
-    setpoint = StateConverter(model, EXACT).hold(np.array([1.0, 2.0, 3.0]), 0.4)
-    np.testing.assert_array_equal(setpoint.position, [1.0, 2.0, 3.0])
-    assert setpoint.yaw == 0.4
-    assert not setpoint.velocity.any() and not setpoint.force.any() and not setpoint.arm_rates.any()
-    assert GRAVITY == 9.81

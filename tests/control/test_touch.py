@@ -170,22 +170,6 @@ def test_a_slammed_door_is_not_given_way_to_faster_than_the_supervisor_allows(
     assert [way_out(AtTheLeaf(slow, converter), speed) for speed in (0.3, -1.0)] == pytest.approx([-0.64, -0.64])
 
 
-def test_a_search_takes_the_widest_way_where_none_is_wide(model: Model, converter: StateConverter) -> None:
-    leaf, last = AtTheLeaf(model, converter), at_rest(model, np.zeros(3))
-    leaf._room = 1.0  # no heading is so clear
-    state = last.state.copy()
-    state[3] = model.start_angle - 0.5
-    leaf.begin(0.0)
-    yaw = leaf.search(replace(last, state=state), 0.05).yaw
-    posture = model.on_the_way(float(state[3]))
-
-    def nearest(heading: float) -> float:
-        return float(model.constraints([*posture[:2], heading, *posture[3:]]).max())
-
-    between = np.linspace(float(posture[2]), float(posture[2]) + np.radians(38.0), 20)
-    assert nearest(yaw) == pytest.approx(min(nearest(heading) for heading in between), abs=1e-4)
-
-
 def test_a_leaf_that_moves_on_by_itself_is_not_given_up(
     model: Model, converter: StateConverter, schedule: PlanSchedule
 ) -> None:
@@ -273,14 +257,6 @@ def test_rotors_that_fly_into_the_leaf_are_noticed_in_time(model: Model, convert
         assert not leaf.hits_the_rotors(flying(0.04, 0.2, door_rate=away), searching), "the leaf swings away as fast"
         assert not leaf.hits_the_rotors(flying(0.02, 0.2, touching=True), searching), "the tip keeps it off"
         assert leaf.hits_the_rotors(flying(0.01, 0.0, touching=True), searching)
-
-
-def test_a_leaf_that_stays_past_the_goal_is_told_with_its_angle(model: Model, swing: Opening) -> None:
-    estimate = hovering(model, 0.0, 1.0, 0.1)[-1]
-    past = model.on_the_way(model.goal_angle) - np.array([0.0, 0.0, 0.0, 0.2, *np.zeros(model.n_arm + 1)])
-    swing.resume(estimate.time)
-    later = replace(estimate, state=past, time=estimate.time + 60.0)
-    assert "past the goal, to 8.5" in swing.stuck(later)
 
 
 @pytest.mark.parametrize("turned", [-0.3, 0.1])

@@ -27,15 +27,3 @@ def test_bounds_are_kept() -> None:
         np.full(1, 2.0),
     )  # fmt: skip
     assert (point, largest) == (pytest.approx([2.0]), pytest.approx(-2.0))
-
-
-def test_the_largest_of_curved_functions_is_balanced() -> None:
-    def values(z: np.ndarray) -> np.ndarray:
-        return np.array([np.exp(z[0]) - 2.0, z[0] ** 2 - 3.0 * z[0]])
-
-    point, largest = minimise_largest(
-        values, lambda z: np.array([[np.exp(z[0])], [2.0 * z[0] - 3.0]]), np.array([1.4]), np.full(1, -9.0),
-        np.full(1, 9.0), smallest_gain=1e-10,
-    )  # fmt: skip
-    assert np.ptp(values(point)) < 1e-4
-    assert largest == pytest.approx(values(point).max())

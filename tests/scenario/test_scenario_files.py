@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 from command_line import assert_bad_input, run
-from urdf_variants import DOOR, VEHICLE, write_door
+from urdf_variants import VEHICLE, write_door
 
 from doorman.campaign import Campaign
 from doorman.exceptions import ScenarioError
@@ -125,11 +125,6 @@ def test_a_path_in_an_override_is_relative_to_the_working_directory(task, here, 
     assert refused(task, door__urdf="theirs.urdf").field == "door.urdf"
 
 
-def test_a_scenario_made_in_python_reads_from_the_working_directory(here):
-    write_door(here / "mine.urdf", mass=HEAVY)
-    assert mass(Scenario(door={"urdf": "mine.urdf"})) == HEAVY
-
-
 def test_drawn_files_are_relative_to_the_scenarios_file(task, here):
     for name in ("light", "heavy"):
         write_door(task.parent / f"{name}.urdf", mass=HEAVY)
@@ -167,8 +162,3 @@ def test_a_byte_order_mark_is_no_value(task, here):
     write_door(task.parent / "tür.urdf", mass=HEAVY)
     task.write_text('[door]\nurdf = "tür.urdf"\n', encoding="utf-8-sig")
     assert mass(Scenario.load(task)) == HEAVY
-
-
-def test_a_urdf_with_a_byte_order_mark_is_read(here):
-    (here / "door.urdf").write_text(DOOR.read_text(), encoding="utf-8-sig")
-    assert mass(Scenario(door={"urdf": "door.urdf"})) == 11.0

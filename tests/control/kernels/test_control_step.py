@@ -1,7 +1,6 @@
 """The position controller's kernels against their equations in plain numpy."""
 
 import numpy as np
-import pytest
 
 from doorman.control.position_controller import PositionController, Setpoint
 from doorman.kinematics.vehicles.actuation import saturate
@@ -97,18 +96,3 @@ def test_the_kernel_is_the_plain_controller() -> None:
         np.testing.assert_allclose(thrust.force, force, rtol=1e-10, atol=1e-10)
         np.testing.assert_allclose(thrust.disturbance, disturbance, rtol=1e-10, atol=1e-10)
         np.testing.assert_allclose(fast.observer.estimate, plain.observer.estimate, rtol=1e-10, atol=1e-10)
-
-
-@pytest.mark.parametrize("direction", [UP, np.array([0.6, -0.8, 0.0])])
-def test_aligned_by_the_kernel_as_by_the_plain_observer(direction: np.ndarray) -> None:
-    random, fast, plain = (
-        np.random.default_rng(6),
-        PositionController(MASS, GRAVITY, STRONGEST, SETTINGS),
-        PlainObserver(),
-    )
-    for _ in range(20):
-        position, force, velocity, wind = (random.normal(0.0, 0.3, 3) for _ in range(4))
-        for observer in (fast.observer, plain):
-            observer.update(position, force, 0.004)
-            observer.align(direction, wind, velocity)
-        np.testing.assert_allclose(fast.observer.estimate, plain.estimate, rtol=1e-12, atol=1e-12)

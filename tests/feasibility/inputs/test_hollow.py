@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from made_meshes import Box, stl_of_boxes
-from urdf_variants import DOOR, write_door, write_mirrored, write_moved
+from urdf_variants import write_door, write_moved
 
 from doorman.feasibility.inputs.hollow import hollow_findings
 from doorman.feasibility.inputs.setup import setup_findings
@@ -68,10 +68,6 @@ def original(folder: Path) -> Path:
     return write_door(folder / "door.urdf")
 
 
-def mirrored(folder: Path) -> Path:
-    return write_mirrored(folder / "mirrored.urdf", original(folder))
-
-
 def moved(folder: Path) -> Path:
     return write_moved(folder / "moved.urdf", original(folder), (1.0, -2.0, 0.3), 0.7)
 
@@ -92,15 +88,6 @@ def test_a_frame_of_one_mesh_closes_its_doorway(
     assert not (inside(boxes, draws) & ~inside(written, draws, rim=2e-3)).any()
     free = (np.abs(draws[:, 1] - 0.6) < 0.595) & (np.abs(draws[:, 2] - 1.2) < 0.795)
     assert free.sum() > 1000 and not inside(written, draws[free]).any()
-
-
-def test_a_frame_of_one_mesh_on_the_other_side(tmp_path: Path) -> None:
-    path, boxes = with_meshes(mirrored(tmp_path), AROUND[:3])
-    model = model_of(path)
-    (finding,) = hollow_findings(model)
-    assert finding.severity is Severity.ERROR
-    draws = np.random.default_rng(5).uniform([-0.2, -2.2, -0.1], [0.1, 1.0, 2.6], (20_000, 3))
-    assert not (inside(boxes, draws) & ~inside(advised(finding), draws, rim=2e-3)).any()
 
 
 def test_the_boxes_of_the_advice_leave_the_doorway_open(tmp_path: Path) -> None:
@@ -136,21 +123,3 @@ def test_a_leaf_that_stands_back_in_its_mesh_is_behind_the_hull(tmp_path: Path) 
     )  # fmt: skip
     (finding,) = hollow_findings(model_of(path, contact__side="pull", goal__door_angle=None, goal__opening=1.0))
     assert finding.severity is Severity.ERROR
-
-
-def test_what_the_mesh_closes_itself_is_not_the_hulls(tmp_path: Path) -> None:
-    """A wall without a doorway: other findings say that nothing passes it."""
-    path, _ = with_meshes(original(tmp_path), AROUND, extra=[(np.array([-0.06, 0.6, 1.2]), np.array([0.08, 1.2, 1.6]))])
-    (finding,) = hollow_findings(model_of(path))
-    assert finding.severity is Severity.OK
-
-
-def test_one_post_and_the_lintel_close_a_part(tmp_path: Path) -> None:
-    path, _ = with_meshes(original(tmp_path), ("jamb_hinge", "lintel"))
-    (finding,) = hollow_findings(model_of(path))
-    assert not finding.ok and 0.2 < finding.value < 0.8
-    assert len(advised(finding)) == 2
-
-
-def test_the_shipped_doors_have_no_meshes() -> None:
-    assert hollow_findings(model_of(DOOR)) == []
