@@ -47,17 +47,17 @@ def doors() -> Iterator[tuple[str, Plan]]:
 
 def toys() -> Iterator[tuple[str, Solution]]:
     """Problems without a door, by every solver: with kernels of their own, and from Python functions of every kind."""
-    from pendulum import pendulum
     from test_python_model import cart, cart_of_every_kind
+    from tutorial import tutorial
 
-    toy = pendulum()
+    pendulum = tutorial(1).pendulum
     for method in (Hybrid, Cddp):
-        yield f"pendulum, {method.__name__}", method(toy.problem).solve(toy.start)
+        yield f"pendulum, {method.__name__}", method(pendulum).solve([0.0, 0.0])
         yield f"cart, {method.__name__}", method(cart()).solve([0.0, 0.0])
     for derivatives in ("differences", "complex step"):
         problem = cart_of_every_kind(derivatives)
         yield f"cart of every kind, {derivatives}", Hybrid(problem).solve([0.0, 0.0])
-    yield "pendulum of functions", Hybrid(_pendulum_of_functions(toy.problem)).solve(toy.start)
+    yield "pendulum of functions", Hybrid(_pendulum_of_functions(pendulum)).solve([0.0, 0.0])
 
 
 def _pendulum_of_functions(like: Problem) -> Problem:

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from doorman import compilation
 from doorman.numba_types import clock as clocks
-from doorman.numba_types import elementary, lanes, matrix_rows
+from doorman.numba_types import elementary, function_tables, lanes, matrix_rows
 
 Array = NDArray[Any]
 
@@ -131,10 +131,10 @@ class Handle:
 
 
 def mark_bounds(
-    node: int, count: tuple[int, ...], values: Array, first: int, lower: Array, upper: Array, multipliers: Array,
-    scale: float, active: Array, proposal: Array,
+    node: int, count: tuple[int, ...], values: Array, lower: Array, upper: Array, multipliers: Array, scale: float,
+    active: Array, proposal: Array,
 ) -> tuple[int, bool]:  # fmt: skip
-    above, below = (multipliers[node] + scale * (values[node + first] - end) for end in (upper, lower))
+    above, below = (multipliers[node] + scale * (values[: len(count)] - end) for end in (upper, lower))
     return _mark(above, np.minimum(below, 0.0), active[node], proposal[node])
 
 
@@ -184,8 +184,21 @@ def with_number(table: Any, number: int) -> Any:
     """Nothing has a table here."""
 
 
+def taught(name: str, place: int, returns: Any) -> Callable[..., Any]:
+    """The table's function itself; what stands for the table is the sizes that it was made for."""
+    return lambda shape, *others: sized._entries[place][0](shape, *others)
+
+
 def _write(handle: Any, content: Any) -> None:
     """Nothing to write: a plain handle has its NamedTuple."""
+
+
+def _lines(function: Callable[..., Any]) -> Callable[..., Any]:
+    """A straight kernel, whose words nobody imports."""
+    words = {name: vars(elementary)[name] for name in elementary.INSTRUCTIONS}
+    words |= {name: vars(lane_functions)[name] for name in _LANE_FUNCTIONS}
+    function.__globals__.update(get=get, put=put, zero=zero, **words)
+    return _kernel(function)
 
 
 def _builtin(generate: Callable[..., Any]) -> Any:
@@ -222,13 +235,17 @@ lanes.builtin = _builtin
 for _body in (load, store, get, put, zero):
     setattr(lanes, _body.__name__, _body)
 elementary.larger, matrix_rows.multiply_rows, clocks.clock = larger, multiply_rows, clock  # type: ignore[assignment]
+function_tables.taught = taught
 
-from doorman.numba_types import handles, lane_functions  # noqa: E402
+from doorman.numba_types import handles, lane_functions, straight  # noqa: E402
 
 for _name, _function in _LANE_FUNCTIONS.items():
     setattr(lane_functions, _name, _of_numbers(_function))
+straight.straight = _lines
 handles.Handle, handles.held = Handle, Handle  # type: ignore[misc,assignment]
 
 from doorman.ocp.kernels import compiled_model  # noqa: E402
+from doorman.ocp.solvers.sweeps import sized  # noqa: E402
 
+sized.sized_table = lambda sizes, workspace: sized.shape_of(sizes)
 compiled_model.CompiledModel = lambda content, names: Handle(content)  # type: ignore[misc,assignment]

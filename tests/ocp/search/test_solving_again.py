@@ -2,13 +2,8 @@
 
 from __future__ import annotations
 
-import copy
 import pickle
-import subprocess
-import sys
-import threading
 
-import casadi as ca
 import numpy as np
 import pytest
 from system import System
@@ -49,20 +44,6 @@ def test_a_saved_solution_is_a_warm_start(system: System, solver: ocp.Hybrid) ->
         solver.solve(start, cold.inputs, warm_start=cold)
 
 
-def test_a_solution_is_loaded_by_another_process(system: System, solver: ocp.Hybrid, tmp_path: object) -> None:
-    solution = solver.solve(np.asarray(system.start))
-    file = f"{tmp_path}/solution.pkl"
-    with open(file, "wb") as out:
-        pickle.dump(solution, out)
-    program = """
-import pickle, sys
-with open(sys.argv[1], "rb") as file:
-    print(pickle.load(file).kkt_residual.hex(), "casadi" in sys.modules)
-"""
-    found = subprocess.run([sys.executable, "-c", program, file], capture_output=True, text=True, check=True)
-    assert found.stdout.split() == [solution.kkt_residual.hex(), "False"]
-
-
 @pytest.mark.parametrize("threads", [1, 3])
 def test_a_batch_has_the_bits_of_single_solves(system: System, solver: ocp.Hybrid, threads: int) -> None:
     starts = list(system.starts(9, seed=5))
@@ -92,22 +73,6 @@ def test_a_failure_in_a_batch_loses_no_other() -> None:
     assert first.cost == pytest.approx(third.cost)
 
 
-def test_copies_and_threads_have_the_same_bits(system: System, solver: ocp.Hybrid) -> None:
-    start, found = np.asarray(system.start), {}
-    fresh = ocp.Hybrid(system.problem())
-    twins = [copy.deepcopy(fresh), pickle.loads(pickle.dumps(fresh)), fresh]
-
-    def solve(i: int) -> None:
-        found[i] = twins[i].solve(start)
-
-    crew = [threading.Thread(target=solve, args=(i,)) for i in range(3)]
-    for thread in crew:
-        thread.start()
-    for thread in crew:
-        thread.join()
-    assert _same(found[0], found[2]) and _same(found[1], found[2])
-
-
 @pytest.mark.parametrize("name", ["both", "gauss-newton", "exact"])
 def test_a_callback_sees_every_iteration_and_changes_nothing(system: System, name: str) -> None:
     start, seen = np.asarray(system.start), []
@@ -133,19 +98,3 @@ def test_a_callback_ends_a_solve_with_an_honest_status(system: System) -> None:
     with pytest.raises(ZeroDivisionError):
         solver.solve(start, callback=lambda each: 1 // 0)
     assert solver.solve(start).status is ocp.PlanStatus.CONVERGED
-
-
-def test_an_end_may_be_a_parameter(system: System) -> None:
-    x, u, place = ca.SX.sym("x", 2), ca.SX.sym("u"), ca.SX.sym("place")
-    model = ocp.SymbolicModel(x, u, ca.vertcat(x[1], u), parameters=place)
-    cost = ocp.QuadraticCost([0.0, 0.0], [0.0, 0.0], [1.0], [0.0, 0.0], [0.0])
-    stop = [ocp.Constraint("place", x[0], equals=place, at="end"), ocp.Constraint("stop", x[1], equals=0.0, at="end")]
-    solver = ocp.Hybrid(model.problem(20, 0.1, cost, constraints=stop, parameters=[1.0]))
-    for goal in (1.0, -0.5):
-        solver.update_parameters([goal])
-        solution = solver.solve([0.0, 0.0])
-        assert solution.status is ocp.PlanStatus.CONVERGED
-        np.testing.assert_allclose(solution.states[-1], [goal, 0.0], atol=1e-6)
-        # least squares, by hand
-        ahead = np.array([[0.01 * (19.5 - k), 0.1] for k in range(20)]).T
-        np.testing.assert_allclose(solution.inputs[:, 0], np.linalg.pinv(ahead) @ [goal, 0.0], atol=1e-6)

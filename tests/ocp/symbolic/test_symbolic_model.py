@@ -52,15 +52,6 @@ def test_new_parameters_compile_nothing_and_change_the_optimum(solver: ocp.Hybri
 
 
 @pytest.mark.slow
-def test_solvers_of_one_problem_keep_their_own_parameters(solver: ocp.Hybrid) -> None:
-    problem = unicycle.problem()
-    first, second = ocp.Hybrid(problem), ocp.Hybrid(problem)
-    first.update_parameters([0.1, 1.0])
-    assert second.solve(unicycle.START).cost == solver.solve(unicycle.START).cost
-    assert problem.model.parameters.tolist() == unicycle.PARAMETERS.tolist()
-
-
-@pytest.mark.slow
 def test_another_process_compiles_nothing(solver: ocp.Hybrid) -> None:
     program = (
         "import unicycle; from doorman import ocp; from doorman.compilation import kernel_counts\n"
@@ -97,26 +88,6 @@ def test_derivatives_are_those_of_casadi() -> None:
             assert np.allclose(found, expected, rtol=1e-12, atol=1e-13)
         assert functions.stage_cost(node, x, u) == pytest.approx(float(value.item()), rel=1e-13)
         assert np.linalg.eigvalsh(hessian).min() > -1e-12
-
-
-def test_nodes_side_by_side_are_nodes_one_by_one() -> None:
-    problem, random = unicycle.problem(), np.random.default_rng(4)
-    n = unicycle.HORIZON
-    states, inputs = random.uniform(-1.0, 1.0, (n + 1, 3)), random.uniform(-1.0, 1.0, (n, 2))
-    jacobians, rows, slopes = np.zeros((n, 3, 8)), np.zeros((n, 1)), np.zeros((n, 1, 8))
-    functions.linearize_horizon(problem.model, states, inputs, jacobians, rows, slopes)
-    values = np.zeros((n, 1))
-    functions.constrain_horizon(problem.model, states, values)
-    for k in range(n):
-        jacobian, ahead, h, h_x = np.zeros((3, 5)), np.zeros(3), np.zeros(1), np.zeros((1, 3))
-        functions.linearize_step(functions.at_node(problem.model, k), states[k], inputs[k], jacobian)
-        functions.step(functions.at_node(problem.model, k), states[k], inputs[k], ahead)
-        functions.linearize_constraints(functions.at_node(problem.model, k + 1), states[k + 1], h, h_x)
-        assert np.allclose(jacobians[k, :, :3], jacobian[:, :3], rtol=1e-13, atol=1e-14)
-        assert np.allclose(jacobians[k, :, 4:6], jacobian[:, 3:], rtol=1e-13, atol=1e-14)
-        assert np.allclose(jacobians[k, :, 3], ahead - states[k + 1], rtol=1e-13, atol=1e-14)
-        assert np.allclose(rows[k], h, rtol=1e-13) and np.allclose(values[k], h, rtol=1e-13)
-        assert np.allclose(slopes[k, :, :3], h_x, rtol=1e-13, atol=1e-14)
 
 
 def test_integrators_are_found() -> None:

@@ -1,4 +1,4 @@
-"""The Python of docs/optimal_control.md as a module: its kernels need a file, and its pendulum is one of the toys."""
+"""The Python of docs/optimal_control.md as a module: its kernels need a file."""
 
 from __future__ import annotations
 
@@ -14,10 +14,12 @@ PAGE = Path(__file__).parents[3] / "docs" / "optimal_control.md"
 
 
 @functools.cache
-def tutorial() -> ModuleType:
-    """The page's blocks, run one after the other as a reader would."""
-    blocks = re.findall(r"^```python\n(.*?)^```", PAGE.read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL)
-    path = Path(tempfile.mkdtemp(prefix="tutorial-")) / "optimal_control_page.py"
+def tutorial(blocks_of_it: int | None = None) -> ModuleType:
+    """The page's blocks, or its first ones, run one after the other as a reader would."""
+    blocks = re.findall(r"^```python\n(.*?)^```", PAGE.read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL)[
+        :blocks_of_it
+    ]
+    path = Path(tempfile.mkdtemp(prefix="tutorial-")) / f"optimal_control_page_{len(blocks)}.py"
     path.write_text("\n".join(blocks), encoding="utf-8")
     spec = importlib.util.spec_from_file_location(path.stem, path)
     assert spec is not None and spec.loader is not None
