@@ -14,23 +14,23 @@ from doorman.exceptions import DoormanError
 DEEPEST = 32
 """Tables or lists inside each other."""
 LARGEST_TEXT = 10_000_000
-"""Of a URDF, or a file of JSON [bytes]."""
+"""Largest URDF or JSON file [bytes]."""
 LARGEST_TABLES = 1_000_000
-"""Of a TOML file [bytes]."""
+"""Largest TOML file [bytes]."""
 LARGEST_LOG = 2**31
-"""Of a recording or an autopilot's log, and of what a recording's chunks hold together [bytes]."""
+"""Largest recording or autopilot's log, and sum of a recording's decompressed chunks [bytes]."""
 LARGEST_CHUNK = 2**26
-"""Of a recording, decompressed, and so of a message [bytes]."""
+"""Largest decompressed chunk of a recording, and so of a message [bytes]."""
 LONGEST = 6 * 3600.0
-"""Of a flight: what is farther from the middle of a log has a wrong time [s]."""
+"""Longest flight: a message farther from the middle of a log has a wrong time [s]."""
 LAST_TIME = 1e10
-"""Of a recording: MCAP counts nanoseconds in 64 bits [s]."""
+"""Latest time in a recording: MCAP counts nanoseconds in 64 bits [s]."""
 _LONGEST_NUMBER = 100
 """Characters of a number."""
 _NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
 _BLANKS = re.compile(r"[ \t\r\n]+")
 _LONGEST_INTEGER = 4096
-"""Of tables [bits]; Python does not print much longer ones."""
+"""Longest integer in tables [bits]; Python does not print much longer ones."""
 _PARTS = re.compile(r"[=,{}\[\]\n]")
 """Between them stands a key or a value of TOML."""
 _ELLIPSIS = re.compile(r"\.\.+")

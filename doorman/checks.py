@@ -71,7 +71,7 @@ def number(value: Any, field: str, allowed: str = "a finite number") -> float:
 
 
 _MOST = 2**63 - 1
-"""Of integers as kernels and generators of random numbers take them."""
+"""Largest integer that kernels and random generators take."""
 
 
 def whole(value: Any, field: str, least: int) -> int:

@@ -57,4 +57,4 @@ class Clock:
 
 
 REAL_TIME = Clock()
-"""What everybody waits by who is not told otherwise."""
+"""The computer's clock, the default of every constructor that waits."""

@@ -60,13 +60,13 @@ class Model:
         self.scenario = scenario = Scenario.of(scenario)
         self.vehicle = Vehicle(scenario.vehicle_urdf, scenario.vehicle)
         self.scale = Scale.of(self.vehicle.radius, self.vehicle.mass)
-        """Of the vehicle's units to those of the shipped one, for which defaults are tuned."""
+        """Ratios of the vehicle's units to the shipped one's, for which defaults are tuned."""
         self.door = read_door(scenario)
         self.hinge_scale = self.scale.hinge(self.door)
-        """Of the torques that its hinge is expected to resist with, to those of a room door."""
+        """Ratio of the torques that this hinge is expected to resist with to those of a room door."""
         self.scenario = scenario = sized(scenario, self._ratios())
         self.friction = joint_friction(scenario, self.door, self.hinge_scale)
-        """Of the plant's joint: one value where anybody says it, else an interval [N m]."""
+        """Friction of the plant's joint: one value where a file names it, else an interval [N m]."""
         self.scenario = scenario = self._with_friction(scenario)
         self.travel = read_travel(scenario, self.door)
         """Where the door is at start and goal."""
@@ -125,7 +125,7 @@ class Model:
 
     @property
     def largest_tilt(self) -> float:
-        """Of the body, as limits and controller allow it [rad]."""
+        """Largest tilt of the body that limits and controller allow [rad]."""
         limits, most = self.scenario.limits, self.scenario.control.max_tilt
         return min(limits.tilt, most) if limits.enabled else most
 
@@ -247,13 +247,13 @@ class Model:
         return out[:, : self.nx].copy(), out[:, self.nx :].copy()
 
     def _with_friction(self, scenario: Scenario) -> Scenario:
-        """The scenario with the plant's friction in it, where nobody says another."""
+        """The scenario with the plant's friction, where no file names another."""
         if self.friction.known:
             return scenario
         return with_plants_friction(scenario, self.friction.expected / self.door.per_angle)
 
     def _ratios(self) -> dict[str, float]:
-        """Of the defaults that grow with vehicle and door, by unit."""
+        """Ratios of the defaults that grow with vehicle and door, by unit."""
         size = self.scale
         resists = self.hinge_scale if self.door.in_plane else size.torque  # a lever is shorter than any leaf
         return {

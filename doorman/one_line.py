@@ -7,7 +7,7 @@ from enum import Enum
 from typing import Any
 
 _LONGEST = 60
-"""Of a value's own repr; a longer one is cut."""
+"""Longest repr of a value [characters]; a longer one is cut."""
 
 
 class OneLine:

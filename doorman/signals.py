@@ -32,7 +32,7 @@ class FrameReading(OneLine):
     """Where a sensor of the door has seen its frame: what stands around the leaf, as the door's URDF draws it."""
 
     position: Array
-    """Of the origin of the door's URDF, shape (3,), world frame [m]; zeros where the map is right."""
+    """Displacement of the origin of the door's URDF, shape (3,), world frame [m]; zeros where the map is right."""
     yaw: float
     """By which the door is turned about the vertical against its URDF [rad]."""
     time: float

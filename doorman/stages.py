@@ -65,14 +65,14 @@ def stages(scenario: Scenario) -> tuple[Model, ...]:
 
 def _step(scenario: Scenario, step: FirstSection, beside: dict[str, BesideSection], made: list[Model]) -> Scenario:
     """A step's own task; the tip stays on the handle at its end."""
-    whole, told = scenario.door, step.door
+    whole, named = scenario.door, step.door
     place = {key: getattr(whole, key) for key in ("urdf", "position", "yaw", "search", "search_yaw", "latch")}
-    others = _others(beside, told.hinge, first=whole.hinge)
+    others = _others(beside, named.hinge, first=whole.hinge)
     after = _after(scenario, StartSection(), made)
     start = scenario.mission.start if not made else "contact"
     mission = scenario.mission.model_copy(update={"start": start, "then": "stay"})
     return scenario.model_copy(update={
-        "first": (), "door": told.model_copy(update={**place, "beside": others}), "contact": step.contact, "goal": step.goal,
+        "first": (), "door": named.model_copy(update={**place, "beside": others}), "contact": step.contact, "goal": step.goal,
         "start": StartSection(), "simulation": _simulated(scenario, step), **after, "mission": mission,
     })  # fmt: skip
 
@@ -101,20 +101,20 @@ def _beside(step: FirstSection) -> BesideSection:
 
 
 def _torques(step: FirstSection) -> dict[str, float]:
-    """What the plant's joint has, as far as anybody says."""
+    """Torques of the plant's joint, as far as the file names them."""
     true = {name: getattr(step.true, name) for name in _TRUE}
-    told = {name: getattr(step.door, name) for name in _TRUE}
-    return {name: true[name] if true[name] is not None else told[name]
-            for name in _TRUE if true[name] is not None or told[name] is not None}  # fmt: skip
+    planned = {name: getattr(step.door, name) for name in _TRUE}
+    return {name: true[name] if true[name] is not None else planned[name]
+            for name in _TRUE if true[name] is not None or planned[name] is not None}  # fmt: skip
 
 
 def _leaf_beside(scenario: Scenario, leaf: Door) -> BesideSection:
     """The leaf while its lever is turned."""
     values = {}
     for name in _TRUE:
-        true, told = getattr(scenario.simulation, f"door_{name}"), getattr(scenario.door, name)
-        if true is not None or told is not None:
-            values[name] = told if true is None else true
+        true, planned = getattr(scenario.simulation, f"door_{name}"), getattr(scenario.door, name)
+        if true is not None or planned is not None:
+            values[name] = planned if true is None else true
     return BesideSection(joint=scenario.door.hinge, value=leaf.closed, closed=leaf.closed, **values)
 
 

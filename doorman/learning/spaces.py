@@ -1,4 +1,4 @@
-"""Spaces: names and bounds of what an environment observes and is told."""
+"""Spaces: names and bounds of observations and actions."""
 
 from __future__ import annotations
 

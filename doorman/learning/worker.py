@@ -19,7 +19,7 @@ def main() -> None:
         while True:
             try:
                 name, arguments = pipe.recv()
-            except EOFError:  # whoever asked is gone
+            except EOFError:  # the parent process has ended
                 return
             try:
                 if share is None:

@@ -115,7 +115,7 @@ class Scenario(Section):
     def save(self, path: str | os.PathLike[str]) -> Path:
         """Write the scenario with all its values to a TOML file that loads as the same task; an older file is replaced.
 
-        Paths of files are written as absolute ones. Keys whose default follows from the URDFs and that nobody has set are left
+        Paths of files are written as absolute ones. Keys whose default follows from the URDFs and that are not set are left
         out.
 
         Args:
@@ -214,7 +214,7 @@ class Scenario(Section):
         return scenario.model_copy(update={"campaign": campaign})
 
     def _takes_preset(self, changes: Mapping[str, Any]) -> bool:
-        """Whether other values bring a preset, which sets what nobody has set here."""
+        """Whether other values bring a preset, which sets the keys that are not set here."""
         wanted = dict(_flat(type(self), changes, "")).get("reality.preset", self.reality.preset)
         if wanted != self.reality.preset and self.reality.preset is not None:
             raise ScenarioError(

@@ -80,7 +80,7 @@ class SimulatedBackend(Backend):
 
     @property
     def feedback_lag(self) -> float:
-        """Of the simulated loop [s]; see `Backend`."""
+        """Lag of the simulated loop's feedback [s]; see `Backend`."""
         return self.model.scenario.simulation.attitude_feedback or 0.0
 
     def open(self) -> None:

@@ -15,7 +15,7 @@ from doorman.collision.rows.kind import Kind
 _LEAST_DISTANCE = 1e-24
 """Under the root, so that it has a slope where it is 0 [m²]."""
 ROUNDING = 0.005
-"""Of max(0, ·) and the like at a corner [m]."""
+"""Rounding of max(0, ·) and similar functions at a corner [m]."""
 
 
 class Corners(Kind):

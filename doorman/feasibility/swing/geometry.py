@@ -41,7 +41,7 @@ def shortest_swing(model: Model) -> float:
 def force_needed(model: Model, duration: float) -> float:
     """Force at the tip that moves the door steadily from start to goal, by the hinge that the planner knows [N].
 
-    Friction that nobody names may be the largest. A grip also holds a leaf that its weight drives on, as far as its friction does
+    Unknown friction may be the largest. A grip also holds a leaf that its weight drives on, as far as its friction does
     not.
     """
     travel, door = model.travel, model.door

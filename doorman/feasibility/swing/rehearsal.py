@@ -5,7 +5,7 @@ is out of bounds it settles on a compromise. Whether the compromise still opens 
 constraints together; running the loop answers it. The motion is that of `PlanningModel.swing`: of the planner's own model,
 with the inertia that the push really moves. The hinge's friction is a torque against the swing that the planner knows of, as
 in flight, where an observer finds it: what it costs in force, and so in tilt and in room beside the leaf, is in the answer.
-A tip that can only push needs resistance: where nobody names a friction, rehearsal and plant have that of a usual hinge. A grip
+A tip that can only push needs resistance: where no file names a friction, rehearsal and plant have that of a usual hinge. A grip
 begins where the tug by which it is tried leaves the leaf.
 """
 
@@ -80,7 +80,7 @@ def stopping_friction(model: Model) -> float:
 
 
 def _assumed(model: Model, friction: float) -> float:
-    """Of a tip that pushes, where the planner is told of none; a leaf that begins ajar is held by what it has."""
+    """Friction that a push counts on where no file names one; a leaf that begins ajar is held by what it has."""
     if model.scenario.contact.kind != "push":
         return model.door.friction
     ajar = model.door.opening_of(model.travel.start) > model.door.per_angle * _AJAR and not model.door.friction

@@ -62,7 +62,7 @@ class Door(LeafInWorld):
     """
 
     placement: Array = frozen(np.eye(4))
-    """Of the whole door in the world against where its URDF has it, homogeneous, shape (4, 4)."""
+    """Placement of the whole door in the world, from where its URDF has it, homogeneous, shape (4, 4)."""
     yaw: float = 0.0
     """By which that turns it about the vertical [rad]."""
 
@@ -106,7 +106,7 @@ class Door(LeafInWorld):
         self.per_angle = self.turn + self.slide
         """Change of the joint's value for one of α: 1, or metres."""
         self.unit = leaf_on_joint.unit
-        """Of the joint's value: `rad` or `m`."""
+        """Unit of the joint's value: `rad` or `m`."""
         lower, upper = leaf_on_joint.limits
         closed = leaf_on_joint.closed()
         self.closed, self._sense = closed.value, leaf_on_joint.sense(closed.value)
@@ -128,14 +128,14 @@ class Door(LeafInWorld):
         """1 where the hinge is on the right of somebody who looks along `into`, else −1."""
         ahead = -self.up if self.in_plane else self.into
         self.azimuth = math.atan2(ahead[1], ahead[0])
-        """Of `into`, or of the face that a lever is mounted on, about z from the world's x axis [rad]."""
+        """Azimuth of `into`, or of the face that a lever is mounted on, about z from the world's x axis [rad]."""
         shut = self.closed if self.section.preload > 0.0 else lower if self._sense > 0.0 else upper
         self.stop = self.angle_of_joint(shut)
         """α where the leaf shuts no farther: where its joint ends, or closed if a closer presses it into its frame [rad]."""
         self.lower_limit, self.upper_limit = sorted(
             (self.stop, self.angle_of_joint(upper if self._sense > 0.0 else lower))
         )
-        """Of α [rad]."""
+        """Least and largest α [rad]."""
         self.mass, inertia = leaf_on_joint.mass_and_inertia()
         self.inertia = inertia * self.per_angle**2
         leaf_size = leaf_on_joint.size(self.axes, self.closed)
@@ -144,10 +144,10 @@ class Door(LeafInWorld):
         self.hinge_position = frozen(leaf_size.corner)
         """P_h, on the hinge's axis at the height of the leaf's lower edge, or a slide's lower corner, shape (3,), world [m]."""
         self.weight = frozen(self._weight(leaf_on_joint.center_of_mass(self.closed)))
-        """Of the leaf, times the place of its centre of mass along leaf and normal, or times `per_angle`, shape (2,) [N m]."""
+        """Weight times place of the centre of mass along leaf and normal, or times `per_angle`, shape (2,) [N m]."""
         self._center = self.in_doorway(leaf_on_joint.center_of_mass(self.closed) - self.hinge_position)
         self.handle = None if contact is None or contact.named is None else self._handle(leaf_on_joint, contact)
-        """Of a contact that the URDF has: D_V, D_H, and how far it lies before the hinge axis [m]."""
+        """Place of a contact that the URDF has: D_V, D_H, and how far it lies before the hinge axis [m]."""
         self.contact_offset = self._contact_offset(leaf_on_joint, contact)
         """o, how far the contact point lies before the hinge axis, towards the vehicle [m]."""
         self.panel = self._panel(leaf_on_joint)
@@ -166,7 +166,7 @@ class Door(LeafInWorld):
         self.rest_angle = self.section.rest_angle
         self.friction_rate = self.section.friction_rate
         self.closing_torque = self.torque_of_closer(arm * self.section.preload)
-        """Of the closer's preload, in the sense of damping [N m]."""
+        """Torque of the closer's preload, in the sense of damping [N m]."""
         self.stiction = arm * self.section.stiction
         if any(self.section.position) or self.section.yaw:
             self._stand(self.hinge_position, *standing(self.section.position, self.section.yaw, self.hinge_position))

@@ -27,7 +27,7 @@ _TURN = math.radians(12.0)
 _AHEAD = 0.05
 """Least distance of rotor disc and wall [m]."""
 _DEPTH = 0.6
-"""Of a tip in the doorway, as a share of how far it is ahead of the rotor disc, which stays before the frame."""
+"""Depth of the tip in the doorway, as a share of its distance ahead of the rotor disc: the disc stays before the frame."""
 _FARTHEST = 0.4
 """From the edge nearer to the doorway: the vehicle does not fly farther along a long wall [m]."""
 

@@ -15,7 +15,7 @@ class JointFriction:
 
     least: float
     expected: float
-    """That of the plant, where nobody says another."""
+    """The plant's friction, where no file names another."""
     largest: float
 
     @property
@@ -25,11 +25,11 @@ class JointFriction:
 
 
 def joint_friction(scenario: Scenario, door: Door, hinge_scale: float) -> JointFriction:
-    """Of the plant's joint. A URDF's 0 is what its writer left out; a grip needs no friction, and takes it for 0."""
+    """Friction of the plant's joint. A URDF's 0 counts as unknown; a grip needs no friction, and takes it for 0."""
     true = scenario.simulation.door_friction
-    told = door.friction if true is None else door.per_angle * true
-    if true is not None or told > 0.0 or scenario.door.friction is not None or scenario.contact.kind == "grip":
-        return JointFriction(told, told, told)
+    named = door.friction if true is None else door.per_angle * true
+    if true is not None or named > 0.0 or scenario.door.friction is not None or scenario.contact.kind == "grip":
+        return JointFriction(named, named, named)
     mean, deviation = (hinge_scale * each for each in USUAL_FRICTION)
     return JointFriction(mean - deviation, mean, mean + deviation)
 

@@ -21,7 +21,7 @@ class Distribution(Section):
     """Each entry as likely as the others."""
     mean: Number | None = None
     std: NonNegative | None = None
-    """Of a normal distribution."""
+    """Standard deviation of a normal distribution."""
     same_as: str | None = None
     """Another key that is drawn, whose value this one gets."""
 

@@ -15,7 +15,7 @@ _Late = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=1)]
 
 
 class Usual(NamedTuple):
-    """Of one kind of sensor."""
+    """Defaults of one kind of sensor."""
 
     rate: float
     latency: float

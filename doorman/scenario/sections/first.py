@@ -7,16 +7,16 @@ from doorman.scenario.values import NonNegative, Section
 
 
 class TrueJointSection(Section):
-    """The simulated joint, where it is another one than the planner is told."""
+    """The simulated joint, where it differs from the planner's."""
 
     damping: NonNegative | None = None
-    """b [N m s/rad, or N s/m]. Default: the one told."""
+    """b [N m s/rad, or N s/m]. Default: the planner's."""
     friction: NonNegative | None = None
-    """τ_c [N m, or N]. Default: the one told."""
+    """τ_c [N m, or N]. Default: the planner's."""
     stiffness: NonNegative | None = None
-    """k [N m/rad, or N/m]. Default: the one told."""
+    """k [N m/rad, or N/m]. Default: the planner's."""
     preload: NonNegative | None = None
-    """τ_p [N m, or N]. Default: the one told."""
+    """τ_p [N m, or N]. Default: the planner's."""
 
 
 class FirstSection(Section):

@@ -1,4 +1,4 @@
-"""Reality: presets of what a simulated flight has that planner and estimators are not told of."""
+"""Reality: presets of what disturbs a simulated flight without the planner's and the estimate's knowledge."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from doorman.resources import scenario_directory, shipped
 from doorman.scenario.values import Section
 
 Preset = Literal["mild", "rough", "hostile"]
-"""A careful laboratory, an ordinary hall, and what nobody should fly in."""
+"""A careful laboratory, an ordinary hall, and conditions that are too hard for a real flight."""
 _FOLDER = "presets"
 _VARY = "vary"
 

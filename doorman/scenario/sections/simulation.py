@@ -18,9 +18,9 @@ Leaning = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=-0.1, le=0
 """By which a hinge may lean [rad]."""
 Share = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=1)]
 Ratio = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0.2, le=5)]
-"""Of a true figure to the one that the planner is told."""
+"""Ratio of a true figure to the planner's."""
 Lag = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, le=1)]
-"""Of an attitude loop [s]."""
+"""Lag of an attitude loop [s]."""
 DeadTime = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=0.3)]
 """After which a set point begins to act [s]."""
 Catch = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=100)]
@@ -206,7 +206,7 @@ class SimulationSection(Section):
     door_damping: NonNegative | None = None
     """True damping of the hinge, if it differs from what the planner reads [N m s/rad]. Default: as `door.damping`."""
     door_friction: NonNegative | None = None
-    """True friction of the hinge, if it differs from what the planner reads; where nobody names it, a tip that pushes meets a
+    """True friction of the hinge, if it differs from what the planner reads; where no file names it, a tip that pushes meets a
     usual one (docs/check.md) [N m]. Default: as `door.friction`."""
     door_stiffness: NonNegative | None = None
     """True stiffness of a spring or closer, if it differs from what the planner reads [N m/rad]. Default: as

@@ -74,7 +74,7 @@ class ControlSection(Section):
     door_observer_rate: NonNegative = 2.0
     """Bandwidth of the observer of the unknown hinge torque; 0 switches it off [rad/s]."""
     max_door_disturbance: Positive = 5.0
-    """The most of that torque that plans with a grip are told of; a push is bounded by `max_push` [N m]."""
+    """Largest share of that torque in plans with a grip; `max_push` bounds a push [N m]."""
     max_tilt: Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, lt=math.pi / 2)] = 0.25
     """Bound of the commanded tilt [rad]."""
     max_push: Positive = 12.0

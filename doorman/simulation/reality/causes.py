@@ -15,7 +15,7 @@ LATCHED, SEALED, HELD = "the latch held the door", "the seal held the door", "a 
 WIND, DRAUGHT = "strong wind", "a draught"
 ELSEWHERE, AJAR = "the door is elsewhere", "the door was ajar"
 FRAME, LATE, NOISY = "the frame of the poses moved", "the poses were late", "the poses were noisy"
-WEAK = "the thrust is not what it is told to be"
+WEAK = "the thrust differs from the command"
 
 _WIND_SHARE = 0.1
 """Share of the weight from which on wind counts as strong: a tenth is a tilt of 6 degrees."""

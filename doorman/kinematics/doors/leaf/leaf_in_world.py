@@ -28,11 +28,11 @@ class LeafInWorld(InJointUnits):
     hand: float
     """1 where the hinge is on the right of somebody who looks along `into`, else −1."""
     azimuth: float
-    """Of `into`, about z from the world's x axis [rad]."""
+    """Azimuth of `into`, about z from the world's x axis [rad]."""
     lower_limit: float
-    """Of α [rad]."""
+    """Least α [rad]."""
     upper_limit: float
-    """Of α [rad]."""
+    """Largest α [rad]."""
     turn: float
     """t of `leaf_motion`: 1 of a hinge, 0 of a slide."""
     slide: float
@@ -67,7 +67,7 @@ class LeafInWorld(InJointUnits):
         return self.turn * self.leaf_direction(door_angle)
 
     def _in_world(self, components: tuple[float, float]) -> Array:
-        """A level vector from its components along `into` and `along`; by hand, for it is asked for at every step."""
+        """A level vector from its components along `into` and `along`; without NumPy's sums, because every step calls it."""
         into, along = components
         (ix, iy, iz), (ax, ay, az) = self._level
         return np.array((into * ix + along * ax, into * iy + along * ay, into * iz + along * az))

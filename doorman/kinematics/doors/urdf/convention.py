@@ -20,7 +20,7 @@ Array = NDArray[np.float64]
 _NEAR = 0.15
 """Farthest gap between the leaf's free edge and the jamb that it closes at, as a share of its width."""
 _STEPS = 180
-"""Of a range that is searched for jambs."""
+"""Angles at which a joint's range is searched for jambs."""
 _AT_END = 0.05
 """By which a closed door may be outside of its range [rad]."""
 

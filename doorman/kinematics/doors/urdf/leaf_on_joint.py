@@ -50,13 +50,13 @@ class LeafOnJoint:
     """
 
     unit = "rad"
-    """Of the joint's value."""
+    """Unit of the joint's value."""
 
     def __init__(self, urdf: Path, model: pinocchio.Model, section: DoorSection) -> None:
         self._urdf, self._model, self._section = urdf, model, section
         self._data = model.createData()
         self.origin = np.array(model.jointPlacements[1].translation)
-        """Of the joint, shape (3,), world frame [m]."""
+        """Origin of the joint, shape (3,), world frame [m]."""
         self.endless = read_joints(urdf)[section.hinge].kind == "continuous"
         """Whether the joint is continuous: its range is one turn about closed, and nothing stops it at the ends."""
         self._axis = self._axis_in_world()
@@ -64,7 +64,7 @@ class LeafOnJoint:
 
     @cached_property
     def limits(self) -> tuple[float, float]:
-        """Of the joint [rad]."""
+        """Least and largest value of the joint [rad]."""
         return self._turn() if self.endless else self._range()
 
     @property
@@ -182,7 +182,7 @@ class LeafOnJoint:
         return None
 
     def contact(self, contact: ContactSection, closed: float, into: Array) -> tuple[Array, Array | None]:
-        """Where a tip touches, as the section names it, and the unit vector away from the leaf there, if that is told."""
+        """Where a tip touches, as the section names it, and the unit vector away from the leaf there, if it names one."""
         if contact.link is not None:
             return self._on_link(contact.link, closed, into)
         name = self._section.leaf if contact.frame is None else contact.frame
@@ -211,7 +211,7 @@ class LeafOnJoint:
         return np.array(self._data.oMi[1].translation) + axes.T @ at, outward
 
     def _placement(self, name: str, field: str, closed: float) -> Array:
-        """Of a link on the leaf, in the world, homogeneous."""
+        """Placement of a link of the leaf in the world, homogeneous, shape (4, 4)."""
         index = link_index(self._model, name, self._urdf, field)
         if self._model.frames[index].parentJoint != 1:
             raise UrdfError(

@@ -1,4 +1,4 @@
-"""The leaf's shape: the hull of all that its joint carries, with the panel told from what stands on it, such as a handle."""
+"""The leaf's shape: the hull of all that its joint carries, with the panel apart from what stands on it, such as a handle."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class Part:
     edges: Array
     """Directions that may be the leaf's, shape (k, 3)."""
     radius: float = 0.0
-    """Of the balls [m]."""
+    """Radius of the balls [m]."""
 
     def extent(self, direction: Array) -> tuple[float, float]:
         """From where to where it reaches along a unit vector [m]."""

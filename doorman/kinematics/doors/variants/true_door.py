@@ -15,7 +15,7 @@ from doorman.kinematics.urdf.elements import read_joints
 from doorman.scenario import ContactSection, DoorSection, SimulationSection
 
 _KEYS = ("door_width", "door_offset", "door_yaw", "door_face_offset")
-"""Of `[simulation]`, that make the true door another one than the planner knows."""
+"""Keys of `[simulation]` that make the true door differ from the planner's."""
 
 
 class TrueDoor(Door):
