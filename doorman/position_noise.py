@@ -24,17 +24,17 @@ class PositionNoise:
     """Collects positions that were taken at even times, the last thousand of them."""
 
     def __init__(self) -> None:
-        self._last: list[tuple[int, Array]] = []
+        self._last: deque[tuple[int, list[float]]] = deque(maxlen=3)
         self._bent: deque[float] = deque(maxlen=_KEPT)
 
     def note(self, number: int, position: Sequence[float] | Array) -> None:
         """Take in one position; three with a gap between them tell nothing."""
-        self._last = [*self._last[-2:], (number, np.array(position, dtype=np.float64))]
-        if len(self._last) < 3 or self._last[2][0] - self._last[0][0] != 2:
+        self._last.append((number, np.asarray(position, dtype=np.float64).tolist()))
+        if len(self._last) < 3 or number - self._last[0][0] != 2:
             return
         (_, first), (_, second), (_, third) = self._last
-        bent = first - 2.0 * second + third
-        self._bent.append(float(bent @ bent))
+        x, y, z = (a - 2.0 * b + c for a, b, c in zip(first, second, third, strict=True))
+        self._bent.append(x * x + y * y + z * z)
 
     @property
     def deviation(self) -> float:

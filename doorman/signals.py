@@ -13,8 +13,10 @@ import numpy as np
 from doorman.arrays import Array
 from doorman.background import Opened
 from doorman.one_line import OneLine
+from doorman.stored_at_once import stored_at_once
 
 
+@stored_at_once
 @dataclass(frozen=True, eq=False, repr=False)
 class LeafReading(OneLine):
     """Where a sensor of the door has seen the leaf."""
@@ -56,6 +58,7 @@ class FrameReading(OneLine):
         return np.asarray(self.position + [cosine * x - sine * y, sine * x + cosine * y, z])
 
 
+@stored_at_once
 @dataclass(frozen=True, eq=False, repr=False)
 class Measurement(OneLine):
     """What the sensors say at one time. Only a vehicle or laboratory with a sensor of the door has `leaf` and `frame`."""
@@ -88,6 +91,7 @@ class Measurement(OneLine):
     """Where the door's frame is; None without a sensor or a usable reading of it."""
 
 
+@stored_at_once
 @dataclass(frozen=True, eq=False, repr=False)
 class Command(OneLine):
     """What the vehicle is to do until the next command."""
@@ -106,7 +110,11 @@ class Command(OneLine):
     @property
     def body_force(self) -> Array:
         """Force of the rotors, shape (3,), body frame [N]."""
-        return np.array([*self.side_force, self.thrust])
+        return np.array((*self.side_force, self.thrust))
+
+    def gripping(self, grip: bool) -> Command:
+        """The same, with another `grip`."""
+        return self if self.grip is grip else Command(self.thrust, self.attitude, self.arm_rates, grip, self.side_force)
 
 
 Sample_co = TypeVar("Sample_co", covariant=True)

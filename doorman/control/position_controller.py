@@ -27,16 +27,16 @@ from doorman.kinematics.vehicles.actuation import attitude_of_force as attitude_
 from doorman.kinematics.vehicles.actuation import saturate as saturate
 from doorman.one_line import OneLine
 from doorman.scenario import ControlSection
+from doorman.stored_at_once import stored_at_once
 
 Array = NDArray[np.float64]
 
-_LEVEL = np.array([1.0, 1.0, 0.0])
-"""Along the ground: thrust has no lag to speak of."""
 _MOST_LIFT = 0.024
 """By which δ̂ of a tip on the leaf may differ up or down from that of free flight, as a share of the weight: without, one that has
 slipped hops, and a vehicle that grips hangs on the handle."""
 
 
+@stored_at_once
 @dataclass(frozen=True, eq=False, repr=False)
 class Setpoint(OneLine):
     """Where the vehicle should be and how it should move there, world frame."""
@@ -63,6 +63,7 @@ class Setpoint(OneLine):
     """Roll and pitch beside what position control asks for, shape (2,) [rad]."""
 
 
+@stored_at_once
 @dataclass(frozen=True, eq=False, repr=False)
 class Thrust(OneLine):
     """What the controller asks of the vehicle."""
@@ -132,8 +133,9 @@ class PositionController:
         pushes = setpoint.push is not None
         wanted_at, wanted_speed = setpoint.position, setpoint.velocity
         if later is not None:
-            wanted_at = wanted_at + self._beside(later.horizon * wanted_speed * _LEVEL - later.moved, setpoint)
-            wanted_speed = wanted_speed - self._beside(later.gained, setpoint)
+            normal, x, y = setpoint.normal, *(later.horizon * wanted_speed - later.moved)[:2].tolist()
+            wanted_at = wanted_at + _beside(normal, x, y)
+            wanted_speed = wanted_speed - _beside(normal, *later.gained[:2].tolist())
         if made is not None:
             self._memory[ACTING : ACTING + 3] = made - self._weight - self._planned
         self._planned = setpoint.force
@@ -150,16 +152,18 @@ class PositionController:
             attitude=self._actuation.attitude(force, setpoint.yaw),
             force=force,
             disturbance=disturbance,
-            saturated=bool(np.abs(force - wanted).max() > 1e-9),
+            saturated=max(map(abs, (force - wanted).tolist())) > 1e-9,
         )
-
-    @staticmethod
-    def _beside(way: Array, setpoint: Setpoint) -> Array:
-        """A way without its share along the normal of a leaf that the tip touches: that holds the vehicle there."""
-        return way - float(setpoint.normal @ way) * setpoint.normal
 
     def resume(self, position: Array, velocity: Array, wind: Array) -> None:
         """Begin anew, bumpless, where something else flew the vehicle."""
         self.observer.resume(position, velocity, wind)
         self._memory[ACTING : ACTING + 3] = self._planned = np.zeros(3)
         self._memory[FREE : FREE + 3] = self.observer.estimate
+
+
+def _beside(normal: Array, x: float, y: float) -> Array:
+    """A way along the ground, as thrust has no lag to speak of, without its share along the normal: there the leaf is pushed."""
+    into, along, up = normal.tolist()
+    share = into * x + along * y
+    return np.array((x - share * into, y - share * along, -share * up))

@@ -38,6 +38,7 @@ from doorman.control.kernels.under_way_step import (
     note_sent,
 )
 from doorman.dynamics.attitude_loop import AttitudeLoop
+from doorman.stored_at_once import stored_at_once
 
 Array = NDArray[np.float64]
 
@@ -45,6 +46,7 @@ _KEPT = 1024
 """Commands that are kept: of half a second at the fastest controller."""
 
 
+@stored_at_once
 @dataclass(frozen=True, eq=False)
 class Later:
     """What the commands under way make of the vehicle."""
@@ -101,7 +103,6 @@ class UnderWay:
         given[ATTITUDE:RATES], given[RATES:FORCE] = attitude, body_rates
         given[FORCE:STEADY], given[STEADY:GIVEN] = rotors / self._mass, outer[:2] / self._mass
         carry_ahead(self._ring, self._numbers, given, self._found)
-        moved, gained = np.zeros(3), np.zeros(3)
-        moved[:2] = self._found[:2] + horizon * velocity[:2]
-        gained[:2] = self._found[2:]
-        return Later(horizon, moved, gained)
+        (x, y, to_x, to_y), (moves_x, moves_y, _) = self._found.tolist(), velocity.tolist()
+        moved = np.array((x + horizon * moves_x, y + horizon * moves_y, 0.0))
+        return Later(horizon, moved, np.array((to_x, to_y, 0.0)))

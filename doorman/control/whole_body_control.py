@@ -7,6 +7,7 @@ there within the dead time of the attitude loop. It is followed by its inputs, a
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections import deque
 from typing import Any
@@ -138,7 +139,8 @@ class WholeBodyController:
         step, dead = self._numbers.one("plan.time_step"), self._loop.dead_time
         if not self._sent:
             return []
-        sent, waiting, inputs = iter(self._sent), iter(self._waiting), list[Array]()
+        first = self._acting_at(now - dead + _ROUNDED)
+        sent, waiting, inputs = itertools.islice(self._sent, first, None), iter(self._waiting), list[Array]()
         acting, next_tilt, next_prompt = next(sent)[1].copy(), next(sent, None), next(waiting, None)
         acting[self._prompt] = self._sent[-1][1][self._prompt]
         time = now
@@ -146,7 +148,7 @@ class WholeBodyController:
             inputs.append(np.zeros_like(acting))
             while time < end - _ROUNDED:
                 while next_tilt is not None and next_tilt[0] + dead <= time + _ROUNDED:
-                    acting, next_tilt = np.where(self._is_prompt, acting, next_tilt[1]), next(sent, None)
+                    acting[1:4], next_tilt = next_tilt[1][1:4], next(sent, None)
                 while next_prompt is not None and next_prompt[0] <= time + _ROUNDED:
                     acting[self._prompt], next_prompt = next_prompt[1], next(waiting, None)
                 until = min(end, next_tilt[0] + dead if next_tilt else end, next_prompt[0] if next_prompt else end)
@@ -157,8 +159,16 @@ class WholeBodyController:
     def _acting(self, known: Estimate, now: float) -> Array:
         """Roll and pitch that are commanded by what acts now, shape (2,) [rad]; the measured ones before anything does."""
         time = now - self._dead_time + _ROUNDED
-        acting = next((inputs for sent, inputs in reversed(self._sent) if sent <= time), None)
-        return known.attitude[:2] if acting is None else acting[1:3]
+        if not self._sent or self._sent[0][0] > time:
+            return known.attitude[:2]
+        return self._sent[self._acting_at(time)][1][1:3]
+
+    def _acting_at(self, time: float) -> int:
+        """Place of the newest input that was sent by a time, or of the oldest."""
+        place = len(self._sent) - 1
+        while place > 0 and self._sent[place][0] > time:
+            place -= 1
+        return place
 
     def start(self, known: Estimate) -> tuple[Array, dict[str, Any]]:
         """What a plan begins with, and aims for; what a held tip bears in the face acts on the vehicle as wind does."""

@@ -62,11 +62,23 @@ class DoorPlace:
         self._lazy: Filter | None = None
         self._doubt = np.array([place_deviation, place_deviation, yaw_deviation, _ANY_RADIUS])
         self._walk, self._touch, self._track = walk, touch, track
-        self._mean, self._covariance = np.zeros(4), np.diag(self._doubt**2)
-        self.time = math.nan
-        """Of the last reading [s]; NaN before the first."""
+        self._know(math.nan, np.zeros(4), np.diag(self._doubt**2))
         self.found = False
         """Whether the frame has been found, by touches or by a sensor."""
+
+    def _know(self, time: float, mean: Array, covariance: Array) -> None:
+        self._mean, self._covariance = mean, covariance
+        self.time = time
+        """Of the last reading [s]; NaN before the first."""
+        self.turn = turned(self.yaw)
+        """Rotation of the map to the door, shape (3, 3)."""
+        turn = self.turn[:2, :2]
+        self.offset: Array = turn @ mean[:2]
+        """h, shape (2,), world frame [m]."""
+        x, y = self.offset
+        slope = np.array([[*turn[0], -y], [*turn[1], x], [0.0, 0.0, 1.0]])
+        self.covariance: Array = slope @ covariance[:3, :3] @ slope.T
+        """Of h and ψ at the last reading, shape (3, 3)."""
 
     @property
     def _filter(self) -> Filter:
@@ -83,23 +95,6 @@ class DoorPlace:
     def yaw(self) -> float:
         """ψ [rad]."""
         return float(self._mean[2])
-
-    @property
-    def turn(self) -> Array:
-        """Rotation of the map to the door, shape (3, 3)."""
-        return turned(self.yaw)
-
-    @property
-    def offset(self) -> Array:
-        """h, shape (2,), world frame [m]."""
-        return np.asarray(self.turn[:2, :2] @ self._mean[:2])
-
-    @property
-    def covariance(self) -> Array:
-        """Of h and ψ at the last reading, shape (3, 3)."""
-        turn, (x, y) = self.turn[:2, :2], self.offset
-        slope = np.array([[*turn[0], -y], [*turn[1], x], [0.0, 0.0, 1.0]])
-        return np.asarray(slope @ self._covariance[:3, :3] @ slope.T)
 
     def covariance_at(self, time: float) -> Array:
         """The same later, in a frame of the poses that has walked on."""
@@ -155,7 +150,7 @@ class DoorPlace:
 
     def _begin(self, time: float, mean: Array, deviations: Array) -> None:
         self._filter.start(time, mean, deviations)
-        self._mean, self._covariance, self.time = mean, np.diag(deviations**2), time
+        self._know(time, mean, np.diag(deviations**2))
 
     def _fuse(self, name: str, time: float, reading: list[float], inputs: list[float]) -> Status:
         """Take in one reading."""
@@ -165,7 +160,7 @@ class DoorPlace:
         self._filter.acted(inputs)
         status = max(self._filter.measure(name, time, reading), self._filter.step(time, inputs))
         known = self._filter.estimate()
-        self._mean, self._covariance, self.time = known.mean, known.covariance, known.time
+        self._know(known.time, known.mean, known.covariance)
         return status
 
 

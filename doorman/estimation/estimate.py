@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from doorman.stored_at_once import stored_at_once
+
 Array = NDArray[np.float64]
 
 
+@stored_at_once
 @dataclass(frozen=True)
 class FilterEstimate:
     """Mean and covariance of all hypotheses together, and how likely each of them is; arrays are read-only."""
@@ -28,10 +31,17 @@ class FilterEstimate:
     outputs: Mapping[str, tuple[float, float]]
     """Value and deviation of each output."""
 
+    def probability_of(self, names: Iterable[str]) -> float:
+        """How likely it is that one of these hypotheses is true."""
+        total, probabilities = 0.0, self.probabilities
+        for name in names:
+            total += probabilities.get(name, 0.0)
+        return total
+
     @property
     def deviations(self) -> Array:
         """Of the states, shape (n,)."""
-        return np.sqrt(np.diag(self.covariance))
+        return np.sqrt(self.covariance.diagonal())
 
 
 @dataclass(frozen=True)

@@ -228,11 +228,11 @@ class Filter(Uncopied):
         memory = self._memory
         bank.combine(self._handle)
         bank.combine_outputs(self._handle)
-        outputs = zip(memory.output.tolist(), np.sqrt(memory.output_variance.clip(0.0)).tolist(), strict=True)
+        outputs = zip(memory.output.tolist(), np.sqrt(np.maximum(memory.output_variance, 0.0)).tolist(), strict=True)
         return FilterEstimate(
             self.time, _fixed(memory.mean), _fixed(memory.covariance[:, : memory.mean.size]),
             MappingProxyType(dict(zip(self._hypotheses, memory.weights.tolist(), strict=True))),
-            MappingProxyType({name: _fixed(mean) for name, mean in zip(self._hypotheses, memory.means, strict=True)}),
+            MappingProxyType(dict(zip(self._hypotheses, _fixed(memory.means), strict=True))),
             MappingProxyType(dict(zip(self._outputs, outputs, strict=True))),
         )  # fmt: skip
 

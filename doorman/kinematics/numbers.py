@@ -50,6 +50,9 @@ class Numbers:
             if type(value) is float and self.sizes[name] == 1:  # most are, and are quickly written
                 changed.vector[place.start] = value
                 continue
+            if type(value) is np.ndarray and value.shape == (self.sizes[name],):
+                changed.vector[place] = value
+                continue
             try:
                 changed.vector[place] = np.ravel(np.asarray(value, dtype=np.float64))
             except ValueError as error:

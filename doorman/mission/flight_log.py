@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from operator import attrgetter
 
 from doorman.control.estimation.door_locator import DoorLocator
 from doorman.control.estimation.door_watch import DoorWatch
@@ -13,7 +14,7 @@ from doorman.recording import Recorder
 from doorman.signals import Command, LeafReading, Measurement
 
 _MEASUREMENT_FIELDS = ("position", "velocity", "attitude", "body_rates", "arm_angles", "arm_rates", "pose_time")
-_COMMAND_FIELDS = ("thrust", "attitude", "arm_rates", "grip", "side_force")
+_measured = attrgetter(*_MEASUREMENT_FIELDS)
 
 
 class FlightLog:
@@ -46,7 +47,7 @@ class FlightLog:
         now, write, hinge, door = measurement.time, self._recorder.write, estimate.hinge, self._locator
         state = estimate.state.copy()
         state[2] = door.heading(float(state[2]))
-        write("measurement", now, {name: getattr(measurement, name) for name in _MEASUREMENT_FIELDS})
+        write("measurement", now, dict(zip(_MEASUREMENT_FIELDS, _measured(measurement), strict=True)))
         if measurement.tip_force is not None:
             write("tip_sensor", now, {"force": measurement.tip_force})
         write(
@@ -76,12 +77,14 @@ class FlightLog:
             now,
             {
                 "position": door.place(setpoint.position),
-                **{name: door.vector(getattr(setpoint, name)) for name in ("velocity", "acceleration", "force")},
+                "velocity": door.vector(setpoint.velocity),
+                "acceleration": door.vector(setpoint.acceleration),
+                "force": door.vector(setpoint.force),
                 "yaw": door.heading(setpoint.yaw),
                 "arm_rates": setpoint.arm_rates,
             },
         )
-        write("command", now, {name: getattr(command, name) for name in _COMMAND_FIELDS})
+        write("command", now, vars(command))
         write(
             "controller",
             now,

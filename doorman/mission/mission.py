@@ -213,7 +213,7 @@ class Mission(Uncopied):
             command = planned
             made = rotation_body_to_world(planned.attitude) @ planned.body_force
             thrust = Thrust(planned.thrust, planned.attitude, made, estimate.wind, False)
-        command, self._flew_plan = replace(command, grip=action.grip), planned is not None
+        command, self._flew_plan = command.gripping(action.grip), planned is not None
         if at_the_leaf:
             command = limited(command, self.model.vehicle.weight, self.model.scenario.control.max_push)
         elif tie is Tie.FREE:

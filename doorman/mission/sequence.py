@@ -33,6 +33,7 @@ from doorman.mission.phases.touch import Touch
 from doorman.mission.schedule import PlanSchedule
 from doorman.mission.since import since
 from doorman.model import Model
+from doorman.stored_at_once import stored_at_once
 
 Array = NDArray[np.float64]
 
@@ -53,6 +54,7 @@ _KINDS: tuple[type[MissionPhase], ...] = (
 _PHASES: dict[Phase, type[MissionPhase]] = {kind.phase: kind for kind in _KINDS}
 
 
+@stored_at_once
 @dataclass(frozen=True)
 class Action:
     """What a phase asks for."""
@@ -214,12 +216,12 @@ class Sequence:
 
     def _is_slammed(self, estimate: Estimate) -> bool:
         """Whether the leaf throws the tip back, and that is not given way to yet."""
-        now = self._current(estimate)
-        outside = now.phase is Phase.RETREAT and not in_the_doorway(self.attempt.model, estimate.position)
-        if now.gives_way or outside or now.phase is Phase.DONE:
+        now, slammed = self._current(estimate), self.attempt.model.scenario.estimation.slam_speed
+        if not estimate.touching or estimate.tip_speed >= -slammed or now.gives_way or now.phase is Phase.DONE:
             return False
-        slammed = self.attempt.model.scenario.estimation.slam_speed + now.speed_back(estimate)
-        return estimate.touching and estimate.tip_speed < -slammed
+        if now.phase is Phase.RETREAT and not in_the_doorway(self.attempt.model, estimate.position):
+            return False
+        return estimate.tip_speed < -(slammed + now.speed_back(estimate))
 
 
 def _first(model: Model) -> Phase:

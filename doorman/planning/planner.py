@@ -114,7 +114,8 @@ class Planner(CopiedWhole):
         ):
             if not (math.isfinite(value) and value >= least):
                 raise DimensionError("impossible value of a hinge", field=name, given=value, allowed=allowed)
-        self._hinge, self._fitted = hinge, False
+        if hinge != self._hinge:
+            self._hinge, self._fitted = hinge, False
 
     def update_margin(self, margin: float) -> None:
         """Change the distance that the next plans keep from door and frame; `planner.margin` holds until the first call.
@@ -128,7 +129,8 @@ class Planner(CopiedWhole):
         wanted = number(margin, "margin", "finite, >= 0 [m]")
         if wanted < 0.0:
             raise DimensionError("not a margin", field="margin", given=margin, allowed="finite, >= 0 [m]")
-        self._margin, self._fitted = wanted, False
+        if wanted != self._margin:
+            self._margin, self._fitted = wanted, False
 
     def update_goal(self, door_angle: float | None) -> None:
         """Change where the next plans bring a gripped door: to rest there, with the heading and arm that keep step with it.
@@ -142,7 +144,8 @@ class Planner(CopiedWhole):
         if door_angle is not None:
             door_angle = number(door_angle, "door_angle", "finite [rad]")
             self.planning.goal(self.planning.start_state, self._hinge, door_angle)
-        self._goal_angle, self._fitted = door_angle, False
+        if door_angle != self._goal_angle:
+            self._goal_angle, self._fitted = door_angle, False
 
     def update_time(self, time: float) -> None:
         """Say what `task.time` is at the first node of the next plans, for constraints and costs that change with it.
@@ -206,7 +209,7 @@ class Planner(CopiedWhole):
 
     def _fit(self, state: Array) -> None:
         """Fit the problem to what is known of the hinge, to the margin, and to a start, where that changes anything."""
-        if self._fitted and not self.planning.follows_start:
+        if self._fitted and not self.planning.follows_start(self._given):
             return
         self._numbers = self.planning.fitted(self._hinge, self._margin, state, self._given)
         self.solver.update_parameters(self._numbers.vector)

@@ -43,8 +43,6 @@ class PlanningModel(Protocol):
     """Carries the vehicle's weight, shape (nu,)."""
     numbers: Numbers
     """Of the scenario's task, by name; `fitted` returns others."""
-    follows_start: bool
-    """Whether `fitted` and `goal` depend on the start."""
     has_inertia: bool
     """Whether `force_on_door` takes the vehicle's acceleration."""
     headings: tuple[tuple[int, int], ...]
@@ -60,6 +58,9 @@ class PlanningModel(Protocol):
 
     def fitted(self, hinge: Hinge, margin: float, start: Array, given: Mapping[str, ArrayLike] = NOTHING) -> Numbers:
         """Numbers of the problem for what is known of the hinge, for a margin, and for a start."""
+
+    def follows_start(self, given: Mapping[str, ArrayLike] = NOTHING) -> bool:
+        """Whether `fitted` and `goal` depend on the start, where these numbers are given."""
 
     def goal(self, start: Array, hinge: Hinge, door_angle: float | None = None) -> Array:
         """Target of a plan's cost, shape (nx,): `goal_state`, leaning against the hinge, or a place on the way there."""

@@ -154,7 +154,11 @@ class SimulatedBackend(Backend):
         if not math.isfinite(thrust):
             raise BackendError("not finite", field="command.thrust", given=thrust, allowed="finite numbers")
         assert self._link is not None
-        checked = Command(thrust, attitude, arm_rates, bool(command.grip), (float(side_force[0]), float(side_force[1])))
+        ahead, left = side_force.tolist()
+        checked = Command(thrust, attitude, arm_rates, bool(command.grip), (ahead, left))
+        if self._link.is_plain:
+            self._take(simulator, checked)
+            return
         self._link.send(simulator.time, checked)
         self._follow(simulator)
 
@@ -166,8 +170,11 @@ class SimulatedBackend(Backend):
     def _follow(self, simulator: Simulator) -> None:
         """Take what the link has brought."""
         assert self._link is not None
-        if (command := self._link.arrived(simulator.time)) is None:
-            return
+        if (command := self._link.arrived(simulator.time)) is not None:
+            self._take(simulator, command)
+
+    @staticmethod
+    def _take(simulator: Simulator, command: Command) -> None:
         simulator.set_command(command.thrust, command.attitude, command.arm_rates, command.side_force)
         simulator.set_grip(command.grip)
 

@@ -49,11 +49,14 @@ class DelayLine(Generic[Sent]):
         if now < self._next - ROUNDED:
             return
         self._next = max(self._next + self._interval, now)
-        self._on_the_way.append((now + self._delay + self._jitter * float(self._draw.random()), command))
+        arrives = now + self._delay
+        if self._jitter:
+            arrives += self._jitter * float(self._draw.random())
+        self._on_the_way.append((arrives, command))
 
     def arrived(self, now: float) -> Sent | None:
         """The newest command that has arrived and was not handed out before."""
-        newest: Sent | None = None
-        while self._on_the_way and self.due <= now + ROUNDED:
-            newest = self._on_the_way.popleft()[1]
+        newest, on_the_way = None, self._on_the_way
+        while on_the_way and on_the_way[0][0] <= now + ROUNDED:
+            newest = on_the_way.popleft()[1]
         return newest

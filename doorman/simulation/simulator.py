@@ -89,7 +89,9 @@ class Simulator(Uncopied):
         self._tip_on_frame = _tip_on_frame(self.plant)
         gains = gains or simulated_gains(model)
         self._own = step_parameters(self._mujoco, model, self.plant, self.layout, time_step, gains, self._hinge.numbers)
-        self._late = DelayLine[Array](round(gains.dead_time / time_step))  # in physics steps
+        self._late = DelayLine[tuple[float, float, float, float]](
+            round(gains.dead_time / time_step)
+        )  # in physics steps
         self._stepping = held(self._own)
         self._command, self._tip, self._state = self._own.command, self._own.tip, self._own.truth
         self._counts = self._own.engine.contacts
@@ -132,7 +134,7 @@ class Simulator(Uncopied):
             side_force: Body force along x and y, shape (2,) [N]; rotors that cannot make it take no notice.
         """
         self._command[0] = thrust
-        self._late.send(self._steps, np.array(quaternion_of(attitude)))
+        self._late.send(self._steps, quaternion_of(attitude))
         self._steps_until_attitude(1)
         self._command[5:7] = side_force
         self._command[7:] = arm_rates

@@ -7,8 +7,10 @@ from typing import Any
 
 from doorman.arrays import Array
 from doorman.one_line import OneLine
+from doorman.stored_at_once import stored_at_once
 
 
+@stored_at_once
 @dataclass(frozen=True, eq=False, repr=False)
 class Truth(OneLine):
     """State and contact of the simulated plant at one tick of the controller."""
@@ -58,6 +60,7 @@ class Truth(OneLine):
 
     def fields(self) -> dict[str, Any]:
         """Everything but the time, for a recorder; the pairs of collisions as one text."""
-        values = {name: value for name, value in vars(self).items() if name != "time"}
+        values = vars(self).copy()
+        del values["time"]
         values["collision_pairs"] = ", ".join(self.collision_pairs)
         return values

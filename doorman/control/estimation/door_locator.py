@@ -72,19 +72,31 @@ class DoorLocator:
         self._away, self._ended = 0.0, False
         self._offset, self._turned = np.zeros(2), 0.0  # as they are used
         self._moved, self._turn = False, np.eye(3)  # whether they are not zero, and the rotation of the map to the door
+        self._told: tuple[Array | None, list[float], list[float]] = (
+            None,
+            [],
+            [],
+        )  # of which covariance, state, deviations
 
     @property
     def state(self) -> list[float]:
         """What is known, h and the turn: [m], [m], [rad]."""
-        return [*self.known.offset.tolist(), self.known.yaw]
+        return self._as_told()[1]
 
     @property
     def deviations(self) -> list[float]:
         """Their standard deviations, against the place in the world in which the flight began."""
-        covariance, walked = self.known.covariance, 0.0
-        if not math.isnan(self.known.time):
-            walked = self._walk * max(self.known.time - (self._began or 0.0), 0.0)
-        return [float(each) for each in np.sqrt(np.diag(covariance) + walked * np.array([1.0, 1.0, 0.0]))]
+        return self._as_told()[2]
+
+    def _as_told(self) -> tuple[Array | None, list[float], list[float]]:
+        known = self.known
+        if self._told[0] is not known.covariance:
+            walked = 0.0
+            if not math.isnan(known.time):
+                walked = self._walk * max(known.time - (self._began or 0.0), 0.0)
+            deviations = np.sqrt(known.covariance.diagonal() + walked * np.array([1.0, 1.0, 0.0])).tolist()
+            self._told = known.covariance, [*known.offset.tolist(), known.yaw], deviations
+        return self._told
 
     def angle_deviation(self, door_angle: float) -> float:
         r"""Standard deviation of α from that of the door's place, :math:`\delta\alpha = n_D^T\delta h/D - \delta\psi`.
@@ -108,7 +120,7 @@ class DoorLocator:
             self._lose(time_step)
             return
         self._away = 0.0
-        tips = self._model.coupling.tips(np.array([measured.attitude]), np.array([measured.arm_angles]))
+        tips = self._model.coupling.tips(measured.attitude[None].copy(), measured.arm_angles[None].copy())
         self._sum += measured.position + tips[0]
         self._count += 1
         self._since += time_step
@@ -201,8 +213,11 @@ class DoorLocator:
         """Use what is found, little by little."""
         if not (self._goes_round or self.known.found):
             return
-        off, most = self.known.offset - self._offset, _SPEED * time_step
+        off, turn = self.known.offset - self._offset, self.known.yaw - self._turned
+        if self._moved and not (turn or off.any()):
+            return
+        most = _SPEED * time_step
         self._offset = self._offset + off * min(1.0, most / max(float(np.hypot(*off)), 1e-9))
-        turn, most = self.known.yaw - self._turned, _TURN * time_step
+        most = _TURN * time_step
         self._turned += min(max(turn, -most), most)
         self._moved, self._turn = True, turned(self._turned)

@@ -26,11 +26,12 @@ from doorman.estimation.leaf.leaf_filter import (
 )
 from doorman.estimation.leaf.numbers import JOINT, PLACES, leaf_numbers
 from doorman.estimation.leaf.running import LeafRun
-from doorman.kinematics.rotations import euler_rates, rotation_body_to_world
+from doorman.kinematics.rotations import euler_rates
 from doorman.model import Model
 from doorman.one_line import OneLine
 from doorman.position_noise import PositionNoise
 from doorman.signals import Measurement
+from doorman.stored_at_once import stored_at_once
 
 Array = NDArray[np.float64]
 
@@ -53,6 +54,7 @@ class Tie(Enum):
     """It is tied to the leaf."""
 
 
+@stored_at_once
 @dataclass(frozen=True, eq=False, repr=False)
 class Estimate(OneLine):
     """What is known at one time."""
@@ -184,8 +186,9 @@ class Estimator:
 
     def update(self, measured: Measurement, tie: Tie, closes: bool, time_step: float) -> Estimate:
         """Take in one measurement; `closes` says whether the gripper is to be closed."""
-        if not all(np.isfinite(part).all() for part in _parts(measured)):
-            self._converter.tip(*_parts(measured))  # says what
+        parts = _parts(measured)
+        if not math.isfinite(sum(np.concatenate(parts).tolist())):  # a sum of measurements does not overflow
+            self._converter.tip(*parts)  # says what
         self._acting.note(measured, self._told)
         situation = _situation(tie, closes and self._model.scenario.contact.kind == "grip")
         if situation == AWAY and self._feels is not None:
@@ -265,24 +268,27 @@ class Estimator:
     def _in_short(self, measured: Measurement, run: LeafRun, time_step: float) -> Estimate:
         """What the bank knew at the last pose, carried on to now."""
         model, known = self._model, run.estimate
-        mean, outputs, deviations, age = known.mean, known.outputs, run.deviations, max(measured.time - known.time, 0.0)
-        gains = np.array([outputs[name][0] for name in GAINS])
-        position, velocity = mean[:3] + age * mean[3:6] + 0.5 * age**2 * gains, mean[3:6] + age * gains
+        mean, outputs, age = known.mean, known.outputs, max(measured.time - known.time, 0.0)
+        states, deviations = mean.tolist(), run.deviations.tolist()
+        moved = list(zip(states[:3], states[3:6], [outputs[name][0] for name in GAINS], strict=True))
+        position = np.array([at + age * moves + 0.5 * age**2 * gains for at, moves, gains in moved])
+        velocity = np.array([moves + age * gains for _, moves, gains in moved])
         attitude, arm = self._acting.now()
-        rate, resistance, face, lift, inertia = (float(mean[place]) for place in _TOLD)
-        angle, inertia, door = float(mean[JOINT]) + age * rate, math.exp(inertia), model.door
+        rate, resistance, face, lift, inertia = (states[place] for place in _TOLD)
+        angle, inertia, door = states[JOINT] + age * rate, math.exp(inertia), model.door
         self._touches = touching = self._believes(run, TOUCHING, self._touches)
         self._rests = self._believes(run, RESTING, self._rests)
         self._stopped = self._believes(run, (STOPPED,), self._stopped)
         wind = np.array([outputs[name][0] for name in WINDS])
         if touching:
             strength = math.hypot(*wind[:2].tolist())
-            self._hinge.learn(known.time, angle, rate, resistance, float(deviations[_TOLD[1]]), strength)
-        attitude_rates = np.array(euler_rates(attitude, measured.body_rates))
-        turning = attitude_rates[2] * rotation_body_to_world(attitude)[2]
-        tip_angle, tip_rate = self._converter.tip(position, velocity, attitude, turning, arm, measured.arm_rates)
+            self._hinge.learn(known.time, angle, rate, resistance, deviations[_TOLD[1]], strength)
+        attitude_rates = euler_rates(attitude, measured.body_rates)
+        tip_angle, tip_rate = self._converter.tip(
+            position, velocity, attitude, _turning(attitude, attitude_rates[2]), arm, measured.arm_rates
+        )
         tip_angle -= model.coupling.angle_of_face(face)
-        lever, off = model.coupling.lever_length, float(deviations[JOINT])
+        lever, off = model.coupling.lever_length, deviations[JOINT]
         force, friction = outputs["normal_force"][0], mean[PLACES["friction"]]
         along, up = door.leaf_direction(angle), door.up
         unnamed = (
@@ -295,8 +301,8 @@ class Estimator:
         )
         return Estimate(
             time=measured.time, position=position, velocity=velocity, arm_angles=arm,
-            state=np.concatenate([attitude, (angle, rate), arm]),
-            attitude_rates=attitude_rates,
+            state=np.concatenate((attitude, (angle, rate), arm)),
+            attitude_rates=np.array(attitude_rates),
             tip_angle=tip_angle, tip_speed=-lever * tip_rate, wind=wind,
             tip_force=force * door.normal(angle) + friction[0] * along + friction[1] * up,
             friction_force=friction, normal_force=force,
@@ -304,17 +310,25 @@ class Estimator:
             stopped=self._stopped, rests=self._rests,
             resistance=resistance,
             friction_share=self._hinge.friction_share(angle), face_offset=face, door_disturbance=self._unnamed,
-            hinge=self._hinge.found(angle, inertia, inertia * float(deviations[_TOLD[4]])),
+            hinge=self._hinge.found(angle, inertia, inertia * deviations[_TOLD[4]]),
             lift=lift, angle_deviation=off, lost=run.lost,
         )  # fmt: skip
 
     def _believes(self, run: LeafRun, names: tuple[str, ...], before: bool) -> bool:
         """Whether one of these hypotheses is surely true, or was and is not surely false."""
-        probability = sum(run.estimate.probabilities.get(name, 0.0) for name in names)
-        return probability > (1.0 - self._sure if before else self._sure)
+        return run.estimate.probability_of(names) > (1.0 - self._sure if before else self._sure)
 
 
 _TOLD = tuple(PLACES[name].start for name in ("joint_rate", "resistance", "face", "lift", "log_inertia"))
+
+
+def _turning(attitude: Array, yaw_rate: float) -> Array:
+    """Body rates of a vehicle that turns about the vertical alone, shape (3,) [rad/s]."""
+    roll, pitch, _ = attitude.tolist()
+    flat = math.cos(pitch)
+    return np.array(
+        (yaw_rate * -math.sin(pitch), yaw_rate * (flat * math.sin(roll)), yaw_rate * (flat * math.cos(roll)))
+    )
 
 
 def _parts(measured: Measurement) -> tuple[Array, ...]:

@@ -62,7 +62,8 @@ class Acting:
     def note(self, measured: Measurement, force: Array) -> None:
         """Take in a tick, and what was commanded since the tick before, shape (3,), body frame [N]."""
         age = 0.0 if measured.arm_time is None else max(measured.time - measured.arm_time, 0.0)
-        rates = measured.body_rates if np.isfinite(measured.body_rates).all() else self._memory[RATES:FORCE].copy()
+        finite = math.isfinite(sum(measured.body_rates.tolist()))
+        rates = measured.body_rates if finite else self._memory[RATES:FORCE]
         note_tick(
             self._times, self._rows, self._memory, measured.time, np.array(rates), np.array(force),
             np.array(measured.arm_angles), np.array(measured.arm_rates), age,

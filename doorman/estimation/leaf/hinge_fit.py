@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.model import Model
+from doorman.stored_at_once import stored_at_once
 
 Array = NDArray[np.float64]
 
@@ -23,6 +24,7 @@ _EVERY = 1.0
 """Between looks, over which what the leaf resists with by chance is a new one [s]."""
 
 
+@stored_at_once
 @dataclass(frozen=True)
 class HingeEstimate:
     """Parameters of the hinge with their standard deviations, SI units."""
@@ -57,8 +59,13 @@ class HingeFit:
             door.damping or usual.damping, door.friction or usual.friction, door.stiffness or usual.stiffness
         ])  # fmt: skip
         doubt = np.array([usual.damping_deviation, usual.friction_deviation, usual.stiffness_deviation])
-        self._covariance = np.diag(doubt**2)
+        self._believe(np.diag(doubt**2))
         self._next = -math.inf
+
+    def _believe(self, covariance: Array) -> None:
+        self._covariance, (_, (_, of_friction, together), (_, _, of_stiffness)) = covariance, covariance.tolist()
+        self._told = np.sqrt(np.maximum(covariance.diagonal(), 0.0)).tolist(), of_friction, of_stiffness, together
+        """Deviations of damping, friction and stiffness, the variances of the last two, and their covariance."""
 
     def learn(self, now: float, angle: float, rate: float, resistance: float, deviation: float, wind: float) -> None:
         """Take in what a leaf that is pushed along resists with."""
@@ -72,7 +79,7 @@ class HingeFit:
         spread = self._covariance @ slope
         variance = float(slope @ spread) + noise
         self._mean = np.maximum(self._mean + spread * ((felt - float(slope @ self._mean)) / variance), 0.0)
-        self._covariance = self._covariance - np.outer(spread, spread) / variance
+        self._believe(self._covariance - np.outer(spread, spread) / variance)
 
     def stays(self, angle: float) -> None:
         """The leaf has stood here with nothing at it: friction is at least what closer and weight make."""
@@ -85,9 +92,8 @@ class HingeFit:
 
     def found(self, angle: float, inertia: float, inertia_deviation: float) -> HingeEstimate:
         """What is known at an angle."""
-        turned, own = abs(angle - self._door.rest_angle), self._covariance
-        deviations = np.sqrt(np.maximum(own.diagonal(), 0.0)).tolist()
-        squares, together = own[1, 1] + turned**2 * own[2, 2], 2.0 * turned * own[1, 2]
+        turned, (deviations, of_friction, of_stiffness, together) = abs(angle - self._door.rest_angle), self._told
+        squares, together = of_friction + turned**2 * of_stiffness, 2.0 * turned * together
         damping, friction, stiffness = self._mean.tolist()
         return HingeEstimate(
             damping, friction, stiffness, inertia, deviations[0], deviations[1], deviations[2], inertia_deviation,

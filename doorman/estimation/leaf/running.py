@@ -48,7 +48,12 @@ class LeafRun:
         self._bank = bank or leaf_filter(model, numbers)
         self._situation, self._inputs, self._numbers = situation, inputs, numbers
         self._mean, self._doubt = first_state(model, numbers, position)
-        self._drawn = numbers.place("noise.drawn")  # what nobody has opened yet rests
+        self._drawn = numbers.place("noise.drawn").start  # what nobody has opened yet rests
+        self._drawn_at_most, self._more = numbers.one("noise.drawn"), numbers.one("contact.more")
+        names = "contact.more", "contact.way", "switch.lose", "switch.make", "sensor.pose"
+        self._more_at, self._way_at, self._lose_at, self._make_at, self._pose_at = (
+            numbers.place(name).start for name in names
+        )
         self._bank.start(time, self._mean, self._doubt, probabilities={first: 1.0}, inputs=inputs, situation=situation)
         self.estimate: FilterEstimate = self._bank.estimate()
         """At the last pose."""
@@ -78,7 +83,7 @@ class LeafRun:
         if situation != self._situation:
             self._situation = situation
             bank.allow(situation)
-        if not np.isfinite(inputs).all():
+        if not math.isfinite(sum(inputs.tolist())):
             return Status.NOT_FINITE
         bank.acted(0.5 * (self._inputs + inputs))
         self._inputs = inputs
@@ -100,7 +105,7 @@ class LeafRun:
         """A pose as the right markers would give it, shape (3,) [m], and whether the cameras see others; once for each pose."""
         mean, passed = self.estimate.mean, time - self.time
         expected = mean[PLACES["position"]] + passed * mean[PLACES["velocity"]]
-        deviation = float(self._bank.parameters[self._numbers.place("sensor.pose")][0])
+        deviation = float(self._bank.parameters[self._pose_at])
         seen = self._swapped.undone(time, position, expected, passed, deviation)
         return seen, self._swapped.now
 
@@ -156,13 +161,13 @@ class LeafRun:
 
     def pose_deviation(self, deviation: float) -> None:
         """Say how noisy positions are [m]; from the next step on."""
-        self._bank.parameters[self._numbers.place("sensor.pose")] = max(deviation, LEAST_NOISE)
+        self._bank.parameters[self._pose_at] = max(deviation, LEAST_NOISE)
 
     def is_to_move(self, way: int) -> None:
         """Say whether a leaf that stands is to go on, 1, or back, -1: one that is held, 0, tells nothing of its friction."""
-        more = self._numbers.one("contact.more")
-        self._bank.parameters[self._numbers.place("contact.more")] = more if way else -0.5 * more
-        self._bank.parameters[self._numbers.place("contact.way")] = way or 1
+        parameters = self._bank.parameters
+        parameters[self._more_at] = self._more if way else -0.5 * self._more
+        parameters[self._way_at] = way or 1
 
     def feels(self, normal: Array) -> None:
         """Say into which face the tip feels its way, unit vector, shape (3,); zeros if into none. No wind jumps just then."""
@@ -171,9 +176,9 @@ class LeafRun:
 
     def leaves(self, is_to: bool) -> None:
         """Say whether the tip is to come off the leaf."""
-        rates = self._settings.switch
-        for name, rate, usual in (("lose", rates.leave, rates.lose), ("make", rates.follow, rates.make)):
-            self._bank.parameters[self._numbers.place(f"switch.{name}")] = rate if is_to else usual
+        rates, parameters = self._settings.switch, self._bank.parameters
+        parameters[self._lose_at] = rates.leave if is_to else rates.lose
+        parameters[self._make_at] = rates.follow if is_to else rates.make
 
     def know_face(self) -> None:
         """The face stands where it is believed: what is met elsewhere is a leaf that stands ajar."""
@@ -216,12 +221,13 @@ class LeafRun:
 
     def _look_farther(self, situation: str) -> None:
         """A leaf that is not met where it should stand is beyond the tip; before the first touch, the map is right then."""
-        touches, coupling = self._touches(), self._model.coupling
+        touches = self._touches()
         self._met = self._met or touches > self._settings.sure
-        self._bank.parameters[self._drawn] = self._numbers.one("noise.drawn") if self._met else 0.0
+        self._bank.parameters[self._drawn] = self._drawn_at_most if self._met else 0.0
         if situation != AT_THE_LEAF or touches > 1.0 - self._settings.sure:
             return
-        mean, n, lever = self.estimate.mean, self._model.n_arm, coupling.lever_length
+        coupling, n = self._model.coupling, self._model.n_arm
+        mean, lever = self.estimate.mean, coupling.lever_length
         posture = self._inputs[3:6], self._inputs[6:9], self._inputs[12 : 12 + n], self._inputs[12 + n :]
         tip, tip_rate = coupling.door_state(mean[PLACES["position"]], mean[PLACES["velocity"]], *posture)
         angle, joint, rate = tip - coupling.angle_of_face(float(mean[_FACE])), float(mean[JOINT]), mean[JOINT_RATE]
@@ -239,7 +245,7 @@ class LeafRun:
 
     def _touches(self) -> float:
         """Probability that the tip is at the leaf."""
-        return sum(self.estimate.probabilities.get(name, 0.0) for name in TOUCHING)
+        return self.estimate.probability_of(TOUCHING)
 
     def _leaf_is(self, states: Mapping[int, tuple[float, float]]) -> None:
         """Go on with other states of a leaf that is not touched: value and deviation, by place."""

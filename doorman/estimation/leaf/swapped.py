@@ -10,6 +10,8 @@ A blow does not move the vehicle so fast. A frame that has moved for good passes
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -44,12 +46,16 @@ class Swapped:
         """
         off = position - expected
         most = max(self._fastest * passed, self._gate * deviation)
-        far = bool(np.linalg.norm(off) > most)
-        jumped = self._last is not None and bool(np.linalg.norm(position - self._last) > most)
+        far = _length(off) > most
+        jumped = far and self._last is not None and _length(position - self._last) > most
         self._has_moved, self._last = self._has_moved and far, position
         if self.now:
-            over, lasts = np.linalg.norm(off) < np.linalg.norm(off - self._off), time - self._since >= self._longest
-            self.now, self._has_moved = not (over or lasts), bool(lasts and not over)
+            over, lasts = _length(off) < _length(off - self._off), time - self._since >= self._longest
+            self.now, self._has_moved = not (over or lasts), lasts and not over
         elif far and jumped and not self._has_moved:
             self.now, self._off, self._since = True, off, time
         return position - self._off if self.now else position
+
+
+def _length(vector: Array) -> float:
+    return math.sqrt(vector.dot(vector))

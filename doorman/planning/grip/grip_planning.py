@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Mapping
 from functools import cached_property
 
 import numpy as np
@@ -11,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from doorman.kinematics.numbers import Numbers
 from doorman.model import Model
 from doorman.ocp.solvers.solution import PlanStatus
+from doorman.planning.composition import NOTHING
 from doorman.planning.grip.pushes import LargestPushes, leaning, push_along_normal, too_stiff
 from doorman.planning.hinge import Hinge
 
@@ -34,6 +36,10 @@ class GripPlanning(ABC):
     @abstractmethod
     def state(self, reduced: ArrayLike, body_rates: ArrayLike) -> Array:
         """State to plan from, see `PlanningModel`."""
+
+    def follows_start(self, given: Mapping[str, ArrayLike] = NOTHING) -> bool:
+        """False: hinge and margin say it all. See `PlanningModel`."""
+        return False
 
     def goal(self, start: Array, hinge: Hinge, door_angle: float | None = None) -> Array:
         """The scenario's goal, or a place on the way there, leaning against the hinge. See `PlanningModel`."""

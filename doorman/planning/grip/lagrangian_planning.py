@@ -39,7 +39,7 @@ class LagrangianPlanning(GripPlanning):
         self.start_state = frozen(at_rest(model.start_state))
         self.goal_state = frozen(at_rest(model.goal_state))
         self.hover_input = model.hover_input
-        self.follows_start, self.has_inertia = False, True
+        self.has_inertia = True
         self.headings: tuple[tuple[int, int], ...] = ()
         self.tolerance = SolverOptions().feasibility
         self.numbers = lagrangian_numbers(model)

@@ -38,7 +38,7 @@ class QuasiStaticPlanning(GripPlanning):
         self.start_state = model.start_state
         self.goal_state = model.goal_state
         self.hover_input = np.concatenate([model.hover_input, np.zeros(2 if model.actuation.fully else 0)])
-        self.follows_start = self.has_inertia = False
+        self.has_inertia = False
         self.headings: tuple[tuple[int, int], ...] = ()
         self.tolerance = SolverOptions().feasibility
         self.numbers = door_numbers(model)

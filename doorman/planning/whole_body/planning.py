@@ -67,7 +67,7 @@ class WholeBodyPlanning:
         self.start_state = self.state(model.start_state, np.zeros(3))
         self.goal_state = self.state(model.goal_state, np.zeros(3))
         self.hover_input = np.concatenate([model.hover_input, np.zeros(2 if model.actuation.fully else 0)])
-        self.follows_start = self.has_inertia = True
+        self.has_inertia = True
         self.headings: tuple[tuple[int, int], ...] = ((5, 11),)
         self.tolerance = _TOLERANCE
         self._follow_start = frozenset(self._fitting(Hinge.of(model.door), self.start_state))
@@ -83,9 +83,13 @@ class WholeBodyPlanning:
     def fitted(self, hinge: Hinge, margin: float, start: Array, given: Mapping[str, ArrayLike] = NOTHING) -> Numbers:
         """Numbers of a tip that opens the door, with the hinge as it is known. See `PlanningModel`."""
         known: dict[str, Any] = {"door.rest_angle": self.model.door.rest_angle, "limits.margin": margin}
-        if not self._follow_start <= given.keys():
+        if self.follows_start(given):
             known |= self._fitting(hinge, start)
         return self.numbers.replaced({**known, **given})
+
+    def follows_start(self, given: Mapping[str, ArrayLike] = NOTHING) -> bool:
+        """Unless all references are given. See `PlanningModel`."""
+        return not self._follow_start <= given.keys()
 
     def _fitting(self, hinge: Hinge, start: Array) -> dict[str, Any]:
         """What depends on hinge and start, by name."""

@@ -48,6 +48,8 @@ class _Group:
         self.exact = _EXACT.get(self.kind)
         single = [field for field in fields if not field.shape]
         self.single = [(field.name, converter(field)) for field in single if field.name != TIME]
+        self.names = [name for name, _ in self.single]
+        self.types = [self.exact] * len(self.names)
         self.arrays = [
             (field.name, field.shape, converter(field), self._packer(field.entries)) for field in fields if field.shape
         ]
@@ -84,18 +86,18 @@ class Rows:
         return len(self._records) >= self._most
 
     def add(self, time: float, message: Mapping[str, Value]) -> None:
-        parts, name = [self._begin], ""
-        single: list[Any] = [time]
+        parts, name, first = [self._begin], "", (time,)
         try:
             for group in self._groups:
                 exact, dtype = group.exact, group.dtype
-                for name, convert in group.single:
-                    value: Any = message[name]
-                    single.append(value if value.__class__ is exact else convert(value))
-                parts.append(group.pack(*single))
-                single = []
+                single: list[Any] = [message[name] for name in group.names]
+                if list(map(type, single)) != group.types:
+                    for place, (name, convert) in enumerate(group.single):
+                        single[place] = convert(single[place])
+                parts.append(group.pack(*first, *single))
+                first = ()
                 for name, shape, convert, several in group.arrays:
-                    value = message[name]
+                    value: Any = message[name]
                     if value.__class__ is np.ndarray and value.dtype is dtype and value.shape == shape:
                         parts.append(value.tobytes())
                     elif value.__class__ is list and set(map(type, value)) == {exact} and shape == (len(value),):
