@@ -19,6 +19,7 @@ from doorman.kinematics.doors.frame_places import places_to_touch
 from doorman.kinematics.doors.joint_friction import joint_friction, with_plants_friction
 from doorman.kinematics.doors.reading import read_door, read_travel
 from doorman.kinematics.doors.variants.true_door import TrueDoor, is_another
+from doorman.kinematics.hold import Hold
 from doorman.kinematics.rotations import regular_state, regular_step
 from doorman.kinematics.scale import Scale
 from doorman.kinematics.task_numbers import task_numbers
@@ -65,6 +66,8 @@ class Model:
         self.hinge_scale = self.scale.hinge(self.door)
         """Ratio of the torques that this hinge is expected to resist with to those of a room door."""
         self.scenario = scenario = sized(scenario, self._ratios())
+        self.hold = Hold.of(scenario)
+        """How the tip holds the leaf."""
         self.friction = joint_friction(scenario, self.door, self.hinge_scale)
         """Friction of the plant's joint: one value where a file names it, else an interval [N m]."""
         self.scenario = scenario = self._with_friction(scenario)
@@ -293,7 +296,7 @@ class Model:
     def _distance_from_hinge(self) -> float:
         """D_V [m]."""
         contact, distance = self.scenario.contact, self._place[0]
-        if contact.kind != "push" or not contact.fit_doorway or contact.named is not None or not self.door.upright:
+        if not self.hold.fits or contact.named is not None or not self.door.upright:
             return distance
         arm = start_arm(self.scenario, self.vehicle, self.door, self.travel, self._reduced(distance))
         reach = math.hypot(*self.vehicle.tip_position(arm)[:2])
@@ -322,8 +325,7 @@ class Model:
             return "wall" if self.door.frame_depth - self.door.contact_offset < _RECESSED else "corners"
         width, radius = self.door.width, self.vehicle.radius
         behind_the_tip = radius - 1e-9 <= self._place[0] <= width - radius + 1e-9
-        fitted = self.scenario.contact.kind == "push" and self.scenario.contact.fit_doorway
-        between = (behind_the_tip or fitted) and min(self.travel.start, self.travel.goal) > -_RIGHT_ANGLE
+        between = (behind_the_tip or self.hold.fits) and min(self.travel.start, self.travel.goal) > -_RIGHT_ANGLE
         return "doorway" if between or width < 2.0 * radius else "corners"
 
     def _reaches_the_lintel(self) -> bool:
@@ -344,7 +346,7 @@ class Model:
         door, contact = self.door, self.scenario.contact
         if contact.kind != "push" and self.scenario.simulation.sensors.tip_force:
             raise ScenarioError(
-                "only a tip that pushes has a force sensor", file=self.scenario.source,
+                "only a tip without a gripper has a force sensor", file=self.scenario.source,
                 field="simulation.sensors.tip_force", given=True, allowed='false, or contact.kind = "push"',
             )  # fmt: skip
         width, named = min(door.width, self.true_door.width), contact.named is not None

@@ -83,8 +83,8 @@ class Measurement(OneLine):
     arm_time: float | None = None
     """When the arm's angles were true [s]; None: at `time`."""
     tip_force: float | None = None
-    """With which a tip that pushes presses on what it touches, along the face's normal [N]; None without a sensor or a reading
-    of it."""
+    """With which a tip that is not tied presses on what it touches, along the face's normal [N]; None without a sensor or a
+    reading of it."""
     leaf: LeafReading | None = None
     """Where the leaf is; None without a sensor or a usable reading of it."""
     frame: FrameReading | None = None

@@ -22,10 +22,8 @@ _SENT_BACK = 1.5
 """Share of the way that a vehicle is nearer to a jamb than it may be, by which its place is moved away."""
 _FARTHEST, _FADING = 0.025, 0.03
 """A force to the side has faded so far beyond the margin, over so much of the way [m]."""
-_BRAKING = 0.25
-"""In which a vehicle stops that is about to touch a jamb, with the tenth of a second for which that is doubted [s]."""
-_AHEAD = 0.3
-"""For a vehicle that drifts on for so long [s]."""
+DRIFTS = 0.3
+"""A vehicle drifts on for so long before it brakes: its attitude's lag, and a tenth of a second for which that is doubted [s]."""
 
 
 class Doorway:
@@ -85,7 +83,7 @@ class Doorway:
 
     def gap_to_jambs(self, position: Array, velocity: Array) -> float:
         """Between rotor disc and the nearer jamb, for a vehicle that drifts on a little [m]."""
-        return min(self._gap_to_jambs(position), self._gap_to_jambs(position + _BRAKING * velocity))
+        return min(self._gap_to_jambs(position), self._gap_to_jambs(position + DRIFTS * velocity))
 
     def _bounded(self, position: Array) -> bool:
         """Whether the jambs bound where a vehicle may be: always in a doorway, else only where its disc is between them."""
@@ -119,4 +117,4 @@ class Doorway:
 
     def _soon(self, position: Array, velocity: Array) -> float:
         """Where along the closed leaf a vehicle will be that drifts on [m]."""
-        return self.along(position + _AHEAD * velocity)
+        return self.along(position + DRIFTS * velocity)

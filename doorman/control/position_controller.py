@@ -114,7 +114,7 @@ class PositionController:
         self._planned = np.zeros(3)
         """Force of the tip on the door that was planned last."""
         kept = self.observer.memory.copy(), self._numbers, self._memory.copy(), self._given
-        wanted_force(*kept, 0.0, False, 0.0, self._found)  # compiles: nothing is in flight
+        wanted_force(*kept, 0.0, 0.0, 0.0, self._found)  # compiles: nothing is in flight
 
     def update(
         self, position: Array, velocity: Array, setpoint: Setpoint, time_step: float, later: Later | None = None,
@@ -130,7 +130,7 @@ class PositionController:
             later: What the commands under way make of the vehicle; it is corrected where it will be. Nothing, if not given.
             made: Force of the rotors since the last period, shape (3,), world frame [N]. What was asked for, if not given.
         """
-        pushes = setpoint.push is not None
+        share = 0.0 if setpoint.push is None else 1.0
         wanted_at, wanted_speed = setpoint.position, setpoint.velocity
         if later is not None:
             normal, x, y = setpoint.normal, *(later.horizon * wanted_speed - later.moved)[:2].tolist()
@@ -142,7 +142,7 @@ class PositionController:
         seen = position, velocity, wanted_at, wanted_speed, setpoint.acceleration
         np.concatenate((*seen, setpoint.force, setpoint.normal), out=self._given)
         observer, push = self.observer.memory, setpoint.push or 0.0
-        wanted_force(observer, self._numbers, self._memory, self._given, time_step, pushes, push, self._found)
+        wanted_force(observer, self._numbers, self._memory, self._given, time_step, share, push, self._found)
         wanted, disturbance = self._found[:3], self._found[3:].copy()
         max_tilt = self.settings.max_tilt if setpoint.max_tilt is None else setpoint.max_tilt
         force = self.reach * self._actuation.within_limits(wanted / self.reach, setpoint.yaw, max_tilt)

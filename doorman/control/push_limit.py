@@ -19,7 +19,7 @@ from doorman.signals import Command
 
 
 def limited(command: Command, weight: float, most: float) -> Command:
-    """The command, or the one with the same heading that pushes the same way, and no harder than allowed."""
+    """The command, or the one with the same heading and the same way of the push, and no harder than allowed."""
     up = np.array([0.0, 0.0, weight])
     rotation = rotation_body_to_world(command.attitude)
     beyond = rotation @ command.body_force - up
@@ -27,7 +27,7 @@ def limited(command: Command, weight: float, most: float) -> Command:
     if size <= most:
         return command
     force = up + most / size * beyond
-    if any(command.side_force):  # a vehicle that pushes with a level body keeps its attitude
+    if any(command.side_force):  # a vehicle with a level body keeps its attitude
         ahead, left, lift = (rotation.T @ force).tolist()
         return replace(command, thrust=lift, side_force=(ahead, left))
     x, y, z = force.tolist()

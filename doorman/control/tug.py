@@ -5,19 +5,17 @@ from __future__ import annotations
 from doorman.model import Model
 from doorman.planning.pace import TUGGING
 
-TOUCH_FORCE = 0.5
-"""With which the tip of the shipped vehicle presses after the touch: above what noise of poses passes for a touch [N]."""
 TUG = 0.05
 """Share of the weight with which a gripper is tried that has just closed, for `TUGGING`."""
 
 
 def drawn_by_the_tug(model: Model, torque: float, friction: float) -> tuple[float, float]:
-    """How far a tug draws a leaf from the start towards the vehicle, and its rate by then [rad], [rad/s].
+    """How far the tug of a tied tip draws a leaf from the start towards the vehicle, and its rate by then [rad], [rad/s].
 
     Torque of closer and weight in the sense of damping, and friction, are the true ones at the start.
     """
     lever, mass = model.coupling.lever_length, model.vehicle.mass
-    net = max(TUG * model.vehicle.weight * lever - torque - friction, 0.0)
+    net = max(model.hold.tied * TUG * model.vehicle.weight * lever - torque - friction, 0.0)
     rate = net / (model.door.inertia + mass * lever**2) * TUGGING
     way, room = 0.5 * rate * TUGGING, model.door.upper_limit - model.start_angle
     if model.door.endless or way < room:

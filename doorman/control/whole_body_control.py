@@ -17,14 +17,16 @@ from numpy.typing import NDArray
 
 from doorman.control.estimation.estimator import Estimate
 from doorman.control.observers.tilt_observer import TiltObserver
+from doorman.control.position_controller import Setpoint
+from doorman.control.wanted import Wanted
 from doorman.dynamics.attitude_loop import AttitudeLoop
 from doorman.model import Model
 from doorman.planning.hinge import Hinge
 from doorman.planning.pace import Pace
 from doorman.planning.plan import Plan
 from doorman.planning.whole_body.contact import depth_of, stick_place, tip_on_face, turned_by, whole_body_state
-from doorman.planning.whole_body.numbers import goal_numbers, grip_numbers, loop_numbers, push_pace, whole_body_numbers
-from doorman.planning.whole_body.references import LEAST_RESISTANCE, at_the_leaf, in_the_gripper
+from doorman.planning.whole_body.numbers import goal_numbers, loop_numbers, whole_body_numbers
+from doorman.planning.whole_body.references import LEAST_RESISTANCE, Leaf, references
 from doorman.signals import Command
 
 Array = NDArray[np.float64]
@@ -58,14 +60,15 @@ class WholeBodyController:
     """
 
     def __init__(self, model: Model) -> None:
-        self._model, self._grips = model, model.scenario.contact.kind == "grip"
-        self._pace = Pace.held(model) if self._grips else push_pace(model)
-        self._grip = grip_numbers(model) if self._grips else {}
-        self._numbers = whole_body_numbers(model).replaced(self._grip)
+        self._model, self._pace = model, Pace.of(model)
+        self._numbers = whole_body_numbers(model)
         self._free_air = _FREE_AIR * model.vehicle.radius
-        self._least_force = _LEAST_FORCE * model.vehicle.weight
+        self._least_force = model.hold.between(_LEAST_FORCE * model.vehicle.weight, -model.hold.pull)
+        self._hinge = Hinge.of(model.door)
         self.opening_rate = 0.0
         """Asked for now [rad/s]."""
+        self.waits: Setpoint | None = None
+        """Nothing is waited with: the phase flies until the first plan is known."""
         self._way, self._ends = model.travel.sense, dict[str, Any]()
         self._arm_rates, self._side = np.zeros(model.n_arm), np.zeros(2)
         self._turned: tuple[Estimate | None, Array] = None, np.zeros(2)  # of the last `aim`
@@ -88,7 +91,7 @@ class WholeBodyController:
     def fly_by(self, loop: AttitudeLoop) -> None:
         """Believe another attitude loop from now on."""
         self._loop, self._shaping = loop.planned(self._numbers.one("plan.time_step")), loop.shaping
-        self._loop_numbers = loop_numbers(self._model, self._loop, self._grips)
+        self._loop_numbers = loop_numbers(self._model, self._loop)
         self._dead_time = loop.dead_time
         """Of the loop as it is, not as a plan resolves it [s]."""
         self._tilt.fly_by(self._loop)
@@ -170,6 +173,11 @@ class WholeBodyController:
             place -= 1
         return place
 
+    def wanted(self, known: Estimate, now: float) -> Wanted:
+        """A plan from now on."""
+        state, numbers = self.start(known)
+        return Wanted(state, self._hinge, numbers, under_way=self.under_way(now))
+
     def start(self, known: Estimate) -> tuple[Array, dict[str, Any]]:
         """What a plan begins with, and aims for; what a held tip bears in the face acts on the vehicle as wind does."""
         model, numbers, angle = self._model, self._numbers, known.door_angle
@@ -177,8 +185,8 @@ class WholeBodyController:
         load = self._load[0] * model.door.leaf_direction(angle) + self._load[1] * model.door.up
         depth, place = tip_on_face(model, known.position, known.attitude, angle, known.arm_angles)
         depth += known.face_offset
-        touches = self._grips or known.touching
-        force = known.normal_force if self._grips else max(known.normal_force, self._least_force)
+        touches = known.touching or model.hold.tied > 0.0
+        force = max(known.normal_force, self._least_force)
         wanted = depth_of(force, numbers) if touches else min(depth, self._free_air)
         state = whole_body_state(
             known.position + (wanted - depth) * model.door.normal(angle), known.attitude, known.velocity,
@@ -192,28 +200,23 @@ class WholeBodyController:
         side = {"actuation.side": self._side} if model.actuation.fully else {}
         return state, {
             **side, **self._loop_numbers, **self._ends,
-            **(self._held(known, load) if self._grips else self._pushed(known)),
+            **references(model, numbers, self._leaf(known, load), self.opening_rate),
             "contact.stick": place, "contact.offset": numbers.one("contact.offset") + known.face_offset,
             "vehicle.wind": known.wind - load, "vehicle.tilt_offset": self._tilt.offset + held,
             "reference.turned": self._tilt.offset + turned,
         }  # fmt: skip
 
-    def _pushed(self, known: Estimate) -> dict[str, Any]:
-        """References of a tip that only pushes."""
-        model, angle = self._model, known.door_angle
-        return at_the_leaf(
-            self._numbers, model.coupling.lever_length, angle, known.touching,
-            max(known.resistance, LEAST_RESISTANCE * model.hinge_scale), known.friction_share, known.hinge.inertia,
-            self.opening_rate, -known.door_rate, model.travel.ahead(model.door.weight_torque(angle)),
-        )  # fmt: skip
-
-    def _held(self, known: Estimate, load: Array) -> dict[str, Any]:
-        """References of a tip that grips: of the torque that resists, friction counts as it acts at this rate."""
-        model, numbers, hinge = self._model, self._numbers, known.hinge
-        rubs = hinge.friction * math.tanh(known.door_rate / numbers.one("door.friction_rate"))
-        torque = model.travel.sense * known.resistance - rubs
-        held = Hinge(hinge.friction, torque, hinge.inertia, 0.0, 0.0)
-        return in_the_gripper(model, numbers, self._grip, held, self._pace, self.opening_rate, known.door_angle, load)
+    def _leaf(self, known: Estimate, load: Array) -> Leaf:
+        """What is known of the leaf. Of the torque that resists, friction counts as it acts at this rate."""
+        model, hinge, sense = self._model, known.hinge, self._model.travel.sense
+        resistance = max(known.resistance, LEAST_RESISTANCE * model.hinge_scale)
+        if model.hold.tied:  # which also draws a leaf on, and brakes what comes by itself
+            rubs = hinge.friction * math.tanh(known.door_rate / self._numbers.one("door.friction_rate"))
+            believed = Hinge(hinge.friction, sense * known.resistance - rubs, hinge.inertia, 0.0, 0.0)
+        else:
+            rubs = known.friction_share * resistance
+            believed = Hinge(rubs, sense * (resistance - rubs), hinge.inertia, 0.0, 0.0)
+        return Leaf(known.door_angle, known.door_rate, known.touching, believed, resistance, load)
 
     def _turned_by(self, known: Estimate) -> Array:
         """Roll and pitch beside the command that the estimated force of the tip makes, shape (2,) [rad]."""

@@ -103,11 +103,3 @@ class LagrangianTask(TiedTask):
         bias = ca.jtimes(self.body_rates, self.attitude, self.euler_rates)
         bent = euler_rates(self.attitude, turning - bias)
         return ca.vertcat(self.euler_rates, self.door_rate, bent, swinging, self.arm_rates)
-
-    def evaluated(self) -> dict[str, Any]:
-        """CasADi functions of x, u and the numbers: `derivative`, `contact_force`; of Δt, too: `step`, `step_jacobian`."""
-        model, given = self.symbolic_model(), [self.state, self.inputs, self.parameters]
-        jacobian = ca.jacobian(model.step, ca.vertcat(self.state, self.inputs))
-        expressions = {"derivative": (self.derivative, []), "contact_force": (self.contact_force, []),
-                       "step": (model.step, [model.time_step]), "step_jacobian": (jacobian, [model.time_step])}  # fmt: skip
-        return {name: ca.Function(name, [*given, *more], [each]) for name, (each, more) in expressions.items()}

@@ -83,14 +83,14 @@ class TipOnFace(Task):
 
     @cached_property
     def touches(self) -> Any:
-        """0 in free air, 1 in firm contact or where the tip grips."""
-        g = self.contact.grips
+        """0 in free air, 1 in firm contact or where the tip is tied."""
+        g = self.contact.tied
         return g + (1 - g) * self.pressed / (self.pressed + self.contact.smoothing)
 
     @cached_property
     def spring_force(self) -> Any:
         """λ at rest, a pull negative [N]."""
-        g = self.contact.grips
+        g = self.contact.tied
         return self.contact.stiffness * ((1 - g) * self.pressed + g * self.depth)
 
     @cached_property
@@ -108,8 +108,8 @@ class TipOnFace(Task):
         """F in the plane of the face, along and up: friction, or what the gripper holds, (2, 1) [N]."""
         contact, face = self.contact, ca.horzcat(self.leaf_direction, self.leaf.up)
         slipped, rubs = self.slipped, contact.friction * self.normal_force
-        held = (1 - contact.grips) * rubs / ca.sqrt(ca.dot(slipped, slipped) + contact.give**2) * slipped
-        held += contact.grips * contact.stiffness * slipped
+        held = (1 - contact.tied) * rubs / ca.sqrt(ca.dot(slipped, slipped) + contact.give**2) * slipped
+        held += contact.tied * contact.stiffness * slipped
         return held + contact.slip_damping * self.touches * (face.T @ self.slip_velocity)
 
     @cached_property

@@ -19,13 +19,13 @@ import math
 import numpy as np
 
 from doorman.arrays import Array
-from doorman.control.tug import TOUCH_FORCE
 from doorman.dynamics.attitude_loop import AttitudeLoop
 from doorman.exceptions import BackendError
 from doorman.feasibility.report import Finding, Severity, graded
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.kinematics.vehicles.rotor_layout import RotorLayout, rotor_layout
 from doorman.model import Model
+from doorman.planning.pace import RESTING
 from doorman.simulation.plant.onboard.attitude_loop import AttitudeGains
 from doorman.simulation.plant.plant import hover_wrench
 
@@ -84,33 +84,30 @@ def _thrust_reserve(model: Model, layout: RotorLayout) -> Finding:
 def _first_turn(model: Model) -> tuple[float, str]:
     """Error of the attitude that the onboard loop has to answer at the touch, and why [rad]."""
     control = model.scenario.control
-    if model.scenario.contact.kind == "grip":
+    if model.hold.tied > 0.0:
         return FIRST_TURN, "as the first plans do with the tip tied"
     stop = model.vehicle.mass * control.velocity_gain[0] * model.scenario.mission.touch_speed / model.vehicle.weight
-    push = TOUCH_FORCE * model.scale.force / model.vehicle.weight
+    push = RESTING * model.scale.force / model.vehicle.weight
     return min(max(stop, push), FIRST_TURN), "as the controller does when the touch stops the tip"
 
 
 def _turning_torque(model: Model, turn: float) -> float:
-    """Torque about the pitch axis with which the onboard loop answers an error of the pitch, until a gripping arm slips [N m]."""
+    """Torque about the pitch axis with which the onboard loop answers an error of the pitch, until a tied arm slips [N m]."""
     true = model.scenario.simulation
     quickest = min(model.attitude_loop.lag, true.attitude_lag)  # the quicker a loop, the more it asks of the rotors
     gains = AttitudeGains.of(AttitudeLoop(quickest), true.motor_time_constant)
     torque = float(model.vehicle_inertia[1, 1]) * gains.rate[1] * gains.attitude[1] * turn
-    if model.scenario.contact.kind != "grip":
-        return torque
-    return min(torque, _carried(model) * abs(float(model.vehicle.tip_position(model.start_arm)[0])))
+    slips = _carried(model) * abs(float(model.vehicle.tip_position(model.start_arm)[0]))
+    return min(torque, slips) if model.hold.tied > 0.0 else torque
 
 
 def _carried(model: Model) -> float:
-    """Weight that a gripping arm carries by its tip before one of its joints slips [N]; a tip that only pushes carries none."""
-    if model.scenario.contact.kind != "grip":
-        return 0.0
+    """Weight that the arm carries by a tied tip before one of its joints slips [N]."""
     levers = np.abs(model.vehicle.tip_jacobian(model.start_arm)[2])
     limits = np.where(model.vehicle.torque_limits > 0.0, model.vehicle.torque_limits, np.inf)
     limits = np.maximum(limits - np.abs(weight_on_joints(model, model.start_state)), 0.0)
     holds = np.divide(limits, levers, out=np.full_like(limits, np.inf), where=levers > 1e-9)
-    return min(float(holds.min(initial=np.inf)), model.vehicle.weight)
+    return model.hold.tied * min(float(holds.min(initial=np.inf)), model.vehicle.weight)
 
 
 def _center_of_mass(model: Model, layout: RotorLayout) -> Finding:

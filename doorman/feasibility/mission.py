@@ -42,11 +42,11 @@ def mission_findings(model: Model, rehearsal: Rehearsal) -> list[Finding]:
 
 
 def _direction(model: Model) -> Finding:
-    """A tip that pushes moves the leaf away from the vehicle alone; a pull needs a grip."""
+    """Towards the vehicle the leaf moves only where the tip can pull."""
     travel, door = model.travel, model.door
     away, opens = -travel.sense * travel.length, door.opening_of(travel.goal) > door.opening_of(travel.start)
     far, pulls = travel.length > _LEAST_WAY, away < 0.0
-    ok = far and not (pulls and model.scenario.contact.kind == "push")
+    ok = far and (not pulls or model.hold.pull > 0.0)
     ends = f"from {door.in_words(travel.start)} to {door.in_words(travel.goal)}"
     message = f"{ends} the task {'opens' if opens else 'closes'} the door by {door.way_in_words(travel.length)}"
     advice = ""
@@ -54,7 +54,7 @@ def _direction(model: Model) -> Finding:
         message += f"; the mission counts the last {door.way_in_words(_LEAST_WAY)} as done"
         advice = "set a goal farther from the start: goal.opening or goal.door_angle"
     elif not ok:
-        message += ", towards the vehicle; a tip that pushes cannot pull"
+        message += ", towards the vehicle; a tip that only presses cannot pull"
         other = "pull" if door.side == "push" else "push"
         advice = f'set contact.side = "{other}", from where a push {"opens" if opens else "shuts"} it, or contact.kind = "grip"'
     return Finding("direction", graded(ok), message, travel.length if ok else away, _LEAST_WAY, "rad", advice)
@@ -105,8 +105,8 @@ def _room_at_touch(model: Model) -> Finding:
 
 
 def _room_to_level(model: Model, rehearsal: Rehearsal) -> list[Finding]:
-    """A grip whose door stands, or turns round, is let go of where the vehicle, as it levels, would come too near to a jamb."""
-    if model.scenario.contact.kind != "grip" or rehearsal.failure or model.door.slides or model.door.lies:
+    """A door that stands, or turns round, is let go of where the vehicle, levelling about a tied tip, would come near a jamb."""
+    if model.hold.tied == 0.0 or rehearsal.failure or model.door.slides or model.door.lies:
         return []
     doorway, gaps = Doorway(model), []
     standing = rehearsal.states[np.abs(rehearsal.states[:, 4]) < _STANDS]
@@ -149,14 +149,14 @@ def _stays_at_the_start(model: Model) -> list[Finding]:
 
 
 def _true_hinge(model: Model) -> Finding:
-    """The simulated hinge, unknown to the planner: what it resists with against what pushes and observes."""
+    """The simulated hinge, unknown to the planner: what it resists with against the push and what is observed."""
     control, door = model.scenario.control, model.true_door
     ends = model.start_angle, model.goal_angle
     sense = math.copysign(1.0, ends[1] - ends[0])
     resists = max(sense * torque + friction for torque, friction in (torques_at_rest(model, end) for end in ends))
     expected = model.door.friction + max(sense * model.door.hinge_torque(end, 0.0) for end in ends)
     push = largest_push(model, control.max_tilt) * model.coupling.lever_length
-    most = push if model.scenario.contact.kind == "push" else control.max_door_disturbance
+    most = push if model.scenario.planner.model == "whole_body" else control.max_door_disturbance
     observed = expected + (most if control.door_observer_rate > 0.0 else 0.0)
     limit = min(push, observed)
     ok = resists <= limit

@@ -51,7 +51,7 @@ class FlyingBackend(Backend):
         say: Called with the checklist's warnings and of every step by the thread that flies, so it must not block; by default the
             warnings go to Python's log.
         confirm: Called once the checklist is passed, with all of its rows, whether to arm and fly; it is flown by default.
-        tip_force: Reads a force sensor in a tip that pushes, if there is one.
+        tip_force: Reads a force sensor in a tip without a gripper, if there is one.
         door: Measures the door, in place of what the configuration names as its sensor.
         poses: Brings the vehicle's poses, in place of the cameras that `mocap` names.
         settings: Fields of `vehicle_config` by dotted name, such as `servos.directions` and `servos.zero_positions`.

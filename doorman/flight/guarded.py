@@ -18,7 +18,7 @@ from doorman.flight.journal import Journal
 from doorman.flight.travel import fly_to
 from doorman.flight.watches.carried import CarriedWatch
 from doorman.flight.watches.fall import FallWatch
-from doorman.flight.watches.hover import measure_hover
+from doorman.flight.watches.hover import STEEPEST, measure_hover
 from doorman.flight.watches.pose_delay import PoseDelay
 from doorman.flight.watches.rest import RestWatch, tells_of_crash
 from doorman.flight.way_back import WayBack, out_of_the_doorway
@@ -145,7 +145,7 @@ class GuardedFlight(Uncopied):
         at = PositionSetpoint(self.places.hover, self.places.yaw)
         reason = measure_hover(
             self.links.autopilot, at, self.say, lambda figures: self._write_measured("hover", figures),
-            pushes=self.model.scenario.contact.kind == "push",
+            steepest=math.inf if self.model.hold.tied > 0.0 else STEEPEST,
         )  # fmt: skip
         if self.supervisor.action is not None or reason:
             return f"measure the thrust in hover: {self.supervisor.reason or reason}"

@@ -38,7 +38,7 @@ NAMES: Mapping[str, str] = MappingProxyType({
     "points": 'places of the arm\'s points by name, such as `points["tip"]` [m]',
     "points_in_body": "the same in body axes, from the body frame [m]",
     "contact_point": "point of the leaf that the tip is to touch [m]",
-    "contact_normal": "normal of the leaf's face, the way the tip pushes",
+    "contact_normal": "normal of the leaf's face, the way of a push",
     "normal_force": "force of the tip on the leaf along the normal, positive where it presses [N]",
     "thrust": "thrust of the rotors, an input [N]",
 })  # fmt: skip
@@ -164,7 +164,7 @@ class Task:
 
     @property
     def contact_normal(self) -> Any:
-        """n_D, the way the tip pushes, (3, 1)."""
+        """n_D, the way of a push, (3, 1)."""
         return self.leaf.normal
 
     @property

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from doorman.control.at_the_leaf import LARGEST_PUSH, SPEED_GAIN
 from doorman.control.estimation.estimator import Estimate
+from doorman.control.motion import arm_rates_to
 from doorman.control.position_controller import Setpoint
-from doorman.mission.at_the_leaf import LARGEST_PUSH, SPEED_GAIN
-from doorman.mission.motion import arm_rates_to
 from doorman.model import Model
 
 Array = NDArray[np.float64]
@@ -27,7 +27,7 @@ class Feeler:
         yaw: ψ that is kept [rad].
         normal: Direction, unit vector, shape (3,), world frame.
         speed: Of the tip [m/s].
-        steady_wind: That the position controller counts on while the tip pushes, shape (3,), world frame [N].
+        steady_wind: That the position controller counts on while the tip presses, shape (3,), world frame [N].
     """
 
     def __init__(self, model: Model, place: Array, yaw: float, normal: Array, speed: float, steady_wind: Array) -> None:

@@ -14,6 +14,7 @@ from doorman.control.estimation.door_locator import DoorLocator
 from doorman.control.estimation.door_watch import DoorWatch
 from doorman.control.estimation.estimator import Estimate, Estimator, Tie
 from doorman.control.estimation.lift_scale import LiftScale
+from doorman.control.held_load import HeldLoad
 from doorman.control.position_controller import PositionController, Setpoint, Thrust
 from doorman.control.push_limit import limited
 from doorman.control.state_converter import StateConverter
@@ -25,11 +26,10 @@ from doorman.gravity import weight_of
 from doorman.hardware.interface import Backend
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.mission.flight_log import FlightLog
+from doorman.mission.following import Following
 from doorman.mission.phases.phase import MissionPhase, Phase
-from doorman.mission.quasi_static_flight import QuasiStaticFlight
 from doorman.mission.schedule import PlanSchedule
 from doorman.mission.sequence import Sequence
-from doorman.mission.whole_body_flight import WholeBodyFlight
 from doorman.model import Model
 from doorman.planning.planner import Planner
 from doorman.recording import Recorder
@@ -37,8 +37,6 @@ from doorman.signals import Command, Measurement
 from doorman.stages import Handover
 from doorman.summary import FLOWN
 
-_AVERAGED = 0.5
-"""Over which the force of a tip that holds a lever is averaged: its estimate is as noisy as the poses [s]."""
 OnProgress = Callable[[float, float], None]
 """Called with the time flown and the door angle, once per planner period."""
 
@@ -89,9 +87,7 @@ class Mission(Uncopied):
         )
         self._sequence.attempt.place = self._locator.known
         self._face_is_known = False
-        whole = settings.planner.model == "whole_body"
-        self._whole_body = WholeBodyFlight(model, self._schedule) if whole else None
-        self._quasi_static = None if whole else QuasiStaticFlight(model, self.converter, self._schedule)
+        self._following = Following(self.converter, self._schedule)
         self._flew_plan = self._loop_is_known = False
         self._last_time: float | None = None
         self._last_setpoint: Setpoint | None = None
@@ -100,12 +96,10 @@ class Mission(Uncopied):
         self._abort_reason = ""
         self._loop: AttitudeLoop | None = None
         self._rates_late = 0.0
-        self._bears, self._held_force, self._held = after is not None, np.zeros(3), False
+        self._load = HeldLoad(model, after)
         if after is not None:
-            self._held_force = after.tip_force
             self._estimator.go_on(after.tip_force, after.of_the_air)
-            if self._whole_body is not None:
-                self._whole_body.carry(self._in_face(after.tip_force, model.start_angle))
+            self._following.controller.carry(self._load.in_face)
             if after.loop is not None:
                 self._know_loop(after.loop, after.rates_late)
 
@@ -114,7 +108,7 @@ class Mission(Uncopied):
         """What the next step begins with; None before the first tick."""
         if self._known is None:
             return None
-        return Handover(self._held_force, self._estimator.of_the_air, self._loop, self._rates_late)
+        return Handover(self._load.force, self._estimator.of_the_air, self._loop, self._rates_late)
 
     @property
     def phase(self) -> Phase:
@@ -197,24 +191,20 @@ class Mission(Uncopied):
             self._sequence.abort(estimate, self._abort_reason)
         if self.phase is Phase.HOVER:
             self._sequence.attempt.poses.note(measured)
-        action = self._sequence.step(estimate, measurement.body_rates, elapsed)
+        setpoint, phase = self._sequence.step(estimate, measurement.body_rates, elapsed)
         self._learn_loop(now, backend)
-        setpoint, at_the_leaf, tie = action.setpoint, self._sequence.at_the_leaf, self._sequence.tie
-        self._note_hold(estimate, tie, elapsed)
-        follows, goal = self._sequence.follows, self._sequence.goal
-        planned: Command | None = None
-        if self._quasi_static is not None:
-            setpoint = self._quasi_static.setpoint(estimate, measurement.body_rates, follows, goal) or setpoint
-        if self._whole_body is not None:
-            planned = self._whole_body.command(estimate, measurement, follows, elapsed, goal)
-        if planned is None:
-            thrust, command = self._fly_to(setpoint, estimate, measurement.body_rates, tie, elapsed)
+        tie = phase.tie
+        if self._load.note(estimate, tie is Tie.GRIPPED, elapsed):
+            self._controller.resume(estimate.position, estimate.velocity, estimate.wind)
+        asked = self._following.follow(estimate, measurement, phase.follows, phase.goal, elapsed)
+        if isinstance(asked, Command):
+            command, made = asked, rotation_body_to_world(asked.attitude) @ asked.body_force
+            thrust = Thrust(asked.thrust, asked.attitude, made, estimate.wind, False)
         else:
-            command = planned
-            made = rotation_body_to_world(planned.attitude) @ planned.body_force
-            thrust = Thrust(planned.thrust, planned.attitude, made, estimate.wind, False)
-        command, self._flew_plan = command.gripping(action.grip), planned is not None
-        if at_the_leaf:
+            setpoint = asked or setpoint
+            thrust, command = self._fly_to(setpoint, estimate, measurement.body_rates, tie, elapsed)
+        command, self._flew_plan = command.gripping(phase.tied), isinstance(asked, Command)
+        if phase.at_the_leaf:
             command = limited(command, self.model.vehicle.weight, self.model.scenario.control.max_push)
         elif tie is Tie.FREE:
             self._lift.learn(estimate.lift)
@@ -223,14 +213,13 @@ class Mission(Uncopied):
         self._under_way.note(now, scaled.attitude)
         if (test := self._sequence.attempt.loop_test).runs:
             test.note(scaled.attitude, seen, measurement)
-        if self._whole_body is not None:
-            self._whole_body.note(now, command, float(measurement.attitude[2]))
+        self._following.controller.note(now, command, float(measurement.attitude[2]))
         sent = self._locator.told(scaled)
         backend.command(sent)
         self._estimator.tell(scaled.body_force)
         self._log.tick(measured, estimate, setpoint, thrust, sent)
         self._log.door(measured, leaf)
-        self._locator.update(measured, at_the_leaf and estimate.touching, tie is Tie.GRIPPED, elapsed)
+        self._locator.update(measured, phase.at_the_leaf and estimate.touching, tie is Tie.GRIPPED, elapsed)
         return estimate.door_angle
 
     def _fly_to(
@@ -239,7 +228,7 @@ class Mission(Uncopied):
         """Without a plan: the position controller."""
         controller, seen = self._controller, estimate.attitude
         if self._flew_plan:
-            controller.resume(estimate.position, estimate.velocity, self._outer(estimate))
+            controller.resume(estimate.position, estimate.velocity, self._load.outer(estimate))
         self._change_smoothly(setpoint, estimate)
         controller.reach = self._lift.reach
         later = None if tie is Tie.GRIPPED else self._later(estimate, setpoint, seen, body_rates)
@@ -248,28 +237,6 @@ class Mission(Uncopied):
         attitude = thrust.attitude if setpoint.nudge is None else thrust.attitude + np.array([*setpoint.nudge, 0.0])
         ahead, left, up = self.model.actuation.body_force(thrust.force, seen)
         return thrust, Command(float(up), attitude, setpoint.arm_rates, False, (float(ahead), float(left)))
-
-    def _in_face(self, force: np.ndarray, door_angle: float) -> np.ndarray:
-        """Shares of a force along leaf and hinge."""
-        door = self.model.door
-        return np.array([door.leaf_direction(door_angle) @ force, door.up @ force])
-
-    def _outer(self, estimate: Estimate) -> np.ndarray:
-        """What acts on the vehicle beside its rotors and the tip's push: the wind, and a lever that is held down."""
-        if not (self._bears and self._held):
-            return estimate.wind
-        normal = self.model.door.normal(estimate.door_angle)
-        return np.asarray(estimate.wind - (self._held_force - (normal @ self._held_force) * normal))
-
-    def _note_hold(self, estimate: Estimate, tie: Tie, elapsed: float) -> None:
-        """Average the force of a tip that grips; as it lets go of a lever, nothing bears on it any more."""
-        held, self._held = self._held, tie is Tie.GRIPPED
-        if self._held:
-            self._held_force = self._held_force + min(elapsed / _AVERAGED, 1.0) * (
-                estimate.tip_force - self._held_force
-            )
-        elif held and self._bears:
-            self._controller.resume(estimate.position, estimate.velocity, estimate.wind)
 
     def _later(self, estimate: Estimate, setpoint: Setpoint, seen: np.ndarray, body_rates: np.ndarray) -> Later:
         """Where the vehicle will be when what is sent now shows."""
@@ -303,9 +270,8 @@ class Mission(Uncopied):
     def _know_loop(self, loop: AttitudeLoop, rates_late: float) -> None:
         self._loop_is_known, self._loop, self._rates_late = True, loop, rates_late
         self._estimator.rates_are_late(rates_late)
-        for user in (self.converter, self._under_way, self._whole_body):
-            if user is not None:
-                user.fly_by(loop)
+        for user in (self.converter, self._under_way, self._following.controller):
+            user.fly_by(loop)
 
     def _change_smoothly(self, setpoint: Setpoint, estimate: Estimate) -> None:
         """From force back to position control: the observer begins with the wind, not with what it took the door for."""

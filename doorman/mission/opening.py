@@ -10,18 +10,14 @@ from doorman.mission.since import since
 from doorman.model import Model
 from doorman.planning.pace import OPEN
 
-_WITHIN = 0.006
-"""A door that rests within this of the goal is open: twice what the tip's angle is uncertain by [rad]. It grows with every hold
-time that the door is near the goal, where friction may keep it."""
+_WITHIN, _LENIENT = 0.0042, 0.9
+"""A door that rests with the tip of the shipped vehicle within this of the goal is open: twice what the tip's place is uncertain
+by [m]. It grows with every hold time that the door is near the goal, where friction may keep it. It begins with no more than
+this share of `OPEN`."""
 _PATIENCE = 12.0
 """A door that swings about the goal, `OPEN` away at most, is near enough after so many hold times."""
 _STEP = math.radians(0.5)
 """By which a door must have come nearer to the goal to get on [rad]."""
-_LEVER, _LENIENT = 0.7, 0.9
-"""Length of the lever that `_WITHIN` is for, of the shipped vehicle [m]: the same error of the tip turns a shorter one farther.
-Largest share of `OPEN` that such an angle may have."""
-_SWINGING = 4
-"""Such steps after which it has swung."""
 _STUCK = 10.0
 """Time without progress after which an opening is given up [s]."""
 _HEADING_LOST = math.radians(40.0)
@@ -29,20 +25,22 @@ _HEADING_LOST = math.radians(40.0)
 
 
 class Opening:
-    """One attempt, from the touch until the door is open.
+    """One attempt, from the touch until the door is open; or until it is back at the start.
 
     Args:
         model: Model of the scenario.
         schedule: Plans.
+        back: Whether the door is taken back to where it was found.
     """
 
-    def __init__(self, model: Model, schedule: PlanSchedule) -> None:
-        self._model, self._schedule, self._goal = model, schedule, model.goal_angle
+    def __init__(self, model: Model, schedule: PlanSchedule, back: bool = False) -> None:
+        self._model, self._schedule = model, schedule
+        self._goal = model.start_angle if back else model.goal_angle
+        self._sense = -model.travel.sense if back else model.travel.sense
         self._hold_time = model.scenario.mission.hold_time
-        self._way = abs(model.start_angle - self._goal)
-        short = max(_LEVER * model.scale.length / model.coupling.lever_length, 1.0) if model.door.in_plane else 1.0
-        self._within = min(short * _WITHIN, _LENIENT * OPEN)
-        self._nearest, self._got_on_at, self._steps, self._passed = math.inf, 0.0, 0, False
+        self._within = min(_WITHIN * model.scale.length / model.coupling.lever_length, _LENIENT * OPEN)
+        self._nearest, self._got_on_at, self._passed = math.inf, 0.0, False
+        self._swung = 0.0
         self._near_since: float | None = None
         self._there_since: float | None = None
 
@@ -57,8 +55,8 @@ class Opening:
         if self._passed and abs(off) > self._nearest + _STEP:
             self._nearest = abs(off)  # a grip brings a door back that has passed the goal, and so may a closer
         if abs(off) < self._nearest - _STEP:
-            self._steps += math.isfinite(self._nearest) and abs(off) < self._way  # where it begins is no step
             self._nearest, self._got_on_at = abs(off), now
+        self._swung = max(self._swung, self._model.travel.length - abs(off))
         self._near_since = since(self._near_since, abs(off) < OPEN, now)
         if self._near_since is not None:
             self._got_on_at = now  # one that leaves the goal has time to come back
@@ -95,12 +93,12 @@ class Opening:
 
     def may_go_on(self, estimate: Estimate) -> bool:
         """Whether another attempt may do better: plans are flown, the door has swung, and is not beyond the goal."""
-        swung = self._steps > _SWINGING and self._past(estimate) <= OPEN
+        swung = self._swung > OPEN and self._past(estimate) <= OPEN
         return swung and not self._schedule.refusal and not self._schedule.is_silent(estimate.time)
 
     def _past(self, estimate: Estimate) -> float:
         """How far the door is beyond the goal [rad]."""
-        return -self._model.travel.left(estimate.door_angle)
+        return self._sense * (estimate.door_angle - self._goal)
 
     def _waited(self, now: float) -> float:
         """For how many hold times the door has been near the goal."""

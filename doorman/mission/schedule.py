@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from doorman.control.wanted import Wanted
 from doorman.mission.planning_thread import PlanningThread
-from doorman.planning.hinge import Hinge
 from doorman.planning.plan import Plan
 from doorman.planning.planner import Planner
 from doorman.planning.planning_model import planning_model
@@ -35,34 +35,15 @@ class TimedPlan:
     available_at: float
 
 
-class Wanted(NamedTuple):
-    """What is to be planned, as it is known when a plan is due."""
-
-    state: Array
-    """x of the planner, shape (nx,)."""
-    hinge: Hinge
-    """What is known of it."""
-    numbers: Mapping[str, Any] | None = None
-    """References and weights of a whole-body plan, by name: one iteration follows them."""
-    goal: float | None = None
-    """Where a gripped door is to go; the scenario's goal if not given [rad]."""
-    under_way: Sequence[Array] = ()
-    """Inputs that were sent and have not acted yet, each for one step of the plan, shape (nu,)."""
-
-
 @dataclass(frozen=True)
 class _Order:
-    """What is to be planned."""
+    """A plan that is asked for."""
 
     time: float
-    state: Array
-    hinge: Hinge
+    wanted: Wanted
     margin: float
     cold: bool
     time_limit: float
-    numbers: Mapping[str, Any] | None
-    goal: float | None
-    under_way: Sequence[Array]
     epoch: int
     """Orders from before the schedule forgot are of no use any more."""
 
@@ -88,8 +69,7 @@ def _user_fields(rows: dict[str, float]) -> dict[str, Any]:
 
 def _made_of(answer: _Answer) -> dict[str, Any]:
     """What a whole-body plan was made from, as recorded."""
-    order = answer.order
-    if order.numbers is None:
+    if answer.order.wanted.numbers is None:
         return {}
     return {"whole_state": answer.state, "numbers": answer.numbers, "elapsed": answer.elapsed}
 
@@ -165,9 +145,8 @@ class PlanSchedule:
             self._take(answer, now)
         if now >= self._next - 1e-9 and (thread is None or not thread.busy):
             self._next = max(self._next + self.period, now)
-            state, hinge, numbers, goal, under_way = wanted()
             margin, limit = self.planner.settings.margin, math.inf if thread is None else _LONGEST
-            order = _Order(now, state, hinge, margin, not self._started, limit, numbers, goal, under_way, self._epoch)
+            order = _Order(now, wanted(), margin, not self._started, limit, self._epoch)
             self._started = True
             if thread is None:
                 self._take(self._carry_out(order), now + (0.0 if order.cold else self.latency_periods * self.period))
@@ -197,17 +176,17 @@ class PlanSchedule:
         self._epoch += 1
 
     def _carry_out(self, order: _Order) -> _Answer:
-        planner = self.planner
-        planner.update_door(**order.hinge._asdict())
+        planner, wanted = self.planner, order.wanted
+        planner.update_door(**wanted.hinge._asdict())
         planner.update_margin(order.margin)
-        planner.update_goal(order.goal)
+        planner.update_goal(wanted.goal)
         elapsed, self._planned = order.time - self._planned, order.time
-        if order.numbers is None:
-            state, make = order.state, planner.plan if order.cold else planner.replan
+        if wanted.numbers is None:
+            state, make = wanted.state, planner.plan if order.cold else planner.replan
             plan = make(state, time_limit=order.time_limit)
         else:
-            planner.update_numbers(order.numbers)
-            state = planner.carried(order.state, order.under_way)
+            planner.update_numbers(wanted.numbers)
+            state = planner.carried(wanted.state, wanted.under_way)
             plan = self._follow(order, state, elapsed)
         forces, rows = planner.normal_forces(plan), planner.user_rows()
         return _Answer(order, state, plan, forces, rows, planner.numbers.vector, elapsed)
@@ -236,8 +215,8 @@ class PlanSchedule:
             {
                 "cold": order.cold,
                 **_made_of(answer),
-                "hinge": list(order.hinge),
-                "goal_angle": self.planner.model.goal_angle if order.goal is None else order.goal,
+                "hinge": list(order.wanted.hinge),
+                "goal_angle": self.planner.model.goal_angle if order.wanted.goal is None else order.wanted.goal,
                 "margin": order.margin,
                 "state": states[0],
                 "states": states.astype(np.float32),

@@ -6,7 +6,6 @@ Every phase is an object of `doorman.mission.phases`; docs/mission.md draws them
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,39 +27,19 @@ from doorman.mission.phases.open import Open
 from doorman.mission.phases.phase import GiveUp, MissionPhase, Phase, Then
 from doorman.mission.phases.recover import Recover
 from doorman.mission.phases.release import Release
-from doorman.mission.phases.take_back import THERE, TakeBack
+from doorman.mission.phases.take_back import TakeBack
 from doorman.mission.phases.touch import Touch
 from doorman.mission.schedule import PlanSchedule
 from doorman.mission.since import since
 from doorman.model import Model
-from doorman.stored_at_once import stored_at_once
+from doorman.planning.pace import OPEN
 
 Array = NDArray[np.float64]
 
 _KINDS: tuple[type[MissionPhase], ...] = (
-    Hover,
-    TouchFrame,
-    Approach,
-    Touch,
-    Open,
-    Hold,
-    Recover,
-    TakeBack,
-    Release,
-    Retreat,
-    Through,
-    Done,
-)
+    Hover, TouchFrame, Approach, Touch, Open, Hold, Recover, TakeBack, Release, Retreat, Through, Done,
+)  # fmt: skip
 _PHASES: dict[Phase, type[MissionPhase]] = {kind.phase: kind for kind in _KINDS}
-
-
-@stored_at_once
-@dataclass(frozen=True)
-class Action:
-    """What a phase asks for."""
-
-    setpoint: Setpoint
-    grip: bool
 
 
 class Sequence:
@@ -101,21 +80,6 @@ class Sequence:
         return self._first if self._now is None else self._now.phase
 
     @property
-    def at_the_leaf(self) -> bool:
-        """Whether the tip is to touch the leaf."""
-        return _PHASES[self._first].at_the_leaf if self._now is None else self._now.at_the_leaf
-
-    @property
-    def follows(self) -> bool:
-        """Whether a plan is followed."""
-        return self.at_the_leaf and not self.attempt.grips if self._now is None else self._now.follows
-
-    @property
-    def goal(self) -> float | None:
-        """Where a plan brings the leaf, if not to the mission's goal [rad]."""
-        return None if self._now is None else self._now.goal
-
-    @property
     def tie(self) -> Tie:
         """What is known of tip and leaf in this phase."""
         if self._now is not None:
@@ -125,7 +89,7 @@ class Sequence:
     @property
     def closes_gripper(self) -> bool:
         """Whether a gripper is to be closed in this phase."""
-        return self._now is not None and self._now.closes_gripper
+        return self._now is not None and self._now.tied
 
     def abort(self, estimate: Estimate, reason: str, at_once: bool = False) -> None:
         """Give up for good: let go of the door, gently unless `at_once`, retreat and hover."""
@@ -141,25 +105,22 @@ class Sequence:
             self._guard.begin(estimate.time)
         self._on_change(estimate.time, kind.name or kind.phase.value, reason)
 
-    def step(self, estimate: Estimate, body_rates: Array, time_step: float) -> Action:
-        """What to do now."""
+    def step(self, estimate: Estimate, body_rates: Array, time_step: float) -> tuple[Setpoint, MissionPhase]:
+        """What to do now, and the phase that follows plans and closes the gripper until the next tick."""
         now = self._current(estimate)
         if now.expired(estimate.time):
-            self._follow(now.time_out(estimate), estimate)
-        self._yield_to_slam(estimate)
-        now = self._current(estimate)
+            now = self._follow(now.time_out(estimate), estimate)
+        now = self._yield_to_slam(now, estimate)
         if now.guarded:
-            self._follow(self._guard.judge(now, estimate), estimate)
-        now = self._current(estimate)
+            now = self._follow(self._guard.judge(now, estimate), estimate)
         if self._is_loose(now, estimate):
-            self._follow(now.without_hold(estimate), estimate)
-        setpoint, then = self._current(estimate).step(estimate, body_rates, time_step)
-        self._follow(then, estimate)
-        return Action(setpoint, self._current(estimate).closes_gripper)
+            now = self._follow(now.without_hold(estimate), estimate)
+        setpoint, then = now.step(estimate, body_rates, time_step)
+        return setpoint, self._follow(then, estimate)
 
     def _is_loose(self, now: MissionPhase, estimate: Estimate) -> bool:
         """Whether a closed gripper has seemed to hold nothing for a while."""
-        holds = self.attempt.grips and now.closes_gripper and now.holds(estimate.time)
+        holds = now.tied and now.holds(estimate.time)
         self._loose_since = since(self._loose_since, holds and not estimate.touching, estimate.time)
         lasts = self.attempt.model.scenario.estimation.loose_time
         return self._loose_since is not None and estimate.time - self._loose_since > lasts
@@ -170,12 +131,13 @@ class Sequence:
         assert self._now is not None
         return self._now
 
-    def _follow(self, then: Then, estimate: Estimate) -> None:
-        """Begin what follows."""
+    def _follow(self, then: Then, estimate: Estimate) -> MissionPhase:
+        """Begin what follows, if anything does."""
         if isinstance(then, GiveUp):
             self._give_up(then, estimate)
         elif then is not None:
             self.enter(then.phase, estimate, then.reason)
+        return self._current(estimate)
 
     def _give_up(self, what: GiveUp, estimate: Estimate) -> None:
         """Let go of the door, retreat and hover; another attempt may follow unless it is for good."""
@@ -190,33 +152,34 @@ class Sequence:
             return
         attempt.failure = attempt.failure or what.reason
         attempt.opened = attempt.opened and now.phase is not Phase.HOLD  # it would not stay by itself
-        touching = now.at_the_leaf and not what.at_once and (attempt.grips or estimate.touching)
-        if touching and what.takes_back and self._is_to_go_back(estimate):
+        touching = now.at_the_leaf and not what.at_once and (now.tied or estimate.touching)
+        if touching and what.takes_back and self._is_to_go_back(now, estimate):
             self.enter(Phase.TAKE_BACK, estimate, what.reason)
         else:
             self.enter(Phase.RELEASE if touching else Phase.RETREAT, estimate, what.reason)
 
-    def _is_to_go_back(self, estimate: Estimate) -> bool:
+    def _is_to_go_back(self, now: MissionPhase, estimate: Estimate) -> bool:
         """Whether a gripper holds a door that it has opened, and does not take it back already."""
-        now, model = self._current(estimate), self.attempt.model
+        model = self.attempt.model
         opens = model.door.opening_of(model.goal_angle) > model.door.opening_of(model.start_angle)
-        has_moved = opens and model.travel.done(estimate.door_angle) > THERE
-        return has_moved and now.closes_gripper and now.phase is not Phase.TAKE_BACK
+        has_moved = opens and model.travel.done(estimate.door_angle) > OPEN
+        return has_moved and now.tied and now.phase is not Phase.TAKE_BACK
 
-    def _yield_to_slam(self, estimate: Estimate) -> None:
+    def _yield_to_slam(self, now: MissionPhase, estimate: Estimate) -> MissionPhase:
         """Let go of a door that is slammed, if need be, and go out before the leaf."""
-        if not self._is_slammed(estimate):
-            return
+        if not self._is_slammed(now, estimate):
+            return now
         reason = f"the door is slammed at {self.attempt.model.door.in_words(estimate.door_angle, 0)}"
         self.attempt.allow_another()
         self.attempt.failure, self.attempt.opened = self.attempt.failure or reason, False
         self.enter(Phase.RELEASE, estimate, reason)
         assert isinstance(self._now, Release)
         self._now.give_way(estimate)
+        return self._now
 
-    def _is_slammed(self, estimate: Estimate) -> bool:
+    def _is_slammed(self, now: MissionPhase, estimate: Estimate) -> bool:
         """Whether the leaf throws the tip back, and that is not given way to yet."""
-        now, slammed = self._current(estimate), self.attempt.model.scenario.estimation.slam_speed
+        slammed = self.attempt.model.scenario.estimation.slam_speed
         if not estimate.touching or estimate.tip_speed >= -slammed or now.gives_way or now.phase is Phase.DONE:
             return False
         if now.phase is Phase.RETREAT and not in_the_doorway(self.attempt.model, estimate.position):
@@ -225,7 +188,5 @@ class Sequence:
 
 
 def _first(model: Model) -> Phase:
-    """Phase with which a mission begins: a gripper that is on the leaf is tried before it moves the door."""
-    if model.scenario.mission.start == "hover":
-        return Phase.HOVER
-    return Phase.TOUCH if model.scenario.contact.kind == "grip" else Phase.OPEN
+    """Phase with which a mission begins: a tip that is on the leaf is tried before it moves the door."""
+    return Phase.HOVER if model.scenario.mission.start == "hover" else Phase.TOUCH

@@ -54,7 +54,7 @@ def largest_body_rates(model: Model) -> Array:
 
 
 _ALONG_THE_WAY = 5
-"""Angles of the way at which the least of the largest pushes is looked for."""
+"""Angles of the way at which the least of the largest forces is looked for."""
 
 
 def largest_push(model: Model, tilt: float, door_angle: float | None = None) -> float:

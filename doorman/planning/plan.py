@@ -25,7 +25,7 @@ class Plan(OneLine):
     """J, the paper's cost; its goal leans against a disturbance of the hinge (`PlanningModel.goal`)."""
     max_violation: float
     """Largest excess of a hard limit over 0 at nodes 1 … N: of a constraint or a bound [the row's unit, divided by its scale].
-    Where the tip grips, the planner's margin is part of the limit; where it pushes, that of the rotor disc is soft."""
+    In a quasi-static plan the planner's margin is part of the limit; in a whole-body plan that of the rotor disc is soft."""
     iterations: int
     """Of the solver, linearisations and sweeps."""
     status: PlanStatus

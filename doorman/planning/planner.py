@@ -139,7 +139,7 @@ class Planner(CopiedWhole):
             door_angle: α, clipped to the way from start to goal [rad]; None: the scenario's goal.
 
         Raises:
-            DimensionError: if it is not finite, or the tip only pushes.
+            DimensionError: if it is not finite, or the goal is among the plan's numbers.
         """
         if door_angle is not None:
             door_angle = number(door_angle, "door_angle", "finite [rad]")

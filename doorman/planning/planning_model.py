@@ -87,7 +87,7 @@ class PlanningModel(Protocol):
 def planning_model(model: Model) -> PlanningModel:
     """The model that a scenario plans with: by `planner.model`."""
     kinds: dict[str, Callable[[Model], PlanningModel]] = {"whole_body": WholeBodyPlanning}
-    if model.scenario.contact.kind == "grip":
+    if model.hold.tied > 0.0:  # their tip is
         kinds |= {"quasi_static": QuasiStaticPlanning, "lagrangian": LagrangianPlanning}
     given = model.scenario.planner.model
     if given not in kinds:

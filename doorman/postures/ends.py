@@ -24,7 +24,7 @@ PAPER_POSTURES: dict[str, tuple[float, ...]] = {
 """The paper's, by key of the scenario, for an arm of four joints [rad]."""
 
 _RESERVE = 0.04
-"""Beyond the margin, between disc and jamb at the goal of a tip that pushes: it may have slipped, and gusts blow [m]."""
+"""Beyond the margin, between disc and jamb at the goal of a tip that only presses: it may have slipped, and gusts blow [m]."""
 
 
 @dataclass(frozen=True)
@@ -73,7 +73,7 @@ class End:
 
 
 def beside_the_normal(goal: Array, start: float, room: Room, scenario: Scenario, door: Door) -> Array:
-    """Goal of a tip that pushes: in a narrow doorway its heading lies beside the normal, as on the way there."""
+    """Goal of a tip that may slip: in a narrow doorway its heading lies beside the normal, as on the way there."""
     goal, yaw = goal.copy(), float(goal[YAW])
     for beside in np.linspace(0.0, BESIDE, 15):
         goal[YAW] = yaw + door.hand * math.copysign(beside, start - goal[3])

@@ -5,8 +5,8 @@ r"""Room of a posture at rest: its distances from everything that bounds it, eac
 - mobility: :math:`\lVert J_d^T R^T n_D\rVert`, by how much the arm moves the tip along the leaf's normal [m/rad]; it is zero in
   a singular posture,
 - of an arm with mass: the centre of mass' distance from where the rotors no longer hold the vehicle level, see `Balance` [m],
-- of a tip that pushes: :math:`n_D^T R d\,\tan\beta \mp t^T R d` along the level direction t in the face, so that the tip lies
-  within β of the normal [m].
+- of a tip that slips under a force aside: :math:`n_D^T R d\,\tan\beta \mp t^T R d` along the level direction t in the face, so
+  that the tip lies within β of the normal [m].
 
 The width of a posture is the least of them.
 """
@@ -20,7 +20,6 @@ import numpy as np
 from doorman.arrays import Array
 from doorman.collision.reduced_model import ReducedModel
 from doorman.collision.rows.jambs import JAMBS
-from doorman.kinematics.coupling import BESIDE
 from doorman.kinematics.doors.door import Door
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.kinematics.vehicles.balance import balance_of
@@ -41,12 +40,12 @@ class Room:
         door: Door,
         reduced: ReducedModel,
         margin: float,
-        pushes: bool = False,
+        beside: float = math.inf,
         mobile: bool = False,
         jambs: bool = True,
     ) -> None:
         self.vehicle, self.margin, self._door, self._reduced = vehicle, margin, door, reduced
-        self._pushes, self._mobile = pushes, mobile
+        self._beside_at_most, self._mobile = beside, mobile
         self._balance = balance_of(vehicle)
         self._leaf = len(vehicle.point_names)
         self._latch = reduced.row_names.index(JAMBS[0]) if JAMBS[0] in reduced.row_names else None
@@ -93,7 +92,7 @@ class Room:
         rows = [-(self.constraints(state) + self.margin), *self._joints(state), self._balanced(state)]
         if self._mobile:
             rows.append(np.array([self.mobility(state)]))
-        if self._pushes:
+        if math.isfinite(self._beside_at_most):
             rows.append(self._beside(state))
         return np.concatenate(rows)
 
@@ -105,7 +104,7 @@ class Room:
         rows = [-of_constraints, share, -share, self._balance_slopes(state)]
         if self._mobile:
             rows.append(self._mobility_slopes(state, of_constraints)[None])
-        if self._pushes:
+        if math.isfinite(self._beside_at_most):
             rows.append(self._beside_slopes(state))
         return np.concatenate(rows)
 
@@ -160,5 +159,5 @@ class Room:
 
     def _limits_beside(self, state: Array) -> Array:
         angle = float(state[3])
-        ahead, aside = math.tan(BESIDE) * self._door.normal(angle), self._door.face(angle)[0]
+        ahead, aside = math.tan(self._beside_at_most) * self._door.normal(angle), self._door.face(angle)[0]
         return np.array([ahead - aside, ahead + aside])

@@ -36,7 +36,7 @@ class Truth(OneLine):
     tip_force: Array
     """Force of the tip on the door in the last physics step, shape (3,), world frame [N]."""
     tip_normal_force: float
-    """Its share along n_D: positive when the tip pushes the door open [N]."""
+    """Its share along n_D: positive when it opens the door [N]."""
     touching: bool
     """Whether the tip exerts a force on the leaf; always, where it grips."""
     max_pull: float

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from paper_door import door_normal
 
+from doorman.control.at_the_leaf import AtTheLeaf
 from doorman.control.doorway import Doorway
 from doorman.control.estimation.estimator import Estimate, Estimator, Tie
 from doorman.control.state_converter import StateConverter
 from doorman.gravity import GRAVITY
 from doorman.kinematics.rotations import rotation_body_to_world
-from doorman.mission.at_the_leaf import AtTheLeaf
 from doorman.mission.opening import Opening
 from doorman.mission.phases.phase import Phase
 from doorman.mission.schedule import PlanSchedule

@@ -15,10 +15,10 @@ from doorman.estimation.leaf.hinge_fit import HingeEstimate
 from doorman.gravity import GRAVITY
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import Model
+from doorman.planning.pace import Pace
 from doorman.planning.plan import Plan
 from doorman.planning.planner import Planner
 from doorman.planning.whole_body.contact import contact_forces, tip_on_face
-from doorman.planning.whole_body.numbers import push_pace
 from doorman.scenario import Scenario
 from doorman.signals import Command
 
@@ -103,7 +103,7 @@ def test_the_rate_that_is_asked_for_grows_in_contact_and_falls_with_the_door(mod
     controller, now = WholeBodyController(model), known(model, 0.0, touching=True)
     for _ in range(250):
         controller.aim(now, 0.0, 0.004)
-    assert controller.opening_rate == pytest.approx(push_pace(model).acceleration, abs=1e-6)
+    assert controller.opening_rate == pytest.approx(Pace.of(model).acceleration, abs=1e-6)
     controller.aim(known(model, 0.01), 0.0, 0.004)
     assert controller.opening_rate == 0.0
 

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 import pinocchio
+from lagrangian_in_numbers import LagrangianModel
 from numpy.typing import NDArray
 
-from doorman.dynamics.lagrangian_model import LagrangianModel
 from doorman.kinematics.rotations import rotation_body_to_world
 
 Array = NDArray[np.float64]

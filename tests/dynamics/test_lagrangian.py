@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 from finite_differences import central_difference
+from lagrangian_in_numbers import LagrangianModel
 from pinocchio_reference import constrained_dynamics
 from urdf_variants import DOOR, VEHICLE, write_arm_of, write_door, write_edited, write_massive
 
-from doorman.dynamics.lagrangian_model import LagrangianModel
 from doorman.exceptions import DimensionError, SingularityError, SolverError
 from doorman.kinematics.coupling import Coupling
 from doorman.kinematics.doors.door import Door

@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 from finite_differences import central_difference
+from lagrangian_in_numbers import LagrangianModel
 from urdf_variants import DOOR, VEHICLE, robot_data_vehicle, write_arm_of
 
-from doorman.dynamics.lagrangian_model import LagrangianModel
 from doorman.kinematics.coupling import Coupling
 from doorman.kinematics.doors.door import Door
 from doorman.kinematics.vehicles.vehicle import Vehicle

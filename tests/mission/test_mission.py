@@ -13,10 +13,10 @@ import numpy as np
 import pytest
 
 from doorman import Model, Planner, PlanStatus, Scenario
+from doorman.control.wanted import Wanted
 from doorman.exceptions import BackendError, DoormanError
 from doorman.hardware.interface import Backend, Command, Measurement
 from doorman.mission import Mission, PlanSchedule
-from doorman.mission.schedule import Wanted
 from doorman.planning.hinge import Hinge
 from doorman.recording import Recorder, Recording
 

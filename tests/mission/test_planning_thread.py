@@ -8,8 +8,9 @@ import time
 import pytest
 
 from doorman import Model, Planner, Scenario
+from doorman.control.wanted import Wanted
 from doorman.exceptions import DoormanError
-from doorman.mission.schedule import PlanSchedule, Wanted
+from doorman.mission.schedule import PlanSchedule
 from doorman.planning.hinge import Hinge
 from doorman.recording import Recorder
 

@@ -27,7 +27,6 @@ import doorman
 from doorman import Model, Planner, Scenario
 from doorman.collision.scene import CollisionScene
 from doorman.copying import Uncopied
-from doorman.dynamics.lagrangian_model import LagrangianModel
 from doorman.exceptions import SolverError
 from doorman.hardware.safety import Assessor
 from doorman.ocp import Bounds, Cddp, Hybrid, Problem, PythonModel, QuadraticCost, SolverOptions, SymbolicModel
@@ -112,11 +111,6 @@ def modelled(one: Model) -> list[Array]:
     return [one.constraints(x), one.constraint_jacobian(x), one.step(x, u), *one.step_jacobian(x, u), one.goal_state]
 
 
-def lagrangian(one: LagrangianModel) -> list[Array]:
-    x, u = np.concatenate([state()[:4], np.full(4, 0.1), state()[5:]]), model().hover_input
-    return [one.step(x, u), one.derivative(x, u), *one.step_jacobian(x, u)]
-
-
 def clearances(scene: CollisionScene) -> list[Array]:
     distance = scene.min_clearance([0.1, -0.5, 0.8], np.eye(3), model().start_arm, 1.2).distance
     return [np.array([distance]), np.array(scene.pairs)]
@@ -133,7 +127,6 @@ OWNERS: dict[str, tuple[Callable[[], Any], Callable[[Any], list[Array]]]] = {
         lambda: model().coupling,
         lambda one: [one.vehicle_position([0.1, 0.0, 0.2], 1.2, model().start_arm)],
     ),
-    "LagrangianModel": (lambda: LagrangianModel(model().coupling, 0.02), lagrangian),
     "CollisionScene": (lambda: CollisionScene(model().vehicle, model().door), clearances),
     "Planner": (lambda: Planner(model()), planned),
     "Hybrid": (lambda: Hybrid(problem(), OPTIONS), solved),
@@ -277,7 +270,7 @@ def in_threads(jobs: list[Callable[[], list[Array]]]) -> list[list[Array]]:
 
 def test_threads_share_a_model():
     """Each of its own arm and door angles, all at the same time."""
-    shared, full = model(), LagrangianModel(model().coupling, 0.02)
+    shared = model()
 
     def answers(seed: int) -> list[Array]:
         rng, found = np.random.default_rng(seed), []
@@ -287,7 +280,6 @@ def test_threads_share_a_model():
             u = shared.hover_input + 0.1 * rng.normal(size=shared.nu)
             found += [shared.constraints_along(np.tile(x, (200, 1))), shared.step(x, u), *shared.step_jacobian(x, u)]
             found += [shared.vehicle.point_jacobians(x[5:]), shared.door.link_placements(x[3])["leaf"]]
-            found += [full.step(np.concatenate([x[:4], np.zeros(4), x[5:]]), u)]
         return found
 
     expected = [answers(seed) for seed in range(4)]

@@ -8,8 +8,7 @@ import pytest
 from doorman.feasibility.swing.flight import duration_findings, stopping_findings
 from doorman.model import Model
 from doorman.planning.grip.door_problem import door_cost
-from doorman.planning.pace import duration_held, rate_to_goal
-from doorman.planning.whole_body.numbers import push_pace
+from doorman.planning.pace import Pace, duration_held, rate_to_goal
 from doorman.scenario import Scenario
 
 
@@ -30,11 +29,11 @@ def task(kind: str, duration: float | str) -> Model:
 
 
 def test_a_wanted_duration_slows_a_push_down() -> None:
-    safe, slow = push_pace(task("push", "safe")), push_pace(task("push", 20.0))
+    safe, slow = Pace.of(task("push", "safe")), Pace.of(task("push", 20.0))
     assert slow.rate < 0.5 * safe.rate and slow.acceleration < 0.5 * safe.acceleration
     way = task("push", 20.0).travel.length
     assert slow.duration(way, 0.1) == pytest.approx(20.0, rel=0.15)
-    assert push_pace(task("push", 0.1)) == safe, "and none makes it faster than is safe"
+    assert Pace.of(task("push", 0.1)) == safe, "and none makes it faster than is safe"
 
 
 def test_a_wanted_duration_slows_a_grip_down() -> None:

@@ -14,7 +14,7 @@ from doorman import Model, Plan, Planner, PlanStatus, Scenario
 from doorman.exceptions import DimensionError, ScenarioError, SingularityError
 from doorman.gravity import GRAVITY
 from doorman.ocp import SolverOptions
-from doorman.planning.grip.pushes import push_state
+from doorman.planning.grip.push import push_state
 from doorman.planning.hinge import Hinge
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,7 +16,7 @@ from doorman.postures.room import Room
 from doorman.scenario import Scenario
 
 
-def room_of(model: Model, **options: bool) -> Room:
+def room_of(model: Model, **options: Any) -> Room:
     return Room(model.vehicle, model.door, model.reduced, model.scenario.planner.margin, **options)
 
 
@@ -25,7 +26,7 @@ def test_distances_and_slopes(tmp_path: Path, joints: int, kind: str) -> None:
     path = write_arm_of(tmp_path / "arm.urdf", joints, odd_axes_seed=joints)
     arms = {"start.arm": [0.0] * joints, "goal.arm": [0.0] * joints}
     model = Model(Scenario.load(kind, {"vehicle.urdf": str(path), "contact.fit_doorway": False, **arms}))
-    room, rng = room_of(model, pushes=kind == "push", mobile=True), np.random.default_rng(joints)
+    room, rng = room_of(model, beside=model.hold.beside, mobile=True), np.random.default_rng(joints)
     for _ in range(5):
         state = np.array([0.0, 0.0, *rng.uniform(-1.0, 1.5, 2), 0.0, *rng.uniform(-1.7, 1.7, joints)])
         assert room.width(state) == pytest.approx(width(model, state), abs=1e-12)

@@ -22,11 +22,11 @@ from typer.testing import CliRunner, Result
 
 from doorman.cli import app
 from doorman.cli.recordings.replay import replay_plans
+from doorman.control.wanted import Wanted
 from doorman.exceptions import DoormanError, RecordingError
 from doorman.flown import carried_files, recorded_header, recorded_scenario
 from doorman.kinematics.urdf.mesh_paths import mesh_file
 from doorman.mission import PlanSchedule, simulate
-from doorman.mission.schedule import Wanted
 from doorman.model import Model
 from doorman.planning.hinge import Hinge
 from doorman.planning.planner import Planner

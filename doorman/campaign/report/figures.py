@@ -50,7 +50,7 @@ METRICS = (
 
 
 LOW_FRICTION = 0.5
-"""Doors with less true friction are also reported separately: pushes find them the hardest to stop [N m]."""
+"""Doors with less true friction are also reported separately: a push finds them the hardest to stop [N m]."""
 
 
 def figures(rows: Sequence[Row], low_friction: float) -> dict[str, Any]:

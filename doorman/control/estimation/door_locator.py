@@ -4,7 +4,7 @@ A point of the leaf goes round the true hinge, which `DoorPlace` takes in.
 
 The leaf is turned about the hinge by as much as it stood off its angle where the tip met it closed. From there on measurements
 are seen as if the door stood where the map has it, and commands are turned back: what plans and decides knows no other door.
-A tip that only pushes creeps on the leaf, and says nothing; it may touch the frame before. Nor does one that holds a lever, which
+A tip that is not tied creeps on the leaf, and says nothing; it may touch the frame before. Nor does one that holds a lever, which
 turns on the leaf. A leaf that does not start at its joint's stop says nothing either: it gives way to the tip.
 
 """

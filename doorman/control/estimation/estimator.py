@@ -190,7 +190,7 @@ class Estimator:
         if not math.isfinite(sum(np.concatenate(parts).tolist())):  # a sum of measurements does not overflow
             self._converter.tip(*parts)  # says what
         self._acting.note(measured, self._told)
-        situation = _situation(tie, closes and self._model.scenario.contact.kind == "grip")
+        situation = _situation(tie, closes)
         if situation == AWAY and self._feels is not None:
             situation = AT_THE_FRAME
         if self._run is None or measured.pose_time != self._run.time:

@@ -32,12 +32,12 @@ def velocity_noise(position_noise: float, latency: float, interval: float, rough
 
 
 def force_noise(model: Model, position_noise: float, latency: float, interval: float) -> float:
-    """σ_F of a tip that pushes."""
+    """σ_F of a tip that presses."""
     scenario = model.scenario
     speed = velocity_noise(position_noise, latency, interval, scenario.estimation.noise.velocity)
     return model.vehicle.mass * crossover(scenario.control) * speed
 
 
 def most_force_noise(model: Model) -> float:
-    """σ_F up to which a tip stays on the leaf that presses as lightly as plans let it [N]."""
-    return whole_body_numbers(model).one("reference.least_force") / _SIGMAS
+    """σ_F up to which a tip stays on the leaf that presses as lightly as plans let it [N]; a tied one stays there."""
+    return math.inf if model.hold.tied > 0.0 else whole_body_numbers(model).one("reference.least_force") / _SIGMAS

@@ -68,8 +68,6 @@ class PoseWatch:
         model, old = self._model, float(np.percentile(self._old, _OLD))
         if old > (limit := oldest_pose(model.scenario.control)):
             return f"the poses are too old for contact: {1e3 * old:.0f} ms; allowed: {1e3 * limit:.0f} ms"
-        if model.scenario.contact.kind != "push":
-            return ""
         noise, young = self._noise.deviation, max(statistics.median(self._young), 0.0)
         force, most = force_noise(model, noise, young, self._interval), most_force_noise(model)
         if force <= most:

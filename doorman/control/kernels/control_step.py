@@ -24,7 +24,7 @@ ACTING, FREE, FREE_TIME, MEMORY = 0, 3, 6, 7
 _UNWINDING = 10.0
 """How much faster than the observer its inner state follows at the bound; not by more than all of it in one period."""
 _AVERAGED = 4.0
-"""Time over which δ̂ of free flight is averaged once it has settled [s]: a gust is over when the tip pushes."""
+"""Time over which δ̂ of free flight is averaged once it has settled [s]: a gust is over when the tip is on the leaf."""
 
 
 @kernel
@@ -67,10 +67,10 @@ def align_disturbance(
 
 
 @kernel
-def bound_windup(observer: Array, numbers: Array, memory: Array, velocity: Array, normal: Array, pushes: bool) -> None:
-    """Keep δ̂ near what it was in free flight: upwards within `MOST_LIFT`, and along the leaf where the tip pushes."""
+def bound_windup(observer: Array, numbers: Array, memory: Array, velocity: Array, normal: Array, given: float) -> None:
+    """Keep δ̂ near what it was in free flight: upwards within `MOST_LIFT`, and along a leaf that the tip may slip on."""
     x, y, up, most = memory[FREE], memory[FREE + 1], memory[FREE + 2], numbers[MOST_LIFT]
-    if pushes:
+    if given > 0.0:
         align_disturbance(observer, -normal[1], normal[0], 0.0, x, y, up, velocity)
     lift = observer[ESTIMATE + 2] - up
     if abs(lift) > most:
@@ -84,28 +84,28 @@ def wanted_force(
     memory: Array,
     given: Array,
     time_step: float,
-    pushes: bool,
+    share: float,
     push: float,
     out: Array,
 ) -> None:
-    """One period of observer and controller."""
+    """One period of observer and controller. Of the force along the normal, a share is `push` in place of position control's."""
     normal, planned = given[NORMAL : NORMAL + 3], given[PLANNED : PLANNED + 3]
     observe_disturbance(observer, given[AT : AT + 3], memory[ACTING : ACTING + 3], time_step)
     touches = planned[0] != 0.0 or planned[1] != 0.0 or planned[2] != 0.0
     if touches:
-        bound_windup(observer, numbers, memory, given[MOVES : MOVES + 3], normal, pushes)
+        bound_windup(observer, numbers, memory, given[MOVES : MOVES + 3], normal, share)
     free, most = memory[FREE : FREE + 3], numbers[MOST_LIFT]
     if not touches:
         memory[FREE_TIME] += time_step
-        share = 1.0 if memory[FREE_TIME] < _AVERAGED else min(time_step / _AVERAGED, 1.0)
+        part = 1.0 if memory[FREE_TIME] < _AVERAGED else min(time_step / _AVERAGED, 1.0)
         for k in range(3):
-            free[k] += share * (observer[ESTIMATE + k] - free[k])
-    elif not pushes:
-        free[0], free[1] = observer[ESTIMATE], observer[ESTIMATE + 1]
+            free[k] += part * (observer[ESTIMATE + k] - free[k])
+    else:
+        free[0] += (1.0 - share) * (observer[ESTIMATE] - free[0])
+        free[1] += (1.0 - share) * (observer[ESTIMATE + 1] - free[1])
     for k in range(3):
-        out[3 + k] = free[k] if pushes else observer[ESTIMATE + k]
-    if pushes:
-        out[5] += min(max(observer[ESTIMATE + 2] - free[2], -most), most)
+        out[3 + k] = share * free[k] + (1.0 - share) * observer[ESTIMATE + k]
+    out[5] += share * min(max(observer[ESTIMATE + 2] - free[2], -most), most)
     along = normal[0] * out[3] + normal[1] * out[4] + normal[2] * out[5]
     made = 0.0
     for k in range(3):
@@ -116,6 +116,5 @@ def wanted_force(
         out[k] = planned[k] - out[3 + k] + numbers[MASS] * correction
         made += normal[k] * out[k]
     for k in range(3):
-        if pushes:
-            out[k] += (push - made) * normal[k]
+        out[k] += share * (push - made) * normal[k]
     out[2] += numbers[LIFT]

@@ -1,1 +1,1 @@
-"""The vehicle at the leaf: process model, hypotheses and sensors of a tip that pushes or grips, for `doorman.estimation`."""
+"""The vehicle at the leaf: process model, hypotheses and sensors of a tip that presses or is tied, for `doorman.estimation`."""

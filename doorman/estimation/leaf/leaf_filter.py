@@ -1,4 +1,4 @@
-"""The bank of a task: of a tip that pushes, or grips."""
+"""The bank of a task: of a tip that presses, or is tied."""
 
 from __future__ import annotations
 

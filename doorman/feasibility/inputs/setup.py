@@ -258,10 +258,10 @@ def _age_of_poses(model: Model) -> Finding:
 
 
 def _noise_of_poses(model: Model) -> list[Finding]:
-    """The force that the simulated cameras' noise makes at a tip that only pushes."""
-    if model.scenario.contact.kind != "push":
-        return []
+    """The force that the simulated cameras' noise makes at a tip that only presses."""
     simulation, limit = model.scenario.simulation, most_force_noise(model)
+    if math.isinf(limit):
+        return []
     sensors, noise = simulation.sensors, simulation.noise.position
     interval = 1.0 / (simulation.controller_rate if sensors.rate is None else sensors.rate)
     force = force_noise(model, noise, sensors.latency + sensors.jitter, interval)

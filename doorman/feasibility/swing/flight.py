@@ -18,8 +18,7 @@ from doorman.feasibility.swing.room import ACTIVE
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import Model
 from doorman.planning.own_motion import rotor_force
-from doorman.planning.pace import LONGEST, TUGGING, Pace, duration_held
-from doorman.planning.whole_body.numbers import push_pace
+from doorman.planning.pace import LONGEST, Pace, duration_held
 from doorman.planning.whole_body.references import BRAKES
 
 LARGEST_ERROR = math.radians(1.2)
@@ -29,8 +28,8 @@ _OPEN = math.radians(2.0)
 _JOINT_SLACK = 0.02
 _PULL_SLACK = 0.05
 _EVERY, _EVERY_TENTH = 0.05, 10
-_HEIGHT = {"grip": 0.05, "push": 0.01}
-"""By which a vehicle is higher or lower than planned, by flight: a grip that is engaged lifts and lowers it [m]."""
+_HEIGHT, _HEIGHT_TIED = 0.01, 0.05
+"""By which a vehicle is higher or lower than planned, by flight: a tied tip lifts and lowers it [m]."""
 _AT_REST = 0.01
 
 
@@ -178,23 +177,22 @@ def _servo_torques(model: Model, torques: Array) -> Finding:
 
 
 def _pull(model: Model, pull: float) -> Finding:
-    """Force that pulls the leaf towards the vehicle: a grip holds it, a tip that only pushes loses the door."""
-    push_only = model.scenario.contact.kind == "push"
-    ok = not push_only or pull <= _PULL_SLACK
-    how = "the tip can only push, and loses the door there" if push_only and not ok else "the contact can do that"
+    """Force that pulls the leaf towards the vehicle, against what the tip can pull with: one that only presses loses the door."""
+    most = model.hold.pull + _PULL_SLACK
+    ok = pull <= most
+    how = "the contact can do that" if ok else "the tip cannot, and loses the door there"
     return Finding(
-        "pull on the door", graded(ok), f"the plan pulls by up to {pull:.1f} N to brake the door; {how}",
-        pull, _PULL_SLACK if push_only else None, "N",
+        "pull on the door", graded(ok), f"the plan pulls by up to {pull:.1f} N to brake the door; {how}", pull, most, "N",
         "" if ok else 'set contact.kind = "grip", or use a hinge whose friction and damping brake the door',
     )  # fmt: skip
 
 
 def stopping_findings(model: Model) -> list[Finding]:
-    """A tip that can only push needs a joint that stops the leaf: the speed from which it does, at the start."""
-    if model.scenario.contact.kind != "push":
+    """A tip that cannot pull needs a joint that stops the leaf: the speed from which it does, at the start."""
+    if model.hold.pull > 0.0:
         return []
     torque, door, longest = least_resistance(model), model.door, model.scenario.mission.time_out.open
-    takes = _pushed(model)
+    takes = _least_duration(model)
     ok = takes <= longest or _ends_at_its_stop(model)
     known = "" if model.friction.known else " (unknown: the least of a usual hinge)"
     words = f"against {door.torque_in_words(torque)}{known} the door stops by itself at the goal, {takes:.0f} s after the touch"
@@ -213,17 +211,13 @@ def stopping_findings(model: Model) -> list[Finding]:
     ]  # fmt: skip
 
 
-def _pushed(model: Model) -> float:
-    """Least time from the touch until a leaf is open that is pushed, and that its own hinge stops [s]."""
-    deceleration = BRAKES * least_resistance(model) / model.door.inertia
-    return push_pace(model, safe=True).duration(model.travel.length, deceleration) if deceleration > 0.0 else LONGEST
-
-
-def _held(model: Model) -> float:
-    """Least time from the touch until a leaf in the gripper is open [s]."""
+def _least_duration(model: Model) -> float:
+    """Least time from the touch until a leaf is open, which the tip's pull or its own hinge stops [s]."""
     if model.scenario.planner.model != "whole_body":
         return duration_held(model)
-    return TUGGING + Pace.held(model, safe=True).duration(model.travel.length, math.inf)
+    by_hinge = BRAKES * least_resistance(model) / model.door.inertia
+    deceleration = math.inf if model.hold.pull > 0.0 else by_hinge
+    return Pace.of(model, safe=True).duration(model.travel.length, deceleration) if deceleration > 0.0 else LONGEST
 
 
 def duration_findings(model: Model) -> list[Finding]:
@@ -231,7 +225,7 @@ def duration_findings(model: Model) -> list[Finding]:
     wanted = model.scenario.goal.duration
     if wanted == "safe":
         return []
-    least = _pushed(model) if model.scenario.contact.kind == "push" else _held(model)
+    least = _least_duration(model)
     ok = least <= wanted
     how = "possible" if ok else "not possible: the flight is as fast as is safe"
     return [
@@ -267,7 +261,7 @@ def _height(model: Model, scene: CollisionScene, states: Array) -> Finding:
     """Room above and below: a vehicle that is tied to the leaf by its tip rises and sinks as it tilts."""
     positions = np.array([model.coupling.vehicle_position(x[:3], float(x[3]), x[5:]) for x in states])
     rotations = np.array([rotation_body_to_world(x[:3]) for x in states])
-    height = _HEIGHT[model.scenario.contact.kind]
+    height = model.hold.between(_HEIGHT, _HEIGHT_TIED)
     worst = min(
         (
             scene.min_clearance_along(positions + [0.0, 0.0, off], rotations, states[:, 5:], states[:, 3]).worst

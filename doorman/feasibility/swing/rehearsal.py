@@ -21,13 +21,13 @@ from doorman.control.tug import drawn_by_the_tug
 from doorman.exceptions import SingularityError
 from doorman.feasibility.resting import torques_at_rest
 from doorman.model import Model
-from doorman.planning.grip.pushes import push_state
+from doorman.planning.grip.push import push_state
 from doorman.planning.planner import Planner
 from doorman.planning.planning_model import planning_model
 from doorman.scenario.sections.estimation import USUAL_FRICTION
 
 DURATION, LONGEST = 12.0, 30.0
-"""Shortest rehearsal with a grip, and longest; in between it ends when the door rests at the goal [s]."""
+"""Shortest rehearsal, and longest; in between it ends when the door rests at the goal [s]."""
 
 _AJAR, _STANDS = 0.02, 1.1
 """A leaf that begins farther open [rad] has so many times the friction that holds it there."""
@@ -70,7 +70,7 @@ class Rehearsal:
 
 
 def resistance(model: Model) -> float:
-    """Friction that a rehearsal assumes in the joint: a usual one, where the planner knows none [N m]."""
+    """Friction that a rehearsal assumes in the joint: that of the plant, where the planner knows none [N m]."""
     return _assumed(model, model.door.friction or model.hinge_scale * USUAL_FRICTION[0])
 
 
@@ -80,8 +80,8 @@ def stopping_friction(model: Model) -> float:
 
 
 def _assumed(model: Model, friction: float) -> float:
-    """Friction that a push counts on where no file names one; a leaf that begins ajar is held by what it has."""
-    if model.scenario.contact.kind != "push":
+    """Friction that a tip which cannot pull counts on where no file names one; a leaf that begins ajar is held by what it has."""
+    if model.hold.pull > 0.0:
         return model.door.friction
     ajar = model.door.opening_of(model.travel.start) > model.door.per_angle * _AJAR and not model.door.friction
     return max(friction, _STANDS * abs(model.door.hinge_torque(model.travel.start, 0.0)) if ajar else 0.0)
@@ -94,16 +94,11 @@ def least_resistance(model: Model) -> float:
     return stopping_friction(model) + min(travel.ahead(model.door.hinge_torque(float(angle), 0.0)) for angle in way)
 
 
-def _pressed(model: Model) -> Array:
-    """The start, with the attitude that presses on the leaf."""
-    return push_state(model, model.start_state, resistance(model) / model.coupling.lever_length)
-
-
-def _tugged(model: Model) -> Array:
-    """Where a tug leaves the leaf that the tip holds at the start."""
-    state = np.array(model.start_state)
-    way, rate = drawn_by_the_tug(model, *torques_at_rest(model, model.start_angle))
-    state[3:5] += way, rate
+def _begun(model: Model) -> Array:
+    """The start, with the attitude that presses on a leaf which the tip may not pull, and where a tug leaves one that it may."""
+    press = (1.0 - model.hold.tied) * resistance(model) / model.coupling.lever_length
+    state = push_state(model, model.start_state, press).copy()
+    state[3:5] += drawn_by_the_tug(model, *torques_at_rest(model, model.start_angle))
     return state
 
 
@@ -111,19 +106,15 @@ def rehearse(model: Model, duration: float | None = None) -> Rehearsal:
     """Run the planner on a model of the swing, one plan each time step."""
     # As in flight, a plan that may not be flown is dropped, and the last good one followed to its end.
     planner = Planner(model)
-    pushes = model.scenario.contact.kind == "push"
     against = math.copysign(resistance(model), model.goal_angle - model.start_angle)
     against += model.door.closing_torque
     planner.update_door(friction=0.0, disturbance=against)
     planning = planning_model(model)
     swing = planning.swing(against)
     time_step = model.scenario.planner.time_step
-    least = 0.0 if pushes else scaled(DURATION, model)
-    if duration is None:
-        duration = scaled(LONGEST, model)
-    else:
-        least = duration
-    states, inputs = [planning.state(_pressed(model) if pushes else _tugged(model), np.zeros(3))], []
+    least = scaled(DURATION, model) if duration is None else duration
+    duration = scaled(LONGEST, model) if duration is None else duration
+    states, inputs = [planning.state(_begun(model), np.zeros(3))], []
     flown, ahead, unusable, failure = None, 0, 0, ""
     for _ in range(max(1, math.ceil(duration / time_step))):
         try:

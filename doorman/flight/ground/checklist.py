@@ -9,6 +9,7 @@ from typing import TypeVar
 import numpy as np
 
 from doorman.control.estimation.pose_age import oldest_pose
+from doorman.control.estimation.pose_noise import most_force_noise
 from doorman.dynamics.attitude_loop import TESTED_DEAD_TIME, TESTED_LAG
 from doorman.feasibility import Report
 from doorman.flight.ground.checks import Check, Verdict, row
@@ -143,7 +144,7 @@ def _mocap(model: Model, links: VehicleLinks) -> Iterator[Check]:
     yield row("mocap", pose.fresh, f"pose {pose.quality.value}, {figures.frame_rate:.1f} frames/s",
                "make sure that the cameras see the object")  # fmt: skip
     yield judge_age(figures.latency, figures.frame_rate, oldest_pose(model.scenario.control))
-    if model.scenario.contact.kind == "push":
+    if math.isfinite(most_force_noise(model)):
         yield judge_noise(model, figures.position_noise, figures.latency, figures.frame_rate)
     off = apart(links)
     yield row("mocap and autopilot", off < TOGETHER, f"{off * 1e3:.0f} mm apart",

@@ -45,7 +45,7 @@ def judge_age(latency: float, rate: float, limit: float) -> Check:
 
 
 def judge_noise(model: Model, position_noise: float, latency: float, rate: float) -> Check:
-    """Row about the poses' noise: where it moves the force of a tip that pushes by too much, the tip leaves the leaf."""
+    """Row about the poses' noise: where it moves the force of a tip that only presses by too much, the tip leaves the leaf."""
     if not (math.isfinite(position_noise) and math.isfinite(latency) and rate > 0.0):
         return Check("mocap's noise", Verdict.WARNING, "not measured yet", "wait for more frames")
     limit = most_force_noise(model)

@@ -7,7 +7,7 @@ import math
 from doorman.hardware.safety import Observation
 
 _BORNE = 0.3
-"""Share of the weight that something else bears: the friction of a tip that pushes lifts less [1]."""
+"""Share of the weight that something else bears: the friction of a tip that presses lifts less [1]."""
 _FOR = 0.3
 """For so long: a blow at the first touch passes sooner [s]."""
 

@@ -17,9 +17,10 @@ _FOUND = 0.3
 _LEAST_SLOPE, _MOST_SLOPE = 0.6, 2.6
 """Beyond 1, of motors that the autopilot linearises, and 2, of a signal that is squared, with what a battery that sags adds."""
 
-_STEEPEST_PUSH = math.sqrt(2.0)
-"""Slope, or one over it, up to which a tip may push: an autopilot's own loops of roll and pitch act so many times as strongly as
-they were tuned. 3 dB are half of the 6 dB of gain margin that such loops are tuned to keep; the other half is the contact's."""
+STEEPEST = math.sqrt(2.0)
+"""Slope, or one over it, up to which a tip that is not tied may press on the leaf: the autopilot's own loops of roll and pitch
+act so many times as strongly as they were tuned. 3 dB are half of the 6 dB of gain margin that such loops are tuned to keep; the
+other half is the contact's."""
 
 
 def measure_hover(
@@ -27,7 +28,7 @@ def measure_hover(
     at: PositionSetpoint,
     say: Callable[[str], None],
     note: Callable[[dict[str, Any]], None],
-    pushes: bool = False,
+    steepest: float = math.inf,
 ) -> str:
     """Calibrate newtons in hover: the autopilot's own parameters may be defaults. Returns why the vehicle is not flown on."""
     config = autopilot.config
@@ -41,9 +42,7 @@ def measure_hover(
     except BackendError as error:
         return str(error)
     slope = autopilot.measure_slope(at)
-    if reason := judge_slope(slope) or (
-        judge_model(slope, autopilot.thrust_model, curve.hover_thrust) if pushes else ""
-    ):
+    if reason := judge_slope(slope) or (judge_model(slope, autopilot.thrust_model, curve.hover_thrust, steepest)):
         return reason
     found = slope is not None and slope.deviation <= _FOUND
     if slope is not None and found:
@@ -72,12 +71,12 @@ def judge_slope(slope: Slope | None) -> str:
     return ""
 
 
-def judge_model(slope: Slope | None, model: ThrustModel | None, hover_thrust: float) -> str:
-    """Why a tip that only pushes is not flown to the leaf with this thrust model; nothing if it is."""
-    if slope is None or slope.deviation > _FOUND or 1.0 / _STEEPEST_PUSH <= slope.value <= _STEEPEST_PUSH:
+def judge_model(slope: Slope | None, model: ThrustModel | None, hover_thrust: float, steepest: float = STEEPEST) -> str:
+    """Why a vehicle is not flown to the leaf with this thrust model, where a slope up to `steepest` is; nothing if it is."""
+    if slope is None or slope.deviation > _FOUND or 1.0 / steepest <= slope.value <= steepest:
         return ""
     measured = f"thrust grows {slope.value:.2f} times as fast as its setpoint"
-    bounds = f"allowed for a push: {1.0 / _STEEPEST_PUSH:.2f} to {_STEEPEST_PUSH:.2f}"
+    bounds = f"allowed for a push: {1.0 / steepest:.2f} to {steepest:.2f}"
     if model is None:
         return f"{measured}; {bounds}; set the autopilot's thrust model, and tune its rate loops anew"
     right = model.right_value(slope, hover_thrust)

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
+from doorman.control.at_the_leaf import AtTheLeaf
 from doorman.control.estimation.door_locator import place_of
 from doorman.control.estimation.estimator import Estimator, Tie
+from doorman.control.estimation.loop_test import LoopTest
 from doorman.control.estimation.pose_watch import PoseWatch
 from doorman.control.passage import Passage, has_doorway
 from doorman.control.state_converter import StateConverter
-from doorman.control.tug import TOUCH_FORCE
-from doorman.mission.at_the_leaf import AtTheLeaf
-from doorman.mission.loop_test import LoopTest
 from doorman.mission.opening import Opening
 from doorman.mission.schedule import PlanSchedule
 from doorman.model import Model
+from doorman.planning.pace import RESTING, Pace
 
 
 class Attempt:
@@ -28,10 +28,11 @@ class Attempt:
     def __init__(self, model: Model, converter: StateConverter, schedule: PlanSchedule, estimator: Estimator) -> None:
         self.model, self.converter, self.schedule, self.estimator = model, converter, schedule, estimator
         self.settings = model.scenario.mission
-        self.grips = model.scenario.contact.kind == "grip"
-        self.tie = Tie.GRIPPED if self.grips else Tie.PUSHING
+        self.tie = Tie.GRIPPED if model.hold.tied else Tie.PUSHING
         """Of a tip that opens the door."""
-        self.touch_force = TOUCH_FORCE * model.scale.force
+        self.fastest = Pace.of(model).rate
+        """Rate of the door that plans make [rad/s]."""
+        self.touch_force = RESTING * model.scale.force
         """With which the tip presses after the touch [N]."""
         self.leaf = AtTheLeaf(model, converter)
         self.opening = Opening(model, schedule)

@@ -39,7 +39,7 @@ class Done(Retreat):
     @property
     def closes_gripper(self) -> bool:
         """Whether the tip is to stay on the leaf."""
-        return self.attempt.grips and self.attempt.keeps_hold
+        return self.attempt.keeps_hold
 
     def speed_back(self, estimate: Estimate) -> float:
         """Zero: the vehicle hovers."""

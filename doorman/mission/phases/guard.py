@@ -16,8 +16,6 @@ _PAST = math.radians(10.0)
 _SUNK = 0.1
 """By which the shipped vehicle may be lower than at its touch, beside what the leaf itself moves [m]: plans keep it there. What
 sinks has no thrust left, or no hold of its attitude."""
-_MOVING = 0.03
-"""A vehicle that grips a door which is faster does not let go of it to get away from leaf or jamb [rad/s]."""
 
 
 class Guard:
@@ -39,22 +37,21 @@ class Guard:
     def judge(self, phase: MissionPhase, estimate: Estimate) -> GiveUp | None:
         """Whether the attempt must end now; once per tick."""
         searching = phase.searches(estimate.time)
-        near, beside = self._nearness(estimate, searching)
+        near, beside = self._nearness(estimate, searching, phase.tied)
         self._clear_at = self._clear_at if near or beside else estimate.time
         if (near and searching) or estimate.time - self._clear_at > _DOUBT:
             what = "the leaf" if near else "a jamb"
             reason = f"the rotors come too near to {what} at {self._stands(estimate)}"
-            return GiveUp(reason, for_good=False, at_once=not self._attempt.grips)
+            return GiveUp(reason, for_good=False, at_once=not phase.tied)
         if self._attempt.schedule.is_silent(estimate.time):
             return GiveUp(f"the planner is silent for {self._attempt.schedule.overdue(estimate.time):.1f} s")
-        if self._attempt.grips:
-            return None
         sunk = self._sunk(estimate)
         self._high_at = estimate.time if sunk < _SUNK * self._attempt.model.scale.length else self._high_at
         if estimate.time - self._high_at > _DOUBT:
             return GiveUp(f"the vehicle has sunk by {1e2 * sunk:.0f} cm at {self._stands(estimate)}")
         past = OPEN if phase.phase is Phase.RECOVER else _PAST
-        if estimate.door_angle < self._attempt.model.goal_angle - past:
+        model = self._attempt.model
+        if model.hold.pull == 0.0 and model.travel.left(estimate.door_angle) < -past:  # nothing brings it back
             return GiveUp(f"the leaf has gone past the goal, to {self._stands(estimate)}")
         return None
 
@@ -70,11 +67,11 @@ class Guard:
             self._above = attempt.number, above
         return self._above[1] - above
 
-    def _nearness(self, estimate: Estimate, searching: bool) -> tuple[bool, bool]:
+    def _nearness(self, estimate: Estimate, searching: bool, tied: bool) -> tuple[bool, bool]:
         """Whether the rotors come near the leaf, and near a jamb."""
         leaf = self._attempt.leaf
-        if self._attempt.grips and abs(estimate.door_rate) >= _MOVING:
+        if tied and not estimate.rests:
             return False, False  # a leaf that swings meets a vehicle that lets go
         near = leaf.hits_the_rotors(estimate, searching)
-        beside = leaf.levels_into_a_jamb(estimate) if self._attempt.grips else leaf.meets_a_jamb(estimate)
+        beside = leaf.levels_into_a_jamb(estimate) if tied else leaf.meets_a_jamb(estimate)
         return near, beside

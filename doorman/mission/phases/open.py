@@ -2,22 +2,17 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from numpy.typing import NDArray
 
 from doorman.control.estimation.estimator import Estimate
 from doorman.control.position_controller import Setpoint
-from doorman.mission.motion import planned_speed_back
 from doorman.mission.phases.attempt import Attempt
 from doorman.mission.phases.phase import GiveUp, MissionPhase, Next, Phase, Then
 from doorman.planning.pace import OPEN
 
 Array = NDArray[np.float64]
 
-_CORRECTS = 0.15
-"""A plan that pushes a door open draws the tip back no faster, where the door has passed the goal [m/s]."""
 _SURE = 2.0
 """Contact with a leaf that had to be looked for, lost again within this time, may have been none [s]."""
 
@@ -31,11 +26,6 @@ class Open(MissionPhase):
         super().__init__(attempt, estimate, before)
         attempt.opening.resume(estimate.time)
 
-    def speed_back(self, estimate: Estimate) -> float:
-        """Speed with which the plan draws the tip back [m/s]."""
-        most = math.inf if self.attempt.model.travel.sense > 0.0 else _CORRECTS
-        return planned_speed_back(self.attempt.converter, self.attempt.schedule.current, estimate.time, most)
-
     def step(self, estimate: Estimate, body_rates: Array, time_step: float) -> tuple[Setpoint, Then]:
         """Follow the plan, and judge where the door is."""
         attempt = self.attempt
@@ -46,17 +36,17 @@ class Open(MissionPhase):
             return setpoint, self._after_opening(estimate)
         if stuck := attempt.opening.stuck(estimate):
             return setpoint, GiveUp(stuck, for_good=not attempt.opening.may_go_on(estimate))
-        if not (attempt.grips or estimate.touching or attempt.opening.near):
+        if not (self.tied or estimate.touching or attempt.opening.near):
             return setpoint, self._lose_contact(estimate)
         return setpoint, None
 
     def time_out(self, estimate: Estimate) -> Next | GiveUp:
-        """The end of the attempt, which says where the door stands; a gripped door that swings about the goal is held there."""
+        """The end of the attempt, which says where the door stands; one that swings about the goal is held there."""
         attempt = self.attempt
-        if attempt.grips and abs(estimate.door_angle - attempt.model.goal_angle) < OPEN:
+        if abs(estimate.door_angle - attempt.model.goal_angle) < OPEN:
             attempt.opened = True
             return Next(Phase.HOLD, "the door did not come to rest")
-        stands = self.attempt.model.door.in_words(estimate.door_angle)
+        stands = attempt.model.door.in_words(estimate.door_angle)
         return GiveUp(f"the phase open took longer than {self.longest:g} s; the door stands at {stands}")
 
     def _after_opening(self, estimate: Estimate) -> Next:

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.control.estimation.estimator import Estimate, Tie
+from doorman.control.motion import Glide
 from doorman.control.position_controller import Setpoint
-from doorman.mission.motion import Glide
 from doorman.mission.phases.attempt import Attempt
 
 Array = NDArray[np.float64]
@@ -61,7 +61,7 @@ class GiveUp:
     at_once: bool = False
     """Whether the vehicle leaves without letting go gently."""
     takes_back: bool = True
-    """Whether a gripped door is first taken back to where it was found."""
+    """Whether a door in the gripper is first taken back to where it was found."""
 
 
 Then = Next | GiveUp | None
@@ -106,7 +106,7 @@ class MissionPhase(ABC):
 
     @property
     def follows(self) -> bool:
-        """Whether a plan is followed: one that pushes, or one that holds the leaf."""
+        """Whether a plan is followed: where the tip is what plans take it for."""
         return self.at_the_leaf and self.tie is self.attempt.tie
 
     @property
@@ -116,8 +116,13 @@ class MissionPhase(ABC):
 
     @property
     def closes_gripper(self) -> bool:
-        """Whether a gripper is to be closed."""
-        return self.at_the_leaf and self.attempt.grips
+        """Whether a gripper is to be closed, if there is one."""
+        return self.at_the_leaf
+
+    @property
+    def tied(self) -> bool:
+        """Whether the tip is to be tied to the leaf now."""
+        return self.closes_gripper and self.attempt.model.hold.tied > 0.0
 
     @property
     def gives_way(self) -> bool:
@@ -126,15 +131,22 @@ class MissionPhase(ABC):
 
     def holds(self, now: float) -> bool:
         """Whether a gripper should hold the leaf by now, and is no longer pressed onto it."""
-        return self.closes_gripper
+        return self.tied
 
     def searches(self, now: float) -> bool:
         """Whether the tip looks for the leaf away from where it last was."""
         return False
 
     def speed_back(self, estimate: Estimate) -> float:
-        """Speed with which the phase itself draws the tip back from the leaf [m/s]."""
-        return 0.0
+        """Speed with which the phase itself, or its plan, draws the tip back from the leaf [m/s].
+
+        A plan begins with the speed that was measured: of a tip that is thrown back, no more than plans make is its own.
+        """
+        plan, attempt = self.attempt.schedule.current, self.attempt
+        if not self.follows or plan is None:
+            return 0.0
+        rate = attempt.converter.door_rate(plan.plan, estimate.time - plan.start)
+        return min(max(0.0, rate), attempt.fastest) * attempt.model.coupling.lever_length
 
     def without_hold(self, estimate: Estimate) -> GiveUp:
         """What follows where a closed gripper feels no leaf: one that had to be looked for moves, and the vehicle comes again."""

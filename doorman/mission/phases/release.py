@@ -16,24 +16,16 @@ from doorman.planning.pace import OPEN
 
 Array = NDArray[np.float64]
 
-_DRAWING_BACK = 1.0
-"""Force away from the leaf while a tip lets go, of the shipped vehicle as all forces here [N]: what it held against would push it
-back onto a free leaf."""
-_DRAWN_BACK = 0.15
-"""It goes back no faster by itself: it would be a jamb that it comes nearer to [m/s]."""
-_BRAKING, _MOST_BRAKING = 12.0, 4.0
-"""Of a vehicle whose leaf still swings when it lets go [N s/m], [N]."""
 _LETTING_GO = 0.5
 """For which the tip draws back [s]."""
-_EASING, _UNLOADING = 1.5, 0.7
-"""Time in which the load on an opened door fades, and on one that is given up [s]: a vehicle that lets go of a load is flung away
-from it until its tilt has followed."""
-_UNLOADED, _COMES_ALIVE = 1.5, 0.1
-"""A given-up leaf is let go before that with so little load [N], or where it moves faster: it is thrown then [rad/s]."""
+_EASING = 0.7
+"""Time in which the load on a door fades [s]: a vehicle that drops a load is flung away from it until its tilt has followed."""
+_COMES_ALIVE = 0.1
+"""A given-up leaf that moves faster meanwhile is let go: it is thrown then [rad/s]."""
 _GIVING_WAY = 2.5
 """A vehicle that has not left the doorway by then [s] is held there, or is as slow as it may be."""
 _WATCHING = 3.0
-"""For which the tip then only rests on the leaf, or the gripper holds it without a load [s]."""
+"""For which the tip then only rests on an opened leaf, or the gripper holds it without a load [s]."""
 _RESTING = 0.15
 """Push of a tip that rests on the leaf [N]."""
 _COMES_BACK = math.radians(0.35)
@@ -48,15 +40,15 @@ class Release(MissionPhase):
     def __init__(self, attempt: Attempt, estimate: Estimate, before: MissionPhase | None) -> None:
         super().__init__(attempt, estimate, before)
         self._angle, self._load = estimate.door_angle, estimate.normal_force
-        self._holds = before is not None and before.closes_gripper
-        self._let_go_at = self.entered if attempt.grips and not self._holds else None
+        self._holds = before is not None and before.tied
+        self._let_go_at: float | None = None
         self._gives_way = False
         attempt.leaf.begin(estimate.yaw, estimate, 0.0 if self._holds else max(self._load, 0.0))
 
     @property
     def tie(self) -> Tie:
-        """A closed gripper still holds, a tip that pushes rests until it goes back."""
-        if self.closes_gripper:
+        """A closed gripper still holds, another tip rests until it goes back."""
+        if self.tied:
             return Tie.GRIPPED
         return Tie.PUSHING if self._let_go_at is None and not self.attempt.failure else Tie.LEAVING
 
@@ -81,7 +73,7 @@ class Release(MissionPhase):
 
     def step(self, estimate: Estimate, body_rates: Array, time_step: float) -> tuple[Setpoint, Then]:
         """Go on letting go."""
-        leaf, scale = self.attempt.leaf, self.attempt.model.scale
+        leaf = self.attempt.leaf
         if self._let_go_at is None:
             setpoint, then, over = self._unload(estimate)
             if then is not None or not over:
@@ -91,9 +83,7 @@ class Release(MissionPhase):
         if self._gives_way:
             outside = not in_the_doorway(self.attempt.model, estimate.position)
             return leaf.give_way(estimate), self._out(spent >= (_LETTING_GO if outside else _GIVING_WAY))
-        gently = _DRAWING_BACK * scale.force * min(max(1.0 + estimate.tip_speed / _DRAWN_BACK, 0.0), 1.0)
-        force = max(gently, min(_BRAKING * scale.damping * estimate.tip_speed, _MOST_BRAKING * scale.force))
-        return leaf.draw_back(estimate, force), self._out(spent >= _LETTING_GO)
+        return leaf.draw_back(estimate), self._out(spent >= _LETTING_GO)
 
     def time_out(self, estimate: Estimate) -> Next | GiveUp:
         """The retreat: the vehicle leaves."""
@@ -102,10 +92,9 @@ class Release(MissionPhase):
     def _unload(self, estimate: Estimate) -> tuple[Setpoint, Then, bool]:
         """Let the load fade; what follows, and whether that is over. An opened door is watched for a while."""
         attempt, spent, failed = self.attempt, estimate.time - self.entered, bool(self.attempt.failure)
-        left = max(1.0 - spent / (_UNLOADING if failed else _EASING), 0.0)
+        left = max(1.0 - spent / _EASING, 0.0)
         if failed:
-            loaded = abs(estimate.normal_force) > _UNLOADED * attempt.model.scale.force
-            over = left == 0.0 or not loaded or abs(estimate.door_rate) >= _COMES_ALIVE
+            over = left == 0.0 or abs(estimate.door_rate) >= _COMES_ALIVE
             return attempt.leaf.push(estimate, left * self._load), None, over
         rests = 0.0 if self._holds else _RESTING * attempt.model.scale.force
         push = left * self._load + (1.0 - left) * rests

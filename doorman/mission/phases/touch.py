@@ -22,9 +22,7 @@ Array = NDArray[np.float64]
 _TURNING_ROUND = 0.3
 """Part of the tug that the estimated force takes to follow from push to pull [s]."""
 _MISSING = math.radians(5.0)
-"""A tip that gets so far beyond the leaf's place before it touches anything looks for it along its swing [rad],"""
-_SEARCH_SPEED = 0.08
-"""at this speed [m/s]."""
+"""A tip that gets so far beyond the leaf's place before it touches anything looks for it along its swing [rad]."""
 
 
 class Touch(MissionPhase):
@@ -37,18 +35,18 @@ class Touch(MissionPhase):
         in_contact = before is None
         self._touched_at = estimate.time - PRESSING if in_contact else None
         self._tug = TUG * attempt.model.vehicle.weight
-        self._trial = TUGGING if attempt.grips else 0.0
+        self._trial = TUGGING * attempt.model.hold.tied
         attempt.leaf.begin(attempt.model.start_yaw)
 
     @property
     def tie(self) -> Tie:
-        """A tip that is not held yet pushes."""
+        """A tip that is not held yet presses."""
         return Tie.PUSHING
 
     @property
     def closes_gripper(self) -> bool:
         """Whether the tip has met the leaf."""
-        return self.attempt.grips and self._touched_at is not None
+        return self._touched_at is not None
 
     def holds(self, now: float) -> bool:
         """Whether the tug has turned the force round."""
@@ -64,7 +62,7 @@ class Touch(MissionPhase):
         attempt, leaf = self.attempt, self.attempt.leaf
         then: Then = None
         if self._touched_at is not None:
-            spent, met = estimate.time - self._touched_at, estimate.touching or self.closes_gripper
+            spent, met = estimate.time - self._touched_at, estimate.touching or self.tied
             if PRESSING <= spent < PRESSING + self._trial:
                 return leaf.push(estimate, -self._tug), None
             if spent >= PRESSING and met:
@@ -78,7 +76,7 @@ class Touch(MissionPhase):
             stands = attempt.model.door.in_words(estimate.door_angle, 0)
             return leaf.push(estimate, 0.0), GiveUp(f"the leaf has opened by itself: no leaf before {stands}")
         if self._beyond(estimate) > _MISSING:
-            return leaf.search(estimate, _SEARCH_SPEED), None
+            return leaf.search(estimate), None
         return leaf.move(estimate, attempt.settings.touch_speed), None
 
     def _feel(self, estimate: Estimate) -> None:

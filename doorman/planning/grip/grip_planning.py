@@ -13,7 +13,7 @@ from doorman.kinematics.numbers import Numbers
 from doorman.model import Model
 from doorman.ocp.solvers.solution import PlanStatus
 from doorman.planning.composition import NOTHING
-from doorman.planning.grip.pushes import LargestPushes, leaning, push_along_normal, too_stiff
+from doorman.planning.grip.push import LargestPushes, leaning, push_along_normal, too_stiff
 from doorman.planning.hinge import Hinge
 
 Array = NDArray[np.float64]
@@ -26,7 +26,7 @@ class GripPlanning(ABC):
     goal_state: Array
 
     @cached_property
-    def _pushes(self) -> LargestPushes:
+    def _largest(self) -> LargestPushes:
         return LargestPushes(self.model)
 
     @abstractmethod
@@ -48,7 +48,7 @@ class GripPlanning(ABC):
 
     def impossible(self, hinge: Hinge, start: Array) -> tuple[PlanStatus, str] | None:
         """Whether the door resists by more than the vehicle can push. See `PlanningModel`."""
-        return too_stiff(self.model, hinge, float(start[3]), self._pushes)
+        return too_stiff(self.model, hinge, float(start[3]), self._largest)
 
     def normal_forces(self, numbers: Numbers, states: Array, inputs: Array) -> Array:
         """Share of the thrust along the door's normal. See `PlanningModel`."""

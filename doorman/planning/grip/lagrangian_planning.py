@@ -8,14 +8,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from doorman.kinematics.numbers import Numbers
-from doorman.kinematics.rotations import body_rates_of, euler_rate_matrix
+from doorman.kinematics.rotations import body_rates_of, euler_rate_matrix, regular_state
 from doorman.kinematics.urdf.robot import frozen
 from doorman.model import Model
 from doorman.ocp.problem.problem import Problem
 from doorman.ocp.solvers.options import SolverOptions
 from doorman.planning.composition import NO_EXTRAS, NOTHING, Extras
 from doorman.planning.grip.grip_planning import GripPlanning
-from doorman.planning.grip.lagrangian_problem import at_rest, lagrangian_model, lagrangian_numbers, lagrangian_problem
+from doorman.planning.grip.lagrangian_problem import at_rest, lagrangian_numbers, lagrangian_problem
 from doorman.planning.hinge import Hinge
 from doorman.planning.own_motion import Motion, force_left_to_the_door
 
@@ -31,7 +31,6 @@ class LagrangianPlanning(GripPlanning):
 
     def __init__(self, model: Model) -> None:
         self.model = model
-        self.dynamics = lagrangian_model(model)
         joints = model.vehicle.joint_names
         angles = ("roll", "pitch", "yaw", "door angle")
         self.state_names = (*angles, "roll rate", "pitch rate", "yaw rate", "door rate", *joints)
@@ -46,7 +45,7 @@ class LagrangianPlanning(GripPlanning):
 
     def check_state(self, state: ArrayLike, field: str = "state") -> Array:
         """A state as a contiguous float array. See `PlanningModel`."""
-        return self.dynamics.check_state(state, field)
+        return regular_state(state, 8 + self.model.n_arm, field)
 
     def problem(self, extras: Extras = NO_EXTRAS) -> Problem:
         """The door problem with full dynamics. See `PlanningModel`."""

@@ -16,9 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.collision.rows.listed import Kinds
-from doorman.dynamics.lagrangian_model import LagrangianModel, inertia_numbers
 from doorman.kinematics.numbers import Numbers
 from doorman.kinematics.vehicles.arms.arm_pattern import ArmPattern
+from doorman.kinematics.vehicles.vehicle import Vehicle
 from doorman.model import Model
 from doorman.ocp.kernels.printed.printed_problem import printed_problem
 from doorman.ocp.problem.costs import QuadraticCost
@@ -58,6 +58,13 @@ def lagrangian_numbers(model: Model) -> Numbers:
     return numbers.and_also({**of_inertia, **limits})
 
 
+def inertia_numbers(vehicle: Vehicle) -> dict[str, Array]:
+    """Numbers of the rotational inertia: I_A, the same in all postures, or the masses that it follows from."""
+    if not vehicle.bodies.balanced:
+        return vehicle.bodies.numbers()
+    return {"vehicle.inertia": np.asarray(vehicle.inertia(np.zeros(vehicle.n_arm))[np.triu_indices(3)])}
+
+
 def _lagrangian_task(pattern: ArmPattern, point_names: tuple[str, ...], numbers: Numbers) -> Any:
     """The task in symbols."""
     from doorman.dynamics.lagrangian import LagrangianTask  # CasADi
@@ -73,11 +80,6 @@ def _limited_rows(task: Any, kinds: Kinds) -> list[Constraint]:
 def _rate(task: Any, axis: int, sign: int) -> Constraint:
     side = "above" if sign > 0 else "below"
     return Constraint(f"{_RATES[axis]} {side}", sign * task.body_rates[axis] - task.limits.body_rates[axis])
-
-
-def lagrangian_model(model: Model) -> LagrangianModel:
-    """Full dynamics of a scenario in numbers."""
-    return LagrangianModel(model.coupling, model.scenario.planner.time_step)
 
 
 def lagrangian_cost(model: Model) -> QuadraticCost:

@@ -33,8 +33,8 @@ def contact_forces(numbers: Numbers, model: Model, states: Array) -> Array:
     """Force of the contact's spring; of a tip that grips negative where it pulls."""
     depths = depths_in_face(model, states[:, :3], states[:, 3:6], states[:, 12], states[:, 14:])
     pressed = 0.5 * (depths + np.sqrt(depths**2 + 4.0 * numbers.one("contact.smoothing") ** 2))
-    grips = numbers.one("contact.grips")
-    return np.asarray(numbers.one("contact.stiffness") * ((1.0 - grips) * pressed + grips * depths))
+    tied = numbers.one("contact.tied")
+    return np.asarray(numbers.one("contact.stiffness") * ((1.0 - tied) * pressed + tied * depths))
 
 
 def depths_in_face(model: Model, positions: Array, attitudes: Array, door_angles: Array, arm_angles: Array) -> Array:
@@ -69,24 +69,25 @@ def tip_on_face(
 def depth_of(force: float, numbers: Numbers) -> float:
     r"""Depth at which the contact's spring makes a force.
 
-    .. math:: \delta = \sigma - \epsilon^2/\sigma,\qquad \sigma = \lambda/k
+    .. math::
+        \delta = \sigma - \epsilon^2/\sigma,\qquad
+        \sigma = \tfrac12\big(\lambda/k + \sqrt{(\lambda/k)^2 + 4 g \epsilon^2}\big)
 
-    A plan begins where the spring makes the force that is estimated: a millimetre of noise would be newtons. That of a grip has
-    δ = σ.
+    A plan begins where the spring makes the force that is estimated: a millimetre of noise would be newtons. A tip that is not
+    tied, g = 0, makes none without a push.
     """
-    pressed = force / numbers.one("contact.stiffness")
-    if numbers.one("contact.grips"):
-        return pressed
-    return float(pressed - numbers.one("contact.smoothing") ** 2 / pressed)
+    wanted, rounded = force / numbers.one("contact.stiffness"), numbers.one("contact.smoothing") ** 2
+    pressed = 0.5 * (wanted + math.sqrt(wanted**2 + 4.0 * numbers.one("contact.tied") * rounded))
+    return pressed - rounded / pressed
 
 
 def stick_place(place: Array, friction_force: Array, normal_force: float, numbers: Numbers) -> Array:
     """Where the tip sticks or is held, if it is at a place and friction or the gripper makes a force there."""
-    if numbers.one("contact.grips"):
-        return np.asarray(place - friction_force / numbers.one("contact.stiffness"))
+    tied = numbers.one("contact.tied")
     share = friction_force / max(numbers.one("contact.friction") * normal_force, 1e-6)
     share = share * min(1.0, _MOST_GRIP / max(float(np.hypot(*share)), 1e-12))
-    return np.asarray(place - numbers.one("contact.give") * share / math.sqrt(1.0 - float(share @ share)))
+    given = numbers.one("contact.give") * share / math.sqrt(1.0 - float(share @ share))
+    return np.asarray(place - (1.0 - tied) * given - tied * friction_force / numbers.one("contact.stiffness"))
 
 
 _MOST_GRIP = 0.9

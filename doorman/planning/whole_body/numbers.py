@@ -13,11 +13,12 @@ from numpy.typing import NDArray
 
 from doorman.dynamics.attitude_loop import AttitudeLoop
 from doorman.exceptions import BackendError
+from doorman.kinematics.hold import Hold
 from doorman.kinematics.numbers import Numbers
 from doorman.kinematics.vehicles.balance import balance_numbers
 from doorman.kinematics.vehicles.rotor_layout import rotor_layout
 from doorman.model import Model
-from doorman.planning.pace import Pace
+from doorman.planning.pace import RESTING, STIFFNESS, Pace
 
 Array = NDArray[np.float64]
 
@@ -26,45 +27,48 @@ _YAW_SHARE, _SHIPPED_YAW_TORQUE = 0.65, 0.25
 the rest. Where no rotor is known, the torque of the shipped vehicle [N m]."""
 ARM_WEIGHT = 50.0
 """Of every joint rate beside the one that keeps step with the leaf, of the shipped vehicle. Cheaper arms rattle the tip: with a
-tenth of this, pushes above 4.5 N grow to oscillations."""
-THRUST_WEIGHT = 0.3
-"""Of thrust beside what holds vehicle and leaf, of the shipped vehicle. Cheap thrust pushes faster than rotors follow."""
-_IMPACT, _STIFFNESS = 15.0, 1500.0
-"""Force with which a tip may hit a leaf that something stops, and stiffness of the contact that plans count on, for the shipped
-vehicle [N], [N/m]."""
+tenth of this, forces above 4.5 N grow to oscillations."""
+_THRUST, _THRUST_TIED = 0.3, 2.0
+"""Weight of thrust beside what holds vehicle and leaf, of the shipped vehicle, of a tip that presses and of one that is tied.
+Rotors do not follow cheap thrust. A tied tip bears what thrust lifts: cheaper thrust swings against the pitch where the attitude
+loop is not as it is believed."""
 SIDE_WEIGHT, LEVEL_WEIGHT = 0.3, 300.0
 """Of a change of the force to the side, of the shipped vehicle, and of roll and pitch, where a tilt gains nothing: of a fully
 actuated vehicle, and of one that holds a lever, on which forces along the lever and along its axis do nothing."""
-_THRUST_HELD = 2.0
-"""The same of a held tip, which bears what thrust lifts: cheaper thrust swings against the pitch where the attitude loop is not
-as it is believed."""
 _RESOLVED, _LOAD = 0.8, 0.05
-"""Stiffness of a grip that a step resolves, times mobility and the step's square, and the weight of what the gripper carries
+"""Stiffness of a tied tip that a step resolves, times mobility and the step's square, and the weight of what the gripper carries
 in the plane of the face, for the shipped vehicle: it may turn the vehicle, but does not move the leaf."""
-_TILTING, _TILTING_HELD = 300.0, 1000.0
-"""Weight of how far a commanded tilt is ahead of the tilt, of a tip that pushes and of one that holds the leaf: a pitch lifts the
-held tip, and the leaf bears it. A quick loop turns by the same error at a higher rate: there the rate
+_TILTING, _TILTING_TIED = 300.0, 1000.0
+"""Weight of how far a commanded tilt is ahead of the tilt, of a tip that presses and of one that is tied: a pitch lifts the
+tied tip, and the leaf bears it. A quick loop turns by the same error at a higher rate: there the rate
 that is commanded is weighed."""
 
 
-def whole_body_numbers(model: Model) -> Numbers:
-    """Numbers of a scenario's task, by the names that `WholeBodyTask` knows them by: the tip touches and opens."""
-    vehicle, scenario = model.vehicle, model.scenario
+def whole_body_numbers(model: Model, hold: Hold | None = None) -> Numbers:
+    """Numbers of a scenario's task, by the names that `WholeBodyTask` knows them by: the tip touches and opens.
+
+    Args:
+        model: Model of the scenario.
+        hold: How the tip holds the leaf; as the scenario says, if not given.
+    """
+    vehicle, scenario, hold = model.vehicle, model.scenario, hold or model.hold
     start, goal = model.start_state, model.goal_state
-    scale = model.scale
+    scale, free = model.scale, 1.0 - hold.tied
     slope = (start - goal) / (start[3] - goal[3])
-    pace = push_pace(model)
+    pace, (stiffness, damping) = Pace.of(model), _gripper(model)
+    gains_nothing = max(float(model.actuation.fully), hold.tied * float(model.door.in_plane))
     return model.reduced.numbers.and_also({
         **balance_numbers(vehicle), **_side_numbers(model),
         "vehicle.yaw_inertia": yaw_inertia(model),
         **loop_numbers(model, model.attitude_loop), "vehicle.tilt_offset": np.zeros(2),
         "vehicle.wind": np.zeros(3),
         "door.friction_rate": 0.02 * scale.rate, "door.disturbance": 0.0, "door.sticks": 0.0,
-        "contact.stiffness": _STIFFNESS * scale.stiffness, "contact.damping": 50.0 * scale.damping,
+        "contact.stiffness": hold.between(STIFFNESS * scale.stiffness, stiffness),
+        "contact.damping": hold.between(50.0 * scale.damping, damping),
         "contact.smoothing": 1e-3 * scale.length,
         "contact.friction": scenario.contact.friction,
         "contact.stick": np.zeros(2), "contact.give": 0.004 * scale.length,
-        "contact.slip_damping": 10.0 * scale.damping, "contact.grips": 0.0,
+        "contact.slip_damping": hold.between(10.0 * scale.damping, damping), "contact.tied": hold.tied,
         "limits.margin": scenario.planner.margin, "limits.force": scenario.control.max_push,
         "reference.joint": goal[3], "reference.sense": math.copysign(1.0, goal[3] - start[3]),
         "reference.position": np.zeros(3), "reference.heading": [goal[2], slope[2]],
@@ -73,23 +77,23 @@ def whole_body_numbers(model: Model) -> Numbers:
         "reference.approach_length": 0.08 * scale.length,
         "reference.opening_speed": pace.rate, "reference.deceleration": pace.acceleration,
         "reference.settling": pace.settling, "reference.force": 0.0,
-        "reference.least_force": 0.5 * scale.force,
+        "reference.least_force": free * RESTING * scale.force,
         "reference.turned": np.zeros(2), "reference.room": 0.03 * scale.length,
-        "reference.thrust": vehicle.weight, "weights.thrust": THRUST_WEIGHT / scale.force**2,
+        "reference.thrust": vehicle.weight, "weights.thrust": hold.between(_THRUST, _THRUST_TIED) / scale.force**2,
         "plan.time_step": scenario.planner.time_step,
         "weights.near": 300.0 / scale.length**2,
-        "weights.place": 40.0 / scale.length**2, "weights.position": 0.0, "weights.heading": 16.0,
+        "weights.place": free * 40.0 / scale.length**2, "weights.position": 0.0, "weights.heading": 16.0,
         "weights.arm": 30.0, "weights.arm_rate": ARM_WEIGHT / scale.rate**2,
-        "weights.approach": 1000.0 / scale.speed**2, "weights.opening": 100.0 / scale.rate**2,
-        "weights.force": 0.0, "weights.least_force": 0.0, "weights.load": 0.0,
-        "weights.level": LEVEL_WEIGHT if model.actuation.fully else 0.0,
+        "weights.approach": free * 1000.0 / scale.speed**2, "weights.opening": 100.0 / scale.rate**2,
+        "weights.force": 0.0, "weights.least_force": 0.0, "weights.load": hold.tied * _LOAD / scale.force**2,
+        "weights.level": LEVEL_WEIGHT * gains_nothing,
         "weights.velocity_in_world": 0.3 / scale.speed**2,
         "weights.turning": 0.5 / scale.rate**2,
     })  # fmt: skip
 
 
-def grip_numbers(model: Model) -> dict[str, Any]:
-    r"""Numbers of a tip that grips, by name: those of the contact, and weights of what only a free or a pushing tip is drawn to.
+def _gripper(model: Model) -> tuple[float, float]:
+    r"""Stiffness [N/m] and damping [N s/m] of a tied tip.
 
     The spring has the gripper's stiffness, or the largest that a step of the plan resolves, with the mass m that the tip feels:
 
@@ -99,15 +103,7 @@ def grip_numbers(model: Model) -> dict[str, Any]:
     lever, vehicle = model.coupling.lever_length, model.vehicle
     mobility = 1.0 / vehicle.mass + float(tip @ tip) / yaw_inertia(model) + lever**2 / model.door.inertia
     stiffness = min(model.scenario.contact.grip_stiffness, _RESOLVED / (mobility * step**2))
-    damping = math.sqrt(stiffness / mobility)
-    level = {"weights.level": LEVEL_WEIGHT} if model.door.in_plane else {}
-    return {
-        **level,
-        "contact.grips": 1.0, "contact.stiffness": stiffness, "contact.damping": damping, "contact.slip_damping": damping,
-        "reference.force": 0.0, "reference.least_force": 0.0,
-        "weights.approach": 0.0, "weights.place": 0.0, "weights.force": 0.0, "weights.least_force": 0.0,
-        "weights.load": _LOAD / model.scale.force**2, "weights.thrust": _THRUST_HELD / model.scale.force**2,
-    }  # fmt: skip
+    return stiffness, math.sqrt(stiffness / mobility)
 
 
 def goal_numbers(model: Model, door_angle: float) -> dict[str, Any]:
@@ -118,11 +114,6 @@ def goal_numbers(model: Model, door_angle: float) -> dict[str, Any]:
         "reference.heading": [there[2], (start[2] - goal[2]) / (start[3] - goal[3])],
         "reference.arm": there[5:],
     }
-
-
-def push_pace(model: Model, safe: bool = False) -> Pace:
-    """Of a leaf that is pushed: one that is stopped is hit with no more than an impact that it bears."""
-    return Pace.of(model, _IMPACT * model.scale.force, _STIFFNESS * model.scale.stiffness, safe)
 
 
 def _side_numbers(model: Model) -> dict[str, Any]:
@@ -154,11 +145,11 @@ def tilt_stiffness(model: Model, loop: AttitudeLoop | None = None) -> Array:
     return np.asarray((loop or model.attitude_loop).stiffness * model.vehicle_inertia.diagonal()[:2])
 
 
-def loop_numbers(model: Model, loop: AttitudeLoop, grips: bool = False) -> dict[str, Any]:
+def loop_numbers(model: Model, loop: AttitudeLoop) -> dict[str, Any]:
     """Numbers of an attitude loop, by name, and how dear a tilt is that is ahead of it."""
     loop = loop.planned(model.scenario.planner.time_step)
     return {
         "vehicle.attitude_gain": loop.gain, "vehicle.rate_gain": loop.rate_gain,
         "vehicle.tilt_stiffness": tilt_stiffness(model, loop),
-        "weights.tilting": (_TILTING_HELD if grips else _TILTING) * max(loop.quickness, 1.0) ** 2,
+        "weights.tilting": model.hold.between(_TILTING, _TILTING_TIED) * max(loop.quickness, 1.0) ** 2,
     }  # fmt: skip

@@ -15,19 +15,17 @@ from doorman.model import Model
 from doorman.ocp.problem.problem import Problem
 from doorman.ocp.solvers.solution import PlanStatus
 from doorman.planning.composition import NO_EXTRAS, NOTHING, Extras
-from doorman.planning.grip.pushes import LargestPushes, too_stiff
+from doorman.planning.grip.push import LargestPushes, too_stiff
 from doorman.planning.hinge import Hinge
 from doorman.planning.own_motion import Motion, force_left_to_the_door
-from doorman.planning.pace import Pace
+from doorman.planning.pace import RESTING
 from doorman.planning.whole_body.contact import contact_forces, depth_of, turned_by, whole_body_state
-from doorman.planning.whole_body.numbers import grip_numbers, loop_numbers, whole_body_numbers
+from doorman.planning.whole_body.numbers import whole_body_numbers
 from doorman.planning.whole_body.problem import whole_body_problem
-from doorman.planning.whole_body.references import at_the_leaf, in_the_gripper
+from doorman.planning.whole_body.references import Leaf, references
 
 Array = NDArray[np.float64]
 
-_RESTING = 0.5
-"""Force of the tip in a state that is given by the door's angle, and not by the position, of the shipped vehicle [N]."""
 _TOUCHES = 0.25
 """A tip touches that presses with so much of what carries the leaf, or of what the vehicle's tip rests with, twice."""
 _TOLERANCE = 2e-3
@@ -57,13 +55,8 @@ class WholeBodyPlanning:
             *(("force ahead", "force to the left") if model.actuation.fully else ()),
         )  # fmt: skip
         self.numbers = whole_body_numbers(model)
-        self._grip: dict[str, Any] = {}
-        if model.scenario.contact.kind == "grip":
-            self._grip, self._pace = grip_numbers(model), Pace.held(model)
-            tilting = loop_numbers(model, model.attitude_loop, grips=True)
-            self.numbers = self.numbers.replaced({**self._grip, **tilting, "reference.opening_speed": self._pace.rate})
-        self._pushes = LargestPushes(model)
-        self._resting = 0.0 if self._grip else _RESTING * model.scale.force
+        self._largest = LargestPushes(model)
+        self._resting = model.hold.between(RESTING * model.scale.force, 0.0)
         self.start_state = self.state(model.start_state, np.zeros(3))
         self.goal_state = self.state(model.goal_state, np.zeros(3))
         self.hover_input = np.concatenate([model.hover_input, np.zeros(2 if model.actuation.fully else 0)])
@@ -93,29 +86,21 @@ class WholeBodyPlanning:
 
     def _fitting(self, hinge: Hinge, start: Array) -> dict[str, Any]:
         """What depends on hinge and start, by name."""
-        numbers, joint = self.numbers, float(start[12])
-        if self._grip:
-            return in_the_gripper(self.model, numbers, self._grip, hinge, self._pace, self._pace.rate, joint)
-        ahead, door = self.model.travel.ahead, self.model.door
-        weight, moves = ahead(door.weight_torque(joint)), ahead(float(start[13]))
+        model, numbers, joint, rate = self.model, self.numbers, float(start[12]), float(start[13])
+        ahead, door, lever = model.travel.ahead, model.door, model.coupling.lever_length
         rests = hinge.friction + ahead(hinge.torque_at_rest(joint, door.rest_angle))  # beyond the goal as before it
-        against = max(rests + hinge.damping * moves, 0.0)
-        force = float(contact_forces(numbers, self.model, start[None])[0])
-        lever = self.model.coupling.lever_length
-        touching = force > _TOUCHES * min(2.0 * self._resting, (against + weight) / lever)
-        pushes = force * self.model.door.normal(joint)
-        turned = turned_by(self.model, start[3:6], start[14:], pushes) if touching else np.zeros(2)
+        against = max(rests + hinge.damping * ahead(rate), 0.0)
+        force = float(contact_forces(numbers, model, start[None])[0])
+        carried = (against + ahead(door.weight_torque(joint))) / lever
+        touches = model.hold.tied > 0.0 or force > _TOUCHES * min(2.0 * self._resting, carried)
+        force_in_world = float(touches) * force * door.normal(joint)
         side = {}
-        if self.model.actuation.fully:
-            side = {"actuation.side": (rotation_body_to_world(start[3:6]).T @ pushes)[:2]}
-        rate = numbers.one("reference.opening_speed")
-        known = at_the_leaf(numbers, lever, joint, touching, against, 1.0, hinge.inertia, rate, moves, weight)
+        if model.actuation.fully:
+            side = {"actuation.side": (rotation_body_to_world(start[3:6]).T @ force_in_world)[:2]}
+        leaf = Leaf(joint, rate, touches, hinge, against)
         return {
-            **known,
-            "door.friction": hinge.friction, "door.disturbance": hinge.disturbance,
-            "door.damping": hinge.damping, "door.stiffness": hinge.stiffness,
-            "reference.turned": turned,
-            **side,
+            **references(model, numbers, leaf, numbers.one("reference.opening_speed")), **side,
+            "reference.turned": turned_by(model, start[3:6], start[14:], force_in_world),
         }  # fmt: skip
 
     def goal(self, start: Array, hinge: Hinge, door_angle: float | None = None) -> Array:
@@ -132,7 +117,7 @@ class WholeBodyPlanning:
 
     def impossible(self, hinge: Hinge, start: Array) -> tuple[PlanStatus, str] | None:
         """Whether the door resists by more than the vehicle can push. See `PlanningModel`."""
-        return too_stiff(self.model, hinge, float(start[12]), self._pushes)
+        return too_stiff(self.model, hinge, float(start[12]), self._largest)
 
     def normal_forces(self, numbers: Numbers, states: Array, inputs: Array) -> Array:
         """Force of the contact's spring. See `PlanningModel`."""

@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from doorman.kinematics.numbers import Numbers
-from doorman.kinematics.scale import Scale
 from doorman.model import Model
 from doorman.planning.hinge import Hinge
-from doorman.planning.pace import Pace, rate_to_goal
+from doorman.planning.pace import rate_to_goal
 from doorman.planning.whole_body.contact import depth_of
 
 Array = NDArray[np.float64]
@@ -30,99 +28,99 @@ BRAKES = 2.0 / 3.0
 """Share of what resists that slows a leaf down before the goal. The last third keeps the tip on the leaf,
 or makes up for an inertia or a resistance that is not as it is believed."""
 _LEAST_SHARE = 0.2
-"""Of what carries the leaf, a tip that brakes it pushes with so much at least."""
+"""Of what carries the leaf, a tip that brakes it presses with so much at least."""
 LEAST_RESISTANCE, _LEAST_FORCE = 0.05, 0.15
 """Of a hinge, and of a tip at whose depth a plan aims, for the shipped vehicle [N m], [N]."""
-_OPENING, _LEAST_OPENING = 20.0, 20.0
-"""Weight of the rate of a held leaf that can gain 1 rad/s², of the shipped vehicle, and the least where it can gain more."""
-_LEVER = 0.7
-"""Of the contact for which that is: what is nearer to its axis gains more by the same force, and is weighed less by that [m]."""
+_OPENING, _LEAST_OPENING = 20.0, 28.0
+"""Weight of the rate of a held leaf that can gain 1 rad/s², of the shipped vehicle, and the least for a metre of lever: what is
+nearer to its axis gains more by the same force."""
 _LEAST_RATE = 1e-3
 """Share of the largest rate that is asked for at least: the reference divides by it."""
 _SHIPPED_RATE, _SHIPPED_FORCE = 0.32, 2.4
 """Opening rate of the shipped push [rad/s], and the force at the tip that gives its leaf that rate in a second [N]."""
 
 
-def at_the_leaf(
-    numbers: Numbers, lever: float, door_angle: float, touching: bool, resistance: float, sliding_share: float,
-    inertia: float, opening_rate: float, door_rate: float, weight_torque: float = 0.0,
-) -> dict[str, Any]:  # fmt: skip
-    """References and weights of a tip that is to touch the leaf, to open the door, and to hold it at the goal.
+class Leaf(NamedTuple):
+    """What is known of the leaf as a plan begins."""
+
+    angle: float
+    """α [rad]."""
+    rate: float
+    """α̇ [rad/s]."""
+    touched: bool
+    """Whether the tip touches it."""
+    hinge: Hinge
+    """What a plan takes its hinge to do."""
+    resistance: float
+    """Torque of the hinge against the way to the goal now, beside the leaf's weight, not negative [N m]."""
+    load: Array = np.zeros(3)
+    """What a tied tip bears beside the normal, shape (3,), world frame [N]."""
+
+
+def references(model: Model, numbers: Numbers, leaf: Leaf, opening_rate: float) -> dict[str, Any]:
+    """References and weights of a tip at the leaf, and the hinge that a plan counts on, by name.
+
+    The leaf is steered by the force of a tip that can only press: it is bounded by what the hinge stops. A tied tip steers it by
+    its rate alone, to the goal from either side.
+    """
+    hinge = leaf.hinge
+    slows = hinge.friction * numbers.one("plan.time_step") / hinge.inertia
+    sticks = {**hinge.numbers(), "door.sticks": float(slows > numbers.one("door.friction_rate"))}
+    return sticks | (_held if model.hold.tied else _pressed)(model, numbers, leaf, opening_rate)
+
+
+def _pressed(model: Model, numbers: Numbers, leaf: Leaf, opening_rate: float) -> dict[str, Any]:
+    """Of a tip that is to touch the leaf, to open the door, and to hold it at the goal.
 
     Errors of rate and force are weighed by what is large for the vehicle, or for a leaf that is large for it.
     """
-    scale = _scale(numbers)
-    left = door_angle - numbers.one("reference.joint")
+    scale, lever, ahead = model.scale, model.coupling.lever_length, numbers.one("reference.sense")
+    inertia, resistance, touch = leaf.hinge.inertia, leaf.resistance, float(leaf.touched)
+    rubs = leaf.hinge.friction / max(resistance, leaf.hinge.friction, 1e-9)
+    left = ahead * (numbers.one("reference.joint") - leaf.angle)
     holds = 1.0 / (1.0 + math.exp(min((left - _AT_GOAL) / (0.4 * _AT_GOAL), 50.0)))
+    weight_torque = model.travel.ahead(model.door.weight_torque(leaf.angle))
     steady, lifts = resistance / lever, weight_torque / lever
     carried = max(steady + lifts, 0.0)
     least, depth = numbers.one("reference.least_force"), numbers.one("reference.depth")
     fastest, slowing = numbers.one("reference.opening_speed"), numbers.one("reference.deceleration")
     resists = max(resistance + weight_torque, LEAST_RESISTANCE * scale.torque)
     slowing, settling = min(BRAKES * resists / inertia, slowing), numbers.one("reference.settling")
-    braking = inertia * _deceleration(opening_rate, door_rate, left, slowing, settling, scale.time) / lever
+    braking = inertia * _deceleration(opening_rate, ahead * leaf.rate, left, slowing, settling, scale.time) / lever
     past = min(max(-left / _AT_GOAL - 1.0, 0.0), 1.0)
     slack = _HOLD_SLACK + past * (_COMES_BACK - _HOLD_SLACK)
-    force = max(steady * (1.0 - holds * slack * sliding_share) + lifts - braking, _LEAST_SHARE * carried)
+    force = max(steady * (1.0 - holds * slack * rubs) + lifts - braking, _LEAST_SHARE * carried)
     least = min(least, 0.5 * force)
     least_force = (1.0 - holds) * least + holds * min(least, _HOLD_LEAST * carried)
     depth *= 1.0 - holds
-    if touching:
+    if leaf.touched:
         depth = min(depth, depth_of(max(force, least_force, _LEAST_FORCE * scale.force), numbers))
-    touch, friction = float(touching), sliding_share * resistance
-    slows = friction * numbers.one("plan.time_step") / inertia
     moves = numbers.one("door.inertia") * fastest / (lever * scale.time)
     rate = min(scale.rate, max(fastest / _SHIPPED_RATE, 1.0))
     large = max(scale.force, min(moves / _SHIPPED_FORCE, 1.0))
     return {
-        "door.friction": friction, "door.sticks": float(slows > numbers.one("door.friction_rate")),
-        "door.disturbance": -(1.0 - sliding_share) * resistance,
-        "door.damping": 0.0, "door.stiffness": 0.0, "door.inertia": inertia,
-        "reference.depth": depth,
-        "reference.opening_speed": opening_rate,
-        "reference.deceleration": slowing,
+        "reference.depth": depth, "reference.opening_speed": opening_rate, "reference.deceleration": slowing,
         "reference.force": force, "reference.least_force": least_force,
         "weights.approach": (1000.0 - 400.0 * touch) / scale.speed**2,
         "weights.opening": 100.0 * (1.0 - touch * holds * (1.0 - _HOLD_OPENING)) / rate**2,
-        "weights.force": 0.2 * touch / large**2,
-        "weights.least_force": 2.0 * touch / scale.force**2,
+        "weights.force": 0.2 * touch / large**2, "weights.least_force": 2.0 * touch / scale.force**2,
     }  # fmt: skip
 
 
-def in_the_gripper(
-    model: Model,
-    numbers: Numbers,
-    grip: Mapping[str, Any],
-    held: Hinge,
-    pace: Pace,
-    opening_rate: float,
-    door_angle: float,
-    load: Array | None = None,
-) -> dict[str, Any]:
-    """References and weights of a tip that holds the leaf: the leaf goes to the goal from either side, and the thrust holds both.
-
-    The thrust holds what the tip bears beside the normal, too: a load, shape (3,), world frame [N].
+def _held(model: Model, numbers: Numbers, leaf: Leaf, opening_rate: float) -> dict[str, Any]:
+    """Of a tip that is tied to the leaf: the thrust holds the leaf, and what the tip bears beside the normal.
 
     A rate counts by what the force that speeds the leaf up changes in a second; a light leaf follows the noise of its rate else.
     """
-    door, weight = model.door, model.vehicle.weight
-    beside = np.zeros(3) if load is None else load
-    push = (
-        -(held.torque_at_rest(door_angle, door.rest_angle) + door.weight_torque(door_angle))
-        / model.coupling.lever_length
-    )
-    slows = held.friction * numbers.one("plan.time_step") / held.inertia
-    least = _LEAST_OPENING
-    if door.in_plane:  # the same force turns a lever faster than a leaf
-        least *= min(model.coupling.lever_length / (_LEVER * model.scale.length), 1.0)
-    opening = max(_OPENING * model.scale.rate**2 / pace.acceleration, least)
+    door, lever, scale = model.door, model.coupling.lever_length, model.scale
+    rests = leaf.hinge.torque_at_rest(leaf.angle, door.rest_angle) + door.weight_torque(leaf.angle)
+    bears = -rests / lever * door.normal(leaf.angle) + leaf.load + [0.0, 0.0, model.vehicle.weight]
+    least = _LEAST_OPENING * lever / scale.length
+    opening = max(_OPENING * scale.rate**2 / numbers.one("reference.deceleration"), least)
     return {
-        **grip,
-        **held.numbers(), "door.sticks": float(slows > numbers.one("door.friction_rate")),
-        "reference.thrust": float(np.linalg.norm(push * door.normal(door_angle) + beside + [0.0, 0.0, weight])),
-        "reference.opening_speed": max(opening_rate, _LEAST_RATE * pace.rate), "reference.deceleration": pace.acceleration,
-        "reference.settling": pace.settling,
-        "weights.opening": opening / model.scale.rate**2,
+        "reference.thrust": float(np.linalg.norm(bears)),
+        "reference.opening_speed": max(opening_rate, _LEAST_RATE * numbers.one("reference.opening_speed")),
+        "weights.opening": opening / scale.rate**2,
     }  # fmt: skip
 
 
@@ -138,7 +136,3 @@ def _deceleration(speed: float, door_rate: float, left: float, slowing: float, s
 
 _STEP = 1e-6
 """Of the way over which the slope of v is taken [rad]."""
-
-
-def _scale(numbers: Numbers) -> Scale:
-    return Scale.of(numbers.one("vehicle.radius"), numbers.one("vehicle.mass"))

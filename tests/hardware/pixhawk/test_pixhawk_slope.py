@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pixhawk_rig import WEIGHT
 
-from doorman.flight.watches.hover import judge_model, judge_slope, measure_hover
+from doorman.flight.watches.hover import STEEPEST, judge_model, judge_slope, measure_hover
 from doorman.gravity import GRAVITY
 from doorman.hardware.pixhawk import AttitudeSetpoint, PositionSetpoint, ThrustCurve, VehicleSample
 from doorman.hardware.pixhawk.thrust.slope import BOB_TIME, Slope, SlopeMeasurement, ThrustModel, bob
@@ -133,7 +133,7 @@ def test_a_wrong_thrust_curve_is_refused_for_a_push_and_named(rigs, flavour, nam
     rig.emulator.parameters[rig.emulator.build.dialect.hover_thrust] = math.sqrt(hover)
     rig.fly()
     at = PositionSetpoint(rig.pilot.state().position, 0.0)
-    reason = measure_hover(rig.pilot, at, str, dict, pushes=True)
+    reason = measure_hover(rig.pilot, at, str, dict, steepest=STEEPEST)
     set_to = float(re.search(rf"set {name} to ([0-9.]+)", reason)[1])
     assert f"{name} is 0.00" in reason and set_to > 0.8, reason
     assert not measure_hover(rig.pilot, at, str, dict), "a grip flies by the slope that was measured"

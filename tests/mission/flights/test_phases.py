@@ -10,9 +10,9 @@ from hands import flown, phases
 from paper_door import door_normal
 
 from doorman import Model, Scenario
+from doorman.control.motion import Glide, arm_rates_to
 from doorman.control.way_out import way_out
 from doorman.mission import Mission, Phase
-from doorman.mission.motion import Glide, arm_rates_to
 
 
 def test_an_approach_that_takes_too_long_ends_in_a_hover_outside() -> None:

@@ -14,7 +14,7 @@ import numpy as np
 from doorman import Plan, Planner, Scenario
 from doorman.ocp import Cddp, Hybrid, Problem, PythonModel, Solution
 from doorman.ocp.problem.terms import Constraint
-from doorman.planning.grip.pushes import push_state
+from doorman.planning.grip.push import push_state
 
 MODELS: dict[str, tuple[str, dict[str, Any]]] = {
     "paper": ("paper", {}),

@@ -12,6 +12,7 @@ import numba
 import numpy as np
 import pytest
 from finite_differences import central_difference
+from lagrangian_in_numbers import in_numbers
 from lagrangian_interior_point import LagrangianReference
 from urdf_variants import write_arm_of
 
@@ -21,7 +22,7 @@ from doorman.feasibility.swing.rehearsal import rehearse
 from doorman.kinematics.rotations import body_rate_matrix
 from doorman.numba_types.handles import Handle
 from doorman.ocp.kernels import functions
-from doorman.planning.grip.lagrangian_problem import lagrangian_model, lagrangian_numbers, lagrangian_problem
+from doorman.planning.grip.lagrangian_problem import lagrangian_numbers, lagrangian_problem
 from doorman.planning.planning_model import planning_model
 
 FULL = {"planner.model": "lagrangian"}
@@ -73,7 +74,7 @@ def moving_state(planner: Planner, spread: float) -> np.ndarray:
 
 def assert_holds(planner: Planner, plan: Plan, state: np.ndarray) -> None:
     """The plan starts at the state, obeys the full dynamics and keeps the constraints."""
-    model, dynamics = planner.model, lagrangian_model(planner.model)
+    model, dynamics = planner.model, in_numbers(planner.model)
     assert plan.usable
     np.testing.assert_array_equal(plan.states[0], state)
     for x, u, after in zip(plan.states, plan.inputs, plan.states[1:], strict=False):
@@ -113,7 +114,7 @@ def test_limits_are_kept_where_they_bind() -> None:
 @pytest.mark.slow
 def test_equations_of_motion_agree_with_lagranges(rng: np.random.Generator) -> None:
     """Accelerations against derivatives of the energies by CasADi."""
-    reference, dynamics = reference_of("resisting"), lagrangian_model(planner_of("resisting").model)
+    reference, dynamics = reference_of("resisting"), in_numbers(planner_of("resisting").model)
     for _ in range(10):
         x, u = 0.5 * rng.normal(size=dynamics.nx), rng.normal(size=dynamics.nu) + reference.input_goal
         np.testing.assert_allclose(dynamics.derivative(x, u), np.array(reference.rates(x, u)).ravel(), atol=1e-11)
@@ -146,7 +147,7 @@ def test_friction_is_what_the_planner_is_told() -> None:
 def test_replans_along_the_motion_stay_near_the_optimum() -> None:
     """60 steps, one iteration each or a few more; compared with a cold plan, run to convergence."""
     planner, judge = Planner(planner_of("paper").model), planner_of("paper")
-    dynamics, state = lagrangian_model(planner.model), planner.planning.start_state
+    dynamics, state = in_numbers(planner.model), planner.planning.start_state
     plan = planner.plan(state)
     for k in range(60):
         state = dynamics.step(state, plan.inputs[0])
@@ -163,7 +164,7 @@ def test_replans_along_the_motion_stay_near_the_optimum() -> None:
 @pytest.mark.slow
 def test_replans_from_disturbed_states_hold(rng: np.random.Generator) -> None:
     planner = Planner(planner_of("paper").model)
-    dynamics, state = lagrangian_model(planner.model), planner.planning.start_state
+    dynamics, state = in_numbers(planner.model), planner.planning.start_state
     plan = planner.plan(state)
     noise = np.array([2e-3, 2e-3, 2e-3, 2e-3, 2e-2, 2e-2, 2e-2, 1e-2, *[2e-3] * planner.model.n_arm])
     for _ in range(40):

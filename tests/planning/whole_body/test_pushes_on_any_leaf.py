@@ -14,7 +14,7 @@ from doorman.gravity import GRAVITY
 from doorman.kinematics.numbers import Numbers
 from doorman.kinematics.vehicles.arms.arm_pattern import ArmPattern
 from doorman.model import Model
-from doorman.planning.grip.pushes import LargestPushes
+from doorman.planning.grip.push import LargestPushes
 from doorman.planning.limits import largest_push
 from doorman.planning.whole_body.contact import tip_on_face, whole_body_state
 from doorman.planning.whole_body.numbers import whole_body_numbers

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import casadi as ca
 import numpy as np
@@ -13,7 +14,7 @@ from doorman.kinematics.vehicles.arms.arm_pattern import ArmPattern
 from doorman.model import Model
 from doorman.planning.planner import Planner
 from doorman.planning.whole_body.contact import contact_forces, whole_body_state
-from doorman.planning.whole_body.numbers import grip_numbers, whole_body_numbers, yaw_inertia
+from doorman.planning.whole_body.numbers import whole_body_numbers, yaw_inertia
 from doorman.planning.whole_body.task import WholeBodyTask
 from doorman.scenario import Scenario
 
@@ -26,7 +27,7 @@ class Tied:
     def __init__(self) -> None:
         self.model = Model("push")
         quiet = {"contact.friction": 0.0, "contact.slip_damping": 0.0, "contact.damping": 0.0, "door.friction": 0.0}
-        self.numbers = whole_body_numbers(self.model).replaced({**grip_numbers(self.model), **quiet})
+        self.numbers = whole_body_numbers(self.model, replace(self.model.hold, tied=1.0)).replaced(quiet)
         pattern, _ = ArmPattern.of(self.model.vehicle.arm)
         self.task = WholeBodyTask(pattern, self.model.vehicle.point_names, self.numbers)
 
@@ -76,12 +77,12 @@ def test_a_grip_is_a_spring_on_vehicle_heading_and_leaf(tied: Tied) -> None:
 def test_the_share_of_the_grip_joins_both_contacts(tied: Tied, off: float) -> None:
     x = tied.off_its_place(off * tied.model.door.normal(1.2))
     forces = [
-        float(tied.value(tied.task.normal_force, x, tied.numbers.replaced({"contact.grips": g}))) for g in (0, 0.5, 1)
+        float(tied.value(tied.task.normal_force, x, tied.numbers.replaced({"contact.tied": g}))) for g in (0, 0.5, 1)
     ]
     assert forces[1] == pytest.approx(0.5 * (forces[0] + forces[2]))
     assert forces[0] > 0.0 and math.copysign(1.0, forces[2]) == math.copysign(1.0, off)
     for share, force in zip((0.0, 1.0), (forces[0], forces[2]), strict=True):
-        numbers = tied.numbers.replaced({"contact.grips": share})
+        numbers = tied.numbers.replaced({"contact.tied": share})
         assert contact_forces(numbers, tied.model, x[None])[0] == pytest.approx(force)
 
 

@@ -13,8 +13,8 @@ from doorman.kinematics.numbers import Numbers
 from doorman.planning.hinge import Hinge
 from doorman.planning.pace import Pace, rate_to_goal
 from doorman.planning.whole_body.contact import depth_of
-from doorman.planning.whole_body.numbers import grip_numbers, push_pace, whole_body_numbers
-from doorman.planning.whole_body.references import at_the_leaf, in_the_gripper
+from doorman.planning.whole_body.numbers import whole_body_numbers
+from doorman.planning.whole_body.references import Leaf, references
 from doorman.stages import stages
 
 RESISTANCE = 0.6
@@ -78,17 +78,15 @@ class Flight:
 
     def open(self, seconds: float) -> None:
         """Touch, swing and hold: nothing says which."""
-        rate, pace = 0.0, push_pace(self.model)
+        rate, pace, inertia = 0.0, Pace.of(self.model), self.first.one("door.inertia")
+        hinge = Hinge(0.0, -RESISTANCE, inertia, 0.0, 0.0)
         for _ in range(round(seconds / 0.02)):
             touching = self.force > 0.25
             rate = (
                 min(max(rate, -self.x[13]) + pace.acceleration * 0.02, pace.rate) if touching else max(-self.x[13], 0.0)
             )
-            inertia = self.first.one("door.inertia")
-            lever = self.model.coupling.lever_length
-            moves = -float(self.x[13])
-            given = at_the_leaf(self.first, lever, float(self.x[12]), touching, RESISTANCE, 0.0, inertia, rate, moves)
-            self.step(given)
+            leaf = Leaf(float(self.x[12]), float(self.x[13]), touching, hinge, RESISTANCE)
+            self.step(references(self.model, self.first, leaf, rate))
 
 
 @pytest.fixture(scope="module")
@@ -128,9 +126,8 @@ def shipped() -> tuple[Model, Numbers]:
 def swinging(shipped: tuple[Model, Numbers], off: float, rate: float, resistance: float = 0.3) -> dict[str, float]:
     """References of a tip on a heavy leaf, so far before the goal and so fast [rad], [rad/s]."""
     model, numbers = shipped
-    lever = model.coupling.lever_length
-    angle = model.goal_angle + off
-    return at_the_leaf(numbers, lever, angle, True, resistance, 1.0, INERTIA, SPEED, rate)
+    hinge = Hinge(resistance, 0.0, INERTIA, 0.0, 0.0)
+    return references(model, numbers, Leaf(model.goal_angle + off, -rate, True, hinge, resistance), SPEED)
 
 
 def wanted(shipped: tuple[Model, Numbers], off: float) -> float:
@@ -167,9 +164,9 @@ def test_a_tip_that_pushes_as_wanted_is_not_drawn_deeper_into_the_leaf(shipped: 
 def test_what_is_held_is_steered_no_faster_than_the_attitude_follows(name: str) -> None:
     """From an error of the rate, whose weight is W, to the thrust, whose weight is R: sqrt(W/R) times what a newton gains."""
     model = stages(Scenario.load(name))[0]
-    numbers, grip, pace = whole_body_numbers(model), grip_numbers(model), Pace.held(model)
-    aims = in_the_gripper(model, numbers, grip, Hinge.of(model.door), pace, pace.rate, model.start_angle)
+    numbers, leaf = whole_body_numbers(model), Leaf(model.start_angle, 0.0, True, Hinge.of(model.door), 0.0)
+    aims = references(model, numbers, leaf, Pace.of(model).rate)
     lever = model.coupling.lever_length
     gained = lever / (model.door.inertia + model.vehicle.mass * lever**2)
-    speed = math.sqrt(aims["weights.opening"] / grip["weights.thrust"]) * gained
+    speed = math.sqrt(aims["weights.opening"] / numbers.one("weights.thrust")) * gained
     assert speed < model.attitude_loop.gain

@@ -19,7 +19,7 @@ Array = NDArray[np.float64]
 
 _UP = np.array([0.0, 0.0, 1.0])
 _STEEPEST = math.sin(math.radians(30.0))
-"""Largest upward component of a slide that a vehicle pushes by tilting."""
+"""Largest upward component of a slide that is moved by tilting."""
 _INSIDE = 1e-3
 """By which 0 is inside of a range that does not end there [m]."""
 
@@ -97,7 +97,7 @@ class LeafOnSlide(LeafOnJoint):
         axis = np.round(places[1] - places[0], 9)
         if abs(axis[2]) > _STEEPEST:
             raise UrdfError(
-                "the slide is too steep: a vehicle pushes by tilting", file=self._urdf,
+                "the slide is too steep: a vehicle moves it by tilting", file=self._urdf,
                 field=f"joint {self._section.hinge}", given=f"axis along {axis.round(4).tolist()} in the world",
                 allowed=f"within {math.degrees(math.asin(_STEEPEST)):.0f}° of the horizontal",
             )  # fmt: skip

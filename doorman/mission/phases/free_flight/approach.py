@@ -6,17 +6,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.control.estimation.estimator import Estimate
+from doorman.control.motion import TOUCH_DISTANCE
 from doorman.control.position_controller import Setpoint
-from doorman.mission.motion import TOUCH_DISTANCE
 from doorman.mission.phases.attempt import Attempt
 from doorman.mission.phases.free_flight.hover import STEADY, fly_before_the_leaf
 from doorman.mission.phases.phase import MissionPhase, Next, Phase, Then
 from doorman.mission.since import since
 
 Array = NDArray[np.float64]
-
-_HELD_UP = 0.03
-"""A slower vehicle stands [m/s]."""
 
 
 class Approach(MissionPhase):
@@ -38,7 +35,6 @@ class Approach(MissionPhase):
         waits = self.glide.near(target, 0.01)
         if waits and np.linalg.norm(estimate.position - target) < 0.05:
             return setpoint, Next(Phase.TOUCH)
-        held_up = waits and np.linalg.norm(estimate.velocity) < _HELD_UP
-        self._held_up_since = since(self._held_up_since, bool(held_up), estimate.time)
+        self._held_up_since = since(self._held_up_since, waits, estimate.time)
         met = self._held_up_since is not None and estimate.time - self._held_up_since >= STEADY
         return setpoint, Next(Phase.TOUCH, "something stands before the leaf") if met else None

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.control.estimation.estimator import Estimate
+from doorman.control.estimation.loop_test import DURATION
+from doorman.control.motion import Glide, arm_rates_to
 from doorman.control.position_controller import Setpoint
-from doorman.mission.loop_test import DURATION
-from doorman.mission.motion import Glide, arm_rates_to
 from doorman.mission.phases.attempt import Attempt
 from doorman.mission.phases.phase import GiveUp, MissionPhase, Next, Phase, Then
 from doorman.mission.since import since

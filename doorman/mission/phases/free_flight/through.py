@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.control.estimation.estimator import Estimate
+from doorman.control.motion import RETREAT_SPEED, Glide, arm_rates_to
 from doorman.control.position_controller import Setpoint
-from doorman.mission.motion import RETREAT_SPEED, Glide, arm_rates_to
 from doorman.mission.phases.attempt import Attempt
 from doorman.mission.phases.phase import GiveUp, MissionPhase, Next, Phase, Then
 

@@ -6,10 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.control.estimation.estimator import Estimate
+from doorman.control.motion import TOUCH_DISTANCE, Glide, arm_rates_to
 from doorman.control.position_controller import Setpoint
 from doorman.kinematics.doors.frame_places import FramePlace
 from doorman.mission.feeler import Feeler
-from doorman.mission.motion import TOUCH_DISTANCE, Glide, arm_rates_to
 from doorman.mission.phases.attempt import Attempt
 from doorman.mission.phases.phase import GiveUp, MissionPhase, Next, Phase, Then
 
@@ -26,7 +26,7 @@ _PASSES = 0.05
 _ASIDE = 0.03
 """By which a tip may be blown aside at a face, as narrow as a post, before it leaves it and comes again [m]."""
 _AVERAGED = 4.0
-"""Time over which the position controller averages the wind that it counts on while a tip pushes [s]."""
+"""Time over which the position controller averages the wind that it counts on while a tip presses [s]."""
 
 
 class TouchFrame(MissionPhase):

@@ -13,8 +13,8 @@ from doorman.control.estimation.estimator import Estimate, Estimator, Tie
 from doorman.control.state_converter import StateConverter
 from doorman.gravity import GRAVITY
 from doorman.kinematics.rotations import rotation_body_to_world
+from doorman.mission.following import Following
 from doorman.mission.schedule import PlanSchedule
-from doorman.mission.whole_body_flight import WholeBodyFlight
 from doorman.model import Model
 from doorman.recording import Recorder
 from doorman.signals import Command, Measurement
@@ -35,7 +35,7 @@ class Hovering:
         self.recorder = Recorder(None, {})
         self.schedule = PlanSchedule(planner, latency, self.recorder)
         converter = StateConverter(model)
-        self.flight, self.estimator = WholeBodyFlight(model, self.schedule), Estimator(model, converter)
+        self.flight, self.estimator = Following(converter, self.schedule), Estimator(model, converter)
         self.tick, angle = 0, model.start_angle
         self.attitude = np.array([0.0, 0.0, model.start_yaw])
         self.normal = model.door.normal(angle)
@@ -50,7 +50,7 @@ class Hovering:
             step = TICK if self.tick else 0.0
             self.estimator.tell(rotation_body_to_world(self.attitude).T @ force)
             known = self.estimator.update(seen, Tie.PUSHING if at_the_leaf else Tie.FREE, False, step)
-            command = self.flight.command(known, seen, at_the_leaf, step)
+            command = self.flight.follow(known, seen, at_the_leaf, None, step)
             self.tick += 1
         return known, command
 

@@ -8,11 +8,11 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from doorman.control.doorway import NO_GAP, ROOM_TO_LEVEL, Doorway
+from doorman.control.doorway import DRIFTS, NO_GAP, ROOM_TO_LEVEL, Doorway
 from doorman.control.estimation.estimator import Estimate
+from doorman.control.motion import arm_rates_to
 from doorman.control.position_controller import Setpoint
 from doorman.control.state_converter import StateConverter
-from doorman.mission.motion import arm_rates_to
 from doorman.model import Model
 
 Array = NDArray[np.float64]
@@ -21,8 +21,9 @@ SPEED_GAIN = 12.0
 """Of the tip's speed in free flight, along the door's normal, of the shipped vehicle [N s/m]."""
 LARGEST_PUSH = 2.0
 """Of that law [N]."""
-_CREEP = 0.01
-"""With which a resting tip that has left the leaf comes back [m/s]."""
+_CREEPS, _HASTES = 0.25, 2.0
+"""Multiples of the touch's speed: of a resting tip that has left the leaf and comes back, and of one that looks for the leaf, or
+draws back from it."""
 _BLOCKED = 1.0
 """A tip that stands for so long before it is where the leaf should be has met it there [s];"""
 _MOVES = 0.01
@@ -33,15 +34,13 @@ _MOST_TURNS = 20
 _ROOM = 0.02
 """Distance to leaf and jambs beyond the planner's margin then [m]."""
 _NEAR_THE_DISC = 0.05
-"""A leaf that is nearer to the rotor disc is looked at [m]:"""
+"""A leaf that is nearer to the rotor disc is looked at: would it be met before the vehicle brakes [m]?"""
 _NO_ROOM = 0.004
 """Gap between disc and jamb below which a vehicle leaves the doorway [m]."""
-_BRAKING = 0.3
-"""would it be met within this [s]?"""
-_STEEP, _WAY_OUT = 0.48, 0.9
-"""Tilt of a vehicle that gives way to a slammed door [rad], and speed with which it leaves the doorway [m/s];"""
+_WAY_OUT = 0.9
+"""Speed with which a vehicle that gives way to a slammed door leaves the doorway [m/s];"""
 _SHARE_OF_LIMIT = 0.8
-"""no more of either than this share of what the supervisor allows."""
+"""of that, and of tilt, no more than this share of what the supervisor allows."""
 _HARDEST, _LEAST_WAY = 4.0, 0.02
 """It brakes before a jamb by up to this [m/s²], within no less than this [m]."""
 
@@ -61,7 +60,7 @@ class AtTheLeaf:
         self._speed = model.scenario.mission.touch_speed
         self._speed_gain, self._most_push = SPEED_GAIN * model.scale.damping, LARGEST_PUSH * model.scale.force
         safety = model.scenario.safety
-        self._steep = max(min(_STEEP, _SHARE_OF_LIMIT * safety.tilt), model.scenario.control.max_tilt)
+        self._steep = max(_SHARE_OF_LIMIT * safety.tilt, model.scenario.control.max_tilt)
         self._fastest = _SHARE_OF_LIMIT * safety.speed
         self._yaw = model.start_yaw
         self._offset = (0.0, 0.0)
@@ -104,11 +103,11 @@ class AtTheLeaf:
             reaction = reaction + min(max(push / self._pressed, 0.0), 1.0) * self._beside * aside
         return Setpoint(place, rest, rest, self._yaw, reaction, normal, rates, push - wind)
 
-    def draw_back(self, estimate: Estimate, force: float) -> Setpoint:
-        """Draw back along the normal, as far as that does not take the vehicle to a jamb."""
-        door = self._model.door
-        aside = -force * float(door.normal(estimate.door_angle) @ door.along)
-        return self.push(estimate, -force * self._doorway.room(aside, estimate.position, estimate.velocity))
+    def draw_back(self, estimate: Estimate) -> Setpoint:
+        """Draw the tip back along the normal, as far as that does not take the vehicle to a jamb."""
+        door, push = self._model.door, self._toward(estimate, -_HASTES * self._speed)
+        aside = push * float(door.normal(estimate.door_angle) @ door.along)
+        return self.push(estimate, push * self._doorway.room(aside, estimate.position, estimate.velocity))
 
     def give_way(self, estimate: Estimate) -> Setpoint:
         """Go straight out before a leaf that shuts, and brake the way to the side that it gave the vehicle: to a jamb.
@@ -129,16 +128,17 @@ class AtTheLeaf:
 
     def rest(self, estimate: Estimate, push: float) -> Setpoint:
         """Push so gently that a small error of the force would take the tip away: that is braked, and the tip comes back."""
-        return self.push(
-            estimate, push + min(max(self._speed_gain * (_CREEP - estimate.tip_speed), 0.0), self._most_push)
-        )
+        return self.push(estimate, push + max(self._toward(estimate, _CREEPS * self._speed), 0.0))
 
     def move(self, estimate: Estimate, speed: float) -> Setpoint:
         """Move the tip along the normal."""
-        push = self._speed_gain * (speed - estimate.tip_speed)
-        return self.push(estimate, min(max(push, -self._most_push), self._most_push))
+        return self.push(estimate, self._toward(estimate, speed))
 
-    def search(self, estimate: Estimate, speed: float) -> Setpoint:
+    def _toward(self, estimate: Estimate, speed: float) -> float:
+        """Push that gives the tip a speed along the normal [N]."""
+        return min(max(self._speed_gain * (speed - estimate.tip_speed), -self._most_push), self._most_push)
+
+    def search(self, estimate: Estimate) -> Setpoint:
         """Move the tip along the swing of a leaf that was not where it should be; heading and arm keep step with its angle.
 
         The heading stays behind by as much as keeps the disc clear of leaf and jambs, or as clear as can be.
@@ -153,14 +153,16 @@ class AtTheLeaf:
             if nearest < -self._room:
                 break
             posture[2] += back
-        return replace(self.move(estimate, speed), arm_rates=arm_rates_to(posture[5:], estimate.arm_angles))
+        return replace(
+            self.move(estimate, _HASTES * self._speed), arm_rates=arm_rates_to(posture[5:], estimate.arm_angles)
+        )
 
     def hits_the_rotors(self, estimate: Estimate, searching: bool) -> bool:
         """Whether the vehicle flies its rotor disc, and not its tip, into the leaf where that is believed to be."""
         gap = self._doorway.gap(estimate.position, estimate.attitude, estimate.door_angle)
         closing = float(self._model.door.normal(estimate.door_angle) @ estimate.velocity)
         closing += self._coupling.lever_length * estimate.door_rate
-        soon = min(_BRAKING * closing, _NEAR_THE_DISC) if searching and not estimate.touching else NO_GAP
+        soon = min(DRIFTS * closing, _NEAR_THE_DISC) if searching and not estimate.touching else NO_GAP
         return gap < max(soon, NO_GAP)
 
     def meets_a_jamb(self, estimate: Estimate) -> bool:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from doorman.mission.motion import arm_rates_to
+from doorman.control.motion import arm_rates_to
 
 
 def test_an_arm_moves_on_the_straight_line_and_a_stick_not_at_all() -> None:

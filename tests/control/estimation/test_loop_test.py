@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from doorman.control.estimation.loop_fit import MeasuredLoop
-from doorman.mission.loop_test import LoopTest
+from doorman.control.estimation.loop_test import LoopTest
 from doorman.model import Model
 
 MODEL = Model("push")

@@ -8,8 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.control.position_controller import Setpoint
-from doorman.control.state_converter import StateConverter
-from doorman.mission.schedule import TimedPlan
 
 Array = NDArray[np.float64]
 
@@ -66,12 +64,3 @@ def arm_rates_to(target: Array, arm_angles: Array) -> Array:
     """Joint rates towards a posture on the straight line, which a saturated joint would leave."""
     rates = _ARM_GAIN * (target - arm_angles)
     return np.asarray(rates * min(1.0, _ARM_RATE / max(float(np.abs(rates).max(initial=0.0)), 1e-9)))
-
-
-def planned_speed_back(converter: StateConverter, current: TimedPlan | None, now: float, most: float) -> float:
-    """Speed with which a plan draws the tip back along the leaf's normal [m/s].
-
-    A plan begins with the speed that was measured: of a tip that is thrown back, no more than a plan makes is its own.
-    """
-    rate = 0.0 if current is None else converter.door_rate(current.plan, now - current.start)
-    return min(max(0.0, converter.model.coupling.lever_length * rate), most)

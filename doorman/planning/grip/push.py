@@ -27,10 +27,10 @@ def push_along_normal(model: Model, states: Array, inputs: Array) -> Array:
     ahead = np.cos(yaw) * normals[:, 0] + np.sin(yaw) * normals[:, 1]
     left = np.cos(yaw) * normals[:, 1] - np.sin(yaw) * normals[:, 0]
     level = np.cos(roll) * np.sin(pitch) * ahead - np.sin(roll) * left
-    pushes = inputs[:, 0] * (level + np.cos(roll) * np.cos(pitch) * normals[:, 2]) - weight * normals[:, 2]
+    push = inputs[:, 0] * (level + np.cos(roll) * np.cos(pitch) * normals[:, 2]) - weight * normals[:, 2]
     for k, side in enumerate(inputs[:, 4 + model.n_arm :] if model.actuation.fully else ()):
-        pushes[k] += normals[k] @ rotation_body_to_world(states[k, :3])[:, : len(side)] @ side
-    return np.asarray(pushes)
+        push[k] += normals[k] @ rotation_body_to_world(states[k, :3])[:, : len(side)] @ side
+    return np.asarray(push)
 
 
 def resistance(model: Model, hinge: Hinge, angle: float) -> float:
@@ -55,17 +55,17 @@ class LargestPushes:
         return largest_push(self._model, self._tilt, angle) if self._everywhere is None else self._everywhere
 
 
-def too_stiff(model: Model, hinge: Hinge, angle: float, pushes: LargestPushes) -> tuple[PlanStatus, str] | None:
+def too_stiff(model: Model, hinge: Hinge, angle: float, largest: LargestPushes) -> tuple[PlanStatus, str] | None:
     """Whether a door resists by more, here or on the way to the goal, than the vehicle can push."""
     goal, lever = model.goal_angle, model.coupling.lever_length
     if abs(angle - goal) < _AT_GOAL:
         return None
     ends = (angle, goal + math.copysign(_AT_GOAL, angle - goal))
-    missing = [resistance(model, hinge, end) - lever * pushes.at(end) for end in ends]
+    missing = [resistance(model, hinge, end) - lever * largest.at(end) for end in ends]
     if max(missing) <= 0.0:
         return None
     hardest = ends[missing.index(max(missing))]
-    worst, push = resistance(model, hinge, hardest), pushes.at(hardest)
+    worst, push = resistance(model, hinge, hardest), largest.at(hardest)
     words = f"the hinge resists with {worst:.2f} N m; the vehicle makes {push * lever:.2f} N m, {push:.1f} N at {lever:.2f} m"
     if model.door.slides:
         words = f"the slide resists with {model.door.torque_in_words(worst)}; the vehicle makes {push:.2f} N"
@@ -73,7 +73,7 @@ def too_stiff(model: Model, hinge: Hinge, angle: float, pushes: LargestPushes) -
 
 
 def leaning(model: Model, goal: Array, hinge: Hinge) -> Array:
-    """A goal whose attitude pushes against what the door is estimated to resist with, beyond what the scenario names.
+    """A goal whose attitude leans against what the door is estimated to resist with, beyond what the scenario names.
 
     A cost that draws to a level vehicle lets a door creep that needs a steady push.
     """

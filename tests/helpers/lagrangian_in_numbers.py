@@ -13,34 +13,32 @@ import math
 from functools import cache
 from typing import Any
 
+import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike
 
 from doorman.arrays import Array
 from doorman.checks import vector
+from doorman.dynamics.lagrangian import LagrangianTask
 from doorman.exceptions import SolverError
 from doorman.kinematics.coupling import JACOBIAN_OF_DOOR_ANGLE, Coupling
 from doorman.kinematics.numbers import Numbers
 from doorman.kinematics.rotations import regular_state, regular_step, rotation_body_to_world, skew
 from doorman.kinematics.task_numbers import task_numbers
 from doorman.kinematics.vehicles.arms.arm_pattern import ArmPattern
-from doorman.kinematics.vehicles.vehicle import Vehicle
+from doorman.model import Model
+from doorman.planning.grip.lagrangian_problem import inertia_numbers
 
 
 @cache
 def _functions(pattern: ArmPattern, point_names: tuple[str, ...], sizes: tuple[tuple[str, int], ...]) -> Any:
     """CasADi functions of x, u and the numbers; of the time step, too, where they need it."""
-    from doorman.dynamics.lagrangian import LagrangianTask  # CasADi
-
     task = LagrangianTask(pattern, point_names, Numbers({name: np.zeros(size) for name, size in sizes}))
-    return task.evaluated()
-
-
-def inertia_numbers(vehicle: Vehicle) -> dict[str, Array]:
-    """Numbers of the rotational inertia: I_A, the same in all postures, or the masses that it follows from."""
-    if not vehicle.bodies.balanced:
-        return vehicle.bodies.numbers()
-    return {"vehicle.inertia": np.asarray(vehicle.inertia(np.zeros(vehicle.n_arm))[np.triu_indices(3)])}
+    model, given = task.symbolic_model(), [task.state, task.inputs, task.parameters]
+    jacobian = ca.jacobian(model.step, ca.vertcat(task.state, task.inputs))
+    expressions = {"derivative": (task.derivative, []), "contact_force": (task.contact_force, []),
+                   "step": (model.step, [model.time_step]), "step_jacobian": (jacobian, [model.time_step])}  # fmt: skip
+    return {name: ca.Function(name, [*given, *more], [each]) for name, (each, more) in expressions.items()}
 
 
 class LagrangianModel:
@@ -120,3 +118,8 @@ class LagrangianModel:
         x, u = self.check_state(state), vector(inputs, self.nu, "inputs")
         jacobian = self._value("step_jacobian", x, u, self.time_step)
         return jacobian[:, : self.nx], jacobian[:, self.nx :]
+
+
+def in_numbers(model: Model) -> LagrangianModel:
+    """Full dynamics of a scenario."""
+    return LagrangianModel(model.coupling, model.scenario.planner.time_step)

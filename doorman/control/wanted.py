@@ -1,0 +1,28 @@
+"""What is to be planned, as it is known when a plan is due."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from doorman.planning.hinge import Hinge
+
+Array = NDArray[np.float64]
+
+
+class Wanted(NamedTuple):
+    """A plan that is wanted."""
+
+    state: Array
+    """x of the planner, shape (nx,)."""
+    hinge: Hinge
+    """What is known of it."""
+    numbers: Mapping[str, Any] | None = None
+    """References and weights of a whole-body plan, by name: one iteration follows them."""
+    goal: float | None = None
+    """Where a held door is to go by another plan; the scenario's goal if not given [rad]."""
+    under_way: Sequence[Array] = ()
+    """Inputs that were sent and have not acted yet, each for one step of the plan, shape (nu,)."""
