@@ -14,12 +14,12 @@ from doorman.collision.reduced_model import ReducedModel
 from doorman.collision.rows.listed import Surroundings, kinds_of
 from doorman.dynamics.attitude_loop import AttitudeLoop
 from doorman.exceptions import DimensionError, ScenarioError
+from doorman.kinematics.contact import Contact
 from doorman.kinematics.coupling import Coupling, distance_in_doorway
 from doorman.kinematics.doors.frame_places import places_to_touch
 from doorman.kinematics.doors.joint_friction import joint_friction, with_plants_friction
 from doorman.kinematics.doors.reading import read_door, read_travel
 from doorman.kinematics.doors.variants.true_door import TrueDoor, is_another
-from doorman.kinematics.hold import Hold
 from doorman.kinematics.rotations import regular_state, regular_step
 from doorman.kinematics.scale import Scale
 from doorman.kinematics.task_numbers import task_numbers
@@ -66,7 +66,7 @@ class Model:
         self.hinge_scale = self.scale.hinge(self.door)
         """Ratio of the torques that this hinge is expected to resist with to those of a room door."""
         self.scenario = scenario = sized(scenario, self._ratios())
-        self.hold = Hold.of(scenario)
+        self.contact = Contact.of(scenario)
         """How the tip holds the leaf."""
         self.friction = joint_friction(scenario, self.door, self.hinge_scale)
         """Friction of the plant's joint: one value where a file names it, else an interval [N m]."""
@@ -296,7 +296,7 @@ class Model:
     def _distance_from_hinge(self) -> float:
         """D_V [m]."""
         contact, distance = self.scenario.contact, self._place[0]
-        if not self.hold.fits or contact.named is not None or not self.door.upright:
+        if not self.contact.fits or contact.named is not None or not self.door.upright:
             return distance
         arm = start_arm(self.scenario, self.vehicle, self.door, self.travel, self._reduced(distance))
         reach = math.hypot(*self.vehicle.tip_position(arm)[:2])
@@ -325,7 +325,7 @@ class Model:
             return "wall" if self.door.frame_depth - self.door.contact_offset < _RECESSED else "corners"
         width, radius = self.door.width, self.vehicle.radius
         behind_the_tip = radius - 1e-9 <= self._place[0] <= width - radius + 1e-9
-        between = (behind_the_tip or self.hold.fits) and min(self.travel.start, self.travel.goal) > -_RIGHT_ANGLE
+        between = (behind_the_tip or self.contact.fits) and min(self.travel.start, self.travel.goal) > -_RIGHT_ANGLE
         return "doorway" if between or width < 2.0 * radius else "corners"
 
     def _reaches_the_lintel(self) -> bool:

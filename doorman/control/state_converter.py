@@ -171,7 +171,7 @@ class StateConverter:
         if time >= plan.time_step * len(plan.inputs):
             return np.zeros(3)
         state, inputs = self._at(plan, time)
-        acceleration = self._acceleration(plan, time) if self._planning.has_inertia else None
+        acceleration = self._acceleration(plan, time) if self._planning.moved_mass > 0.0 else None
         return self.planned_force(state, float(inputs[0]), acceleration, inputs[4 + self.model.n_arm :])
 
     def _at(self, plan: Plan, time: float) -> tuple[Array, Array]:
@@ -195,10 +195,12 @@ class StateConverter:
     def planned_force(
         self, state: Array, thrust: float, acceleration: Array | None = None, side: Array | None = None
     ) -> Array:
-        """Part along the door's normal, horizontal, of the planned force on the door (`PlanningModel.force_on_door`)."""
+        """Part along the door's normal of the planned force on the door (`PlanningModel.moved_mass`)."""
         normal = self.model.door.normal(state[3])
         rotors = np.array([0.0, 0.0, thrust])
         if side is not None and len(side):
             rotors[:2] = side
-        force = self._planning.force_on_door(state, rotors, np.zeros(3) if acceleration is None else acceleration)
+        force = rotation_body_to_world(state[:3]) @ rotors - [0.0, 0.0, self.model.vehicle.weight]
+        if acceleration is not None:
+            force = force - self._planning.moved_mass * acceleration
         return np.asarray((normal @ force) * normal)

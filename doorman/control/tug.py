@@ -15,7 +15,7 @@ def drawn_by_the_tug(model: Model, torque: float, friction: float) -> tuple[floa
     Torque of closer and weight in the sense of damping, and friction, are the true ones at the start.
     """
     lever, mass = model.coupling.lever_length, model.vehicle.mass
-    net = max(model.hold.tied * TUG * model.vehicle.weight * lever - torque - friction, 0.0)
+    net = max(model.contact.tied * TUG * model.vehicle.weight * lever - torque - friction, 0.0)
     rate = net / (model.door.inertia + mass * lever**2) * TUGGING
     way, room = 0.5 * rate * TUGGING, model.door.upper_limit - model.start_angle
     if model.door.endless or way < room:

@@ -63,7 +63,7 @@ class WholeBodyController:
         self._model, self._pace = model, Pace.of(model)
         self._numbers = whole_body_numbers(model)
         self._free_air = _FREE_AIR * model.vehicle.radius
-        self._least_force = model.hold.between(_LEAST_FORCE * model.vehicle.weight, -model.hold.pull)
+        self._least_force = model.contact.between(_LEAST_FORCE * model.vehicle.weight, -model.contact.pull)
         self._hinge = Hinge.of(model.door)
         self.opening_rate = 0.0
         """Asked for now [rad/s]."""
@@ -185,7 +185,7 @@ class WholeBodyController:
         load = self._load[0] * model.door.leaf_direction(angle) + self._load[1] * model.door.up
         depth, place = tip_on_face(model, known.position, known.attitude, angle, known.arm_angles)
         depth += known.face_offset
-        touches = known.touching or model.hold.tied > 0.0
+        touches = known.touching or model.contact.tied > 0.0
         force = max(known.normal_force, self._least_force)
         wanted = depth_of(force, numbers) if touches else min(depth, self._free_air)
         state = whole_body_state(
@@ -210,7 +210,7 @@ class WholeBodyController:
         """What is known of the leaf. Of the torque that resists, friction counts as it acts at this rate."""
         model, hinge, sense = self._model, known.hinge, self._model.travel.sense
         resistance = max(known.resistance, LEAST_RESISTANCE * model.hinge_scale)
-        if model.hold.tied:  # which also draws a leaf on, and brakes what comes by itself
+        if model.contact.tied:  # which also draws a leaf on, and brakes what comes by itself
             rubs = hinge.friction * math.tanh(known.door_rate / self._numbers.one("door.friction_rate"))
             believed = Hinge(hinge.friction, sense * known.resistance - rubs, hinge.inertia, 0.0, 0.0)
         else:

@@ -84,7 +84,7 @@ def _thrust_reserve(model: Model, layout: RotorLayout) -> Finding:
 def _first_turn(model: Model) -> tuple[float, str]:
     """Error of the attitude that the onboard loop has to answer at the touch, and why [rad]."""
     control = model.scenario.control
-    if model.hold.tied > 0.0:
+    if model.contact.tied > 0.0:
         return FIRST_TURN, "as the first plans do with the tip tied"
     stop = model.vehicle.mass * control.velocity_gain[0] * model.scenario.mission.touch_speed / model.vehicle.weight
     push = RESTING * model.scale.force / model.vehicle.weight
@@ -98,7 +98,7 @@ def _turning_torque(model: Model, turn: float) -> float:
     gains = AttitudeGains.of(AttitudeLoop(quickest), true.motor_time_constant)
     torque = float(model.vehicle_inertia[1, 1]) * gains.rate[1] * gains.attitude[1] * turn
     slips = _carried(model) * abs(float(model.vehicle.tip_position(model.start_arm)[0]))
-    return min(torque, slips) if model.hold.tied > 0.0 else torque
+    return min(torque, slips) if model.contact.tied > 0.0 else torque
 
 
 def _carried(model: Model) -> float:
@@ -107,7 +107,7 @@ def _carried(model: Model) -> float:
     limits = np.where(model.vehicle.torque_limits > 0.0, model.vehicle.torque_limits, np.inf)
     limits = np.maximum(limits - np.abs(weight_on_joints(model, model.start_state)), 0.0)
     holds = np.divide(limits, levers, out=np.full_like(limits, np.inf), where=levers > 1e-9)
-    return model.hold.tied * min(float(holds.min(initial=np.inf)), model.vehicle.weight)
+    return model.contact.tied * min(float(holds.min(initial=np.inf)), model.vehicle.weight)
 
 
 def _center_of_mass(model: Model, layout: RotorLayout) -> Finding:

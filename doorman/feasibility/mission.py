@@ -46,7 +46,7 @@ def _direction(model: Model) -> Finding:
     travel, door = model.travel, model.door
     away, opens = -travel.sense * travel.length, door.opening_of(travel.goal) > door.opening_of(travel.start)
     far, pulls = travel.length > _LEAST_WAY, away < 0.0
-    ok = far and (not pulls or model.hold.pull > 0.0)
+    ok = far and (not pulls or model.contact.pull > 0.0)
     ends = f"from {door.in_words(travel.start)} to {door.in_words(travel.goal)}"
     message = f"{ends} the task {'opens' if opens else 'closes'} the door by {door.way_in_words(travel.length)}"
     advice = ""
@@ -106,7 +106,7 @@ def _room_at_touch(model: Model) -> Finding:
 
 def _room_to_level(model: Model, rehearsal: Rehearsal) -> list[Finding]:
     """A door that stands, or turns round, is let go of where the vehicle, levelling about a tied tip, would come near a jamb."""
-    if model.hold.tied == 0.0 or rehearsal.failure or model.door.slides or model.door.lies:
+    if model.contact.tied == 0.0 or rehearsal.failure or model.door.slides or model.door.lies:
         return []
     doorway, gaps = Doorway(model), []
     standing = rehearsal.states[np.abs(rehearsal.states[:, 4]) < _STANDS]

@@ -145,7 +145,7 @@ class GuardedFlight(Uncopied):
         at = PositionSetpoint(self.places.hover, self.places.yaw)
         reason = measure_hover(
             self.links.autopilot, at, self.say, lambda figures: self._write_measured("hover", figures),
-            steepest=math.inf if self.model.hold.tied > 0.0 else STEEPEST,
+            steepest=math.inf if self.model.contact.tied > 0.0 else STEEPEST,
         )  # fmt: skip
         if self.supervisor.action is not None or reason:
             return f"measure the thrust in hover: {self.supervisor.reason or reason}"

@@ -1,24 +1,15 @@
-"""What planning models share that know the vehicle's own motion: the force that it leaves to the door, and their step."""
+"""What planning models share: the rotors' force in reduced inputs, and the step of a problem."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
 
-from doorman.gravity import weight_of
-from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.numba_types.handles import held, separate
 from doorman.ocp.kernels import functions
 from doorman.ocp.problem.problem import Problem
 
 Array = NDArray[np.float64]
-
-
-def force_left_to_the_door(mass: float, attitude: Array, rotors: Array, acceleration: Array) -> Array:
-    r"""What the vehicle's motion leaves of the thrust, :math:`f_t R e_3 - m_A g e_3 - m_A \ddot P`."""
-    force: Array = rotation_body_to_world(attitude) @ rotors - mass * acceleration
-    force[2] -= weight_of(mass)
-    return force
 
 
 def rotor_force(inputs: Array, n_arm: int) -> Array:

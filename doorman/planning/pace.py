@@ -91,17 +91,17 @@ class Pace:
         A leaf that something stops is hit with the force :math:`v\sqrt{k m}` of a vehicle whose tip has the stiffness k [N/m] and
         the speed v; the impact that is allowed bounds ω. The push bounds a.
         """
-        lever, mass, scale, hold = model.coupling.lever_length, model.vehicle.mass, model.scale, model.hold
+        lever, mass, scale, contact = model.coupling.lever_length, model.vehicle.mass, model.scale, model.contact
         meets = _IMPACT * scale.force / math.sqrt(STIFFNESS * scale.stiffness * mass)
-        rate = hold.between(meets, _TIP_SPEED * scale.speed) / lever
+        rate = contact.between(meets, _TIP_SPEED * scale.speed) / lever
         largest = largest_push(model, model.largest_tilt)
-        force = hold.between(_SPEEDING_UP * model.scenario.control.max_push, _OF_LARGEST * largest)
-        acceleration, begins = force * lever / (model.door.inertia + mass * lever**2), PRESSING + hold.tied * TUGGING
+        force = contact.between(_SPEEDING_UP * model.scenario.control.max_push, _OF_LARGEST * largest)
+        acceleration, begins = force * lever / (model.door.inertia + mass * lever**2), PRESSING + contact.tied * TUGGING
         duration, way = model.scenario.goal.duration, model.travel.length
         if not safe and duration != "safe":
             swings = max(duration - begins, _TIME_STEP)
             rate, acceleration = min(rate, 1.5 * way / swings), min(acceleration, 4.5 * way / swings**2)
-        settling = hold.between(_SETTLES, _SETTLES_TIED) * model.scenario.vehicle.attitude_lag
+        settling = contact.between(_SETTLES, _SETTLES_TIED) * model.scenario.vehicle.attitude_lag
         return cls(rate, acceleration, settling, begins)
 
     def duration(self, way: float, deceleration: float) -> float:

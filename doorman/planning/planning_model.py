@@ -43,8 +43,9 @@ class PlanningModel(Protocol):
     """Carries the vehicle's weight, shape (nu,)."""
     numbers: Numbers
     """Of the scenario's task, by name; `fitted` returns others."""
-    has_inertia: bool
-    """Whether `force_on_door` takes the vehicle's acceleration."""
+    moved_mass: float
+    r"""Mass m of which a plan knows that the thrust moves it; :math:`f_t R e_3 - m_A g e_3 - m \ddot P` is the force on the door.
+    0: the vehicle's own inertia is unknown to the model [kg]."""
     headings: tuple[tuple[int, int], ...]
     """Places in the state of an angle and its rate that the autopilot's own loop holds, whatever torque a plan asks it for."""
     tolerance: float
@@ -77,9 +78,6 @@ class PlanningModel(Protocol):
     def reduced(self, states: Array, inputs: Array) -> tuple[Array, Array]:
         """Reduced states and inputs."""
 
-    def force_on_door(self, reduced: Array, rotors: Array, acceleration: Array) -> Array:
-        """Force of the tip on the door, as the model understands it."""
-
     def swing(self, disturbance: float) -> Callable[[Array, Array], Array]:
         """The motion that inputs cause where vehicle and door are what the URDFs say and nothing lags or disturbs."""
 
@@ -87,7 +85,7 @@ class PlanningModel(Protocol):
 def planning_model(model: Model) -> PlanningModel:
     """The model that a scenario plans with: by `planner.model`."""
     kinds: dict[str, Callable[[Model], PlanningModel]] = {"whole_body": WholeBodyPlanning}
-    if model.hold.tied > 0.0:  # their tip is
+    if model.contact.tied > 0.0:  # their tip is
         kinds |= {"quasi_static": QuasiStaticPlanning, "lagrangian": LagrangianPlanning}
     given = model.scenario.planner.model
     if given not in kinds:

@@ -16,9 +16,9 @@ import numpy as np
 
 from doorman.arrays import Array
 from doorman.collision.reduced_model import ReducedModel
+from doorman.kinematics.contact import Contact
 from doorman.kinematics.doors.door import Door
 from doorman.kinematics.doors.leaf.travel import Travel
-from doorman.kinematics.hold import Hold
 from doorman.kinematics.vehicles.vehicle import Vehicle
 from doorman.postures.ends import PAPER_POSTURES, End, beside_the_normal
 from doorman.postures.room import Room
@@ -58,7 +58,7 @@ def propose(scenario: Scenario, vehicle: Vehicle, door: Door, travel: Travel, re
     """Postures of start and goal."""
     finder = _Finder(scenario, vehicle, door, travel, reduced)
     ends = (("start", scenario.start, travel.start), ("goal", scenario.goal, travel.goal))
-    share = 1.0 if Hold.of(scenario).tied and not door.in_plane else _share_of_turn(door, travel)
+    share = 1.0 if Contact.of(scenario).tied and not door.in_plane else _share_of_turn(door, travel)
     start, goal = (End.of(name, section, angle, door, vehicle.n_arm, share) for name, section, angle in ends)
     first, last = finder.ends(start, goal)
     return Postures(first, last, {**_open(start, first), **_open(goal, last)})
@@ -90,7 +90,7 @@ class _Finder:
     ) -> None:
         self._scenario, self._vehicle, self._door, self._reduced, self._jambs = scenario, vehicle, door, reduced, jambs
         self._travel = travel
-        self._hold = Hold.of(scenario)
+        self._contact = Contact.of(scenario)
         self._clear = Room(vehicle, door, reduced, margin=0.0, jambs=jambs)
         self._middle = 0.5 * np.add(*joint_bounds(vehicle))
         self._known: dict[str, list[Found]] = {}
@@ -122,7 +122,7 @@ class _Finder:
         state, room = end.paper_state(), self._room(end)
         if state is None or not end.free.size:
             return state
-        narrow = self._hold.fits and end.attitude is None
+        narrow = self._contact.fits and end.attitude is None
         if end.name == "goal" and narrow:
             state = beside_the_normal(state, self._travel.start, room, self._scenario, self._door)
         return state if room.keeps(state) else None
@@ -166,7 +166,7 @@ class _Finder:
     def _room(self, end: End) -> Room:
         margin = self._scenario.planner.margin
         mobile = end.arm is None and self._can_move_along_the_normal(end)
-        return Room(self._vehicle, self._door, self._reduced, margin, self._hold.beside, mobile, self._jambs)
+        return Room(self._vehicle, self._door, self._reduced, margin, self._contact.beside, mobile, self._jambs)
 
     def _can_move_along_the_normal(self, end: End) -> bool:
         generator, n = np.random.default_rng(0), self._vehicle.n_arm

@@ -40,4 +40,4 @@ def force_noise(model: Model, position_noise: float, latency: float, interval: f
 
 def most_force_noise(model: Model) -> float:
     """σ_F up to which a tip stays on the leaf that presses as lightly as plans let it [N]; a tied one stays there."""
-    return math.inf if model.hold.tied > 0.0 else whole_body_numbers(model).one("reference.least_force") / _SIGMAS
+    return math.inf if model.contact.tied > 0.0 else whole_body_numbers(model).one("reference.least_force") / _SIGMAS

@@ -178,7 +178,7 @@ def _servo_torques(model: Model, torques: Array) -> Finding:
 
 def _pull(model: Model, pull: float) -> Finding:
     """Force that pulls the leaf towards the vehicle, against what the tip can pull with: one that only presses loses the door."""
-    most = model.hold.pull + _PULL_SLACK
+    most = model.contact.pull + _PULL_SLACK
     ok = pull <= most
     how = "the contact can do that" if ok else "the tip cannot, and loses the door there"
     return Finding(
@@ -189,7 +189,7 @@ def _pull(model: Model, pull: float) -> Finding:
 
 def stopping_findings(model: Model) -> list[Finding]:
     """A tip that cannot pull needs a joint that stops the leaf: the speed from which it does, at the start."""
-    if model.hold.pull > 0.0:
+    if model.contact.pull > 0.0:
         return []
     torque, door, longest = least_resistance(model), model.door, model.scenario.mission.time_out.open
     takes = _least_duration(model)
@@ -216,7 +216,7 @@ def _least_duration(model: Model) -> float:
     if model.scenario.planner.model != "whole_body":
         return duration_held(model)
     by_hinge = BRAKES * least_resistance(model) / model.door.inertia
-    deceleration = math.inf if model.hold.pull > 0.0 else by_hinge
+    deceleration = math.inf if model.contact.pull > 0.0 else by_hinge
     return Pace.of(model, safe=True).duration(model.travel.length, deceleration) if deceleration > 0.0 else LONGEST
 
 
@@ -261,7 +261,7 @@ def _height(model: Model, scene: CollisionScene, states: Array) -> Finding:
     """Room above and below: a vehicle that is tied to the leaf by its tip rises and sinks as it tilts."""
     positions = np.array([model.coupling.vehicle_position(x[:3], float(x[3]), x[5:]) for x in states])
     rotations = np.array([rotation_body_to_world(x[:3]) for x in states])
-    height = model.hold.between(_HEIGHT, _HEIGHT_TIED)
+    height = model.contact.between(_HEIGHT, _HEIGHT_TIED)
     worst = min(
         (
             scene.min_clearance_along(positions + [0.0, 0.0, off], rotations, states[:, 5:], states[:, 3]).worst

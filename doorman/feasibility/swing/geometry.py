@@ -49,7 +49,7 @@ def force_needed(model: Model, duration: float) -> float:
     unknown = 0.0 if model.friction.known else model.friction.largest
     torques = [travel.ahead(door.hinge_torque(angle, rate)) + unknown for angle in way]
     driven = -min(travel.ahead(door.weight_torque(angle)) for angle in way) - door.friction
-    held = model.hold.tied * driven
+    held = model.contact.tied * driven
     if door.in_plane:
         return max(
             _force_in_plane(model, angle, torque + door.stiction) for angle, torque in zip(way, torques, strict=True)

@@ -81,7 +81,7 @@ def stopping_friction(model: Model) -> float:
 
 def _assumed(model: Model, friction: float) -> float:
     """Friction that a tip which cannot pull counts on where no file names one; a leaf that begins ajar is held by what it has."""
-    if model.hold.pull > 0.0:
+    if model.contact.pull > 0.0:
         return model.door.friction
     ajar = model.door.opening_of(model.travel.start) > model.door.per_angle * _AJAR and not model.door.friction
     return max(friction, _STANDS * abs(model.door.hinge_torque(model.travel.start, 0.0)) if ajar else 0.0)
@@ -96,7 +96,7 @@ def least_resistance(model: Model) -> float:
 
 def _begun(model: Model) -> Array:
     """The start, with the attitude that presses on a leaf which the tip may not pull, and where a tug leaves one that it may."""
-    press = (1.0 - model.hold.tied) * resistance(model) / model.coupling.lever_length
+    press = (1.0 - model.contact.tied) * resistance(model) / model.coupling.lever_length
     state = push_state(model, model.start_state, press).copy()
     state[3:5] += drawn_by_the_tug(model, *torques_at_rest(model, model.start_angle))
     return state

@@ -28,7 +28,7 @@ class Attempt:
     def __init__(self, model: Model, converter: StateConverter, schedule: PlanSchedule, estimator: Estimator) -> None:
         self.model, self.converter, self.schedule, self.estimator = model, converter, schedule, estimator
         self.settings = model.scenario.mission
-        self.tie = Tie.GRIPPED if model.hold.tied else Tie.PUSHING
+        self.tie = Tie.GRIPPED if model.contact.tied else Tie.PUSHING
         """Of a tip that opens the door."""
         self.fastest = Pace.of(model).rate
         """Rate of the door that plans make [rad/s]."""

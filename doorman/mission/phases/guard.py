@@ -51,7 +51,7 @@ class Guard:
             return GiveUp(f"the vehicle has sunk by {1e2 * sunk:.0f} cm at {self._stands(estimate)}")
         past = OPEN if phase.phase is Phase.RECOVER else _PAST
         model = self._attempt.model
-        if model.hold.pull == 0.0 and model.travel.left(estimate.door_angle) < -past:  # nothing brings it back
+        if model.contact.pull == 0.0 and model.travel.left(estimate.door_angle) < -past:  # nothing brings it back
             return GiveUp(f"the leaf has gone past the goal, to {self._stands(estimate)}")
         return None
 

@@ -122,7 +122,7 @@ class MissionPhase(ABC):
     @property
     def tied(self) -> bool:
         """Whether the tip is to be tied to the leaf now."""
-        return self.closes_gripper and self.attempt.model.hold.tied > 0.0
+        return self.closes_gripper and self.attempt.model.contact.tied > 0.0
 
     @property
     def gives_way(self) -> bool:

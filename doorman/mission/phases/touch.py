@@ -35,7 +35,7 @@ class Touch(MissionPhase):
         in_contact = before is None
         self._touched_at = estimate.time - PRESSING if in_contact else None
         self._tug = TUG * attempt.model.vehicle.weight
-        self._trial = TUGGING * attempt.model.hold.tied
+        self._trial = TUGGING * attempt.model.contact.tied
         attempt.leaf.begin(attempt.model.start_yaw)
 
     @property

@@ -14,16 +14,16 @@ from doorman.model import Model
 from doorman.ocp.problem.problem import Problem
 from doorman.ocp.solvers.options import SolverOptions
 from doorman.planning.composition import NO_EXTRAS, NOTHING, Extras
-from doorman.planning.grip.grip_planning import GripPlanning
 from doorman.planning.grip.lagrangian_problem import at_rest, lagrangian_numbers, lagrangian_problem
+from doorman.planning.grip.quasi_static_planning import QuasiStaticPlanning
 from doorman.planning.hinge import Hinge
-from doorman.planning.own_motion import Motion, force_left_to_the_door
+from doorman.planning.own_motion import Motion
 
 Array = NDArray[np.float64]
 
 
-class LagrangianPlanning(GripPlanning):
-    """x = [Φ, α, Φ̇, α̇, H], u = [f_t, T, Ḣ_d]; see `PlanningModel`.
+class LagrangianPlanning(QuasiStaticPlanning):
+    """x = [Φ, α, Φ̇, α̇, H], u = [f_t, T, Ḣ_d]; with rows, goal and forces of the simplified dynamics. See `PlanningModel`.
 
     Args:
         model: Model of the scenario.
@@ -38,7 +38,7 @@ class LagrangianPlanning(GripPlanning):
         self.start_state = frozen(at_rest(model.start_state))
         self.goal_state = frozen(at_rest(model.goal_state))
         self.hover_input = model.hover_input
-        self.has_inertia = True
+        self.moved_mass = model.vehicle.mass
         self.headings: tuple[tuple[int, int], ...] = ()
         self.tolerance = SolverOptions().feasibility
         self.numbers = lagrangian_numbers(model)
@@ -66,10 +66,6 @@ class LagrangianPlanning(GripPlanning):
         u[:, 1:4] = body_rates_of(x[: len(u), :3], x[: len(u), 4:7])
         reduced = np.delete(x, (4, 5, 6), axis=1)
         return (reduced if states.ndim == 2 else reduced[0]), u.reshape(inputs.shape)
-
-    def force_on_door(self, reduced: Array, rotors: Array, acceleration: Array) -> Array:
-        r"""What the vehicle itself leaves of the thrust, :math:`f_t R e_3 - m_A g e_3 - m_A \ddot P`."""
-        return force_left_to_the_door(self.model.vehicle.mass, reduced[:3], rotors, acceleration)
 
     def swing(self, disturbance: float) -> Callable[[Array, Array], Array]:
         """The full dynamics, without friction in the hinge. See `PlanningModel`."""

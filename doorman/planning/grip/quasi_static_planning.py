@@ -3,25 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from doorman.kinematics.numbers import Numbers
-from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import Model
 from doorman.ocp.problem.problem import Problem
 from doorman.ocp.solvers.options import SolverOptions
+from doorman.ocp.solvers.solution import PlanStatus
 from doorman.planning.composition import NO_EXTRAS, NOTHING, Extras
 from doorman.planning.grip.door_problem import door_numbers, door_problem
-from doorman.planning.grip.grip_planning import GripPlanning
+from doorman.planning.grip.push import LargestPushes, leaning, push_along_normal, too_stiff
 from doorman.planning.hinge import Hinge
 from doorman.planning.own_motion import Motion
 
 Array = NDArray[np.float64]
 
 
-class QuasiStaticPlanning(GripPlanning):
+class QuasiStaticPlanning:
     """x = [Φ, α, α̇, H], u = [f_t, Ω, Ḣ_d]; see `PlanningModel`.
 
     Args:
@@ -38,10 +39,14 @@ class QuasiStaticPlanning(GripPlanning):
         self.start_state = model.start_state
         self.goal_state = model.goal_state
         self.hover_input = np.concatenate([model.hover_input, np.zeros(2 if model.actuation.fully else 0)])
-        self.has_inertia = False
+        self.moved_mass = 0.0
         self.headings: tuple[tuple[int, int], ...] = ()
         self.tolerance = SolverOptions().feasibility
         self.numbers = door_numbers(model)
+
+    @cached_property
+    def _largest(self) -> LargestPushes:
+        return LargestPushes(self.model)
 
     def check_state(self, state: ArrayLike, field: str = "state") -> Array:
         """A state as a contiguous float array. See `PlanningModel`."""
@@ -64,11 +69,22 @@ class QuasiStaticPlanning(GripPlanning):
         """States and inputs themselves. See `PlanningModel`."""
         return states, inputs
 
-    def force_on_door(self, reduced: Array, rotors: Array, acceleration: Array) -> Array:
-        r"""The thrust's, :math:`F_R = f_t R e_3 - m_A g e_3`: the vehicle's own inertia is unknown to this model."""
-        force: Array = rotation_body_to_world(reduced[:3]) @ rotors
-        force[2] -= self.model.vehicle.weight
-        return force
+    def follows_start(self, given: Mapping[str, ArrayLike] = NOTHING) -> bool:
+        """False: hinge and margin say it all. See `PlanningModel`."""
+        return False
+
+    def goal(self, start: Array, hinge: Hinge, door_angle: float | None = None) -> Array:
+        """The scenario's goal, or a place on the way there, leaning against the hinge. See `PlanningModel`."""
+        goal = self.goal_state if door_angle is None else self.state(self.model.on_the_way(door_angle), np.zeros(3))
+        return leaning(self.model, goal, hinge)
+
+    def impossible(self, hinge: Hinge, start: Array) -> tuple[PlanStatus, str] | None:
+        """Whether the door resists by more than the vehicle can push. See `PlanningModel`."""
+        return too_stiff(self.model, hinge, float(start[3]), self._largest)
+
+    def normal_forces(self, numbers: Numbers, states: Array, inputs: Array) -> Array:
+        """Share of the thrust along the door's normal. See `PlanningModel`."""
+        return push_along_normal(self.model, *self.reduced(states, inputs))
 
     def swing(self, disturbance: float) -> Callable[[Array, Array], Array]:
         r"""This model with the inertia that a push really moves, :math:`I_D + m_A D_V^2`. See `PlanningModel`."""

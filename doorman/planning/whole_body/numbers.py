@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from doorman.dynamics.attitude_loop import AttitudeLoop
 from doorman.exceptions import BackendError
-from doorman.kinematics.hold import Hold
+from doorman.kinematics.contact import Contact
 from doorman.kinematics.numbers import Numbers
 from doorman.kinematics.vehicles.balance import balance_numbers
 from doorman.kinematics.vehicles.rotor_layout import rotor_layout
@@ -44,31 +44,31 @@ tied tip, and the leaf bears it. A quick loop turns by the same error at a highe
 that is commanded is weighed."""
 
 
-def whole_body_numbers(model: Model, hold: Hold | None = None) -> Numbers:
+def whole_body_numbers(model: Model, contact: Contact | None = None) -> Numbers:
     """Numbers of a scenario's task, by the names that `WholeBodyTask` knows them by: the tip touches and opens.
 
     Args:
         model: Model of the scenario.
-        hold: How the tip holds the leaf; as the scenario says, if not given.
+        contact: How the tip holds the leaf; as the scenario says, if not given.
     """
-    vehicle, scenario, hold = model.vehicle, model.scenario, hold or model.hold
+    vehicle, scenario, contact = model.vehicle, model.scenario, contact or model.contact
     start, goal = model.start_state, model.goal_state
-    scale, free = model.scale, 1.0 - hold.tied
+    scale, free = model.scale, 1.0 - contact.tied
     slope = (start - goal) / (start[3] - goal[3])
     pace, (stiffness, damping) = Pace.of(model), _gripper(model)
-    gains_nothing = max(float(model.actuation.fully), hold.tied * float(model.door.in_plane))
+    gains_nothing = max(float(model.actuation.fully), contact.tied * float(model.door.in_plane))
     return model.reduced.numbers.and_also({
         **balance_numbers(vehicle), **_side_numbers(model),
         "vehicle.yaw_inertia": yaw_inertia(model),
         **loop_numbers(model, model.attitude_loop), "vehicle.tilt_offset": np.zeros(2),
         "vehicle.wind": np.zeros(3),
         "door.friction_rate": 0.02 * scale.rate, "door.disturbance": 0.0, "door.sticks": 0.0,
-        "contact.stiffness": hold.between(STIFFNESS * scale.stiffness, stiffness),
-        "contact.damping": hold.between(50.0 * scale.damping, damping),
+        "contact.stiffness": contact.between(STIFFNESS * scale.stiffness, stiffness),
+        "contact.damping": contact.between(50.0 * scale.damping, damping),
         "contact.smoothing": 1e-3 * scale.length,
         "contact.friction": scenario.contact.friction,
         "contact.stick": np.zeros(2), "contact.give": 0.004 * scale.length,
-        "contact.slip_damping": hold.between(10.0 * scale.damping, damping), "contact.tied": hold.tied,
+        "contact.slip_damping": contact.between(10.0 * scale.damping, damping), "contact.tied": contact.tied,
         "limits.margin": scenario.planner.margin, "limits.force": scenario.control.max_push,
         "reference.joint": goal[3], "reference.sense": math.copysign(1.0, goal[3] - start[3]),
         "reference.position": np.zeros(3), "reference.heading": [goal[2], slope[2]],
@@ -79,13 +79,13 @@ def whole_body_numbers(model: Model, hold: Hold | None = None) -> Numbers:
         "reference.settling": pace.settling, "reference.force": 0.0,
         "reference.least_force": free * RESTING * scale.force,
         "reference.turned": np.zeros(2), "reference.room": 0.03 * scale.length,
-        "reference.thrust": vehicle.weight, "weights.thrust": hold.between(_THRUST, _THRUST_TIED) / scale.force**2,
+        "reference.thrust": vehicle.weight, "weights.thrust": contact.between(_THRUST, _THRUST_TIED) / scale.force**2,
         "plan.time_step": scenario.planner.time_step,
         "weights.near": 300.0 / scale.length**2,
         "weights.place": free * 40.0 / scale.length**2, "weights.position": 0.0, "weights.heading": 16.0,
         "weights.arm": 30.0, "weights.arm_rate": ARM_WEIGHT / scale.rate**2,
         "weights.approach": free * 1000.0 / scale.speed**2, "weights.opening": 100.0 / scale.rate**2,
-        "weights.force": 0.0, "weights.least_force": 0.0, "weights.load": hold.tied * _LOAD / scale.force**2,
+        "weights.force": 0.0, "weights.least_force": 0.0, "weights.load": contact.tied * _LOAD / scale.force**2,
         "weights.level": LEVEL_WEIGHT * gains_nothing,
         "weights.velocity_in_world": 0.3 / scale.speed**2,
         "weights.turning": 0.5 / scale.rate**2,
@@ -151,5 +151,5 @@ def loop_numbers(model: Model, loop: AttitudeLoop) -> dict[str, Any]:
     return {
         "vehicle.attitude_gain": loop.gain, "vehicle.rate_gain": loop.rate_gain,
         "vehicle.tilt_stiffness": tilt_stiffness(model, loop),
-        "weights.tilting": model.hold.between(_TILTING, _TILTING_TIED) * max(loop.quickness, 1.0) ** 2,
+        "weights.tilting": model.contact.between(_TILTING, _TILTING_TIED) * max(loop.quickness, 1.0) ** 2,
     }  # fmt: skip

@@ -17,7 +17,7 @@ from doorman.ocp.solvers.solution import PlanStatus
 from doorman.planning.composition import NO_EXTRAS, NOTHING, Extras
 from doorman.planning.grip.push import LargestPushes, too_stiff
 from doorman.planning.hinge import Hinge
-from doorman.planning.own_motion import Motion, force_left_to_the_door
+from doorman.planning.own_motion import Motion
 from doorman.planning.pace import RESTING
 from doorman.planning.whole_body.contact import contact_forces, depth_of, turned_by, whole_body_state
 from doorman.planning.whole_body.numbers import whole_body_numbers
@@ -56,11 +56,11 @@ class WholeBodyPlanning:
         )  # fmt: skip
         self.numbers = whole_body_numbers(model)
         self._largest = LargestPushes(model)
-        self._resting = model.hold.between(RESTING * model.scale.force, 0.0)
+        self._resting = model.contact.between(RESTING * model.scale.force, 0.0)
         self.start_state = self.state(model.start_state, np.zeros(3))
         self.goal_state = self.state(model.goal_state, np.zeros(3))
         self.hover_input = np.concatenate([model.hover_input, np.zeros(2 if model.actuation.fully else 0)])
-        self.has_inertia = True
+        self.moved_mass = model.vehicle.mass
         self.headings: tuple[tuple[int, int], ...] = ((5, 11),)
         self.tolerance = _TOLERANCE
         self._follow_start = frozenset(self._fitting(Hinge.of(model.door), self.start_state))
@@ -92,7 +92,7 @@ class WholeBodyPlanning:
         against = max(rests + hinge.damping * ahead(rate), 0.0)
         force = float(contact_forces(numbers, model, start[None])[0])
         carried = (against + ahead(door.weight_torque(joint))) / lever
-        touches = model.hold.tied > 0.0 or force > _TOUCHES * min(2.0 * self._resting, carried)
+        touches = model.contact.tied > 0.0 or force > _TOUCHES * min(2.0 * self._resting, carried)
         force_in_world = float(touches) * force * door.normal(joint)
         side = {}
         if model.actuation.fully:
@@ -138,10 +138,6 @@ class WholeBodyPlanning:
         u[:, 1:4] = body_rates_of(x[: len(u), 3:6], x[: len(u), 9:12])
         reduced = x[:, [*_REDUCED, *range(14, x.shape[1])]]
         return (reduced if states.ndim == 2 else reduced[0]), u.reshape(inputs.shape)
-
-    def force_on_door(self, reduced: Array, rotors: Array, acceleration: Array) -> Array:
-        r"""What the vehicle itself leaves of the thrust, :math:`f_t R e_3 - m_A g e_3 - m_A \ddot P`."""
-        return force_left_to_the_door(self.model.vehicle.mass, reduced[:3], rotors, acceleration)
 
     def swing(self, disturbance: float) -> Callable[[Array, Array], Array]:
         """The problem's own dynamics with the contact, without friction in the hinge. See `PlanningModel`."""

@@ -66,7 +66,7 @@ def references(model: Model, numbers: Numbers, leaf: Leaf, opening_rate: float) 
     hinge = leaf.hinge
     slows = hinge.friction * numbers.one("plan.time_step") / hinge.inertia
     sticks = {**hinge.numbers(), "door.sticks": float(slows > numbers.one("door.friction_rate"))}
-    return sticks | (_held if model.hold.tied else _pressed)(model, numbers, leaf, opening_rate)
+    return sticks | (_held if model.contact.tied else _pressed)(model, numbers, leaf, opening_rate)
 
 
 def _pressed(model: Model, numbers: Numbers, leaf: Leaf, opening_rate: float) -> dict[str, Any]:

@@ -27,7 +27,7 @@ class Tied:
     def __init__(self) -> None:
         self.model = Model("push")
         quiet = {"contact.friction": 0.0, "contact.slip_damping": 0.0, "contact.damping": 0.0, "door.friction": 0.0}
-        self.numbers = whole_body_numbers(self.model, replace(self.model.hold, tied=1.0)).replaced(quiet)
+        self.numbers = whole_body_numbers(self.model, replace(self.model.contact, tied=1.0)).replaced(quiet)
         pattern, _ = ArmPattern.of(self.model.vehicle.arm)
         self.task = WholeBodyTask(pattern, self.model.vehicle.point_names, self.numbers)
 

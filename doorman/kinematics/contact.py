@@ -10,7 +10,7 @@ from doorman.scenario import Scenario
 
 
 @dataclass(frozen=True)
-class Hold:
+class Contact:
     """What a tip can do at the leaf that it opens."""
 
     tied: float
@@ -23,12 +23,12 @@ class Hold:
     """Whether it may touch the leaf nearer to the hinge than is asked for, where the doorway is narrow."""
 
     @classmethod
-    def of(cls, scenario: Scenario) -> Hold:
+    def of(cls, scenario: Scenario) -> Contact:
         """That of a scenario's contact."""
-        contact = scenario.contact
-        if contact.kind == "grip":
+        section = scenario.contact
+        if section.kind == "grip":
             return cls(1.0, scenario.control.max_push, math.inf, False)
-        return cls(0.0, 0.0, BESIDE, contact.fit_doorway)
+        return cls(0.0, 0.0, BESIDE, section.fit_doorway)
 
     def between(self, pressing: float, tied: float) -> float:
         """A number of the model, by those of a tip that presses and of one that is tied."""
