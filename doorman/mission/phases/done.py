@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -18,8 +20,7 @@ Array = NDArray[np.float64]
 class Done(Retreat):
     """Goes no farther than the vehicle is."""
 
-    phase = Phase.DONE
-    leaves = False
+    phase, leaves, tie, longest = Phase.DONE, False, Tie.FREE, math.inf
 
     def __init__(self, attempt: Attempt, estimate: Estimate, before: MissionPhase | None) -> None:
         super().__init__(attempt, estimate, before)
@@ -32,11 +33,6 @@ class Done(Retreat):
             attempt.seen = f"by its own estimate the door is at {stands}"
 
     @property
-    def tie(self) -> Tie:
-        """No tie: the tip is free."""
-        return Tie.FREE
-
-    @property
     def closes_gripper(self) -> bool:
         """Whether the tip is to stay on the leaf."""
         return self.attempt.keeps_hold
@@ -44,10 +40,6 @@ class Done(Retreat):
     def speed_back(self, estimate: Estimate) -> float:
         """Zero: the vehicle hovers."""
         return 0.0
-
-    def expired(self, now: float) -> bool:
-        """False: the end has no time-out."""
-        return False
 
     def step(self, estimate: Estimate, body_rates: Array, time_step: float) -> tuple[Setpoint, Then]:
         """Hover on."""

@@ -46,7 +46,10 @@ class Guard:
         if self._attempt.schedule.is_silent(estimate.time):
             return GiveUp(f"the planner is silent for {self._attempt.schedule.overdue(estimate.time):.1f} s")
         sunk = self._sunk(estimate)
-        self._high_at = estimate.time if sunk < _SUNK * self._attempt.model.scale.length else self._high_at
+        borne = (
+            phase.tied or sunk < _SUNK * self._attempt.model.scale.length
+        )  # a tied tip bears what thrust does not lift
+        self._high_at = estimate.time if borne else self._high_at
         if estimate.time - self._high_at > _DOUBT:
             return GiveUp(f"the vehicle has sunk by {1e2 * sunk:.0f} cm at {self._stands(estimate)}")
         past = OPEN if phase.phase is Phase.RECOVER else _PAST

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -21,6 +23,7 @@ class Hold(MissionPhase):
     """Ends with the tip on the leaf; a vehicle that comes back holds the door until somebody has taken it."""
 
     phase, at_the_leaf, guarded = Phase.HOLD, True, True
+    longest = math.inf  # how long a door is held is judged each tick
 
     def __init__(self, attempt: Attempt, estimate: Estimate, before: MissionPhase | None) -> None:
         super().__init__(attempt, estimate, before)
@@ -28,10 +31,6 @@ class Hold(MissionPhase):
         self._waits = False
         self._open_at = self.entered
         attempt.opening.resume(estimate.time)
-
-    def expired(self, now: float) -> bool:
-        """False: how long a door is held is judged each tick."""
-        return False
 
     def step(self, estimate: Estimate, body_rates: Array, time_step: float) -> tuple[Setpoint, Then]:
         """Go on holding, and judge whether that is over."""

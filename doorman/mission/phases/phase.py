@@ -163,6 +163,12 @@ class MissionPhase(ABC):
         """Time-out [s]."""
         return _LONGEST.get(self.phase) or float(getattr(self.attempt.settings.time_out, self.phase.value))
 
+    def ends_here(self) -> Next:
+        """The mission's end where the vehicle is: there is nothing left to let go of."""
+        reason = f"the phase {self.phase.value} took longer than {self.longest:g} s"
+        self.attempt.failure = self.attempt.failure or reason
+        return Next(Phase.DONE, reason)
+
     def time_out(self, estimate: Estimate) -> Next | GiveUp:
         """The phase that follows one that has lasted too long, or the end of the attempt."""
         return GiveUp(f"the phase {self.phase.value} took longer than {self.longest:g} s")

@@ -20,8 +20,9 @@ _LETTING_GO = 0.5
 """For which the tip draws back [s]."""
 _EASING = 0.7
 """Time in which the load on a door fades [s]: a vehicle that drops a load is flung away from it until its tilt has followed."""
-_COMES_ALIVE = 0.1
-"""A given-up leaf that moves faster meanwhile is let go: it is thrown then [rad/s]."""
+_LOADED, _COMES_ALIVE = 3, 0.1
+"""A given-up leaf is let go before that with a load of no more than so many pushes of a touch, or where it moves faster: it is
+thrown then [rad/s]."""
 _GIVING_WAY = 2.5
 """A vehicle that has not left the doorway by then [s] is held there, or is as slow as it may be."""
 _WATCHING = 3.0
@@ -35,7 +36,7 @@ _COMES_BACK = math.radians(0.35)
 class Release(MissionPhase):
     """Lets go of the leaf; a door that does not stay meanwhile is held instead."""
 
-    phase, leaves = Phase.RELEASE, True
+    phase, leaves, follows = Phase.RELEASE, True, False  # the load fades by itself
 
     def __init__(self, attempt: Attempt, estimate: Estimate, before: MissionPhase | None) -> None:
         super().__init__(attempt, estimate, before)
@@ -56,11 +57,6 @@ class Release(MissionPhase):
     def closes_gripper(self) -> bool:
         """Whether the load has not been taken off the gripper yet."""
         return self._holds and self._let_go_at is None
-
-    @property
-    def follows(self) -> bool:
-        """False: the load fades by itself."""
-        return False
 
     @property
     def gives_way(self) -> bool:
@@ -94,7 +90,8 @@ class Release(MissionPhase):
         attempt, spent, failed = self.attempt, estimate.time - self.entered, bool(self.attempt.failure)
         left = max(1.0 - spent / _EASING, 0.0)
         if failed:
-            over = left == 0.0 or abs(estimate.door_rate) >= _COMES_ALIVE
+            loaded = abs(estimate.normal_force) > _LOADED * attempt.touch_force
+            over = left == 0.0 or not loaded or abs(estimate.door_rate) >= _COMES_ALIVE
             return attempt.leaf.push(estimate, left * self._load), None, over
         rests = 0.0 if self._holds else _RESTING * attempt.model.scale.force
         push = left * self._load + (1.0 - left) * rests

@@ -10,8 +10,13 @@ from doorman.control.position_controller import Setpoint
 from doorman.mission.opening import Opening
 from doorman.mission.phases.attempt import Attempt
 from doorman.mission.phases.phase import GiveUp, MissionPhase, Next, Phase, Then
+from doorman.mission.since import since
 
 Array = NDArray[np.float64]
+
+
+_STUCK = 3
+"""Hold times for which a door rests elsewhere before it is let go there."""
 
 
 class TakeBack(MissionPhase):
@@ -23,6 +28,7 @@ class TakeBack(MissionPhase):
         super().__init__(attempt, estimate, before)
         self._back = Opening(attempt.model, attempt.schedule, back=True)
         self._back.resume(self.entered)
+        self._rests_since: float | None = None
 
     @property
     def goal(self) -> float | None:
@@ -36,7 +42,9 @@ class TakeBack(MissionPhase):
         setpoint = attempt.leaf.push(estimate, 0.0)
         if self._back.done(now):
             return setpoint, Next(Phase.RELEASE)
-        if self._back.stuck(estimate) or attempt.schedule.is_silent(now):
+        self._rests_since = since(self._rests_since, estimate.rests and not self._back.near, now)
+        stuck = self._rests_since is not None and now - self._rests_since > _STUCK * attempt.settings.hold_time
+        if stuck or self._back.stuck(estimate) or attempt.schedule.is_silent(now):
             stands = attempt.model.door.in_words(estimate.door_angle, 0)
             return setpoint, Next(Phase.RELEASE, f"the door does not go back from {stands}")
         return setpoint, None

@@ -29,6 +29,7 @@ class Touch(MissionPhase):
     """Begins `TOUCH_DISTANCE` before the leaf, or on it; the opening follows once the tip has pressed for long enough."""
 
     phase, at_the_leaf, guarded = Phase.TOUCH, True, True
+    tie = Tie.PUSHING  # a tip that is not held yet presses
 
     def __init__(self, attempt: Attempt, estimate: Estimate, before: MissionPhase | None) -> None:
         super().__init__(attempt, estimate, before)
@@ -37,11 +38,6 @@ class Touch(MissionPhase):
         self._tug = TUG * attempt.model.vehicle.weight
         self._trial = TUGGING * attempt.model.contact.tied
         attempt.leaf.begin(attempt.model.start_yaw)
-
-    @property
-    def tie(self) -> Tie:
-        """A tip that is not held yet presses."""
-        return Tie.PUSHING
 
     @property
     def closes_gripper(self) -> bool:

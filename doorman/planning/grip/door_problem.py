@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.collision.rows.listed import IN_A_DOORWAY, Kinds
+from doorman.exceptions import ScenarioError
 from doorman.kinematics.numbers import Numbers
 from doorman.kinematics.vehicles.arms.arm_pattern import ArmPattern
 from doorman.kinematics.vehicles.balance import balance_numbers
@@ -20,7 +21,6 @@ from doorman.ocp.problem.terms import Constraint
 from doorman.planning.composition import NO_EXTRAS, Extras, task_text
 from doorman.planning.limits import least_cosine, reduced_bounds
 from doorman.planning.pace import time_constant_held
-from doorman.planning.weights import chosen_weights
 
 Array = NDArray[np.float64]
 
@@ -64,14 +64,13 @@ def quasi_static_task(pattern: ArmPattern, point_names: tuple[str, ...], numbers
 def door_rows(task: Any, kinds: Kinds = IN_A_DOORWAY) -> list[Constraint]:
     """Collision constraints with margin, the tilt (angle between the body's and the world's z axis), and the rotors."""
     from doorman.collision.constraints import collision_constraints  # CasADi
-    from doorman.planning.rotor_thrusts import rotor_thrusts  # CasADi
-    from doorman.planning.static_moment import static_moment  # CasADi
+    from doorman.planning.vehicle_rows import rotor_thrusts, static_moment  # CasADi
 
     return [
         *collision_constraints(task, task.limits.margin, kinds),
         Constraint("tilt", task.limits.least_cosine - task.tilt_rotation[2, 2]),
         *static_moment(task),
-        *rotor_thrusts(getattr(task, "actuation", None), task.thrust, task.side_force),
+        *rotor_thrusts(task),
     ]
 
 
@@ -94,6 +93,17 @@ def door_cost(model: Model) -> QuadraticCost:
         state_goal=model.goal_state,
         input_goal=np.concatenate([_holding_input(model), side]),
     )
+
+
+def chosen_weights(model: Model, name: str, default: Array) -> Array:
+    """The diagonal `planner.weights.<name>`."""
+    given = getattr(model.scenario.planner.weights, name)
+    if given is not None and len(given) != len(default):
+        raise ScenarioError(
+            "wrong number of weights", file=model.scenario.source, field=f"planner.weights.{name}", given=len(given),
+            allowed=f"{len(default)} for an arm of {model.n_arm} joints",
+        )  # fmt: skip
+    return np.array(default if given is None else given)
 
 
 def _holding_input(model: Model) -> Array:

@@ -25,10 +25,9 @@ from doorman.ocp.problem.costs import QuadraticCost
 from doorman.ocp.problem.problem import Problem
 from doorman.ocp.problem.terms import Constraint
 from doorman.planning.composition import NO_EXTRAS, Extras, task_text
-from doorman.planning.grip.door_problem import door_numbers, door_rows
+from doorman.planning.grip.door_problem import chosen_weights, door_numbers, door_rows
 from doorman.planning.limits import lagrangian_bounds, largest_body_rates
 from doorman.planning.pace import time_constant_held
-from doorman.planning.weights import chosen_weights
 
 Array = NDArray[np.float64]
 

@@ -52,11 +52,9 @@ def _task(pattern: ArmPattern, point_names: tuple[str, ...], numbers: Numbers) -
 
 
 def _constraints(task: Any, kinds: Kinds) -> list[Constraint]:
-    from doorman.planning.rotor_thrusts import rotor_thrusts  # CasADi
-    from doorman.planning.whole_body.rows import constraints
+    from doorman.planning.whole_body.rows import constraints  # CasADi
 
-    rotors = rotor_thrusts(getattr(task, "actuation", None), task.thrust, task.side_force)
-    return [*constraints(task, kinds), *rotors]
+    return constraints(task, kinds)
 
 
 def _residuals(task: Any, kinds: Kinds) -> list[Residual]:

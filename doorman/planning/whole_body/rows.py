@@ -11,7 +11,7 @@ from doorman.collision.rows.listed import ARM, IN_A_DOORWAY, Kinds
 from doorman.kinematics.scale import Scale
 from doorman.ocp.problem.terms import Constraint, Residual
 from doorman.planning.pace import rate_to_goal
-from doorman.planning.static_moment import static_moment
+from doorman.planning.vehicle_rows import rotor_thrusts, static_moment
 from doorman.planning.whole_body.task import WholeBodyTask
 
 _FORCE = 30.0
@@ -31,6 +31,7 @@ def constraints(task: WholeBodyTask, kinds: Kinds = IN_A_DOORWAY) -> list[Constr
         *collision_constraints(task, limits.margin, (ARM,)),
         *disc_constraints(task, 0.0, kinds),
         Constraint("tip presses or pulls too hard", _size(task.spring_force) - limits.force, "N", _FORCE),
+        *rotor_thrusts(task),
     ]
 
 

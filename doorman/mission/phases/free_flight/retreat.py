@@ -38,9 +38,7 @@ class Retreat(MissionPhase):
     @property
     def tie(self) -> Tie:
         """A tip that has let go of an opened door may still rest on it; one that was not at the leaf is not there now."""
-        if self._was_free:
-            return Tie.FREE
-        return Tie.LEAVING
+        return Tie.FREE if self._was_free else Tie.LEAVING
 
     def speed_back(self, estimate: Estimate) -> float:
         """Speed with which the reference goes back from the leaf [m/s]."""
@@ -51,21 +49,15 @@ class Retreat(MissionPhase):
         setpoint, arrived = self._fly(estimate, time_step)
         if not arrived:
             return setpoint, None
-        if self.attempt.again:
-            return setpoint, Next(Phase.HOVER, self.attempt.begin_anew())
-        if (
-            self.attempt.opened
-            and self.attempt.passage is not None
-            and not (self.attempt.failure or self.attempt.aborted)
-        ):
-            return setpoint, Next(Phase.THROUGH)
-        return setpoint, Next(Phase.DONE, self.attempt.failure)
+        attempt = self.attempt
+        if attempt.again:
+            return setpoint, Next(Phase.HOVER, attempt.begin_anew())
+        through = attempt.opened and attempt.passage is not None and not (attempt.failure or attempt.aborted)
+        return setpoint, Next(Phase.THROUGH) if through else Next(Phase.DONE, attempt.failure)
 
     def time_out(self, estimate: Estimate) -> Next | GiveUp:
         """The end: the vehicle hovers where it is."""
-        reason = f"the phase retreat took longer than {self.longest:g} s"
-        self.attempt.failure = self.attempt.failure or reason
-        return Next(Phase.DONE, reason)
+        return self.ends_here()
 
     def _fly(self, estimate: Estimate, time_step: float) -> tuple[Setpoint, bool]:
         """What to do, and whether the vehicle has arrived before the door."""

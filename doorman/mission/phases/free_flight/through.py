@@ -54,9 +54,7 @@ class Through(MissionPhase):
 
     def time_out(self, estimate: Estimate) -> Next | GiveUp:
         """The end: the vehicle hovers where it is."""
-        reason = f"the phase through took longer than {self.longest:g} s"
-        self.attempt.failure = self.attempt.failure or reason
-        return Next(Phase.DONE, reason)
+        return self.ends_here()
 
     def _is_ready(self, estimate: Estimate) -> bool:
         """Whether heading and arm are those of the way."""
