@@ -37,14 +37,7 @@ class Handover:
 
 
 def stages(scenario: Scenario) -> tuple[Model, ...]:
-    """Models of all steps, in their order; the last is the task itself.
-
-    Args:
-        scenario: The whole task.
-
-    Returns:
-        One model where `first` is empty.
-    """
+    """Models of all steps, in their order; the last is the task itself."""
     if not scenario.first:
         return (Model(scenario),)
     leaf = Door(scenario.door_urdf, scenario.door)
@@ -66,7 +59,7 @@ def stages(scenario: Scenario) -> tuple[Model, ...]:
 def _step(scenario: Scenario, step: FirstSection, beside: dict[str, BesideSection], made: list[Model]) -> Scenario:
     """A step's own task; the tip stays on the handle at its end."""
     whole, named = scenario.door, step.door
-    place = {key: getattr(whole, key) for key in ("urdf", "position", "yaw", "search", "search_yaw", "latch")}
+    place = {key: getattr(whole, key) for key in ("urdf", "position", "yaw", "search", "latch")}
     others = _others(beside, named.hinge, first=whole.hinge)
     after = _after(scenario, StartSection(), made)
     start = scenario.mission.start if not made else "contact"

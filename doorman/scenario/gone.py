@@ -8,16 +8,33 @@ from typing import Any
 _LAG = "it follows from vehicle.attitude_lag"
 _HINGE = "the mean is door.{0} where that is given"
 _FOUND = "it is found in flight"
+_FIXED = {
+    "control": "position_look_ahead arm_look_ahead yaw_share yaw_gain observer_damping",
+    "door": "search_yaw",
+    "mission": "touch_distance retreat_speed touch_speed hold_time",
+    "mission.time_out": "hover touch_frame touch recover take_back release retreat through approach",
+    "estimation": "sure loose_time slam_speed elsewhere seen_time blow_time swap_time frame_touch frame_track tip_force_noise "
+    "tip_force_offset",
+    "estimation.contact": "lasts friction_lasts held settles sticks brakes creeps ajar",
+    "estimation.switch": "make far lose leave follow slip jump calm throw stop",
+    "estimation.noise": "bounce gust_lasts drawn gives face_by_angle",
+    "estimation.start": "gust joint stop astray astray_rate log_inertia",
+    "safety": "thrust_share pose_age disobedience command_age",
+    "simulation": "door_latch_angle door_seal_angle",
+    "simulation.sensors": "swap_duration swap_turn",
+    "simulation.gust": "correlation_time",
+    "simulation.door_sensor": "tag_size",
+    "push": "hold_tolerance",
+}
+"""Keys that became constants, by table."""
 GONE: Mapping[str, str] = {
+    **{f"{table}.{key}": "it is fixed" for table, keys in _FIXED.items() for key in keys.split()},
     "push.max_rate": "goal.duration says how long the opening should take",
     "push.stopping_share": "what the hinge resists with bounds the rate by itself",
     "push.friction_coefficient": "contact.friction is the same number",
-    "push.hold_tolerance": "it is fixed",
     **{f"control.{part}_look_ahead": _LAG for part in ("acceleration", "attitude")},
-    **{f"control.{part}_look_ahead": "it is fixed" for part in ("position", "arm")},
     "control.engage_pitch": "it follows from vehicle.attitude_lag and the rotors",
     "control.engage_rate": "it follows from vehicle.attitude_lag and the rotors",
-    "control.yaw_share": "it is fixed",
     **{f"estimation.{name}": _HINGE.format(name) for name in ("damping", "friction", "stiffness")},
     **{
         f"estimation.{name}": _FOUND
@@ -27,17 +44,13 @@ GONE: Mapping[str, str] = {
             "inertia_deviation",
         )
     },
-    "mission.touch_distance": "it is fixed",
     "mission.touch_force": "it is a share of the vehicle's weight",
-    "mission.retreat_speed": "it is fixed",
-    **{
-        f"mission.time_out.{name}": "it is fixed"
-        for name in ("hover", "touch_frame", "touch", "recover", "take_back", "release", "retreat", "through")
-    },
     **{
         f"simulation.{name}": "it follows from the vehicle's weight and radius"
         for name in ("tip_stiffness", "tip_damping", "grip_stiffness", "grip_damping")
     },
+    "safety.critical_battery": "it is half of safety.low_battery",
+    "simulation.door_sensor.turn_noise": "it goes with simulation.door_sensor.place_noise",
     "campaign.low_friction": "it is fixed at 0.5 N m",
 }  # fmt: skip
 """By dotted key."""

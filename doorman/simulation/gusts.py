@@ -27,7 +27,7 @@ import numpy as np
 
 from doorman.kinematics.doors.door import Door
 from doorman.scenario import GustSection
-from doorman.simulation.reality.jumps import Jumps
+from doorman.simulation.chance import Jumps
 from doorman.simulation.simulator import Disturbance
 
 _GUSTS = 2

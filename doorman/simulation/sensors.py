@@ -17,10 +17,9 @@ import numpy as np
 from doorman.arrays import Array, sealed
 from doorman.scenario import NoiseSection, SensorsSection
 from doorman.signals import Measurement
+from doorman.simulation.chance import Dropouts
 from doorman.simulation.delay_line import ROUNDED
-from doorman.simulation.gaps import Dropouts
-from doorman.simulation.reality.seen_frame import SeenFrame, seen_frame
-from doorman.simulation.reality.swaps import Swaps
+from doorman.simulation.reality.seen_frame import SeenFrame, Swaps, seen_frame
 from doorman.simulation.truth import Truth
 
 _DROPOUTS = 1

@@ -43,5 +43,5 @@ def test_the_reserve_is_what_flights_need() -> None:
 
 
 def test_the_reserve_follows_from_the_task() -> None:
-    fast = ratio_needed("push", mission__touch_speed=0.12)
-    assert fast > ratio_needed("push")
+    stiff = ratio_needed("push", control__velocity_gain=[10.5, 10.5, 4.5])
+    assert stiff > ratio_needed("push")

@@ -37,31 +37,24 @@ def test_a_steady_wind_is_its_mean():
 
 
 def test_the_variation_has_its_deviation_and_its_correlation_time():
-    section = GustSection(vehicle=2.0, leaf=1.0, variation=0.15, correlation_time=0.5)
-    force, torque = series(Gust(section, SHIPPED, seed=11), 2000.0, step=0.02).T
+    section = GustSection(vehicle=2.0, leaf=1.0, variation=0.15)
+    force, torque = series(Gust(section, SHIPPED, seed=11), 4000.0, step=0.02).T
     assert force.mean() == pytest.approx(2.0, rel=0.02) and force.std() == pytest.approx(0.3, rel=0.06)
     assert torque.mean() == pytest.approx(-0.6, rel=0.02) and torque.std() == pytest.approx(0.09, rel=0.06)
-    for lag, kept in ((1, math.exp(-0.04)), (25, math.exp(-1.0)), (50, math.exp(-2.0))):
+    for lag, kept in ((1, math.exp(-0.02)), (50, math.exp(-1.0)), (100, math.exp(-2.0))):
         assert np.corrcoef(force[:-lag], force[lag:])[0, 1] == pytest.approx(kept, abs=0.06)
     assert abs(np.corrcoef(force, torque)[0, 1]) < 0.1
 
 
 def test_a_vertical_wind_rises_and_falls_about_zero_and_changes_no_other():
-    section = GustSection(vehicle=1.0, vertical=0.4, correlation_time=0.5)
+    section = GustSection(vehicle=1.0, vertical=0.4)
     gust, flat = Gust(section, SHIPPED, 11), Gust(section.model_copy(update={"vertical": 0.0}), SHIPPED, 11)
-    both = [(gust.at(0.05 * k, 1.0), flat.at(0.05 * k, 1.0)) for k in range(20_000)]
+    both = [(gust.at(0.1 * k, 1.0), flat.at(0.1 * k, 1.0)) for k in range(20_000)]
     up = np.array([one.force[2] for one, _ in both])
     assert abs(up.mean()) < 0.05 and up.std() == pytest.approx(0.4, rel=0.06)
     assert np.corrcoef(up[:-10], up[10:])[0, 1] == pytest.approx(math.exp(-1.0), abs=0.06)
     assert all(one.force[:2] == other.force[:2] and other.force[2] == 0.0 for one, other in both)
     assert GustSection(vertical=0.1).blows
-
-
-def test_same_seed_same_wind():
-    section = GustSection(vehicle=1.0, leaf=1.0)
-    first, second, other = (series(Gust(section, SHIPPED, seed), 0.5) for seed in (1, 1, 2))
-    np.testing.assert_array_equal(first, second)
-    assert not np.array_equal(first, other)
 
 
 def test_disturbances_add_up():

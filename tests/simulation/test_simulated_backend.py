@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import os
 import sys
-import time
 
 import numpy as np
 import pytest
@@ -244,15 +243,3 @@ def test_push_scenario_hides_damping_and_friction_from_the_planner():
         plant = backend._simulator.plant
         assert plant.engine_model.dof_damping[plant.hinge_velocity] == 0.5
         assert plant.engine_model.dof_frictionloss[plant.hinge_velocity] == 0.5
-
-
-def test_speed_is_printed(model, capsys):
-    with SimulatedBackend(model()) as backend:
-        backend.read()
-        start = time.perf_counter()
-        for _ in range(250):
-            backend.read()
-        elapsed = time.perf_counter() - start
-    with capsys.disabled():
-        print(f"\nsimulation: {1000 / elapsed:.0f} physics steps/s, {elapsed:.4f} s per simulated second")
-    assert backend.truth.time == pytest.approx(1.0)

@@ -14,31 +14,27 @@ def loose(flight, **overrides):
     return flight(contact__kind="push", away=True, disturbance=source, **overrides)
 
 
-def test_the_true_mass_moves_and_the_told_one_plans(flight):
-    door = loose(flight, simulation__door_mass=20.0)
-    assert door.model.door.inertia == pytest.approx(5.28)
-    end = door.run(0.5, every=500)[-1]
-    assert -3.0 / (end.door_rate / 0.5) == pytest.approx(5.28 * 20.0 / 11.0, rel=1e-4)
+@pytest.mark.parametrize(
+    ("overrides", "inertia"),
+    [
+        ({"simulation__door_mass": 20.0}, 5.28 * 20.0 / 11.0),
+        ({"simulation__door_mass": 8.0, "door__width": 1.4}, 8.0 * 1.4**2 / 3.0),
+        ({"door__width": 1.1, "simulation__door_width": 1.3, "simulation__door_mass": 8.0}, 8.0 * 1.3**2 / 3.0),
+        ({"door__mass": 8.0}, 8.0 * 1.2**2 / 3.0),
+    ],
+    ids=["true mass", "true mass, told width", "true mass and width", "told mass"],
+)
+def test_the_true_leaf_moves(flight, overrides, inertia):
+    end = loose(flight, **overrides).run(0.5, every=500)[-1]
+    assert -3.0 / (end.door_rate / 0.5) == pytest.approx(inertia, rel=1e-4)
 
 
-def test_mass_and_width_together(flight):
-    end = loose(flight, simulation__door_mass=8.0, door__width=1.4).run(0.5, every=500)[-1]
-    assert -3.0 / (end.door_rate / 0.5) == pytest.approx(8.0 * 1.4**2 / 3.0, rel=1e-4)
-
-
-def test_the_true_width_moves_and_is_met_and_the_told_one_plans(flight):
-    door = loose(flight, door__width=1.1, simulation__door_width=1.3, simulation__door_mass=8.0)
-    model, engine = door.model, door.plant.engine_model
-    assert model.reduced.numbers.one("door.width") == model.door.width == pytest.approx(1.1)
-    end = door.run(0.5, every=500)[-1]
-    assert -3.0 / (end.door_rate / 0.5) == pytest.approx(8.0 * 1.3**2 / 3.0, rel=1e-4)
-    lengths = {round(2.0 * float(half), 3) for size in engine.geom_size for half in size}
+def test_the_true_width_is_met_and_the_told_one_plans(flight):
+    door = loose(flight, door__width=1.1, simulation__door_width=1.3)
+    assert door.model.reduced.numbers.one("door.width") == door.model.door.width == pytest.approx(1.1)
+    lengths = {round(2.0 * float(half), 3) for size in door.plant.engine_model.geom_size for half in size}
     assert 1.3 in lengths and 1.1 not in lengths
-
-
-def test_the_told_mass_is_the_true_one_by_default(flight):
-    end = loose(flight, door__mass=8.0).run(0.5, every=500)[-1]
-    assert -3.0 / (end.door_rate / 0.5) == pytest.approx(8.0 * 1.2**2 / 3.0, rel=1e-4)
+    assert loose(flight, simulation__door_mass=20.0).model.door.inertia == pytest.approx(5.28)
 
 
 def test_a_closer_that_nobody_told_of(flight):

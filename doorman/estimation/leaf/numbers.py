@@ -28,9 +28,9 @@ _TABLES = "contact", "switch", "noise", "start"
 
 TUNED = (
     "sensor.pose", "sensor.tip_force",
-    *(f"{table}.{key}" for table in _TABLES for key in type(getattr(EstimationSection(), table)).model_fields),
+    *(f"{table}.{key}" for table in _TABLES for key in getattr(EstimationSection(), table).numbers()),
 )  # fmt: skip
-"""Names of what is no fact of vehicle or door; all but the sensors' are keys of `[estimation]`."""
+"""Names of what is no fact of vehicle or door; all but the sensors' are those of `[estimation]`."""
 
 _ON_LEVER = 0.05
 """Deviation of the tip's speed in the face where it holds a lever, which turns on the leaf: 0.12 m long, by 0.4 rad/s [m/s]."""
@@ -39,9 +39,7 @@ _ON_LEVER = 0.05
 def leaf_numbers(model: Model, pose_deviation: float) -> Numbers:
     """Numbers of a scenario: those of `[estimation]`, and what follows from vehicle and door."""
     settings = model.scenario.estimation
-    tuned = {
-        f"{table}.{key}": value for table in _TABLES for key, value in getattr(settings, table).model_dump().items()
-    }
+    tuned = {f"{table}.{key}": value for table in _TABLES for key, value in getattr(settings, table).numbers().items()}
     if model.scenario.door.beside and not model.door.in_plane:
         tuned["contact.slip_rate"] = _ON_LEVER * model.scale.speed
     if model.door.at_its_stop(model.start_angle):

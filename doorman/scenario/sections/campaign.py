@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Annotated, Any
 
 from pydantic import Field, field_validator, model_validator
@@ -58,7 +59,7 @@ class CampaignSection(Section):
     @field_validator("vary", mode="before")
     @classmethod
     def _dotted(cls, tables: Any) -> Any:
-        return _flat(tables) if isinstance(tables, dict) else tables
+        return distributions(tables) if isinstance(tables, dict) else tables
 
     @field_validator("vary")
     @classmethod
@@ -70,10 +71,10 @@ class CampaignSection(Section):
         return vary
 
 
-def _flat(tables: dict[str, Any], prefix: str = "") -> dict[str, Any]:
-    """Distributions by dotted key, from nested tables: `a.b = {…}` is as good as `"a.b" = {…}`."""
+def distributions(tables: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
+    """Distributions by dotted key, of tables however deep: `a.b = {…}` is as good as `"a.b" = {…}`."""
     flat: dict[str, Any] = {}
     for key, value in tables.items():
-        nested = isinstance(value, dict) and value and all(isinstance(item, dict) for item in value.values())
-        flat |= _flat(value, f"{prefix}{key}.") if nested else {prefix + key: value}
+        nested = isinstance(value, Mapping) and value and all(isinstance(item, Mapping) for item in value.values())
+        flat |= distributions(value, f"{prefix}{key}.") if nested else {prefix + key: value}
     return flat

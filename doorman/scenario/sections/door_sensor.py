@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Literal, NamedTuple
+from typing import Annotated, ClassVar, Literal, NamedTuple
 
 from pydantic import Field
 
@@ -45,16 +45,15 @@ class DoorSensorSection(Section):
     latency: _Late | None = None
     """Time after which a reading comes; up to 1 [s]. Default: cameras 0.02, tags 0.06, an encoder 0.004."""
     place_noise: NonNegative | None = None
-    """Standard deviation of a mark's place [m]. Default: cameras 0.001, tags 0.002."""
-    turn_noise: NonNegative | None = None
-    """Standard deviation of a mark's attitude, and of an encoder's angle [rad]. Default: 0.005, of tags 0.008."""
+    """Standard deviation of a mark's place; that of its attitude, and of an encoder's angle, goes with it: 5 rad/m, of tags
+    4 rad/m [m]. Default: cameras 0.001, tags 0.002."""
     dropout_rate: NonNegative = 0.0
     """Gaps without a reading, per second without a gap [1/s]."""
     dropout_duration: NonNegative = 0.2
     """Longest gap; gaps are evenly spread from 0 to it [s]."""
     field_of_view: Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, lt=math.pi)] = math.radians(70.0)
     """Vertical angle that the camera on the vehicle sees, on pictures of 640 by 480; up to π [rad]."""
-    tag_size: Positive = 0.16
+    tag_size: ClassVar = 0.16
     """Edge of a tag's black square [m]."""
     fault: Fault = "none"
     """What goes wrong: the readings freeze, jump by 10°, come 300 ms late with a stamp of now, count backwards, are those
@@ -70,5 +69,8 @@ class DoorSensorSection(Section):
     @property
     def usual(self) -> Usual:
         """Rate, latency and noise as given, or as usual for the kind."""
-        usual, given = USUAL[self.kind], (self.rate, self.latency, self.place_noise, self.turn_noise)
-        return Usual(*(default if value is None else value for value, default in zip(given, usual, strict=True)))
+        usual, given = USUAL[self.kind], (self.rate, self.latency, self.place_noise)
+        rate, latency, place = (
+            default if value is None else value for value, default in zip(given, usual, strict=False)
+        )
+        return Usual(rate, latency, place, usual.turn * place / usual.place)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated
+from typing import Annotated, ClassVar
 
 from pydantic import Field, model_validator
 
@@ -24,33 +24,34 @@ class SafetySection(Section):
     """Largest angle between the body's z axis and the vertical [rad]."""
     speed: Positive = 1.5
     """Largest speed [m/s]."""
-    thrust_share: Positive = 0.95
+    thrust_share: ClassVar = 0.95
     """Thrust above this share of the largest counts as saturated."""
     force: Positive = 18.0
     """Largest force of the surroundings on the vehicle [N]."""
-    pose_age: Positive = 1.0
+    pose_age: ClassVar = 1.0
     """Largest age of the poses as the next one comes, over the oldest that the controller's gains bear."""
     misfit: Positive = 3.0
     """Largest misfit of the held tip with its way about the hinge, in standard deviations: of the angle that the tip
     measures, and of the hinge's place."""
     divergence: Positive = 0.15
     """Largest distance between the cameras' and the autopilot's position [m]."""
-    disobedience: Positive = 0.2
+    disobedience: ClassVar = 0.2
     """Largest angle between the attitude that the autopilot steers by and the commanded one, or one on the way to it,
     while the gripper holds the door [rad]."""
     missed_ticks: Positive = 0.5
     """Largest share of the controller's ticks that may be missed within a second."""
-    command_age: Positive = 0.25
+    command_age: ClassVar = 0.25
     """Without a command for this long, the controller counts as silent [s]."""
     low_battery: _Share = 0.2
     """Share of the charge at which the mission is given up."""
-    critical_battery: _Share = 0.1
-    """Share of the charge at which the vehicle flies out and lands; up to `low_battery`."""
 
     @model_validator(mode="after")
     def _fits_together(self) -> SafetySection:
         if not all(low < high for low, high in zip(self.fence_low, self.fence_high, strict=True)):
             raise ValueError("fence_low below fence_high in every coordinate")
-        if self.critical_battery > self.low_battery:
-            raise ValueError("critical_battery up to low_battery")
         return self
+
+    @property
+    def critical_battery(self) -> float:
+        """Share of the charge at which the vehicle flies out and lands: half of that at which the mission is given up."""
+        return 0.5 * self.low_battery

@@ -11,6 +11,7 @@ from typing import Any, Literal, get_args
 from pydantic import BaseModel
 
 from doorman.resources import scenario_directory, shipped
+from doorman.scenario.sections.campaign import distributions
 from doorman.scenario.values import Section
 
 Preset = Literal["mild", "rough", "hostile"]
@@ -44,8 +45,8 @@ def under(tables: Any) -> Any:
             _set(given, key, value)
     vary = campaign.setdefault(_VARY, {})
     if isinstance(vary, dict):
-        drawn = _distributions(vary)
-        for key, distribution in _distributions(base[_VARY]).items():
+        drawn = distributions(vary)
+        for key, distribution in distributions(base[_VARY]).items():
             if key not in named and key not in drawn:
                 vary[key] = distribution
     return given
@@ -76,15 +77,6 @@ def _leaves(tables: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, 
             yield from _leaves(value, f"{prefix}{name}.")
         else:
             yield prefix + name, value
-
-
-def _distributions(vary: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
-    """Distributions by dotted key, of tables however deep."""
-    drawn: dict[str, Any] = {}
-    for key, value in vary.items():
-        nested = isinstance(value, Mapping) and value and all(isinstance(item, Mapping) for item in value.values())
-        drawn |= _distributions(value, f"{prefix}{key}.") if nested else {prefix + key: value}
-    return drawn
 
 
 def _set(tables: dict[str, Any], key: str, value: Any) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
@@ -75,11 +75,11 @@ class SensorsSection(Section):
     """Rate at which the frame turns about the vertical through the world's origin [rad/s]."""
     swap_rate: NonNegative = 0.0
     """Times at which the cameras take markers for others, per second without a swap; poses are off meanwhile [1/s]."""
-    swap_duration: NonNegative = 0.8
+    swap_duration: ClassVar = 0.8
     """Longest swap; swaps are evenly spread from 0 to it [s]."""
     swap: Share = 0.03
     """By which the position is off in a swap, in a random direction; up to 1 [m]."""
-    swap_turn: Turned = 0.026
+    swap_turn: ClassVar = 0.026
     """By which the attitude is off in a swap, about a random axis; −1 to 1 [rad]."""
     tip_force: Switch = False
     """Whether a tip that pushes has a sensor of the force with which it presses along the face's normal; it is not late."""
@@ -112,7 +112,7 @@ class GustSection(Section):
     """Deviation of a vertical force on the vehicle, whose mean is 0 [N]."""
     variation: NonNegative = 0.15
     """v, deviation of the strength as a share of its mean."""
-    correlation_time: Positive = 1.0
+    correlation_time: ClassVar = 1.0
     """Correlation time of ξ, and of the vertical force [s]."""
 
     @property
@@ -235,12 +235,12 @@ class SimulationSection(Section):
     [rad]."""
     door_seal: Catch = 0.0
     """Torque of a seal, which resists more than the hinge over the first degrees; up to 100 [N m]."""
-    door_seal_angle: FirstDegrees = math.radians(2.0)
+    door_seal_angle: ClassVar = math.radians(2.0)
     """Opening up to which the seal resists; 0.002 to 0.35 [rad]."""
     door_latch: Catch = 0.0
     """Largest torque of a sprung catch on the closed leaf, beyond which the catch snaps; it catches a leaf that shuts;
     up to 100 [N m]."""
-    door_latch_angle: FirstDegrees = 0.01
+    door_latch_angle: ClassVar = 0.01
     """Opening at which the catch snaps; 0.002 to 0.35 [rad]."""
     door_lean: tuple[Leaning, Leaning] = (0.0, 0.0)
     """Angles by which the hinge's upper end leans towards the world's x and y; −0.1 to 0.1 [rad]."""

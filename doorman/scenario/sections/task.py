@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, field_validator, model_validator
 
@@ -86,7 +86,7 @@ class DoorSection(Section):
     """Angle by which the door is turned about the vertical through that origin; written with `position` [rad]."""
     search: NonNegative = 0.1
     """Distance from the map up to which a sensor of the door's frame moves the door; beyond it the vehicle does not fly [m]."""
-    search_yaw: NonNegative = math.radians(10.0)
+    search_yaw: ClassVar = math.radians(10.0)
     """Angle up to which such a sensor turns it [rad]."""
     latched: Switch = False
     """Whether a latch or a lock holds the door; the check refuses such a door."""
@@ -203,7 +203,7 @@ class GoalSection(Section):
 class MissionTimeOutsSection(Section):
     """Longest time of every phase [s]."""
 
-    approach: Positive = 20.0
+    approach: ClassVar = 20.0
     """Until the tip is 6 cm before the leaf [s]."""
     open: Positive = 60.0
     """Until the door stands at the goal, after every touch [s]."""
@@ -232,9 +232,9 @@ class MissionSection(Section):
     controllers count on them, in place of `vehicle.attitude_lag`; the flight gives up where they were never tested."""
     approach_speed: Positive = 0.15
     """Speed of the approach [m/s]."""
-    touch_speed: Positive = 0.04
+    touch_speed: ClassVar = 0.04
     """Speed of the touch [m/s]."""
-    hold_time: Positive = 1.0
+    hold_time: ClassVar = 1.0
     """Time for which the door must stay at the goal before the vehicle lets it go [s]."""
     hold_open: NonNegative = 3.0
     """Time for which the vehicle holds a door whose closer would shut it on the vehicle [s]."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
@@ -59,7 +59,7 @@ class LimitsSection(Section):
 class ControlSection(Section):
     """Gains and limits of the position controller and its observers."""
 
-    yaw_gain: Positive = 4.0
+    yaw_gain: ClassVar = 4.0
     """Rate of the heading by its error in the vehicle's attitude loop [1/s]."""
     position_gain: tuple[Positive, Positive, Positive] = (4.0, 4.0, 6.0)
     """k_p along x, y, z [1/s²]."""
@@ -67,7 +67,7 @@ class ControlSection(Section):
     """k_d along x, y, z [1/s]."""
     observer_rate: Positive = 1.0
     """Bandwidth 1/τ of the disturbance observer [rad/s]."""
-    observer_damping: Positive = 2.0
+    observer_damping: ClassVar = 2.0
     """a_1 of its filter; 2 is critically damped."""
     max_disturbance: Positive = 10.0
     """Bound of the estimated disturbance on each axis [N]."""

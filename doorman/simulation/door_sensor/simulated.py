@@ -16,8 +16,8 @@ from doorman.arrays import Array
 from doorman.door_sensor.printing import usual_marks
 from doorman.model import Model
 from doorman.signals import FrameReading, LeafReading
+from doorman.simulation.chance import Dropouts
 from doorman.simulation.delay_line import ROUNDED
-from doorman.simulation.gaps import Dropouts
 from doorman.simulation.truth import Truth
 
 _STREAM, _GAPS = 7, 8

@@ -1,4 +1,4 @@
-r"""The frame in which poses are seen: it jumps, slides away and turns against the world's.
+r"""The frame in which poses are seen, which jumps, slides away and turns, and swaps of markers, by which all poses are off.
 
 .. math::
     P_{seen} = R_z(\omega t)\,P + J + v\,t\,u, \qquad \psi_{seen} = \psi + \omega t
@@ -16,10 +16,12 @@ import numpy as np
 
 from doorman.arrays import Array
 from doorman.scenario import SensorsSection
-from doorman.simulation.reality.jumps import Jumps
+from doorman.simulation.chance import Dropouts, Jumps
 
 _FRAME = 3
 """Stream of random numbers of a seed that moves the frame."""
+_TIMES, _SIZES = 9, 10
+"""Streams of one seed's random numbers that make times and directions."""
 
 
 class SeenFrame:
@@ -59,3 +61,22 @@ def seen_frame(section: SensorsSection, seed: int) -> SeenFrame | None:
     """The frame, or None where it is the world's."""
     moves = (section.jump_rate > 0.0 and section.jump > 0.0) or section.drift > 0.0 or section.turn_rate != 0.0
     return SeenFrame(section, seed) if moves else None
+
+
+class Swaps:
+    """Swaps of one flight; the seed is that of times and directions."""
+
+    def __init__(self, section: SensorsSection, seed: int) -> None:
+        self._section, self._generator = section, np.random.default_rng([seed, _SIZES])
+        self._times = Dropouts(section.swap_rate, section.swap_duration, [seed, _TIMES])
+        self._off: Array | None = None
+
+    def off(self, time: float) -> Array:
+        """By how much position [m] and attitude [rad] are off now, shape (6,); times must not decrease."""
+        if not self._times.lost(time):
+            self._off = None
+            return np.zeros(6)
+        if self._off is None:
+            moved, turned = (each / np.linalg.norm(each) for each in self._generator.standard_normal((2, 3)))
+            self._off = np.concatenate((self._section.swap * moved, self._section.swap_turn * turned))
+        return self._off

@@ -17,8 +17,8 @@ def numbers(source: str = "push", **given: float):
 
 @pytest.mark.parametrize("source", ["push", "push_small"])
 def test_what_a_scenario_gives_is_what_the_filter_goes_by(source: str) -> None:
-    known = numbers(source, estimation__noise__wind=0.3, estimation__contact__gap=2e-3, estimation__switch__lose=0.2)
-    assert [known.one(name) for name in ("noise.wind", "contact.gap", "switch.lose")] == [0.3, 2e-3, 0.2]
+    known = numbers(source, estimation__noise__wind=0.3, estimation__contact__gap=2e-3, estimation__switch__near=8e-3)
+    assert [known.one(name) for name in ("noise.wind", "contact.gap", "switch.near")] == [0.3, 2e-3, 8e-3]
 
 
 def test_lengths_forces_and_rates_grow_with_the_vehicle_and_shares_and_times_stay() -> None:
@@ -31,7 +31,7 @@ def test_lengths_forces_and_rates_grow_with_the_vehicle_and_shares_and_times_sta
         assert small.one(name) == pytest.approx(ratio * usual.one(name)), name
 
 
-def test_every_tuned_number_but_the_sensors_is_a_key() -> None:
+def test_every_tuned_number_but_the_sensors_is_of_the_section() -> None:
     section, known = EstimationSection(), numbers()
     for name in TUNED:
         assert known.one(name) > 0.0

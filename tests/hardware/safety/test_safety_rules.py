@@ -141,10 +141,8 @@ def test_every_limit_is_used():
     """Widening any limit beyond everything lets its fault pass: none is dead."""
     wide = {
         "fence_high": ((9.0, 9.0, 9.0), Fault.FENCE), "tilt": (3.0, Fault.TILT), "speed": (9.0, Fault.SPEED),
-        "thrust_share": (2.0, Fault.THRUST), "force": (99.0, Fault.FORCE), "divergence": (9.0, Fault.DIVERGENCE),
-        "disobedience": (3.0, Fault.DISOBEDIENCE), "missed_ticks": (2.0, Fault.DEADLINES), "command_age": (9.0, Fault.CONTROLLER),
-        "pose_age": (2.0, Fault.POSE_LATE), "misfit": (9.0, Fault.INCONSISTENT),
-        "low_battery": (0.12, Fault.BATTERY_LOW), "critical_battery": (0.01, Fault.BATTERY_CRITICAL),
+        "force": (99.0, Fault.FORCE), "divergence": (9.0, Fault.DIVERGENCE),
+        "missed_ticks": (2.0, Fault.DEADLINES), "misfit": (9.0, Fault.INCONSISTENT), "low_battery": (0.02, Fault.BATTERY_LOW),
     }  # fmt: skip
     assert set(wide) | {"fence_low"} == set(SafetySection.model_fields)
     for name, (value, fault) in wide.items():
@@ -162,7 +160,6 @@ def test_every_limit_is_used():
         ({"tilt": 0.0}, "safety.tilt"),
         ({"speed": math.nan}, "safety.speed"),
         ({"fence_low": [5.0, 0.0, 0.0]}, "safety"),
-        ({"critical_battery": 0.5}, "safety"),
     ],
 )
 def test_limits_are_checked(change, field):

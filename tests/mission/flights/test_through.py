@@ -19,7 +19,6 @@ AJAR: dict[str, Any] = {
     "mission__start": "contact",
     "planner__model": "quasi_static",
     "start__opening": 1.3,
-    "mission__hold_time": 0.5,
     "door__friction": 1.0,
     "simulation__door_friction": 1.0,
 }

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from doorman.scenario import NoiseSection, SensorsSection
-from doorman.simulation.reality.swaps import Swaps
+from doorman.simulation.reality.seen_frame import Swaps
 from doorman.simulation.sensors import Sensors
 from doorman.simulation.truth import Truth
 
-SECTION = SensorsSection(swap_rate=0.5, swap_duration=0.6, swap=0.03, swap_turn=0.02)
+SECTION = SensorsSection(swap_rate=0.5, swap=0.03)
 TICK = 0.01
 
 
@@ -19,11 +19,11 @@ def test_swaps_come_as_often_last_as_long_and_are_as_large_as_said() -> None:
     off = np.array([swaps.off(TICK * k) for k in range(400_000)])
     swapped = off.any(axis=1)
     begins = np.flatnonzero(np.diff(swapped.astype(int)) == 1)
-    assert swapped.mean() == pytest.approx(0.3 / 2.3, rel=0.1), "0.3 s on average, after 2 s without"
+    assert swapped.mean() == pytest.approx(0.4 / 2.4, rel=0.1), "0.4 s on average, after 2 s without"
     np.testing.assert_allclose(np.linalg.norm(off[swapped, :3], axis=1), 0.03)
-    np.testing.assert_allclose(np.linalg.norm(off[swapped, 3:], axis=1), 0.02)
+    np.testing.assert_allclose(np.linalg.norm(off[swapped, 3:], axis=1), 0.026)
     directions = off[begins + 1, :3] / 0.03
-    assert np.abs(directions.mean(axis=0)).max() < 0.1 and len(begins) == pytest.approx(4000 / 2.3, rel=0.1)
+    assert np.abs(directions.mean(axis=0)).max() < 0.1 and len(begins) == pytest.approx(4000 / 2.4, rel=0.1)
 
 
 def test_a_swap_moves_what_the_cameras_say_and_nothing_else() -> None:

@@ -1,4 +1,4 @@
-"""Gaps by chance, in which a sensor says nothing new."""
+"""Times that come by chance: gaps in which a sensor says nothing new, and jumps of the wind or of the poses' frame."""
 
 from __future__ import annotations
 
@@ -27,3 +27,25 @@ class Dropouts:
     def _next_gap(self) -> None:
         self._begin = self._end + self._generator.exponential(1.0 / self._rate)
         self._end = self._begin + self._generator.uniform(0.0, self._longest)
+
+
+class Jumps:
+    """A Poisson process, with random numbers of its own."""
+
+    def __init__(self, rate: float, seed: tuple[int, int]) -> None:
+        self._rate = rate
+        self.generator = np.random.default_rng(list(seed))  # for what jumps draw
+        self._next = math.inf
+        if rate > 0.0:
+            self._next = self._wait()
+
+    def since(self, time: float) -> int:
+        """Number of jumps since the last call."""
+        count = 0
+        while time >= self._next:
+            count += 1
+            self._next += self._wait()
+        return count
+
+    def _wait(self) -> float:
+        return float(self.generator.exponential(1.0 / self._rate))
