@@ -22,7 +22,7 @@ from suite.draw_table import figures, page  # noqa: E402
 
 from doorman.campaign import Campaign  # noqa: E402
 from doorman.campaign.running import durable_rows, run_campaign
-from doorman.cli.overrides import parse_overrides  # noqa: E402
+from doorman.cli.values import parse_overrides  # noqa: E402
 from doorman.exceptions import DoormanError  # noqa: E402
 from doorman.scenario import Scenario  # noqa: E402
 

@@ -13,6 +13,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from doorman.bounds import check_tables
+from doorman.dynamics.attitude_loop import AttitudeLoop
 from doorman.exceptions import RecordingError
 from doorman.kinematics.urdf.meshes import portable_files
 from doorman.model import Model
@@ -26,50 +27,20 @@ _BESIDE = "scenario.toml"
 
 
 def recorded_header(scenario: Scenario) -> dict[str, Any]:
-    """Header of every recording: the scenario with its values, and its name.
-
-    Args:
-        scenario: The scenario.
-    """
+    """Header of every recording: the scenario with its values, and its name."""
     return {"scenario": scenario.tables(mode="json"), "name": scenario.name}
 
 
 def carried_files(scenario: Scenario) -> dict[str, bytes]:
-    """The files that a recording carries: the URDFs of vehicle and door, and their meshes.
-
-    Args:
-        scenario: That is flown.
-
-    Returns:
-        Contents by name, `vehicle.urdf` and `door.urdf` among them.
-
-    Raises:
-        UrdfError: if a URDF cannot be read.
-        OSError: if a mesh cannot be read.
-    """
+    """The files that a recording carries, by name: `vehicle.urdf`, `door.urdf`, and their meshes."""
     return portable_files(scenario.vehicle_urdf, "vehicle") | portable_files(scenario.door_urdf, "door")
 
 
 def recorded_scenario(
     recording: Recording, folder: Path | None = None, warn: Callable[[str], None] = warnings.warn
 ) -> Scenario:
-    """The scenario that was flown, as the recording's header holds it, with the URDFs that the recording carries.
-
-    A recording that carries none has them looked for where the `scenario.toml` beside it says. Keys that this version of
-    doorman does not know, of an older or a newer one, are left out with a warning.
-
-    Args:
-        recording: The recording.
-        folder: Where its file lies; None if it has none.
-        warn: Called with a sentence if keys are left out.
-
-    Returns:
-        The scenario.
-
-    Raises:
-        RecordingError: if the header holds no scenario, or one with values that do not fit this version of doorman.
-        ScenarioError: if the `scenario.toml` beside the recording cannot be read.
-    """
+    """The scenario that was flown; keys that this version of doorman does not know are left out with a warning."""
+    # A recording that carries no URDFs has them looked for where the `scenario.toml` beside it says.
     tables = recording.header.get("scenario")
     if not isinstance(tables, dict):
         raise RecordingError(
@@ -83,18 +54,16 @@ def recorded_scenario(
     return scenario
 
 
+def recorded_loop(recording: Recording) -> AttitudeLoop | None:
+    """Attitude loop that a flight measured in its hover, the mean of both axes; None if it measured none."""
+    if "attitude_loop" not in recording:
+        return None
+    found = recording["attitude_loop"]
+    return AttitudeLoop(float(found["lag"][-1].mean()), float(found["dead_time"][-1].mean()))
+
+
 def summary_of(recording: Recording) -> dict[str, Any]:
-    """Figures of a simulated run, by the scenario that it has recorded.
-
-    Args:
-        recording: As `doorman.summary.summarize` takes it.
-
-    Returns:
-        The keys of `summary.json`.
-
-    Raises:
-        DoormanError: if the recorded scenario cannot be made a model any more.
-    """
+    """Figures of a simulated run, the keys of `summary.json`, by the scenario that it has recorded."""
     return summarize(recording, Model(recorded_scenario(recording)))
 
 

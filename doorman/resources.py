@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 _PACKAGE = Path(__file__).parent
@@ -26,3 +27,9 @@ def vehicle_directory() -> Path:
 def shipped(directory: Path, suffix: str) -> dict[str, Path]:
     """Paths of the shipped files of one kind, by name without suffix."""
     return {path.stem: path for path in sorted(directory.glob(f"*{suffix}"))}
+
+
+def own_process() -> dict[str, str]:
+    """Environment of a process that imports this package, and no file of the user's folder in the place of a module."""
+    paths = os.pathsep.join(filter(None, (str(_PACKAGE.parent), os.environ.get("PYTHONPATH"))))
+    return {**os.environ, "PYTHONPATH": paths, "PYTHONSAFEPATH": "1"}

@@ -7,8 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from doorman.campaign.report.figures import numbers
-from doorman.campaign.report.statistics import wilson_interval
+from doorman.campaign.report.figures import numbers, wilson_interval
 from doorman.campaign.results import SUMMARY, Row
 from doorman.summary import COMPLETED
 from suite.draw_sets import SETS

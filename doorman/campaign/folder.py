@@ -9,14 +9,13 @@ from pathlib import Path
 from typing import Any
 
 from doorman.bounds import read_json
-from doorman.campaign.flights.orders import digests
-from doorman.campaign.flights.software import software
+from doorman.campaign.flights.orders import digests, software
 from doorman.campaign.specification import Campaign, portable
 from doorman.compilation.cache_files import write_atomically
 from doorman.exceptions import DoormanError
 from doorman.flown import carried_files
 from doorman.locks import locked
-from doorman.recording.files.syncer import sync_folder
+from doorman.recording.files.disk import sync_folder
 
 RESULTS = "results.parquet"
 """All rows."""

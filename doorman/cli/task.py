@@ -5,33 +5,29 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from doorman.cli.overrides import parse_overrides
+from doorman.cli.values import parse_overrides
 from doorman.model import Model
 from doorman.scenario import Scenario
 
 
-def load_task(source: str, settings: Sequence[str], vehicle: str | None) -> Scenario:
+def load_task(source: str, settings: Sequence[str] | None, vehicle: str | None) -> Scenario:
     """The scenario as its vehicle flies it."""
     overrides = parse_overrides(settings)
-    if vehicle is None:
-        return Scenario.load(source, overrides)
-    from doorman.hardware.vehicle_file import VehicleFile  # needs the extra hardware
-
-    return VehicleFile.load(vehicle).scenario(source, overrides)
+    return Scenario.load(source, overrides) if vehicle is None else _file(vehicle).scenario(source, overrides)
 
 
 def vehicle_values(vehicle: str | None) -> dict[str, Any]:
     """What a vehicle file says that is a scenario's, by dotted key."""
-    if vehicle is None:
-        return {}
-    from doorman.hardware.vehicle_file import VehicleFile  # needs the extra hardware
-
-    return VehicleFile.load(vehicle).scenario_values
+    return {} if vehicle is None else _file(vehicle).scenario_values
 
 
 def check_links(model: Model, vehicle: str | None) -> None:
     """Check what a vehicle file says of its links, for a command that opens none of them."""
     if vehicle is not None:
-        from doorman.hardware.vehicle_file import VehicleFile
+        _file(vehicle).links_anywhere(model)
 
-        VehicleFile.load(vehicle).links_anywhere(model)
+
+def _file(vehicle: str) -> Any:
+    from doorman.hardware.vehicle_file import VehicleFile  # needs the extra hardware
+
+    return VehicleFile.load(vehicle)

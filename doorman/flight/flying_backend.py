@@ -100,7 +100,7 @@ class FlyingBackend(Backend):
 
     @property
     def feedback_lag(self) -> float:
-        """Of the autopilot that answers [s]; see `Backend`."""
+        """Feedback lag of the autopilot that answers [s]; see `Backend`."""
         return self.links.autopilot.status().feedback_lag
 
     def open(self) -> None:

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import itertools
-import os
 import subprocess
 import sys
 from collections.abc import Mapping, Sequence
 from multiprocessing.connection import Connection, Pipe
-from pathlib import Path
 from typing import Any
 
 import gymnasium
@@ -17,13 +15,13 @@ from gymnasium.vector import AutoresetMode
 from gymnasium.vector.utils import batch_space
 from numpy.typing import ArrayLike, NDArray
 
-import doorman
 from doorman.checks import numbers, whole
 from doorman.copying import Uncopied
 from doorman.cores import usable_cores
 from doorman.exceptions import BackendError, DimensionError
 from doorman.learning.reward import RewardWeights
 from doorman.learning.tasks import EPISODE_STEPS
+from doorman.resources import own_process
 from doorman.scenario import Scenario
 
 Array32 = NDArray[np.float32]
@@ -173,11 +171,10 @@ class _Worker:
         # no `multiprocessing`: its processes would run the caller's script once more
         ours, theirs = Pipe()
         assert isinstance(ours, Connection)
-        paths = os.pathsep.join(filter(None, (str(Path(doorman.__file__).parents[1]), os.environ.get("PYTHONPATH"))))
         with theirs:
             self._process = subprocess.Popen(
                 [sys.executable, "-m", "doorman.learning.worker", str(theirs.fileno())], pass_fds=[theirs.fileno()],
-                env={**os.environ, "PYTHONPATH": paths, "PYTHONSAFEPATH": "1"}, stdin=subprocess.DEVNULL,
+                env=own_process(), stdin=subprocess.DEVNULL,
             )  # fmt: skip
         self._pipe = ours
 

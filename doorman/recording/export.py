@@ -28,25 +28,7 @@ _UNSAFE = re.compile(r"[^\w-]")
 
 
 def export(recording: Recording, folder: str | Path, form: Format) -> dict[str, Path]:
-    """Write one file a topic, and the header as JSON.
-
-    In CSV an array's entries are columns of their own, named as in `Topic.to_pandas`, and floats keep all their digits; a text
-    that a spreadsheet would take for a formula begins with an apostrophe. In Parquet an array is a list of fixed length, nested
-    for every further dimension.
-
-    Args:
-        recording: What to write.
-        folder: Where to; made if it does not exist. Files of the same names are replaced.
-        form: `csv` or `parquet`.
-
-    Returns:
-        File by topic, the header's first.
-
-    Raises:
-        DoormanError: if the format is unknown, or needs a package that is not installed.
-        RecordingError: if two topics would be written to the same file.
-        OSError: if a file cannot be written.
-    """
+    """Write one file a topic, and the header as JSON; a text that a spreadsheet would take for a formula is quoted in CSV."""
     if form not in ("csv", "parquet"):
         raise DoormanError("no such format", field="form", given=form, allowed="csv, parquet")
     write = _csv_writer() if form == "csv" else _parquet_writer()

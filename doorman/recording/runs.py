@@ -14,17 +14,7 @@ _SUFFIX = ".mcap"
 
 
 def recording_file(run: Path) -> Path:
-    """The recording of a run.
-
-    Args:
-        run: Folder of the run, or the file itself.
-
-    Returns:
-        The file.
-
-    Raises:
-        RecordingError: if there is no such file, or the folder holds no recording or several.
-    """
+    """The recording of a run: the file itself, or the one in the run's folder."""
     if run.is_file():
         return run
     if not run.is_dir():
@@ -39,17 +29,7 @@ def recording_file(run: Path) -> Path:
 
 
 def newest_recording(folder: Path = RUNS) -> Path:
-    """The recording that was written last.
-
-    Args:
-        folder: Where runs are.
-
-    Returns:
-        A file in the folder, or in the folder of a run.
-
-    Raises:
-        RecordingError: if there is none.
-    """
+    """The recording that was written last, in a folder or in the folders of runs in it."""
     found = [(_written(file), file) for file in (*folder.glob(f"*{_SUFFIX}"), *folder.glob(f"*/*{_SUFFIX}"))]
     times = [(time, file) for time, file in found if time is not None]
     if not times:

@@ -15,16 +15,7 @@ from doorman.recording import Recording
 from doorman.simulation.reality.causes import true_causes
 from doorman.summary.estimates import estimates, largest_angle_error
 from doorman.summary.measured import has_measured_leaf, measured_figures
-from doorman.summary.outcome import (
-    COMPLETED,
-    GOAL_MISSED,
-    STANDS,
-    TOUCHED,
-    missed,
-    rate_at_the_end,
-    reported_outcome,
-    time_to_open,
-)
+from doorman.summary.outcome import COMPLETED, TOUCHED, judged, rate_at_the_end
 from doorman.summary.plans import planner_figures, realtime_factor
 from doorman.summary.safety import (
     collisions,
@@ -52,11 +43,8 @@ def summarize(recording: Recording, model: Model, touched_after: int = 0) -> dic
     touched = np.flatnonzero(truth["touching"])
     touched_at = float(time[touched[0]]) if len(touched) else float(time[0])
     moving = rate_at_the_end(recording)
-    opened_at = time_to_open(time, angle, target) if abs(moving) < STANDS else None
-    outcome, reason = reported_outcome(recording)
+    outcome, reason, opened_at = judged(recording, model.true_door, time, angle, moving, target)
     states = recording["mission"]["state"].tolist()
-    if outcome == COMPLETED and opened_at is None:
-        outcome, reason = GOAL_MISSED, missed(model.true_door, float(angle[-1]), target, moving, reason)
     touches = collisions(recording) + touched_after
     if outcome == COMPLETED and touches:
         outcome, reason = TOUCHED, f"{touches} contacts other than tip and leaf"

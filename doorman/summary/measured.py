@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from doorman.arrays import Array
 from doorman.model import Model
 from doorman.recording import Recording
-from doorman.summary.outcome import COMPLETED, GOAL_MISSED, STANDS, STANDS_FOR, missed, reported_outcome, time_to_open
+from doorman.summary.outcome import STANDS_FOR, judged
 
 JUDGED_BY = "the measured leaf"
 _TOUCHES = 0.015
@@ -23,13 +23,10 @@ _FEWEST = 10
 def measured_figures(recording: Recording, model: Model) -> dict[str, Any]:
     """Figures of a flight without true states, by a sensor of the door."""
     time, angle = _readings(recording)
-    target, door = model.goal_angle, model.door
+    target = model.goal_angle
     late = time >= time[-1] - STANDS_FOR
     moving = float(np.polyfit(time[late], angle[late], 1)[0]) if late.sum() > 2 else 0.0
-    opened_at = time_to_open(time, angle, target) if abs(moving) < STANDS else None
-    outcome, reason = reported_outcome(recording)
-    if outcome == COMPLETED and opened_at is None:
-        outcome, reason = GOAL_MISSED, missed(door, float(angle[-1]), target, moving, reason)
+    outcome, reason, opened_at = judged(recording, model.door, time, angle, moving, target)
     gap = gaps(recording, model)
     touching = _touching(recording, gap)
     began = float(gap[0][touching][0]) if touching.any() else float(time[0])

@@ -46,6 +46,17 @@ def verdict(summary: dict[str, Any]) -> tuple[bool, str]:
     return True, f"The door was opened in {summary['time_to_open_s']:.2f} s{passed} and nothing was touched; {where}."
 
 
+def judged(
+    recording: Recording, door: Door, time: Array, angle: Array, moving: float, target: float
+) -> tuple[str, str, float | None]:
+    """Outcome, its reason, and when the door came to its goal to stay, by its angles and its rate at the end."""
+    opened_at = time_to_open(time, angle, target) if abs(moving) < STANDS else None
+    outcome, reason = reported_outcome(recording)
+    if outcome == COMPLETED and opened_at is None:
+        outcome, reason = GOAL_MISSED, missed(door, float(angle[-1]), target, moving, reason)
+    return outcome, reason, opened_at
+
+
 def time_to_open(time: Array, angle: Array, target: float) -> float | None:
     """First time after which |α − target| stays below 2°."""
     off = np.flatnonzero(np.abs(angle - target) >= OPEN_TOLERANCE)

@@ -1,6 +1,6 @@
 """Figures, replay page and live view of a flight; needs the extra `viz`.
 
-A name brings in its module when it is first asked for: matplotlib takes a second, and a page needs none of it.
+A name brings in its module at its first use: matplotlib takes a second, and a page needs none of it.
 """
 
 from __future__ import annotations

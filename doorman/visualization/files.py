@@ -4,27 +4,17 @@ from __future__ import annotations
 
 from io import BytesIO
 from pathlib import Path
-from typing import Any, Protocol
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:  # matplotlib takes a second to import
+    from matplotlib.figure import Figure
 
 FORMATS = ("png", "pdf")
 _DPI = 140
 """Resolution of a figure in pixels."""
 
 
-class Drawn(Protocol):
-    """What is used here of matplotlib's `Figure`, which takes a second to import."""
-
-    def get_layout_engine(self) -> Any:
-        """What places its panels, if anything still does."""
-
-    def set_layout_engine(self, layout: Any) -> None:
-        """Take another layout engine."""
-
-    def savefig(self, fname: Any, *, dpi: Any, format: str) -> None:
-        """Write the figure to a file."""
-
-
-def lay_out(figure: Drawn) -> None:
+def lay_out(figure: Figure) -> None:
     """Lay a figure out once for all the files that it is written to; else every file does that again, twice."""
     engine = figure.get_layout_engine()
     if engine is not None:
@@ -33,7 +23,7 @@ def lay_out(figure: Drawn) -> None:
         figure.set_layout_engine(None)
 
 
-def save_as(figure: Drawn, file: Path) -> None:
+def save_as(figure: Figure, file: Path) -> None:
     """Write a figure in the format that the file's suffix names; its folder is made if it does not exist."""
     file.parent.mkdir(parents=True, exist_ok=True)
     drawn, form = BytesIO(), file.suffix[1:]  # matplotlib hides what a full disk says

@@ -39,7 +39,8 @@ from matplotlib.patches import Circle  # noqa: E402
 from matplotlib.ticker import FuncFormatter, MaxNLocator  # noqa: E402
 
 __all__ = [
-    "Axes", "Circle", "Figure", "FuncFormatter", "MaxNLocator", "colormaps", "flight_name", "save", "true_states",
+    "Axes", "Circle", "Figure", "FuncFormatter", "MaxNLocator", "colormaps", "flight_name", "not_recorded", "save", "true_states",
+    "widen",
 ]  # fmt: skip
 
 BLACK, ORANGE, SKY, GREEN, BLUE, RED, PURPLE = (
@@ -51,6 +52,19 @@ CYCLE = (BLUE, ORANGE, GREEN, PURPLE, SKY, RED, BLACK)
 def flight_name(recording: Recording) -> str:
     """Name of the scenario that was flown, with dollar signs escaped for matplotlib."""
     return str(recording.header.get("name", "flight")).replace("$", r"\$")
+
+
+def not_recorded(axes: Axes) -> None:
+    """Say in an empty panel that the recording lacks what it would show."""
+    axes.text(0.5, 0.5, "not recorded", ha="center", va="center", transform=axes.transAxes, color="0.5")
+
+
+def widen(axes: Axes, least: float) -> None:
+    """Do not blow up noise: at least this far from the middle of a panel to its edge."""
+    low, high = axes.get_ylim()
+    middle, half = (low + high) / 2, max((high - low) / 2, least)
+    axes.set_ylim(middle - half, middle + half)
+    axes.grid(alpha=0.3)
 
 
 def true_states(recording: Recording) -> tuple[Array, Array] | None:

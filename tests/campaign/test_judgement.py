@@ -7,7 +7,7 @@ import math
 import pytest
 
 from doorman.campaign import judge
-from doorman.campaign.report.statistics import wilson_interval
+from doorman.campaign.report.figures import wilson_interval
 from doorman.scenario import CampaignSection
 
 GOOD = {

@@ -30,11 +30,11 @@ def test_what_is_possible_has_been_flown(start, possible):
     assert bool(findings["flight"]["advice"]) is not possible
 
 
-@pytest.mark.parametrize(("words", "asked"), [((), {}), (("--audit",), {"with_audit": True})])
+@pytest.mark.parametrize(("words", "asked"), [((), False), (("--audit",), True)])
 def test_the_audit_is_made_where_it_is_asked_for(monkeypatch, words, asked):
     made = []
     monkeypatch.setattr(
-        "doorman.cli.simulated.check.check", lambda _, **options: made.append(options) or Report("paper", ())
+        "doorman.feasibility.check", lambda _, with_audit: made.append(with_audit) or Report("paper", ())
     )
     assert run("check", "--quick", *words).exit_code == 0
     assert made == [asked]
@@ -58,7 +58,7 @@ def test_check_prints_what_to_change_and_with_v_every_finding(monkeypatch):
         Finding("tilt", Severity.WARNING, "the plan tilts by 31°", 0.54, 0.5, "rad", "a larger control.max_tilt"),
         Finding("doorway width", Severity.ERROR, "the doorway is too narrow", -0.2, 0.0, "m", "a wider door"),
     )
-    monkeypatch.setattr("doorman.cli.simulated.check.check", lambda scenario: Report("paper", findings))
+    monkeypatch.setattr("doorman.feasibility.check", lambda scenario, with_audit: Report("paper", findings))
     quiet, verbose = run("check"), run("check", "-v")
     for result, shown in ((quiet, findings[1:]), (verbose, findings)):
         assert result.exit_code == 1

@@ -11,7 +11,7 @@ import pytest
 from typer.testing import CliRunner
 
 from doorman.cli import app
-from doorman.cli.vehicles.fly import _ctrl_c, _written
+from doorman.cli.vehicles.flight import _ctrl_c, _written
 from doorman.flight import FlightSession
 from doorman.flight.guarded import STOPPING
 from doorman.hardware.vehicle import VehicleLinks

@@ -110,7 +110,7 @@ def test_the_seed_decides_and_pictures_that_do_not_fit_on_the_disk_change_nothin
     def full_disk(*_: object) -> None:
         raise PicturesMissing("missing: states.png: No space left on device", file=tmp_path)
 
-    monkeypatch.setattr("doorman.cli.simulated.open_door.write_pictures", full_disk)
+    monkeypatch.setattr("doorman.visualization.write_pictures", full_disk)
     at_the_door = [word for key, value in AT_THE_DOOR.items() for word in ("--set", f"{key}={value}")]
     results = [
         run("open", "--duration", "0.2", "--seed", seed, "--json", "--out", str(tmp_path), *at_the_door)
@@ -184,7 +184,7 @@ def test_ctrl_c_before_the_flight_is_a_sentence(tmp_path, monkeypatch):
     def interrupted(*_: object, **__: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("doorman.cli.simulated.open_door.Model", interrupted)
+    monkeypatch.setattr("doorman.model.Model", interrupted)
     result = run("open", "--out", str(tmp_path / "run"))
     assert result.exit_code == 1
     assert result.stderr == "doorman: interrupted.\n"

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from doorman.cli.overrides import parse_overrides
+from doorman.cli.values import parse_overrides
 from doorman.exceptions import ScenarioError
 from doorman.resources import urdf_directory
 from doorman.scenario import Scenario

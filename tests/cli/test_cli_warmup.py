@@ -15,7 +15,7 @@ import pytest
 from command_line import ROOT, run
 from rich.console import Console
 
-from doorman.cli.simulated.planners_ahead import planners_ahead
+from doorman.cli.simulated.warmup import planners_ahead
 from doorman.cli.terminal.display import warmup_progress
 from doorman.compilation import KernelCounts, cache_content
 

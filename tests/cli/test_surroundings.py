@@ -109,29 +109,29 @@ def test_a_file_does_not_get_the_number_of_a_closed_stream(tmp_path):
     ],
 )
 def test_no_fault_is_taken_for_an_answer_of_check(monkeypatch, fault, status, words):
-    def fails(*_: object) -> int:
+    def fails(*_: object, **__: object) -> int:
         raise fault
 
-    monkeypatch.setattr("doorman.cli.simulated.check.check_scenario", fails)
+    monkeypatch.setattr("doorman.feasibility.check", fails)
     result = run("check", "paper")
     assert (result.exit_code, result.stdout) == (status, "")
     assert words in result.stderr and result.stderr.count("\n") == 1 and result.stderr.startswith("doorman: ")
 
 
 def test_a_fault_shows_where_when_asked_to(monkeypatch):
-    def fails(*_: object) -> int:
+    def fails(*_: object, **__: object) -> int:
         raise ZeroDivisionError("a fault")
 
-    monkeypatch.setattr("doorman.cli.simulated.check.check_scenario", fails)
+    monkeypatch.setattr("doorman.feasibility.check", fails)
     monkeypatch.setenv("DOORMAN_TRACEBACK", "1")
     assert isinstance(run("check", "paper").exception, ZeroDivisionError)
 
 
 def test_a_second_ctrl_c_while_the_first_is_told_is_none(monkeypatch):
-    def fails(*_: object) -> int:
+    def fails(*_: object, **__: object) -> int:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("doorman.cli.simulated.check.check_scenario", fails)
+    monkeypatch.setattr("doorman.feasibility.check", fails)
     monkeypatch.setattr(sys.modules["doorman.cli.command"], "_complain", fails)
     assert run("check", "paper").exit_code == INTERRUPTED
 
@@ -156,11 +156,11 @@ def test_two_early_ctrl_c_are_a_sentence_and_no_answer(pause, tmp_path):
 
 
 def test_nobody_to_answer_is_a_no(monkeypatch):
-    from doorman.cli.vehicles import fly
+    from doorman.cli.vehicles import flight
 
     with open(os.devnull, encoding="utf-8") as nobody:
         monkeypatch.setattr(sys, "stdin", nobody)
-        assert fly._confirmed("quiet") is False
+        assert flight._confirmed("quiet") is False
 
 
 def test_a_stream_that_works_is_not_lost():

@@ -98,7 +98,7 @@ def test_what_cannot_work_is_refused_alike(
 @pytest.fixture
 def no_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
     """They take longer than these flights."""
-    monkeypatch.setattr("doorman.cli.simulated.open_door.write_pictures", lambda *_: None)
+    monkeypatch.setattr("doorman.visualization.write_pictures", lambda *_: None)
 
 
 @pytest.mark.usefixtures("no_pictures")

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from doorman import Planner, Scenario
-from doorman.cli.recordings.replay import replay_plans
+from doorman.cli.recordings.replayed import replay_plans
 from doorman.control.estimation.estimator import Estimate, Estimator, Tie
 from doorman.control.state_converter import StateConverter
 from doorman.gravity import GRAVITY

@@ -27,7 +27,7 @@ from urdf_variants import DOOR, VEHICLE
 from doorman.bounds import parse_number, parse_numbers
 from doorman.campaign.results import read_parts, write_part
 from doorman.checks import number
-from doorman.cli.overrides import parse_overrides
+from doorman.cli.values import parse_overrides
 from doorman.exceptions import DimensionError, DoormanError, RecordingError, ScenarioError, UrdfError
 from doorman.kinematics.doors.door import Door
 from doorman.kinematics.vehicles.vehicle import Vehicle

@@ -43,15 +43,15 @@ print(json.dumps({{"compiled": compiled, "counted": kernel_counts().compiled, "l
 FLIGHT = """
 from pathlib import Path
 from doorman.cli.simulated.open_door import open_door
-open_door("paper", [], Path("run"), 0.1, 0, False, None, True)
+open_door("paper", out=Path("run"), duration=0.1, as_json=True)
 """
 CHECK = """
-from doorman.cli.simulated.check import check_scenario
-assert check_scenario("paper", [], True) == 0
+from doorman.cli.simulated.check import check
+assert check("paper", as_json=True) == 0
 """
 WARMUP = """
-from doorman.cli.simulated.warmup import warm_up
-assert warm_up(["paper"], [], True) == 0
+from doorman.cli.simulated.warmup import warmup
+assert warmup(["paper"], as_json=True) == 0
 """
 
 

@@ -21,7 +21,7 @@ from pyarrow import parquet
 from typer.testing import CliRunner, Result
 
 from doorman.cli import app
-from doorman.cli.recordings.replay import replay_plans
+from doorman.cli.recordings.replayed import replay_plans
 from doorman.control.wanted import Wanted
 from doorman.exceptions import DoormanError, RecordingError
 from doorman.flown import carried_files, recorded_header, recorded_scenario

@@ -9,7 +9,7 @@ import pytest
 from command_line import run
 from flight_rig import free_port
 
-from doorman.cli.vehicles.rig import other_links, served_device, served_port
+from doorman.cli.vehicles.served_links import other_links, served_device, served_port
 from doorman.hardware.dynamixel import ServoBus
 from doorman.hardware.mocap import MocapReceiver
 from doorman.hardware.scheduling import real_time

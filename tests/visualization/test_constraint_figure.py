@@ -3,12 +3,10 @@
 import numpy as np
 import pytest
 from paper_door import door_normal
-from urdf_variants import write_arm_of
 
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import Model
 from doorman.recording import Recording
-from doorman.scenario import Scenario
 from doorman.visualization import constraints_and_forces_figure, save
 
 
@@ -80,18 +78,3 @@ def test_topics_that_were_not_recorded_say_so(model, tmp_path):
     figure = constraints_and_forces_figure(Recording({}, {}), model)
     assert [axes.texts[0].get_text() for axes in figure.axes] == ["not recorded"] * 6
     save(figure, tmp_path, "constraints")
-
-
-@pytest.mark.parametrize("joints", [1, 6])
-def test_arms_of_any_number_of_joints(tmp_path, joints, fly):
-    urdf = write_arm_of(tmp_path / "arm.urdf", joints)
-    overrides = {
-        "vehicle.urdf": str(urdf),
-        "start.arm": [0.1] * joints,
-        "goal.arm": [0.2] * joints,
-        "planner.weights": {},
-    }
-    model = Model(Scenario.load("paper", overrides))
-    figure = constraints_and_forces_figure(fly(model, 0.3), model)
-    for axes, names in zip(figure.axes[:2], (model.constraint_names[:-3], model.constraint_names[-3:]), strict=True):
-        assert {line.get_label() for line in axes.lines} >= set(names)

@@ -14,7 +14,7 @@ from doorman.mission import simulate
 from doorman.model import Model
 from doorman.recording import Recording
 from doorman.visualization import PicturesMissing, pictures, write_pictures
-from doorman.visualization.picture_process import PictureProcess, picture_process
+from doorman.visualization.pictures import PictureProcess, picture_process
 from doorman.visualization.style import Figure
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="it is forked on Linux alone")

@@ -14,7 +14,7 @@ from doorman.exceptions import DoormanError, RecordingError
 from doorman.model import Model
 from doorman.recording import Recorder, Recording
 from doorman.scenario import Scenario
-from doorman.visualization import replay_page
+from doorman.visualization import constraints_and_forces_figure, replay_page, states_figure
 
 
 class Page(HTMLParser):
@@ -181,19 +181,21 @@ def test_measured_flight_is_replayed_from_measurement_and_estimate(model, fly, t
     assert page.frames[0]["force"] is None
 
 
-@pytest.mark.parametrize("joints", [1, 2, 6])
+@pytest.mark.parametrize("joints", [1, 2, pytest.param(7, marks=pytest.mark.slow)])
 def test_arms_of_any_number_of_joints(tmp_path, joints, fly):
     urdf = write_arm_of(tmp_path / "arm.urdf", joints)
-    overrides = {
-        "vehicle.urdf": str(urdf),
-        "start.arm": [0.1] * joints,
-        "goal.arm": [0.2] * joints,
-        "planner.weights": {},
-    }
-    model = Model(Scenario.load("paper", overrides))
-    page = Page(replay_page(fly(model, 0.5), model, tmp_path / "replay.html").read_text(encoding="utf-8"))
-    assert "scene/vehicle" in page.scene["nodes"]
-    assert page.frames[-1]["door_angle"] < 90.0
+    model = Model(Scenario.load("paper", {"vehicle.urdf": str(urdf), "start.arm": [0.1] * joints, "goal.arm": [0.2] * joints,
+                                          "planner.weights": {}}))  # fmt: skip
+    flown = fly(model, 0.5)
+    page = Page(replay_page(flown, model, tmp_path / "replay.html").read_text(encoding="utf-8"))
+    assert "scene/vehicle" in page.scene["nodes"] and page.frames[-1]["door_angle"] < 90.0
+    shown = [axes for axes in states_figure(flown, model).axes if axes.axison]
+    measured = [{line.get_label() for line in axes.lines} >= {"measured"} for axes in shown]
+    assert measured == [True] * (5 + joints)
+    assert shown[-1].get_ylabel() == f"$\\eta_{{{joints}}}$ [deg]" and shown[-1].get_xlabel() == "time [s]"
+    figure, names = constraints_and_forces_figure(flown, model), model.constraint_names
+    for axes, some in zip(figure.axes[:2], (names[:-3], names[-3:]), strict=True):
+        assert {line.get_label() for line in axes.lines} >= set(some)
 
 
 @pytest.mark.parametrize("name", ["borinot_flying_arm_2", pytest.param("hextilt_flying_arm_5", marks=pytest.mark.slow)])

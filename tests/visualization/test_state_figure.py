@@ -6,12 +6,9 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from urdf_variants import write_arm_of
 
 from doorman.exceptions import RecordingError
-from doorman.model import Model
 from doorman.recording import Recorder, Recording
-from doorman.scenario import Scenario
 from doorman.visualization import save, states_figure
 
 
@@ -70,20 +67,6 @@ def test_truth_is_drawn_only_where_it_differs(flight, model):
     np.testing.assert_allclose(truth.get_ydata(), np.degrees(flight["truth"]["door_angle"]))
     (measured,) = lines(states_figure(flight, model).axes[3], "measured")
     assert truth.get_linewidth() < measured.get_linewidth()
-
-
-@pytest.mark.parametrize("joints", [1, pytest.param(7, marks=pytest.mark.slow)])
-def test_arms_of_any_number_of_joints(tmp_path, joints, fly):
-    urdf = write_arm_of(tmp_path / "arm.urdf", joints)
-    model = Model(Scenario.load("paper", {"vehicle.urdf": str(urdf), "start.arm": [0.1] * joints, "goal.arm": [0.2] * joints,
-                                          "planner.weights": {}}))  # fmt: skip
-    figure = states_figure(fly(model, 0.5), model)
-    shown = [axes for axes in figure.axes if axes.axison]
-    assert len(shown) == 5 + joints
-    assert [bool(lines(axes, "measured")) for axes in shown] == [True] * (5 + joints)
-    assert shown[-1].get_ylabel() == f"$\\eta_{{{joints}}}$ [deg]"
-    assert shown[-1].get_xlabel() == "time [s]"
-    save(figure, tmp_path, "states")
 
 
 def test_a_flight_without_truth_and_plan(model, fly):

@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 import json
-import os
 import queue
 import subprocess
 import sys
 import tempfile
 import threading
 from collections.abc import Mapping
-from pathlib import Path
 from typing import IO, Any
 
-import doorman
+from doorman.resources import own_process
 
 _ONE_THREAD = (
     "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS", "VECLIB_MAXIMUM_THREADS",
@@ -67,15 +65,12 @@ class FlightProcess:
             folder.cleanup()
 
     def _start(self) -> None:
-        package = str(Path(doorman.__file__).parent.parent)
-        paths = os.pathsep.join(filter(None, (package, os.environ.get("PYTHONPATH"))))
-        # not the user's folder: a file of the name of a module there would be imported instead
-        environment = {**os.environ, "PYTHONPATH": paths, "PYTHONSAFEPATH": "1", **dict.fromkeys(_ONE_THREAD, "1")}
         self._folder = tempfile.TemporaryDirectory(prefix="doorman-flights-", ignore_cleanup_errors=True)
         self._printed = tempfile.TemporaryFile("w+", encoding="utf-8", errors="replace")
         self._process = subprocess.Popen(
             [sys.executable, "-m", self._module], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self._printed,
-            env=environment, cwd=self._folder.name, text=True, encoding="utf-8", start_new_session=True,
+            env=own_process() | dict.fromkeys(_ONE_THREAD, "1"), cwd=self._folder.name, text=True,
+            encoding="utf-8", start_new_session=True,
         )  # fmt: skip
         self._answers = queue.SimpleQueue()
         self._prepared_for = _NOTHING

@@ -4,16 +4,20 @@ from __future__ import annotations
 
 import base64
 import hashlib
+import importlib.metadata
+import platform
 from collections.abc import Mapping
+from functools import cache
 from pathlib import Path
 from typing import Any
 
-from doorman.campaign.flights.software import differences, software
+import doorman
 from doorman.campaign.specification import Flight, portable
 from doorman.exceptions import DoormanError
 from doorman.scenario import Scenario
 
 _SECTIONS = ("vehicle", "door")
+_ENGINES = ("numpy", "numba", "mujoco", "pin", "coal", "proxsuite")
 
 
 class OtherSoftware(DoormanError):
@@ -62,3 +66,24 @@ def unpacked(order: Mapping[str, Any], files: Mapping[str, str], folder: Path) -
     for section in _SECTIONS:
         tables[section] = {**tables[section], "urdf": str(folder / f"{section}.urdf")}
     return Scenario.model_validate(tables)
+
+
+@cache
+def software() -> dict[str, str]:
+    """Versions by name, `doorman` with a digest of its sources among them."""
+    package = Path(doorman.__file__).parent
+    sources = sorted(package.rglob("*.py"))
+    code = hashlib.sha256(b"".join(path.read_bytes() for path in sources if "visualization" not in path.parts))
+    return {
+        "doorman": f"{doorman.__version__} {code.hexdigest()[:16]}",
+        **{name: importlib.metadata.version(name) for name in _ENGINES},
+        "python": platform.python_version(),
+        "machine": platform.machine(),
+    }
+
+
+def differences(theirs: dict[str, str]) -> str:
+    """Where another process's software differs from this one's, in words; empty where it does not."""
+    mine = software()
+    names = [name for name in {**mine, **theirs} if mine.get(name) != theirs.get(name)]
+    return ", ".join(f"{name} {mine.get(name, 'missing')} instead of {theirs.get(name, 'none')}" for name in names)

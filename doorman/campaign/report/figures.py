@@ -11,7 +11,6 @@ from typing import Any
 
 import numpy as np
 
-from doorman.campaign.report.statistics import wilson_interval
 from doorman.campaign.results import SUMMARY, Row
 
 TORQUE = "torque"
@@ -49,6 +48,8 @@ METRICS = (
 )
 
 
+_QUANTILE = 1.959963984540054
+"""Quantile of the normal distribution for 95 %."""
 LOW_FRICTION = 0.5
 """Doors with less true friction are also reported separately: a push finds them the hardest to stop [N m]."""
 
@@ -127,3 +128,13 @@ def _quantiles(rows: Sequence[Row], column: str) -> dict[str, float]:
         return {}
     shares = {"min": 0.0, "p05": 0.05, "median": 0.5, "p95": 0.95, "max": 1.0}
     return {name: float(np.quantile(values, share)) for name, share in shares.items()}
+
+
+def wilson_interval(successes: int, runs: int) -> tuple[float, float]:
+    """Wilson's 95 % confidence interval of a success rate p: (p + z²/2n ± z √(p(1−p)/n + z²/4n²)) / (1 + z²/n)."""
+    if runs == 0:
+        return 0.0, 1.0
+    share, z2 = successes / runs, _QUANTILE**2 / runs
+    center = share + z2 / 2
+    half = math.sqrt(z2 * (share * (1.0 - share) + z2 / 4))
+    return max((center - half) / (1.0 + z2), 0.0), min((center + half) / (1.0 + z2), 1.0)

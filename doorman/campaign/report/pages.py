@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -33,7 +33,13 @@ def page(rows: Sequence[Row], found: dict[str, Any], scenario: Scenario, planned
     parts = [f"# Campaign `{scenario.name}`"]
     if planned is not None and planned != len(rows):
         parts.append(f"Not finished: {len(rows)} of {planned} runs.")
-    parts += [_rates(found), _outcomes(found), _quantiles(found), _estimates(found), "![histograms](histograms.png)"]
+    parts += [
+        _rates(found),
+        _table(("outcome", "runs"), found["outcomes"].items()),
+        _quantiles(found),
+        _estimates(found),
+        "![histograms](histograms.png)",
+    ]
     parts.append(_drawn(scenario))
     parts.append(_not_flown(found.get("not_flown", {})))
     parts.append(_failures(rows, found))
@@ -49,60 +55,60 @@ def rate_in_words(rate: dict[str, Any]) -> str:
     return f"{rate['successes']} of {rate['runs']}, {share}"
 
 
+def _table(heads: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
+    lines = [heads, ["---"] * len(heads), *rows]
+    return "\n".join(f"| {' | '.join(map(str, cells))} |" for cells in lines)
+
+
 def _rates(found: dict[str, Any]) -> str:
-    low = found["low_friction"]
-    lines = [
-        "| | successes |",
-        "| --- | --- |",
-        f"| all runs | {rate_in_words(found['all'])} |",
-        f"| doors with less than {low['below_n_m']:g} N m of friction | {rate_in_words(low)} |",
-        f"| runs with a collision | {found['collisions']} |",
-        f"| runs that ended in an error | {found['errors']} |",
-        f"| failures that ended in a safe retreat | {found['safe_failures']} of {len(found['failures'])} |",
-        f"| failures whose told reason is not the true one | {found['wrong_reasons']} of {len(found['failures'])} |",
-    ]
-    return "\n".join(lines) + "\n\nIn brackets: Wilson's 95 % interval."
-
-
-def _outcomes(found: dict[str, Any]) -> str:
-    lines = ["| outcome | runs |", "| --- | --- |"]
-    return "\n".join(lines + [f"| {name} | {count} |" for name, count in found["outcomes"].items()])
+    low, failures = found["low_friction"], len(found["failures"])
+    rows = (
+        ("all runs", rate_in_words(found["all"])),
+        (f"doors with less than {low['below_n_m']:g} N m of friction", rate_in_words(low)),
+        ("runs with a collision", found["collisions"]),
+        ("runs that ended in an error", found["errors"]),
+        ("failures that ended in a safe retreat", f"{found['safe_failures']} of {failures}"),
+        ("failures whose told reason is not the true one", f"{found['wrong_reasons']} of {failures}"),
+    )
+    return _table(("", "successes"), rows) + "\n\nIn brackets: Wilson's 95 % interval."
 
 
 def _quantiles(found: dict[str, Any]) -> str:
-    lines = ["| | unit | min | 5 % | median | 95 % | max |", "| --- | --- | --- | --- | --- | --- | --- |"]
-    for metric in METRICS:
-        if metric.column in found["quantiles"]:
-            cells = " | ".join(f"{value:.3g}" for value in found["quantiles"][metric.column].values())
-            lines.append(f"| {metric.words} | {metric.unit} | {cells} |")
-    return "\n".join(lines)
+    rows = (
+        (metric.words, metric.unit, *(f"{value:.3g}" for value in found["quantiles"][metric.column].values()))
+        for metric in METRICS
+        if metric.column in found["quantiles"]
+    )
+    return _table(("", "unit", "min", "5 %", "median", "95 %", "max"), rows)
 
 
 def _estimates(found: dict[str, Any]) -> str:
     if not found["estimates"]:
         return ""
-    lines = ["| estimate | runs | median error | within two deviations | good |", "| --- | --- | --- | --- | --- |"]
+    rows = []
     for name, entry in found["estimates"].items():
         shares = [f"{100 * entry[key]:.1f} %" if key in entry else "" for key in ("within_two_deviations", "good")]
-        lines.append(f"| {name} | {entry['runs']} | {entry['median_error']:.3g} | {shares[0]} | {shares[1]} |")
-    return "\n".join(lines) + "\n\nGood: within 25 % or 0.15 N m of the true torque."
+        rows.append((name, entry["runs"], f"{entry['median_error']:.3g}", *shares))
+    return (
+        _table(("estimate", "runs", "median error", "within two deviations", "good"), rows)
+        + "\n\nGood: within 25 % or 0.15 N m of the true torque."
+    )
 
 
 def _drawn(scenario: Scenario) -> str:
-    lines = [f"Drawn with the seed {scenario.campaign.seed}:", "", "| key | distribution |", "| --- | --- |"]
-    for key, distribution in scenario.campaign.vary.items():
-        words = ", ".join(f"{name} {value}" for name, value in distribution if value is not None)
-        lines.append(f"| `{key}` | {words} |")
-    return "\n".join(lines)
+    rows = (
+        (f"`{key}`", ", ".join(f"{name} {value}" for name, value in distribution if value is not None))
+        for key, distribution in scenario.campaign.vary.items()
+    )
+    return f"Drawn with the seed {scenario.campaign.seed}:\n\n{_table(('key', 'distribution'), rows)}"
 
 
 def _not_flown(reasons: dict[str, str]) -> str:
     """Runs that are no results: their workers, processes or disks failed."""
     if not reasons:
         return ""
-    lines = [f"| {run} | {' '.join(why.split())[:200]} |" for run, why in reasons.items()]
     head = "## Not flown\n\nMachine or software kept these runs from being flown. The same command tries them again."
-    return "\n".join([head, "", "| run | why |", "| --- | --- |", *lines])
+    return f"{head}\n\n{_table(('run', 'why'), ((run, ' '.join(why.split())[:200]) for run, why in reasons.items()))}"
 
 
 def _failures(rows: Sequence[Row], found: dict[str, Any]) -> str:

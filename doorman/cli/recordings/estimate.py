@@ -2,34 +2,50 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Annotated, Any
 
-import numpy as np
 import typer
 
-from doorman.cli.recordings.recorded import loaded_run, recorded_scenario
-from doorman.estimation.leaf.numbers import JOINT, JOINT_RATE
-from doorman.estimation.leaf.replay import LeafReplay, replay_leaf
-from doorman.estimation.status import Status
+from doorman.cli.command import LOOK, command
+from doorman.cli.options import Json, Run, folder
 from doorman.exceptions import DoormanError
-from doorman.model import Model
-from doorman.recording import Recording
-from doorman.visualization.figures.estimate import estimate_figure
-from doorman.visualization.style import save
 
-_LEAF = [JOINT, JOINT_RATE]
+if TYPE_CHECKING:  # commands import what they run when they run it
+    from doorman.estimation.leaf.replay import LeafReplay
+    from doorman.recording import Recording
 
 
-def estimate_run(run: Path | None, changes: list[str], out: Path | None, as_json: bool) -> int:
+@command(LOOK)
+def estimate(
+    run: Run = None,
+    changes: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="NAME=NUMBER", help="A number of the filter, such as noise.wind=0.3."),
+    ] = None,
+    out: Annotated[Path | None, folder(show_default="the recording's")] = None,
+    as_json: Json = False,
+) -> int:
+    """Replay a recorded run's poses and commands through a filter of vehicle and leaf, and draw what it knows.
+
+    The command prints the log-likelihood and the mean normalised innovation squared (NIS) of the poses. With the truth of a
+    simulation it also prints the mean normalised error squared (NEES) of the leaf's angle and rate. The picture shows angle,
+    normal force, two deviations of each, truth, and the probability of each hypothesis (estimate.png).
+
+    Missions fly on this filter. `--set` shows what other numbers would have made of the same flight.
+    """
+    from doorman.cli.recordings.recorded import loaded_run, recorded_model
+    from doorman.cli.terminal.display import print_result
+    from doorman.estimation.leaf.replay import replay_leaf
+    from doorman.visualization.figures.estimate import estimate_figure
+    from doorman.visualization.style import save
+
     file, recording = loaded_run(run, as_json)
-    model = Model(recorded_scenario(recording, file))
-    found = replay_leaf(recording, model, dict(map(_change, changes)))
+    model = recorded_model(recording, file)
+    found = replay_leaf(recording, model, dict(map(_change, changes or [])))
     picture, _ = save(estimate_figure(recording, model, found), out or file.parent, "estimate")
     figures = _figures(recording, found) | {"picture": str(picture)}
-    lines = [f"{name}: {value}" for name, value in figures.items()]
-    typer.echo(json.dumps(figures, indent=2) if as_json else "\n".join(lines))
+    print_result(as_json, figures, [f"{name}: {value}" for name, value in figures.items()])
     return 0
 
 
@@ -42,21 +58,21 @@ def _change(text: str) -> tuple[str, float]:
 
 
 def _figures(recording: Recording, found: LeafReplay) -> dict[str, Any]:
+    import numpy as np
+
+    from doorman.estimation.leaf.numbers import JOINT, JOINT_RATE
+    from doorman.estimation.status import Status
+
     figures: dict[str, Any] = {
         "log_likelihood": round(found.log_likelihood, 1), "mean_nis_of_3": round(found.mean_nis, 3),
         "refused_poses": found.refused, "begun_anew": int((found.statuses == Status.LOST).sum()),
         "slips": int((np.diff(found.slips.astype(int), prepend=0) > 0).sum()),
     }  # fmt: skip
-    if "truth" in recording:
-        figures["mean_nees_of_2"] = round(float(np.mean(_nees(recording, found))), 3)
+    if "truth" in recording:  # as if angle and rate were independent
+        truth, leaf = recording["truth"], {"door_angle": JOINT, "door_rate": JOINT_RATE}
+        errors = [
+            (found.mean[:, place] - np.interp(found.pose_time, truth.time, truth[name])) / found.deviations[:, place]
+            for name, place in leaf.items()
+        ]
+        figures["mean_nees_of_2"] = round(float(np.square(errors).sum(axis=0).mean()), 3)
     return figures
-
-
-def _nees(recording: Recording, found: LeafReplay) -> Any:
-    """Normalised error squared of the leaf's angle and rate at the poses' times, as if both were independent."""
-    truth = recording["truth"]
-    errors = np.column_stack([
-        found.mean[:, _LEAF[i]] - np.interp(found.pose_time, truth.time, truth[name])
-        for i, name in enumerate(("door_angle", "door_rate"))
-    ])  # fmt: skip
-    return ((errors / found.deviations[:, _LEAF]) ** 2).sum(axis=1)

@@ -2,23 +2,46 @@
 
 from __future__ import annotations
 
-import json
 import math
 from pathlib import Path
+from typing import Annotated
 
 import typer
 
-from doorman.cli.recordings.recorded import say_what_is_missing
+from doorman.cli.command import LOOK, command
+from doorman.cli.options import Json
 from doorman.exceptions import DoormanError
-from doorman.recording import Recording
-from doorman.recording.merging import Alignment, align, read_log, write_merged
-from doorman.recording.runs import recording_file
 
 FOLDER = "merged"
 """Beside the run's recording, so that its folder stays that of one run."""
 
 
-def merge_log(run: Path, log: Path, offset: float | None, out: Path | None, as_json: bool) -> int:
+@command(LOOK)
+def merge(
+    run: Annotated[Path, typer.Argument(metavar="RUN", help="A run's folder, or an MCAP file.")],
+    log: Annotated[Path, typer.Argument(metavar="LOG", help="PX4 ULog (.ulg), or ArduPilot DataFlash log (.bin).")],
+    offset: Annotated[
+        float | None,
+        typer.Option(metavar="SECONDS", help="Run's clock minus the log's.", show_default="found automatically"),
+    ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="File to write.", show_default="in the folder merged next to the recording"),
+    ] = None,
+    as_json: Json = False,
+) -> int:
+    """Merge the autopilot's own log and a run's recording into one MCAP file with one clock.
+
+    TIMESYNC aligns the clocks if the run or the log contains it, otherwise the cross-correlation of the body rates. The
+    command prints the offset and its standard deviation. The log's topics are named px4/… or ardupilot/…, in the log's own
+    units and axes. The file omits messages from before the run. The command does not change the recording.
+    """
+    from doorman.cli.recordings.recorded import say_what_is_missing
+    from doorman.cli.terminal.display import print_result
+    from doorman.recording import Recording
+    from doorman.recording.merging import Alignment, align, read_log, write_merged
+    from doorman.recording.runs import recording_file
+
     if offset is not None and not math.isfinite(offset):
         raise DoormanError("not a time", field="--offset", given=offset, allowed="seconds")
     file = recording_file(run)
@@ -35,13 +58,11 @@ def merge_log(run: Path, log: Path, offset: float | None, out: Path | None, as_j
     found = align(recording, flown) if offset is None else Alignment(offset, math.nan, "given")
     counts = write_merged(recording, flown, found, target)
     deviation = found.deviation if math.isfinite(found.deviation) else None
-    if as_json:
-        clock = {"offset": found.offset, "deviation": deviation, "by": found.by}
-        typer.echo(
-            json.dumps({"file": str(target), **clock, "topics": counts, "damaged": dict(flown.damaged)}, indent=2)
-        )
-        return 0
     around = "" if deviation is None else f" ± {1e3 * deviation:.1f} ms"
-    typer.echo(f"Clock: run = log {found.offset:+.4f} s{around}, by {found.by}.")
-    typer.echo(f"{sum(counts.values())} messages of {len(counts)} topics of {flown.autopilot}: {target}")
+    clock = {"offset": found.offset, "deviation": deviation, "by": found.by}
+    print_result(
+        as_json, {"file": str(target), **clock, "topics": counts, "damaged": dict(flown.damaged)},
+        [f"Clock: run = log {found.offset:+.4f} s{around}, by {found.by}.",
+         f"{sum(counts.values())} messages of {len(counts)} topics of {flown.autopilot}: {target}"],
+    )  # fmt: skip
     return 0

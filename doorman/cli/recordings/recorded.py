@@ -7,6 +7,7 @@ from pathlib import Path
 import typer
 
 from doorman import flown
+from doorman.model import Model
 from doorman.recording import Recording
 from doorman.recording.runs import newest_recording, recording_file
 from doorman.scenario import Scenario
@@ -31,6 +32,10 @@ def chosen_recording(run: Path | None) -> Path:
 def recorded_scenario(recording: Recording, file: Path) -> Scenario:
     """The scenario that was flown; a warning on stderr if keys of it are not known."""
     return flown.recorded_scenario(recording, file.parent, lambda words: typer.echo(f"Warning: {words}", err=True))
+
+
+def recorded_model(recording: Recording, file: Path) -> Model:
+    return Model(recorded_scenario(recording, file))
 
 
 def say_what_is_missing(recording: Recording, err: bool) -> None:

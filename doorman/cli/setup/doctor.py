@@ -1,36 +1,65 @@
-"""`doorman doctor`: what is missing on this computer, each with the command that mends it."""
+"""`doorman doctor` and `doorman system`: what is missing on this computer, and files for its system."""
 
 from __future__ import annotations
 
 import json
+from enum import StrEnum
 from pathlib import Path
+from typing import Annotated
 
 import typer
-from rich.console import Console
-from rich.table import Table
-from rich.text import Text
 
-from doorman.hardware.computer.doctor import Complaint, Host, examine
-from doorman.hardware.vehicle_file import VehicleFile
-from doorman.hardware.vehicle_file.devices import devices
-
-_COLORS = {Complaint.NONE: "green", Complaint.WORSE: "yellow", Complaint.MISSING: "bold red"}
+from doorman.cli.command import VEHICLE, command
+from doorman.cli.options import Json, Vehicle, folder
 
 
-def examine_computer(folder: Path, as_json: bool, vehicle: str | None = None) -> int:
+class SystemFileName(StrEnum):
+    """Files for the vehicle's system."""
+
+    UDEV = "udev"
+    LIMITS = "limits"
+    SERVICE = "service"
+
+
+@command(VEHICLE)
+def system(file: Annotated[SystemFileName, typer.Argument(help="Which file.")]) -> int:
+    """Print a file for the vehicle's Linux: udev rules for servo adapter and Pixhawk, limits, or a systemd unit.
+
+    The first line of the file says where to put it: doorman system udev | sudo tee /etc/udev/rules.d/99-doorman.rules
+    """
+    from doorman.hardware.computer.doctor import SYSTEM_FILES
+
+    typer.echo(SYSTEM_FILES[file.value].text, nl=False)
+    return 0
+
+
+@command(VEHICLE)
+def doctor(
+    runs: Annotated[Path, folder("--runs", help="Folder of recordings.", show_default="runs")] = Path("runs"),
+    vehicle: Vehicle = None,
+    as_json: Json = False,
+) -> int:
+    """Check whether this computer is ready to fly, and print the command that fixes each problem.
+
+    The command checks versions, permissions of serial devices, latency timers, ModemManager, real-time priority, governor,
+    clock, network buffers, disk and compiled kernels. With --vehicle it also checks the devices of this file. It changes
+    nothing. The exit status is 1 if a row is marked no.
+    """
+    from rich.text import Text
+
+    from doorman.cli.terminal.display import COLORS, print_table, with_advice
+    from doorman.hardware.computer.doctor import Complaint, Host, examine
+    from doorman.hardware.vehicle_file import VehicleFile
+    from doorman.hardware.vehicle_file.devices import devices
+
     host = Host()
-    rows = examine(host, folder)
-    if vehicle is not None:
-        rows += devices(host, VehicleFile.load(vehicle))
-    missing = any(row.complaint is Complaint.MISSING for row in rows)
+    rows = examine(host, runs) + ([] if vehicle is None else devices(host, VehicleFile.load(vehicle)))
     if as_json:
         typer.echo(json.dumps([{**vars(row), "complaint": row.complaint.value} for row in rows], indent=2))
-        return int(missing)
-    table = Table("", "", "found", box=None, pad_edge=False)
-    for row in rows:
-        words = f"{row.found}\n→ {row.command}" if row.command else row.found
-        table.add_row(
-            Text(row.complaint.value, style=_COLORS[row.complaint]), Text(row.name), Text(words, overflow="fold")
-        )
-    Console(highlight=False).print(table)
-    return int(missing)
+    else:
+        colors = dict(zip((Complaint.NONE, Complaint.WORSE, Complaint.MISSING), COLORS, strict=True))
+        print_table(("", "", "found"), (
+            (Text(row.complaint.value, style=colors[row.complaint]), row.name, with_advice(row.found, row.command))
+            for row in rows
+        ))  # fmt: skip
+    return int(any(row.complaint is Complaint.MISSING for row in rows))

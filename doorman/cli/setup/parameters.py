@@ -3,47 +3,86 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import replace
+from enum import StrEnum
+from typing import Annotated
 
 import typer
 
-from doorman import __version__
-from doorman.cli.overrides import parse_overrides
+from doorman.cli.command import VEHICLE, command
+from doorman.cli.options import Settings, Source, Vehicle
 from doorman.exceptions import DoormanError
-from doorman.hardware.pixhawk import PixhawkConfig
-from doorman.hardware.pixhawk.parameters.file import (
-    AutopilotName,
-    OnLoss,
-    Port,
-    VehicleFigures,
-    as_text,
-    parameter_lines,
-)
-from doorman.hardware.vehicle import Places
-from doorman.hardware.vehicle_file import VehicleFile
-from doorman.model import Model
 
 LONGEST_DELAY = 0.25
 """Longest delay that ArduPilot accepts [s]."""
 
 
-def print_parameters(
-    autopilot: AutopilotName,
-    source: str,
-    settings: Sequence[str],
-    mocap: bool | None,
-    on_loss: OnLoss,
-    mocap_delay: float | None,
-    vehicle: str | None = None,
-    port: Port | None = None,
+class Firmware(StrEnum):
+    """Autopilots that parameters are written for."""
+
+    PX4 = "px4"
+    ARDUPILOT = "ardupilot"
+
+
+class Reaction(StrEnum):
+    """What a vehicle does when it does not hear us any more."""
+
+    LAND = "land"
+    RETURN = "return"
+
+
+@command(VEHICLE)
+def parameters(
+    autopilot: Annotated[Firmware, typer.Argument(help="Firmware of the autopilot.")],
+    scenario: Source = "paper",
+    settings: Settings = None,
+    vehicle: Vehicle = None,
+    mocap: Annotated[
+        bool | None,
+        typer.Option(
+            "--mocap/--no-mocap",
+            help="Whether poses come from cameras.",
+            show_default="the vehicle file's; yes without a file",
+        ),
+    ] = None,
+    on_loss: Annotated[
+        Reaction,
+        typer.Option(help="What the autopilot does when this computer is silent: land in place, or on its pad."),
+    ] = Reaction.LAND,
+    mocap_delay: Annotated[
+        float | None,
+        typer.Option(
+            metavar="SECONDS",
+            help="Delay of poses from exposure to sending; for ArduPilot.",
+            show_default="omitted",
+        ),
+    ] = None,
+    telem: Annotated[int, typer.Option(min=0, max=3, help="Telemetry port that connects this computer; 0: USB.")] = 2,
+    baud: Annotated[int, typer.Option(help="Baud rate of that port.")] = 921_600,
+    flow_control: Annotated[
+        bool, typer.Option("--flow-control/--no-flow-control", help="Whether RTS and CTS are also wired.")
+    ] = False,
 ) -> int:
+    """Print a parameter file for the autopilot of a scenario's vehicle: doorman parameters px4 > vehicle.params.
+
+    A comment gives the reason of every line. The file contains the parameters that the checklist of doorman fly verifies,
+    those of the telemetry port, and a first guess of the hover thrust. Load it with a ground station; for PX4 it has the
+    format of QGroundControl.
+    """
+    from doorman import __version__
+    from doorman.cli.values import parse_overrides
+    from doorman.hardware.pixhawk import PixhawkConfig
+    from doorman.hardware.pixhawk.parameters.file import Port, VehicleFigures, as_text, parameter_lines
+    from doorman.hardware.vehicle import Places
+    from doorman.hardware.vehicle_file import VehicleFile
+    from doorman.model import Model
+
     if mocap_delay is not None and not (math.isfinite(mocap_delay) and 0.0 <= mocap_delay <= LONGEST_DELAY):
         raise DoormanError(
             "out of range", field="--mocap-delay", given=mocap_delay, allowed=f"0 to {LONGEST_DELAY:g} s"
         )
     file = VehicleFile() if vehicle is None else VehicleFile.load(vehicle)
-    model = Model(file.scenario(source, parse_overrides(settings)))
+    model = Model(file.scenario(scenario, parse_overrides(settings)))
     places = Places.of(model)
     figures = VehicleFigures(
         model.vehicle.weight, model.vehicle.max_thrust, model.scenario.safety.low_battery,
@@ -53,7 +92,8 @@ def print_parameters(
     if vehicle is not None:
         config = file.links_anywhere(model).pixhawk
     config = config if mocap is None else replace(config, mocap=mocap)
-    lines = parameter_lines(autopilot, config, figures, on_loss, mocap_delay, port)
-    title = f"doorman {__version__}: {autopilot} for scenario {model.scenario.name}, {model.vehicle.mass:.2f} kg"
-    typer.echo(as_text(autopilot, lines, title), nl=False)
+    port = Port(telem, baud, flow_control)
+    lines = parameter_lines(autopilot.value, config, figures, on_loss.value, mocap_delay, port)
+    title = f"doorman {__version__}: {autopilot.value} for scenario {model.scenario.name}, {model.vehicle.mass:.2f} kg"
+    typer.echo(as_text(autopilot.value, lines, title), nl=False)
     return 0

@@ -4,51 +4,62 @@ from __future__ import annotations
 
 import signal
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from contextlib import ExitStack
-from typing import NamedTuple
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from doorman.cli.task import load_task
-from doorman.model import Model
-from doorman.ros2.bridge import FlightPublisher, PoseSubscriber
+from doorman.cli.command import VEHICLE, command
+from doorman.cli.options import Settings, Source, Vehicle
+
+if TYPE_CHECKING:  # commands import what they run when they run it
+    from doorman.ros2.bridge import FlightPublisher, PoseSubscriber
 
 _TELLS_EVERY = 0.2
 """Time between two looks for what was left out [s]."""
 
 
-class PoseLink(NamedTuple):
-    """Poses that are taken from ROS 2."""
-
-    topic: str
-    object_name: str  # in the stream of cameras
-    port: int  # of the receiver, on loopback
-    rate: float  # [1/s]
-
-
-def run_bridge(
-    source: str,
-    settings: Sequence[str],
-    feed: int,
-    domain: int,
-    prefix: str,
-    poses: PoseLink | None,
-    vehicle: str | None = None,
+@command(VEHICLE)
+def ros2(
+    scenario: Source = "paper",
+    settings: Settings = None,
+    vehicle: Vehicle = None,
+    feed: Annotated[int, typer.Option(min=0, max=65535, help="UDP port on loopback for the flight's data.")] = 51100,
+    domain: Annotated[int, typer.Option(min=0, max=232, envvar="ROS_DOMAIN_ID", help="Domain of the ROS graph.")] = 0,
+    prefix: Annotated[str, typer.Option(metavar="NAME", help="Prefix of the published topics.")] = "doorman",
+    poses: Annotated[
+        str | None,
+        typer.Option(
+            metavar="TOPIC",
+            help="PoseStamped topic of the vehicle; the node forwards its poses to --to.",
+            show_default="none",
+        ),
+    ] = None,
+    to: Annotated[int, typer.Option(min=1, max=65535, help="UDP port on loopback of the flight's --mocap.")] = 51001,
+    object_name: Annotated[str, typer.Option(metavar="NAME", help="Name of the vehicle in that stream.")] = "vehicle",
+    rate: Annotated[float, typer.Option(min=10.0, max=2000.0, metavar="HZ", help="Poses per second.")] = 100.0,
 ) -> int:
-    """Publish and take poses until Ctrl-C."""
-    model = Model(load_task(source, settings, vehicle))
+    """Connect a flight with ROS 2, without a ROS installation, until Ctrl-C.
+
+    The node publishes odometry, joint states, the tip's force, plan, mission and markers of a flight with --feed, the URDFs, the
+    transforms of vehicle, arm and door on /tf and /tf_static, and /clock in simulation. It receives poses for a flight whose
+    --mocap is udp:51001. It uses DDS, the default of ROS 2. The flight does not depend on the node, and never waits for it.
+    """
+    from doorman.cli.task import load_task
+    from doorman.model import Model
+    from doorman.ros2.bridge import FlightPublisher, PoseSubscriber
+
+    model = Model(load_task(scenario, settings, vehicle))
     over = threading.Event()
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: over.set())
     with ExitStack() as stack:
         publisher = stack.enter_context(FlightPublisher(model, feed, domain, prefix))
-        parts = [_Part(publisher.step, over)]
-        subscriber = None
+        parts, subscriber = [_Part(publisher.step, over)], None
         if poses is not None:
-            target = ("127.0.0.1", poses.port)
-            subscriber = PoseSubscriber(poses.topic, poses.object_name, target, poses.rate, domain)
-            parts.append(_Part(stack.enter_context(subscriber).step, over))
+            subscriber = stack.enter_context(PoseSubscriber(poses, object_name, ("127.0.0.1", to), rate, domain))
+            parts.append(_Part(subscriber.step, over))
         typer.echo(f"The bridge runs until Ctrl-C; start the flight with --feed {publisher.port}.")
         for part in parts:
             part.start()

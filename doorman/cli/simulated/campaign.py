@@ -2,66 +2,91 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import typer
-from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
-from rich.text import Text
 
-from doorman.campaign import Campaign
-from doorman.campaign.report.pages import rate_in_words, write_report
-from doorman.campaign.results import Row
-from doorman.campaign.running import durable_rows, run_campaign
-from doorman.cli.overrides import parse_overrides
-from doorman.cli.task import check_links, vehicle_values
+from doorman.cli.command import FLY, command
+from doorman.cli.options import Json, Settings, Source, Vehicle, folder
 from doorman.exceptions import DoormanError
-from doorman.model import Model
+
+_Row = dict[str, Any]
 
 
-def fly_campaign(
-    source: str,
-    settings: Sequence[str],
-    runs: int | None,
-    workers: int | None,
-    scheduler: str | None,
-    out: Path | None,
-    as_json: bool,
-    vehicle: str | None = None,
+@command(FLY)
+def campaign(
+    scenario: Source = "push_campaign",
+    settings: Settings = None,
+    vehicle: Vehicle = None,
+    runs: Annotated[
+        int | None, typer.Option(min=1, max=1_000_000, help="Number of flights.", show_default="the scenario's")
+    ] = None,
+    workers: Annotated[
+        int | None,
+        typer.Option(min=1, max=1024, help="Flights at a time on this machine.", show_default="one per core"),
+    ] = None,
+    scheduler: Annotated[
+        str | None, typer.Option(metavar="ADDRESS", help="Fly on an existing Dask cluster: tcp://host:port.")
+    ] = None,
+    out: Annotated[Path | None, folder(show_default="runs/campaign-SCENARIO")] = None,
+    as_json: Json = False,
 ) -> int:
-    """Fly what is missing of a campaign, and write its report."""
+    """Fly a scenario many times, with random doors, winds and sensors, and report how often it works.
+
+    The scenario's table campaign.vary defines the distributions. The values of run i depend only on campaign.seed and on i.
+
+    The command writes a folder: the report (report.md, report.json, histograms.png), one row per run (results.parquet), and
+    one file per run (runs). The same command continues an interrupted campaign where it stopped. A larger number of runs
+    continues a finished campaign. The report lists every failure with the command that flies it again.
+
+    The exit status is 0 if all runs were flown, with or without success.
+    """
+    from doorman.campaign import Campaign
+    from doorman.campaign.report.pages import write_report
+    from doorman.campaign.running import durable_rows, run_campaign
+    from doorman.cli.task import check_links, vehicle_values
+    from doorman.cli.values import parse_overrides
+    from doorman.model import Model
+
     if workers is not None and scheduler is not None:
         raise DoormanError(
             "a cluster has its own workers", field="--workers", given=workers, allowed="not with --scheduler"
         )
-    campaign = Campaign(source, {**vehicle_values(vehicle), **parse_overrides(settings)}, vehicle)
-    scenario = campaign.scenario
+    drawn = Campaign(scenario, {**vehicle_values(vehicle), **parse_overrides(settings)}, vehicle)
+    varied = drawn.scenario
     if vehicle is not None:
-        check_links(Model(scenario), vehicle)
-    planned = scenario.campaign.runs if runs is None else runs
-    folder = out or Path("runs") / f"campaign-{scenario.name}"
-    folder.mkdir(parents=True, exist_ok=True)
+        check_links(Model(varied), vehicle)
+    planned = varied.campaign.runs if runs is None else runs
+    results = out or Path("runs") / f"campaign-{varied.name}"
+    results.mkdir(parents=True, exist_ok=True)
     interrupted = False
     with _progress(planned, shown=not as_json) as on_row:
         try:
-            rows = run_campaign(campaign, folder, runs, workers, scheduler, on_row)
+            rows = run_campaign(drawn, results, runs, workers, scheduler, on_row)
         except KeyboardInterrupt:
-            interrupted, rows = True, durable_rows(folder)
-    figures = write_report(rows, scenario, folder, planned)
-    _print(figures, folder, planned, interrupted, as_json)
+            interrupted, rows = True, durable_rows(results)
+    figures = write_report(rows, varied, results, planned)
+    if as_json:
+        typer.echo((results / "report.json").read_text(encoding="utf-8"), nl=False)
+    else:
+        _print(figures, results, planned, interrupted)
     return 0 if len(rows) >= planned else 1
 
 
 @contextmanager
-def _progress(runs: int, shown: bool) -> Iterator[Callable[[Row, int, int], None]]:
+def _progress(runs: int, shown: bool) -> Iterator[Callable[[_Row, int, int], None]]:
     """A progress bar on stderr; failures as lines beside it, also where stderr is not a terminal."""
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+    from rich.text import Text
+
     console = Console(stderr=True, highlight=False)
     successes = 0
 
-    def note(row: Row) -> None:
+    def note(row: _Row) -> None:
         nonlocal successes
         successes += row["success"]
         if shown and not row["success"]:
@@ -77,28 +102,25 @@ def _progress(runs: int, shown: bool) -> Iterator[Callable[[Row, int, int], None
     with Progress(*columns, console=console, refresh_per_second=2) as progress:
         task = progress.add_task("", total=runs, good="starting (the first run compiles)")
 
-        def on_row(row: Row, known: int, total: int) -> None:
+        def on_row(row: _Row, known: int, total: int) -> None:
             note(row)
             progress.update(task, completed=known, good=f"{successes} new successes")
 
         yield on_row
 
 
-def _print(figures: dict[str, Any], folder: Path, planned: int, interrupted: bool, as_json: bool) -> None:
-    if as_json:
-        typer.echo((folder / "report.json").read_text(encoding="utf-8"), nl=False)
-        return
-    console = Console(highlight=False)
+def _print(figures: dict[str, Any], results: Path, planned: int, interrupted: bool) -> None:
+    from doorman.campaign.report.pages import rate_in_words
+    from doorman.cli.terminal.display import print_lines
+
     low = figures["low_friction"]
-    console.print(Text(f"Successes: {rate_in_words(figures['all'])}."), soft_wrap=True)
+    print_lines(f"Successes: {rate_in_words(figures['all'])}.")
     if low["runs"]:
-        text = f"Doors with less than {low['below_n_m']:g} N m of friction: {rate_in_words(low)}."
-        console.print(Text(text), soft_wrap=True)
-    console.print(Text(f"Report: {folder / 'report.md'}"), soft_wrap=True)
+        print_lines(f"Doors with less than {low['below_n_m']:g} N m of friction: {rate_in_words(low)}.")
+    print_lines(f"Report: {results / 'report.md'}")
     if figures["not_flown"]:
-        count, why = len(figures["not_flown"]), next(iter(figures["not_flown"].values()))
-        text = f"Not flown: {count} of {planned} runs; the first: {' '.join(why.split())}. The same command tries them again."
-        console.print(Text(text), soft_wrap=True)
+        count, why = len(figures["not_flown"]), " ".join(next(iter(figures["not_flown"].values())).split())
+        print_lines(f"Not flown: {count} of {planned} runs; the first: {why}. The same command tries them again.")
     if interrupted:
         flown = figures["all"]["runs"]
-        console.print(Text(f"Interrupted after {flown} of {planned} runs; the same command continues."), soft_wrap=True)
+        print_lines(f"Interrupted after {flown} of {planned} runs; the same command continues.")

@@ -3,58 +3,79 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.console import Console
-from rich.table import Table
-from rich.text import Text
 
-from doorman.cli.task import check_links, load_task
-from doorman.cli.terminal.display import TYPICAL, flight_progress
-from doorman.feasibility import Finding, Severity, check
-from doorman.mission.settled import settled
-from doorman.model import Model
+from doorman.cli.command import INTERRUPTED, PREPARE, command
+from doorman.cli.options import Json, Settings, Source, Vehicle
 
-_COLORS = {Severity.OK: "green", Severity.WARNING: "yellow", Severity.ERROR: "bold red"}
+if TYPE_CHECKING:  # commands import what they run when they run it
+    from collections.abc import Iterable
+
+    from doorman.feasibility import Finding
 
 
-def check_scenario(
-    source: str,
-    settings: Sequence[str],
-    as_json: bool,
-    with_audit: bool = False,
-    vehicle: str | None = None,
-    quick: bool = False,
-    verbose: bool = False,
+@command(PREPARE, interrupted=INTERRUPTED)
+def check(
+    scenario: Source = "paper",
+    settings: Settings = None,
+    vehicle: Vehicle = None,
+    audit: Annotated[
+        bool,
+        typer.Option("--audit", help="Also search for collisions that the constraints allow; takes some seconds."),
+    ] = False,
+    quick: Annotated[
+        bool, typer.Option("--quick", help="Do not fly it in simulation, which takes some seconds.")
+    ] = False,
+    verbose: Annotated[
+        bool, typer.Option("--verbose", "-v", help="Also print what is fine, with its numbers and limits.")
+    ] = False,
+    as_json: Json = False,
 ) -> int:
-    """Check a scenario, fly it if nothing speaks against it, and print what speaks against it, or everything."""
-    model = Model(load_task(source, settings, vehicle))
+    """Check whether a scenario can work, before any flight.
+
+    The command checks masses and inertias, and loads the URDFs in MuJoCo if it is installed. It checks the arm's reach and joint
+    limits, the rotor disc between the jambs along the whole swing, thrust and tilt for the force that the door needs, start and
+    goal against the constraints, and the path from the hover to the leaf. A short rehearsal shows whether the planner opens the
+    door. If nothing speaks against it, the command flies the scenario once in simulation: what is possible has been flown. The
+    command prints warnings and errors, each with the number, its limit and what to change. `-v` also prints what is fine.
+
+    `doorman open`, `doorman fly` and `doorman.simulate` decide by the same findings. The exit status is 0 if the scenario is
+    possible, 1 if it is not.
+    """
+    from doorman import feasibility
+    from doorman.cli.task import check_links, load_task
+    from doorman.cli.terminal.display import TYPICAL, flight_progress, print_lines
+    from doorman.mission.settled import settled
+    from doorman.model import Model
+
+    model = Model(load_task(scenario, settings, vehicle))
     check_links(model, vehicle)
-    report = check(model, with_audit=True) if with_audit else check(model)
+    report = feasibility.check(model, with_audit=audit)
     if not quick:
         with flight_progress(TYPICAL, shown=not as_json) as on_progress:
             report = settled(model, report, on_progress)
     if as_json:
         typer.echo(json.dumps(report.as_dict(), indent=2))
-    else:
-        console = Console(highlight=False)
-        if shown := report.findings if verbose else report.complaints:
-            console.print(findings_table(shown))
-            console.print()
-        if not verbose:
-            fine, count = len(report.findings) - len(shown), len(report.findings)
-            console.print(Text(f"{fine} of {count} findings are fine; -v shows them."), soft_wrap=True)
-        console.print(Text(report.sentence), soft_wrap=True)
+        return 0 if report.possible else 1
+    if shown := report.findings if verbose else report.complaints:
+        print_findings(shown)
+        print_lines("")
+    if not verbose:
+        count = len(report.findings)
+        print_lines(f"{count - len(shown)} of {count} findings are fine; -v shows them.")
+    print_lines(report.sentence)
     return 0 if report.possible else 1
 
 
-def findings_table(findings: Iterable[Finding]) -> Table:
-    """Findings as rows of severity, name, and message with advice."""
-    table = Table(box=None, pad_edge=False)
-    for name in ("", "checked", "finding"):
-        table.add_column(name)
-    for finding in findings:
-        color = _COLORS[finding.severity]
-        table.add_row(Text(finding.severity.value, style=color), Text(finding.name), Text(finding.words))
-    return table
+def print_findings(findings: Iterable[Finding], err: bool = False) -> None:
+    """Print findings as rows of severity, name, and message with advice."""
+    from rich.text import Text
+
+    from doorman.cli.terminal.display import COLORS, print_table
+    from doorman.feasibility import Severity
+
+    colors = dict(zip((Severity.OK, Severity.WARNING, Severity.ERROR), COLORS, strict=True))
+    rows = ((Text(one.severity.value, style=colors[one.severity]), one.name, one.words) for one in findings)
+    print_table(("", "checked", "finding"), rows, err)

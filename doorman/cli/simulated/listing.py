@@ -2,31 +2,29 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
-import typer
-from rich.console import Console
-from rich.table import Table
-from rich.text import Text
-
-from doorman.resources import scenario_directory, shipped
+from doorman.cli.command import PREPARE, command
+from doorman.cli.options import Json
 
 
-def list_scenarios(as_json: bool) -> int:
+@command(PREPARE, "list")
+def list_command(as_json: Json = False) -> int:
+    """List the scenarios that ship, in words.
+
+    Each name is a SCENARIO of `doorman check`, `doorman open` and the other commands. The gallery in the documentation shows a
+    flight of each.
+    """
+    from doorman.cli.terminal.display import print_lines, print_result, print_table
+    from doorman.resources import scenario_directory, shipped
+
     words = {name: first_sentence(path) for name, path in shipped(scenario_directory(), ".toml").items()}
-    if as_json:
-        typer.echo(json.dumps(words, indent=2, ensure_ascii=False))
-        return 0
-    table = Table("scenario", "task", box=None, pad_edge=False)
-    for name, sentence in words.items():
-        table.add_row(name, Text(sentence))
-    console = Console(highlight=False)
-    console.print(table)
-    console.print(
-        Text("\nFly one: doorman open pull. See them fly: docs/gallery.md. Your own: a TOML file, docs/scenario.md."),
-        soft_wrap=True,
-    )
+    print_result(as_json, words, [])
+    if not as_json:
+        print_table(("scenario", "task"), words.items())
+        print_lines(
+            "\nFly one: doorman open pull. See them fly: docs/gallery.md. Your own: a TOML file, docs/scenario.md."
+        )
     return 0
 
 

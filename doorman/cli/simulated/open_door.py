@@ -3,62 +3,85 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
 from contextlib import ExitStack
 from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.console import Console
-from rich.text import Text
 
-from doorman.cli.run_folder import run_folder
-from doorman.cli.setup.feeding import fed
-from doorman.cli.simulated.check import findings_table
-from doorman.cli.simulated.live import live_view
-from doorman.cli.task import check_links, load_task
-from doorman.cli.terminal.display import TYPICAL, flight_progress, print_run
+from doorman.cli.command import FLY, command
+from doorman.cli.options import FeedPort, Json, Settings, Source, Vehicle, folder
 from doorman.exceptions import DoormanError
-from doorman.feasibility import Report, check
-from doorman.feasibility.swing.postures import unusual_postures
-from doorman.mission import simulate
-from doorman.model import Model
-from doorman.recording import Recording
-from doorman.simulation.plant.engine import engine
-from doorman.summary import verdict
-from doorman.visualization import PicturesMissing, write_pictures
-from doorman.visualization.picture_process import PictureProcess, picture_process
+
+if TYPE_CHECKING:  # commands import what they run when they run it
+    from doorman.feasibility import Report
+    from doorman.recording import Recording
 
 RUN_FILES = (
     "scenario.toml", "recording.mcap", "summary.json", "replay.html",
     *(f"{name}.{kind}" for name in ("states", "constraints", "swing", "planner_time") for kind in ("png", "pdf")),
 )  # fmt: skip
 """What a run's folder holds."""
-
 _LONGEST = 3600.0
 """Longest flight [s]."""
 
 
+@command(FLY, "open")
 def open_door(
-    source: str,
-    settings: Sequence[str],
-    out: Path | None,
-    duration: float | None,
-    seed: int,
-    realtime: bool,
-    port: int | None,
-    as_json: bool,
-    force: bool = False,
-    feed: int | None = None,
-    vehicle: str | None = None,
+    scenario: Source = "paper",
+    settings: Settings = None,
+    vehicle: Vehicle = None,
+    out: Annotated[Path | None, folder(show_default="a new one under runs")] = None,
+    duration: Annotated[
+        float | None,
+        typer.Option(metavar="SECONDS", help="Longest simulated time.", show_default="to the mission's end"),
+    ] = None,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the sensors' noise.")] = 0,
+    realtime: Annotated[bool, typer.Option("--realtime", help="Fly no faster than real time.")] = False,
+    view: Annotated[
+        bool, typer.Option("--view", help="Show the flight in a browser while it runs; best with --realtime.")
+    ] = False,
+    port: Annotated[
+        int,
+        typer.Option(
+            min=0, max=65535, help="Port of the page of --view, on this machine.", show_default="any free port"
+        ),
+    ] = 0,
+    force: Annotated[bool, typer.Option("--force", help="Fly even a scenario that `doorman check` rejects.")] = False,
+    feed: FeedPort = None,
+    as_json: Json = False,
 ) -> int:
-    """Check a scenario, fly it in simulation if it is possible, and write the folder of the run."""
+    """Fly a scenario in simulation, from hover to hover.
+
+    The command first checks the scenario, like `doorman check`, and prints warnings and errors to stderr. It does not fly a
+    scenario with errors and writes no folder, unless you give `--force`. With `--json` it then prints the findings to stdout.
+
+    It writes a folder: the recording (recording.mcap), the figures of the run (summary.json), the scenario with all its values
+    (scenario.toml), plots of the states, of constraints and forces, of the swing from above and of the planning time (states,
+    constraints, swing, planner_time; each .png and .pdf), and a page that replays the motion in a browser (replay.html).
+
+    Ctrl-C ends the flight and keeps its data. The exit status is 0 only if the door is open, without a collision. Otherwise, and
+    if the check rejects the scenario, it is 1, and a message says what happened.
+    """
+    from doorman.cli.listeners import fed, live_view
+    from doorman.cli.run_folder import run_folder
+    from doorman.cli.task import check_links, load_task
+    from doorman.cli.terminal.display import TYPICAL, flight_progress, print_run
+    from doorman.feasibility import check
+    from doorman.feasibility.swing.postures import unusual_postures
+    from doorman.mission import simulate
+    from doorman.model import Model
+    from doorman.simulation.plant.engine import engine
+    from doorman.visualization import PicturesMissing, write_pictures
+    from doorman.visualization.pictures import picture_process
+
     if duration is not None and not 0.0 < duration <= _LONGEST:
         raise DoormanError("not a duration", field="--duration", given=duration, allowed=f"up to {_LONGEST:g} s")
-    scenario = load_task(source, settings, vehicle)
+    task = load_task(scenario, settings, vehicle)
     engine()  # what is missing is said before anything is checked
     with ExitStack() as claims:
         with flight_progress(duration or TYPICAL, shown=not as_json) as on_progress:
-            model = Model(scenario)
+            model = Model(task)
             check_links(model, vehicle)
             report = check(model)
             _print_complaints(report, force)
@@ -66,42 +89,38 @@ def open_door(
                 return _refused(report, as_json)
             if postures := unusual_postures(model):
                 typer.echo(f"Proposed postures: {postures}", err=as_json)
-            folder = claims.enter_context(run_folder(out, scenario.name, RUN_FILES))
-            flown = scenario.replace(model.proposed) if model.proposed else scenario
-            (folder / "scenario.toml").write_text(flown.toml(), encoding="utf-8")
+            results = claims.enter_context(run_folder(out, task.name, RUN_FILES))
+            flown = task.replace(model.proposed) if model.proposed else task
+            (results / "scenario.toml").write_text(flown.toml(), encoding="utf-8")
             helper = claims.enter_context(picture_process(model))
-            with live_view(model, port) as viewed, fed(feed, viewed) as listener:
+            with live_view(model, port if view else None) as viewed, fed(feed, viewed) as listener:
                 recording = simulate(
-                    model, duration, seed, path=folder / "recording.mcap", realtime=realtime, on_progress=on_progress,
+                    model, duration, seed, path=results / "recording.mcap", realtime=realtime, on_progress=on_progress,
                     listener=listener, force=force, report=report,
                 )  # fmt: skip
-        return _report_run(recording, model, folder, helper, as_json)
-
-
-def _report_run(recording: Recording, model: Model, folder: Path, helper: PictureProcess | None, as_json: bool) -> int:
-    summary = recording.summary
-    text = json.dumps(summary, indent=2)
-    (folder / "summary.json").write_text(text + "\n", encoding="utf-8")
-    try:
-        write_pictures(recording, model, folder, helper)
-    except PicturesMissing as error:
-        typer.echo(f"Warning: {error}", err=True)
+        summary = recording.summary
+        text = json.dumps(summary, indent=2)
+        (results / "summary.json").write_text(text + "\n", encoding="utf-8")
+        try:
+            write_pictures(recording, model, results, helper)
+        except PicturesMissing as error:
+            typer.echo(f"Warning: {error}", err=True)
     good, sentence = _outcome(recording)
     if as_json:
         typer.echo(text)
         typer.echo(sentence, err=True)
     else:
-        print_run(summary, sentence, folder)
+        print_run(summary, sentence, results)
     return 0 if good else 1
 
 
 def _print_complaints(report: Report, force: bool) -> None:
-    if not report.complaints:
-        return
-    console = Console(stderr=True, highlight=False)
-    console.print(findings_table(report.complaints))
-    if force and not report.possible:
-        console.print(Text(f"{report.sentence} It flies anyway (--force)."), soft_wrap=True)
+    from doorman.cli.simulated.check import print_findings
+
+    if report.complaints:
+        print_findings(report.complaints, err=True)
+        if force and not report.possible:
+            typer.echo(f"{report.sentence} It flies anyway (--force).", err=True)
 
 
 def _refused(report: Report, as_json: bool) -> int:
@@ -113,6 +132,8 @@ def _refused(report: Report, as_json: bool) -> int:
 
 
 def _outcome(recording: Recording) -> tuple[bool, str]:
+    from doorman.summary import verdict
+
     good, sentence = verdict(recording.summary)
     end = recording["mission"]
     if end["message"][-1] != "interrupted":

@@ -3,59 +3,75 @@
 from __future__ import annotations
 
 import json
+import subprocess
+import sys
 import time
-from collections.abc import Callable, Sequence
-from contextlib import nullcontext
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, nullcontext, suppress
+from typing import TYPE_CHECKING
 
-import typer
+from doorman.cli.command import PREPARE, command
+from doorman.cli.options import Json, Settings, Sources, Vehicle
+from doorman.resources import own_process
 
-from doorman.cli.simulated.planners_ahead import planners_ahead
-from doorman.cli.task import load_task
-from doorman.cli.terminal.display import warmup_progress
-from doorman.compilation import CacheContent, KernelCounts, cache_content, kernel_counts
-from doorman.control.estimation.estimator import Estimator
-from doorman.control.state_converter import StateConverter
-from doorman.cores import usable_cores
-from doorman.exceptions import BackendError
-from doorman.feasibility.swing.rehearsal import rehearse
-from doorman.mission import Mission
-from doorman.model import Model
-from doorman.ocp.solvers.order import last_first
-from doorman.planning.planner import Planner
-from doorman.recording import Recorder
-from doorman.resources import scenario_directory, shipped
-from doorman.scenario import Scenario
-from doorman.simulation import SimulatedBackend
+if TYPE_CHECKING:  # commands import what they run when they run it
+    from doorman.model import Model
 
 _PERIODS = 2
 """Controller periods to simulate: the start, and one that moves on."""
-
 _FLIGHT_PERIODS = 3
 """Planner periods to fly: a cold plan and warm ones."""
 
 
-def warm_up(sources: Sequence[str], settings: Sequence[str], as_json: bool, vehicle: str | None = None) -> int:
-    """Compile everything that planning, checking and flying some scenarios runs, and say what was done."""
+@command(PREPARE)
+def warmup(scenarios: Sources = None, settings: Settings = None, vehicle: Vehicle = None, as_json: Json = False) -> int:
+    """Compile all kernels in advance, so that planner, check and flight start without delay.
+
+    The command compiles the kernels of planner, dynamics, constraints, controller and simulator, for the number of joints of the
+    scenarios' arms. A cache on disk keeps them until doorman, Numba or Python changes. An arm with another number of joints needs
+    another warm-up.
+
+    The last line shows the number of compiled kernels, the time, and the directory of the cache. The environment variable
+    NUMBA_CACHE_DIR changes this directory. doorman removes kernels of other versions after a week without use, and beyond four
+    versions after a day.
+    """
     # Every kernel is run once the way it is used, so that it is compiled for the arguments that it will get. What the cache
     # holds already is only loaded. Where it holds nothing, a second process compiles the planners meanwhile; the two begin at
     # different ends and share what they compile by the cache.
+    from doorman.cli.task import load_task
+    from doorman.cli.terminal.display import print_result
+    from doorman.compilation import cache_content, kernel_counts
+    from doorman.cores import usable_cores
+    from doorman.model import Model
+    from doorman.ocp.solvers.order import last_first
+    from doorman.resources import scenario_directory, shipped
+
     started, before = time.perf_counter(), kernel_counts()
     is_shared = cache_content().kernels == 0 and usable_cores() > 1
-    names = list(sources or shipped(scenario_directory(), ".toml"))
-    scenarios = [load_task(source, settings, vehicle) for source in names]
-    with planners_ahead(names, settings, vehicle) if is_shared else nullcontext():
+    names = list(scenarios or shipped(scenario_directory(), ".toml"))
+    tasks = [load_task(source, settings, vehicle) for source in names]
+    with planners_ahead(names, settings or (), vehicle) if is_shared else nullcontext():
         with last_first() if is_shared else nullcontext():
-            _run_steps(scenarios[::-1] if is_shared else scenarios, not as_json)
-    now, content = kernel_counts(), cache_content()
-    compiled, loaded = now.compiled - before.compiled, now.loaded - before.loaded
-    counts = KernelCounts(content.kernels if is_shared else compiled, loaded)
-    _report(counts, content, time.perf_counter() - started, as_json)
+            _run_steps(list(map(Model, tasks[::-1] if is_shared else tasks)), not as_json)
+    now, cache = kernel_counts(), cache_content()
+    compiled, loaded = cache.kernels if is_shared else now.compiled - before.compiled, now.loaded - before.loaded
+    seconds = time.perf_counter() - started
+    done = f"{compiled} kernels compiled" if compiled else "Nothing to compile"
+    held = f"{cache.kernels} kernels, {cache.size / 1e6:.1f} MB"
+    figures = {
+        "compiled": compiled, "loaded": loaded, "seconds": round(seconds, 3), "cache_directory": str(cache.directory),
+        "cache_kernels": cache.kernels, "cache_bytes": cache.size,
+    }  # fmt: skip
+    words = f"{done}, {loaded} loaded, in {seconds:.1f} s. The cache holds {held}: {cache.directory}"
+    print_result(as_json, figures, [words])
     return 0
 
 
-def _run_steps(scenarios: Sequence[Scenario], shown: bool) -> None:
+def _run_steps(models: Sequence[Model], shown: bool) -> None:
     """Every step for every scenario; what the second process begins with comes late."""
-    models = [Model(scenario) for scenario in scenarios]
+    from doorman.cli.terminal.display import warmup_progress
+    from doorman.compilation import kernel_counts
+
     with warmup_progress(len(models) * len(_STEPS), kernel_counts, shown=shown) as on_step:
         for name, step in _STEPS.items():
             for model in models:
@@ -71,31 +87,42 @@ def _model(model: Model) -> None:
 
 
 def _parts(model: Model) -> None:
+    from doorman.control.estimation.estimator import Estimator
+    from doorman.control.state_converter import StateConverter
+    from doorman.exceptions import BackendError
+    from doorman.simulation import SimulatedBackend
+
     Estimator(model, StateConverter(model))
-    try:
+    with suppress(
+        BackendError
+    ):  # MuJoCo is not installed, or cannot simulate this vehicle: no flight needs its kernels
         with SimulatedBackend(model) as backend:
             for _ in range(_PERIODS):
                 backend.read()
-    except BackendError:
-        pass  # MuJoCo is not installed, or cannot simulate this vehicle: then no flight needs its kernels
 
 
 def _planner(model: Model) -> None:
+    from doorman.planning.planner import Planner
+
     planner = Planner(model)
     planner.replan(planner.plan(planner.planning.start_state).states[1])
 
 
 def _flight(model: Model) -> None:
+    from doorman.exceptions import BackendError
+    from doorman.mission import Mission
+    from doorman.recording import Recorder
+    from doorman.simulation import SimulatedBackend
+
     recorder = Recorder(None, {})
     mission = Mission(model, recorder=recorder)
-    try:
-        backend = SimulatedBackend(model, recorder=recorder)
-        mission.fly(backend, _FLIGHT_PERIODS / model.scenario.planner.rate)
-    except BackendError:
-        pass
+    with suppress(BackendError):
+        mission.fly(SimulatedBackend(model, recorder=recorder), _FLIGHT_PERIODS / model.scenario.planner.rate)
 
 
 def _rehearsal(model: Model) -> None:
+    from doorman.feasibility.swing.rehearsal import rehearse
+
     rehearse(model, 2.0 * model.scenario.planner.time_step)
 
 
@@ -108,18 +135,29 @@ _STEPS: dict[str, Callable[[Model], None]] = {
 }
 
 
-def _report(counts: KernelCounts, cache: CacheContent, seconds: float, as_json: bool) -> None:
-    if as_json:
-        figures = {
-            "compiled": counts.compiled,
-            "loaded": counts.loaded,
-            "seconds": round(seconds, 3),
-            "cache_directory": str(cache.directory),
-            "cache_kernels": cache.kernels,
-            "cache_bytes": cache.size,
-        }
-        typer.echo(json.dumps(figures, indent=2))
-        return
-    done = f"{counts.compiled} kernels compiled" if counts.compiled else "Nothing to compile"
-    held = f"{cache.kernels} kernels, {cache.size / 1e6:.1f} MB"
-    typer.echo(f"{done}, {counts.loaded} loaded, in {seconds:.1f} s. The cache holds {held}: {cache.directory}")
+@contextmanager
+def planners_ahead(
+    sources: Sequence[str], settings: Sequence[str], vehicle: str | None
+) -> Iterator[subprocess.Popen[bytes]]:
+    """Have another process compile the planners of some scenarios into the cache; it ends with the block at the latest."""
+    # What it cannot do, the first process will: that one reports whatever goes wrong.
+    task = json.dumps([list(sources), list(settings), vehicle])
+    process = subprocess.Popen(
+        [sys.executable, "-c", f"from {__name__} import compile_planners; compile_planners()", task],
+        env=own_process(), stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+    )  # fmt: skip
+    try:
+        yield process
+    finally:
+        process.kill()  # what it has compiled by now is in the cache, and files there are whole or not at all
+        process.wait()
+
+
+def compile_planners() -> None:
+    """Compile the planners that the process is started for."""
+    from doorman.cli.task import load_task
+    from doorman.planning.planner import Planner
+
+    sources, settings, vehicle = json.loads(sys.argv[1])
+    for source in sources:
+        Planner(load_task(source, settings, vehicle))

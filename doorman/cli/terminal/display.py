@@ -1,15 +1,20 @@
-"""What commands show on the terminal: progress bars on stderr, the table of a run on stdout."""
+"""What commands show: progress bars on stderr, results and tables on stdout, pages in the browser."""
 
 from __future__ import annotations
 
+import json
 import math
+import os
 import shlex
+import sys
 import time
-from collections.abc import Callable, Iterator
+import webbrowser
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+import typer
 from rich.console import Console
 from rich.progress import BarColumn, Progress, ProgressColumn, Task, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.table import Table
@@ -18,8 +23,10 @@ from rich.text import Text
 from doorman.compilation import KernelCounts, kernel_counts, known_kernels
 from doorman.mission import OnProgress
 
+COLORS = ("green", "yellow", "bold red")
+"""Colors of what is good, what is worth a warning, and what is bad."""
 TYPICAL = 35.0
-"""For the progress bar of a flight without an end of its own [s]."""
+"""Length of the progress bar of a flight without an end of its own [s]."""
 _REFRESH_INTERVAL = 0.2
 """Between two pictures of the progress bar [s]."""
 
@@ -100,12 +107,8 @@ def print_run(summary: dict[str, Any], sentence: str, folder: Path) -> None:
     table = Table(show_header=False, box=None, pad_edge=False)
     for name, value in _rows(summary):
         table.add_row(name, Text(value))
-    console = Console(highlight=False)
-    console.print(table)
-    console.print(
-        Text(f"\n{sentence}\nResults: {folder}\nWatch it again: doorman view {shlex.quote(str(folder))}"),
-        soft_wrap=True,
-    )
+    Console(highlight=False).print(table)
+    print_lines(f"\n{sentence}\nResults: {folder}\nWatch it again: doorman view {shlex.quote(str(folder))}")
 
 
 def _where_it_ended(summary: dict[str, Any]) -> list[tuple[str, str]]:
@@ -140,3 +143,39 @@ def _rows(summary: dict[str, Any]) -> list[tuple[str, str]]:
         ("plans", f"{summary['planner_rate_hz']:.0f}/s, {summary['deadline_misses']} late"),
         ("speed", "unknown" if factor is None else f"{factor:.1f} × real time"),
     ]
+
+
+def print_result(as_json: bool, document: Any, lines: Iterable[str]) -> None:
+    """Print a result: one JSON document for programs, lines for people."""
+    for line in [json.dumps(document, indent=2)] if as_json else lines:
+        typer.echo(line)
+
+
+def print_lines(*lines: str) -> None:
+    """Print lines that may hold anything, each of any length."""
+    console = Console(highlight=False)
+    for line in lines:
+        console.print(Text(line), soft_wrap=True)
+
+
+def print_table(heads: Iterable[str], rows: Iterable[Iterable[str | Text]], err: bool = False) -> None:
+    """Print rows of plain texts; a text too long for its column goes on in the next line."""
+    table = Table(*heads, box=None, pad_edge=False)
+    for row in rows:
+        table.add_row(*(Text(cell, overflow="fold") if isinstance(cell, str) else cell for cell in row))
+    Console(stderr=err, highlight=False).print(table)
+
+
+def with_advice(found: str, advice: str) -> str:
+    return f"{found}\n→ {advice}" if advice else found
+
+
+def show_in_browser(address: str) -> bool:
+    """Open an address in a browser window; never in a terminal, whose text would be of no use."""
+    # The environment variable BROWSER names another one than the system's.
+    has_windows = sys.platform in ("darwin", "win32") or any(
+        os.environ.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY")
+    )
+    if not (has_windows or os.environ.get("BROWSER")):
+        return False
+    return webbrowser.open(address)

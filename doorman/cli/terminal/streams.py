@@ -1,4 +1,4 @@
-"""Standard streams as the system gives them: closed, of a poor encoding, or with nobody who reads."""
+"""Standard streams as the system gives them: closed, of a poor encoding, or without a reader."""
 
 from __future__ import annotations
 

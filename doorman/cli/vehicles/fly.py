@@ -1,302 +1,61 @@
-"""`doorman fly`: the mission on the vehicle, from checklist to landing."""
+"""`doorman fly`: the mission on the vehicle."""
 
 from __future__ import annotations
 
-import json
-import math
-import signal
-import sys
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
-from dataclasses import asdict
-from functools import partial
-from pathlib import Path
-from typing import Any, Literal
-
-import typer
-from rich.console import Console
-from rich.table import Table
-from rich.text import Text
-
-from doorman import __version__
-from doorman.cli.overrides import parse_overrides
-from doorman.cli.run_folder import new_folder
-from doorman.cli.setup.feeding import fed
-from doorman.cli.terminal.background_printer import BackgroundPrinter
-from doorman.cli.vehicles.ros2_door import door_source
-from doorman.dynamics.attitude_loop import AttitudeLoop
-from doorman.exceptions import DoormanError, RecordingError
-from doorman.feasibility import check
-from doorman.flight import Check, End, FlightReport, FlightSession, Verdict, listen, preflight, ready, rehearse
-from doorman.flight.ground.listening import NEEDED, without_links
-from doorman.flight.guarded import STOPPING
-from doorman.flight.watches.attitude_loop import recorded_loop
-from doorman.flown import carried_files, recorded_header
-from doorman.hardware.scheduling import real_time
-from doorman.hardware.vehicle import VehicleConfig, VehicleLinks
-from doorman.hardware.vehicle.waiting import await_links
-from doorman.hardware.vehicle_file import VehicleFile
-from doorman.model import Model
-from doorman.planning.planner import Planner
-from doorman.recording import Recorder, Recording
-from doorman.summary import has_measured_leaf, sentence_by_the_leaf, summarize
-
-_COLORS = {Verdict.GOOD: "green", Verdict.WARNING: "yellow", Verdict.BAD: "bold red"}
-_STATUS_PERIOD = 0.5
-_LINES = 15
-"""Lines of the journal that are printed in the end."""
-
-Output = Literal["words", "json", "quiet"]
-"""What goes to stdout."""
+from doorman.cli.command import VEHICLE, command
+from doorman.cli.options import FeedPort, Json, Settings, Source, Vehicle
+from doorman.cli.vehicles import fly_options as options
 
 
-def fly_mission(
-    source: str,
-    settings: Sequence[str],
-    vehicle: str | None,
-    links: Mapping[str, object],
-    out: Path | None,
-    duration: float | None,
-    dry_run: bool,
-    yes: bool,
-    output: Output = "words",
-    feed: int | None = None,
+@command(VEHICLE)
+def fly(
+    scenario: Source = "paper",
+    settings: Settings = None,
+    vehicle: Vehicle = None,
+    out: options.Recording = None,
+    duration: options.Duration = None,
+    dry_run: options.DryRun = False,
+    write_parameters: options.WriteParameters = False,
+    write_eeprom: options.WriteEeprom = False,
+    feed: FeedPort = None,
+    yes: options.Unasked = False,
+    as_json: Json = False,
+    pixhawk: options.Pixhawk = None,
+    servos: options.Servos = None,
+    mocap: options.Mocap = None,
+    link: options.LinkKeys = None,
+    setpoints: options.Setpoints = None,
+    local_frame: options.LocalFrame = None,
+    signing_key: options.SigningKey = None,
+    servo_ids: options.ServoIds = None,
+    servo_directions: options.ServoDirections = None,
+    servo_zeros: options.ServoZeros = None,
+    object_name: options.ObjectName = None,
+    mocap_rate: options.MocapRate = None,
 ) -> int:
-    """Go through the checklist, ask, fly, and say how it ended."""
-    if duration is not None and not 0.0 < duration < math.inf:
-        raise DoormanError("not a duration", field="--duration", given=duration, allowed="a number of seconds > 0")
-    file = VehicleFile() if vehicle is None else VehicleFile.load(vehicle)
-    model = Model(file.scenario(source, parse_overrides(settings)))
-    console = Console(stderr=True, highlight=False)
-    if dry_run and vehicle is None and not links.keys() >= NEEDED.keys():
-        return _say(without_links(model, check(model), links), output)
-    config = file.links(model, links)
-    if dry_run:
-        return _dry_run(model, config, output)
-    console.print("Preparing planner and controller")
-    planner, findings = Planner(model), check(model)
-    rehearse(model, planner)
-    console.print("Opening the links")
-    with real_time(), VehicleLinks(config, door=door_source(config)) as opened:
-        await_links(opened, console.print)
-        checks = preflight(model, opened, findings)
-        _print_checks(checks, output)
-        result = _written(opened, output) or _refusal(checks, yes, output)
-        if result is None and not yes:  # the answer may have taken its time
-            checks = preflight(model, opened, findings)
-            if not ready(checks):
-                _print_checks(checks, output)
-                result = _refusal(checks, yes, output)
-        if result is None:
-            result = _fly(model, opened, planner, checks, _file(out, model), duration, output, feed)
-    _print_result(checks, result, output)
-    return 0 if result["completed"] and result["end"] == End.LANDED.value and not result["seen"] else 1
+    """Fly the mission on the vehicle: checklist, take-off, door, landing.
 
+    The vehicle file contains links and calibration. Options under its heading override its keys.
 
-def _print_result(checks: list[Check], result: dict[str, Any], output: Output) -> None:
-    if output == "json":
-        typer.echo(json.dumps({"checklist": _as_data(checks), **result}, indent=2))
+    Ctrl-C ends the mission and flies back to the hover point; a second Ctrl-C lands at once. SIGTERM flies back and lands.
+    The radio's mode switch overrides everything. The exit status is 0 if the mission reached its end and the vehicle has
+    landed, 1 if not, 2 if the input cannot be used or a link cannot be opened.
+    """
+    from doorman.cli.values import parse_overrides, real_numbers, whole_numbers
+    from doorman.cli.vehicles.flight import fly_mission
 
-
-def _as_data(checks: list[Check]) -> list[dict[str, str]]:
-    return [{**vars(one), "verdict": one.verdict.value} for one in checks]
-
-
-def _written(links: VehicleLinks, output: Output) -> dict[str, Any] | None:
-    """Result of a flight that may write parameters and has found wrong ones; None if there are none."""
-    autopilot = links.autopilot
-    if not autopilot.config.write_parameters or autopilot.state().armed or not autopilot.check_parameters():
-        return None
-    written = autopilot.fix_parameters()
-    left = autopilot.check_parameters()
-    by_hand = f"To be set by hand: {'; '.join(map(str, left))}." if left else ""
-    done = f"Written and read back: {', '.join(written)}. Reboot the autopilot, then fly."
-    words = f"{done if written else 'No parameter could be written.'} {by_hand}".strip()
-    typer.echo(words, err=output != "words")
-    return {"ready": False, "completed": False, "message": words, "written": list(written)}
-
-
-def _refusal(checks: list[Check], yes: bool, output: Output) -> dict[str, Any] | None:
-    """Result of a flight that stays on the ground, and why; None if it is to be flown."""
-    good = ready(checks)
-    if not good:
-        words = "The vehicle does not fly: see the lines marked 'no'."
-    elif not yes and not _confirmed(output):
-        words = "Not flown."
-    else:
-        return None
-    typer.echo(words, err=output != "words")
-    return {"ready": good, "completed": False, "message": words}
-
-
-def _confirmed(output: Output) -> bool:
-    """Whether the operator wants to fly; a question that nobody can answer is a no."""
-    try:
-        return typer.confirm("Arm and fly?", default=False, err=output != "words")
-    except typer.Abort:
-        return False
-
-
-def _dry_run(model: Model, config: VehicleConfig, output: Output) -> int:
-    """Check what can be checked without sending anything."""
-    findings = check(model)
-    Console(stderr=True, highlight=False).print("Listening to the links without sending")
-    return _say(listen(model, config, findings), output)
-
-
-def _say(checks: list[Check], output: Output) -> int:
-    """Print the rows of a dry run, and what they come to."""
-    _print_checks(checks, output)
-    good = ready(checks)
-    words = "no check failed so far" if good else "the vehicle would not fly, see the lines marked 'no'"
-    words = f"Dry run: {words}. Nothing was sent."
-    typer.echo(words, err=output != "words")
-    _print_result(checks, {"ready": good, "completed": False, "message": words}, output)
-    return 0 if good else 1
-
-
-def _fly(
-    model: Model,
-    links: VehicleLinks,
-    planner: Planner,
-    checks: list[Check],
-    path: Path,
-    duration: float | None,
-    output: Output,
-    feed: int | None,
-) -> dict[str, Any]:
-    header = recorded_header(model.scenario) | {
-        "version": __version__,
-        "links": asdict(links.config),
-        "checklist": _as_data(checks),
-    }
-    unwritten = ""
-    with BackgroundPrinter(sys.stderr) as printer, fed(feed) as listener:
-        recorder = Recorder(path, header, listener, keep=False, attachments=carried_files(model.scenario))
-        try:
-            session = FlightSession(model, links, planner, recorder, say=lambda words: printer.print(f"· {words}"))
-            with _ctrl_c(session):
-                report = session.fly(duration, _StatusLine(session, printer))
-            gap = links.autopilot.status().longest_setpoint_gap
-            timing = {**vars(session.backend.ticks), "longest_setpoint_gap": gap}
-            recorder.write("timing", 0.0, timing)
-        finally:
-            try:
-                recorder.close()
-            except RecordingError as error:  # the disk is full: the flight has ended as it would have, and is reported
-                unwritten = str(error)
-                printer.print(f"The recording is not whole: {unwritten}")
-    loop = None if unwritten else _attitude_loop(path)
-    _print_report(report, session, gap, path, loop, output)
-    judged = None if unwritten else _by_the_leaf(path, model, output)
-    return {
-        "ready": True,
-        "completed": report.completed,
-        "message": report.message,
-        "end": report.end.value,
-        "seen": report.seen,
-        "recording": str(path),
-        "unwritten": unwritten,
-        "by_the_leaf": judged,
-        "timing": timing,
-        "attitude_lag_s": None if loop is None else loop.lag,
-        "attitude_dead_time_s": None if loop is None else loop.dead_time,
-        "hover": {name: value for name, value in session.flight.measured.items() if math.isfinite(value)},
-        "journal": session.journal.lines,
-    }
-
-
-def _by_the_leaf(path: Path, model: Model, output: Output) -> dict[str, Any] | None:
-    """Figures by the measured leaf, told in a sentence; None without a sensor of the door."""
-    try:
-        recording = Recording.load(path)
-        if not has_measured_leaf(recording):
-            return None
-        figures = summarize(recording, model)
-    except DoormanError:
-        return None
-    typer.echo(sentence_by_the_leaf(figures), err=output != "words")
-    return figures
-
-
-def _attitude_loop(path: Path) -> AttitudeLoop | None:
-    """Attitude loop that a recorded flight measured; None if it measured none."""
-    try:
-        return recorded_loop(Recording.load(path))
-    except DoormanError:
-        return None
-
-
-class _StatusLine:
-    """Prints where the flight is, now and then; called by the mission."""
-
-    def __init__(self, session: FlightSession, printer: BackgroundPrinter) -> None:
-        self._session, self._printer, self._next = session, printer, 0.0
-
-    def __call__(self, now: float, door_angle: float) -> None:
-        if now < self._next:
-            return
-        self._next = now + _STATUS_PERIOD
-        state = self._session.links.autopilot.state()
-        x, y, z = state.position
-        words = (
-            f"{now:5.1f} s  {self._session.phase:9s} door {math.degrees(door_angle):5.1f}°  at {x:.2f}, {y:.2f}, {z:.2f} m"
-            f"  {state.mode}  {state.battery.voltage:.1f} V  missed {self._session.backend.missed_ticks}"
-        )
-        self._printer.print_over(words)
-
-
-@contextmanager
-def _ctrl_c(session: FlightSession) -> Iterator[None]:
-    """Ctrl-C, SIGTERM, SIGQUIT and SIGHUP, of a terminal that is gone, go to the session; the handlers before are put back."""
-    # What would stop the program, as Ctrl-Z does, is ignored: the vehicle would hear nothing any more.
-    asks = {signal.SIGINT: session.interrupt, signal.SIGTERM: session.terminate, signal.SIGQUIT: session.terminate}
-    if signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN:  # nohup
-        asks[signal.SIGHUP] = session.terminate
-    handlers: dict[signal.Signals, Any] = {number: lambda *_, ask=ask: ask() for number, ask in asks.items()}
-    handlers |= dict.fromkeys(STOPPING, signal.SIG_IGN)
-    before = {number: signal.signal(number, handler) for number, handler in handlers.items()}
-    try:
-        yield
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
-
-
-def _print_checks(checks: list[Check], output: Output) -> None:
-    table = Table(box=None, pad_edge=False)
-    for name in ("", "checked", "found"):
-        table.add_column(name)
-    for one in checks:
-        words = f"{one.found}\n→ {one.advice}" if one.advice else one.found
-        table.add_row(Text(one.verdict.value, style=_COLORS[one.verdict]), Text(one.name), Text(words))
-    Console(stderr=output != "words", highlight=False).print(table)
-
-
-def _print_report(
-    report: FlightReport, session: FlightSession, gap: float, path: Path, loop: AttitudeLoop | None, output: Output
-) -> None:
-    say = partial(typer.echo, err=output != "words")
-    ticks = session.backend.ticks
-    done = "The mission was flown to its end" if report.completed else "The mission was not flown to its end"
-    why = "" if not report.message else f": {report.message}"
-    say(f"{done}{why}. The vehicle: {report.end.value}.")
-    if report.seen:
-        say(f"Seen: {report.seen}.")
-    for line in session.journal.lines[-_LINES:]:
-        say(f"  {line}")
-    say(
-        f"Ticks: {ticks.ticks}, {ticks.missed} missed, p99.9 {ticks.p99_9 * 1e3:.1f} ms off; "
-        f"longest gap of setpoints {gap * 1e3:.0f} ms. Recording: {path}"
+    frame = real_numbers(local_frame, "--local-frame", 4)
+    given = {
+        "pixhawk.connection": pixhawk, "servos.port": servos, "mocap.connection": mocap,
+        "pixhawk.setpoints": setpoints and setpoints.value, "pixhawk.signing_key": signing_key,
+        "pixhawk.local_frame": frame and {"origin": frame[:3], "yaw": frame[3]},
+        "servos.ids": whole_numbers(servo_ids, "--servo-ids"),
+        "servos.directions": whole_numbers(servo_directions, "--servo-directions"),
+        "servos.zero_positions": whole_numbers(servo_zeros, "--servo-zeros"),
+        "mocap.object_name": object_name, "mocap.rate": mocap_rate,
+        "pixhawk.write_parameters": write_parameters or None, "servos.write_eeprom": write_eeprom or None,
+    }  # fmt: skip
+    links = {key: value for key, value in given.items() if value is not None} | parse_overrides(link, "--link")
+    return fly_mission(
+        scenario, settings, vehicle, links, out, duration, dry_run, yes, "json" if as_json else "words", feed
     )
-    if loop is not None:
-        say(
-            f"The attitude begins to follow its setpoints after {loop.dead_time * 1e3:.0f} ms, and lags {loop.lag * 1e3:.0f} ms "
-            "(doorman vehicle learn writes both)."
-        )
-
-
-def _file(out: Path | None, model: Model) -> Path:
-    if out is not None:
-        return out
-    return new_folder(f"fly-{model.scenario.name}") / "flight.mcap"

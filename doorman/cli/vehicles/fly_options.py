@@ -57,7 +57,6 @@ WriteParameters = Annotated[
 ]
 WriteEeprom = Annotated[bool, typer.Option("--write-eeprom", help="Correct wrong settings of the servos.")]
 Unasked = Annotated[bool, typer.Option("--yes", help="Do not ask before arming.")]
-AsJson = Annotated[bool, typer.Option("--json", help="Print checklist and result as JSON; messages to stderr.")]
 Pixhawk = Annotated[
     str | None, _link(metavar="LINK", help="pixhawk.connection: udp:14540, serial:/dev/ttyACM0:921600.")
 ]

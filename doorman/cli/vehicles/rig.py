@@ -7,90 +7,146 @@ import shlex
 import signal
 import sys
 import time
-from collections.abc import Mapping, Sequence
 from contextlib import nullcontext
+from enum import StrEnum
 from pathlib import Path
+from typing import Annotated
 
 import typer
 
-from doorman.cli.overrides import parse_overrides
+from doorman.cli.command import VEHICLE, command
+from doorman.cli.options import Json, Settings, Source, Vehicle
 from doorman.exceptions import BackendError
-from doorman.flown import carried_files, recorded_header
-from doorman.hardware.pixhawk.wire.connection import Transport, parse_connection
-from doorman.hardware.scheduling import real_time
-from doorman.hardware.vehicle_file import VehicleFile
-from doorman.hardware.vehicle_file.file import MOCAP, NO_CAMERAS, PIXHAWK, SERVOS
-from doorman.model import Model
-from doorman.recording import Recorder
-from doorman.rig import Rig, RigSetup
-from doorman.rig.emulated import AutopilotKind
-from doorman.rig.emulators.autopilot.dialects import MotorKind
-from doorman.rig.witness import Witness, verdict
 
 _LOOK = 0.2
-_LISTENS_ON_LOOPBACK = ("127.0.0.1", "0.0.0.0")
-OPTIONS = {"--pixhawk": PIXHAWK, "--servos": SERVOS, "--mocap": MOCAP}
-"""Key of the vehicle file by option of `doorman fly`."""
+"""How often it is looked whether the rig is to end [s]."""
 
 
-def run_rig(
-    source: str,
-    settings: Sequence[str],
-    autopilot: AutopilotKind,
-    pixhawk_port: int | None,
-    mocap_port: int | None,
-    out: Path | None,
-    folder: Path | None = None,
-    seed: int = 0,
-    as_json: bool = False,
-    vehicle: str | None = None,
-    motors: MotorKind = "linear",
-    judges: bool = False,
+class Autopilot(StrEnum):
+    """Who flies the rig's vehicle."""
+
+    PX4 = "px4"
+    ARDUPILOT = "ardupilot"
+    PX4_SITL = "px4-sitl"
+    ARDUPILOT_SITL = "ardupilot-sitl"
+
+
+class Motors(StrEnum):
+    """What the rig's motors make of their signal."""
+
+    LINEAR = "linear"
+    QUADRATIC = "quadratic"
+
+
+@command(VEHICLE)
+def rig(
+    scenario: Source = "paper",
+    settings: Settings = None,
+    vehicle: Vehicle = None,
+    autopilot: Annotated[
+        Autopilot,
+        typer.Option(help="Autopilot to emulate; for px4-sitl and ardupilot-sitl you start the autopilot's own code."),
+    ] = Autopilot.PX4,
+    motors: Annotated[
+        Motors,
+        typer.Option(
+            help="linear: the autopilot linearises the motors; quadratic: thrust is the signal squared, 40 ms late."
+        ),
+    ] = Motors.LINEAR,
+    pixhawk_port: Annotated[
+        int | None,
+        typer.Option(help="UDP port on loopback for the autopilot.", show_default="the vehicle file's, or 14540"),
+    ] = None,
+    mocap_port: Annotated[
+        int | None,
+        typer.Option(help="UDP port for the cameras; 0: no cameras.", show_default="the vehicle file's, or 51001"),
+    ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE", help="MCAP file for the ground truth; with --fly also a folder for truth and flight."
+        ),
+    ] = None,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the noise.")] = 0,
+    fly: Annotated[
+        bool, typer.Option("--fly", help="Fly the mission against the rig, judge the flight, and exit.")
+    ] = False,
+    judge: Annotated[
+        bool,
+        typer.Option("--judge", help="After Ctrl-C, judge by the truth what was flown against the rig."),
+    ] = False,
+    as_json: Json = False,
 ) -> int:
-    """Run the rig until Ctrl-C; then say what the flight was, if asked to."""
+    """Emulate autopilot, servos and cameras around one simulated vehicle and door.
+
+    The emulators use the protocols of the real devices, on loopback and on a pseudo-terminal. The command prints the command
+    that flies the mission from another terminal, and runs until Ctrl-C. With --fly it also flies the mission; with --judge
+    it judges what others fly, behind an autopilot's own code, too. The exit status is then 0 only if the door is open,
+    without a collision, and the vehicle has landed.
+
+    With --vehicle, servos and object have the mounting of the vehicle file, so that a dry run shows whether everything
+    matches. If a link of the file is on loopback, or a path outside /dev, the rig creates it there. The printed command has
+    options for all other links.
+    """
+    if fly:
+        if judge:
+            raise typer.BadParameter("--fly judges the flight by itself", param_hint="--judge")
+        if autopilot in (Autopilot.PX4_SITL, Autopilot.ARDUPILOT_SITL):
+            raise typer.BadParameter(
+                f"you start {autopilot.value} yourself: run the rig without --fly", param_hint="--fly"
+            )
+        from doorman.cli.vehicles.rig_demo import fly_the_rig
+
+        return fly_the_rig(scenario, settings, autopilot.value, out, seed, as_json, vehicle, motors.value)
+    from doorman.cli.values import parse_overrides
+    from doorman.cli.vehicles.served_links import other_links, served_device, served_port
+    from doorman.flown import carried_files, recorded_header
+    from doorman.hardware.scheduling import real_time
+    from doorman.hardware.vehicle_file import VehicleFile
+    from doorman.hardware.vehicle_file.file import MOCAP, PIXHAWK
+    from doorman.model import Model
+    from doorman.recording import Recorder
+    from doorman.rig import Rig, RigSetup
+    from doorman.rig.witness import Witness, verdict
+
     file = VehicleFile() if vehicle is None else VehicleFile.load(vehicle)
-    scenario = file.scenario(source, parse_overrides(settings))
-    model = Model(scenario)
+    task = file.scenario(scenario, parse_overrides(settings))
+    model = Model(task)
     setup = RigSetup(
-        autopilot, served_port(file, PIXHAWK, pixhawk_port, 14540), served_port(file, MOCAP, mocap_port, 51001), folder,
+        autopilot.value, served_port(file, PIXHAWK, pixhawk_port, 14540), served_port(file, MOCAP, mocap_port, 51001), None,
         vehicle=None if vehicle is None else file.links_anywhere(model), servos=served_device(file), seed=seed,
-        motors=motors,
+        motors=motors.value,
     )  # fmt: skip
-    header = recorded_header(scenario) | {"rig": autopilot, "motors": motors}
+    header = recorded_header(task) | {"rig": autopilot.value, "motors": motors.value}
     witness = Witness(model)
     signals: list[int] = []  # no Event: this thread would wait for its own lock where the signal finds it in `wait`
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda number, _: signals.append(number))
     with (
         nullcontext()
-        if out is None and not judges
-        else Recorder(out, header, witness.note, keep=False, attachments=carried_files(scenario)) as recorder
+        if out is None and not judge
+        else Recorder(out, header, witness.note, keep=False, attachments=carried_files(task)) as recorder
     ):
-        rig = Rig(model, setup, recorder)
-        with real_time(), rig:
-            overrides = [word for setting in settings for word in ("--set", setting)]
-            links = dict(zip(rig.arguments[::2], rig.arguments[1::2], strict=True))
+        emulated = Rig(model, setup, recorder)
+        with real_time(), emulated:
+            links = dict(zip(emulated.arguments[::2], emulated.arguments[1::2], strict=True))
             options = [] if vehicle is None else ["--vehicle", vehicle, *other_links(file, links)]
-            command = shlex.join(["doorman", "fly", source, *overrides, *(options or rig.arguments)])
-            other = rig.autopilot_command
-            document = {"command": command, "links": {name.strip("-"): one for name, one in links.items()}}
-            words = f"The rig runs until Ctrl-C; fly it with\n{command}"
-            if rig.pilot is not None and other is not None:
+            words = ["doorman", "fly", scenario, *set_options(settings), *(options or emulated.arguments)]
+            document = {"command": shlex.join(words), "links": {name.strip("-"): one for name, one in links.items()}}
+            line = f"The rig runs until Ctrl-C; fly it with\n{document['command']}"
+            if emulated.pilot is not None and (other := emulated.autopilot_command) is not None:
                 document["autopilot"] = other
-                words = f"Start {rig.pilot.program} in another terminal with\n{other}\n{words}"
-            typer.echo(json.dumps(document) if as_json else words)
+                line = f"Start {emulated.pilot.program} in another terminal with\n{other}\n{line}"
+            typer.echo(json.dumps(document) if as_json else line)
             sys.stdout.flush()
-            while not signals and rig.plant.failure is None:
+            while not signals and emulated.plant.failure is None:
                 time.sleep(_LOOK)
-        failure = rig.plant.failure
+        failure = emulated.plant.failure
     if failure is not None:
         raise BackendError(f"the plant failed: {failure}")
-    return _judge(witness, rig, as_json) if judges else 0
-
-
-def _judge(witness: Witness, rig: Rig, as_json: bool) -> int:
-    """Print what the truth shows; returns the exit status."""
-    figures = witness.judged(rig.plant.snapshot)
+    if not judge:
+        return 0
+    figures = witness.judged(emulated.plant.snapshot)
     good, sentence = verdict(figures)
     typer.echo(json.dumps(figures) if as_json else sentence)
     if as_json:
@@ -98,49 +154,6 @@ def _judge(witness: Witness, rig: Rig, as_json: bool) -> int:
     return 0 if good else 1
 
 
-def served_port(file: VehicleFile, key: str, given: int | None, usual: int) -> int:
-    """UDP port on loopback that an emulator sends to."""
-    connection = file.values.get(key)
-    if given is not None or connection is None:
-        return usual if given is None else given
-    if connection == NO_CAMERAS:
-        return 0
-    try:
-        endpoint = parse_connection(connection)
-    except BackendError:  # cameras with a protocol of their own
-        return usual
-    listens = endpoint.transport is Transport.UDP_LISTEN and endpoint.host in _LISTENS_ON_LOOPBACK
-    return endpoint.port if listens else usual
-
-
-def served_device(file: VehicleFile) -> Path | None:
-    """Where the vehicle file has the servos, if a link to a pseudo-terminal can be made there."""
-    device = file.values.get(SERVOS)
-    return None if device is None or Path(device).is_relative_to("/dev") else Path(device)
-
-
-def other_links(file: VehicleFile, links: Mapping[str, str]) -> list[str]:
-    """Options of `doorman fly` for the links that are elsewhere than the vehicle file says."""
-    options = [
-        word
-        for option, link in links.items()
-        for word in (option, link)
-        if not _same(file.values.get(OPTIONS[option]), link)
-    ]
-    without = "--mocap" not in links and file.values.get(MOCAP) not in (None, NO_CAMERAS)
-    return [*options, "--mocap", NO_CAMERAS] if without else options
-
-
-def _same(named: str | None, link: str) -> bool:
-    """Whether the vehicle file names this link, which listens on loopback if it is a port."""
-    if named is None or not link.startswith("udp:"):
-        return named == link
-    try:
-        endpoint = parse_connection(named)
-    except BackendError:
-        return False
-    return (
-        endpoint.transport is Transport.UDP_LISTEN
-        and f"udp:{endpoint.port}" == link
-        and endpoint.host in _LISTENS_ON_LOOPBACK
-    )
+def set_options(settings: list[str] | None) -> list[str]:
+    """Overrides as a command writes them."""
+    return [word for setting in settings or () for word in ("--set", setting)]

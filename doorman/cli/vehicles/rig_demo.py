@@ -16,8 +16,9 @@ import typer
 
 from doorman.cli.task import load_task
 from doorman.cli.terminal.display import print_run
-from doorman.cli.vehicles.fly import fly_mission
-from doorman.cli.vehicles.rig import OPTIONS
+from doorman.cli.vehicles.flight import fly_mission
+from doorman.cli.vehicles.rig import set_options
+from doorman.cli.vehicles.served_links import OPTIONS
 from doorman.exceptions import BackendError
 from doorman.hardware.vehicle_file.file import MOCAP, NO_CAMERAS
 from doorman.model import Model
@@ -32,7 +33,7 @@ _STOP = 20.0
 
 def fly_the_rig(
     source: str,
-    settings: Sequence[str],
+    settings: list[str] | None,
     autopilot: str,
     out: Path | None,
     seed: int,
@@ -46,8 +47,8 @@ def fly_the_rig(
     truth = place if place.suffix and not place.is_dir() else place / "truth.mcap"
     truth.parent.mkdir(parents=True, exist_ok=True)
     flight = truth.with_name("flight.mcap")
-    overrides = [word for setting in settings for word in ("--set", setting)]
-    options = ["--autopilot", autopilot, "--motors", motors, "--out", str(truth), "--seed", str(seed), *overrides]
+    options = ["--autopilot", autopilot, "--motors", motors, "--out", str(truth), "--seed", str(seed)]
+    options += set_options(settings)
     if vehicle is None:  # else the ports are the file's
         options += ["--pixhawk-port", str(free_port()), "--mocap-port", str(free_port())]
     else:

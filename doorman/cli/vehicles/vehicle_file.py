@@ -1,82 +1,163 @@
-"""`doorman vehicle new`, and the calibrations that write into a vehicle file."""
+"""`doorman vehicle`: the commands that write a vehicle file, and calibrations into it."""
 
 from __future__ import annotations
 
-import json
 import math
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from doorman.cli.overrides import parse_overrides
-from doorman.cli.recordings.recorded import chosen_recording
-from doorman.cli.terminal.numbers import real_numbers
+from doorman.cli.command import VEHICLE, app, command
+from doorman.cli.options import Json, Settings, Source
 from doorman.exceptions import DoormanError, RecordingError
-from doorman.flight.watches.attitude_loop import recorded_loop
-from doorman.hardware.vehicle_file import VehicleFile, vehicle_template, write_values
-from doorman.hardware.vehicle_file.calibration import cameras_in_world, object_in_body, servo_zeros
-from doorman.kinematics.doors.door import Door
-from doorman.kinematics.vehicles.vehicle import Vehicle
-from doorman.recording import Recording
-from doorman.scenario import Scenario
-from doorman.scenario.files import is_path
-from doorman.scenario.toml_text import value_text
+
+if TYPE_CHECKING:  # commands import what they run when they run it
+    from doorman.hardware.vehicle_file import VehicleFile
+
+_File = Annotated[Path, typer.Argument(metavar="FILE", help="The vehicle file; the command keeps its comments.")]
+group = typer.Typer(
+    help="Write a vehicle file and add calibrations to it: URDF, links, servos, cameras, thrust.", no_args_is_help=True
+)
+app.add_typer(group, name="vehicle", rich_help_panel=VEHICLE)
 
 
-def new_file(file: Path, urdf: str, base_link: str, tip: str, every_key: bool) -> int:
+@command(group=group)
+def new(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="New file to write.")],
+    urdf: Annotated[
+        str, typer.Option(metavar="URDF", help="URDF of the vehicle: a path, or the name of a shipped one.")
+    ] = "hexarotor_arm",
+    base_link: Annotated[str, typer.Option(metavar="LINK", help="Base link of the multirotor.")] = "base_link",
+    tip: Annotated[str, typer.Option(metavar="FRAME", help="Frame of the arm's tip.")] = "tip",
+    every_key: Annotated[
+        bool, typer.Option("--all", help="Also write all other keys and their defaults, as comments.")
+    ] = False,
+) -> int:
+    """Write a vehicle file with comments, for you to fill in.
+
+    Its servos are those of the URDF's arm, then a gripper's.
+    """
+    from doorman.hardware.vehicle_file import vehicle_template
+    from doorman.kinematics.vehicles.vehicle import Vehicle
+    from doorman.scenario import Scenario
+    from doorman.scenario.files import is_path
+
     names = {"base_link": base_link, "tip": tip}
     if is_path(urdf) and not Path(urdf).is_file():
         raise DoormanError("no such file", field="--urdf", given=urdf)
     scenario = Scenario.load("paper", {"vehicle.urdf": urdf, **{f"vehicle.{key}": name for key, name in names.items()}})
-    vehicle = Vehicle(scenario.vehicle_urdf, scenario.vehicle)
+    joints = Vehicle(scenario.vehicle_urdf, scenario.vehicle).joint_names
     written = os.path.relpath(urdf, file.parent) if is_path(urdf) else urdf
     written = written if not is_path(urdf) or is_path(written) else f"./{written}"
-    text = vehicle_template(file.name, written, vehicle.joint_names, names, every_key)
     try:
         with open(file, "x", encoding="utf-8") as stream:
-            stream.write(text)
+            stream.write(vehicle_template(file.name, written, joints, names, every_key))
     except FileExistsError as error:
         raise DoormanError("the file exists already", file=file, allowed="a new one") from error
-    typer.echo(f"{file}: {len(vehicle.joint_names)} joints; fill in links and mounting, then calibrate.")
+    typer.echo(f"{file}: {len(joints)} joints; fill in links and mounting, then calibrate.")
     return 0
 
 
-def write_zeros(file: Path, posture: str, servos: str | None, as_json: bool) -> int:
+@command(group=group)
+def zeros(
+    file: _File,
+    posture: Annotated[
+        str,
+        typer.Option(metavar="ANGLES", help="Angles of all joints, then of the gripper, as in the URDF [rad]."),
+    ],
+    servos: Annotated[
+        str | None, typer.Option(metavar="DEVICE", help="Serial device of the servos.", show_default="the file's")
+    ] = None,
+    as_json: Json = False,
+) -> int:
+    """Read the servos' positions and write the zeros of their joints.
+
+    Hold the arm in a known posture, with torque off as after power-on. The directions in the file must already be right.
+    """
+    from doorman.cli.values import real_numbers
+    from doorman.hardware.vehicle_file.calibration import servo_zeros
+
     angles = real_numbers(posture, "--posture", posture.count(",") + 1) or ()
-    return _write(file, servo_zeros(VehicleFile.load(_own_path(file)), angles, servos), as_json)
+    return _write(file, servo_zeros(_loaded(file), angles, servos), as_json)
 
 
-def write_object(file: Path, at: str, yaw: float, mocap: str | None, as_json: bool) -> int:
+@command(group=group, name="object")
+def object_(
+    file: _File,
+    at: Annotated[str, typer.Option(metavar="X,Y,Z", help="Position of O_B in the world [m], by plumb line.")],
+    yaw: Annotated[float, typer.Option(metavar="ANGLE", help="Heading of the vehicle [rad].")] = 0.0,
+    mocap: Annotated[
+        str | None, typer.Option(metavar="LINK", help="Link to the cameras.", show_default="the file's")
+    ] = None,
+    as_json: Json = False,
+) -> int:
+    """Measure the tracked object with the cameras, and write its pose in the body.
+
+    Put the vehicle down level at a known position. Write the cameras' axes first: doorman vehicle origin.
+    """
+    from doorman.cli.values import real_numbers
+    from doorman.hardware.vehicle_file.calibration import object_in_body
+
     place = real_numbers(at, "--at", 3) or ()
     if not math.isfinite(yaw):
         raise DoormanError("not an angle", field="--yaw", given=yaw, allowed="a finite number [rad]")
-    return _write(file, object_in_body(VehicleFile.load(_own_path(file)), place, yaw, mocap), as_json)
+    return _write(file, object_in_body(_loaded(file), place, yaw, mocap), as_json)
 
 
-def write_origin(file: Path, hinge: str, latch: str, source: str, settings: Sequence[str], as_json: bool) -> int:
-    scenario = VehicleFile.load(_own_path(file)).scenario(source, parse_overrides(settings))
+@command(group=group)
+def origin(
+    file: _File,
+    hinge: Annotated[str, typer.Option(metavar="X,Y,Z", help="Lower end of the hinge line [m].")],
+    latch: Annotated[str, typer.Option(metavar="X,Y,Z", help="Lower end of the closed leaf's free edge [m].")],
+    scenario: Source = "paper",
+    settings: Settings = None,
+    as_json: Json = False,
+) -> int:
+    """Write the pose of the cameras' axes in the world, from two points of the closed door, measured in these axes.
+
+    The door is that of the scenario. Its URDF defines the world.
+    """
+    from doorman.cli.values import parse_overrides, real_numbers
+    from doorman.hardware.vehicle_file.calibration import cameras_in_world
+    from doorman.kinematics.doors.door import Door
+
+    task = _loaded(file).scenario(scenario, parse_overrides(settings))
     points = real_numbers(hinge, "--hinge", 3) or (), real_numbers(latch, "--latch", 3) or ()
-    return _write(file, cameras_in_world(Door(scenario.door_urdf, scenario.door), *points), as_json)
+    return _write(file, cameras_in_world(Door(task.door_urdf, task.door), *points), as_json)
 
 
-def write_learned(file: Path, run: Path | None, as_json: bool) -> int:
-    vehicle = VehicleFile.load(_own_path(file))
-    path = chosen_recording(run)
+@command(group=group)
+def learn(
+    file: _File,
+    run: Annotated[
+        Path | None,
+        typer.Argument(
+            metavar="[RUN]",
+            help="Folder or recording of a flight by doorman fly.",
+            show_default="the newest run under runs",
+        ),
+    ] = None,
+    as_json: Json = False,
+) -> int:
+    """Write measurements of a flight: thrust in hover, latency of the poses, lag of the attitude."""
+    from doorman.cli.recordings.recorded import chosen_recording
+    from doorman.flown import recorded_loop
+    from doorman.recording import Recording
+
+    vehicle, path = _loaded(file), chosen_recording(run)
     recording = Recording.load(path)
     values: dict[str, object] = {}
     if "hover" in recording:
-        hover = recording["hover"]
-        curve = "pixhawk.thrust_curve"
-        values = {
-            f"{curve}.hover_thrust": round(float(hover["thrust"][-1]), 4),
-            f"{curve}.hover_force": round(float(hover["force"][-1]), 3),
-        }
-        if "shape" in hover and (float(hover["shape"][-1]) > 0.0 or f"{curve}.shape" in vehicle.values):
-            values[f"{curve}.shape"] = round(float(hover["shape"][-1]), 3)
+        hover, curve = {name: float(found[-1]) for name, found in recording["hover"].items()}, "pixhawk.thrust_curve"
+        values[f"{curve}.hover_thrust"] = round(hover["thrust"], 4)
+        values[f"{curve}.hover_force"] = round(hover["force"], 3)
+        if "shape" in hover and (hover["shape"] > 0.0 or f"{curve}.shape" in vehicle.values):
+            values[f"{curve}.shape"] = round(hover["shape"], 3)
         if f"{curve}.hover_voltage" in vehicle.values:  # else the autopilot compensates the battery
-            values[f"{curve}.hover_voltage"] = round(float(hover["voltage"][-1]), 2)
+            values[f"{curve}.hover_voltage"] = round(hover["voltage"], 2)
     if "poses" in recording:
         values["mocap.latency"] = round(max(0.0, float(recording["poses"]["latency"][-1])), 4)
     if (loop := recorded_loop(recording)) is not None:
@@ -88,16 +169,19 @@ def write_learned(file: Path, run: Path | None, as_json: bool) -> int:
     return _write(file, values, as_json)
 
 
-def _own_path(file: Path) -> str:
-    """As a path, so that it is never taken for the name of a shipped file."""
-    return str(file) if is_path(str(file)) else f"./{file}"
+def _loaded(file: Path) -> VehicleFile:
+    """The file at a path, which is never taken for the name of a shipped one."""
+    from doorman.hardware.vehicle_file import VehicleFile
+    from doorman.scenario.files import is_path
+
+    return VehicleFile.load(str(file) if is_path(str(file)) else f"./{file}")
 
 
 def _write(file: Path, values: Mapping[str, object], as_json: bool) -> int:
+    from doorman.cli.terminal.display import print_result
+    from doorman.hardware.vehicle_file import write_values
+    from doorman.scenario.toml_text import value_text
+
     write_values(file, values)
-    if as_json:
-        typer.echo(json.dumps(values, indent=2))
-    else:
-        for key, value in values.items():
-            typer.echo(f"{file}: {key} = {value_text(value)}")
+    print_result(as_json, values, [f"{file}: {key} = {value_text(value)}" for key, value in values.items()])
     return 0

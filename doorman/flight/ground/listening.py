@@ -12,7 +12,7 @@ from pathlib import Path
 
 from doorman.exceptions import BackendError
 from doorman.feasibility import Report
-from doorman.flight.ground.checks import Check, Verdict
+from doorman.flight.ground.checks import Check, Verdict, row
 from doorman.flight.ground.judgements import judge_battery, judge_limits, judge_scenario
 from doorman.hardware.mocap import MocapReceiver
 from doorman.hardware.pixhawk import Autopilot
@@ -21,6 +21,7 @@ from doorman.model import Model
 
 LISTENING = 3.0
 """[s]."""
+_LATER = "the checklist of a flight checks them"
 
 
 def listen(model: Model, config: VehicleConfig, findings: Report) -> list[Check]:
@@ -54,9 +55,9 @@ def without_links(model: Model, findings: Report, named: Container[str]) -> list
         "servos": f"{vehicle.n_arm} Dynamixel servos, {joints}{', and one for the gripper' if grips else ''}",
     }
     rows = [
-        Check(row, Verdict.WARNING if key in named else Verdict.BAD, f"needs {needs[row]}",
+        Check(name, Verdict.WARNING if key in named else Verdict.BAD, f"needs {needs[name]}",
               "not opened" if key in named else f"{option}, or a vehicle file: doorman vehicle new my.toml")
-        for key, (row, option) in NEEDED.items()
+        for key, (name, option) in NEEDED.items()
     ]  # fmt: skip
     poses = Check(
         "mocap", Verdict.WARNING, "needs poses of the vehicle", "--mocap udp:51001, or the autopilot's own estimate"
@@ -79,14 +80,10 @@ def _autopilot(model: Model, config: VehicleConfig) -> Iterator[Check]:
         autopilot.stop()
     rates = ", ".join(f"{name} {rate:.0f}/s" for name, rate in status.rates.items() if rate > 0.0)
     yield Check("autopilot", Verdict.GOOD, f"{status.dialect}, {state.mode}, receives nothing from doorman; {rates}")
-    if state.armed:
-        yield Check("disarmed", Verdict.BAD, "armed", "land and disarm the vehicle first")
-    else:
-        yield Check("disarmed", Verdict.GOOD, "disarmed")
+    found = "armed" if state.armed else "disarmed"
+    yield row("disarmed", not state.armed, found, "land and disarm the vehicle first")
     yield judge_battery(state.battery, status.conditions, model.scenario.safety.low_battery)
-    yield Check(
-        "clock, rates, parameters", Verdict.WARNING, "not checked in a dry run", "the checklist of a flight checks them"
-    )
+    yield Check("clock, rates, parameters", Verdict.WARNING, "not checked in a dry run", _LATER)
 
 
 def _mocap(config: VehicleConfig) -> Iterator[Check]:
@@ -101,9 +98,8 @@ def _mocap(config: VehicleConfig) -> Iterator[Check]:
     except BackendError as error:
         yield Check("mocap", Verdict.BAD, str(error), "see docs/hardware/mocap.md")
         return
-    verdict = Verdict.GOOD if pose.fresh else Verdict.BAD
-    advice = "" if pose.fresh else "make sure that the cameras see the object"
-    yield Check("mocap", verdict, f"pose {pose.quality.value}, {rate:.1f} frames/s", advice)
+    found = f"pose {pose.quality.value}, {rate:.1f} frames/s"
+    yield row("mocap", pose.fresh, found, "make sure that the cameras see the object")
 
 
 def _servos(config: VehicleConfig) -> Iterator[Check]:
@@ -114,12 +110,7 @@ def _servos(config: VehicleConfig) -> Iterator[Check]:
     with contextlib.suppress(OSError):
         there = stat.S_ISCHR(Path(device).stat().st_mode) and os.access(device, os.R_OK | os.W_OK)
     if there:
-        yield Check(
-            "servos",
-            Verdict.WARNING,
-            f"{device} exists; its servos are not checked in a dry run",
-            "the checklist of a flight checks them",
-        )
+        yield Check("servos", Verdict.WARNING, f"{device} exists; its servos are not checked in a dry run", _LATER)
     else:
         yield Check("servos", Verdict.BAD, f"{device} does not exist, or this user may not read and write it",
                     "see docs/hardware/servos.md")  # fmt: skip

@@ -32,7 +32,7 @@ _CRASH = re.compile(r"\bcrash(?:ed|:| detected)", re.IGNORECASE)
 class Rest(Enum):
     """How it lies."""
 
-    UNSEEN = "nobody sees the vehicle"
+    UNSEEN = "the vehicle is not seen"
     STANDS = "it stands on the floor"
     TILTED = "it does not stand on its legs"
     ON_SILL = "it lies in the doorway"

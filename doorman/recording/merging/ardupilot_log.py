@@ -19,9 +19,14 @@ from numpy.typing import NDArray
 from doorman.arrays import Array
 from doorman.bounds import LARGEST_LOG, read_bytes
 from doorman.exceptions import RecordingError
-from doorman.recording.merging.flight_log import FlightLog, LogTopic
-from doorman.recording.merging.frames import from_forward_right_down
-from doorman.recording.merging.log_rows import LogRows, texts, timed_topics
+from doorman.recording.merging.flight_log import (
+    FlightLog,
+    LogRows,
+    LogTopic,
+    from_forward_right_down,
+    texts,
+    timed_topics,
+)
 
 _HEAD = b"\xa3\x95"
 _FORMAT_KIND = 0x80

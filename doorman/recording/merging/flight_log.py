@@ -1,14 +1,23 @@
-"""An autopilot's log, whichever autopilot wrote it."""
+"""An autopilot's log, whichever autopilot wrote it: its rows as topics, without those that have an impossible time."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from bisect import bisect_right
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
 from numpy.typing import NDArray
 
 from doorman.arrays import Array
+from doorman.bounds import LONGEST
+
+MICRO = 1e-6
+_JITTER = 5.0
+"""Largest disorder of the times within one topic [s]."""
+_LARGEST = np.uint64(np.iinfo(np.int64).max)
+"""Recordings hold no larger integer."""
 
 
 @dataclass(frozen=True)
@@ -35,3 +44,80 @@ class FlightLog:
     """Autopilot's clock minus a companion's monotonic one, as the autopilot has estimated it, shape (k,) [s]."""
     damaged: Mapping[str, int]
     """How many messages were left out for their times, by topic; `the file`: how often what came was no message."""
+
+
+def from_forward_right_down(vectors: NDArray[Any]) -> NDArray[np.float64]:
+    r"""Vectors of a log, x forward, y right, z down, in this project's body frame: :math:`(x, -y, -z)`."""
+    with np.errstate(invalid="ignore"):  # NaN of single precision stays NaN
+        return np.asarray(vectors * np.array([1.0, -1.0, -1.0]))
+
+
+@dataclass(frozen=True)
+class LogRows:
+    """Messages of one topic, in the order of the log."""
+
+    stamps: NDArray[Any]  # since the autopilot's start, shape (m,) [µs]
+    fields: Mapping[str, NDArray[Any]]  # by name, each of m rows
+
+
+def timed_topics(logged: Mapping[str, LogRows]) -> tuple[dict[str, LogTopic], dict[str, int]]:
+    """Topics in the order of their times, and how many messages of which were left out."""
+    # A damaged time goes ahead of all that follow, or behind all before; or it is hours from the middle of the log.
+    times = {name: rows.stamps.astype(np.float64) * MICRO for name, rows in logged.items()}
+    good = {name: _in_order(time) for name, time in times.items()}
+    every = np.concatenate([np.empty(0), *(times[name][good[name]] for name in times)])
+    middle = float(np.median(every)) if len(every) else 0.0
+    topics, damaged = {}, {}
+    for name, rows in logged.items():
+        kept = np.flatnonzero(good[name] & (np.abs(times[name] - middle) <= LONGEST))
+        if lost := len(times[name]) - len(kept):
+            damaged[name] = lost
+        kept = kept[np.argsort(times[name][kept], kind="stable")]
+        if len(kept):
+            fields = {_free(field): _recordable(values[kept]) for field, values in rows.fields.items()}
+            topics[name] = LogTopic(times[name][kept], fields)
+    return topics, damaged
+
+
+def texts(values: Iterable[bytes]) -> NDArray[np.str_]:
+    """Texts that end with a zero, or fill their field."""
+    return np.array([value.split(b"\0")[0].decode(errors="replace") for value in values], dtype=np.str_)
+
+
+def _in_order(time: Array) -> NDArray[np.bool_]:
+    """Which belong to the longest row of times that never goes back, or stand beside it by no more than the jitter."""
+    if (np.diff(time) >= -_JITTER).all():
+        return np.ones(len(time), dtype=bool)
+    row = _longest_row(time)
+    place = np.searchsorted(row, np.arange(len(time)))
+    bounded = np.concatenate(([-np.inf], time[row], [np.inf]))
+    before, behind = bounded[place], bounded[np.searchsorted(row, np.arange(len(time)), side="right") + 1]
+    return np.asarray((time >= before - _JITTER) & (time <= behind + _JITTER))
+
+
+def _longest_row(time: Array) -> NDArray[np.int64]:
+    """Places of the longest row that never goes back, by patience sorting."""
+    lowest: list[float] = []
+    ends: list[int] = []
+    before = np.full(len(time), -1)
+    for place, value in enumerate(time.tolist()):
+        length = bisect_right(lowest, value)
+        before[place] = ends[length - 1] if length else -1
+        lowest[length : length + 1], ends[length : length + 1] = [value], [place]
+    row, place = [], ends[-1]
+    while place >= 0:
+        row.append(place)
+        place = int(before[place])
+    return np.array(row[::-1])
+
+
+def _free(name: str) -> str:
+    """A name that a recording's own fields leave free."""
+    return "time_" if name == "time" else name
+
+
+def _recordable(values: NDArray[Any]) -> NDArray[Any]:
+    """In the machine's byte order, and without unsigned 64-bit numbers, which recordings do not hold."""
+    if values.dtype.kind == "u" and values.dtype.itemsize == 8:
+        return np.asarray(np.minimum(values, _LARGEST).astype(np.int64))
+    return values.astype(values.dtype.newbyteorder("="))

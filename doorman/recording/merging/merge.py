@@ -1,4 +1,4 @@
-"""A run and a log in one file: on which clock, and how it is written."""
+"""A run and an autopilot's log in one file: how the log is read, on which clock it lies, and how both are written."""
 
 from __future__ import annotations
 
@@ -12,14 +12,43 @@ import numpy as np
 from doorman.bounds import LAST_TIME
 from doorman.exceptions import RecordingError
 from doorman.recording.merging.alignment import Alignment, align_by_rates
+from doorman.recording.merging.ardupilot_log import read_ardupilot_log
 from doorman.recording.merging.flight_log import FlightLog
+from doorman.recording.merging.px4_log import read_px4_log
 from doorman.recording.recorder import Recorder
 from doorman.recording.recording import Recording
 
 CLOCK = "clock"
 """Topic with the autopilot's clock as the run's adapter has mapped it."""
+_ULOG = b"ULog\x01\x12\x35"
+_DATAFLASH = b"\xa3\x95"
 _RATES = ("measurement", "truth")
 """Topics of a run with body rates, the better first."""
+
+
+def read_log(file: Path) -> FlightLog:
+    """Read a PX4 ULog or an ArduPilot DataFlash log; the content decides which.
+
+    Args:
+        file: The log.
+
+    Returns:
+        Everything in it that has a time.
+
+    Raises:
+        RecordingError: if it cannot be read, or is neither.
+    """
+    try:
+        with file.open("rb") as stream:
+            head = stream.read(len(_ULOG))
+    except OSError as error:
+        raise RecordingError(f"cannot be read: {error.strerror}", file=file) from error
+    if head == _ULOG:
+        return read_px4_log(file)
+    if head.startswith(_DATAFLASH):
+        return read_ardupilot_log(file)
+    allowed = "a PX4 ULog (.ulg) or a binary ArduPilot DataFlash log (.bin)"
+    raise RecordingError("unknown kind of log", file=file, given=repr(head), allowed=allowed)
 
 
 def align(recording: Recording, log: FlightLog) -> Alignment:

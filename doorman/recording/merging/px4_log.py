@@ -19,9 +19,15 @@ from numpy.typing import NDArray
 from doorman.arrays import Array
 from doorman.bounds import DEEPEST, LARGEST_LOG, read_bytes
 from doorman.exceptions import RecordingError
-from doorman.recording.merging.flight_log import FlightLog, LogTopic
-from doorman.recording.merging.frames import from_forward_right_down
-from doorman.recording.merging.log_rows import MICRO, LogRows, texts, timed_topics
+from doorman.recording.merging.flight_log import (
+    MICRO,
+    FlightLog,
+    LogRows,
+    LogTopic,
+    from_forward_right_down,
+    texts,
+    timed_topics,
+)
 
 _FILE_HEAD = 16
 _HEAD = struct.Struct("<HB")

@@ -24,7 +24,14 @@ from doorman.visualization.style import (
     Figure,
     FuncFormatter,
     flight_name,
+    not_recorded,
 )
+
+_LABELS = (
+    "h: arm below the body [m]", "h: disc clear of the door [m]", "tip force on the door along $n_D$ [N]", "thrust [N]",
+    "estimated disturbance [N]", "planner's time [ms]",
+)  # fmt: skip
+"""Labels of the panels, row by row."""
 
 
 def constraints_and_forces_figure(recording: Recording, model: Model) -> Figure:
@@ -41,30 +48,31 @@ def constraints_and_forces_figure(recording: Recording, model: Model) -> Figure:
         The figure; `save` writes it.
     """
     figure = Figure(figsize=(11.0, 8.4), layout="constrained")
-    panels = figure.subplots(3, 2, sharex=True)
+    panels = figure.subplots(3, 2, sharex=True).ravel()
     arm = len(model.vehicle.point_names)
-    _draw_constraints(panels[0, 0], recording, model, range(arm), "h: arm below the body [m]")
-    _draw_constraints(panels[0, 1], recording, model, range(arm, model.n_constraints), "h: disc clear of the door [m]")
-    _draw_user_rows(panels[0, 1], recording)
-    _draw_tip_force(panels[1, 0], recording, model)
-    _draw_thrust(panels[1, 1], recording, model)
-    _draw_disturbance(panels[2, 0], recording)
-    _draw_solve_time(panels[2, 1], recording, model)
-    for k, axes in enumerate(panels.ravel()):
+    _draw_constraints(panels[0], recording, model, range(arm))
+    _draw_constraints(panels[1], recording, model, range(arm, model.n_constraints))
+    _draw_user_rows(panels[1], recording)
+    _draw_tip_force(panels[2], recording, model)
+    _draw_thrust(panels[3], recording, model)
+    _draw_disturbance(panels[4], recording)
+    _draw_solve_time(panels[5], recording, model)
+    for k, (axes, label) in enumerate(zip(panels, _LABELS, strict=True)):
+        axes.set_ylabel(label)
+        axes.grid(alpha=0.3, which="both" if axes.get_yscale() == "log" else "major")
         if axes.get_legend_handles_labels()[0]:
-            above = k < panels.shape[1]  # the curves, in room of its own
+            above = k < 2  # the curves, in room of its own
             axes.legend(fontsize=7, framealpha=0.8, loc="upper center" if above else "best", ncols=3 if above else 1,
                         columnspacing=1.0, handlelength=1.7)  # fmt: skip
         else:
-            axes.text(0.5, 0.5, "not recorded", ha="center", va="center", transform=axes.transAxes, color="0.5")
-    for axes in panels[-1]:
+            not_recorded(axes)
+    for axes in panels[-2:]:
         axes.set_xlabel("time [s]")
     figure.suptitle(f"Constraints and forces: {flight_name(recording)}", fontsize=11)
     return figure
 
 
-def _draw_constraints(axes: Axes, recording: Recording, model: Model, rows: range, label: str) -> None:
-    axes.set_ylabel(label)
+def _draw_constraints(axes: Axes, recording: Recording, model: Model, rows: range) -> None:
     found = _constraints(recording, model)
     if found is None:
         return
@@ -81,7 +89,6 @@ def _draw_constraints(axes: Axes, recording: Recording, model: Model, rows: rang
     if margin > 0.0:
         axes.axhspan(-margin, 0.0, color=ORANGE, alpha=0.25, linewidth=0, label=f"planner's margin {margin:g} m")
     axes.set_ylim(low, high)
-    axes.grid(alpha=0.3)
 
 
 def _constraints(recording: Recording, model: Model) -> tuple[Array, Array] | None:
@@ -107,7 +114,6 @@ def _draw_user_rows(axes: Axes, recording: Recording) -> None:
 
 
 def _draw_tip_force(axes: Axes, recording: Recording, model: Model) -> None:
-    axes.set_ylabel("tip force on the door along $n_D$ [N]")
     if "truth" in recording:
         truth = recording["truth"]
         axes.plot(truth.time, truth["tip_normal_force"], color=BLACK, linewidth=0.9, label="true")
@@ -123,7 +129,6 @@ def _draw_tip_force(axes: Axes, recording: Recording, model: Model) -> None:
         low = min(axes.get_ylim()[0], -1.0)
         axes.axhspan(low, 0.0, color=SKY, alpha=0.2, linewidth=0, label="pulls")
         axes.set_ylim(bottom=low)
-    axes.grid(alpha=0.3)
 
 
 def planned_normal_force(states: Array, inputs: Array, model: Model) -> Array:
@@ -136,7 +141,6 @@ def planned_normal_force(states: Array, inputs: Array, model: Model) -> Array:
 
 
 def _draw_thrust(axes: Axes, recording: Recording, model: Model) -> None:
-    axes.set_ylabel("thrust [N]")
     if "command" not in recording:
         return
     command = recording["command"]
@@ -144,21 +148,17 @@ def _draw_thrust(axes: Axes, recording: Recording, model: Model) -> None:
     axes.axhline(model.vehicle.max_thrust, color=RED, linestyle="--", linewidth=1.2, label="limit")
     axes.axhline(model.vehicle.weight, color=GREEN, linewidth=1.0, label="weight")
     axes.set_ylim(0.0, 1.08 * model.vehicle.max_thrust)
-    axes.grid(alpha=0.3)
 
 
 def _draw_disturbance(axes: Axes, recording: Recording) -> None:
-    axes.set_ylabel("estimated disturbance [N]")
     if "controller" in recording:
         controller = recording["controller"]
         for k, (name, style) in enumerate(zip("xyz", ("-", "--", "-."), strict=True)):
             values = controller["disturbance"][:, k]
             axes.plot(controller.time, values, color=CYCLE[k], linestyle=style, linewidth=1.1, label=name)
-    axes.grid(alpha=0.3)
 
 
 def _draw_solve_time(axes: Axes, recording: Recording, model: Model) -> None:
-    axes.set_ylabel("planner's time [ms]")
     if "plan" not in recording:
         return
     plan, deadline = recording["plan"], 1e3 / model.scenario.planner.rate
@@ -177,7 +177,6 @@ def _draw_solve_time(axes: Axes, recording: Recording, model: Model) -> None:
             _decade(min(positive.min(), deadline), np.floor), _decade(max(positive.max(), 1.5 * deadline), np.ceil)
         )
     axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-    axes.grid(alpha=0.3, which="both")
 
 
 def _decade(value: float, rounded: Callable[[float], float]) -> float:

@@ -2,22 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from doorman.exceptions import RecordingError
 from doorman.model import Model
 from doorman.recording import Recording
-from doorman.visualization.style import BLACK, GREEN, RED, Figure
+from doorman.visualization.figures.states import LEAST, LOOK_AHEAD
+from doorman.visualization.style import BLACK, GREEN, RED, Figure, widen
 
-LOOK_AHEAD = 0.2
-"""The predicted state is what each plan says about this long after its start [s]."""
 _OF_BODY_AND_DOOR = (("φ", 0), ("θ", 1), ("ψ", 2), ("α", 3))
 """Symbols, and places in the state; the rate of the door is not an angle, and not in the paper's figure."""
 _FIRST_OF_ARM = 5
-_LEAST = 2.0
-"""Half of the smallest range of a panel: noise is not blown up [°]."""
 
 
 def paper_figure(recording: Recording, model: Model) -> Figure:
@@ -57,18 +52,11 @@ def paper_figure(recording: Recording, model: Model) -> Figure:
             predicted = np.degrees(plan["states"][:, ahead, place])
             axes.plot(plan.time + ahead * step, predicted, color=RED, linestyle="--", label="predicted")
             axes.axhline(float(np.degrees(model.goal_state[place])), color=GREEN, label="desired", zorder=1.5)
-            _finish(axes, symbol)
+            axes.set_ylabel(f"{symbol} [deg]")
+            widen(axes, LEAST)
         panels[len(states) - 1, column].set_xlabel("time [s]")
         panels[len(states) - 1, column].tick_params(labelbottom=True)
     panels[0, 0].set_xlim(float(estimate.time[0]), float(estimate.time[-1]))
     handles, labels = panels[0, 0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=3, fontsize=9)
     return figure
-
-
-def _finish(axes: Any, symbol: str) -> None:
-    low, high = axes.get_ylim()
-    middle, half = 0.5 * (low + high), max(0.5 * (high - low), _LEAST)
-    axes.set_ylim(middle - half, middle + half)
-    axes.set_ylabel(f"{symbol} [deg]")
-    axes.grid(alpha=0.3)

@@ -10,10 +10,12 @@ from doorman.arrays import Array
 from doorman.model import Model
 from doorman.recording import Recording
 from doorman.visualization.figures.phases import draw_phases
-from doorman.visualization.style import BLACK, GREEN, RED, SKY, Axes, Figure, flight_name, true_states
+from doorman.visualization.style import BLACK, GREEN, RED, SKY, Axes, Figure, flight_name, true_states, widen
 
-_LOOK_AHEAD = 0.2
+LOOK_AHEAD = 0.2
 """The predicted curve is what each plan says about this long after its start [s]."""
+LEAST = 2.0
+"""Half of the smallest range of a panel [°]."""
 _HORIZONS = 6
 """Whole horizons that are drawn."""
 _DOOR_ANGLE, _DOOR_RATE = 3, 4
@@ -65,7 +67,7 @@ def states_figure(recording: Recording, model: Model) -> Figure:
         axes.set_xlim(*span)
         draw_phases(axes, recording, span, named=i < 3)
         axes.set_ylabel(f"{names[i]} [deg/s]" if i == 4 else f"{names[i]} [deg]")
-        _widen(axes, 2.0)
+        widen(axes, LEAST)
     for axes in panels[model.nx :]:
         axes.set_axis_off()
     for axes in panels[max(model.nx - 3, 0) : model.nx]:
@@ -89,14 +91,6 @@ def _legend(figure: Figure, panels: Any) -> None:
     figure.legend([entries[name] for name in order], order, loc="outside lower center", ncols=len(order), fontsize=9)
 
 
-def _widen(axes: Axes, least: float) -> None:
-    """Do not blow up noise: at least this far from the middle to the edge."""
-    low, high = axes.get_ylim()
-    middle, half = (low + high) / 2, max((high - low) / 2, least)
-    axes.set_ylim(middle - half, middle + half)
-    axes.grid(alpha=0.3)
-
-
 def _differs(truth: tuple[Array, Array], time: Array, states: Array, index: int) -> bool:
     there = np.interp(time, truth[0], truth[1][:, index])
     return bool(np.nanmax(np.abs(there - states[:, index])) > _VISIBLE)
@@ -107,7 +101,7 @@ def _draw_prediction(axes: Axes, recording: Recording, model: Model, index: int)
         return
     plan, step = recording["plan"], model.scenario.planner.time_step
     states = np.degrees(plan["states"][:, :, index])
-    ahead = min(max(round(_LOOK_AHEAD / step), 1), states.shape[1] - 1)
+    ahead = min(max(round(LOOK_AHEAD / step), 1), states.shape[1] - 1)
     for k in np.unique(np.linspace(0, len(states) - 1, _HORIZONS).astype(int)):
         horizon = plan.time[k] + step * np.arange(states.shape[1])
         axes.plot(horizon, states[k], color=RED, linewidth=0.5, linestyle=(0, (4, 3)), alpha=0.7, label="horizon")

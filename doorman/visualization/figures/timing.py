@@ -7,7 +7,7 @@ import numpy as np
 from doorman.model import Model
 from doorman.recording import Recording
 from doorman.summary import cold_plans
-from doorman.visualization.style import BLACK, BLUE, ORANGE, RED, Figure, FuncFormatter, flight_name
+from doorman.visualization.style import BLACK, BLUE, ORANGE, RED, Figure, FuncFormatter, flight_name, not_recorded
 
 _BINS_PER_DECADE = 20
 
@@ -31,7 +31,7 @@ def planner_time_figure(recording: Recording, model: Model) -> Figure:
     axes.set_ylabel("plans")
     figure.suptitle(f"Planner's time: {flight_name(recording)}", fontsize=11)
     if "plan" not in recording:
-        axes.text(0.5, 0.5, "not recorded", ha="center", va="center", transform=axes.transAxes, color="0.5")
+        not_recorded(axes)
         return figure
     plan, deadline = recording["plan"], 1e3 / model.scenario.planner.rate
     milliseconds = np.maximum(1e3 * plan["solve_time"], 1e-3)

@@ -31,7 +31,7 @@ class Moment:
     attitude: Array  # Φ, shape (3,) [rad]
     door_angle: float  # α [rad]
     arm_angles: Array  # H, shape (n,) [rad]
-    tip_force: Array | None  # force of the tip on the door, shape (3,), world frame [N]; None if nobody knows
+    tip_force: Array | None  # force of the tip on the door, shape (3,), world frame [N]; None if unknown
     planned_states: Array | None
     """States of the plan that was made last, shape (N + 1, 5 + n); None if there is none, or none any more."""
     phase: str  # state of the mission; empty before the first

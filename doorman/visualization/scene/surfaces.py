@@ -6,7 +6,7 @@ The clearances are the paper's hard constraints with their sign turned, written 
 - jambs: :math:`a^T r - R_A` and :math:`D_w - R_A - a^T r` with r = P − P_h and the direction a of the closed leaf;
 - disc: how far the arm's highest point is below the plane of the rotors.
 
-The door is the true one. Where the planner is told of the same, they are :math:`-h(x)` with the tip at its contact point.
+The door is the true one. Where the planner knows the same one, they are :math:`-h(x)` with the tip at its contact point.
 """
 
 from __future__ import annotations

@@ -20,8 +20,7 @@ from typer.testing import CliRunner
 import doorman
 from doorman.campaign import Campaign, running
 from doorman.campaign.flights import flight_process, flight_program
-from doorman.campaign.flights.orders import digests, order_of, packed
-from doorman.campaign.flights.software import software
+from doorman.campaign.flights.orders import digests, order_of, packed, software
 from doorman.campaign.folder import read_not_flown
 from doorman.campaign.results import read_parts, row_of, write_part
 from doorman.cli import app

@@ -8,9 +8,8 @@ from typing import Any
 import pytest
 from typer.testing import CliRunner
 
-from doorman.campaign.report.figures import estimates, figures
+from doorman.campaign.report.figures import estimates, figures, wilson_interval
 from doorman.campaign.report.pages import REPORT_FILES, page, rate_in_words, write_report
-from doorman.campaign.report.statistics import wilson_interval
 from doorman.cli import app
 from doorman.scenario import Scenario
 

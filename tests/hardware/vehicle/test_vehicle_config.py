@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from urdf_variants import write_arm_of
 
-from doorman.cli.terminal.numbers import real_numbers
+from doorman.cli.values import real_numbers
 from doorman.exceptions import BackendError, DoormanError
 from doorman.hardware.pixhawk import ThrustCurve
 from doorman.hardware.vehicle import VehicleConfig, vehicle_config

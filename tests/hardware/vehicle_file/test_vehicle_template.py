@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from urdf_variants import VEHICLE
 
-from doorman.cli.vehicles.vehicle_file import new_file
+from doorman.cli.vehicles.vehicle_file import new
 from doorman.docstrings import field_docs
 from doorman.hardware.dynamixel import ServoConfig
 from doorman.hardware.mocap import MocapConfig
@@ -98,7 +98,7 @@ def stick(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> VehicleFile:
     for joint in range(1, 5):
         text = text.replace(f'<joint name="eta_{joint}" type="revolute">', f'<joint name="eta_{joint}" type="fixed">')
     Path("stick.urdf").write_text(text)
-    new_file(Path("stick.toml"), "stick.urdf", "base_link", "tip", every_key=False)
+    new(Path("stick.toml"), "stick.urdf")
     return VehicleFile.load("./stick.toml")
 
 

@@ -1,7 +1,8 @@
-"""Arguments that several commands share, and what the shell may complete them to."""
+"""Arguments and options that several commands share, and what the shell may complete them to."""
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -101,3 +102,12 @@ FeedPort = Annotated[
         show_default="not sent",
     ),
 ]
+Run = Annotated[
+    Path | None,
+    typer.Argument(metavar="[RUN]", help="A run's folder, or an MCAP file.", show_default="the newest run under runs"),
+]
+Json = Annotated[
+    bool, typer.Option("--json", help="Print the result as JSON, and messages to stderr; no progress bar.")
+]
+folder = partial(typer.Option, metavar="DIR", help="Folder for the results.")
+"""Option of a folder; `show_default` says which one it is otherwise."""

@@ -1,0 +1,292 @@
+"""The mission on the vehicle, from checklist to landing, as `doorman fly` and `doorman rig --fly` fly it."""
+
+from __future__ import annotations
+
+import json
+import math
+import signal
+import sys
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import asdict
+from functools import partial
+from pathlib import Path
+from typing import Any, Literal
+
+import typer
+from rich.console import Console
+from rich.text import Text
+
+from doorman import __version__
+from doorman.cli.listeners import fed
+from doorman.cli.run_folder import new_folder
+from doorman.cli.terminal.background_printer import BackgroundPrinter
+from doorman.cli.terminal.display import COLORS, print_table, with_advice
+from doorman.cli.values import parse_overrides
+from doorman.cli.vehicles.door import door_source
+from doorman.dynamics.attitude_loop import AttitudeLoop
+from doorman.exceptions import DoormanError, RecordingError
+from doorman.feasibility import check
+from doorman.flight import Check, End, FlightReport, FlightSession, Verdict, listen, preflight, ready, rehearse
+from doorman.flight.ground.listening import NEEDED, without_links
+from doorman.flight.guarded import STOPPING
+from doorman.flown import carried_files, recorded_header, recorded_loop
+from doorman.hardware.scheduling import real_time
+from doorman.hardware.vehicle import VehicleConfig, VehicleLinks
+from doorman.hardware.vehicle.waiting import await_links
+from doorman.hardware.vehicle_file import VehicleFile
+from doorman.model import Model
+from doorman.planning.planner import Planner
+from doorman.recording import Recorder, Recording
+from doorman.summary import has_measured_leaf, sentence_by_the_leaf, summarize
+
+_COLORS = dict(zip((Verdict.GOOD, Verdict.WARNING, Verdict.BAD), COLORS, strict=True))
+_STATUS_PERIOD = 0.5
+_LINES = 15
+"""Lines of the journal that are printed in the end."""
+
+Output = Literal["words", "json", "quiet"]
+"""What goes to stdout."""
+
+
+def fly_mission(
+    source: str,
+    settings: Sequence[str] | None,
+    vehicle: str | None,
+    links: Mapping[str, object],
+    out: Path | None,
+    duration: float | None,
+    dry_run: bool,
+    yes: bool,
+    output: Output = "words",
+    feed: int | None = None,
+) -> int:
+    """Go through the checklist, ask, fly, and say how it ended."""
+    if duration is not None and not 0.0 < duration < math.inf:
+        raise DoormanError("not a duration", field="--duration", given=duration, allowed="a number of seconds > 0")
+    file = VehicleFile() if vehicle is None else VehicleFile.load(vehicle)
+    model = Model(file.scenario(source, parse_overrides(settings)))
+    console = Console(stderr=True, highlight=False)
+    if dry_run and vehicle is None and not links.keys() >= NEEDED.keys():
+        return _say(without_links(model, check(model), links), output)
+    config = file.links(model, links)
+    if dry_run:
+        return _dry_run(model, config, output)
+    console.print("Preparing planner and controller")
+    planner, findings = Planner(model), check(model)
+    rehearse(model, planner)
+    console.print("Opening the links")
+    with real_time(), VehicleLinks(config, door=door_source(config)) as opened:
+        await_links(opened, console.print)
+        checks = preflight(model, opened, findings)
+        _print_checks(checks, output)
+        result = _written(opened, output) or _refusal(checks, yes, output)
+        if result is None and not yes:  # the answer may have taken its time
+            checks = preflight(model, opened, findings)
+            if not ready(checks):
+                _print_checks(checks, output)
+                result = _refusal(checks, yes, output)
+        if result is None:
+            result = _fly(model, opened, planner, checks, _file(out, model), duration, output, feed)
+    _print_result(checks, result, output)
+    return 0 if result["completed"] and result["end"] == End.LANDED.value and not result["seen"] else 1
+
+
+def _print_result(checks: list[Check], result: dict[str, Any], output: Output) -> None:
+    if output == "json":
+        typer.echo(json.dumps({"checklist": _as_data(checks), **result}, indent=2))
+
+
+def _as_data(checks: list[Check]) -> list[dict[str, str]]:
+    return [{**vars(one), "verdict": one.verdict.value} for one in checks]
+
+
+def _written(links: VehicleLinks, output: Output) -> dict[str, Any] | None:
+    """Result of a flight that may write parameters and has found wrong ones; None if there are none."""
+    autopilot = links.autopilot
+    if not autopilot.config.write_parameters or autopilot.state().armed or not autopilot.check_parameters():
+        return None
+    written = autopilot.fix_parameters()
+    left = autopilot.check_parameters()
+    by_hand = f"To be set by hand: {'; '.join(map(str, left))}." if left else ""
+    done = f"Written and read back: {', '.join(written)}. Reboot the autopilot, then fly."
+    words = f"{done if written else 'No parameter could be written.'} {by_hand}".strip()
+    typer.echo(words, err=output != "words")
+    return {"ready": False, "completed": False, "message": words, "written": list(written)}
+
+
+def _refusal(checks: list[Check], yes: bool, output: Output) -> dict[str, Any] | None:
+    """Result of a flight that stays on the ground, and why; None if it is to be flown."""
+    good = ready(checks)
+    if not good:
+        words = "The vehicle does not fly: see the lines marked 'no'."
+    elif not yes and not _confirmed(output):
+        words = "Not flown."
+    else:
+        return None
+    typer.echo(words, err=output != "words")
+    return {"ready": good, "completed": False, "message": words}
+
+
+def _confirmed(output: Output) -> bool:
+    """Whether the operator wants to fly; no answer is a no."""
+    try:
+        return typer.confirm("Arm and fly?", default=False, err=output != "words")
+    except typer.Abort:
+        return False
+
+
+def _dry_run(model: Model, config: VehicleConfig, output: Output) -> int:
+    """Check what can be checked without sending anything."""
+    findings = check(model)
+    Console(stderr=True, highlight=False).print("Listening to the links without sending")
+    return _say(listen(model, config, findings), output)
+
+
+def _say(checks: list[Check], output: Output) -> int:
+    """Print the rows of a dry run, and what they come to."""
+    _print_checks(checks, output)
+    good = ready(checks)
+    words = "no check failed so far" if good else "the vehicle would not fly, see the lines marked 'no'"
+    words = f"Dry run: {words}. Nothing was sent."
+    typer.echo(words, err=output != "words")
+    _print_result(checks, {"ready": good, "completed": False, "message": words}, output)
+    return 0 if good else 1
+
+
+def _fly(
+    model: Model,
+    links: VehicleLinks,
+    planner: Planner,
+    checks: list[Check],
+    path: Path,
+    duration: float | None,
+    output: Output,
+    feed: int | None,
+) -> dict[str, Any]:
+    header = recorded_header(model.scenario) | {
+        "version": __version__,
+        "links": asdict(links.config),
+        "checklist": _as_data(checks),
+    }
+    unwritten = ""
+    with BackgroundPrinter(sys.stderr) as printer, fed(feed) as listener:
+        recorder = Recorder(path, header, listener, keep=False, attachments=carried_files(model.scenario))
+        try:
+            session = FlightSession(model, links, planner, recorder, say=lambda words: printer.print(f"· {words}"))
+            with _ctrl_c(session):
+                report = session.fly(duration, _StatusLine(session, printer))
+            gap = links.autopilot.status().longest_setpoint_gap
+            timing = {**vars(session.backend.ticks), "longest_setpoint_gap": gap}
+            recorder.write("timing", 0.0, timing)
+        finally:
+            try:
+                recorder.close()
+            except RecordingError as error:  # the disk is full: the flight has ended as it would have, and is reported
+                unwritten = str(error)
+                printer.print(f"The recording is not whole: {unwritten}")
+    loop, judged = (None, None) if unwritten else _measured(path, model)
+    _print_report(report, session, gap, path, loop, output)
+    if judged is not None:
+        typer.echo(sentence_by_the_leaf(judged), err=output != "words")
+    return {
+        "ready": True,
+        "completed": report.completed,
+        "message": report.message,
+        "end": report.end.value,
+        "seen": report.seen,
+        "recording": str(path),
+        "unwritten": unwritten,
+        "by_the_leaf": judged,
+        "timing": timing,
+        "attitude_lag_s": None if loop is None else loop.lag,
+        "attitude_dead_time_s": None if loop is None else loop.dead_time,
+        "hover": {name: value for name, value in session.flight.measured.items() if math.isfinite(value)},
+        "journal": session.journal.lines,
+    }
+
+
+def _measured(path: Path, model: Model) -> tuple[AttitudeLoop | None, dict[str, Any] | None]:
+    """Attitude loop of a recorded flight, and its figures by the measured leaf; None for what it did not measure."""
+    try:
+        recording = Recording.load(path)
+        loop = recorded_loop(recording)
+    except DoormanError:
+        return None, None
+    try:
+        return loop, summarize(recording, model) if has_measured_leaf(recording) else None
+    except DoormanError:
+        return loop, None
+
+
+class _StatusLine:
+    """Prints where the flight is, now and then; called by the mission."""
+
+    def __init__(self, session: FlightSession, printer: BackgroundPrinter) -> None:
+        self._session, self._printer, self._next = session, printer, 0.0
+
+    def __call__(self, now: float, door_angle: float) -> None:
+        if now < self._next:
+            return
+        self._next = now + _STATUS_PERIOD
+        state = self._session.links.autopilot.state()
+        x, y, z = state.position
+        words = (
+            f"{now:5.1f} s  {self._session.phase:9s} door {math.degrees(door_angle):5.1f}°  at {x:.2f}, {y:.2f}, {z:.2f} m"
+            f"  {state.mode}  {state.battery.voltage:.1f} V  missed {self._session.backend.missed_ticks}"
+        )
+        self._printer.print_over(words)
+
+
+@contextmanager
+def _ctrl_c(session: FlightSession) -> Iterator[None]:
+    """Ctrl-C, SIGTERM, SIGQUIT and SIGHUP, of a terminal that is gone, go to the session; the handlers before are put back."""
+    # What would stop the program, as Ctrl-Z does, is ignored: the vehicle would hear nothing any more.
+    asks = {signal.SIGINT: session.interrupt, signal.SIGTERM: session.terminate, signal.SIGQUIT: session.terminate}
+    if signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN:  # nohup
+        asks[signal.SIGHUP] = session.terminate
+    handlers: dict[signal.Signals, Any] = {number: lambda *_, ask=ask: ask() for number, ask in asks.items()}
+    handlers |= dict.fromkeys(STOPPING, signal.SIG_IGN)
+    before = {number: signal.signal(number, handler) for number, handler in handlers.items()}
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+def _print_checks(checks: list[Check], output: Output) -> None:
+    rows = (
+        (Text(one.verdict.value, style=_COLORS[one.verdict]), one.name, with_advice(one.found, one.advice))
+        for one in checks
+    )
+    print_table(("", "checked", "found"), rows, err=output != "words")
+
+
+def _print_report(
+    report: FlightReport, session: FlightSession, gap: float, path: Path, loop: AttitudeLoop | None, output: Output
+) -> None:
+    say = partial(typer.echo, err=output != "words")
+    ticks = session.backend.ticks
+    done = "The mission was flown to its end" if report.completed else "The mission was not flown to its end"
+    why = "" if not report.message else f": {report.message}"
+    say(f"{done}{why}. The vehicle: {report.end.value}.")
+    if report.seen:
+        say(f"Seen: {report.seen}.")
+    for line in session.journal.lines[-_LINES:]:
+        say(f"  {line}")
+    say(
+        f"Ticks: {ticks.ticks}, {ticks.missed} missed, p99.9 {ticks.p99_9 * 1e3:.1f} ms off; "
+        f"longest gap of setpoints {gap * 1e3:.0f} ms. Recording: {path}"
+    )
+    if loop is not None:
+        say(
+            f"The attitude begins to follow its setpoints after {loop.dead_time * 1e3:.0f} ms, and lags {loop.lag * 1e3:.0f} ms "
+            "(doorman vehicle learn writes both)."
+        )
+
+
+def _file(out: Path | None, model: Model) -> Path:
+    if out is not None:
+        return out
+    return new_folder(f"fly-{model.scenario.name}") / "flight.mcap"
