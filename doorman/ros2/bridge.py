@@ -64,8 +64,8 @@ class FlightPublisher(Uncopied):
             raise BackendError(
                 f"cannot listen: {error.strerror}", field="port", given=port, allowed="a free port"
             ) from error
-        for told in self._translator.at_the_start():
-            self._write(told)
+        for message in self._translator.at_the_start():
+            self._write(message)
         self.port = int(self._socket.getsockname()[1])  # of the feed
         self.published = 0  # messages of the flight
         self.refusals: Counter[str] = Counter()  # what was left out, by its reason
@@ -78,12 +78,12 @@ class FlightPublisher(Uncopied):
         """Publish what has come."""
         if not select.select([self._socket], [], [], timeout)[0]:
             return
-        told = parse(self._socket.recv(LARGEST))
-        if told is None:
+        fed = parse(self._socket.recv(LARGEST))
+        if fed is None:
             self.refusals["no message of a flight"] += 1
             return
         try:
-            for message in self._translator.translate(told):
+            for message in self._translator.translate(fed):
                 self._write(message)
         except BackendError as error:
             self.refusals[f"{error.field}: {error.message}"] += 1
@@ -105,8 +105,8 @@ class FlightPublisher(Uncopied):
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    def _write(self, told: Outgoing) -> None:
-        self._writers[told.topic].write(told.message)
+    def _write(self, message: Outgoing) -> None:
+        self._writers[message.topic].write(message.message)
 
     def _writer(self, topic: RosTopic, prefix: str) -> Any:
         dds = Topic(self._participant, dds_name(topic.under(prefix)), topic.type)

@@ -58,7 +58,7 @@ class Feed(Uncopied):
         self._socket.connect(("127.0.0.1", port))
         self._socket.setblocking(False)
         self.unsent = 0
-        """Messages that nobody took."""
+        """Messages that the bridge did not take."""
 
     def listen(self, topic: str, time: float, fields: Mapping[str, Value]) -> None:
         """Send one message, if the bridge reads its topic; never waits.
@@ -74,7 +74,7 @@ class Feed(Uncopied):
         data = orjson.dumps([topic, clock.time_ns(), chosen, float(time)])
         try:
             self._socket.send(data)
-        except OSError:  # nobody listens, or its buffer is full
+        except OSError:  # no bridge, or its buffer is full
             self.unsent += 1
 
     def close(self) -> None:

@@ -44,44 +44,42 @@ class Translator:
         self._sizes = {"arm_angles": model.n_arm, "arm_rates": model.n_arm, "state": model.nx, "states": model.nx}
 
     def at_the_start(self) -> Iterator[Outgoing]:
-        """What is told once, and kept for whoever comes late."""
+        """What is sent once, and kept for whoever comes late."""
         yield Outgoing("/robot_description", ros.String(description(self._model.vehicle.urdf)))
         yield Outgoing("door_description", ros.String(description(self._model.door.urdf)))
         yield Outgoing("/tf_static", ros.TFMessage(self._frames.standing))
 
-    def translate(self, told: FedMessage) -> Iterator[Outgoing]:
+    def translate(self, fed: FedMessage) -> Iterator[Outgoing]:
         """Messages for one of the flight's."""
-        for name, value in told.fields.items():
+        for name, value in fed.fields.items():
             size = self._sizes.get(name, _AXES)
             if isinstance(value, np.ndarray) and value.shape[-1] != size:
-                raise BackendError("the flight is of another scenario", field=f"{told.topic}.{name}",
+                raise BackendError("the flight is of another scenario", field=f"{fed.topic}.{name}",
                                    given=value.shape[-1], allowed=f"{size} numbers, as in the bridge's scenario")  # fmt: skip
-        if told.topic == "truth":
-            self._simulated_until = told.wall_time + _SIMULATED
-            yield Outgoing("/clock", ros.Clock(time_of(round(1e9 * told.time))))
+        if fed.topic == "truth":
+            self._simulated_until = fed.wall_time + _SIMULATED
+            yield Outgoing("/clock", ros.Clock(time_of(round(1e9 * fed.time))))
             return
-        simulated = told.wall_time < self._simulated_until
-        stamp = time_of(round(1e9 * told.time) if simulated else told.wall_time)
-        if told.topic == "measurement":
-            yield from self._measurement(told, stamp)
-        elif told.topic == "estimate":
-            yield from self._estimate(told, stamp)
-        elif told.topic == "door_sensor":
+        simulated = fed.wall_time < self._simulated_until
+        stamp = time_of(round(1e9 * fed.time) if simulated else fed.wall_time)
+        if fed.topic == "measurement":
+            yield from self._measurement(fed, stamp)
+        elif fed.topic == "estimate":
+            yield from self._estimate(fed, stamp)
+        elif fed.topic == "door_sensor":
             names = [self._model.scenario.door.hinge]
             yield Outgoing(
                 "door/measured_joint_states",
-                ros.JointState(ros.Header(stamp, WORLD), names, [told.fields["joint"]], [], []),
+                ros.JointState(ros.Header(stamp, WORLD), names, [fed.fields["joint"]], [], []),
             )
-        elif told.topic == "plan" and self._due("plan", told.wall_time):
-            yield Outgoing("plan", self._path(told.fields["states"], stamp))
-        elif told.topic == "mission":
-            text = (
-                f"{told.fields['state']}: {told.fields['message']}" if told.fields["message"] else told.fields["state"]
-            )
+        elif fed.topic == "plan" and self._due("plan", fed.wall_time):
+            yield Outgoing("plan", self._path(fed.fields["states"], stamp))
+        elif fed.topic == "mission":
+            text = f"{fed.fields['state']}: {fed.fields['message']}" if fed.fields["message"] else fed.fields["state"]
             yield Outgoing("mission", ros.String(text))
 
-    def _measurement(self, told: FedMessage, stamp: ros.Time) -> Iterator[Outgoing]:
-        fields = told.fields
+    def _measurement(self, fed: FedMessage, stamp: ros.Time) -> Iterator[Outgoing]:
+        fields = fed.fields
         turn = _rotation(fields["attitude"])
         x, y, z = fields["position"].tolist()
         velocity = (
@@ -100,17 +98,17 @@ class Translator:
         angles, rates = fields["arm_angles"].tolist(), fields["arm_rates"].tolist()
         yield Outgoing("joint_states", ros.JointState(ros.Header(stamp, base), names, angles, rates, []))
 
-    def _estimate(self, told: FedMessage, stamp: ros.Time) -> Iterator[Outgoing]:
-        header, force = ros.Header(stamp, WORLD), told.fields["tip_force"]
+    def _estimate(self, fed: FedMessage, stamp: ros.Time) -> Iterator[Outgoing]:
+        header, force = ros.Header(stamp, WORLD), fed.fields["tip_force"]
         yield Outgoing("tip_force", ros.WrenchStamped(header, ros.Wrench(_vector(force), _vector(np.zeros(3)))))
-        angle, rate = told.fields["state"][3:5].tolist()
+        angle, rate = fed.fields["state"][3:5].tolist()
         if not np.isfinite([angle, rate]).all():
             return
         door = self._model.door
         joint = [door.joint_value(angle)], [door.joint_rate(rate)]
         yield Outgoing("door/joint_states", ros.JointState(header, [self._model.scenario.door.hinge], *joint, []))
         yield Outgoing("/tf", ros.TFMessage(self._frames.leaf(stamp, angle)))
-        if self._due("markers", told.wall_time) and np.isfinite(force).all():
+        if self._due("markers", fed.wall_time) and np.isfinite(force).all():
             yield Outgoing("markers", ros.MarkerArray([self._arrow(header, angle, force)]))
 
     def _due(self, name: str, now: int) -> bool:
