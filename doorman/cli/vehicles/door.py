@@ -36,8 +36,7 @@ def print_(
     Each page says where its tag goes. Print without scaling: a line on the page is 100 mm long.
     """
     from doorman.cli.task import load_task
-    from doorman.hardware.door.tags.placing import usual_marks
-    from doorman.hardware.door.tags.printing import Page, tag_pdf
+    from doorman.door_sensor.printing import Page, tag_pdf, usual_marks
     from doorman.model import Model
     from doorman.scenario.toml_text import value_text
 
