@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from doorman.estimation.leaf.acting import Acting
 from doorman.estimation.leaf.hypotheses import PUSHING, STANDING, TOUCHING
-from doorman.estimation.leaf.leaf_filter import AT_THE_LEAF, AWAY, CLOSING, HELD, SLIPS, WINDS
+from doorman.estimation.leaf.leaf_filter import AT_THE_FRAME, AT_THE_LEAF, AWAY, CLOSING, HELD, SLIPS, WINDS
 from doorman.estimation.leaf.leaf_sensor import recorded_readings
 from doorman.estimation.leaf.numbers import JOINT, JOINT_RATE, TUNED, leaf_numbers
 from doorman.estimation.leaf.running import LeafRun
@@ -30,6 +30,9 @@ Array = NDArray[np.float64]
 
 _AT_THE_LEAF = ("touch", "open", "hold", "recover", "take_back", "release", "retreat")
 """Phases of a mission in which the tip may touch."""
+
+_AT_THE_FRAME = "touch_frame"
+"""Phase in which it may touch the frame."""
 
 _MEASURED = ("position", "attitude", "body_rates", "arm_angles", "arm_rates")
 
@@ -100,6 +103,7 @@ def replay_leaf(recording: Recording, model: Model, changes: dict[str, float] | 
         )
     numbers = leaf_numbers(model, noise.deviation).replaced(changes or {})
     situations = _situations(recording, measured.time[new])
+    faces = _faces(recording, model, new)
     felt = _felt(recording, pose_time[new], situations) if "tip_sensor" in recording else None
     inputs = _inputs(recording, model, whole, new)
     run = LeafRun(model, numbers, pose_time[new[0]], measured["position"][new[0]], inputs[0])
@@ -110,8 +114,11 @@ def replay_leaf(recording: Recording, model: Model, changes: dict[str, float] | 
         while readings and readings[0][0] <= measured.time[new[k]]:
             _, seen_at, angle, deviation = readings.popleft()
             run.see_leaf(seen_at, angle, deviation / model.door.per_angle)
+        if (faces[k] != faces[k - 1]).any():
+            run.feels(faces[k])
+        situation = AT_THE_FRAME if faces[k].any() else situations[k]
         position, _ = run.unswapped(float(pose_time[new[k]]), measured["position"][new[k]])
-        status = run.step(float(pose_time[new[k]]), position, inputs[k], situations[k], reading)
+        status = run.step(float(pose_time[new[k]]), position, inputs[k], situation, reading)
         found = run.estimate
         rows.append((
             found.mean, found.deviations, list(found.probabilities.values()), found.outputs["normal_force"],
@@ -169,6 +176,24 @@ def _felt(recording: Recording, times: Array, situations: list[str]) -> Array:
     away = np.array([situation == AWAY for situation in situations])
     before = np.concatenate([[0.0], np.cumsum(away * read)[:-1]])
     return np.asarray(read - before / np.maximum(np.concatenate([[0.0], np.cumsum(away)[:-1]]), 1.0))
+
+
+def _faces(recording: Recording, model: Model, new: NDArray[np.int64]) -> Array:
+    """Into which face the tip feels its way at every new pose, by unit normals, shape (k, 3); zeros where into none.
+
+    A tip that feels for the frame has no reference that moves. The face is that of the nearest place.
+    """
+    measured, found = recording["measurement"], np.zeros((len(new), 3))
+    if not model.frame_places or "setpoint" not in recording:
+        return found
+    mission, setpoint, came = recording["mission"], recording["setpoint"], measured.time[new]
+    states = mission["state"][np.clip(np.searchsorted(mission.time, came, side="right") - 1, 0, None)]
+    moves = setpoint["velocity"][np.clip(np.searchsorted(setpoint.time, came) - 1, 0, None)].any(axis=1)
+    tips = measured["position"] + model.coupling.tips(measured["attitude"], measured["arm_angles"])
+    for k in np.flatnonzero((states == _AT_THE_FRAME) & ~moves).tolist():
+        place = min(model.frame_places, key=lambda each: float(np.linalg.norm(each.point - tips[new[k]])))
+        found[k] = place.normal
+    return found
 
 
 def _situations(recording: Recording, times: Array) -> list[str]:
