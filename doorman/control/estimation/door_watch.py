@@ -68,8 +68,6 @@ class DoorWatch:
         """Why the door cannot be flown to, in words."""
         self.lied = False
         """Whether the source of the leaf is not believed any more."""
-        self.offset: tuple[Array, float] | None = None
-        """Where the frame was measured last: h of the hinge against the map, shape (2,), and the turn about it."""
         self._frame_time = -math.inf
 
     def checked(self, measured: Measurement, estimate: Estimate | None, tie: Tie) -> Measurement:
@@ -114,8 +112,7 @@ class DoorWatch:
                 self.refused = f"the door's frame is measured {where}, beyond door.search"
                 self._tell(frame.time, self.refused)
             return None
-        self.offset = off, yaw
-        return self.offset
+        return off, yaw
 
     def apart(self, measured: Measurement, estimate: Estimate) -> float | None:
         """Distance by which tip and measured leaf are surely apart, beyond what they were apart in contact [m]; None if not."""

@@ -39,10 +39,6 @@ class HingeEstimate:
     inertia_deviation: float
     torque_deviation: float
     """Of friction and closer together at the present angle [N m]."""
-    spare: float = 0.0
-    """Friction less closer, preload included, at the present angle: the door stays by itself where it is positive [N m]."""
-    spare_deviation: float = 0.0
-    """Its standard deviation [N m]."""
 
 
 class HingeFit:
@@ -97,7 +93,7 @@ class HingeFit:
         damping, friction, stiffness = self._mean.tolist()
         return HingeEstimate(
             damping, friction, stiffness, inertia, deviations[0], deviations[1], deviations[2], inertia_deviation,
-            math.sqrt(max(squares + together, 0.0)), friction - self._closes(angle), math.sqrt(max(squares - together, 0.0)),
+            math.sqrt(max(squares + together, 0.0)),
         )  # fmt: skip
 
     def _closes(self, angle: float, weight: bool = True) -> float:
