@@ -67,7 +67,8 @@ class Sequence:
     ) -> None:
         self.attempt = Attempt(model, converter, schedule, estimator)
         """What the phases share, and what came of it."""
-        self._first = Phase.OPEN if holds else _first(model)
+        on_the_leaf = Phase.OPEN if holds else Phase.TOUCH  # which tries a gripper
+        self._first = Phase.HOVER if model.scenario.mission.start == "hover" else on_the_leaf
         self._now: MissionPhase | None = None
         self._on_change = on_change
         self._guard = Guard(self.attempt)
@@ -185,8 +186,3 @@ class Sequence:
         if now.phase is Phase.RETREAT and not in_the_doorway(self.attempt.model, estimate.position):
             return False
         return estimate.tip_speed < -(slammed + now.speed_back(estimate))
-
-
-def _first(model: Model) -> Phase:
-    """Phase with which a mission begins: a tip that is on the leaf is tried before it moves the door."""
-    return Phase.HOVER if model.scenario.mission.start == "hover" else Phase.TOUCH

@@ -93,14 +93,12 @@ def planning_model(model: Model) -> PlanningModel:
             f'this model does not plan for contact.kind = "{model.scenario.contact.kind}"', file=model.scenario.source,
             field="planner.model", given=given, allowed=", ".join(kinds),
         )  # fmt: skip
-    if given == "lagrangian" and model.actuation.fully:
-        raise ScenarioError(
-            "this model does not plan for a fully actuated vehicle", file=model.scenario.source, field="planner.model",
-            given=given, allowed="quasi_static",
-        )  # fmt: skip
-    if given == "lagrangian" and not model.door.vertical:
-        raise ScenarioError(
-            "this model plans only for doors on vertical hinges", file=model.scenario.source, field="planner.model",
-            given=given, allowed="quasi_static",
-        )  # fmt: skip
+    for refused, why in (
+        (model.actuation.fully, "this model does not plan for a fully actuated vehicle"),
+        (not model.door.vertical, "this model plans only for doors on vertical hinges"),
+    ):
+        if given == "lagrangian" and refused:
+            raise ScenarioError(
+                why, file=model.scenario.source, field="planner.model", given=given, allowed="quasi_static"
+            )
     return kinds[given](model)

@@ -45,12 +45,7 @@ that is commanded is weighed."""
 
 
 def whole_body_numbers(model: Model, contact: Contact | None = None) -> Numbers:
-    """Numbers of a scenario's task, by the names that `WholeBodyTask` knows them by: the tip touches and opens.
-
-    Args:
-        model: Model of the scenario.
-        contact: How the tip holds the leaf; as the scenario says, if not given.
-    """
+    """Numbers of a scenario's task, by the names that `WholeBodyTask` knows them by: its tip, or another, touches and opens."""
     vehicle, scenario, contact = model.vehicle, model.scenario, contact or model.contact
     start, goal = model.start_state, model.goal_state
     scale, free = model.scale, 1.0 - contact.tied

@@ -25,12 +25,12 @@ def constraints(task: WholeBodyTask, kinds: Kinds = IN_A_DOORWAY) -> list[Constr
 
     The leaf's speed has no row: nothing that a pushing tip does keeps a leaf slow that something else drives.
     """
-    limits = task.limits
+    limits, force = task.limits, ca.sqrt(task.spring_force**2 + _ROUNDED_FORCE**2)  # its size, rounded
     return [
         *static_moment(task),
         *collision_constraints(task, limits.margin, (ARM,)),
         *disc_constraints(task, 0.0, kinds),
-        Constraint("tip presses or pulls too hard", _size(task.spring_force) - limits.force, "N", _FORCE),
+        Constraint("tip presses or pulls too hard", force - limits.force, "N", _FORCE),
         *rotor_thrusts(task),
     ]
 
@@ -65,11 +65,6 @@ def residuals(task: WholeBodyTask, kinds: Kinds = IN_A_DOORWAY) -> list[Residual
         Residual("velocity in the world", task.velocity, weigh.velocity_in_world),
         Residual("turning", task.attitude_rates[2] - goes.heading[1] * task.door_rate, weigh.turning),
     ]  # fmt: skip
-
-
-def _size(value: Any) -> Any:
-    """|·|, rounded."""
-    return ca.sqrt(value**2 + _ROUNDED_FORCE**2)
 
 
 def _positive(value: Any, rounding: Any) -> Any:
