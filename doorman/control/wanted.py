@@ -23,6 +23,6 @@ class Wanted(NamedTuple):
     numbers: Mapping[str, Any] | None = None
     """References and weights of a whole-body plan, by name: one iteration follows them."""
     goal: float | None = None
-    """Where a held door is to go by another plan; the scenario's goal if not given [rad]."""
+    """Where the door is to go; the scenario's goal if not given [rad]."""
     under_way: Sequence[Array] = ()
     """Inputs that were sent and have not acted yet, each for one step of the plan, shape (nu,)."""

@@ -25,7 +25,7 @@ from doorman.planning.hinge import Hinge
 from doorman.planning.pace import Pace
 from doorman.planning.plan import Plan
 from doorman.planning.whole_body.contact import depth_of, stick_place, tip_on_face, turned_by, whole_body_state
-from doorman.planning.whole_body.numbers import goal_numbers, loop_numbers, whole_body_numbers
+from doorman.planning.whole_body.numbers import loop_numbers, whole_body_numbers
 from doorman.planning.whole_body.references import LEAST_RESISTANCE, Leaf, references
 from doorman.signals import Command
 
@@ -69,7 +69,8 @@ class WholeBodyController:
         """Asked for now [rad/s]."""
         self.waits: Setpoint | None = None
         """Nothing is waited with: the phase flies until the first plan is known."""
-        self._way, self._ends = model.travel.sense, dict[str, Any]()
+        self._way = model.travel.sense
+        self._goal: float | None = None
         self._arm_rates, self._side = np.zeros(model.n_arm), np.zeros(2)
         self._turned: tuple[Estimate | None, Array] = None, np.zeros(2)  # of the last `aim`
         self._load = np.zeros(2)
@@ -102,7 +103,7 @@ class WholeBodyController:
 
     def forget(self, goal: float | None = None) -> None:
         """Begin anew, with door and arm at rest: to bring the leaf to the goal, or to another angle [rad]."""
-        self._ends = {} if goal is None else goal_numbers(self._model, goal)
+        self._goal = goal
         self._way = self._model.travel.sense if goal is None else math.copysign(1.0, goal - self._model.goal_angle)
         self.opening_rate = 0.0
         self._arm_rates, self._side = np.zeros(self._model.n_arm), np.zeros(2)
@@ -176,7 +177,7 @@ class WholeBodyController:
     def wanted(self, known: Estimate, now: float) -> Wanted:
         """A plan from now on."""
         state, numbers = self.start(known)
-        return Wanted(state, self._hinge, numbers, under_way=self.under_way(now))
+        return Wanted(state, self._hinge, numbers, self._goal, under_way=self.under_way(now))
 
     def start(self, known: Estimate) -> tuple[Array, dict[str, Any]]:
         """What a plan begins with, and aims for; what a held tip bears in the face acts on the vehicle as wind does."""
@@ -199,7 +200,7 @@ class WholeBodyController:
             held = turned_by(model, known.attitude, known.arm_angles, load, self._loop)
         side = {"actuation.side": self._side} if model.actuation.fully else {}
         return state, {
-            **side, **self._loop_numbers, **self._ends,
+            **side, **self._loop_numbers,
             **references(model, numbers, self._leaf(known, load), self.opening_rate),
             "contact.stick": place, "contact.offset": numbers.one("contact.offset") + known.face_offset,
             "vehicle.wind": known.wind - load, "vehicle.tilt_offset": self._tilt.offset + held,

@@ -139,11 +139,10 @@ class Planner(CopiedWhole):
             door_angle: α, clipped to the way from start to goal [rad]; None: the scenario's goal.
 
         Raises:
-            DimensionError: if it is not finite, or the goal is among the plan's numbers.
+            DimensionError: if it is not finite.
         """
         if door_angle is not None:
             door_angle = number(door_angle, "door_angle", "finite [rad]")
-            self.planning.goal(self.planning.start_state, self._hinge, door_angle)
         if door_angle != self._goal_angle:
             self._goal_angle, self._fitted = door_angle, False
 
@@ -211,7 +210,7 @@ class Planner(CopiedWhole):
         """Fit the problem to what is known of the hinge, to the margin, and to a start, where that changes anything."""
         if self._fitted and not self.planning.follows_start(self._given):
             return
-        self._numbers = self.planning.fitted(self._hinge, self._margin, state, self._given)
+        self._numbers = self.planning.fitted(self._hinge, self._margin, state, self._given, self._goal_angle)
         self.solver.update_parameters(self._numbers.vector)
         self.solver.update_goal(self.planning.goal(state, self._hinge, self._goal_angle))
         self._fitted = True

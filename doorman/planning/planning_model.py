@@ -57,8 +57,10 @@ class PlanningModel(Protocol):
     def problem(self, extras: Extras = NO_EXTRAS) -> Problem:
         """The scenario's optimal control problem."""
 
-    def fitted(self, hinge: Hinge, margin: float, start: Array, given: Mapping[str, ArrayLike] = NOTHING) -> Numbers:
-        """Numbers of the problem for what is known of the hinge, for a margin, and for a start."""
+    def fitted(
+        self, hinge: Hinge, margin: float, start: Array, given: Mapping[str, ArrayLike] = NOTHING, door_angle: float | None = None
+    ) -> Numbers:  # fmt: skip
+        """Numbers of the problem for what is known of the hinge, for a margin, a start, and a place where the leaf is to go."""
 
     def follows_start(self, given: Mapping[str, ArrayLike] = NOTHING) -> bool:
         """Whether `fitted` and `goal` depend on the start, where these numbers are given."""

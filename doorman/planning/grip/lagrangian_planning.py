@@ -51,7 +51,9 @@ class LagrangianPlanning(QuasiStaticPlanning):
         """The door problem with full dynamics. See `PlanningModel`."""
         return lagrangian_problem(self.model, self.numbers, extras)
 
-    def fitted(self, hinge: Hinge, margin: float, start: Array, given: Mapping[str, ArrayLike] = NOTHING) -> Numbers:
+    def fitted(
+        self, hinge: Hinge, margin: float, start: Array, given: Mapping[str, ArrayLike] = NOTHING, door_angle: float | None = None
+    ) -> Numbers:  # fmt: skip
         """The scenario's numbers with those of the hinge and the margin; a start changes none. See `PlanningModel`."""
         return self.numbers.replaced({**hinge.numbers(), "limits.margin": margin, **given})
 

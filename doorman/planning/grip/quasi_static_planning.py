@@ -56,7 +56,9 @@ class QuasiStaticPlanning:
         """The paper's problem. See `PlanningModel`."""
         return door_problem(self.model, self.numbers, extras)
 
-    def fitted(self, hinge: Hinge, margin: float, start: Array, given: Mapping[str, ArrayLike] = NOTHING) -> Numbers:
+    def fitted(
+        self, hinge: Hinge, margin: float, start: Array, given: Mapping[str, ArrayLike] = NOTHING, door_angle: float | None = None
+    ) -> Numbers:  # fmt: skip
         """The scenario's numbers with those of the hinge and the margin; a start changes none. See `PlanningModel`."""
         known = {**hinge.numbers(), "door.moving_inertia": hinge.inertia, "limits.margin": margin}
         return self.numbers.replaced({**known, **given})

@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from doorman.exceptions import DimensionError
 from doorman.kinematics.numbers import Numbers
 from doorman.kinematics.rotations import body_rates_of, euler_rate_matrix, regular_state, rotation_body_to_world
 from doorman.model import Model
@@ -20,7 +19,7 @@ from doorman.planning.hinge import Hinge
 from doorman.planning.own_motion import Motion
 from doorman.planning.pace import RESTING
 from doorman.planning.whole_body.contact import contact_forces, depth_of, turned_by, whole_body_state
-from doorman.planning.whole_body.numbers import whole_body_numbers
+from doorman.planning.whole_body.numbers import goal_numbers, whole_body_numbers
 from doorman.planning.whole_body.problem import whole_body_problem
 from doorman.planning.whole_body.references import Leaf, references
 
@@ -63,7 +62,7 @@ class WholeBodyPlanning:
         self.moved_mass = model.vehicle.mass
         self.headings: tuple[tuple[int, int], ...] = ((5, 11),)
         self.tolerance = _TOLERANCE
-        self._follow_start = frozenset(self._fitting(Hinge.of(model.door), self.start_state))
+        self._follow_start = frozenset(self._fitting(self.numbers, Hinge.of(model.door), self.start_state))
 
     def check_state(self, state: ArrayLike, field: str = "state") -> Array:
         """A state as a contiguous float array. See `PlanningModel`."""
@@ -73,20 +72,25 @@ class WholeBodyPlanning:
         """The whole-body problem. See `PlanningModel`."""
         return whole_body_problem(self.model, self.numbers, extras)
 
-    def fitted(self, hinge: Hinge, margin: float, start: Array, given: Mapping[str, ArrayLike] = NOTHING) -> Numbers:
+    def fitted(
+        self, hinge: Hinge, margin: float, start: Array, given: Mapping[str, ArrayLike] = NOTHING, door_angle: float | None = None
+    ) -> Numbers:  # fmt: skip
         """Numbers of a tip that opens the door, with the hinge as it is known. See `PlanningModel`."""
         known: dict[str, Any] = {"door.rest_angle": self.model.door.rest_angle, "limits.margin": margin}
+        numbers = self.numbers
+        if door_angle is not None:
+            numbers = numbers.replaced(goal_numbers(self.model, door_angle))
         if self.follows_start(given):
-            known |= self._fitting(hinge, start)
-        return self.numbers.replaced({**known, **given})
+            known |= self._fitting(numbers, hinge, start)
+        return numbers.replaced({**known, **given})
 
     def follows_start(self, given: Mapping[str, ArrayLike] = NOTHING) -> bool:
         """Unless all references are given. See `PlanningModel`."""
         return not self._follow_start <= given.keys()
 
-    def _fitting(self, hinge: Hinge, start: Array) -> dict[str, Any]:
+    def _fitting(self, numbers: Numbers, hinge: Hinge, start: Array) -> dict[str, Any]:
         """What depends on hinge and start, by name."""
-        model, numbers, joint, rate = self.model, self.numbers, float(start[12]), float(start[13])
+        model, joint, rate = self.model, float(start[12]), float(start[13])
         ahead, door, lever = model.travel.ahead, model.door, model.coupling.lever_length
         rests = hinge.friction + ahead(hinge.torque_at_rest(joint, door.rest_angle))  # beyond the goal as before it
         against = max(rests + hinge.damping * ahead(rate), 0.0)
@@ -104,15 +108,7 @@ class WholeBodyPlanning:
         }  # fmt: skip
 
     def goal(self, start: Array, hinge: Hinge, door_angle: float | None = None) -> Array:
-        """The scenario's goal. See `PlanningModel`.
-
-        Residuals draw to the goal; the quadratic cost only keeps the solver's equations regular.
-        """
-        if door_angle is not None:
-            raise DimensionError(
-                "a whole-body plan has its goal in its numbers", field="door_angle", given=door_angle,
-                allowed="None; update_numbers changes the references",
-            )  # fmt: skip
+        """The scenario's goal: residuals draw to where the leaf is to go, the quadratic cost only keeps equations regular."""
         return self.goal_state
 
     def impossible(self, hinge: Hinge, start: Array) -> tuple[PlanStatus, str] | None:
