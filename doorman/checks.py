@@ -128,7 +128,7 @@ NonNegative = Annotated[float, Range(0.0)]
 
 def check_fields(settings: Any, prefix: str = "") -> None:
     """Hold the fields of a dataclass of settings against the ranges and choices in their types; None is allowed to be none."""
-    kind: type[object] = type(settings)
+    kind: Any = type(settings)  # which mypy takes for hashable
     for name, allowed in _allowed(kind).items():
         value = getattr(settings, name)
         if isinstance(allowed, Range):
@@ -139,7 +139,7 @@ def check_fields(settings: Any, prefix: str = "") -> None:
 
 
 @cache
-def _allowed(settings: type[object]) -> dict[str, Range | tuple[str, ...]]:
+def _allowed(settings: type) -> dict[str, Range | tuple[str, ...]]:
     """Range or choices of the fields that have some."""
     found: dict[str, Range | tuple[str, ...]] = {}
     for name, hint in get_type_hints(settings, include_extras=True).items():
