@@ -69,7 +69,7 @@ class Autopilot(Opened):
         """Land what still flies by our setpoints (`on_stop`), end the thread and close the line; may be called twice."""
         link = self._link
         try:
-            if link.alive and link.inbox.identity is not None:
+            if link.alive and link.identity is not None:
                 sequences.leave(link)
         finally:
             link.stop()

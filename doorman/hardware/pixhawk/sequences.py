@@ -44,7 +44,7 @@ def await_autopilot(link: Link) -> None:
     timeout = link.config.timeouts.open
     deadline = link.time.now() + timeout
     needs: tuple[tuple[str, Callable[[], bool]], ...] = (
-        ("heartbeat of a multirotor", lambda: link.inbox.identity is not None),
+        ("heartbeat of a multirotor", lambda: link.identity is not None),
         ("attitude", lambda: link.tracker.sample.attitude_time > float("-inf")),
         ("answers to TIMESYNC", lambda: link.clock.synchronised),
     )
@@ -60,7 +60,7 @@ def await_autopilot(link: Link) -> None:
 def _hint(link: Link) -> str:
     if link.codec is not None and link.codec.counters.bad_signatures:
         return ": messages arrive, but their signatures are missing or wrong (PX4 before 1.17 cannot sign)"
-    if link.inbox.foreign:
+    if link.foreign:
         return ": messages arrive, but none from a multirotor"
     return ""
 

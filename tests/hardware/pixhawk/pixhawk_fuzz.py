@@ -52,7 +52,7 @@ class Fuzzer:
 
     def feed(self, data: bytes) -> None:
         """Give bytes to the link, as its thread does."""
-        self.link.inbox.receive(data, self.line.peer, self.line)
+        self.link.receive(data, self.line.peer, self.line)
 
     def once(self) -> None:
         """One input, and what must hold after it."""
@@ -68,7 +68,7 @@ class Fuzzer:
             known = [value for value in values.tolist() if not math.isnan(value)]
             assert len(known) in (0, len(values)) and all(abs(value) <= 1e6 for value in known), values
         assert sample.attitude_time <= time.monotonic() and sample.position_time <= time.monotonic()
-        begun = self.link.inbox._texts._begun
+        begun = self.link._texts._begun
         assert begun is None or len(begun.parts) <= 8
         for splitter in self.link.codec._splitters.values():  # type: ignore[union-attr]
             assert len(splitter._buffer) < 300

@@ -39,7 +39,7 @@ def link() -> Link:
     line: Any = Noted()
     made._line = line
     heartbeat = mavlink.MAVLink_heartbeat_message(13, 12, 81, 4 << 16, 3, 3).pack(mavlink.MAVLink(None, 1, 1))
-    made.inbox.receive(heartbeat, line.peer, line)
+    made.receive(heartbeat, line.peer, line)
     return made
 
 

@@ -10,15 +10,16 @@ armed it is reported and refused.
 from __future__ import annotations
 
 import struct
-from typing import Protocol
+from collections import deque
 
 from doorman.clocks import Clock
+from doorman.exceptions import BackendError
 from doorman.hardware.pixhawk.authority import AuthorityKeeper
 from doorman.hardware.pixhawk.config import PixhawkConfig
-from doorman.hardware.pixhawk.dialect import ARDUPILOT, MULTIROTORS, Dialect, dialect_of
+from doorman.hardware.pixhawk.dialect import ARDUPILOT, MULTIROTORS, PX4, Dialect, dialect_of
 from doorman.hardware.pixhawk.events import EventKind, LinkLog
 from doorman.hardware.pixhawk.link.exchange import Exchange, StatusText, TextParts
-from doorman.hardware.pixhawk.link.origin import Origin
+from doorman.hardware.pixhawk.link.origin import CautiousOrigin, Origin
 from doorman.hardware.pixhawk.link.rates import RateKeeper
 from doorman.hardware.pixhawk.link.stream import SetpointStream
 from doorman.hardware.pixhawk.link.timesync import ClockMap, SyncResult
@@ -97,51 +98,59 @@ WANTED = frozenset(IDENTIFIERS[name] for name in (*_UNORDERED, *_ORDERED))
 """Identifiers of the messages that are decoded at all."""
 
 
-class Owner(Protocol):
-    config: PixhawkConfig
-    time: Clock
-    events: LinkLog
-    exchange: Exchange
-    clock: ClockMap
-    tracker: Tracker
-    stream: SetpointStream
-    authority: AuthorityKeeper
-    rates: RateKeeper
-    codec: Codec | None
-
-    @property
-    def origin(self) -> Origin | None:
-        """What gives the autopilot a place on earth."""
-
-    def send(self, message: Message) -> None:
-        """Queue a message."""
-
-
 class Inbox:
-    def __init__(self, owner: Owner) -> None:
+    """What is known of one autopilot, filled by its messages."""
+
+    def __init__(self, config: PixhawkConfig, time: Clock) -> None:
+        self.config, self.time = config, time
+        self.events, self.exchange, self.clock = LinkLog(), Exchange(time), ClockMap()
+        self.tracker = Tracker(self.clock, config.local_frame)
+        self.stream = SetpointStream(config, self.events)
+        self.authority = AuthorityKeeper(self.stream, self.events)
+        self.rates = RateKeeper(wanted_rates(config))
+        self.codec: Codec | None = None
         self.identity: tuple[int, int] | None = None  # system and component of the autopilot, once heard
         self.dialect: Dialect | None = None
         self.vehicle_type: int | None = None  # MAV_TYPE of its heartbeat
-        self.peer = PeerKeeper(owner.events, owner.config.signing_key is not None)
+        self.peer = PeerKeeper(self.events, config.signing_key is not None)
         self.last_message = float("-inf")  # when it was last heard [s]
         self.foreign = 0  # messages of others
         self.namesake = float("-inf")  # when somebody else's heartbeat with our system id came [s]
-        self._owner = owner
+        self._origins: dict[Dialect, Origin] = {}
+        if config.origin is not None and config.mocap:
+            self._origins = {ARDUPILOT: Origin(config.origin), PX4: CautiousOrigin(config.origin)}
+        self._outgoing: deque[Message] = deque()
         self._noted = (0, 0, 0, 0)
         self._texts = TextParts()
 
     @property
+    def target(self) -> tuple[int, int]:
+        if self.identity is None:
+            raise BackendError("no autopilot has been heard yet", allowed="open() first")
+        return self.identity
+
+    @property
+    def known_dialect(self) -> Dialect:
+        if self.dialect is None:
+            raise BackendError("no autopilot has been heard yet", allowed="open() first")
+        return self.dialect
+
+    @property
+    def origin(self) -> Origin | None:
+        """What gives this autopilot a place on earth; None where it needs none, or is not known yet."""
+        return None if self.dialect is None else self._origins.get(self.dialect)
+
+    @property
     def _asks_estimator(self) -> bool:
         """Whether positions are believed only where the autopilot says so: no camera would contradict them."""
-        return self.dialect is not None and self.dialect.says_what_is_valid and not self._owner.config.mocap
+        return self.dialect is not None and self.dialect.says_what_is_valid and not self.config.mocap
 
     def receive(self, data: bytes, address: Address, line: Line) -> None:
-        owner = self._owner
-        assert owner.codec is not None
-        now = owner.time.now()
-        for message in owner.codec.decode(data, address):
+        assert self.codec is not None
+        now = self.time.now()
+        for message in self.codec.decode(data, address):
             self._sort(message, address, line, now)
-        if owner.codec.outdated and line.peer is None:
+        if self.codec.outdated and line.peer is None:
             line.peer = self.peer.address = address  # without a clock of its own it takes the time from us
         self._tell(self._texts.late(now))
         self._note_damage(now)
@@ -153,40 +162,39 @@ class Inbox:
         if sender != self.identity or (address is not None and line.peer != address):
             self.foreign += 1
             if sender == self.identity:
-                self.peer.elsewhere(address, line, self._owner.tracker.sample.armed, now)
+                self.peer.elsewhere(address, line, self.tracker.sample.armed, now)
             self._note_stranger(message, sender, now)
             return
-        if now - self.last_message > SILENCE and self._owner.origin is not None:
-            self._owner.origin.reset()  # it may have been rebooted, and must have no pose before its origin then
+        if now - self.last_message > SILENCE and self.origin is not None:
+            self.origin.reset()  # it may have been rebooted, and must have no pose before its origin then
         self.last_message = now
-        ordered = self._owner.tracker.in_order(message.get_seq(), now)
+        ordered = self.tracker.in_order(message.get_seq(), now)
         if ordered or kind in _UNORDERED:
             # A TIMESYNC that answers one of ours says nothing of the autopilot's own.
             if kind != "TIMESYNC" or message.tc1 == 0:
-                self._owner.rates.heard(kind)
+                self.rates.heard(kind)
             try:
                 self._handle(kind, message, now)
             except (ValueError, ArithmeticError, struct.error):  # absurd figures in a message with a right checksum
-                self._owner.tracker.counters.invalid += 1
+                self.tracker.counters.invalid += 1
 
     def _note_stranger(self, message: Message, sender: tuple[int, int], now: float) -> None:
-        owner = self._owner
-        if sender[0] == owner.config.system_id:
+        if sender[0] == self.config.system_id:
             if message.get_type() == "HEARTBEAT" and (
                 message.type == mavlink.MAV_TYPE_GCS or self.dialect is ARDUPILOT  # which heeds any with that id
             ):
                 self.namesake = now
                 words = f"another station uses doorman's system id {sender[0]}: the autopilot may miss that doorman has stopped"
-                owner.events.happen_at_most(60.0, EventKind.FOREIGN, now, words, component=sender[1])
+                self.events.happen_at_most(60.0, EventKind.FOREIGN, now, words, component=sender[1])
         elif self.identity is None or sender[0] != self.identity[0]:
             words = f"messages of system {sender[0]} are ignored"
-            owner.events.happen_at_most(60.0, EventKind.FOREIGN, now, words, component=sender[1])
+            self.events.happen_at_most(60.0, EventKind.FOREIGN, now, words, component=sender[1])
 
     def _meet(self, message: Message, sender: tuple[int, int], address: Address, line: Line, now: float) -> None:
         dialect = dialect_of(message.autopilot)
         if dialect is not None and self.identity not in (None, sender) and address == line.peer:
             self.peer.another(sender, self.identity, now)
-        wanted = self._owner.config.vehicle_system
+        wanted = self.config.vehicle_system
         if (
             dialect is None
             or message.type not in MULTIROTORS
@@ -196,79 +204,77 @@ class Inbox:
             return
         if self.identity is None:
             self.identity, self.dialect, self.vehicle_type = sender, dialect, int(message.type)
-            if dialect.asks_time and self._owner.config.mocap:
-                self._owner.rates.want("TIMESYNC", _TIMESYNC_RATE)
+            if dialect.asks_time and self.config.mocap:
+                self.rates.want("TIMESYNC", _TIMESYNC_RATE)
             if self._asks_estimator:
-                self._owner.rates.want("ESTIMATOR_STATUS", _ESTIMATOR_RATE)
-                self._owner.tracker.expect_estimator(now)
-            self._owner.stream.angle_boost = dialect.angle_boost
-            self._owner.stream.keeps_tilt = dialect.keeps_tilt
-            self._owner.events.happen(
+                self.rates.want("ESTIMATOR_STATUS", _ESTIMATOR_RATE)
+                self.tracker.expect_estimator(now)
+            self.stream.angle_boost = dialect.angle_boost
+            self.stream.keeps_tilt = dialect.keeps_tilt
+            self.events.happen(
                 EventKind.CONNECTED, now, f"{dialect.name}, system {sender[0]}", dialect=dialect.name, system=sender[0]
             )
         if sender == self.identity:
-            self.peer.heard_at(address, line, now - self.last_message, self._owner.tracker.sample.armed, now)
+            self.peer.heard_at(address, line, now - self.last_message, self.tracker.sample.armed, now)
 
     def _handle(self, kind: str, message: Message, now: float) -> None:
-        owner, dialect = self._owner, self.dialect
+        dialect = self.dialect
         assert dialect is not None
         if kind == "HEARTBEAT":
-            owner.tracker.heartbeat(message, dialect, now)
-            sample = owner.tracker.sample
-            owner.authority.heartbeat(sample.mode, sample.armed, sample.system_status, dialect, now)
+            self.tracker.heartbeat(message, dialect, now)
+            sample = self.tracker.sample
+            self.authority.heartbeat(sample.mode, sample.armed, sample.system_status, dialect, now)
         elif kind == "TIMESYNC":
             self._timesync(message, now)
         elif kind == "COMMAND_ACK":
-            config = owner.config
+            config = self.config
             if message.target_system in (0, config.system_id) and message.target_component in (0, config.component_id):
-                owner.exchange.post_acknowledgement(message.command, message.result)
+                self.exchange.post_acknowledgement(message.command, message.result)
                 if message.result == mavlink.MAV_RESULT_ACCEPTED:
-                    owner.authority.accepted(message.command, now)
+                    self.authority.accepted(message.command, now)
         elif kind == "PARAM_VALUE":
             value = dialect.decode_parameter(message.param_value, message.param_type)
-            owner.exchange.post_parameter(message.param_id, value, message.param_type)
+            self.exchange.post_parameter(message.param_id, value, message.param_type)
         elif kind == "STATUSTEXT":
             self._tell(self._texts.take(message, now))
         elif kind == "GPS_GLOBAL_ORIGIN":
-            if owner.origin is not None:
-                owner.origin.heard(now)
+            if self.origin is not None:
+                self.origin.heard(now)
         elif kind == "ESTIMATOR_STATUS":
-            if owner.origin is not None:
-                owner.origin.estimator(message.flags)
+            if self.origin is not None:
+                self.origin.estimator(message.flags)
             if self._asks_estimator:
-                owner.tracker.estimator(message.flags)
+                self.tracker.estimator(message.flags)
         else:
-            owner.tracker.take(message, now)
+            self.tracker.take(message, now)
 
     def _timesync(self, message: Message, now: float) -> None:
-        owner = self._owner
-        received = owner.time.nanoseconds()
+        received = self.time.nanoseconds()
         if message.tc1 == 0:  # its own request: our time, so that it can map the stamps of our poses
-            owner.send(mavlink.MAVLink_timesync_message(received, message.ts1))
+            self._outgoing.append(mavlink.MAVLink_timesync_message(received, message.ts1))
             return
-        result = owner.clock.answer(message.ts1, message.tc1, received)
+        result = self.clock.answer(message.ts1, message.tc1, received)
         if result is SyncResult.JUMPED:
-            owner.events.happen(EventKind.CLOCK_JUMPED, now, "the autopilot's clock jumped")
+            self.events.happen(EventKind.CLOCK_JUMPED, now, "the autopilot's clock jumped")
         elif result is SyncResult.REBOOTED:
-            owner.events.happen(EventKind.REBOOTED, now, "the autopilot's clock started anew")
-            owner.tracker.reset()
+            self.events.happen(EventKind.REBOOTED, now, "the autopilot's clock started anew")
+            self.tracker.reset()
             if self._asks_estimator:
-                owner.tracker.expect_estimator(now)
-            owner.exchange.forget()
-            owner.rates.restart()
-            if owner.origin is not None:
-                owner.origin.reset()
-            owner.authority.rebooted(now)
+                self.tracker.expect_estimator(now)
+            self.exchange.forget()
+            self.rates.restart()
+            if self.origin is not None:
+                self.origin.reset()
+            self.authority.rebooted(now)
 
     def _tell(self, texts: list[StatusText]) -> None:
         for one in texts:
-            self._owner.exchange.post_text(one)
-            self._owner.events.happen(EventKind.STATUS_TEXT, one.time, one.text, severity=one.severity)
+            self.exchange.post_text(one)
+            self.events.happen(EventKind.STATUS_TEXT, one.time, one.text, severity=one.severity)
 
     def _note_damage(self, now: float) -> None:
-        owner = self._owner
-        assert owner.codec is not None
-        counters, telemetry = owner.codec.counters, owner.tracker.counters
+        assert self.codec is not None
+        counters, telemetry = self.codec.counters, self.tracker.counters
         figures = (
             counters.corrupted + counters.malformed, telemetry.disordered, telemetry.invalid, counters.bad_signatures
         )  # fmt: skip
@@ -276,5 +282,13 @@ class Inbox:
         if figures != self._noted:
             for kind, figure, before in zip(kinds, figures, self._noted, strict=True):
                 if figure != before:
-                    owner.events.happen_at_most(_NOTE_PERIOD, kind, now, kind.value, count=figure)
+                    self.events.happen_at_most(_NOTE_PERIOD, kind, now, kind.value, count=figure)
             self._noted = figures
+
+
+def wanted_rates(config: PixhawkConfig) -> dict[str, float]:
+    """Rates of the telemetry that is requested [1/s], by name of the message."""
+    return {
+        "ATTITUDE_QUATERNION": config.rates.attitude, "LOCAL_POSITION_NED": config.rates.position, "ATTITUDE_TARGET": 20.0,
+        "EXTENDED_SYS_STATE": 5.0, "SYS_STATUS": 5.0, "BATTERY_STATUS": 2.0,
+    }  # fmt: skip

@@ -3,24 +3,18 @@
 from __future__ import annotations
 
 import contextlib
-from collections import deque
 from collections.abc import Callable
 
 from doorman.background import InThread
 from doorman.clocks import REAL_TIME, Clock
 from doorman.exceptions import BackendError
-from doorman.hardware.pixhawk.authority import Authority, AuthorityKeeper
+from doorman.hardware.pixhawk.authority import Authority
 from doorman.hardware.pixhawk.config import PixhawkConfig
-from doorman.hardware.pixhawk.dialect import ARDUPILOT, PX4, Dialect
-from doorman.hardware.pixhawk.events import EventKind, LinkLog, Outcome, OutcomeStatus
-from doorman.hardware.pixhawk.link.exchange import Acknowledgement, Exchange
+from doorman.hardware.pixhawk.events import EventKind, Outcome, OutcomeStatus
+from doorman.hardware.pixhawk.link.exchange import Acknowledgement
 from doorman.hardware.pixhawk.link.inbox import WANTED, Inbox
 from doorman.hardware.pixhawk.link.mocap import MocapOutlet
-from doorman.hardware.pixhawk.link.origin import CautiousOrigin, Origin
-from doorman.hardware.pixhawk.link.rates import RateKeeper
-from doorman.hardware.pixhawk.link.stream import SetpointStream, here
-from doorman.hardware.pixhawk.link.timesync import ClockMap
-from doorman.hardware.pixhawk.link.tracker import Tracker
+from doorman.hardware.pixhawk.link.stream import here
 from doorman.hardware.pixhawk.link.watchdog import Watchdog
 from doorman.hardware.pixhawk.wire.codec import Codec, load_key
 from doorman.hardware.pixhawk.wire.connection import parse_connection
@@ -60,28 +54,15 @@ class _Timer:
         return True
 
 
-class Link(InThread):
-    """The line to one autopilot; it is opened once."""
+class Link(Inbox, InThread):
+    """The line to one autopilot, with what is known of it; it is opened once."""
 
     def __init__(self, config: PixhawkConfig, time: Clock = REAL_TIME) -> None:
-        super().__init__("pixhawk", time)
-        self.config, self.time = config, time
-        self.events = LinkLog()
-        self.exchange = Exchange(time)
-        self.clock = ClockMap()
-        self.tracker = Tracker(self.clock, config.local_frame)
-        self.stream = SetpointStream(config, self.events)
-        self.authority = AuthorityKeeper(self.stream, self.events)
+        InThread.__init__(self, "pixhawk", time)
+        Inbox.__init__(self, config, time)
         self.mocap = MocapOutlet(config.local_frame, config.rates.mocap, config.timeouts.mocap)
-        self.rates = RateKeeper(wanted_rates(config))
-        self._origins: dict[Dialect, Origin] = {}
-        if config.origin is not None and config.mocap:
-            self._origins = {ARDUPILOT: Origin(config.origin), PX4: CautiousOrigin(config.origin)}
-        self.inbox = Inbox(self)
-        self.codec: Codec | None = None
         self._endpoint = parse_connection(config.connection)
         self._watchdog = Watchdog(config, self.events)
-        self._queue: deque[Message] = deque()
         self._line: Line | None = None
         self._reopen_at = 0.0
         rates = config.rates
@@ -90,22 +71,10 @@ class Link(InThread):
 
     # ------------------------------------------------------------ from any thread
 
-    @property
-    def target(self) -> tuple[int, int]:
-        if self.inbox.identity is None:
-            raise BackendError("no autopilot has been heard yet", allowed="open() first")
-        return self.inbox.identity
-
-    @property
-    def known_dialect(self) -> Dialect:
-        if self.inbox.dialect is None:
-            raise BackendError("no autopilot has been heard yet", allowed="open() first")
-        return self.inbox.dialect
-
     def send(self, message: Message) -> None:
         """Queue a message; it goes out within milliseconds and in order, or never where the line is gone."""
         if self._line is not None:
-            self._queue.append(message)
+            self._outgoing.append(message)
 
     def request_landing(self) -> bool:
         """Hold here, without the controller, and ask to land until the heartbeat shows it; False if the vehicle is not ours."""
@@ -185,7 +154,7 @@ class Link(InThread):
             self.time.readable([line], self._sleep_time(self.time.now()))
             received = line.receive()
             for data, address in received:
-                self.inbox.receive(data, address, line)
+                self.receive(data, address, line)
             self._send_due(line, self.time.now())
         except (DeviceLost, OSError, ValueError) as error:  # ValueError: waiting for a descriptor that is gone
             self._lose_device(error)
@@ -197,20 +166,14 @@ class Link(InThread):
 
     def _sleep_time(self, now: float) -> float:
         until = min(self._heartbeat.next, self._sync.next, self._setpoint.next) - now
-        return 0.0 if self._queue else min(max(until, 0.0), _LONGEST_SLEEP)
-
-    @property
-    def origin(self) -> Origin | None:
-        """What gives this autopilot a place on earth; None where it needs none, or is not known yet."""
-        dialect = self.inbox.dialect
-        return None if dialect is None else self._origins.get(dialect)
+        return 0.0 if self._outgoing else min(max(until, 0.0), _LONGEST_SLEEP)
 
     def _send_due(self, line: Line, now: float) -> None:
-        while self._queue:
-            self._transmit(line, self._queue.popleft())
+        while self._outgoing:
+            self._transmit(line, self._outgoing.popleft())
         if self._heartbeat.due(now):
             self._transmit(line, self._own_heartbeat())
-        identity, dialect = self.inbox.identity, self.inbox.dialect
+        identity, dialect = self.identity, self.dialect
         if identity is None or dialect is None:
             self._setpoint.next = self._sync.next = now + _LONGEST_SLEEP
             return
@@ -250,12 +213,12 @@ class Link(InThread):
         return mavlink.MAVLink_heartbeat_message(kind, mavlink.MAV_AUTOPILOT_INVALID, 0, 0, mavlink.MAV_STATE_ACTIVE, 3)
 
     def _watch(self, now: float) -> None:
-        if self.inbox.identity is None or not self._look.due(now):
+        if self.identity is None or not self._look.due(now):
             return
         mocap_time = None
         if self.config.mocap and self.mocap.newest_time > float("-inf"):
             mocap_time = self.mocap.newest_time
-        self._watchdog.check(now, self.inbox.last_message, self.tracker.sample, self.clock, mocap_time)
+        self._watchdog.check(now, self.last_message, self.tracker.sample, self.clock, mocap_time)
         lost = EventKind.MOCAP_LOST in self.events.conditions
         if lost and self.config.on_mocap_loss == "land" and self.authority.state is Authority.ENGAGED:
             if self.tracker.sample.armed and not self.authority.landing_requested:
@@ -268,7 +231,7 @@ class Link(InThread):
             with contextlib.suppress(OSError):
                 self._line.close()
         self._line = None
-        self._queue.clear()
+        self._outgoing.clear()
         self._reopen_at = now + _REOPEN_PERIOD
 
     def _reopen(self) -> None:
@@ -285,16 +248,8 @@ class Link(InThread):
         if self._stopping.is_set():
             line.close()
             return
-        line.peer = line.peer or self.inbox.peer.address
-        self._queue.clear()
+        line.peer = line.peer or self.peer.address
+        self._outgoing.clear()
         self._line = line
         self.rates.restart()
         self.events.condition(EventKind.DEVICE_LOST, False, now, "the line is gone")
-
-
-def wanted_rates(config: PixhawkConfig) -> dict[str, float]:
-    """Rates of the telemetry that is asked for [1/s], by name of the message."""
-    return {
-        "ATTITUDE_QUATERNION": config.rates.attitude, "LOCAL_POSITION_NED": config.rates.position, "ATTITUDE_TARGET": 20.0,
-        "EXTENDED_SYS_STATE": 5.0, "SYS_STATUS": 5.0, "BATTERY_STATUS": 2.0,
-    }  # fmt: skip

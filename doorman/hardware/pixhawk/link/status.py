@@ -56,7 +56,7 @@ class LinkStatus:
 
 def link_status(link: Link, now: float) -> LinkStatus:
     counters = Counters() if link.codec is None else link.codec.counters
-    dialect = link.inbox.dialect
+    dialect = link.dialect
     return LinkStatus(
         dialect="" if dialect is None else dialect.name,
         feedback_lag=0.0 if dialect is None else dialect.feedback_lag,
@@ -73,8 +73,8 @@ def link_status(link: Link, now: float) -> LinkStatus:
         corrupted=counters.corrupted + counters.malformed,
         disordered=link.tracker.counters.disordered,
         invalid=link.tracker.counters.invalid,
-        foreign=link.inbox.foreign,
-        namesake=now - link.inbox.namesake < _NAMESAKE,
+        foreign=link.foreign,
+        namesake=now - link.namesake < _NAMESAKE,
         bad_signatures=counters.bad_signatures,
         longest_setpoint_gap=link.stream.longest_gap,
         on_earth=None if link.origin is None else link.origin.known,

@@ -129,10 +129,10 @@ THRUST_AS_THRUST = 1 << 3
 def prepare_attitude(link: Link) -> Outcome:
     """Look up what attitude setpoints need, and set the stream up with it."""
     dialect, config = link.known_dialect, link.config
-    if link.inbox.vehicle_type not in dialect.takes_thrust:
+    if link.vehicle_type not in dialect.takes_thrust:
         return Outcome(
             OutcomeStatus.NOT_READY,
-            f"{dialect.name} takes no thrust setpoints for MAV_TYPE {link.inbox.vehicle_type}; use position setpoints",
+            f"{dialect.name} takes no thrust setpoints for MAV_TYPE {link.vehicle_type}; use position setpoints",
         )
     if why := side_force_missing(link):
         return Outcome(OutcomeStatus.NOT_READY, f"no force to the side: {why}")
