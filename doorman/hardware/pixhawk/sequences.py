@@ -15,10 +15,10 @@ from doorman.hardware.pixhawk.authority import Authority
 from doorman.hardware.pixhawk.events import Outcome, OutcomeStatus
 from doorman.hardware.pixhawk.link.link import Link
 from doorman.hardware.pixhawk.link.stream import here
-from doorman.hardware.pixhawk.sample import LandedState
+from doorman.hardware.pixhawk.sample import LandedState, VehicleSample
 from doorman.hardware.pixhawk.setpoints import PositionSetpoint
-from doorman.hardware.pixhawk.thrust.curve import HoverCalibration, ThrustCurve
-from doorman.hardware.pixhawk.thrust.slope import BOB_TIME, Slope, SlopeMeasurement, bob
+from doorman.hardware.pixhawk.thrust.curve import ThrustCurve, hover_curve
+from doorman.hardware.pixhawk.thrust.slope import BOB_TIME, Slope, bob, measured_slope
 from doorman.hardware.pixhawk.wire.messages import mavlink
 
 _HEARTBEAT_WAIT = 2.5
@@ -219,12 +219,21 @@ def leave(link: Link) -> None:
     link.authority.withdraw(link.time.now())
 
 
+def _heard(link: Link, duration: float) -> list[VehicleSample]:
+    """The samples of a while, as they come."""
+    samples: list[VehicleSample] = []
+
+    def note() -> bool:
+        samples.append(link.tracker.sample)
+        return False
+
+    link.until(note, duration)
+    return samples
+
+
 def measure_hover(link: Link, hover_force: float, duration: float, *, compensate_battery: bool) -> ThrustCurve:
-    calibration, deadline = HoverCalibration(), link.time.now() + duration
-    while (remaining := deadline - link.time.now()) > 0.0:
-        link.until(lambda: calibration.add(link.tracker.sample), remaining)
     old = link.stream.curve
-    curve = calibration.curve(hover_force, 0.0 if old is None else old.shape, compensate_battery)
+    curve = hover_curve(_heard(link, duration), hover_force, 0.0 if old is None else old.shape, compensate_battery)
     if old is not None:
         curve = replace(
             old, hover_thrust=curve.hover_thrust, hover_force=hover_force, hover_voltage=curve.hover_voltage
@@ -235,15 +244,15 @@ def measure_hover(link: Link, hover_force: float, duration: float, *, compensate
 
 def measure_slope(link: Link, at: PositionSetpoint) -> Slope | None:
     """Measure how steeply thrust grows with its setpoint, by bobbing up and aside a little; the vehicle must hold."""
-    curve, measurement = link.stream.curve, SlopeMeasurement()
+    curve, samples = link.stream.curve, list[VehicleSample]()
     begin = link.time.now()
     while (passed := link.time.now() - begin) < BOB_TIME:
         if not link.stream.offer(bob(at, passed), link.time.now()):
             return None
-        link.until(lambda: measurement.add(link.tracker.sample), _BOB_PERIOD)
+        samples += _heard(link, _BOB_PERIOD)
     if not link.authority.hold(at, latch=False):
         return None
-    return None if curve is None else measurement.slope(curve.hover_thrust)
+    return None if curve is None else measured_slope(samples, curve.hover_thrust)
 
 
 def _lost(link: Link) -> bool:

@@ -61,7 +61,7 @@ def test_link_cut(rigs):
     stale = rig.happens(EventKind.STATE_STALE)
     lost = rig.happens(EventKind.LINK_LOST)
     assert rig.pilot.state().status is SampleStatus.STALE
-    assert stale.values["age"] > QUICK.state and lost.values["silent"] > QUICK.link
+    assert stale.values["silent"] > QUICK.state and lost.values["silent"] > QUICK.link
     assert landed(rig), "the autopilot's own failsafe"
     rig.emulator.outgoing.cut = rig.emulator.incoming.cut = False
     rig.happens(EventKind.LINK_LOST, begins=False)

@@ -14,7 +14,7 @@ from pixhawk_rig import WEIGHT
 from doorman.flight.watches.hover import STEEPEST, judge_model, judge_slope, measure_hover
 from doorman.gravity import GRAVITY
 from doorman.hardware.pixhawk import AttitudeSetpoint, PositionSetpoint, ThrustCurve, VehicleSample
-from doorman.hardware.pixhawk.thrust.slope import BOB_TIME, Slope, SlopeMeasurement, ThrustModel, bob
+from doorman.hardware.pixhawk.thrust.slope import BOB_TIME, Slope, ThrustModel, bob, measured_slope
 from doorman.rig.emulators.autopilot.control import thrust_share
 
 AT = PositionSetpoint(np.array([-1.0, 0.5, 1.2]), 0.3)
@@ -41,18 +41,18 @@ def test_the_shape_is_that_of_the_curve_with_this_slope(slope, hover):
 
 def measured(slope: float, hover: float, delay: float, noise: float, bias: float = 0.0) -> Slope:
     """Of a vehicle that bobs so, heard at 20 and 50 messages a second."""
-    random, measurement, rate = np.random.default_rng(3), SlopeMeasurement(), 2.0 * math.pi / 1.2
+    random, samples, rate = np.random.default_rng(3), [], 2.0 * math.pi / 1.2
     for index in range(round(100 * BOB_TIME)):
         time = 0.01 * index
         thrust = hover * (1.0 + 0.12 * math.cos(rate * time) / slope + bias)
         velocity = GRAVITY * 0.12 / rate * math.sin(rate * (time - delay)) + noise * random.standard_normal()
-        measurement.add(
+        samples.append(
             VehicleSample(
                 velocity=np.array([0.0, 0.0, velocity]), position_time=time - time % 0.02, thrust_target=thrust,
                 thrust_target_time=time - time % 0.05,
             )
         )  # fmt: skip
-    found = measurement.slope(hover)
+    found = measured_slope(samples, hover)
     assert found is not None
     return found
 
@@ -65,7 +65,7 @@ def test_motors_that_lag_and_velocities_that_are_noisy_leave_the_slope(slope, de
 
 
 def test_too_little_tells_nothing():
-    assert SlopeMeasurement().slope(0.5) is None
+    assert measured_slope([], 0.5) is None
     assert measured(1.0, 0.5, 0.0, 0.5).deviation > 0.3, "and noise says that it is noise"
 
 

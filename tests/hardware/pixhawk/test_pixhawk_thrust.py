@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from doorman.exceptions import BackendError
 from doorman.hardware.pixhawk import Battery, ThrustCurve, VehicleSample
-from doorman.hardware.pixhawk.thrust.curve import HoverCalibration
+from doorman.hardware.pixhawk.thrust.curve import hover_curve
 
 curves = st.builds(
     ThrustCurve,
@@ -77,45 +77,30 @@ def hovering(index: int, thrust: float = 0.42, voltage: float = 15.0) -> Vehicle
 
 
 def test_calibration_takes_the_median_of_calm_readings():
-    calibration = HoverCalibration()
-    for index in range(20):
-        assert calibration.add(hovering(index, 0.42 if index != 7 else 0.9))
-    curve = calibration.curve(29.4, compensate_battery=True)
+    samples = [hovering(index, 0.42 if index != 7 else 0.9) for index in range(20)]
+    curve = hover_curve(samples, 29.4, compensate_battery=True)
     assert (curve.hover_thrust, curve.hover_force, curve.hover_voltage) == (0.42, 29.4, 15.0)
-    assert calibration.curve(29.4).hover_voltage is None
+    assert hover_curve(samples, 29.4).hover_voltage is None
 
 
 @pytest.mark.parametrize(
     "change",
     [{"velocity": np.array([0.5, 0.0, 0.0])}, {"attitude": np.array([0.3, 0.0, 0.0])}, {"armed": False},
-     {"thrust_target": math.nan}, {"thrust_target": 0.0}],
+     {"thrust_target": math.nan}, {"thrust_target": 0.0}, {"thrust_target_time": 1.0}],
 )  # fmt: skip
-def test_readings_that_are_not_calm_do_not_count(change):
-    calibration = HoverCalibration()
-    assert not calibration.add(replace(hovering(1), **change))
-    assert calibration.readings == 0
-
-
-def test_a_reading_counts_once_and_too_few_are_refused():
-    calibration = HoverCalibration()
-    assert calibration.add(hovering(1))
-    assert not calibration.add(hovering(1))
+def test_readings_that_are_not_calm_or_come_twice_do_not_count(change):
     with pytest.raises(BackendError, match="too few"):
-        calibration.curve(29.4)
+        hover_curve([replace(hovering(index), **change) for index in range(20)], 29.4)
 
 
 def test_a_hover_that_drifts_is_told_with_its_speed_and_the_limit():
-    calibration = HoverCalibration()
-    for index in range(20):
-        assert not calibration.add(replace(hovering(index), velocity=np.array([0.19, 0.0, 0.0])))
     with pytest.raises(BackendError) as caught:
-        calibration.curve(29.4)
+        hover_curve([replace(hovering(index), velocity=np.array([0.19, 0.0, 0.0])) for index in range(20)], 29.4)
     assert "0.19 m/s" in str(caught.value.given) and "0.15 m/s" in str(caught.value.allowed)
+    with pytest.raises(BackendError, match="no sample"):
+        hover_curve([], 29.4)
 
 
 def test_compensation_needs_a_voltage():
-    calibration = HoverCalibration()
-    for index in range(20):
-        calibration.add(hovering(index, voltage=math.nan))
     with pytest.raises(BackendError, match="voltage"):
-        calibration.curve(29.4, compensate_battery=True)
+        hover_curve([hovering(index, voltage=math.nan) for index in range(20)], 29.4, compensate_battery=True)

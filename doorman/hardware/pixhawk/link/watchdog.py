@@ -23,18 +23,15 @@ class Watchdog:
         self, now: float, last_message: float, sample: VehicleSample, clock: ClockMap, mocap_time: float | None
     ) -> None:
         timeouts, note = self._config.timeouts, self._events.condition
-        silent = now - last_message
-        note(EventKind.LINK_LOST, silent > timeouts.link, now, "nothing from the autopilot", silent=silent)
-        silent = now - sample.heartbeat_time
-        note(EventKind.HEARTBEAT_LOST, silent > timeouts.heartbeat, now, "no heartbeat", silent=silent)
-        age = sample.age(now)
-        note(EventKind.STATE_STALE, age > timeouts.state, now, "attitude or position is too old", age=age)
-        silent = now - clock.last_update
-        unsynchronised = not clock.synchronised or silent > timeouts.clock
-        note(EventKind.CLOCK_UNSYNCHRONISED, unsynchronised, now, "the clock is not synchronised", silent=silent)
-        if mocap_time is not None:
-            silent = now - mocap_time
-            note(EventKind.MOCAP_LOST, silent > timeouts.mocap, now, "no fresh pose", silent=silent)
+        for kind, silent, allowed, words in (
+            (EventKind.LINK_LOST, now - last_message, timeouts.link, "nothing from the autopilot"),
+            (EventKind.HEARTBEAT_LOST, now - sample.heartbeat_time, timeouts.heartbeat, "no heartbeat"),
+            (EventKind.STATE_STALE, sample.age(now), timeouts.state, "attitude or position is too old"),
+            (EventKind.CLOCK_UNSYNCHRONISED, now - clock.last_update if clock.synchronised else math.inf, timeouts.clock,
+             "the clock is not synchronised"),
+            (EventKind.MOCAP_LOST, -math.inf if mocap_time is None else now - mocap_time, timeouts.mocap, "no fresh pose"),
+        ):  # fmt: skip
+            note(kind, silent > allowed, now, words, silent=silent)
         self._check_battery(now, sample, heard=now - last_message <= timeouts.link)
 
     def _check_battery(self, now: float, sample: VehicleSample, heard: bool) -> None:

@@ -12,6 +12,7 @@ compensate the battery; n = 2 for a signal that sets the motors' voltage.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from statistics import median
 from typing import Annotated
@@ -107,50 +108,39 @@ class ThrustCurve:
         return self.shape * thrust * thrust + (1.0 - self.shape) * thrust
 
 
-class HoverCalibration:
-    """Collects what the autopilot commands its mixer while it hovers, in its own position control."""
+def hover_curve(
+    samples: Sequence[VehicleSample], hover_force: float, shape: float = 0.0, compensate_battery: bool = False
+) -> ThrustCurve:
+    """Curve from what the autopilot commands its mixer while it hovers by itself; readings count that are slow and level."""
+    calm = {one.thrust_target_time: one for one in samples if _is_calm(one)}.values()
+    if len(calm) < _ENOUGH_READINGS:
+        raise BackendError(
+            "too few calm readings to calibrate hover",
+            given=f"{len(calm)}{_restlessness(samples)}",
+            allowed=f"at least {_ENOUGH_READINGS} at no more than {_CALM_SPEED:g} m/s and {math.degrees(_CALM_TILT):.0f}°",
+        )
+    voltages = [one.battery.voltage for one in calm if one.battery.voltage > 0.0]
+    if compensate_battery and not voltages:
+        raise BackendError("the autopilot reports no battery voltage", field="compensate_battery")
+    voltage = median(voltages) if compensate_battery else None
+    return ThrustCurve(median(one.thrust_target for one in calm), hover_force, shape, voltage)
 
-    # Only calm readings count: slow, level, in the air.
 
-    def __init__(self) -> None:
-        self._thrusts: list[float] = []
-        self._voltages: list[float] = []
-        self._speeds: list[float] = []
-        self._tilts: list[float] = []
-        self._last = -math.inf
+def _is_calm(sample: VehicleSample) -> bool:
+    slow, level = _speed(sample) <= _CALM_SPEED, _tilt(sample) <= _CALM_TILT
+    return slow and level and sample.armed and sample.thrust_target > 0.05
 
-    def add(self, sample: VehicleSample) -> bool:
-        speed = math.sqrt(float(sum(sample.velocity**2)))
-        tilt = max(abs(float(sample.attitude[0])), abs(float(sample.attitude[1])))
-        slow, level = speed <= _CALM_SPEED, tilt <= _CALM_TILT
-        self._speeds.append(speed)
-        self._tilts.append(tilt)
-        new = sample.thrust_target_time > self._last
-        if not (slow and level and new and sample.armed and sample.thrust_target > 0.05):
-            return False
-        self._last = sample.thrust_target_time
-        self._thrusts.append(sample.thrust_target)
-        if sample.battery.voltage > 0.0:
-            self._voltages.append(sample.battery.voltage)
-        return True
 
-    @property
-    def readings(self) -> int:
-        return len(self._thrusts)
+def _speed(sample: VehicleSample) -> float:
+    return math.sqrt(float(sum(sample.velocity**2)))
 
-    def curve(self, hover_force: float, shape: float = 0.0, compensate_battery: bool = False) -> ThrustCurve:
-        if len(self._thrusts) < _ENOUGH_READINGS:
-            raise BackendError(
-                "too few calm readings to calibrate hover",
-                given=f"{len(self._thrusts)}{self._restlessness()}",
-                allowed=f"at least {_ENOUGH_READINGS} at no more than {_CALM_SPEED:g} m/s and {math.degrees(_CALM_TILT):.0f}°",
-            )
-        if compensate_battery and not self._voltages:
-            raise BackendError("the autopilot reports no battery voltage", field="compensate_battery")
-        voltage = median(self._voltages) if compensate_battery else None
-        return ThrustCurve(median(self._thrusts), hover_force, shape, voltage)
 
-    def _restlessness(self) -> str:
-        if not self._speeds:
-            return ", and no sample"
-        return f", at {median(self._speeds):.2f} m/s and a tilt of {math.degrees(median(self._tilts)):.0f}°"
+def _tilt(sample: VehicleSample) -> float:
+    return max(abs(float(sample.attitude[0])), abs(float(sample.attitude[1])))
+
+
+def _restlessness(samples: Sequence[VehicleSample]) -> str:
+    if not samples:
+        return ", and no sample"
+    speed, tilt = median(map(_speed, samples)), median(map(_tilt, samples))
+    return f", at {speed:.2f} m/s and a tilt of {math.degrees(tilt):.0f}°"

@@ -16,6 +16,7 @@ An autopilot that undoes a curve with its own k leaves the motors' slope over th
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -63,36 +64,23 @@ class ThrustModel:
         return Slope(slope.value * own, slope.deviation).shape(u)
 
 
-class SlopeMeasurement:
-    """Collects thrust and vertical velocity while the vehicle bobs about its hover."""
-
-    def __init__(self) -> None:
-        self._thrusts: list[tuple[float, float]] = []
-        self._velocities: list[tuple[float, float]] = []
-
-    def add(self, sample: VehicleSample) -> bool:
-        """Take in a sample; what was seen before does not count."""
-        if math.isfinite(sample.thrust_target) and _newer(sample.thrust_target_time, self._thrusts):
-            self._thrusts.append((sample.thrust_target_time, sample.thrust_target))
-        if math.isfinite(sample.velocity[2]) and _newer(sample.position_time, self._velocities):
-            self._velocities.append((sample.position_time, float(sample.velocity[2])))
-        return False
-
-    def slope(self, hover_thrust: float) -> Slope | None:
-        """The slope; None where there are too few readings."""
-        if min(len(self._thrusts), len(self._velocities)) < _ENOUGH_READINGS:
-            return None
-        given, seen = np.array(self._thrusts), np.array(self._velocities)
-        inside = (seen[:, 0] > given[0, 0] + _DELAYS[-1]) & (seen[:, 0] < given[-1, 0] + _DELAYS[0])
-        times, velocities = seen[inside, 0], seen[inside, 1]
-        if len(times) < _ENOUGH_READINGS:
-            return None
-        gained = np.concatenate([[0.0], np.cumsum(np.diff(given[:, 0]) * _middles(given[:, 1] / hover_thrust - 1.0))])
-        fits = [
-            _fit(times, velocities, weight_of(1.0) * np.interp(times - delay, given[:, 0], gained)) for delay in _DELAYS
-        ]
-        _, value, deviation = min(fits)
-        return Slope(value, _CORRELATED * deviation)
+def measured_slope(samples: Sequence[VehicleSample], hover_thrust: float) -> Slope | None:
+    """Slope from thrusts and climb rates of a vehicle that bobs about its hover; None where there are too few readings."""
+    thrusts = {one.thrust_target_time: one.thrust_target for one in samples if math.isfinite(one.thrust_target)}
+    climbs = {one.position_time: float(one.velocity[2]) for one in samples if math.isfinite(one.velocity[2])}
+    if min(len(thrusts), len(climbs)) < _ENOUGH_READINGS:
+        return None
+    given, seen = np.array(sorted(thrusts.items())), np.array(sorted(climbs.items()))
+    inside = (seen[:, 0] > given[0, 0] + _DELAYS[-1]) & (seen[:, 0] < given[-1, 0] + _DELAYS[0])
+    times, velocities = seen[inside, 0], seen[inside, 1]
+    if len(times) < _ENOUGH_READINGS:
+        return None
+    gained = np.concatenate([[0.0], np.cumsum(np.diff(given[:, 0]) * _middles(given[:, 1] / hover_thrust - 1.0))])
+    fits = [
+        _fit(times, velocities, weight_of(1.0) * np.interp(times - delay, given[:, 0], gained)) for delay in _DELAYS
+    ]
+    _, value, deviation = min(fits)
+    return Slope(value, _CORRELATED * deviation)
 
 
 def bob(at: PositionSetpoint, passed: float) -> PositionSetpoint:
@@ -105,10 +93,6 @@ def bob(at: PositionSetpoint, passed: float) -> PositionSetpoint:
         rate * math.sin(angle) * way,
         rate**2 * math.cos(angle) * way,
     )
-
-
-def _newer(time: float, readings: list[tuple[float, float]]) -> bool:
-    return not readings or time > readings[-1][0]
 
 
 def _middles(values: Array) -> Array:
