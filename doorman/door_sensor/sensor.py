@@ -13,7 +13,7 @@ import re
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol, runtime_checkable
+from typing import NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -106,6 +106,12 @@ _BEYOND = 0.2
 _NUMBERS = re.compile(r"[\d.+-]+")
 
 
+class _VehiclePose(NamedTuple):
+    time: float  # [s]
+    position: Array  # P, shape (3,), world frame [m]
+    attitude: Array  # Φ, shape (3,) [rad]
+
+
 class DoorSensor(Uncopied):
     """Readings of one flight.
 
@@ -120,7 +126,7 @@ class DoorSensor(Uncopied):
                 "how the leaf moves is not known", field="door_sensor.motion", allowed="LeafGeometry.of(door)"
             )
         self.source, self.config, self._motion = source, config, config.motion
-        self._poses: deque[tuple[float, Array, Array]] = deque()
+        self._poses: deque[_VehiclePose] = deque()
         self._events = EventLog[tuple[float, str]](_KEPT)
         self._faults = {"leaf": "", "frame": "", "": ""}
         self._judged: tuple[LeafSample | None, LeafReading | None] = None, None
@@ -135,10 +141,10 @@ class DoorSensor(Uncopied):
             attitude: Φ, shape (3,) [rad].
         """
         poses = self._poses
-        if poses and time <= poses[-1][0]:
+        if poses and time <= poses[-1].time:
             return
-        poses.append((time, position, attitude))
-        while time - poses[0][0] > _HISTORY:
+        poses.append(_VehiclePose(time, position, attitude))
+        while time - poses[0].time > _HISTORY:
             poses.popleft()
 
     def read(self, now: float, epoch: float = 0.0) -> tuple[LeafReading | None, FrameReading | None]:
@@ -251,9 +257,9 @@ class DoorSensor(Uncopied):
         if not pose.in_body:
             return position, rotation
         poses = self._poses
-        if not poses or not poses[0][0] <= time <= poses[-1][0] + 0.05:
+        if not poses or not poses[0].time <= time <= poses[-1].time + 0.05:
             return None
-        after = next((k for k, one in enumerate(poses) if one[0] >= time), len(poses) - 1)
+        after = next((k for k, one in enumerate(poses) if one.time >= time), len(poses) - 1)
         (start, place, turn), (end, place_after, turn_after) = poses[max(after - 1, 0)], poses[after]
         share = (time - start) / (end - start) if end > start else 0.0
         change = turn_after - turn

@@ -79,7 +79,7 @@ def commission(servo: Servo, log: EventLog[ServoEvent], *, write_eeprom: bool) -
     servo.write(servo.goal, 0)
     config, index = servo.config, servo.index
     angle = joint_angle(servo.read(reg.PRESENT_POSITION), config.zeros[index], config.signs[index])
-    turns = whole_turns(angle, *(float(limit[index]) for limit in config.limits[:2]))
+    turns = whole_turns(angle, float(config.limits.lower[index]), float(config.limits.upper[index]))
     limits = servo.read(reg.VELOCITY_LIMIT), servo.read(reg.CURRENT_LIMIT)
     return ReadyServo(servo.id, servo.model, servo.firmware, *limits, turns, tuple(findings))
 

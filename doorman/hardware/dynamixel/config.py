@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import operator
 from dataclasses import dataclass, field
-from typing import Annotated
+from typing import Annotated, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -21,6 +21,12 @@ from doorman.hardware.dynamixel.registers import (
     WATCHDOG_LONGEST,
     WATCHDOG_UNIT,
 )
+
+
+class JointLimits(NamedTuple):
+    lower: Array  # shape (n,) [rad]
+    upper: Array  # shape (n,) [rad]
+    rates: Array  # shape (n,) [rad/s]
 
 
 @dataclass(frozen=True)
@@ -95,8 +101,8 @@ class ServoConfig:
     """Whether `open` may change EEPROM settings; the arm goes limp for that."""
     torque_off_at_stop: bool = False
     """Whether `stop` lets the arm go limp after it has stopped it."""
-    limits: tuple[Array, Array, Array] = field(init=False, repr=False)
-    """Lower [rad], upper [rad] and rate limits [rad/s] as read-only arrays."""
+    limits: JointLimits = field(init=False, repr=False)
+    """The same limits as read-only arrays."""
 
     def __post_init__(self) -> None:
         self._make_whole("ids", "whole numbers from 0 to 252")
@@ -110,7 +116,7 @@ class ServoConfig:
         )
         for array in arrays:
             array.flags.writeable = False
-        object.__setattr__(self, "limits", arrays)
+        object.__setattr__(self, "limits", JointLimits(*arrays))
         lower, upper, rates = arrays
         self._require(bool((upper > lower).all()), "upper_limits", "above the lower limits")
         self._require(bool((rates > 0.0).all()), "rate_limits", "> 0 rad/s")
@@ -191,7 +197,7 @@ class ServoConfig:
                       f"multiples of {WATCHDOG_UNIT} up to {WATCHDOG_LONGEST * WATCHDOG_UNIT} s")  # fmt: skip
         self._require(self.watchdog > 4.0 * self.period, "watchdog", "more than four periods")
         self._require(self.hot_temperature > self.warm_temperature, "hot_temperature", "above warm_temperature")
-        room = float(np.min(self.limits[1] - self.limits[0], initial=math.inf))
+        room = float(np.min(self.limits.upper - self.limits.lower, initial=math.inf))
         self._require(2.0 * self.limit_margin < room, "limit_margin", f"below {room / 2.0:g} rad")
 
     def _require(self, good: bool, name: str, allowed: str) -> None:

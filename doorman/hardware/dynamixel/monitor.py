@@ -94,7 +94,7 @@ _HARDWARE = {
 class ServoMonitor:
     def __init__(self, config: ServoConfig, now: float, model: int, joint: int) -> None:
         self._config = config
-        self._fastest = float(config.limits[2][joint])
+        self._fastest = float(config.limits.rates[joint])
         self._before: Telemetry | None = None  # from whose angle the next one goes on; None before any
         self._jumped_to: int | None = None  # where the last answer had jumped to [tick]
         self._current_unit = CURRENT_UNITS[model]

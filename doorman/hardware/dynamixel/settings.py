@@ -194,7 +194,7 @@ def _findings(servo: Servo) -> Iterator[SettingFinding]:
     if given[reg.SECONDARY_ID] in config.ids and given[reg.SECONDARY_ID] != servo.id:
         yield setting(reg.SECONDARY_ID, 255, "the servo also obeys commands for another servo")
     if joint:
-        needed = math.floor(float(config.limits[2][servo.index]) / VELOCITY_UNIT)
+        needed = math.floor(float(config.limits.rates[servo.index]) / VELOCITY_UNIT)
         yield at_least(reg.VELOCITY_LIMIT, needed, "the servo cannot turn as fast as the URDF's joint", writable=True)
     else:
         yield at_least(reg.CURRENT_LIMIT, reg.FACTORY_CURRENT_LIMITS[servo.model], "its grip is weaker")

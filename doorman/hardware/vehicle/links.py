@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 from contextlib import ExitStack
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -39,6 +40,11 @@ class Whereabouts:
     yaw: float  # ψ [rad]
     time: float  # when that was true, by `time.monotonic` [s]
     known: bool  # whether it still holds; else it is the last that anybody said
+
+
+class _GripCommand(NamedTuple):
+    closed: bool
+    since: float  # when it was first given [s]
 
 
 class VehicleLinks(Opened):
@@ -86,7 +92,7 @@ class VehicleLinks(Opened):
         self._inhibited: str | None = None
         self._guarded_at: float | None = None
         self._relay: _Relay | None = None
-        self._grip_command: tuple[bool, float] | None = None
+        self._grip_command: _GripCommand | None = None
         self._open: ExitStack | None = None
 
     def _cameras(
@@ -206,8 +212,8 @@ class VehicleLinks(Opened):
         grip = None
         if self.config.gripper:
             grip = gripper_current(float(self.servos.read().angles[-1]), closed)
-            if self._grip_command is None or self._grip_command[0] != closed:
-                self._grip_command = (closed, self.clock.now())
+            if self._grip_command is None or self._grip_command.closed != closed:
+                self._grip_command = _GripCommand(closed, self.clock.now())
         self.servos.command(rates, grip)
 
     @property
@@ -221,14 +227,14 @@ class VehicleLinks(Opened):
         with contextlib.suppress(BackendError):  # closed
             sample = self.servos.read()
             seen = self.clock.now() - sample.times[-1] < OPENS_WITHIN
-            opens = self._grip_command is not None and not self._grip_command[0]
+            opens = self._grip_command is not None and not self._grip_command.closed
             return bool(seen and sample.angles[-1] > (HALF_OPEN if opens else CLOSED))
         return False
 
     @property
     def gripped(self) -> bool:
         """Whether the gripper is commanded to close, and holds."""
-        return self._grip_command is not None and self._grip_command[0] and self.holding
+        return self._grip_command is not None and self._grip_command.closed and self.holding
 
     @property
     def surely_holding(self) -> bool:

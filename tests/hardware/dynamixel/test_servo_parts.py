@@ -331,7 +331,7 @@ def test_configuration_is_frozen():
     assert made.watchdog_counts == 5
     assert (made.signs, made.zeros, made.offsets) == ((1, 1), (2048, 2048), (0, 0))
     with pytest.raises(ValueError, match="read-only"):
-        made.limits[0][0] = 7.0
+        made.limits.lower[0] = 7.0
 
 
 def test_integers_of_numpy_are_integers():
@@ -345,7 +345,7 @@ def test_limits_come_from_the_urdf(model):
     vehicle = model.vehicle
     made = ServoConfig("nowhere", vehicle.lower_limits, vehicle.upper_limits, vehicle.rate_limits)
     assert made.n == vehicle.n_arm
-    assert np.array_equal(made.limits[1], vehicle.upper_limits)
+    assert np.array_equal(made.limits.upper, vehicle.upper_limits)
 
 
 def test_the_constructor_touches_no_device(tmp_path):
