@@ -42,7 +42,7 @@ class Whereabouts:
     known: bool  # whether it still holds; else it is the last that anybody said
 
 
-class _GripCommand(NamedTuple):
+class GripCommand(NamedTuple):
     closed: bool
     since: float  # when it was first given [s]
 
@@ -92,7 +92,7 @@ class VehicleLinks(Opened):
         self._inhibited: str | None = None
         self._guarded_at: float | None = None
         self._relay: _Relay | None = None
-        self._grip_command: _GripCommand | None = None
+        self._grip_command: GripCommand | None = None
         self._open: ExitStack | None = None
 
     def _cameras(
@@ -213,7 +213,7 @@ class VehicleLinks(Opened):
         if self.config.gripper:
             grip = gripper_current(float(self.servos.read().angles[-1]), closed)
             if self._grip_command is None or self._grip_command.closed != closed:
-                self._grip_command = _GripCommand(closed, self.clock.now())
+                self._grip_command = GripCommand(closed, self.clock.now())
         self.servos.command(rates, grip)
 
     @property

@@ -12,6 +12,7 @@ from doorman.hardware.dynamixel import ServoFault
 from doorman.hardware.vehicle import VehicleLinks, vehicle_config
 from doorman.hardware.vehicle.gripper import CLOSED, CLOSES_WITHIN, HALF_OPEN, OPEN, OPENS_WITHIN, RATE, SHUT
 from doorman.hardware.vehicle.gripper import gripper_current as current
+from doorman.hardware.vehicle.links import GripCommand
 from doorman.model import Model
 from doorman.rig.emulated import SPRING
 from doorman.rig.emulators.servos.unit import DAMPING
@@ -49,7 +50,7 @@ def test_fingers_that_jam_half_open_hold_on(told: bool, angle: float, holds: boo
         read=lambda: SimpleNamespace(times=[now], angles=[0.0, angle], faults=[ServoFault.NONE] * 2)
     )
     long_ago = now - 2.0 * OPENS_WITHIN
-    links.__dict__.update(config=SimpleNamespace(gripper=True), servos=servos, _grip_command=(told, long_ago))
+    links.__dict__.update(config=SimpleNamespace(gripper=True), servos=servos, _grip_command=GripCommand(told, long_ago))
     assert links.holding is holds
     assert links.grip_failed is (holds is not told)
 
@@ -57,7 +58,7 @@ def test_fingers_that_jam_half_open_hold_on(told: bool, angle: float, holds: boo
 def test_links_that_are_opened_again_know_nothing_of_the_grip_before(monkeypatch):
     """Else a gripper that was told to hold an hour ago has failed at once."""
     links = VehicleLinks(vehicle_config(Model(Scenario()), "udp:14540", "/dev/null"))
-    links._grip_command = (True, time.monotonic() - 2.0 * CLOSES_WITHIN)
+    links._grip_command = GripCommand(True, time.monotonic() - 2.0 * CLOSES_WITHIN)
     for name in ("servos", "autopilot"):
         monkeypatch.setattr(links, name, nullcontext())
     links.open()
