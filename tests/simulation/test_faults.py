@@ -8,7 +8,6 @@ from doorman.exceptions import UrdfError
 from doorman.resources import urdf_directory
 
 DOOR = (urdf_directory() / "hinged_door.urdf").read_text(encoding="utf-8")
-VEHICLE = (urdf_directory() / "hexarotor_arm.urdf").read_text(encoding="utf-8")
 FLAT = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
 SHAPE = '<collision><geometry><mesh filename="{}"/></geometry></collision>'
 
@@ -28,16 +27,3 @@ def test_a_mesh_of_the_door(flight, tmp_path, mesh, content):
         flight(door__urdf=str(path))
     assert (caught.value.file, caught.value.field) == (str(path), "link frame/collision frame/0")
     assert mesh in str(caught.value.given)
-
-
-def test_a_mesh_of_the_vehicle(flight, tmp_path):
-    (tmp_path / "flat.obj").write_text(FLAT, encoding="utf-8")
-    path = tmp_path / "arm.urdf"
-    path.write_text(with_mesh(VEHICLE, "servo_4", "flat.obj"), encoding="utf-8")
-    with pytest.raises(UrdfError, match="a mesh cannot be read") as caught:
-        flight(vehicle__urdf=str(path))
-    assert (caught.value.file, caught.value.field, caught.value.given) == (
-        str(path),
-        "link servo_4/collision servo_4/0",
-        "flat.obj: it has no volume",
-    )

@@ -79,11 +79,6 @@ def test_the_wind_moves_vehicle_and_leaf(model):
     assert truth.door_rate == pytest.approx(0.6 * 2.0 * math.sin(1.2) / 5.28 * 0.4, rel=0.02)
 
 
-def test_a_wind_along_the_leaf_does_not_turn_it(model):
-    along = model(contact__kind="push", simulation__gust__leaf=2.0, simulation__gust__direction=math.pi / 2, **STEADY)
-    assert abs(hovering(SimulatedBackend(along), 0.4).truth.door_rate) < 1e-3
-
-
 def test_a_given_disturbance_acts_beside_the_wind(model):
     calm, windy = model(contact__kind="push"), model(contact__kind="push", simulation__gust__vehicle=1.2, **STEADY)
     push = Disturbance(force=(-1.2, 0.6, 0.0))
@@ -109,15 +104,6 @@ def test_a_wind_of_constant_strength_turns(rate):
         assert found.hinge_torque == pytest.approx(0.6 * 0.5 * math.sin(towards - 0.9))
 
 
-def test_a_turning_wind_is_flown(model):
-    """Along x, then along y: the velocity is the integral of a force that turns by half a circle in 0.8 s."""
-    turning = model(contact__kind="push", mission__start="hover", simulation__gust__vehicle=1.5,
-                    simulation__gust__turn_rate=math.pi / 0.8, **STEADY)  # fmt: skip
-    velocity = hovering(SimulatedBackend(turning), 0.4).truth.velocity
-    expected = 1.5 / 3.0 * 0.8 / math.pi
-    np.testing.assert_allclose(velocity[:2], [expected, expected], rtol=0.06)
-
-
 def test_a_wind_jumps_at_its_rate_by_its_angle_and_strength():
     section = GustSection(vehicle=2.0, variation=0.0, jump_rate=0.25, jump_angle=math.pi / 2, jump_strength=0.4)
     gust = Gust(section, SHIPPED, 6)
@@ -131,11 +117,6 @@ def test_a_wind_jumps_at_its_rate_by_its_angle_and_strength():
     assert 1.2 - 1e-9 <= strength.min() < 1.25 and 2.75 < strength.max() <= 2.8 + 1e-9
 
 
-def test_a_wind_without_jumps_is_the_same_to_the_bit():
-    plain, jumpy = (Gust(GustSection(vehicle=1.0, leaf=1.0, jump_rate=rate), SHIPPED, 5) for rate in (0.0, 1e-9))
-    np.testing.assert_array_equal(series(plain, 0.3), series(jumpy, 0.3))
-
-
 def test_a_draught_presses_on_the_closed_leaf_and_blows_through_the_open_door():
     gust = Gust(GustSection(draught_vehicle=1.5, draught_leaf=-3.0), SHIPPED, 0)
     closed, ajar, wide = (gust.at(0.0, math.pi / 2 - opening) for opening in (0.0, 0.2, 1.2))
@@ -145,11 +126,3 @@ def test_a_draught_presses_on_the_closed_leaf_and_blows_through_the_open_door():
     assert ajar.hinge_torque == pytest.approx((1.0 - share) * 3.0 * 0.6)
     np.testing.assert_allclose(wide.force, [1.5, 0.0, 0.0], atol=1e-12)
     assert wide.hinge_torque == 0.0
-
-
-def test_a_draught_alone_is_flown(model):
-    shut = model(
-        contact__kind="push", mission__start="hover", simulation__door_friction=0.0, simulation__gust__draught_leaf=4.0
-    )
-    rate = hovering(SimulatedBackend(shut), 0.4).truth.door_rate
-    assert rate == pytest.approx(-0.6 * 4.0 / 5.28 * 0.4, rel=0.1)

@@ -107,10 +107,3 @@ def test_body_rates_and_velocity_are_derivatives_of_pose(flight):
     )
     assert np.allclose(to_body @ euler_rates, now.body_rates, atol=0.03)
     assert np.abs(now.body_rates).max() > 0.3
-
-
-def test_lateral_force_moves_the_vehicle(flight):
-    push = Disturbance(force=(0.0, 3.0, 0.0))
-    vehicle = flight(contact__kind="push", away=True, disturbance=lambda time: push)
-    end = vehicle.run(1.0, every=100)[-1]
-    assert end.velocity[1] == pytest.approx(1.0, rel=0.01)

@@ -9,7 +9,7 @@ import numpy as np
 import pinocchio
 import pytest
 
-from doorman.exceptions import BackendError, UrdfError
+from doorman.exceptions import BackendError
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.resources import urdf_directory
 
@@ -29,14 +29,6 @@ def heavy_arm() -> str:
     for k in range(1, 5):
         text = text.replace(f'<link name="servo_{k}">', f'<link name="servo_{k}">{INERTIAL}')
     return text
-
-
-def five_joints() -> str:
-    joint = """<joint name="eta_5" type="revolute"><origin xyz="0.1 0 0"/><parent link="servo_4"/><child link="servo_5"/>
-      <axis xyz="0 0 1"/><limit lower="-1" upper="1" effort="2" velocity="2"/></joint><link name="servo_5"/>"""
-    text = VEHICLE.replace('<joint name="tip_mount"', joint + '<joint name="tip_mount"')
-    start = text.index('<joint name="tip_mount"')
-    return text[:start] + text[start:].replace('parent link="servo_4"', 'parent link="servo_5"', 1)
 
 
 def mass_matrix(plant) -> np.ndarray:
@@ -102,12 +94,6 @@ def test_limits_are_the_urdfs_in_radians(flight):
     assert engine_model.joint("door/hinge").range == pytest.approx([-1.5, 1.5708])
 
 
-def test_visual_shapes_do_not_collide(flight):
-    engine_model = flight().plant.engine_model
-    per_link = [engine_model.body(f"vehicle/{name}").geomnum[0] for name in ("base_link", "rotor_1", "servo_4", "tip")]
-    assert per_link == [1, 0, 1, 1]
-
-
 def test_renamed_links_and_a_base_link_away_from_the_root(flight, tmp_path):
     root = """<link name="footprint"/><joint name="up" type="fixed"><origin xyz="0.1 0.2 -0.3" rpy="0.1 0 0.5"/>
       <parent link="footprint"/><child link="chassis"/></joint>"""
@@ -132,16 +118,6 @@ def test_renamed_links_and_a_base_link_away_from_the_root(flight, tmp_path):
         assert ours.door_angle == pytest.approx(theirs.door_angle, abs=1e-3)
 
 
-def test_arm_of_five_joints(flight, tmp_path):
-    urdf = written(tmp_path, "five.urdf", five_joints())
-    servos, pose = ("servo_3", "servo_4", "servo_5"), (0.0, 1.0, -0.6, -0.4, 0.1)
-    vehicle = flight(vehicle__urdf=urdf, vehicle__servos=servos, start__arm=pose, goal__arm=(0.0,) * 5)
-    vehicle.command(arm_rates=[0, 0, 0, 0, 0.2])
-    end = vehicle.run(0.2, every=200)[-1]
-    assert end.arm_angles.shape == (5,)
-    assert vehicle.gap() < 5e-3
-
-
 def test_vehicle_with_a_heavy_arm_starts_trimmed(flight, tmp_path):
     vehicle = flight(vehicle__urdf=written(tmp_path, "arm.urdf", heavy_arm()), contact__kind="push", away=True)
     assert np.abs(vehicle.model.vehicle.center_of_mass(vehicle.model.start_arm)[:2]).max() > 0.01
@@ -158,19 +134,6 @@ def test_tip_without_a_shape_gets_one(flight, tmp_path):
     )
     vehicle.lean(5.0)
     assert vehicle.run(3.0, every=3000)[-1].tip_normal_force == pytest.approx(5.0, abs=0.3)
-
-
-def test_mesh_of_a_visual_is_ignored_and_that_of_a_collision_is_an_error(flight, tmp_path):
-    mesh = '<geometry><mesh filename="package://nowhere/hull.dae"/></geometry>'
-    visual = VEHICLE.replace('<geometry><cylinder radius="0.085" length="0.036"/></geometry>', mesh)
-    assert flight(vehicle__urdf=written(tmp_path, "visual.urdf", visual)).run(0.01)
-    box = '<geometry><box size="0.12 0.08 2.08"/></geometry>'
-    collision = DOOR.replace(
-        f'<origin xyz="-0.06 1.24 1.04" rpy="0 0 0"/>\n      {box}', f"<origin xyz='0 0 0'/>{mesh}"
-    )
-    path = written(tmp_path, "collision.urdf", collision)
-    with pytest.raises(UrdfError, match=r"hull\.dae"):
-        flight(door__urdf=path)
 
 
 def test_impossible_inertia_names_its_link(flight, tmp_path):

@@ -30,9 +30,3 @@ def test_values_that_say_what_is_told_anyway_change_no_bit(flight, kind):
     for name in ("position", "attitude", "tip_force", "rotor_thrusts"):
         np.testing.assert_array_equal(*(getattr(end, name) for end in ends), err_msg=name)
     assert ends[0].door_angle == ends[1].door_angle
-
-
-def test_nothing_more_is_done_in_a_step(flight):
-    simulator = flight().simulator
-    assert (simulator._thrust, simulator._drag, simulator._hinge.vary) == (None, None, False)
-    assert simulator._at_once

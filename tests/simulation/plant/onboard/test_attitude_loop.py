@@ -6,7 +6,6 @@ import math
 
 import numpy as np
 import pinocchio
-import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -66,13 +65,6 @@ def test_gyroscopic_term_cancels_that_of_the_rigid_body():
     assert np.allclose(p.torque, np.cross(rates, INERTIA @ rates), atol=1e-15)
 
 
-def test_torque_of_a_rate_error_is_inertia_times_gain():
-    p = parameters(AttitudeGains(rate=(10, 20, 30), derivative=(0, 0, 0)))
-    desired = quaternion(rotation_body_to_world([0.0, 0.02, 0.0]))
-    attitude_torque(p, np.array([1.0, 0, 0, 0]), np.zeros(3), desired)
-    assert np.allclose(p.torque, [0.0, 0.05 * 20 * AttitudeGains().attitude[1] * 2 * math.sin(0.01), 0.0], atol=1e-12)
-
-
 def test_integral_stands_still_in_saturation_and_is_bounded():
     p = parameters()
     attitude_torque(p, np.array([1.0, 0, 0, 0]), np.zeros(3), quaternion(rotation_body_to_world([0.1, 0.1, 0.1])))
@@ -88,14 +80,6 @@ def test_integral_may_leave_saturation():
     attitude_torque(p, np.array([1.0, 0, 0, 0]), np.zeros(3), quaternion(rotation_body_to_world([0.1, 0.1, 0.1])))
     integrate_rate_error(p, np.array([30.0, *(2.0 * p.torque)]))
     assert (p.memory[0] > 0.0).all()
-
-
-def test_derivative_brakes_an_accelerating_body():
-    p = parameters(AttitudeGains(rate=(0, 0, 0), integral=(0, 0, 0), derivative=(1.0, 0, 0), derivative_cutoff=1e6))
-    level = np.array([1.0, 0, 0, 0])
-    attitude_torque(p, level, np.array([0.0, 0.0, 0.0]), level)
-    attitude_torque(p, level, np.array([0.002, 0.0, 0.0]), level)
-    assert p.torque[0] == pytest.approx(-0.045 * 2.0, rel=1e-9)
 
 
 def test_feed_forward_follows_set_points_sooner_and_answers_a_moment_alike() -> None:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -106,9 +104,3 @@ def test_rotors_that_cannot_turn_the_vehicle_are_refused(tmp_path):
     with pytest.raises(BackendError, match="all three axes") as caught:
         rotor_layout(Vehicle(path), 0.016)
     assert caught.value.file == str(path)
-
-
-def test_layout_is_frozen():
-    with pytest.raises(ValueError, match="read-only"):
-        LAYOUT.max_thrusts[0] = 1.0
-    assert replace(LAYOUT, torque_per_thrust=0.1).allocation[3, 0] == pytest.approx(-0.1)
