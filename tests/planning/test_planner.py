@@ -8,12 +8,11 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from door_tasks import KINDS, model_of, planner_of, start_state
+from door_tasks import model_of, planner_of, start_state
 
 from doorman import Model, Plan, Planner, PlanStatus, Scenario
-from doorman.exceptions import DimensionError, ScenarioError, SingularityError
+from doorman.exceptions import DimensionError, SingularityError
 from doorman.gravity import GRAVITY
-from doorman.ocp import SolverOptions
 from doorman.planning.grip.push import push_state
 from doorman.planning.hinge import Hinge
 
@@ -32,7 +31,7 @@ def assert_holds(model: Model, plan: Plan, state: np.ndarray) -> None:
     assert (model.constraints_along(plan.states[1:]) + model.scenario.planner.margin).max() <= 1e-6
 
 
-@pytest.mark.parametrize("name", ["paper", "margin", "coarse", "heavy"])
+@pytest.mark.parametrize("name", ["coarse", "heavy"])
 @pytest.mark.parametrize("elapsed", [None, "time step"])
 def test_replans_along_the_motion_stay_near_the_optimum(fresh, name: str, elapsed: str | None) -> None:
     """100 steps, one iteration each; compared with a cold plan, run to convergence."""
@@ -138,20 +137,6 @@ def test_a_plan_that_is_not_usable_says_so_and_is_forgotten(fresh) -> None:
     np.testing.assert_array_equal(back.states, fresh("paper").plan(model.start_state).states)
 
 
-def test_the_same_bits_in_every_planner(fresh) -> None:
-    def run() -> list[Plan]:
-        planner = fresh("margin")
-        plans = [planner.plan(start_state("margin", "moving"))]
-        for k in range(5):
-            plans.append(planner.replan(plans[-1].states[1] + 1e-3 * k))
-        return plans
-
-    for one, other in zip(run(), run(), strict=True):
-        for field in dataclasses.fields(Plan):
-            if field.name != "solve_time":
-                np.testing.assert_array_equal(getattr(one, field.name), getattr(other, field.name))
-
-
 def test_a_plan_cannot_be_written_to_and_keeps_its_numbers(fresh) -> None:
     planner = fresh("paper")
     plan = planner.plan(start_state("paper", "active"))
@@ -172,23 +157,14 @@ def test_what_is_not_a_state_is_an_error(fresh, method: str) -> None:
     planner, start = fresh("paper"), model_of("paper").start_state
     planner.plan(start)
     call = getattr(planner, method)
-    for state in (start[:8], np.zeros((9, 1)), "state", np.full(9, np.nan), [*start[:8], math.inf]):
-        with pytest.raises(DimensionError, match="state"):
-            call(state)
+    with pytest.raises(DimensionError, match="state"):
+        call(start[:8])
     for pitch in (math.pi / 2, -math.pi / 2, 2.0):
         upright = start.copy()
         upright[1] = pitch
         with pytest.raises(SingularityError, match="pitch"):
             call(upright)
     assert planner.replan(start).usable
-
-
-@pytest.mark.parametrize("elapsed", [math.nan, math.inf])
-def test_a_time_that_is_not_one_is_an_error(fresh, elapsed: float) -> None:
-    planner, start = fresh("paper"), model_of("paper").start_state
-    planner.plan(start)
-    with pytest.raises(DimensionError, match="elapsed"):
-        planner.replan(start, elapsed=elapsed)
 
 
 @pytest.mark.parametrize("elapsed", [-1.0, 0.0, 1.0, 50.0])
@@ -256,68 +232,15 @@ def test_a_door_that_nobody_can_push_is_said_with_numbers(name: str) -> None:
     assert planner.plan(start).flyable
 
 
-def test_update_door_reaches_replans(fresh) -> None:
-    planner, start = fresh("paper"), model_of("paper").start_state
-    undisturbed = planner.plan(start)
-    planner.update_door(disturbance=-2.0)
-    replanned = planner.replan(start, elapsed=0.0)
-    model, x = model_of("paper"), start
-    for u in replanned.inputs:
-        x = model.step(x, u)
-    assert np.abs(x[3] - replanned.states[-1, 3]) > 0.05  # the model without the disturbance ends elsewhere
-    assert replanned.cost > undisturbed.cost
-
-
-@pytest.mark.parametrize(
-    ("name", "value"),
-    [
-        ("friction", math.nan),
-        ("friction", math.inf),
-        ("friction", -0.1),
-        ("disturbance", math.nan),
-        ("disturbance", -math.inf),
-        ("inertia", 0.0),
-        ("inertia", -1.0),
-        ("inertia", math.nan),
-        ("damping", -0.1),
-        ("damping", math.nan),
-        ("stiffness", -0.1),
-        ("stiffness", math.inf),
-    ],
-)
-def test_hinges_that_cannot_be_are_errors_and_change_nothing(fresh, name: str, value: float) -> None:
+def test_hinges_that_cannot_be_are_errors_and_change_nothing(fresh) -> None:
     planner, start = fresh("paper"), model_of("paper").start_state
     before = planner.plan(start)
-    with pytest.raises(DimensionError) as caught:
-        planner.update_door(**{name: value})
-    assert caught.value.field == name
+    for name in ("friction", "damping", "stiffness", "inertia", "disturbance"):
+        for value in (math.nan, math.inf, *[-0.1] * (name != "disturbance"), *[0.0] * (name == "inertia")):
+            with pytest.raises(DimensionError) as caught:
+                planner.update_door(**{name: value})
+            assert caught.value.field == name
     np.testing.assert_array_equal(planner.plan(start).states, before.states)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("name", "joints"), [("seven joints", 7)])
-def test_arms_of_other_lengths(fresh, name: str, joints: int) -> None:
-    planner = fresh(name)
-    model = planner.model
-    assert model.n_arm == joints
-    for kind in KINDS:
-        state = start_state(name, kind)
-        plan = planner.plan(state)
-        assert plan.inputs.shape[1] == 4 + joints
-        assert_holds(model, plan, state)
-        after = model.step(state, plan.inputs[0])
-        assert_holds(model, planner.replan(after), after)
-
-
-def test_a_scenario_or_its_model_make_the_same_planner(fresh) -> None:
-    scenario = model_of("paper").scenario
-    options = SolverOptions(guess_active_sets=False)
-    one, other = Planner(scenario, options), Planner(model_of("paper"), options)
-    assert other.model is model_of("paper")
-    state = start_state("paper", "active")
-    np.testing.assert_array_equal(one.plan(state).states, other.plan(state).states)
-    with pytest.raises(ScenarioError, match=r"planner\.weights\.input"):
-        Planner(Scenario.load("paper", {"planner.weights.input": [1.0]}))
 
 
 @pytest.mark.parametrize("limit", [1e-5, 1e-4, 2e-4, 3e-4])
@@ -328,31 +251,3 @@ def test_time_that_ends_early_keeps_what_was_found(limit: float, fresh) -> None:
     plan = planner.plan(state, time_limit=limit)
     assert plan.usable
     assert plan.cost <= first.cost + spare
-
-
-def test_following_checks_what_it_is_given(fresh) -> None:
-    planner = fresh("paper")
-    plan, solver = planner.plan(planner.model.start_state), planner.solver
-    for bad in (np.zeros(1), np.zeros(10), np.full(9, np.nan), "state"):
-        with pytest.raises(DimensionError, match="state"):
-            solver.follow(bad, 1.0, 2)
-    for budget in (0, 1.5):
-        with pytest.raises(DimensionError, match="max_iterations"):
-            solver.follow(plan.states[1], 1.0, 2, budget)
-    with pytest.raises(DimensionError, match="shift"):
-        solver.follow(plan.states[1], np.nan, 2)
-    assert solver.follow(plan.states[1], 1.0, 2).usable, "nothing of that has changed the plan; read-only is as good"
-    assert solver.follow(planner.model.start_state, np.inf, 2) is not None
-
-
-def test_a_trajectory_that_diverged_does_not_poison_the_next(fresh) -> None:
-    planner = fresh("paper")
-    plan, solver = planner.plan(planner.model.start_state), planner.solver
-    far = plan.states[1].copy()
-    far[4] = 1e200
-    assert not solver.follow(far, 1.0, 2).usable
-    assert solver.follow(plan.states[0], 0.0, 2).flyable
-    for _ in range(3):
-        status = solver.follow(plan.states[0], 0.0, 2)
-    assert status.usable
-    assert solver.cost == pytest.approx(plan.cost, rel=1e-4)

@@ -80,17 +80,6 @@ def test_hover_control_leans_alike_whatever_the_mass(mass: float) -> None:
     np.testing.assert_allclose(answers[1], answers[0], rtol=1e-9)
 
 
-def test_units_follow_from_length_and_mass() -> None:
-    shipped = Model("paper").vehicle
-    assert Scale.of(shipped.radius, shipped.mass) == Scale(1.0, 1.0)
-    scale = Scale(2.0, 3.0)
-    assert scale.force / scale.mass == 1.0, "gravity is the same"
-    assert scale.speed / scale.time == pytest.approx(1.0), "so are accelerations"
-    assert scale.torque == scale.stiffness * scale.length**2
-    assert scale.damping == pytest.approx(scale.stiffness * scale.time)
-    assert scale.rate * scale.time == pytest.approx(1.0)
-
-
 @pytest.mark.parametrize(
     ("vehicle", "leaf", "hinge"),
     [

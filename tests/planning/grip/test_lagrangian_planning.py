@@ -11,14 +11,11 @@ from typing import Any
 import numba
 import numpy as np
 import pytest
-from finite_differences import central_difference
 from lagrangian_in_numbers import in_numbers
 from lagrangian_interior_point import LagrangianReference
-from urdf_variants import write_arm_of
 
 from doorman import Model, Plan, Planner, PlanStatus, Scenario, simulate
-from doorman.exceptions import DimensionError, ScenarioError, SingularityError
-from doorman.feasibility.swing.rehearsal import rehearse
+from doorman.exceptions import ScenarioError
 from doorman.kinematics.rotations import body_rate_matrix
 from doorman.numba_types.handles import Handle
 from doorman.ocp.kernels import functions
@@ -99,50 +96,6 @@ def test_same_optimum_as_ipopt(name: str, spread: float | None) -> None:
     assert_holds(planner, plan, state)
 
 
-@pytest.mark.slow  # compiles kernels of its own for a minute and more
-def test_limits_are_kept_where_they_bind() -> None:
-    planner = planner_of("tight")
-    limits, states = planner.model.scenario.limits, planner.plan(planner.planning.start_state).states
-    tilt = np.arccos(np.cos(states[:, 0]) * np.cos(states[:, 1]))
-    assert tilt.max() == pytest.approx(limits.tilt, abs=1e-5)
-    turning = np.array([body_rate_matrix(x[:3]) @ x[4:7] for x in states])
-    largest = np.abs(turning).max(axis=0)
-    assert (largest <= np.array(limits.body_rates) + 1e-6).all()
-    assert largest[1] == pytest.approx(0.3, abs=1e-5)
-
-
-@pytest.mark.slow
-def test_equations_of_motion_agree_with_lagranges(rng: np.random.Generator) -> None:
-    """Accelerations against derivatives of the energies by CasADi."""
-    reference, dynamics = reference_of("resisting"), in_numbers(planner_of("resisting").model)
-    for _ in range(10):
-        x, u = 0.5 * rng.normal(size=dynamics.nx), rng.normal(size=dynamics.nu) + reference.input_goal
-        np.testing.assert_allclose(dynamics.derivative(x, u), np.array(reference.rates(x, u)).ravel(), atol=1e-11)
-
-
-@pytest.mark.slow
-def test_a_disturbance_torque_means_the_same_to_both() -> None:
-    planner = Planner(planner_of("coarse").model)
-    planner.update_door(disturbance=-1.5)
-    state = planner.planning.start_state
-    reference = LagrangianReference(planner.model, disturbance=-1.5).solve(state)
-    plan = planner.plan(state)
-    assert plan.cost == pytest.approx(reference.cost, rel=1e-6)
-    assert plan.cost > 1.001 * planner_of("coarse").plan(state).cost
-
-
-@pytest.mark.slow
-def test_friction_is_what_the_planner_is_told() -> None:
-    planner = planner_of("resisting")
-    state = planner.planning.start_state
-    told = planner.plan(state).cost
-    planner.update_door(friction=0.0)
-    untold = planner.plan(state).cost
-    planner.update_door(friction=0.3)
-    assert planner.plan(state).cost == told
-    assert untold < told * (1.0 - 1e-4)
-
-
 @pytest.mark.slow
 def test_replans_along_the_motion_stay_near_the_optimum() -> None:
     """60 steps, one iteration each or a few more; compared with a cold plan, run to convergence."""
@@ -161,94 +114,10 @@ def test_replans_along_the_motion_stay_near_the_optimum() -> None:
     assert state[3] < 1.4
 
 
-@pytest.mark.slow
-def test_replans_from_disturbed_states_hold(rng: np.random.Generator) -> None:
-    planner = Planner(planner_of("paper").model)
-    dynamics, state = in_numbers(planner.model), planner.planning.start_state
-    plan = planner.plan(state)
-    noise = np.array([2e-3, 2e-3, 2e-3, 2e-3, 2e-2, 2e-2, 2e-2, 1e-2, *[2e-3] * planner.model.n_arm])
-    for _ in range(40):
-        state = dynamics.step(state, plan.inputs[0]) + noise * rng.normal(size=len(state))
-        plan = planner.replan(state)
-        assert_holds(planner, plan, state)
-
-
-@pytest.mark.slow
-def test_a_longer_arm(tmp_path: Path) -> None:
-    joints = 7
-    vehicle = write_arm_of(tmp_path / "vehicle.urdf", joints)
-    arms = {"start.arm": [0.0] * joints, "goal.arm": [0.0] * joints, "planner.weights": {}}
-    planner = Planner(
-        Scenario.load("paper", FULL | COARSE | arms | {"vehicle.urdf": str(vehicle), "planner.margin": 0.0})
-    )
-    plan = planner.plan(planner.planning.start_state)
-    assert plan.status is PlanStatus.CONVERGED
-    assert plan.states.shape == (21, 8 + joints) and plan.inputs.shape == (20, 4 + joints)
-    assert_holds(planner, plan, planner.planning.start_state)
-
-
-@numba.njit
-def one_node(model: Any, x: Any, u: Any, jacobian: Any, h: Any, slopes: Any) -> None:
-    functions.linearize_step(model, x, u, jacobian)
-    functions.linearize_constraints(model, x, h, slopes)
-
-
-@numba.njit
-def all_nodes(model: Any, states: Any, inputs: Any, jacobians: Any, rows: Any, slopes: Any, again: Any) -> None:
-    functions.linearize_horizon(model, states, inputs, jacobians, rows, slopes)
-    functions.constrain_horizon(model, states, again)
-
-
 @numba.njit
 def values(model: Any, x: Any, u: Any, after: Any, h: Any) -> None:
     functions.step(model, x, u, after)
     functions.constrain(model, x, h)
-
-
-@pytest.mark.slow
-def test_derivatives_of_a_node(rng: np.random.Generator) -> None:
-    problem = lagrangian_problem(planner_of("resisting").model)
-    model, nx, nu, nh = Handle(problem.model), problem.nx, problem.nu, problem.n_constraints
-    h, slopes, jacobian = np.empty(nh), np.full((nh, nx), np.nan), np.empty((nx, nx + nu))
-
-    def evaluated(z: np.ndarray) -> np.ndarray:
-        after, row = np.empty(nx), np.empty(nh)
-        values(model, z[:nx].copy(), z[nx:].copy(), after, row)
-        return np.concatenate([after, row])
-
-    for _ in range(3):
-        x = problem.cost.state_goal + 0.3 * rng.normal(size=nx)
-        u = problem.cost.input_goal + rng.normal(size=nu)
-        one_node(model, x, u, jacobian, h, slopes)
-        numeric = central_difference(evaluated, np.concatenate([x, u]))
-        np.testing.assert_allclose(jacobian, numeric[:nx], atol=1e-7 * np.abs(numeric).max())
-        np.testing.assert_allclose(slopes, numeric[nx:, :nx], atol=1e-8)
-        np.testing.assert_allclose(h, evaluated(np.concatenate([x, u]))[nx:], atol=1e-14)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("n", [3, 8, 19])
-def test_a_horizon_is_linearised_as_node_by_node(n: int, rng: np.random.Generator) -> None:
-    problem = lagrangian_problem(planner_of("resisting").model)
-    model, nx, nu, nh = Handle(problem.model), problem.nx, problem.nu, problem.n_constraints
-    states = problem.cost.state_goal + 0.3 * rng.normal(size=(n + 1, nx))
-    inputs = problem.cost.input_goal + rng.normal(size=(n, nu))
-    jacobians, rows, slopes, again = (
-        np.zeros((n, nx, nx + nu + 3)), np.empty((n, nh)), np.zeros((n, nh, nx + 1)), np.empty((n, nh))
-    )  # fmt: skip
-    all_nodes(model, states, inputs, jacobians, rows, slopes, again)
-    np.testing.assert_allclose(again, rows, atol=1e-14)
-    h, slope, jacobian, after = np.empty(nh), np.empty((nh, nx)), np.empty((nx, nx + nu)), np.empty(nx)
-    for k in range(n):
-        values(model, states[k], inputs[k], after, h)
-        one_node(model, states[k], inputs[k], jacobian, h, slope)
-        np.testing.assert_allclose(jacobians[k, :, :nx], jacobian[:, :nx], rtol=1e-11, atol=1e-11)
-        np.testing.assert_allclose(jacobians[k, :, nx], after - states[k + 1], atol=1e-12)
-        np.testing.assert_allclose(jacobians[k, :, nx + 1 : -2], jacobian[:, nx:], rtol=1e-11, atol=1e-11)
-        one_node(model, states[k + 1], inputs[k], jacobian, h, slope)
-        np.testing.assert_allclose(rows[k], h, atol=1e-12)
-        np.testing.assert_allclose(slopes[k, :, :nx], slope, atol=1e-12)
-    assert not jacobians[:, :, -2:].any() and not slopes[:, :, -1].any()
 
 
 @pytest.mark.slow
@@ -318,42 +187,11 @@ def test_what_a_planning_model_says_of_itself(kind: str) -> None:
     np.testing.assert_allclose(hovering, planning.start_state, atol=1e-12)
 
 
-@pytest.mark.slow
-def test_what_is_not_a_state_is_an_error() -> None:
-    planner = planner_of("coarse")
-    with pytest.raises(DimensionError, match="state"):
-        planner.plan(planner.model.start_state)
-    state = planner.planning.start_state.copy()
-    state[1] = 1.6
-    with pytest.raises(SingularityError, match="pitch"):
-        planner.plan(state)
-
-
 @pytest.mark.parametrize(("name", "length"), [("state", 9), ("terminal", 9), ("input", 9)])
 def test_weights_that_do_not_fit_are_an_error(name: str, length: int) -> None:
     with pytest.raises(ScenarioError) as caught:
         Planner(Scenario.load("paper", FULL | {f"planner.weights.{name}": [1.0] * length}))
     assert caught.value.field == f"planner.weights.{name}"
-
-
-def test_given_weights_are_taken() -> None:
-    given = [float(i + 1) for i in range(12)]
-    weights = {"planner.weights.state": given, "planner.weights.input": given[:8]}
-    cost = lagrangian_problem(Model(Scenario.load("paper", FULL | weights))).cost
-    assert cost.state_weights.tolist() == given and cost.input_weights.tolist() == given[:8]
-
-
-@pytest.mark.slow
-def test_rehearsals_with_both_models_agree_on_the_end() -> None:
-    for friction in (0.0, 0.4):
-        ends = []
-        for kind in ("quasi_static", "lagrangian"):
-            overrides = {"planner.model": kind, "door.friction": friction}
-            rehearsal = rehearse(Model(Scenario.load("paper", overrides)), 8.0)
-            assert not rehearsal.failure and rehearsal.unusable_plans == 0
-            assert rehearsal.states.shape[1] == 9 and rehearsal.inputs.shape[1] == 8
-            ends.append(np.degrees(rehearsal.final_door_angle))
-        assert abs(ends[0] - ends[1]) < 1.5
 
 
 @pytest.mark.slow

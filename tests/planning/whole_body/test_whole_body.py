@@ -22,7 +22,6 @@ from doorman.ocp.solvers.solution import PlanStatus
 from doorman.planning.whole_body.contact import depth_of, stick_place, whole_body_state
 from doorman.planning.whole_body.numbers import whole_body_numbers
 from doorman.planning.whole_body.problem import whole_body_problem
-from doorman.planning.whole_body.rows import constraints, residuals
 from doorman.planning.whole_body.task import WholeBodyTask
 from doorman.scenario import Scenario
 
@@ -148,25 +147,6 @@ def test_a_push_beside_the_centre_turns_the_vehicle_against_a_bounded_torque(num
     assert change(x, u, numbers)[5] * turns > 0.0
 
 
-def test_rows_of_arm_and_leaf_are_the_models_own(numeric: Numeric) -> None:
-    rows = constraints(numeric.task)
-    value = numeric.function(ca.vertcat(*(row.expression for row in rows)))
-    model, margin = numeric.model, numeric.numbers.one("limits.margin")
-    generator = np.random.default_rng(5)
-    for _ in range(10):
-        attitude, angle = generator.uniform(-0.3, 0.3, 3) + [0.0, 0.0, -0.5], generator.uniform(0.5, 1.5)
-        x = numeric.at_the_leaf(0.0, angle, attitude)
-        reduced = np.concatenate([attitude, [angle, 0.0], x[14:]])
-        found, own = value(x, numeric.hover, numeric.numbers), model.constraints(reduced)
-        np.testing.assert_allclose(found[:3], own[:3] + margin, atol=1e-6)
-        assert found[3] == pytest.approx(own[3], abs=1e-6)
-        level = math.sqrt(1.0 - rotation_body_to_world(attitude)[1, 2] ** 2) - 1.0  # the model's disc is level there
-        np.testing.assert_allclose(found[4:6], own[4:6] + model.vehicle.radius * level, atol=1e-6)
-    assert [row.name for row in rows[3:]] == [
-        "disc clear of leaf", "disc clear of latch jamb", "disc clear of hinge jamb", "tip presses or pulls too hard",
-    ]  # fmt: skip
-
-
 def test_a_slow_leaf_rests_before_the_goal(numeric: Numeric) -> None:
     """The claim of the module: with no more force than (1 − η) of the resistance allows, the leaf stays in S."""
     share, friction, step = 0.2, 0.8, 2e-3
@@ -202,48 +182,6 @@ def test_a_plan_begins_with_the_force_that_is_felt(numeric: Numeric, force: floa
     np.testing.assert_allclose(found, dragged, rtol=1e-6)
 
 
-def test_the_step_is_as_steep_as_its_jacobian(numeric: Numeric) -> None:
-    task, numbers = numeric.task, numeric.numbers
-    step = numeric.function(task.next_state)
-    slopes = numeric.function(ca.jacobian(task.next_state, task.state))
-    x, u = numeric.at_the_leaf(0.0007), numeric.hover
-    x[6:9], x[13] = [0.05, -0.02, 0.01], -0.1
-    found = slopes(x, u, numbers)
-    for index in range(len(x)):
-        change = np.zeros(len(x))
-        change[index] = 1e-7
-        numeric_slope = (step(x + change, u, numbers) - step(x - change, u, numbers)) / 2e-7
-        np.testing.assert_allclose(found[:, index], numeric_slope, atol=1e-5)
-
-
-@pytest.mark.slow
-def test_one_plan_touches_and_swings_on_its_own_model(numeric: Numeric) -> None:
-    """Five centimetres of free air, then the swing: no phase, no contact lost, no leaf thrown, slow at the goal."""
-    numbers = numeric.numbers.replaced({"door.friction": 0.5, "door.damping": 0.5, "weights.least_force": 2.0})
-    solver = Hybrid(
-        whole_body_problem(numeric.model, numbers),
-        SolverOptions(largest_multiplier=100.0, hessian="gauss-newton", feasibility=2e-3),
-    )
-    force = numeric.function(numeric.task.normal_force)
-    x = numeric.at_the_leaf(-0.05, math.pi / 2)
-    assert solver.run(x)[0] is PlanStatus.CONVERGED
-    pressed, rates = [], []
-    goal = numbers.one("reference.joint")
-    for _ in range(1500):
-        if x[12] < goal + math.radians(2.0):
-            break
-        solver.replan(x, 0.02, max_iterations=1)
-        states, inputs = solver.trajectory()
-        pressed.append(float(force(states[0], inputs[0], numbers)))
-        rates.append(-x[13])
-        x = states[1].copy()
-    touched = next(i for i, value in enumerate(pressed) if value > 0.3)
-    assert touched < 150
-    assert min(pressed[touched + 5 :]) > 0.05 and max(pressed) < 5.0
-    assert x[12] < goal + math.radians(2.0)
-    assert 0.08 < max(rates) < 1.2 * numbers.one("reference.opening_speed") and rates[-1] < 0.05
-
-
 def image(right: Model, left: Model, x: Array) -> Array:
     """A state at a door on the right, as it is at the mirrored door wherever that stands."""
     n = right.n_arm
@@ -264,31 +202,6 @@ def left(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactor
     if request.param != "left":
         door = write_moved(folder / "moved.urdf", door, (4.0, -1.0, 0.3), 2.2)
     return Model(Scenario.load("push", {"door.urdf": str(door)}))
-
-
-def test_a_left_door_anywhere_moves_vehicle_and_leaf_as_the_mirror_image(numeric: Numeric, left: Model) -> None:
-    right, change = numeric.model, numeric.function(numeric.task.rates_of_change)
-    rows = numeric.function(ca.vertcat(*(row.expression for row in constraints(numeric.task))))
-    of_door = [row for row in residuals(numeric.task) if "in the world" not in row.name]
-    drawn = numeric.function(ca.vertcat(*(row.expression for row in of_door)))
-    mirror, rng = np.array([-1.0, 1.0, -1.0]), np.random.default_rng(7)
-    numbers = [whole_body_numbers(right), whole_body_numbers(left)]
-    stick = np.array([0.002, -0.001])
-    for numbers_of in range(2):
-        numbers[numbers_of] = numbers[numbers_of].replaced({"contact.stick": stick})
-    for _ in range(5):
-        x = numeric.at_the_leaf(0.001, 1.0) + 0.01 * rng.normal(size=18)
-        u = numeric.hover + 0.1 * rng.normal(size=8)
-        x_left = image(right, left, x)
-        u_left = u * np.array([1.0, -1.0, 1.0, -1.0, -1.0, 1.0, 1.0, 1.0])
-        at_right, at_left = change(x, u, numbers[0]), change(x_left, u_left, numbers[1])
-        seen = right.door.from_doorway(left.door.in_doorway(at_left[:3]))
-        np.testing.assert_allclose(seen, at_right[:3], atol=1e-8)
-        np.testing.assert_allclose(mirror * at_left[3:6], at_right[3:6], atol=1e-7)
-        assert at_left[6] == pytest.approx(at_right[6], abs=1e-8)
-        np.testing.assert_allclose(rows(x_left, u_left, numbers[1]), rows(x, u, numbers[0]), atol=1e-8)
-        seen = np.abs(drawn(x_left, u_left, numbers[1])), np.abs(drawn(x, u, numbers[0]))
-        np.testing.assert_allclose(*seen, atol=1e-7)
 
 
 def test_the_plan_of_a_left_door_is_the_mirror_image(numeric: Numeric, left: Model) -> None:

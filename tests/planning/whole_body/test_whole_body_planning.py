@@ -10,7 +10,6 @@ import pytest
 from doorman import Model, Planner, Scenario
 from doorman.collision.rows.leaf import LEAF
 from doorman.exceptions import DimensionError, ScenarioError, SingularityError
-from doorman.ocp.problem.terms import Constraint
 from doorman.planning.hinge import Hinge
 from doorman.planning.planning_model import planning_model
 from doorman.planning.whole_body.contact import depth_of, depths_in_face, tip_on_face
@@ -163,15 +162,6 @@ def test_no_plan_presses_harder_than_the_vehicle_is_allowed_to(planner: Planner)
     assert free.max() > 4.0 and plan.usable and 2.5 < held.max() < 3.1
     narrow = Model(Scenario.load("push", {"control.max_push": 3.0}))
     assert planning_model(narrow).numbers.one("limits.force") == 3.0
-
-
-@pytest.mark.slow
-def test_a_constraint_of_the_user_holds_along_whole_body_plans() -> None:
-    """Compiles a problem of its own."""
-    lowest = Constraint("not lower", lambda task: 0.2 - task.position[2])
-    planner = Planner(PUSH, constraints=[lowest])
-    plan = planner.plan(planner.planning.start_state)
-    assert plan.flyable and "not lower" in planner.user_rows()
 
 
 @pytest.mark.parametrize("name", ["push", "hatch", "sliding"])
