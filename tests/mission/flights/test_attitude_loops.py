@@ -46,7 +46,8 @@ def test_a_grip_plans_with_the_lag_that_hover_has_measured(scenario: str, lag: f
     assert summary["time_to_open_s"] < 10.0 and summary["max_pull_force_n"] < 8.0
 
 
-@pytest.mark.parametrize("lag", [0.04, pytest.param(0.06, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("lag", [0.04, 0.06])
 def test_a_quick_loop_does_not_chatter_on_the_leaf(lag: float) -> None:
     """As quick as ArduPilot's with its feed-forward: plans answer the noise of the estimated force at once."""
     loop = {"attitude_lag": lag, "attitude_dead_time": 0.075, "motor_time_constant": 0.01}

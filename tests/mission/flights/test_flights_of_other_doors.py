@@ -77,10 +77,6 @@ def flown_towards(source: str, seed: int, **overrides: Any) -> None:
     assert summary["min_clearance_m"] > 0.0
 
 
-def test_a_door_is_pulled_open() -> None:
-    flown_towards("pull", 1)
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(10))
 @pytest.mark.parametrize("source", ["pull", "close", "cabinet", "gate"])

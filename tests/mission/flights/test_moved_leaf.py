@@ -237,7 +237,7 @@ def test_a_gripped_door_that_is_locked_does_not_turn_the_vehicle_onto_itself(sto
 def test_a_gripper_that_pulls_is_unloaded_before_it_opens() -> None:
     """Somebody has opened the door too far and holds it there: what lets go of a load is flung at the jamb."""
     held = hand(24.0, math.inf, lambda off, rate: 300.0 * (-math.radians(12.0) - off) - 150.0 * rate)
-    recording, _ = flown(held, "paper", mission__attempts=1)
+    recording, _ = flown(held, "paper", mission__attempts=1, mission__start="contact")
     truth, command, release = recording["truth"], recording["command"], phases(recording).index("release")
     assert "gone past the goal" in recording["mission"]["message"][release - 1]
     assert "does not go back" in recording["mission"]["message"][release]

@@ -85,7 +85,8 @@ def test_an_abort_lets_go_of_the_door_and_leaves_the_doorway() -> None:
 
 def test_a_gripper_that_opens_does_not_push_a_door_without_friction() -> None:
     """Damping alone would let it coast on by degrees from a touch of two newtons."""
-    recording, mission = flown(scenario="paper", simulation__door_damping=2.0, simulation__door_friction=0.0)
+    hinge = {"simulation__door_damping": 2.0, "simulation__door_friction": 0.0}
+    recording, mission = flown(scenario="paper", mission__start="contact", **hinge)
     assert mission.outcome == (True, "")
     assert {"release", "hold"} & set(phases(recording))
     summary = recording.summary
@@ -146,6 +147,7 @@ def test_the_arm_goes_straight_to_a_posture() -> None:
         share = (angles - begin) @ way / (way @ way)
         np.testing.assert_allclose(angles, begin + share * way, atol=1e-12)
     np.testing.assert_allclose(angles, target, atol=1e-2)
+    assert arm_rates_to(np.zeros(0), np.zeros(0)).shape == (0,), "a stick has no joints"
 
 
 def test_a_glide_keeps_speed_and_acceleration() -> None:

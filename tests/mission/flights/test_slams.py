@@ -141,7 +141,7 @@ def test_a_vehicle_that_is_pulled_back_in_free_flight_has_still_opened_its_door(
     def pull(time: float) -> float:
         return -12.0 if begun and 0.0 < time - begun[0] < 0.5 else 0.0
 
-    recording, mission = flown(scenario="paper", on_progress=when_free, pull=pull)
+    recording, mission = flown(scenario="paper", on_progress=when_free, pull=pull, mission__start="contact")
     assert recording["truth"]["velocity"][:, 0].min() < -1.0
     assert phases(recording)[-4:] == ["release", "retreat", "done", "end"]
     summary = recording.summary
