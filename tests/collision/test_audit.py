@@ -10,7 +10,6 @@ import pytest
 from numpy.typing import NDArray
 
 from doorman.collision.audit import TOLERANCE, AuditReport, audit, clearances_at
-from doorman.collision.sampling import Region
 from doorman.collision.scene import CollisionScene
 from doorman.model import Model
 
@@ -123,32 +122,3 @@ def test_same_seed_same_report(model: Model) -> None:
     assert first == second
     assert first != small_audit(model, checks=100, seed=4).as_dict()
     assert json.loads(json.dumps(first, allow_nan=False))["ok"] is True
-
-
-def test_region_keeps_its_bounds(model: Model, rng: np.random.Generator) -> None:
-    region = Region(model.coupling, SWING, 0.4)
-    states = region.draw(5000, rng)
-    assert 3500 < len(states) < 5000
-    tilt = np.arccos(np.cos(states[:, 0]) * np.cos(states[:, 1]))
-    assert 0.38 < tilt.max() <= 0.4
-    assert states[:, 3].min() >= SWING[1]
-    assert states[:, 3].max() <= SWING[0]
-    assert (states[:, 5:] >= model.vehicle.lower_limits).all()
-    assert (states[:, 5:] <= model.vehicle.upper_limits).all()
-    near = region.near(states[:10], 5.0, 3, rng)
-    assert near.shape == (30, model.nx)
-    assert (near[:, 4] == 0.0).all()
-    tilted = near[np.cos(near[:, 0]) * np.cos(near[:, 1]) < np.cos(0.4)]
-    assert not region.contains(tilted).any()
-
-
-def test_bisection_ends_at_the_boundary_inside(model: Model, rng: np.random.Generator) -> None:
-    region = Region(model.coupling, SWING, 1.0)
-    states = region.draw(20_000, rng)
-    allowed = region.allowed(states, model.constraints_along)
-    inside = states[allowed]
-    outside = states[~allowed][: len(inside)]
-    edge = region.to_boundary(inside, outside, model.constraints_along)
-    assert region.allowed(edge, model.constraints_along).all()
-    h = model.constraints_along(edge).max(axis=1)
-    assert np.median(h) == pytest.approx(0.0, abs=1e-6)

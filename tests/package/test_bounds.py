@@ -349,7 +349,7 @@ def test_one_wrong_time_costs_its_message(autopilot, at, micros, run, tmp_path):
     assert align(Recording.load(run), found).offset == pytest.approx(0.0, abs=0.005)
 
 
-@pytest.mark.parametrize(("autopilot", "micros"), zip(WRITERS, (2 * 10**10, 4213092985657280000), strict=True))
+@pytest.mark.parametrize(("autopilot", "micros"), [("px4", 2 * 10**10), ("ardupilot", 4213092985657280000)])
 def test_the_merge_leaves_it_out_and_says_so(autopilot, micros, run, tmp_path):
     log = written(autopilot, tmp_path)
     with_time(log, 6.0, micros)

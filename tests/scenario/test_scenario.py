@@ -35,31 +35,6 @@ def fault(path: str | Path, **overrides: object) -> ScenarioError:
 # ---------------------------------------------------------------- what is right
 
 
-def test_the_paper_file_says_what_the_defaults_say():
-    paper, defaults = Scenario.load("paper"), Scenario()
-    model, default_model = Model(paper), Model(defaults)
-    np.testing.assert_array_equal(model.start_state, default_model.start_state)
-    np.testing.assert_allclose(model.goal_state, default_model.goal_state, rtol=0.0, atol=1e-15)
-    for end in ("start", "goal"):
-        given = getattr(paper, end).model_copy(update={"door_angle": None})
-        assert given == getattr(defaults, end), end
-    assert (
-        paper.simulation.door_friction and defaults.simulation.door_friction is None
-    )  # a door that stays where it is left
-    for section in ("vehicle", "door", "contact", "control", "estimation", "mission"):
-        assert getattr(paper, section) == getattr(defaults, section), section
-    assert paper.planner.model == "quasi_static"
-    as_by_default = {"weights": defaults.planner.weights, "model": "whole_body"}
-    assert paper.planner.model_copy(update=as_by_default) == defaults.planner
-
-
-def test_push_is_the_same_task_with_a_tip_that_only_pushes():
-    push, paper = Scenario.load("push"), Scenario.load("paper")
-    assert push.contact.kind == "push"
-    assert push.contact.model_copy(update={"kind": "grip"}) == paper.contact
-    np.testing.assert_array_equal(Model(push).start_state, Model(paper).start_state)
-
-
 def test_a_push_comes_nearer_to_the_hinge_in_a_narrow_doorway():
     def distance(**contact) -> float:
         given = {f"contact.{key}": value for key, value in contact.items()}
@@ -175,18 +150,6 @@ def test_a_wrong_value_names_file_field_given_and_allowed(write, text, field, gi
     assert allowed in error.allowed
     assert all(part in str(error) for part in (str(path), field, "given", "allowed"))
     assert len(str(error)) < 400 + len(str(path))
-
-
-def test_not_a_number_is_refused_everywhere(write):
-    for text in (
-        "[contact]\nheight = nan",
-        "[start]\narm = [0.0, nan, 0.0, 0.0]",
-        "[goal]\nattitude = [nan, 0.0, 0.0]",
-    ):
-        error = fault(write(text))
-        assert math.isnan(error.given)
-        assert "finite" in error.allowed
-    assert math.isnan(fault("paper", **{"planner.margin": math.nan}).given)
 
 
 @pytest.mark.parametrize(

@@ -258,10 +258,3 @@ def test_a_scenario_keeps_its_file_through_copies():
     for copy in (scenario.model_copy(), scenario.model_copy(update={"contact": scenario.contact}),
                  pickle.loads(pickle.dumps(scenario))):  # fmt: skip
         assert copy == scenario and copy.source == scenario.source
-
-
-def test_a_scenario_is_one_line(tmp_path):
-    text = repr(Scenario.load("push"))
-    assert str(Scenario.load("push")) == text
-    assert "\n" not in text and len(text) < 120
-    assert all(word in text for word in ("push", "hexarotor_arm", "hinged_door"))

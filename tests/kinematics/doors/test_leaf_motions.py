@@ -50,11 +50,6 @@ def test_the_contact_moves_with_the_leaf(door: Door) -> None:
         assert door.opening_of(angle) == pytest.approx(opening)
 
 
-def test_normals_at_many_angles_are_those_at_each(door: Door) -> None:
-    angles = np.array([door.angle_of_opening(opening) for opening in OPENINGS])
-    np.testing.assert_allclose(door.normals(angles), [door.normal(angle) for angle in angles.tolist()], atol=1e-15)
-
-
 def test_levers_and_bends_are_slopes(door: Door) -> None:
     for opening in OPENINGS:
         angle, step = door.angle_of_opening(opening), 1e-6

@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from finite_differences import central_difference
 from urdf_variants import VEHICLE, robot_data_vehicle, write_arm, write_arm_of, write_edited
 
 from doorman.exceptions import DimensionError
@@ -43,28 +42,6 @@ def planar_arm(angles: np.ndarray) -> np.ndarray:
 def test_positions_by_hand(vehicle: Vehicle, angles: list[float], servo_3: tuple, servo_4: tuple, tip: tuple) -> None:
     np.testing.assert_allclose(vehicle.point_positions(angles), [servo_3, servo_4, tip], atol=1e-15)
     np.testing.assert_allclose(vehicle.tip_position(angles), tip, atol=1e-15)
-
-
-def test_numbers_of_the_shipped_vehicle(vehicle: Vehicle) -> None:
-    assert vehicle.n_arm == 4
-    assert vehicle.joint_names == ("eta_1", "eta_2", "eta_3", "eta_4")
-    assert vehicle.point_names == ("servo_3", "servo_4", "tip")
-    assert vehicle.mass == pytest.approx(3.0, abs=1e-12)
-    assert vehicle.radius == pytest.approx(0.40, abs=1e-12)
-    assert vehicle.max_thrust == pytest.approx(48.0, abs=1e-12)
-    np.testing.assert_allclose(vehicle.upper_limits, [math.pi, 1.65, 1.65, 1.80], atol=1e-12)
-    np.testing.assert_array_equal(vehicle.lower_limits, -vehicle.upper_limits)
-    np.testing.assert_array_equal(vehicle.rate_limits, [3.1] * 4)
-    np.testing.assert_array_equal(vehicle.torque_limits, [3.1] * 4)
-
-
-def test_rotors_stand_on_a_hexagon_and_turn_alternately(vehicle: Vehicle) -> None:
-    positions = np.array([rotor.position for rotor in vehicle.rotors])
-    np.testing.assert_allclose(np.hypot(positions[:, 0], positions[:, 1]), 0.275, atol=1e-6)
-    bearing = np.degrees(np.arctan2(positions[:, 1], positions[:, 0])) % 360.0
-    np.testing.assert_allclose(bearing, [30, 90, 150, 210, 270, 330], atol=1e-3)
-    assert [rotor.direction for rotor in vehicle.rotors] == [1, -1, 1, -1, 1, -1]
-    assert {rotor.max_thrust for rotor in vehicle.rotors} == {8.0}
 
 
 def test_numbers_come_from_the_urdf(tmp_path: Path) -> None:
@@ -103,31 +80,25 @@ def test_a_vehicle_without_rotors_lifts_twice_its_weight(tmp_path: Path) -> None
     assert vehicle.max_thrust == pytest.approx(2.0 * 3.0 * 9.81)
 
 
+DISC = '<origin xyz="0 0 0.0002" rpy="0 0 0"/>\n      <geometry><cylinder radius="0.40" length="0.0004"/></geometry>'
+
+
 @pytest.mark.parametrize(
-    ("shape", "radius"),
+    ("place", "shape", "least", "most"),
     [
-        ('<origin xyz="0.1 0 0.3"/><geometry><sphere radius="0.2"/></geometry>', 0.3),
-        ('<origin xyz="0 0.1 0"/><geometry><box size="0.6 0.2 0.1"/></geometry>', math.hypot(0.3, 0.2)),
-        ('<origin xyz="0 0 0" rpy="0 0 0.7853981633974483"/><geometry><box size="0.6 0.6 0.1"/></geometry>', 0.3 * math.sqrt(2)),
+        ('xyz="0.1 0 0.3"', '<sphere radius="0.2"/>', 0.3, 0.3),
+        ('xyz="0 0.1 0"', '<box size="0.6 0.2 0.1"/>', math.hypot(0.3, 0.2), math.hypot(0.3, 0.2)),
+        ('rpy="0 0 0.7853981633974483"', '<box size="0.6 0.6 0.1"/>', 0.3 * math.sqrt(2), 0.3 * math.sqrt(2)),
+        ('rpy="1.5707963267948966 0 0"', '<cylinder radius="0.1" length="0.8"/>', math.hypot(0.4, 0.1), 0.5),
     ],
-    ids=["sphere", "box", "box turned"],
-)  # fmt: skip
-def test_radius_holds_every_shape_of_the_base(shape: str, radius: float, tmp_path: Path) -> None:
-    disc = (
-        '<origin xyz="0 0 0.0002" rpy="0 0 0"/>\n      <geometry><cylinder radius="0.40" length="0.0004"/></geometry>'
-    )
-    assert Vehicle(write_edited(tmp_path / "v.urdf", VEHICLE, (disc, shape))).radius == pytest.approx(radius, abs=1e-9)
-
-
-def test_radius_bounds_a_lying_cylinder_from_above(tmp_path: Path) -> None:
-    disc = (
-        '<origin xyz="0 0 0.0002" rpy="0 0 0"/>\n      <geometry><cylinder radius="0.40" length="0.0004"/></geometry>'
-    )
-    lying = (
-        '<origin xyz="0 0 0" rpy="1.5707963267948966 0 0"/><geometry><cylinder radius="0.1" length="0.8"/></geometry>'
-    )
-    radius = Vehicle(write_edited(tmp_path / "v.urdf", VEHICLE, (disc, lying))).radius
-    assert math.hypot(0.4, 0.1) <= radius <= 0.5 + 1e-9
+    ids=["sphere", "box", "box turned", "lying cylinder"],
+)
+def test_radius_holds_every_shape_of_the_base(
+    place: str, shape: str, least: float, most: float, tmp_path: Path
+) -> None:
+    other = f"<origin {place}/><geometry>{shape}</geometry>"
+    radius = Vehicle(write_edited(tmp_path / "v.urdf", VEHICLE, (DISC, other))).radius
+    assert least - 1e-9 <= radius <= most + 1e-9
 
 
 def test_radius_holds_meshes_and_what_is_fixed_to_the_base(tmp_path: Path) -> None:
@@ -161,15 +132,8 @@ def test_flying_arms_of_example_robot_data(name: str, n_arm: int, points: int, m
     assert vehicle.mass == pytest.approx(mass, abs=1e-6)
     assert 0.15 < vehicle.radius < 0.6
     assert vehicle.tip_position(np.zeros(n_arm))[2] < -0.3
-    _check_jacobians(vehicle, np.random.default_rng(1))
-
-
-def _check_jacobians(vehicle: Vehicle, rng: np.random.Generator) -> None:
-    for angles in rng.uniform(-1.5, 1.5, (3, vehicle.n_arm)):
-        jacobians = vehicle.point_jacobians(angles)
-        assert jacobians.shape == (len(vehicle.point_names), 3, vehicle.n_arm)
-        np.testing.assert_allclose(jacobians, central_difference(vehicle.point_positions, angles), atol=1e-9)
-        np.testing.assert_array_equal(vehicle.tip_jacobian(angles), jacobians[-1])
+    angles = np.random.default_rng(1).uniform(-1.5, 1.5, n_arm)
+    np.testing.assert_array_equal(vehicle.tip_jacobian(angles), vehicle.point_jacobians(angles)[-1])
 
 
 def test_links_are_placed_in_the_body(vehicle: Vehicle) -> None:
