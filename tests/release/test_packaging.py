@@ -138,7 +138,7 @@ def test_every_import_is_a_declared_dependency():
     extras = {
         "simulation": ("sim",), "visualization": ("viz",), "hardware": ("hardware", "mocap", "tags"), "campaign": ("campaign",),
         "feasibility": ("sim",), "recording": ("campaign", "pandas"), "rig": ("sim", "hardware"),
-        "ros2": ("ros2",), "learning": ("gym",), "flight": ("hardware",), "kinematics": ("xacro",),
+        "ros2": ("ros2",), "learning": ("gym",), "flight": ("hardware",), "kinematics": ("xacro",), "door_sensor": ("tags",),
     }  # fmt: skip
     for path in (ROOT / "doorman").rglob("*.py"):
         declared = requirements(*extras.get(path.relative_to(ROOT / "doorman").parts[0], ()))
