@@ -14,7 +14,7 @@ from doorman.exceptions import UrdfError
 from doorman.gravity import weight_of
 from doorman.kinematics.links import joint_placements_along, links_of
 from doorman.kinematics.urdf.robot import frame_index, frozen, link_index, load_pinocchio
-from doorman.kinematics.vehicles.arms.arm_chain import arm_chain, check_followers, standing_joints
+from doorman.kinematics.vehicles.arms.arm_chain import arm_chain, carriers, check_followers, standing_joints
 from doorman.kinematics.vehicles.arms.arm_geometry import ArmGeometry
 from doorman.kinematics.vehicles.arms.joint_limits import position_limits, positive_rates, positive_torques, sliding
 from doorman.kinematics.vehicles.bodies import Bodies
@@ -28,6 +28,8 @@ Array = NDArray[np.float64]
 
 _LEVEL = 1e-3
 """Height above the rotors up to which an arm's root counts as level with them [m]."""
+_WEIGHTLESS = 0.01
+"""Share of the whole mass up to which what carries the base link only writes that it moves, and is no cart and no rail."""
 
 
 class Vehicle:
@@ -42,7 +44,7 @@ class Vehicle:
         self.names = names or VehicleSection()
         self.standing_joints: tuple[str, ...] = ()
         """Joints that could move, are neither of the arm nor rotors, and stand at zero."""
-        full = load_pinocchio(urdf, endless=False)
+        full = self._on_virtual_joints(load_pinocchio(urdf, endless=False))
         self.model, self.joint_names = self._arm_only(full)
         self._own: PerThread[pinocchio.Data] = PerThread()
         self._base_frame = link_index(self.model, self.names.base_link, urdf, "vehicle.base_link")
@@ -154,21 +156,30 @@ class Vehicle:
     def _base_placement(self) -> pinocchio.SE3:
         return self.model.frames[self._base_frame].placement  # the base link is fixed to the tree's root
 
+    def _on_virtual_joints(self, full: pinocchio.Model) -> pinocchio.Model:
+        """With the joints at zero that carry the base link, and weigh nothing: a floating base may be written as six joints."""
+        base = full.frames[link_index(full, self.names.base_link, self.urdf, "vehicle.base_link")].parentJoint
+        beside = sum(body.mass for index, body in enumerate(full.inertias) if base not in carriers(full, index))
+        virtual = base and beside <= _WEIGHTLESS * sum(body.mass for body in full.inertias)
+        return self._locked(full, carriers(full, base)) if virtual else full
+
     def _arm_only(self, full: pinocchio.Model) -> tuple[pinocchio.Model, tuple[str, ...]]:
         """Lock every joint that is not on the chain from the base link to the tip."""
         chain = arm_chain(full, self.names.base_link, self.names.tip, self.urdf)
         names = tuple(full.names[i] for i in chain)
         check_followers(self.urdf, set(names))
         self.standing_joints = standing_joints(full, self.names.base_link, names)
-        locked = [i for i in range(1, full.njoints) if i not in chain]
+        return self._locked(full, [i for i in range(1, full.njoints) if i not in chain]), names
+
+    def _locked(self, full: pinocchio.Model, joints: list[int]) -> pinocchio.Model:
+        """With some joints at zero."""
         try:
-            model = pinocchio.buildReducedModel(full, locked, pinocchio.neutral(full)) if locked else full
+            return pinocchio.buildReducedModel(full, joints, pinocchio.neutral(full)) if joints else full
         except ValueError as error:  # a locked joint becomes a frame, which needs a name of its own
             raise UrdfError(
                 "the arm cannot be identified: names repeat", file=self.urdf, field="/robot", given=str(error),
                 allowed="links and joints of different names",
             ) from error  # fmt: skip
-        return model, names
 
     def _servo_frames(self) -> list[int]:
         """Frames of joints 3 … n: named by the scenario, else `servo_k`, else the joint itself."""

@@ -18,6 +18,7 @@ from doorman.kinematics.vehicles.arms.arm_pattern import ArmPattern
 from doorman.kinematics.vehicles.vehicle import Vehicle
 from doorman.model import Model
 from doorman.scenario import Scenario, VehicleSection
+from doorman.simulation.simulator import Simulator
 
 KINDS = [
     {0: "prismatic"},
@@ -112,6 +113,53 @@ def test_root_and_frames_have_any_names(tmp_path: Path) -> None:
             posture = [0.3, 0.2, -0.5, 0.4]
             np.testing.assert_array_equal(vehicle.point_positions(posture), shipped.point_positions(posture))
             assert (vehicle.mass, vehicle.radius, len(vehicle.rotors)) == (shipped.mass, shipped.radius, 6)
+
+
+VIRTUAL = [
+    ("prismatic", "1 0 0"),
+    ("prismatic", "0 1 0"),
+    ("prismatic", "0 0 1"),
+    ("revolute", "0 0 1"),
+    ("revolute", "0 1 0"),
+]
+
+
+def write_on_joints(path: Path, mass: float) -> Path:
+    """The shipped vehicle at the end of five joints, whose links have a mass each."""
+    links, above = '<link name="world"/>', "world"
+    for k, (kind, axis) in enumerate([*VIRTUAL, ("continuous", "1 0 0")]):
+        child = "base_link" if k == len(VIRTUAL) else f"virtual_{k}"
+        links += (
+            f'<joint name="virtual_joint_{k}" type="{kind}"><parent link="{above}"/><child link="{child}"/><axis xyz="{axis}"/>'
+            '<limit lower="-50" upper="50" effort="0" velocity="-1"/></joint>'
+        )
+        if child != "base_link":
+            links += (
+                f'<link name="{child}"><inertial><mass value="{mass}"/>'
+                '<inertia ixx="1e-9" iyy="1e-9" izz="1e-9" ixy="0" ixz="0" iyz="0"/></inertial></link>'
+            )
+        above = child
+    return write_edited(path, VEHICLE, ("</robot>", links + "</robot>"))
+
+
+def test_a_floating_base_may_be_written_as_joints(tmp_path: Path) -> None:
+    """As whole-body models of aerial manipulators have it: three slides and three hinges between links of no mass."""
+    file = write_on_joints(tmp_path / "vehicle.urdf", 1e-6)
+    vehicle, shipped = Vehicle(file), Vehicle(VEHICLE)
+    posture = [0.3, 0.2, -0.5, 0.4]
+    np.testing.assert_allclose(vehicle.point_positions(posture), shipped.point_positions(posture), atol=1e-12)
+    np.testing.assert_allclose(vehicle.inertia(posture), shipped.inertia(posture), atol=1e-7)
+    assert vehicle.joint_names == shipped.joint_names and vehicle.standing_joints == ()
+    assert len(vehicle.rotors) == 6 and vehicle.mass == pytest.approx(shipped.mass, abs=1e-5)
+    plant = Simulator(Model(Scenario(vehicle={"urdf": str(file)})), 0.001)
+    assert float(plant.plant.engine_model.body_mass.sum()) == pytest.approx(
+        float(Simulator(Model(Scenario()), 0.001).plant.engine_model.body_mass.sum()), abs=1e-4
+    )
+
+
+def test_an_arm_that_a_cart_carries_does_not_fly(tmp_path: Path) -> None:
+    with pytest.raises(UrdfError, match="no chain of joints"):
+        Vehicle(write_on_joints(tmp_path / "vehicle.urdf", 1.0))
 
 
 def test_a_stick_has_a_model(tmp_path: Path) -> None:
