@@ -23,6 +23,8 @@ from doorman.model import Model
 _MOST_BEFORE = 0.25
 """Share of the contact's distance from the hinge by which the face may stand before the axis."""
 _CONTACT_EDGE = 0.02
+_ROUNDED = 2e-3
+"""By which a URDF's limit may miss the angle that it stands for: right angles are written as 1.57 [rad]."""
 _SHORTEST_HORIZON = 0.3
 _LONGEST_STEP = 0.1
 _NEARLY = 0.9
@@ -81,7 +83,7 @@ def _contact_point(model: Model) -> Finding:
     nearest = min(edges, key=lambda edge: edges[edge])
     ok = edges[nearest] >= _CONTACT_EDGE
     fitted = ""
-    if door.handle is None and not door.slides and distance < contact.distance_from_hinge:
+    if door.handle is None and not door.slides and distance < door.place_on_face(contact)[0]:
         fitted = f"; contact.fit_doorway moved it to {distance:.2f} m from the hinge, so that the vehicle fits behind the tip"
     return Finding(
         "contact on the leaf", graded(ok, Severity.WARNING),
@@ -111,7 +113,7 @@ def _hinge_limits(model: Model) -> Finding:
     angles = {"start": model.start_angle, "goal": model.goal_angle}
     inside = {name: min(angle - lower, upper - angle) for name, angle in angles.items()}
     name = min(inside, key=lambda key: inside[key])
-    ok, key = inside[name] >= 0.0, "opening" if door.slides else "door_angle"
+    ok, key = inside[name] >= -_ROUNDED, "opening" if door.slides else "door_angle"
     return Finding(
         "hinge limits", graded(ok),
         f"the {name}'s {key.replace('_', ' ')} of {door.in_words(angles[name])} is "

@@ -32,8 +32,8 @@ Array = NDArray[np.float64]
 
 _AT_ITS_STOP = 0.01
 """A leaf that is nearer to its stop stands there: half a degree, as drawings round a right angle [rad]."""
-_OF_LEVER = 0.85
-"""Where a tip touches a lever whose contact is not named, as a share of its reach from the axis."""
+_OF_LEAF = 0.85
+"""Where a tip touches a lever whose contact is not named, as a share of its reach from the axis; on a leaf at most so far out."""
 _ACROSS = math.cos(math.radians(5.0))
 """Least cosine between the leaf's normal and the contact frame's x axis."""
 
@@ -237,9 +237,12 @@ class Door(LeafInWorld):
         """D_V and D_H of a tip that touches the face [m]: the middle of a slide's, and of a hatch's along its hinge."""
         if self.slides:
             return 0.5 * self.width, 0.5 * self.height
-        given = "distance_from_hinge" in contact.model_fields_set or not self.in_plane
-        distance = contact.distance_from_hinge if given else _OF_LEVER * self.width
-        return distance, 0.5 * self.height if self.lies else contact.height
+        given, distance, height = contact.model_fields_set, contact.distance_from_hinge, contact.height
+        if "distance_from_hinge" not in given:
+            distance = _OF_LEAF * self.width if self.in_plane else min(distance, _OF_LEAF * self.width)
+        if "height" not in given:
+            height = min(height, _OF_LEAF * self.height)
+        return distance, 0.5 * self.height if self.lies else height
 
     def _contact_offset(self, leaf_on_joint: LeafOnJoint, contact: ContactSection | None) -> float:
         if self.handle is not None:

@@ -110,14 +110,15 @@ class ContactSection(Section):
     """Where and how the tip touches the leaf."""
 
     distance_from_hinge: Positive = 0.70
-    """D_V, at most the leaf's width; without `frame`, a slide is touched in the middle of its face [m]."""
+    """D_V, at most the leaf's width, and by default at most 85 % of it; without `frame`, a slide is touched in the middle
+    of its face [m]."""
     fit_doorway: Switch = True
     """For a tip that pushes: D_V is less where the doorway is too narrow to stand behind the tip all the way. A goal's
     heading that is not given lies up to 14° beside the normal. It does so where the disc would come within 4 cm of the
     margin to the latch jamb."""
     height: NonNegative = 0.80
-    """D_H above the lower end of the hinge line, at most the leaf's height; a leaf whose hinge lies is touched in the
-    middle of its width [m]."""
+    """D_H above the lower end of the hinge line, at most the leaf's height, and by default at most 85 % of it; a leaf whose
+    hinge lies is touched in the middle of its width [m]."""
     kind: Literal["grip", "push"] = "grip"
     """`"grip"`: tip and leaf are tied, as the paper assumes; `"push"`: the tip can only push, and moves a leaf away
     from the vehicle, on any hinge or slide (docs/push.md)."""
