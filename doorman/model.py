@@ -90,6 +90,8 @@ class Model:
         self.kinds = kinds_of(self.surroundings, self._reaches_the_lintel())
         """Kinds of this task's collision constraints."""
         self.coupling = Coupling(self.vehicle, self.door, self._distance_from_hinge(), self._place[1])
+        self.turn_scale = self.scale.turned(self.door, self.coupling.lever_length)
+        """Of the angles by which the same way of the tip turns the mechanism, to those of a leaf: a lever is short."""
         self.reduced = self._reduced(self.coupling.distance_from_hinge)
         """Dynamics and constraints in numbers; parameters of the kernels by name."""
         self.constraint_names = self.reduced.row_names

@@ -13,6 +13,8 @@ from doorman.kinematics.doors.door import Door
 
 _SHIPPED_RADIUS, _SHIPPED_MASS = 0.40, 3.0
 """R_A and m_A of the vehicle for which the numbers are tuned [m], [kg]."""
+_SHIPPED_LEVER = 0.7
+"""Distance from the hinge at which the shipped tip touches its leaf [m]."""
 _SHIPPED_WIDTH = 1.2
 """Width of the shipped leaf [m]."""
 _SHIPPED_LEAF = 11.0 * _SHIPPED_WIDTH
@@ -65,6 +67,10 @@ class Scale:
     def damping(self) -> float:
         """Scale of forces per speed."""
         return self.force / self.speed
+
+    def turned(self, door: Door, lever: float) -> float:
+        """How many times farther than a leaf the same way of the tip turns a lever of a length [m]; 1 of anything else."""
+        return max(_SHIPPED_LEVER * self.length / lever, 1.0) if door.in_plane else 1.0
 
     def hinge(self, door: Door) -> float:
         """Scale of a hinge's expected resistance: a room door's, unless leaf and vehicle are both smaller or larger.

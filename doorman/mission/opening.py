@@ -13,13 +13,12 @@ from doorman.planning.pace import OPEN
 _WITHIN = 0.006
 """A door that rests within this of the goal is open: twice what the tip's angle is uncertain by [rad]. It grows with every hold
 time that the door is near the goal, where friction may keep it."""
-_LEVER, _LENIENT = 0.7, 0.9
-"""Length of the lever that `_WITHIN` is for, of the shipped vehicle [m]: the same error of the tip turns a shorter one farther.
-Largest share of `OPEN` that such an angle may have."""
 _PATIENCE = 12.0
 """A door that swings about the goal, `OPEN` away at most, is near enough after so many hold times."""
 _STEP = math.radians(0.5)
 """By which a door must have come nearer to the goal to get on [rad]."""
+_LENIENT = 0.9
+"""Largest share of `OPEN` that `_WITHIN` may be of a short lever, which the same error of the tip turns farther."""
 _STUCK = 10.0
 """Time without progress after which an opening is given up [s]."""
 _HEADING_LOST = math.radians(40.0)
@@ -40,8 +39,7 @@ class Opening:
         self._goal = model.start_angle if back else model.goal_angle
         self._sense = -model.travel.sense if back else model.travel.sense
         self._hold_time = model.scenario.mission.hold_time
-        short = max(_LEVER * model.scale.length / model.coupling.lever_length, 1.0) if model.door.in_plane else 1.0
-        self._within = min(short * _WITHIN, _LENIENT * OPEN)
+        self._within = min(model.turn_scale * _WITHIN, _LENIENT * OPEN)
         self._nearest, self._got_on_at, self._passed = math.inf, 0.0, False
         self._swung = 0.0
         self._near_since: float | None = None

@@ -43,7 +43,7 @@ def summarize(recording: Recording, model: Model, touched_after: int = 0) -> dic
     touched = np.flatnonzero(truth["touching"])
     touched_at = float(time[touched[0]]) if len(touched) else float(time[0])
     moving = rate_at_the_end(recording)
-    outcome, reason, opened_at = judged(recording, model.true_door, time, angle, moving, target)
+    outcome, reason, opened_at = judged(recording, model.true_door, time, angle, moving, target, model.turn_scale)
     states = recording["mission"]["state"].tolist()
     touches = collisions(recording) + touched_after
     if outcome == COMPLETED and touches:

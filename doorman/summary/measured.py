@@ -26,7 +26,7 @@ def measured_figures(recording: Recording, model: Model) -> dict[str, Any]:
     target = model.goal_angle
     late = time >= time[-1] - STANDS_FOR
     moving = float(np.polyfit(time[late], angle[late], 1)[0]) if late.sum() > 2 else 0.0
-    outcome, reason, opened_at = judged(recording, model.door, time, angle, moving, target)
+    outcome, reason, opened_at = judged(recording, model.door, time, angle, moving, target, model.turn_scale)
     gap = gaps(recording, model)
     touching = _touching(recording, gap)
     began = float(gap[0][touching][0]) if touching.any() else float(time[0])

@@ -47,10 +47,13 @@ def verdict(summary: dict[str, Any]) -> tuple[bool, str]:
 
 
 def judged(
-    recording: Recording, door: Door, time: Array, angle: Array, moving: float, target: float
+    recording: Recording, door: Door, time: Array, angle: Array, moving: float, target: float, turned: float
 ) -> tuple[str, str, float | None]:
-    """Outcome, its reason, and when the door came to its goal to stay, by its angles and its rate at the end."""
-    opened_at = time_to_open(time, angle, target) if abs(moving) < STANDS else None
+    """Outcome, its reason, and when the door came to its goal to stay, by its angles and its rate at the end.
+
+    The same creep of the tip turns a lever `turned` times as fast as a leaf.
+    """
+    opened_at = time_to_open(time, angle, target) if abs(moving) < STANDS * turned else None
     outcome, reason = reported_outcome(recording)
     if outcome == COMPLETED and opened_at is None:
         outcome, reason = GOAL_MISSED, missed(door, float(angle[-1]), target, moving, reason)

@@ -105,6 +105,12 @@ def test_the_leaf_stands_and_the_lever_stays_turned() -> None:
     np.testing.assert_allclose(leaf.start_arm, lever.goal_arm)
 
 
+def test_the_same_way_of_the_tip_turns_a_lever_farther() -> None:
+    lever, leaf = stages(Scenario.load("lever_pull"))
+    assert leaf.turn_scale == 1.0
+    assert lever.turn_scale == pytest.approx(Model("paper").coupling.lever_length / lever.coupling.lever_length)
+
+
 def test_a_lever_on_a_leaf_needs_a_latch_that_it_opens() -> None:
     urdf = Scenario.load("lever_pull").door_urdf
     with pytest.raises(Exception, match="lever"):
