@@ -21,7 +21,7 @@ from doorman.planning.pace import RESTING
 from doorman.planning.whole_body.contact import contact_forces, depth_of, turned_by, whole_body_state
 from doorman.planning.whole_body.numbers import goal_numbers, whole_body_numbers
 from doorman.planning.whole_body.problem import whole_body_problem
-from doorman.planning.whole_body.references import Leaf, references
+from doorman.planning.whole_body.references import Leaf, plumb, references
 
 Array = NDArray[np.float64]
 
@@ -97,11 +97,13 @@ class WholeBodyPlanning:
         force = float(contact_forces(numbers, model, start[None])[0])
         carried = (against + ahead(door.weight_torque(joint))) / lever
         touches = model.contact.tied > 0.0 or force > _TOUCHES * min(2.0 * self._resting, carried)
-        force_in_world = float(touches) * force * door.normal(joint)
+        force_in_world = float(touches) * plumb(model, force, joint)
         side = {}
         if model.actuation.fully:
             side = {"actuation.side": (rotation_body_to_world(start[3:6]).T @ force_in_world)[:2]}
-        leaf = Leaf(joint, rate, touches, hinge, against)
+        push = -(hinge.torque_at_rest(joint, door.rest_angle) + door.weight_torque(joint)) / lever
+        beside = plumb(model, push, joint) - push * door.normal(joint)
+        leaf = Leaf(joint, rate, touches, hinge, against, beside)
         return {
             **references(model, numbers, leaf, numbers.one("reference.opening_speed")), **side,
             "reference.turned": turned_by(model, start[3:6], start[14:], force_in_world),

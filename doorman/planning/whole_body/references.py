@@ -34,6 +34,8 @@ LEAST_RESISTANCE, _LEAST_FORCE = 0.05, 0.15
 _OPENING, _LEAST_OPENING = 20.0, 28.0
 """Weight of the rate of a held leaf that can gain 1 rad/s², of the shipped vehicle, and the least for a metre of lever: what is
 nearer to its axis gains more by the same force."""
+_PLUMB = 0.5
+"""Least share of a plumb force that counts along a lever's arc."""
 _LEAST_RATE = 1e-3
 """Share of the largest rate that is asked for at least: the reference divides by it."""
 _SHIPPED_RATE, _SHIPPED_FORCE = 0.32, 2.4
@@ -122,6 +124,14 @@ def _held(model: Model, numbers: Numbers, leaf: Leaf, opening_rate: float) -> di
         "reference.opening_speed": max(opening_rate, _LEAST_RATE * numbers.one("reference.opening_speed")),
         "weights.opening": opening / scale.rate**2,
     }  # fmt: skip
+
+
+def plumb(model: Model, push: float, door_angle: float) -> Array:
+    """Force of a tip that pushes along the normal, shape (3,), world frame [N]: a vehicle that turns a lever stays level."""
+    normal = model.door.normal(door_angle)
+    if not model.door.in_plane:
+        return np.asarray(push * normal)
+    return np.array([0.0, 0.0, push / math.copysign(max(abs(float(normal[2])), _PLUMB), float(normal[2]))])
 
 
 def _deceleration(speed: float, door_rate: float, left: float, slowing: float, settling: float, time: float) -> float:
