@@ -25,6 +25,8 @@ TIE = "grip"
 """Name of the tie."""
 _TIP, _GRIP = (2000.0, 60.0), (5000.0, 100.0)
 """Stiffness and damping for the shipped vehicle: pushing, and gripping [N/m], [N s/m]."""
+_RESOLVED = 0.75
+"""Largest damping of the gripper, times mobility of what it holds and time step: what turns more easily would be thrown."""
 _REACH = 0.02
 """Largest distance between tip and leaf at which the tip can grip [m]."""
 _NO_CONTACT = 1e3
@@ -59,10 +61,11 @@ def add_contact(spec: Any, mujoco: Any, model: Model, tip: Any, leaf: Any) -> No
             pair.friction = [max(friction, 1e-5)] * 2 + [1e-5] * 3
 
 
-def calibrate(engine_model: Any, tip_body: int, leaf_body: int, model: Model) -> None:
+def calibrate(mujoco: Any, engine_model: Any, tip_body: int, leaf_body: int, model: Model) -> None:
     """Give tie and pairs the compliance of a spring and a damper."""
     size = model.scale
-    grip = _GRIP[0] * size.stiffness, _GRIP[1] * size.damping
+    resolved = _RESOLVED / (_mobility(mujoco, engine_model, leaf_body) * engine_model.opt.timestep)
+    grip = _GRIP[0] * size.stiffness, min(_GRIP[1] * size.damping, resolved)
     tip = _TIP[0] * size.stiffness, _TIP[1] * size.damping
     inverse_mass = engine_model.body_invweight0[tip_body, 0] + engine_model.body_invweight0[leaf_body, 0]
     scale = -(1.0 - IMPEDANCE) * inverse_mass
@@ -72,6 +75,19 @@ def calibrate(engine_model: Any, tip_body: int, leaf_body: int, model: Model) ->
     engine_model.pair_solref[:] = scale * tip[0], scale * tip[1]
     engine_model.pair_solimp[:] = impedance
     engine_model.pair_solreffriction[:] = -1.0, -FRICTION_RATE * IMPEDANCE  # the engine divides by the impedance
+
+
+def _mobility(mujoco: Any, engine_model: Any, body: int) -> float:
+    """Acceleration of the contact by a force of 1 N along its way, if it moves on the nearest joint alone [1/kg]."""
+    place, turned = np.array(engine_model.site("contact").pos), np.zeros(9)
+    while engine_model.body_jntadr[body] < 0:  # a handle that is fixed to the leaf
+        mujoco.mju_quat2Mat(turned, engine_model.body_quat[body])
+        place = engine_model.body_pos[body] + turned.reshape(3, 3) @ place
+        body = int(engine_model.body_parentid[body])
+    joint = int(engine_model.body_jntadr[body])
+    arm = np.linalg.norm(np.cross(engine_model.jnt_axis[joint], place - engine_model.jnt_pos[joint]))
+    slides = engine_model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_SLIDE
+    return float(engine_model.dof_invweight0[engine_model.jnt_dofadr[joint]] * (1.0 if slides else arm**2))
 
 
 class Gripper:

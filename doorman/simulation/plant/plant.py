@@ -82,7 +82,7 @@ def _compiled(mujoco: Any, model: Model, layout: RotorLayout, time_step: float) 
     except ValueError as error:
         raise build_fault(model, error) from error
     tip, leaf = (int(compiled.site(name).bodyid[0]) for name in ("tip", "contact"))
-    calibrate(compiled, tip, leaf, model)
+    calibrate(mujoco, compiled, tip, leaf, model)
     return compiled
 
 
