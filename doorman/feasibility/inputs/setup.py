@@ -72,7 +72,7 @@ def _latch(model: Model) -> Finding:
 def _contact_point(model: Model) -> Finding:
     """The contact point against the leaf's edges; off the leaf is an error of the model already."""
     contact, door, distance = model.scenario.contact, model.door, model.coupling.distance_from_hinge
-    if door.slides and door.handle is not None:
+    if (door.slides or door.in_plane) and door.handle is not None:  # a narrow handle has its frame where it is gripped
         return Finding("contact on the leaf", Severity.OK, f"contact.{contact.named} is on the leaf", None, None, "m")
     sides = {"hinge": distance, "latch": door.width - distance}
     edges = {
