@@ -16,6 +16,8 @@ from doorman.mission.phases.phase import GiveUp, MissionPhase, Next, Phase, Then
 
 Array = NDArray[np.float64]
 
+_FIRST = 0.5
+"""Share of the way back from a lever that is left when the arm begins to move into the start's posture."""
 _PRESSED = 0.3
 """A vehicle that a leaf follows, or keeps from a place on its way out, for so long [s] goes straight out."""
 
@@ -68,6 +70,10 @@ class Retreat(MissionPhase):
         near_wall = model.door.side == "pull"  # the arm, turned back, would sweep along it
         posture = model.on_the_way(meets) if within or near_wall else model.start_state
         rates = arm_rates_to(np.asarray(posture[5:]), estimate.arm_angles)
+        if model.door.in_plane and np.linalg.norm(target - estimate.position) > _FIRST * np.linalg.norm(
+            model.hover_offset
+        ):
+            rates = np.zeros_like(rates)  # an arm that was drawn in would reach the face
         setpoint = self.glide.to(target, float(posture[2]), RETREAT_SPEED, rates, time_step)
         followed = within and estimate.touching
         if followed:  # gives way backwards only: beside it are the jambs
