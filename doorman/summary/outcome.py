@@ -17,9 +17,9 @@ _KEPT_CONTACT = 0.9
 """A smaller share of time in contact is worth a word in the verdict."""
 FLOWN = "flown to its end"
 """How the last message of a mission begins that went all its way; what it has seen of the door may follow."""
-COMPLETED, TOUCHED, GOAL_MISSED, GIVEN_UP = "completed", "touched", "goal missed", "given up"
+COMPLETED, TOUCHED, GOAL_MISSED, GIVEN_UP, CUT_OFF = "completed", "touched", "goal missed", "given up", "cut off"
 """Outcomes of a mission that went all its way and has opened the door in truth, of one that has touched something else meanwhile,
-of one that went all its way and has not opened it, and of one that retreated to the hover instead."""
+of one that went all its way and has not opened it, of one that retreated to the hover instead, and of one whose time was over."""
 STANDS_FOR = 1.0
 STANDS = math.radians(0.5)
 """A door that is faster on average [rad/s] in so long a time [s] before the flight's end does not stay where it is."""
@@ -60,6 +60,11 @@ def judged(
     return outcome, reason, opened_at
 
 
+def is_cut_off(summary: dict[str, Any]) -> bool:
+    """Whether a flight's time was over before its mission, and nothing had been touched."""
+    return summary["outcome"] == CUT_OFF and not summary["collisions"] and summary["min_clearance_m"] > 0.0
+
+
 def time_to_open(time: Array, angle: Array, target: float) -> float | None:
     """First time after which |α − target| stays below 2°."""
     off = np.flatnonzero(np.abs(angle - target) >= OPEN_TOLERANCE)
@@ -91,7 +96,7 @@ def reported_outcome(recording: Recording) -> tuple[str, str]:
     if words == "interrupted" or words.startswith("failed: "):
         return words.split(":")[0], words
     if "done" not in states:
-        return "cut off", f"the flight ended in the phase {states[-2] if len(states) > 1 else states[-1]}"
+        return CUT_OFF, f"the flight ended in the phase {states[-2] if len(states) > 1 else states[-1]}"
     if words.startswith(FLOWN):
         return COMPLETED, words.removeprefix(FLOWN).lstrip(", ")
     return GIVEN_UP, words
