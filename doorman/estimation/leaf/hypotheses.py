@@ -59,7 +59,7 @@ def pushing(motion: LeafMotion) -> Hypothesis:
     contact, force = motion.contact, motion.force_on_moving
     return Hypothesis(
         PUSHING, motion.dynamics(force, motion.pushed(force), contact.friction_lasts),
-        _noise(motion, force, _rubbing(motion, force), motion.noise.rate),
+        _noise(motion, force, _rubbing(motion, force), motion.noise.rate, _letting_go(motion)),
         holds=_on_the_face(motion, force, motion.gap),
         limits=[Row("presses", force, contact.pull, contact.lasts)],
     )  # fmt: skip
@@ -163,6 +163,12 @@ def _gripping(motion: LeafMotion, force: Any) -> Any:
 def _giving(motion: LeafMotion, force: Any) -> Any:
     """Noise of the resistance of a leaf that rests: a seal, a latch or a hand that it bears may give way at once."""
     return motion.noise.resistance + motion.noise.gives * ca.fabs(motion.borne(force))
+
+
+def _letting_go(motion: LeafMotion) -> Any:
+    """The same of a leaf that has just left its stop: what held it lets go within the first degrees, at once or not."""
+    near_stop = 1 - ca.tanh(ca.fmax(motion.opening, 0) / motion.contact.ajar)
+    return motion.noise.resistance + motion.noise.gives * near_stop * ca.fmax(motion.resistance, 0)
 
 
 def _in_the_grip(motion: LeafMotion, force: Any) -> list[Row]:

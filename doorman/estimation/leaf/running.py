@@ -24,6 +24,8 @@ Array = NDArray[np.float64]
 _ENDED = (Status.LOST, Status.NOT_STARTED, Status.CLOCK)
 """After these the filter begins anew, where it was."""
 
+Known = tuple[Array | float, Array | float]
+"""Value and deviation of a state, or of each of its numbers."""
 _FACE = PLACES["face"].start
 _OF_THE_LEAF = ("joint", "joint_rate", "resistance", "log_inertia", "face", "reach", "friction")
 
@@ -48,8 +50,9 @@ class LeafRun:
         self._bank = bank or leaf_filter(model, numbers)
         self._situation, self._inputs, self._numbers = situation, inputs, numbers
         self._mean, self._doubt = first_state(model, numbers, position)
-        self._drawn = numbers.place("noise.drawn").start  # what nobody has opened yet rests
+        self._drawn, self._stops = numbers.place("noise.drawn").start, numbers.place("switch.stop").start
         self._drawn_at_most, self._more = numbers.one("noise.drawn"), numbers.one("contact.more")
+        self._stops_at_most = numbers.one("switch.stop")
         names = "contact.more", "contact.way", "switch.lose", "switch.make", "sensor.pose"
         self._more_at, self._way_at, self._lose_at, self._make_at, self._pose_at = (
             numbers.place(name).start for name in names
@@ -127,7 +130,7 @@ class LeafRun:
             deviation, float(self.deviations[JOINT])
         ):
             rate = float(self.estimate.mean[JOINT_RATE])
-            self._leaf_is({JOINT: (joint, deviation), JOINT_RATE: (rate, start.astray_rate)})
+            self._knows({"joint": (joint, deviation), "joint_rate": (rate, start.astray_rate)}, {FREE: 1.0})
         self._seen_at = time
         noise = self._settings.noise
         wanders = max(noise.face, noise.face_by_angle * float(self._doubt[_FACE]))
@@ -182,48 +185,33 @@ class LeafRun:
 
     def know_face(self) -> None:
         """The face stands where it is believed: what is met elsewhere is a leaf that stands ajar."""
-        known, place = self.estimate, PLACES["face"]
-        covariance = known.covariance.copy()
-        covariance[place, :] = covariance[:, place] = 0.0
-        self._doubt[place] = np.minimum(self._doubt[place], self._settings.start.face)
-        covariance[place, place] = self._doubt[place] ** 2
-        self._restart(known.mean, covariance, known.probabilities)
+        self._doubt[_FACE] = min(float(self._doubt[_FACE]), self._settings.start.face)
+        self._knows({"face": (self.estimate.mean[_FACE], self._doubt[_FACE])}, self.estimate.probabilities)
 
-    def go_on(self, values: Mapping[str, tuple[Array, Array]]) -> None:
+    def go_on(self, values: Mapping[str, Known]) -> None:
         """Begin with other means and deviations of some states, by name; the tip goes on bearing its force in the face."""
         self._bank.parameters[self._numbers.place("contact.borne")] = values["friction"][0]
-        mean, covariance = self.estimate.mean.copy(), self.estimate.covariance.copy()
-        for name, (value, deviation) in values.items():
-            place = PLACES[name]
-            mean[place] = value
-            covariance[place, :] = covariance[:, place] = 0.0
-            covariance[place, place] = np.diag(np.square(deviation))
-        self._restart(mean, covariance, self.estimate.probabilities)
+        self._knows(values, self.estimate.probabilities)
 
     def meet(self, joint: float | None, wind: Array | None = None) -> None:
         """Begin anew with the leaf somewhere else; where the mission begins, and with nothing learnt of it, if not given."""
-        known = self.estimate
-        mean, covariance = known.mean.copy(), known.covariance.copy()
-        for name in _OF_THE_LEAF:
-            place = PLACES[name]
-            covariance[place, :] = covariance[:, place] = 0.0
-            covariance[place, place] = np.diag(self._doubt[place] ** 2)
-            mean[place] = self._mean[place]
-        if joint is not None:
-            door = self._model.door
-            mean[JOINT] = min(max(joint, door.lower_limit), door.upper_limit)
-            mean[_FACE] += self._model.coupling.lever_length * (
-                joint - mean[JOINT]
-            )  # no leaf goes beyond its joint's end
+        parts: dict[str, Known] = {name: (self._mean[PLACES[name]], self._doubt[PLACES[name]]) for name in _OF_THE_LEAF}
+        if joint is not None:  # no leaf goes beyond its joint's end
+            stands = min(max(joint, self._model.door.lower_limit), self._model.door.upper_limit)
+            off = self._model.coupling.lever_length * (joint - stands)
+            parts["joint"] = stands, self._doubt[JOINT]
+            parts["face"] = float(self._mean[_FACE]) + off, self._doubt[_FACE]
         if wind is not None:
-            mean[PLACES["wind"]] = wind
-        self._restart(mean, covariance)
+            parts["wind"] = wind, self.deviations[PLACES["wind"]]
+        self._knows(parts)
 
     def _look_farther(self, situation: str) -> None:
         """A leaf that is not met where it should stand is beyond the tip; before the first touch, the map is right then."""
         touches = self._touches()
         self._met = self._met or touches > self._settings.sure
+        # what nobody has opened yet rests: a tip that may be in thin air does not move it
         self._bank.parameters[self._drawn] = self._drawn_at_most if self._met else 0.0
+        self._bank.parameters[self._stops] = self._stops_at_most * (1.0 if self._met else touches)
         if situation != AT_THE_LEAF or touches > 1.0 - self._settings.sure:
             return
         coupling, n = self._model.coupling, self._model.n_arm
@@ -236,25 +224,28 @@ class LeafRun:
             return
         start = self._settings.start
         if self.time - self._seen_at < self._settings.seen_time:  # the leaf is where it is seen: its face is elsewhere
-            self._leaf_is({_FACE: (lever * (tip - joint), start.face)})
+            parts: dict[str, Known] = {"face": (lever * (tip - joint), start.face)}
         elif self._met:  # it flies ahead of the tip
-            self._leaf_is({JOINT: (angle, start.astray), JOINT_RATE: (min(float(rate), tip_rate), start.astray_rate)})
+            rate = min(float(rate), tip_rate)
+            parts = {"joint": (angle, start.astray), "joint_rate": (rate, start.astray_rate)}
         else:
             still = 0.0, float(self._doubt[JOINT_RATE])
-            self._leaf_is({JOINT: (tip, start.astray), JOINT_RATE: still, _FACE: (0.0, start.face)})
+            parts = {"joint": (tip, start.astray), "joint_rate": still, "face": (0.0, start.face)}
+        self._knows(parts, {FREE: 1.0})
 
     def _touches(self) -> float:
         """Probability that the tip is at the leaf."""
         return self.estimate.probability_of(TOUCHING)
 
-    def _leaf_is(self, states: Mapping[int, tuple[float, float]]) -> None:
-        """Go on with other states of a leaf that is not touched: value and deviation, by place."""
+    def _knows(self, parts: Mapping[str, Known], probabilities: Mapping[str, float] | None = None) -> None:
+        """Go on from the last pose with other values and deviations of some states, by name."""
         mean, covariance = self.estimate.mean.copy(), self.estimate.covariance.copy()
-        for place, (value, deviation) in states.items():
+        for name, (value, deviation) in parts.items():
+            place = PLACES[name]
             mean[place] = value
             covariance[place, :] = covariance[:, place] = 0.0
-            covariance[place, place] = deviation**2
-        self._restart(mean, covariance, {FREE: 1.0})
+            np.fill_diagonal(covariance[place, place], np.square(deviation))
+        self._restart(mean, covariance, probabilities)
 
     def _restart(self, mean: Array, covariance: Array, probabilities: Mapping[str, float] | None = None) -> None:
         """Go on from the last pose with another mean and covariance."""
