@@ -159,11 +159,19 @@ class AtTheLeaf:
 
     def hits_the_rotors(self, estimate: Estimate, searching: bool) -> bool:
         """Whether the vehicle flies its rotor disc, and not its tip, into the leaf where that is believed to be."""
-        gap = self._doorway.gap(estimate.position, estimate.attitude, estimate.door_angle)
+        gap = self._doorway.gap(*self._soon(estimate), estimate.door_angle) - estimate.face_offset
         closing = float(self._model.door.normal(estimate.door_angle) @ estimate.velocity)
         closing += self._coupling.lever_length * estimate.door_rate
         soon = min(DRIFTS * closing, _NEAR_THE_DISC) if searching and not estimate.touching else NO_GAP
         return gap < max(soon, NO_GAP)
+
+    def _soon(self, estimate: Estimate) -> tuple[Array, Array]:
+        """Position and attitude after `DRIFTS`, of a vehicle that turns on about a tip which touches; else as they are now."""
+        if not estimate.touching:
+            return estimate.position, estimate.attitude
+        soon = estimate.attitude + DRIFTS * estimate.attitude_rates
+        now, then = self._coupling.tips(np.array([estimate.attitude, soon]), np.array([estimate.arm_angles] * 2))
+        return estimate.position + now - then, soon
 
     def meets_a_jamb(self, estimate: Estimate) -> bool:
         """Whether the rotor disc is about to touch a jamb."""

@@ -257,6 +257,14 @@ def test_rotors_that_fly_into_the_leaf_are_noticed_in_time(model: Model, convert
         assert not leaf.hits_the_rotors(flying(0.04, 0.2, door_rate=away), searching), "the leaf swings away as fast"
         assert not leaf.hits_the_rotors(flying(0.02, 0.2, touching=True), searching), "the tip keeps it off"
         assert leaf.hits_the_rotors(flying(0.01, 0.0, touching=True), searching)
+        nearer = replace(flying(0.03, 0.0), face_offset=0.015)
+        assert leaf.hits_the_rotors(nearer, searching), "the face stands before its place in the map"
+        turning = np.array([0.0, 0.0, np.radians(80.0)])  # about the tip, by which the vehicle comes nearer to the leaf
+        turned = flying(0.06, 0.0, touching=True)
+        assert not leaf.hits_the_rotors(replace(turned, attitude_rates=0.0 * turning), searching)
+        askew = replace(turned, state=turned.state + np.eye(len(turned.state))[2] * 0.6)
+        assert leaf.hits_the_rotors(replace(askew, attitude_rates=turning), searching), "it turns on"
+        assert not leaf.hits_the_rotors(replace(askew, attitude_rates=-turning), searching), "it turns back"
 
 
 @pytest.mark.parametrize("turned", [-0.3, 0.1])

@@ -12,10 +12,12 @@ from doorman.planning.pace import OPEN
 _DOUBT = 0.1
 """For which rotors must seem to meet something [s], but a leaf that is looked for: a gap in the poses moves it by centimetres."""
 _PAST = math.radians(10.0)
-"""A leaf that is so far beyond the goal cannot be brought back by a push [rad]."""
+"""A leaf that is so far beyond the goal cannot be brought back by a push [rad],"""
+_SURELY = 2.0
+"""and so many deviations of its angle: one that the tip has just lost may swing back."""
 _SUNK = 0.1
-"""By which the shipped vehicle may be lower than at its touch, beside what the leaf itself moves [m]: plans keep it there. What
-sinks has no thrust left, or no hold of its attitude."""
+"""By which the shipped vehicle's tip may be lower on the leaf than at its touch [m]: plans keep it there. What sinks has no
+thrust left, or no hold of its attitude."""
 
 
 class Guard:
@@ -54,6 +56,7 @@ class Guard:
             return GiveUp(f"the vehicle has sunk by {1e2 * sunk:.0f} cm at {self._stands(estimate)}")
         past = OPEN if phase.phase is Phase.RECOVER else _PAST
         model = self._attempt.model
+        past += _SURELY * estimate.angle_deviation
         if model.contact.pull == 0.0 and model.travel.left(estimate.door_angle) < -past:  # nothing brings it back
             return GiveUp(f"the leaf has gone past the goal, to {self._stands(estimate)}")
         return None
@@ -63,9 +66,9 @@ class Guard:
         return self._attempt.model.door.in_words(estimate.door_angle, 0)
 
     def _sunk(self, estimate: Estimate) -> float:
-        """By how much the vehicle is lower above its contact point than when this attempt touched [m]."""
+        """By how much the tip is lower on the leaf than when this attempt touched [m]: a vehicle that leans is higher itself."""
         attempt = self._attempt
-        above = float((estimate.position - attempt.model.coupling.contact_point(estimate.door_angle))[2])
+        above = attempt.converter.tip_offset(estimate.position, estimate.state)[1]
         if self._above is None or self._above[0] != attempt.number:
             self._above = attempt.number, above
         return self._above[1] - above
