@@ -13,14 +13,16 @@ from doorman.planning.pace import OPEN
 _WITHIN = 0.006
 """A door that rests within this of the goal is open: twice what the tip's angle is uncertain by [rad]. It grows with every hold
 time that the door is near the goal, where friction may keep it."""
-_PATIENCE = 12.0
-"""A door that swings about the goal, `OPEN` away at most, is near enough after so many hold times."""
+_PATIENCE = 5.0
+"""A door that swings about the goal, `OPEN` away at most, is near enough after so many hold times: of two to three swings."""
 _STEP = math.radians(0.5)
 """By which a door must have come nearer to the goal to get on [rad]."""
 _LENIENT = 0.9
 """Largest share of `OPEN` that `_WITHIN` may be of a short lever, which the same error of the tip turns farther."""
-_STUCK = 10.0
-"""Time without progress after which an opening is given up [s]."""
+_STUCK, _PRESSED = 10.0, 3.0
+"""Time without progress after which an opening is given up, and after the largest push that there is [s]: no more will come."""
+_LARGEST = 0.9
+"""Share of that push from which on it is the largest: tilt and thrust follow with errors."""
 _HEADING_LOST = math.radians(40.0)
 """A vehicle that is turned so far from the heading that keeps step with the door does not find back [rad]."""
 
@@ -42,12 +44,15 @@ class Opening:
         self._within = min(model.turn_scale * _WITHIN, _LENIENT * OPEN)
         self._nearest, self._got_on_at, self._passed = math.inf, 0.0, False
         self._swung = 0.0
+        control = model.scenario.control
+        self._most = _LARGEST * min(control.max_push, model.vehicle.weight * math.tan(control.max_tilt))
+        self._pressed_at = math.inf
         self._near_since: float | None = None
         self._there_since: float | None = None
 
     def resume(self, now: float) -> None:
         """Begin, or go on after contact was regained."""
-        self._nearest, self._got_on_at = math.inf, now
+        self._nearest, self._got_on_at, self._pressed_at = math.inf, now, math.inf
 
     def update(self, estimate: Estimate) -> None:
         """Take in where the door is; once per tick."""
@@ -61,6 +66,11 @@ class Opening:
         self._near_since = since(self._near_since, abs(off) < OPEN, now)
         if self._near_since is not None:
             self._got_on_at = now  # one that leaves the goal has time to come back
+        if self._got_on_at == now:
+            self._pressed_at = math.inf
+        headwind = min(float(self._model.door.normal(estimate.door_angle) @ estimate.wind), 0.0)
+        if estimate.normal_force > self._most + headwind:
+            self._pressed_at = min(self._pressed_at, now)
         there = abs(off) < self._within * max(self._waited(now), 1.0)
         self._there_since = since(self._there_since, there and estimate.rests, now)
 
@@ -80,7 +90,7 @@ class Opening:
         turned = abs(math.remainder(estimate.yaw - float(self._model.on_the_way(angle)[2]), 2.0 * math.pi))
         if turned > _HEADING_LOST:
             return f"the heading is lost: {math.degrees(turned):.0f}° off at {door.in_words(angle)}"
-        if self.stuck_for(estimate.time) < _STUCK:
+        if self.stuck_for(estimate.time) < _STUCK and estimate.time - self._pressed_at < _PRESSED:
             return ""
         if self._past(estimate) > OPEN:
             return f"the leaf has gone past the goal, to {door.in_words(angle)}"

@@ -90,6 +90,24 @@ def test_a_door_that_swings_about_the_goal_is_there_after_a_while(
     assert watched.opening.done(watched.now) is there
 
 
+@pytest.mark.parametrize(("share", "given_up"), [(1.0, 3.0), (0.5, 10.0)])
+def test_a_door_that_stands_against_the_largest_push_is_not_pushed_for_long(
+    watched: Watched, share: float, given_up: float
+) -> None:
+    """No larger push will come, and a vehicle that leans with all that it has may slip."""
+    control, weight = watched.model.scenario.control, watched.model.vehicle.weight
+    force = share * min(control.max_push, weight * math.tan(control.max_tilt))
+    watched.first, ended = replace(watched.first, normal_force=force), math.nan
+    for _ in range(round(12.0 / TICK)):
+        watched.see(1.0)
+        state = watched.first.state.copy()
+        state[2:5] = watched.model.on_the_way(watched.model.goal_angle + 1.0)[2], watched.model.goal_angle + 1.0, 0.0
+        if "does not move on" in watched.opening.stuck(replace(watched.first, time=watched.now, state=state)):
+            ended = watched.now
+            break
+    assert ended == pytest.approx(given_up, abs=0.1)
+
+
 def test_a_door_that_does_not_rest_is_not_open_yet(watched: Watched) -> None:
     for _ in range(150):
         watched.see(0.0, rests=False)
