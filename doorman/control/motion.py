@@ -11,8 +11,9 @@ from doorman.control.position_controller import Setpoint
 
 Array = NDArray[np.float64]
 
-TOUCH_DISTANCE = 0.06
-"""Between tip and leaf where the approach ends and the touch begins: more than the leaf's place is uncertain by [m]."""
+TOUCH_DISTANCE, DOUBTED = 0.06, 3.0
+"""Between the tip and what it is to touch, where it begins to feel its way: as far as a gust carries it [m], beyond so many
+standard deviations of that place."""
 RETREAT_SPEED = 0.25
 """Away from the door, and through the doorway [m/s]."""
 _ACCELERATION = 0.25

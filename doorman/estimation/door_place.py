@@ -107,11 +107,12 @@ class DoorPlace:
         at[:2] += self.offset
         return np.asarray(at)
 
-    def deviation(self, point: Array, normal: Array) -> float:
-        """Standard deviation along its normal of a face of the map, at a place from the map's hinge [m]."""
+    def deviation(self, point: Array, normal: Array, time: float = math.nan) -> float:
+        """Standard deviation along its normal of a face of the map, at a place from the map's hinge [m]; later, if given."""
         x, y = point[:2] + self._mean[:2]
         slope = np.array([normal[0], normal[1], normal[1] * x - normal[0] * y])
-        return math.sqrt(float(slope @ self._covariance[:3, :3] @ slope))
+        passed = max(time - self.time, 0.0) if time > self.time else 0.0
+        return math.sqrt(float(slope @ self._covariance[:3, :3] @ slope) + self._walk**2 * passed)
 
     def touched(self, time: float, tip: Array, point: Array, normal: Array) -> Status:
         """Take in a touch of a face.

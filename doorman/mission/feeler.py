@@ -46,11 +46,15 @@ class Feeler:
             self._sum, self._count = self._sum + tip, self._count + 1
         unloads = self._stopped_at is not None and estimate.time - self._stopped_at > _PRESSES
         speed = 0.5 * self._speed if unloads else self._speed
-        push = self._gain * (speed - float(self._normal @ estimate.velocity))
+        arm, turns = tip - estimate.position, float(estimate.attitude_rates[2])
+        comes_on = estimate.velocity + turns * np.array(
+            [-arm[1], arm[0], 0.0]
+        )  # a vehicle may turn about a tip that is stopped
+        push = self._gain * (speed - float(self._normal @ comes_on))
         push = min(max(push, -self._most), self._most) - float(self._normal @ estimate.wind)
-        rest, arm = np.zeros(3), arm_rates_to(self._model.start_arm, estimate.arm_angles)
+        rest, arm_rates = np.zeros(3), arm_rates_to(self._model.start_arm, estimate.arm_angles)
         beside = self._against_gusts(estimate.wind)
-        return Setpoint(self._place, rest, beside, self._yaw, rest, self._normal, arm, push)
+        return Setpoint(self._place, rest, beside, self._yaw, rest, self._normal, arm_rates, push)
 
     def _against_gusts(self, wind: Array) -> Array:
         """Acceleration that holds the vehicle beside the direction, shape (3,), world frame [m/s²]."""

@@ -13,8 +13,8 @@ from doorman.planning.pace import OPEN
 _WITHIN = 0.006
 """A door that rests within this of the goal is open: twice what the tip's angle is uncertain by [rad]. It grows with every hold
 time that the door is near the goal, where friction may keep it."""
-_PATIENCE = 5.0
-"""A door that swings about the goal, `OPEN` away at most, is near enough after so many hold times: of two to three swings."""
+_PATIENCE = 8.0
+"""A door that swings about the goal, `OPEN` away at most, is near enough after so many hold times: of some swings."""
 _STEP = math.radians(0.5)
 """By which a door must have come nearer to the goal to get on [rad]."""
 _LENIENT = 0.9

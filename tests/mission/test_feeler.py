@@ -12,6 +12,7 @@ from doorman.control.estimation.estimator import Estimator, Tie
 from doorman.control.state_converter import StateConverter
 from doorman.gravity import GRAVITY
 from doorman.kinematics.rotations import rotation_body_to_world
+from doorman.mission.at_the_leaf import SPEED_GAIN
 from doorman.mission.feeler import Feeler
 from doorman.model import Model
 from doorman.signals import Measurement
@@ -88,7 +89,22 @@ def test_a_gust_beside_the_direction_is_held_against(model: Model) -> None:
     steady, gust, into = np.array([0.4, 0.3, 0.2]), np.array([0.5, 0.9, -0.6]), np.array([1.0, 0.0, 0.0])
     feeler = Feeler(model, np.zeros(3), 0.0, into, 0.08, steady)
     estimate: Any = SimpleNamespace(
-        time=0.0, velocity=np.zeros(3), wind=steady + gust, arm_angles=model.start_arm, stopped=False
-    )
+        time=0.0, position=np.zeros(3), velocity=np.zeros(3), attitude_rates=np.zeros(3), wind=steady + gust,
+        arm_angles=model.start_arm, stopped=False,
+    )  # fmt: skip
     setpoint = feeler.step(estimate, np.zeros(3))
     np.testing.assert_allclose(model.vehicle.mass * setpoint.acceleration, [0.0, -0.9, 0.0], atol=1e-12)
+
+
+def test_a_vehicle_that_turns_about_a_stopped_tip_pushes_on(model: Model) -> None:
+    """Its body moves on, and its tip does not."""
+    into, tip, turns = np.array([0.0, -1.0, 0.0]), np.array([0.6, 0.0, 0.0]), np.array([0.0, 0.0, 0.07])
+    feeler = Feeler(model, np.zeros(3), 0.0, into, 0.04, np.zeros(3))
+    estimate: Any = SimpleNamespace(
+        time=0.0, position=np.zeros(3), velocity=-np.cross(turns, tip), attitude_rates=turns, wind=np.zeros(3),
+        arm_angles=model.start_arm, stopped=False,
+    )  # fmt: skip
+    turning, push = feeler.step(estimate, tip), SPEED_GAIN * model.scale.damping * 0.04
+    assert turning.push == pytest.approx(push)
+    estimate.attitude_rates = np.zeros(3)
+    assert feeler.step(estimate, tip).push == pytest.approx(push - SPEED_GAIN * model.scale.damping * 0.042)

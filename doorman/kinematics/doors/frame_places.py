@@ -40,6 +40,10 @@ class FramePlace:
     """Shape (3,), world frame [m]."""
     normal: Array
     """Unit vector into the face, shape (3,), world frame."""
+    room: float
+    """By which the tip may be aside of the point and still meet the face [m]."""
+    clear: float
+    """Between rotor disc and frame, with the tip there [m]."""
     turn: float = 0.0
     """By which the arm is turned from straight ahead [rad]."""
 
@@ -78,9 +82,11 @@ def frame_places(door: Door, height: float, reach: float, radius: float) -> tupl
         return ()
     ahead = reach * math.cos(_TURN) - radius
     beside = _beside_the_hinge(sides[0], _DEPTH * ahead, -door.contact_offset)
-    places = [_place(door, *at, height, door.into) for at in (front[1], front[0]) if at is not None]
+    clear = reach - radius
+    places = [_place(door, at, height, door.into, clear) for at in (front[1], front[0]) if at is not None]
     if beside is not None:
-        places.append(_place(door, beside, 0.0, height, -door.along, -door.hand * _TURN))
+        clear = (1.0 - _DEPTH) * ahead
+        places.append(_place(door, (beside, 0.0, _ROOM), height, -door.along, clear, -door.hand * _TURN))
     return tuple(places)
 
 
@@ -107,9 +113,12 @@ def places_to_touch(
     return places
 
 
-def _place(door: Door, into: float, along: float, height: float, normal: Array, turn: float = 0.0) -> FramePlace:
-    at = door.hinge_position + door.from_doorway(np.array([into, along, height]))
-    return FramePlace(frozen(at), frozen(normal), turn)
+def _place(
+    door: Door, at: tuple[float, float, float], height: float, normal: Array, clear: float, turn: float = 0.0
+) -> FramePlace:
+    into, along, room = at
+    point = door.hinge_position + door.from_doorway(np.array([into, along, height]))
+    return FramePlace(frozen(point), frozen(normal), room, clear, turn)
 
 
 def _boxes(door: Door) -> list[_Box]:
@@ -121,15 +130,15 @@ def _boxes(door: Door) -> list[_Box]:
     return found
 
 
-def _on_the_front(side: list[_Box], towards: float) -> tuple[float, float] | None:
-    """Place on the widest face of one side, along `into` and `along` [m]."""
+def _on_the_front(side: list[_Box], towards: float) -> tuple[float, float, float] | None:
+    """Place on the widest face of one side, along `into` and `along`, and the room about it [m]."""
     for box in sorted(side, key=lambda box: -float(box.half[1])):
         along = float(box.center[1] + towards * max(box.half[1] - _FARTHEST, 0.0))
         behind = any(
             other.front < box.front and other.ends[0] - _ROOM < along < other.ends[1] + _ROOM for other in side
         )
         if box.half[1] > _ROOM and not behind:
-            return box.front, along
+            return box.front, along, max(min(float(box.half[1]), _FARTHEST) - _ROOM, _ROOM)
     return None
 
 

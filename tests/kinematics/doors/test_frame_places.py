@@ -37,6 +37,7 @@ def test_disc_and_arm_are_clear_with_the_tip_on_each_place(source: str) -> None:
         assert clearance.distance > (0.0015 if place.turn else 0.009), clearance  # the rod 1 cm behind the tip
         clearance = disc.min_clearance(position, rotation, model.start_arm, model.start_angle)
         assert clearance.distance > 0.02, clearance
+        assert clearance.distance == pytest.approx(place.clear, abs=0.06) and place.room >= 0.03
 
 
 def test_no_place_where_it_is_not_asked_for() -> None:

@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 from hands import flown, phases
 
+from doorman.estimation.leaf.replay import replay_leaf
 from doorman.mission import Mission
 
 FEELS: dict[str, Any] = {"mission__touch_frame": True}
@@ -50,10 +51,12 @@ FAR: dict[str, Any] = {"simulation__door_offset": [0.03, 0.0, 0.0], "simulation_
 
 
 def test_a_frame_that_is_met_beyond_its_doubt_counts() -> None:
-    recording, _ = flown(**FEELS, **FAR, mission__time_out__approach=0.1, mission__attempts=1)
+    recording, mission = flown(**FEELS, **FAR, mission__time_out__approach=0.1, mission__attempts=1)
     assert phases(recording)[:4] == ["hover", "touch_frame", "hover", "approach"]
     summary = recording.summary
     assert summary is not None and summary["collisions"] == 0
+    replayed, touched = replay_leaf(recording, mission.model), recording["truth"]["collisions"] > 0
+    assert touched.any() and abs(replayed.wind[:, :2, 0]).max() < 0.6, "the air is still: the wall pushes back"
 
 
 def test_a_mission_that_ends_with_the_tip_on_the_frame_knows_that_it_is_not_on_the_leaf() -> None:

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.control.estimation.estimator import Estimate
-from doorman.control.motion import TOUCH_DISTANCE
+from doorman.control.motion import DOUBTED, TOUCH_DISTANCE
 from doorman.control.position_controller import Setpoint
 from doorman.mission.phases.attempt import Attempt
 from doorman.mission.phases.free_flight.hover import STEADY, fly_before_the_leaf
@@ -17,7 +17,7 @@ Array = NDArray[np.float64]
 
 
 class Approach(MissionPhase):
-    """Flies to `TOUCH_DISTANCE` before the leaf."""
+    """Flies to `TOUCH_DISTANCE` before the leaf, and farther where its place is doubted: what is met before is met at speed."""
 
     phase = Phase.APPROACH
 
@@ -29,7 +29,10 @@ class Approach(MissionPhase):
 
     def step(self, estimate: Estimate, body_rates: Array, time_step: float) -> tuple[Setpoint, Then]:
         """Fly on; the touch follows there, or where something before the leaf's place holds the vehicle up."""
-        away = -TOUCH_DISTANCE * self.attempt.model.door.normal(estimate.door_angle)
+        door, contact = self.attempt.model.door, self.attempt.model.coupling.contact_point(estimate.door_angle)
+        normal = door.normal(estimate.door_angle)
+        doubt = self.attempt.place.deviation(contact - door.hinge_position, normal, estimate.time)
+        away = -(TOUCH_DISTANCE + DOUBTED * doubt) * normal
         setpoint, target = fly_before_the_leaf(self.attempt, self.glide, estimate, away, time_step)
         assert self.glide is not None
         waits = self.glide.near(target, 0.01)

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.control.estimation.estimator import Estimate
-from doorman.control.motion import TOUCH_DISTANCE, Glide, arm_rates_to
+from doorman.control.motion import DOUBTED, TOUCH_DISTANCE, Glide, arm_rates_to
 from doorman.control.position_controller import Setpoint
 from doorman.kinematics.doors.frame_places import FramePlace
 from doorman.mission.feeler import Feeler
@@ -15,16 +15,10 @@ from doorman.mission.phases.phase import GiveUp, MissionPhase, Next, Phase, Then
 
 Array = NDArray[np.float64]
 
-_DOUBTED = 3.0
-"""The tip begins so many standard deviations before a face, and looks for it as far behind its place."""
 _SPEED = 0.5
 """Before the wall [m/s]: the frame of the poses may drift meanwhile."""
-_THERE, _FAST = 0.015, 0.06
-"""Distance from a target, and speed, below which the vehicle goes on [m], [m/s],"""
-_PASSES = 0.05
-"""and distance at which the reference passes one on the way to another [m]."""
-_ASIDE = 0.03
-"""By which a tip may be blown aside at a face, as narrow as a post, before it leaves it and comes again [m]."""
+_FAST, _PASSES = 0.08, 0.05
+"""Speed of a vehicle that may begin to feel [m/s], and distance at which the reference passes a target on its way [m]."""
 _AVERAGED = 4.0
 """Time over which the position controller averages the wind that it counts on while a tip presses [s]."""
 
@@ -32,7 +26,8 @@ _AVERAGED = 4.0
 class TouchFrame(MissionPhase):
     """Touches every place of `Model.frame_places`, each where the touches before have found it; then back to the hover.
 
-    The tip comes to a place and leaves it along the face's normal. From one to the next it flies before the wall.
+    The tip comes to a place and leaves it along the face's normal. From one to the next it flies before the wall. Where gusts have
+    blown it aside by more than a place leaves between rotors and frame, that place is left out.
     """
 
     phase, gives_way = Phase.TOUCH_FRAME, True  # no leaf reaches the tip there
@@ -44,8 +39,8 @@ class TouchFrame(MissionPhase):
         self._model, self._places = attempt.model, list(attempt.model.frame_places)
         self._found, self._hinge = attempt.place, attempt.model.door.hinge_position
         self._feeler: Feeler | None = None
-        self._steady_wind = estimate.wind
-        first = self._before(self._places[0])
+        self._steady_wind, self._strayed = estimate.wind, 0.0
+        first = self._before(self._places[0], estimate.time)
         self._plane = float(self._model.door.into @ first[0])
         self._way = [first]
 
@@ -75,7 +70,8 @@ class TouchFrame(MissionPhase):
         last = len(self._way) == 1
         arrived = self.glide.near(target, 0.01 if last else _PASSES) and abs(self.glide.yaw - yaw) < 1e-6
         off, fast = np.linalg.norm(estimate.position - target), np.linalg.norm(estimate.velocity) > _FAST
-        if arrived and off < (_THERE if last else 2.0 * _PASSES) and not (last and fast):
+        there = min(0.5 * self._places[0].room, TOUCH_DISTANCE) if last and self._places else 2.0 * _PASSES
+        if arrived and off < there and not (last and fast):
             self._way.pop(0)
         return setpoint
 
@@ -85,33 +81,34 @@ class TouchFrame(MissionPhase):
         place = self._places[0]
         setpoint, (there, normal) = feeler.step(estimate, tip), self._placed(place)
         beyond = float(normal @ (tip - there))
-        if beyond > self._doubt(place) and not estimate.stopped:
+        if beyond > self._doubt(place, estimate.time) and not estimate.stopped:
             self.attempt.estimator.feel(None)
             return setpoint, GiveUp(
                 f"the frame is not where the map has it: nothing up to {1e2 * beyond:.0f} cm behind"
             )
         aside = tip - there - beyond * normal
-        strays = float(np.linalg.norm(aside)) > _ASIDE
+        off = float(np.linalg.norm(aside))
+        strays, self._strayed = off > place.room, max(self._strayed, off)
         if (met := feeler.met(estimate.time)) is None and not strays:
             return setpoint, None
-        back = self._before(place)
+        back = self._before(place, estimate.time)
         self.attempt.estimator.feel(None)
         self._feeler, self.glide = None, Glide(estimate.position, estimate.yaw)
         if met is None:
             self._way = [back]
             return setpoint, None
         self._found.touched(estimate.time, met - self._hinge, place.point - self._hinge, place.normal)
-        self._places = self._places[1:]
+        self._places = [each for each in self._places[1:] if each.clear > self._strayed]
         self._way = [back, self._outside(back)]
         if self._places:
-            ahead = self._before(self._places[0])
+            ahead = self._before(self._places[0], estimate.time)
             self._way += [self._outside(ahead), ahead]
         return setpoint, None
 
-    def _before(self, place: FramePlace) -> tuple[Array, float]:
+    def _before(self, place: FramePlace, now: float) -> tuple[Array, float]:
         """O_B, shape (3,), world frame [m], and ψ [rad], with the tip before a place as far as that is doubted."""
         model, (there, normal), yaw = self._model, self._placed(place), self._heading(place)
-        away = self._doubt(place) + TOUCH_DISTANCE
+        away = self._doubt(place, now) + TOUCH_DISTANCE
         tip = model.coupling.tips(np.array([[0.0, 0.0, yaw]]), model.start_arm[None])[0]
         return np.asarray(there - away * normal - tip), yaw
 
@@ -128,6 +125,6 @@ class TouchFrame(MissionPhase):
         """Point and normal of a place, as far as the touches tell, shapes (3,), world frame [m]."""
         return self._hinge + self._found.placed(place.point - self._hinge), self._found.turn @ place.normal
 
-    def _doubt(self, place: FramePlace) -> float:
+    def _doubt(self, place: FramePlace, now: float) -> float:
         """How far a face may be from there [m]."""
-        return _DOUBTED * self._found.deviation(place.point - self._hinge, place.normal)
+        return DOUBTED * self._found.deviation(place.point - self._hinge, place.normal, now)
