@@ -26,8 +26,8 @@ _AVERAGED = 4.0
 class TouchFrame(MissionPhase):
     """Touches every place of `Model.frame_places`, each where the touches before have found it; then back to the hover.
 
-    The tip comes to a place and leaves it along the face's normal. From one to the next it flies before the wall. Where gusts have
-    blown it aside by more than a place leaves between rotors and frame, that place is left out.
+    The tip comes to a place and leaves it along the face's normal. From one to the next it flies before the wall. Where gusts
+    have blown it aside by more than a place leaves between rotors and frame, that place is left out.
     """
 
     phase, gives_way = Phase.TOUCH_FRAME, True  # no leaf reaches the tip there
