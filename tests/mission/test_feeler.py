@@ -7,12 +7,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from doorman.mission.at_the_leaf import SPEED_GAIN
 
 from doorman.control.estimation.estimator import Estimator, Tie
 from doorman.control.state_converter import StateConverter
 from doorman.gravity import GRAVITY
 from doorman.kinematics.rotations import rotation_body_to_world
-from doorman.mission.at_the_leaf import SPEED_GAIN
 from doorman.mission.feeler import Feeler
 from doorman.model import Model
 from doorman.signals import Measurement
