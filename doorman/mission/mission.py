@@ -10,7 +10,7 @@ from dataclasses import asdict, replace
 
 import numpy as np
 
-from doorman.control.estimation.door_locator import DoorLocator
+from doorman.control.estimation.door_locator import DoorLocator, place_of
 from doorman.control.estimation.door_watch import DoorWatch
 from doorman.control.estimation.estimator import Estimate, Estimator, Tie
 from doorman.control.estimation.lift_scale import LiftScale
@@ -253,9 +253,14 @@ class Mission(Uncopied):
         self._locator.measure(*found, measured.frame.position_deviation, measured.frame.yaw_deviation)
 
     def _learn_frame(self) -> None:
-        """Once the frame has been touched, or seen by a sensor, the door stands where that is."""
-        if self._sequence.attempt.place.found and not self._face_is_known:
-            self._face_is_known = True
+        """Once the frame has been touched, or seen by a sensor, the door stands where that is, if that says more than the map."""
+        place, model = self._sequence.attempt.place, self.model
+        if self._face_is_known or not place.found:
+            return
+        self._face_is_known = True
+        at = model.coupling.contact_point(model.start_angle) - model.door.hinge_position
+        normal = model.door.normal(model.start_angle)
+        if place.deviation(at, normal) < 0.5 * place_of(model).deviation(at, normal):
             self._estimator.know_the_face()
 
     def _learn_loop(self, now: float, backend: Backend) -> None:

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from doorman.mission.at_the_leaf import SPEED_GAIN
 
+from doorman.control.at_the_leaf import SPEED_GAIN
 from doorman.control.estimation.estimator import Estimator, Tie
 from doorman.control.state_converter import StateConverter
 from doorman.gravity import GRAVITY
