@@ -162,3 +162,30 @@ def test_the_same_poses_give_the_same_bits(model):
         flown.press(0.2)
     assert one.run.estimate.mean.tobytes() == other.run.estimate.mean.tobytes()
     assert one.run.estimate.covariance.tobytes() == other.run.estimate.covariance.tobytes()
+
+
+def test_a_leaf_that_breaks_loose_is_known_to_resist_no_more(model):
+    """It bore 8 N; then it moves as if nothing but its own inertia held it."""
+    flown, force = Flown(model, 0.0), 8.0
+    flown.hover(1.0)
+    flown.press(2.0, force)
+    borne = flown.run.estimate.outputs["borne"][0]
+    mass = model.vehicle.mass + model.door.inertia / model.coupling.lever_length**2
+    start, broke = flown.at, flown.time
+    while flown.time - broke < 0.3:
+        flown.at = start + 0.5 * force / mass * (flown.time + PERIOD - broke) ** 2 * flown.normal
+        flown.press(PERIOD, force)
+    assert borne > 0.9 * force * model.coupling.lever_length
+    assert abs(flown.of("resistance")[0]) < 0.15 * borne
+
+
+def test_a_leaf_that_nobody_has_touched_does_not_move_with_a_tip_in_thin_air(model):
+    """The tip comes on at 4 cm/s for 3 cm, in wind of the size of a push: no leaf goes along."""
+    flown = Flown(model, 0.06)
+    flown.hover(1.0)
+    for _ in range(round(0.75 / PERIOD)):
+        flown.at = flown.at + 0.04 * PERIOD * flown.normal
+        flown.press(PERIOD, 0.0)
+    known = flown.run.estimate
+    assert known.probabilities["pushing"] < 1e-8
+    assert math.degrees(abs(known.mean[JOINT] - model.start_state[3])) < 0.3
