@@ -23,6 +23,8 @@ _STUCK, _PRESSED = 10.0, 3.0
 """Time without progress after which an opening is given up, and after the largest push that there is [s]: no more will come."""
 _LARGEST = 0.9
 """Share of that push from which on it is the largest: tilt and thrust follow with errors."""
+_SURELY = 2.0
+"""Deviations of the angle by which a door may seem to be farther."""
 _HEADING_LOST = math.radians(40.0)
 """A vehicle that is turned so far from the heading that keeps step with the door does not find back [rad]."""
 
@@ -83,6 +85,10 @@ class Opening:
         """Whether the door has rested at the goal for long enough, or swings about it and no farther."""
         rested = self._there_since is not None and now - self._there_since >= self._hold_time
         return rested or self._waited(now) >= _PATIENCE
+
+    def passed(self, estimate: Estimate) -> bool:
+        """Whether the door is a little past the goal, for all that is known: a push can do no more."""
+        return 0.0 < self._past(estimate) <= OPEN + _SURELY * estimate.angle_deviation
 
     def stuck(self, estimate: Estimate) -> str:
         """Reason to give the opening up; empty if there is none."""

@@ -108,6 +108,15 @@ def test_a_door_that_stands_against_the_largest_push_is_not_pushed_for_long(
     assert ended == pytest.approx(given_up, abs=0.1)
 
 
+@pytest.mark.parametrize(("degrees", "there"), [(0.5, False), (-1.0, True), (-2.5, True), (-4.0, False)])
+def test_a_door_that_is_lost_a_little_past_its_goal_is_open(watched: Watched, degrees: float, there: bool) -> None:
+    """By 2°, and two deviations of 0.3° each."""
+    state = watched.first.state.copy()
+    state[3] = watched.model.goal_angle + math.radians(degrees)
+    seen = replace(watched.first, state=state, angle_deviation=math.radians(0.3))
+    assert watched.opening.passed(seen) is there
+
+
 def test_a_door_that_does_not_rest_is_not_open_yet(watched: Watched) -> None:
     for _ in range(150):
         watched.see(0.0, rests=False)

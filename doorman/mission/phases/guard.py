@@ -12,9 +12,7 @@ from doorman.planning.pace import OPEN
 _DOUBT = 0.1
 """For which rotors must seem to meet something [s], but a leaf that is looked for: a gap in the poses moves it by centimetres."""
 _PAST = math.radians(10.0)
-"""A leaf that is so far beyond the goal cannot be brought back by a push [rad],"""
-_SURELY = 2.0
-"""and so many deviations of its angle: one that the tip has just lost may swing back."""
+"""A leaf that is so far beyond the goal cannot be brought back by a push [rad]."""
 _SUNK = 0.1
 """By which the shipped vehicle's tip may be lower on the leaf than at its touch [m]: plans keep it there. What sinks has no
 thrust left, or no hold of its attitude."""
@@ -56,7 +54,6 @@ class Guard:
             return GiveUp(f"the vehicle has sunk by {1e2 * sunk:.0f} cm at {self._stands(estimate)}")
         past = OPEN if phase.phase is Phase.RECOVER else _PAST
         model = self._attempt.model
-        past += _SURELY * estimate.angle_deviation
         if model.contact.pull == 0.0 and model.travel.left(estimate.door_angle) < -past:  # nothing brings it back
             return GiveUp(f"the leaf has gone past the goal, to {self._stands(estimate)}")
         return None

@@ -60,6 +60,9 @@ class Open(MissionPhase):
 
     def _lose_contact(self, estimate: Estimate) -> Next | GiveUp:
         attempt = self.attempt
+        if attempt.opening.passed(estimate) and attempt.settings.then != "stay":
+            attempt.opened = True
+            return self._after_opening(estimate)
         attempt.unsure = attempt.unsure and estimate.time - self.entered < _SURE
         attempt.losses += 1
         if attempt.losses > attempt.settings.recoveries:
