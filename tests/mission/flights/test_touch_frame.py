@@ -10,6 +10,7 @@ from hands import flown, phases
 
 from doorman.estimation.leaf.replay import replay_leaf
 from doorman.mission import Mission
+from doorman.mission.phases.phase import Phase
 
 FEELS: dict[str, Any] = {"mission__touch_frame": True}
 ELSEWHERE: dict[str, Any] = {
@@ -51,7 +52,11 @@ FAR: dict[str, Any] = {"simulation__door_offset": [0.03, 0.0, 0.0], "simulation_
 
 
 def test_a_frame_that_is_met_beyond_its_doubt_counts() -> None:
-    recording, mission = flown(**FEELS, **FAR, mission__time_out__approach=0.1, mission__attempts=1)
+    def stop(mission: Mission, time: float, angle: float) -> None:
+        if mission.phase is Phase.APPROACH:
+            mission.abort("the frame is known")
+
+    recording, mission = flown(on_progress=stop, **FEELS, **FAR)
     assert phases(recording)[:4] == ["hover", "touch_frame", "hover", "approach"]
     summary = recording.summary
     assert summary is not None and summary["collisions"] == 0
