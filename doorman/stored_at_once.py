@@ -17,5 +17,5 @@ def stored_at_once(cls: type[T]) -> type[T]:
     usual, quick = cls.__init__, made["__init__"]
     quick.__defaults__, quick.__annotations__ = usual.__defaults__, usual.__annotations__
     quick.__module__, quick.__qualname__ = usual.__module__, usual.__qualname__
-    cls.__init__ = quick  # type: ignore[misc]
+    cls.__init__ = quick  # type: ignore[method-assign]
     return cls

@@ -133,9 +133,8 @@ class PositionController:
         share = 0.0 if setpoint.push is None else 1.0
         wanted_at, wanted_speed = setpoint.position, setpoint.velocity
         if later is not None:
-            normal, x, y = setpoint.normal, *(later.horizon * wanted_speed - later.moved)[:2].tolist()
-            wanted_at = wanted_at + _beside(normal, x, y)
-            wanted_speed = wanted_speed - _beside(normal, *later.gained[:2].tolist())
+            wanted_at = wanted_at + _beside(setpoint.normal, later.horizon * wanted_speed - later.moved)
+            wanted_speed = wanted_speed - _beside(setpoint.normal, later.gained)
         if made is not None:
             self._memory[ACTING : ACTING + 3] = made - self._weight - self._planned
         self._planned = setpoint.force
@@ -162,8 +161,8 @@ class PositionController:
         self._memory[FREE : FREE + 3] = self.observer.estimate
 
 
-def _beside(normal: Array, x: float, y: float) -> Array:
+def _beside(normal: Array, way: Array) -> Array:
     """A way along the ground, as thrust has no lag to speak of, without its share along the normal: there the leaf is pushed."""
-    into, along, up = normal.tolist()
+    (into, along, up), (x, y, _) = normal.tolist(), way.tolist()
     share = into * x + along * y
     return np.array((x - share * into, y - share * along, -share * up))

@@ -17,6 +17,7 @@ from doorman.kinematics.doors.leaf.leaf_kernels import leaf_numbers
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.kinematics.vehicles.arms.arm import ArmParameters
 from doorman.model import Model
+from doorman.numba_types.handles import held
 from doorman.planning.plan import Plan
 from doorman.planning.planning_model import planning_model
 
@@ -55,7 +56,7 @@ class StateConverter:
         self._ahead = ahead or LookAheads.of(model.attitude_loop)
         self._planning = planning_model(model)
         self._coupling = model.coupling
-        self._arm, self._leaf = ArmParameters.of(model.vehicle.arm), leaf_numbers(model.door)
+        self._arm, self._leaf = held(ArmParameters.of(model.vehicle.arm)), leaf_numbers(model.door)
         self._given, self._tip = np.zeros(ARM + 2 * model.n_arm), np.zeros(6)
         self._contact = np.array([*model.door.up, self._coupling.distance_from_hinge, self._coupling.height])
         self._rate_limits = np.asarray(model.vehicle.rate_limits)

@@ -20,6 +20,7 @@ from doorman.kinematics.doors.door import Door
 from doorman.kinematics.rotations import body_rate_matrix, rotation_body_to_world, skew
 from doorman.kinematics.vehicles.arms.arm import ArmParameters, tip_motion, tips_in_world
 from doorman.kinematics.vehicles.vehicle import Vehicle
+from doorman.numba_types.handles import held
 from doorman.one_line import OneLine
 
 Array = NDArray[np.float64]
@@ -66,7 +67,7 @@ class Coupling:
 
     @property
     def _arm(self) -> ArmParameters:
-        return self._own.get(lambda: ArmParameters.of(self.vehicle.arm))
+        return self._own.get(lambda: held(ArmParameters.of(self.vehicle.arm)))
 
     def contact_point(self, door_angle: float) -> Array:
         """Point where the tip touches the leaf."""

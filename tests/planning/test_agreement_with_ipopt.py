@@ -76,8 +76,8 @@ def test_same_optimum_feasible_and_exact(name: str, kind: str, limits: bool) -> 
         assert plan.status is PlanStatus.CONVERGED
         assert plan.cost == pytest.approx(reference.cost, rel=1e-6)
         np.testing.assert_allclose(plan.states, reference.states, atol=1e-4)
-    else:  # where rows cannot be held at the start, the fast iterations may end at another optimum
-        assert plan.cost < 1.06 * reference.cost
+    else:  # rows that cannot be held at the start: the largest price bends their optimum
+        assert plan.cost < 1.001 * reference.cost
 
 
 @pytest.mark.parametrize(("name", "cost"), [("paper", 15.4705225), ("coarse", 15.5157164)])

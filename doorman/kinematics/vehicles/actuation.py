@@ -152,16 +152,17 @@ def saturate(force: Array, max_thrust: float, max_tilt: float) -> Array:
     Of the horizontal part, `_BESIDE` of the largest thrust comes before the height, which costs a thirtieth of the lift: a
     vehicle that lacks lift is not to be blown away besides.
     """
-    horizontal = math.hypot(force[0], force[1])
+    x, y, z = force.tolist()
+    horizontal = math.hypot(x, y)
     beside = min(horizontal, _BESIDE * max_thrust)
-    vertical = min(max(float(force[2]), 0.1 * max_thrust), math.sqrt(max_thrust**2 - beside**2))
+    vertical = min(max(z, 0.1 * max_thrust), math.sqrt(max_thrust**2 - beside**2))
     largest = min(vertical * math.tan(max_tilt), math.sqrt(max(max_thrust**2 - vertical**2, 0.0)))
     scale = 1.0 if horizontal <= largest else largest / horizontal
-    return np.array([scale * force[0], scale * force[1], vertical])
+    return np.array((scale * x, scale * y, vertical))
 
 
 def attitude_of_force(force: Array, yaw: float) -> Array:
     """Attitude whose body z axis points along a force."""
-    forward = math.cos(yaw) * force[0] + math.sin(yaw) * force[1]
-    left = -math.sin(yaw) * force[0] + math.cos(yaw) * force[1]
-    return np.array([math.atan2(-left, math.hypot(forward, force[2])), math.atan2(forward, force[2]), yaw])
+    (x, y, z), c, s = force.tolist(), math.cos(yaw), math.sin(yaw)
+    forward, left = c * x + s * y, -s * x + c * y
+    return np.array((math.atan2(-left, math.hypot(forward, z)), math.atan2(forward, z), yaw))

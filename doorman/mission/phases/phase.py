@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from enum import Enum
@@ -92,6 +93,9 @@ class MissionPhase(ABC):
 
     def __init__(self, attempt: Attempt, estimate: Estimate, before: MissionPhase | None) -> None:
         self.attempt, self.entered = attempt, estimate.time
+        self._longest = _LONGEST.get(self.phase) or float(
+            getattr(attempt.settings.time_out, self.phase.value, math.inf)
+        )
         self.glide: Glide | None = None
         """Reference of free flight, for the phase that follows."""
 
@@ -161,7 +165,7 @@ class MissionPhase(ABC):
     @property
     def longest(self) -> float:
         """Time-out [s]."""
-        return _LONGEST.get(self.phase) or float(getattr(self.attempt.settings.time_out, self.phase.value))
+        return self._longest
 
     def ends_here(self) -> Next:
         """The mission's end where the vehicle is: there is nothing left to let go of."""

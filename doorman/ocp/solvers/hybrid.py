@@ -56,7 +56,7 @@ class Hybrid(Replanner):
         return self._solve_thoroughly(self._searcher, state, max_iterations, deadline)
 
     def _solve_fast(self, state: Array, max_iterations: int, deadline: float) -> tuple[PlanStatus, int]:
-        """Fast iterations, and careful ones from the first guess where they fail."""
+        """Fast iterations, and careful ones: from the first guess where they fail, or from where full steps do not settle."""
         result, begun = self._work.result, time.monotonic()
         code = self._attempt(state, min(max_iterations, FAST_ITERATIONS), deadline)
         if code == cold_start.INVALID_START:
@@ -69,7 +69,9 @@ class Hybrid(Replanner):
             if status is PlanStatus.ITERATION_LIMIT and left > 0 and not late:
                 status = self._polished(state, left, deadline)
                 iterations += int(result[RESULT.ITERATIONS])
-            return status, iterations
+            if status is not PlanStatus.ITERATION_LIMIT or iterations >= max_iterations or late:
+                return status, iterations
+            self._remember()
         self._put_guess("first", state)
         code = self._teller.run(
             "careful", lambda: self._iterate_carefully(max_iterations - iterations, deadline), kernels.PAUSED

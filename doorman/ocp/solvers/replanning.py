@@ -31,9 +31,6 @@ EXTRA_ITERATIONS = 2
 MOST_SWEEPS = 6
 """Largest number of Riccati sweeps of a replan, but one an iteration: what more of them gain, the next replan gains, too."""
 
-_NO_TIME = 1e-9
-"""A budget that is used up [s]."""
-
 JUMP = 1.0
 """A sweep that changes an input by more than this, weighted by its cost, says that the previous trajectory is no guess."""
 
@@ -43,8 +40,8 @@ _LATEST_SHIFT = 2
 _RECOVERY_ITERATIONS = 60
 """Largest number of iterations of a replan that has to aim anew, where the caller gives no budget."""
 
-_AIMING_ITERATIONS = 12
-"""So many of them begin with the trajectory before."""
+_AIMING_ITERATIONS = 6
+"""So many of them begin with the trajectory before: what more of them gain, the next replan gains, too."""
 
 
 class Replanner(Solver):
@@ -95,7 +92,7 @@ class Replanner(Solver):
         return not status.flyable or (not status.usable and self._work.result[RESULT.NODE] > 1.0)
 
     def _first_share(self, max_iterations: int) -> int:
-        """Iterations of these for the trajectory before; the next replan goes on where they are not enough."""
+        """Iterations of these for the trajectory before."""
         return max(min(max_iterations // 2, _AIMING_ITERATIONS), 1)
 
     def _is_far_off(self, found: list[float]) -> bool:
@@ -122,35 +119,38 @@ class Replanner(Solver):
     def aim_anew(
         self, state: Array, followed: PlanStatus, max_iterations: int, time_limit: float
     ) -> tuple[PlanStatus, int]:
-        """Solve from the trajectory before the last `follow`, and from the input goal where nothing comes of that.
+        """Solve from the trajectory before the last `follow`, and from the input goal where neither may be flown.
 
-        The trajectory that costs less stays in the solver's memory, if both are usable; or that of `follow`, if only that may be
-        flown.
+        What is usable stays in the solver's memory rather than what is only flyable; of two that are either, the cheaper one, in
+        which violations have the price of `options.largest_multiplier`.
         """
-        before = Kept.of(self._work, self.cost if followed.usable else math.inf) if followed.flyable else None
-        status, iterations = self._aim(state, max_iterations, time_limit, not self._leads_astray(followed))
-        if before is None or (status.usable and self.cost <= before.cost) or (status.flyable and not followed.usable):
+        before, worth = None, math.inf
+        if followed.flyable:
+            before, worth = Kept.of(self._work, self.cost), self._worth(followed)
+        status, iterations = self._aim(state, max_iterations, time_limit, followed.flyable)
+        cheaper = status.flyable and self._worth(status) <= worth
+        if before is None or (cheaper if status.usable is followed.usable else status.usable):
             return status, iterations
         self._put_back_whole(before)
         return followed, iterations
 
+    def _worth(self, status: PlanStatus) -> float:
+        """Cost of the nominal trajectory, with a price for what it violates beyond the tolerance."""
+        price = 0.0 if status.usable else self.options.largest_multiplier
+        return self.cost + price * float(self._work.result[RESULT.INFEASIBILITY])
+
     def _aim(self, state: Array, max_iterations: int, time_limit: float, once: bool) -> tuple[PlanStatus, int]:
         """Solve from the inputs before the last `follow`, and unless this is enough from the input goal."""
         deadline, last = time.monotonic() + time_limit, self._work.first.inputs.copy()
-        share, given = self._first_share(max_iterations), self._problem.given_inputs
-        time_step = time_step_of(self._problem, last)
-        first, iterations = self.run(
-            state, last[:, :given], max_iterations=share, time_limit=time_limit, time_step=time_step
-        )
+        status, iterations = self.run(
+            state, last[:, : self._problem.given_inputs], max_iterations=self._first_share(max_iterations),
+            time_limit=time_limit, time_step=time_step_of(self._problem, last),
+        )  # fmt: skip
         left = deadline - time.monotonic()
-        if first.usable or once or iterations >= max_iterations or left <= 0.0:
-            return first, iterations
-        kept, time_step = self._work.nominal.inputs[:, :given].copy(), self.time_step
-        second, more = self.run(state, max_iterations=max_iterations - iterations, time_limit=left)
-        if second.usable or not first.flyable or second is first:
-            return second, more
-        left = max(deadline - time.monotonic(), _NO_TIME)
-        return self.run(state, kept, max_iterations=1, time_limit=left, time_step=time_step)
+        if status.flyable or once or iterations >= max_iterations or left <= 0.0:
+            return status, iterations
+        status, more = self.run(state, max_iterations=max_iterations - iterations, time_limit=left)
+        return status, iterations + more
 
     def _divide_rest(self, state: Array, shift: float) -> float:
         """Divide what is left of a free time anew; the shift that remains for `follow`, none."""

@@ -49,7 +49,7 @@ class _Group:
         single = [field for field in fields if not field.shape]
         self.single = [(field.name, converter(field)) for field in single if field.name != TIME]
         self.names = [name for name, _ in self.single]
-        self.types = [self.exact] * len(self.names)
+        self.types = [None if self.kind == "integer" else self.exact] * len(self.names)  # integers may be too large
         self.arrays = [
             (field.name, field.shape, converter(field), self._packer(field.entries)) for field in fields if field.shape
         ]
@@ -86,7 +86,7 @@ class Rows:
         return len(self._records) >= self._most
 
     def add(self, time: float, message: Mapping[str, Value]) -> None:
-        parts, name, first = [self._begin], "", (time,)
+        parts, name, first = [self._begin], "", [time]
         try:
             for group in self._groups:
                 exact, dtype = group.exact, group.dtype
@@ -95,7 +95,7 @@ class Rows:
                     for place, (name, convert) in enumerate(group.single):
                         single[place] = convert(single[place])
                 parts.append(group.pack(*first, *single))
-                first = ()
+                first = []
                 for name, shape, convert, several in group.arrays:
                     value: Any = message[name]
                     if value.__class__ is np.ndarray and value.dtype is dtype and value.shape == shape:
