@@ -108,6 +108,20 @@ def test_aiming_anew_in_vain_leaves_the_trajectory_that_was_usable() -> None:
     assert solver.cost == pytest.approx(cost, rel=1e-12)
 
 
+def test_of_two_ways_back_the_cheaper_one_stays() -> None:
+    variant = Variant(start=(-0.3, 0.1, 0.0), speed=0.5, force=(-0.7, 0.8))
+    solver = Hybrid(variant.problem(), SolverOptions(hessian="gauss-newton", largest_multiplier=100.0))
+    solver.solve(variant.start)
+    too_fast = np.array([-0.3, 0.7, 0.0])
+    followed = solver.follow(too_fast, 0.0, 1, 8)
+    before, cost, violation = solver.trajectory(), solver.cost, solver.worst()[0]
+    assert followed is PlanStatus.RECOVERING
+    status, _ = solver.aim_anew(too_fast, followed, 1, np.inf)  # one iteration from a trajectory that starts elsewhere
+    assert (status, solver.cost, solver.worst()[0]) == (followed, pytest.approx(cost), pytest.approx(violation))
+    for now, then in zip(solver.trajectory(), before, strict=True):
+        np.testing.assert_array_equal(now, then)
+
+
 def test_a_warm_start_with_multipliers_needs_fewer_iterations() -> None:
     variant = TASKS["wall"]
     solver = Hybrid(variant.problem())
