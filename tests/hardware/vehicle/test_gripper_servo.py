@@ -50,7 +50,9 @@ def test_fingers_that_jam_half_open_hold_on(told: bool, angle: float, holds: boo
         read=lambda: SimpleNamespace(times=[now], angles=[0.0, angle], faults=[ServoFault.NONE] * 2)
     )
     long_ago = now - 2.0 * OPENS_WITHIN
-    links.__dict__.update(config=SimpleNamespace(gripper=True), servos=servos, _grip_command=GripCommand(told, long_ago))
+    links.__dict__.update(
+        config=SimpleNamespace(gripper=True), servos=servos, _grip_command=GripCommand(told, long_ago)
+    )
     assert links.holding is holds
     assert links.grip_failed is (holds is not told)
 
