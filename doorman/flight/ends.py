@@ -17,7 +17,7 @@ class End(Enum):
     CRASHED = "crashed: the vehicle lies on its side, or the autopilot reports a crash"
     ON_SILL = "lies in the doorway, on the sill or between the jambs"
     HELD_UP = "lies on something: higher than it stood before the flight"
-    DROPPED = "came down before it was told to land"
+    DROPPED = "came down before it was commanded to land"
     TAKEN_OVER = "taken over by the pilot or the autopilot"
     """And still armed when the session ended."""
     UNHEARD = "link lost: the autopilot's own failsafe lands the vehicle"

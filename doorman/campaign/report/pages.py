@@ -68,7 +68,7 @@ def _rates(found: dict[str, Any]) -> str:
         ("runs with a collision", found["collisions"]),
         ("runs that ended in an error", found["errors"]),
         ("failures that ended in a safe retreat", f"{found['safe_failures']} of {failures}"),
-        ("failures whose told reason is not the true one", f"{found['wrong_reasons']} of {failures}"),
+        ("failures whose stated reason is not the true one", f"{found['wrong_reasons']} of {failures}"),
     )
     return _table(("", "successes"), rows) + "\n\nIn brackets: Wilson's 95 % interval."
 
@@ -129,5 +129,5 @@ def _causes(failed: dict[str, Any]) -> str:
     """What in truth may have caused a failure."""
     if not failed["true_causes"]:
         return ""
-    wrong = " The told reason is not the true one." if failed["told_truly"] is False else ""
+    wrong = " The stated reason is not the true one." if failed["told_truly"] is False else ""
     return f"\n\nTrue: {', '.join(failed['true_causes'])}.{wrong}"
