@@ -38,7 +38,8 @@ event.register("numba:compile", listener)
 {code}
 compiled = [str(begun.data["dispatcher"]) for _, begun in listener.buffer if begun.is_start]
 print()
-print(json.dumps({{"compiled": compiled, "counted": kernel_counts().compiled, "loaded": kernel_counts().loaded}}))
+counts = kernel_counts()
+print(json.dumps({{"compiled": compiled, "counted": counts.compiled, "loaded": counts.loaded, "modules": sorted(sys.modules)}}))
 """
 FLIGHT = """
 from pathlib import Path
@@ -108,27 +109,15 @@ def test_an_unknown_name_is_an_attribute_error():
     assert not hasattr(doorman, "_MODULE")
 
 
-def test_a_plan_loads_neither_meshes_nor_geometry_nor_simulator_nor_plots(tmp_path):
-    unused = {"yourdfpy", "trimesh", "networkx", "fcl", "mujoco", "matplotlib", "meshcat", "mcap", "typer", "rich"}
-    assert loaded_by(PLAN, {*unused, "doorman.ocp.solvers.cddp"}, tmp_path) == set()
-
-
-def test_a_check_loads_neither_meshes_nor_plots(tmp_path):
-    """They would take longer than all that it computes."""
-    unused = {"yourdfpy", "trimesh", "networkx", "matplotlib", "meshcat"}
-    assert loaded_by(CHECK, {*unused, "fcl", "mujoco"}, tmp_path) == {"fcl", "mujoco"}
-
-
 def test_a_flight_and_its_page_load_neither_meshes_nor_plots(tmp_path):
     """Figures bring matplotlib in when they are drawn; nothing brings in what reads meshes."""
-    unused = {"yourdfpy", "trimesh", "networkx", "matplotlib", "meshcat"}
     page = FLIGHT.replace("open_door(", "open_door.__globals__.update(write_pictures=replay)\nopen_door(")
     code = f"""
 from doorman.visualization.replay import replay_page
 def replay(recording, model, folder, helper):
     replay_page(recording, model, folder / "replay.html")
 {page}"""
-    assert loaded_by(code, {*unused, "mujoco"}, tmp_path) == {"mujoco"}
+    assert loaded_by(code, {*MESHES, "mujoco"}, tmp_path) == {"mujoco"}
     assert (tmp_path / "run" / "replay.html").is_file()
 
 
@@ -168,13 +157,25 @@ def warm(tmp_path_factory: pytest.TempPathFactory) -> None:
     output(WARM_UP, tmp_path_factory.mktemp("warm"))
 
 
-@pytest.mark.parametrize("code", [PLAN, FLIGHT, CHECK, WARMUP], ids=["plan", "flight", "check", "another warm-up"])
-def test_nothing_is_compiled_after_a_warm_up(code, warm, tmp_path):
+MESHES = {"yourdfpy", "trimesh", "networkx", "matplotlib", "meshcat"}
+"""What reads them, and what draws: it would take longer than all that is computed."""
+
+
+@pytest.mark.parametrize(
+    ("code", "unused"),
+    [
+        (PLAN, {*MESHES, "fcl", "mujoco", "mcap", "typer", "rich", "doorman.ocp.solvers.cddp"}), (FLIGHT, set()),
+        (CHECK, MESHES), (WARMUP, set()),
+    ],
+    ids=["plan", "flight", "check", "another warm-up"],
+)  # fmt: skip
+def test_after_a_warm_up_nothing_is_compiled_and_nothing_loaded_in_vain(code, unused, warm, tmp_path):
     printed = output(COMPILED.format(code=code), tmp_path)
     figures = json.loads(printed.splitlines()[-1])
     assert figures["compiled"] == []
     assert figures["counted"] == 0
     assert figures["loaded"] > 0
+    assert unused.isdisjoint(figures["modules"])
 
 
 def test_a_plan_from_the_cache_leaves_the_compiler_unloaded(warm, tmp_path):

@@ -86,7 +86,9 @@ def test_the_share_of_the_grip_joins_both_contacts(tied: Tied, off: float) -> No
         assert contact_forces(numbers, tied.model, x[None])[0] == pytest.approx(force)
 
 
-@pytest.mark.parametrize("scenario", ["pull", "hatch", "drawer"])
+@pytest.mark.parametrize(
+    "scenario", ["pull", *(pytest.param(name, marks=pytest.mark.slow) for name in ("hatch", "drawer"))]
+)
 def test_a_stiff_gripper_is_as_stiff_as_a_step_resolves(scenario: str) -> None:
     """A free tip that is off its place comes back to it in the plan's own steps, however stiff the gripper is said to be."""
     planner = Planner(Scenario.load(scenario, {"contact.grip_stiffness": 1e6}))
