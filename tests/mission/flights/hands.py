@@ -92,6 +92,16 @@ class Slam:
         return 150.0
 
 
+def aborted_in(phase: Phase) -> Callable[[Mission, float, float], None]:
+    """An operator who ends the mission in a phase."""
+
+    def watch(mission: Mission, time: float, angle: float) -> None:
+        if mission.phase is phase:
+            mission.abort("the operator said so")
+
+    return watch
+
+
 def phases(recording: Recording) -> list[str]:
     return recording["mission"]["state"].tolist()
 

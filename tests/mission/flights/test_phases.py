@@ -6,17 +6,19 @@ import math
 
 import numpy as np
 import pytest
-from hands import flown, phases
+from hands import aborted_in, flown, phases
 from paper_door import door_normal
 
 from doorman import Model, Scenario
 from doorman.control.motion import Glide, arm_rates_to
 from doorman.control.way_out import way_out
 from doorman.mission import Mission, Phase
+from doorman.scenario.sections.task import MissionTimeOutsSection
 
 
-def test_an_approach_that_takes_too_long_ends_in_a_hover_outside() -> None:
-    recording, mission = flown(mission__time_out__approach=0.5)
+def test_an_approach_that_takes_too_long_ends_in_a_hover_outside(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(MissionTimeOutsSection, "approach", 0.5)
+    recording, mission = flown()
     assert phases(recording) == ["hover", "approach", "retreat", "done", "end"]
     assert mission.phase is Phase.DONE
     assert mission.outcome == (False, "the phase approach took longer than 0.5 s")
@@ -40,15 +42,8 @@ def test_a_push_with_poses_that_are_too_noisy_ends_in_the_hover() -> None:
 
 
 def test_a_mission_that_does_not_judge_poses_goes_on() -> None:
-    recording, _ = flown(
-        scenario="push",
-        mission__judge_poses=False,
-        mission__measure_attitude=False,
-        vehicle__attitude_lag=0.1,
-        vehicle__attitude_dead_time=0.0,
-        mission__time_out__approach=0.1,
-        **POOR,
-    )
+    loop = {"mission__measure_attitude": False, "vehicle__attitude_lag": 0.1, "vehicle__attitude_dead_time": 0.0}
+    recording, _ = flown(on_progress=aborted_in(Phase.APPROACH), mission__judge_poses=False, **loop, **POOR)
     assert phases(recording)[:2] == ["hover", "approach"]
 
 

@@ -6,11 +6,10 @@ import math
 from typing import Any
 
 import pytest
-from hands import flown, phases
+from hands import aborted_in, flown, phases
 
 from doorman.estimation.leaf.replay import replay_leaf
-from doorman.mission import Mission
-from doorman.mission.phases.phase import Phase
+from doorman.mission import Mission, Phase
 
 FEELS: dict[str, Any] = {"mission__touch_frame": True}
 ELSEWHERE: dict[str, Any] = {
@@ -52,11 +51,7 @@ FAR: dict[str, Any] = {"simulation__door_offset": [0.03, 0.0, 0.0], "simulation_
 
 
 def test_a_frame_that_is_met_beyond_its_doubt_counts() -> None:
-    def stop(mission: Mission, time: float, angle: float) -> None:
-        if mission.phase is Phase.APPROACH:
-            mission.abort("the frame is known")
-
-    recording, mission = flown(on_progress=stop, **FEELS, **FAR)
+    recording, _ = flown(on_progress=aborted_in(Phase.APPROACH), **FEELS, **FAR)
     assert phases(recording)[:4] == ["hover", "touch_frame", "hover", "approach"]
     summary = recording.summary
     assert summary is not None and summary["collisions"] == 0
