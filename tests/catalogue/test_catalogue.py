@@ -107,12 +107,6 @@ def test_the_check_is_right(door: CatalogueDoor, tmp_path: Path) -> None:
     assert report.possible is door.possible, [finding.words for finding in report.complaints]
 
 
-def test_there_are_enough_doors_of_both_verdicts() -> None:
-    verdicts = [door.possible for door in DOORS]
-    assert len(DOORS) >= 40 and min(sum(verdicts), len(verdicts) - sum(verdicts)) >= 12
-    assert {DOORS[k].possible for k in FEW} == {True, False}
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("door", [door for door in DOORS if door.possible and door.preload == 0.0][::2], ids=str)
 def test_what_is_possible_flies(door: CatalogueDoor, tmp_path: Path) -> None:

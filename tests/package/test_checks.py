@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays, from_dtype, integer_dtypes
 
-from doorman import Plan, Planner
+from doorman import Planner
 from doorman.checks import number, numbers, vector, whole
 from doorman.exceptions import DimensionError, DoormanError
 from doorman.model import Model
@@ -140,13 +140,3 @@ def test_numpys_numbers_are_numbers_of_the_planner(planner, model):
     planner.update_door(friction=np.float32(0.0), damping=np.int64(0))
     planner.update_margin(np.float32(0.03))
     assert planner.replan(list(state), np.float16(0.0), max_iterations=np.uint8(2)).usable
-
-
-# ---------------------------------------------------------------- results
-
-
-def test_a_plan_is_itself_alone(planner, model):
-    plan, other = planner.plan(model.start_state), planner.plan(model.start_state)
-    assert plan == plan and plan != other and other not in [plan]
-    assert len({plan, other, plan}) == 2
-    assert isinstance(plan, Plan)

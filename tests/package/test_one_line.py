@@ -9,7 +9,6 @@ import re
 import numpy as np
 import pytest
 
-import doorman
 from doorman.collision.scene import CollisionScene
 from doorman.ocp import Bounds, Hybrid, QuadraticCost
 from doorman.one_line import OneLine
@@ -85,17 +84,3 @@ def test_results_are_compared_by_identity(results, name):
     assert result == result and result != other
     assert len({result, other}) == 2
     assert Bounds() != Bounds()
-
-
-@pytest.mark.parametrize("name", ["Plan", "Solution", "Problem"])
-def test_every_field_is_documented(name):
-    """By a docstring of its own below it, or in the docstring of its class."""
-    import ast
-    import inspect
-
-    kind = getattr(doorman, name, None) or getattr(doorman.ocp, name)
-    (body,) = (node.body for node in ast.parse(inspect.getsource(kind)).body if isinstance(node, ast.ClassDef))
-    for field, after in zip(body, body[1:], strict=False):
-        if isinstance(field, ast.AnnAssign):
-            documented = isinstance(after, ast.Expr) and isinstance(after.value, ast.Constant)
-            assert documented, f"{name}.{ast.unparse(field.target)}"

@@ -112,27 +112,6 @@ def test_expansions_of_own_costs(point: tuple[Curved, Array, Array]) -> None:
     np.testing.assert_allclose(hessian, [[1.7 * b**2 * cosh, mixed], [mixed, 1.7 * a**2 * cosh]], atol=1e-5)
 
 
-def test_the_whole_horizon_node_by_node(rng: np.random.Generator) -> None:
-    """[A | e | B] with the defects, and the rows of every state after the first; padding is left alone."""
-    model, n = Curved(1.7), 4
-    states, inputs = rng.uniform(-1.0, 1.0, (n + 1, 2)), rng.uniform(-1.0, 1.0, (n, 1))
-    jacobians, rows, slopes = np.full((n, 2, 8), 7.0), np.empty((n, 1)), np.full((n, 1, 8), 7.0)
-    functions.linearize_horizon(model, states, inputs, jacobians, rows, slopes)
-    for k in range(n):
-        ahead, plain, h, slope = np.empty(2), np.empty((2, 3)), np.empty(1), np.empty((1, 2))
-        functions.step(model, states[k], inputs[k], ahead)
-        functions.linearize_step(model, states[k], inputs[k], plain)
-        functions.linearize_constraints(model, states[k + 1], h, slope)
-        expected = np.column_stack([plain[:, :2], ahead - states[k + 1], plain[:, 2:]])
-        np.testing.assert_allclose(jacobians[k, :, :4], expected, atol=1e-14)
-        np.testing.assert_array_equal(rows[k], h)
-        np.testing.assert_allclose(slopes[k, :, :2], slope, atol=1e-14)
-    assert (jacobians[:, :, 4:] == 7.0).all() and (slopes[:, :, 2:] == 7.0).all()
-    values = np.empty((n, 1))
-    functions.constrain_horizon(model, states, values)
-    np.testing.assert_array_equal(values, rows)
-
-
 def test_what_a_model_does_not_have_is_absent() -> None:
     model, x, u, none = Bare(1.0), np.ones(2), np.ones(1), np.empty(0)
     functions.constrain(model, x, none)
