@@ -16,6 +16,7 @@ from doorman.feasibility.swing.rehearsal import rehearse
 from doorman.model import Model
 from doorman.planning.pace import TUGGING
 from doorman.scenario import Scenario
+from doorman.stages import stages
 
 
 def model_of(source: str = "paper", **keys: Any) -> Model:
@@ -56,3 +57,10 @@ def test_a_plan_that_takes_its_time_is_not_cut_off() -> None:
     weights = [28.107, 10.506, 0.775, 9.874, 75.671, 0.298, 0.046, 0.023, 0.021]
     model = model_of("pull", start__opening=0.039, goal__opening=0.865, planner__weights__state=weights)
     assert abs(rehearse(model).final_door_angle - model.goal_angle) < LARGEST_ERROR
+
+
+@pytest.mark.parametrize("task", ["lever_pull", "lever_push"])
+def test_a_lever_is_rehearsed_to_its_goal(task: str) -> None:
+    """The force on it pitches the vehicle, and is plumb as a level vehicle's: plans that know neither stop 11° short."""
+    lever = stages(Scenario.load(task))[0]
+    assert abs(rehearse(lever, 4.0).final_door_angle - lever.goal_angle) < math.radians(0.5)
