@@ -55,5 +55,7 @@ def test_the_report_counts_and_names_wrong_reasons():
     found = figures(rows, 0.5)
     assert found["wrong_reasons"] == 1 and found["failures"][0]["true_causes"] == [LATCHED]
     text = page(rows, found, Scenario.load("push_campaign"), planned=2)
-    assert "stated reason is not the true one | 1 of 2 |" in text and f"True: {LATCHED}. The stated reason is not" in text
+    assert (
+        "stated reason is not the true one | 1 of 2 |" in text and f"True: {LATCHED}. The stated reason is not" in text
+    )
     assert text.count("True:") == 1

@@ -51,7 +51,7 @@ FAR: dict[str, Any] = {"simulation__door_offset": [0.03, 0.0, 0.0], "simulation_
 
 
 def test_a_frame_that_is_met_beyond_its_doubt_counts() -> None:
-    recording, _ = flown(on_progress=aborted_in(Phase.APPROACH), **FEELS, **FAR)
+    recording, mission = flown(on_progress=aborted_in(Phase.APPROACH), **FEELS, **FAR)
     assert phases(recording)[:4] == ["hover", "touch_frame", "hover", "approach"]
     summary = recording.summary
     assert summary is not None and summary["collisions"] == 0
