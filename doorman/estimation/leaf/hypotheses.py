@@ -29,9 +29,9 @@ def blown(motion: LeafMotion) -> Hypothesis:
 
 
 def stopped(motion: LeafMotion) -> Hypothesis:
-    """The tip is on something that does not move, and presses and rubs on it; the leaf is as it is without a tip."""
+    """The tip is on something that does not move, and presses on it; the leaf is as it is without a tip."""
     contact, force, into = motion.contact, motion.force_on_frame, motion.frame.normal
-    other = _free(STOPPED, motion, motion.noise.wind, _rubbing(motion, force), contact.friction_lasts)
+    other = _free(STOPPED, motion, motion.noise.wind)
     speed = ca.sqrt(motion.noise.velocity**2 + (motion.noise.bounce * force / motion.vehicle.mass) ** 2)
     return Hypothesis(
         STOPPED, other.dynamics - motion.column(velocity=force * into / motion.vehicle.mass),
@@ -41,18 +41,15 @@ def stopped(motion: LeafMotion) -> Hypothesis:
     )  # fmt: skip
 
 
-def _free(name: str, motion: LeafMotion, wind: Any, friction: Any = 0, friction_lasts: Any = None) -> Hypothesis:
+def _free(name: str, motion: LeafMotion, wind: Any) -> Hypothesis:
     contact, noise = motion.contact, motion.noise
     resists = ca.fmax(motion.resistance, 0) / motion.inertia
     moves = ca.tanh(motion.rate_to_goal / (contact.creeps + contact.brakes * resists))
     drawn = noise.drawn * resists * ca.tanh(motion.opening / contact.ajar)
     rate = ca.sqrt((noise.rate * moves) ** 2 + drawn**2)
     return Hypothesis(
-        name,
-        motion.dynamics(
-            0, -motion.reference.sense * resists * moves, contact.settles if friction_lasts is None else friction_lasts
-        ),
-        _noise(motion, 0, friction, rate, noise.resistance * moves, wind),
+        name, motion.dynamics(0, -motion.reference.sense * resists * moves, contact.settles),
+        _noise(motion, 0, 0, rate, noise.resistance * moves, wind),
         limits=[Row("outside", motion.gap, contact.inside, contact.lasts)],
     )  # fmt: skip
 
