@@ -91,7 +91,7 @@ class Model:
         """Kinds of this task's collision constraints."""
         self.coupling = Coupling(self.vehicle, self.door, self._distance_from_hinge(), self._place[1])
         self.turn_scale = self.scale.turned(self.door, self.coupling.lever_length)
-        """Of the angles by which the same way of the tip turns the mechanism, to those of a leaf: a lever is short."""
+        """Ratio of the angles by which the same way of the tip turns this mechanism and a leaf: a lever is short."""
         self.reduced = self._reduced(self.coupling.distance_from_hinge)
         """Dynamics and constraints in numbers; parameters of the kernels by name."""
         self.constraint_names = self.reduced.row_names

@@ -7,15 +7,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
+from doorman.arrays import Array
 from doorman.dynamics.attitude_loop import AttitudeLoop
 from doorman.kinematics.doors.door import Door
 from doorman.model import Model
 from doorman.scenario import BesideSection, FirstSection, Scenario, SimulationSection, StartSection
-
-Array = NDArray[np.float64]
 
 _TRUE = ("damping", "friction", "stiffness", "preload")
 """Torques of a joint that the plant may have otherwise than the planner believes."""

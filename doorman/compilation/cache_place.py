@@ -1,4 +1,4 @@
-"""Where the cache of compiled kernels is: a directory that nobody else may write, cleared of what old versions left.
+"""Where the cache of compiled kernels is: a directory that no other user may write, cleared of what old versions left.
 
 Kernels are native code, so whoever writes the cache runs what they like. A directory is used only if it belongs to this user
 and no other user may write it.
@@ -21,7 +21,7 @@ _VERSION = re.compile(r"doorman-[0-9a-f]{16}")
 
 _DAY = 86400.0
 _LONGEST_UNUSED = 7.0 * _DAY
-"""A version that nobody has used for so long is removed [s]."""
+"""Time without use after which a version is removed [s]."""
 
 _KEPT = 4
 """So many versions are kept for that time; one beyond them is removed after a day without use."""

@@ -47,7 +47,7 @@ class Kernel(CPUDispatcher):
     Attributes:
         overloads: What callers link, one for every set of argument types.
         entries: What Python calls, one for every set of argument types that it has called with.
-        addresses: C functions, one for every set of argument types that `address` was asked for.
+        addresses: C functions, one for every set of argument types that `address` was called with.
         entry_cache: Cache of `entries`; `_cache` is that of `overloads`.
     """
 

@@ -158,7 +158,7 @@ def _defined(module: Any) -> set[str]:
 
 
 def _set_environment(codegen: Any, name: str, environment: Any) -> None:
-    """Tell machine code where a function's Python globals are; what is not made yet is told when it is."""
+    """Tell machine code where a function's Python globals are; names that do not exist yet follow when they do."""
     if codegen._engine.is_symbol_defined(name):
         _set_known_environment(codegen, name, environment)
 

@@ -6,8 +6,8 @@ import math
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.control.doorway import DRIFTS, NO_GAP, ROOM_TO_LEVEL, Doorway
 from doorman.control.estimation.estimator import Estimate
 from doorman.control.motion import arm_rates_to
@@ -15,12 +15,10 @@ from doorman.control.position_controller import Setpoint
 from doorman.control.state_converter import StateConverter
 from doorman.model import Model
 
-Array = NDArray[np.float64]
-
 SPEED_GAIN = 12.0
-"""Of the tip's speed in free flight, along the door's normal, of the shipped vehicle [N s/m]."""
+"""Gain of the tip's speed along the door's normal in free flight, for the shipped vehicle [N s/m]."""
 LARGEST_PUSH = 2.0
-"""Of that law [N]."""
+"""Largest force of that law [N]."""
 _CREEPS, _HASTES = 0.25, 2.0
 """Multiples of the touch's speed: of a resting tip that has left the leaf and comes back, and of one that looks for the leaf, or
 draws back from it."""

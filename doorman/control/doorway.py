@@ -4,13 +4,9 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
+from doorman.arrays import Array
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import Model
-
-Array = NDArray[np.float64]
 
 NO_GAP = 0.018
 """Between disc and leaf: one that is nearer is too near, however the vehicle moves [m]."""

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.control.estimation.estimator import Estimate
 from doorman.model import Model
 from doorman.stages import Handover
-
-Array = NDArray[np.float64]
 
 _AVERAGED = 0.5
 """Over which the force is averaged: its estimate is as noisy as the poses [s]."""

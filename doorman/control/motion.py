@@ -5,11 +5,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.control.position_controller import Setpoint
-
-Array = NDArray[np.float64]
 
 TOUCH_DISTANCE, DOUBTED = 0.06, 3.0
 """Between the tip and what it is to touch, where it begins to feel its way: as far as a gust carries it [m], beyond so many
@@ -17,12 +15,12 @@ standard deviations of that place."""
 RETREAT_SPEED = 0.25
 """Away from the door, and through the doorway [m/s]."""
 _ACCELERATION = 0.25
-"""Of a reference motion [m/s²]."""
+"""Largest acceleration of a reference motion [m/s²]."""
 _YAW_RATE = 0.4
 """[rad/s]."""
 _ARM_GAIN = 2.0
 _ARM_RATE = 0.5
-"""Of the arm in free flight [1/s], [rad/s]."""
+"""Gain and largest rate of the arm in free flight [1/s], [rad/s]."""
 
 
 class Glide:

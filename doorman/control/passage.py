@@ -6,14 +6,12 @@ import itertools
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.collision.scene import Clearance, CollisionScene
 from doorman.control.way_out import ROOM, way_out
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import Model
-
-Array = NDArray[np.float64]
 
 BEHIND = 1.0
 """Between O_B and the back of the doorway where the way ends [m]."""
@@ -43,7 +41,7 @@ class Passage:
         forward, self._side, self._origin, width, depth = _doorway(model)
         self._forward = forward
         self.yaw = math.atan2(forward[1], forward[0])
-        """Of the vehicle on the way [rad]."""
+        """Yaw of the vehicle on the way [rad]."""
         self.arm: Array = model.start_arm
         """Posture of the arm on the way, shape (n,) [rad or m]."""
         goal = model.goal_state
@@ -140,7 +138,7 @@ def _doorway(model: Model) -> tuple[Array, Array, Array, float, float]:
 
 
 def _panel_normal(model: Model) -> Array:
-    """Of a slide's panel, towards the vehicle, shape (3,), world frame."""
+    """Normal of a slide's panel, towards the vehicle, shape (3,), world frame."""
     panel = model.door.panel
     assert panel is not None
     return model.door.from_doorway(panel[0])

@@ -4,7 +4,7 @@ r"""DOB position controller: from a setpoint to force and attitude.
 
 with e = p_d − p and F_R the planned force on the door. Along the door's normal δ̂ is left out: there the force is planned, and
 what the plan does not know of the door is for the estimate; two observers of one torque fight each other. Tilt and thrust
-saturate, and the saturated F is what the observer is told. Where the setpoint gives a push, it replaces F along the
+saturate, and the observer uses the saturated F. Where the setpoint gives a push, it replaces F along the
 normal. Beside it friction takes up whatever the tip is pressed with, and the observer's integral would wind up against it: along
 the leaf δ̂ stays what it was in free flight, upwards it stays near that. So it does for a tip that grips: arm and hinge carry
 whatever the thrust does not, and an integral that takes that for lift leaves them more and more of the weight. Source: Kim,
@@ -17,8 +17,8 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.control.kernels.control_step import ACTING, FREE, GIVEN, MEMORY, wanted_force
 from doorman.control.observers.disturbance_observer import DisturbanceObserver
 from doorman.control.under_way import Later
@@ -28,8 +28,6 @@ from doorman.kinematics.vehicles.actuation import saturate as saturate
 from doorman.one_line import OneLine
 from doorman.scenario import ControlSection
 from doorman.stored_at_once import stored_at_once
-
-Array = NDArray[np.float64]
 
 _MOST_LIFT = 0.024
 """By which δ̂ of a tip on the leaf may differ up or down from that of free flight, as a share of the weight: without, one that has
@@ -128,7 +126,7 @@ class PositionController:
             setpoint: Where the vehicle should be.
             time_step: Since the last period [s].
             later: What the commands under way make of the vehicle; it is corrected where it will be. Nothing, if not given.
-            made: Force of the rotors since the last period, shape (3,), world frame [N]. What was asked for, if not given.
+            made: Force of the rotors since the last period, shape (3,), world frame [N]. Default: the commanded one.
         """
         share = 0.0 if setpoint.push is None else 1.0
         wanted_at, wanted_speed = setpoint.position, setpoint.velocity

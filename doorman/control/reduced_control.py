@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.control.estimation.estimator import Estimate
 from doorman.control.position_controller import Setpoint
 from doorman.control.state_converter import StateConverter
@@ -14,8 +14,6 @@ from doorman.kinematics.rotations import body_rates_of
 from doorman.planning.hinge import Hinge
 from doorman.planning.plan import Plan
 from doorman.signals import Command
-
-Array = NDArray[np.float64]
 
 
 class ReducedController:

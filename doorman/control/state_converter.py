@@ -6,8 +6,9 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from doorman.arrays import Array
 from doorman.control.kernels.on_leaf import vehicle_on_leaf
 from doorman.control.kernels.tip import ARM, tip_on_leaf
 from doorman.control.position_controller import Setpoint
@@ -21,21 +22,19 @@ from doorman.numba_types.handles import held
 from doorman.planning.plan import Plan
 from doorman.planning.planning_model import planning_model
 
-Array = NDArray[np.float64]
-
 
 @dataclass(frozen=True)
 class LookAheads:
     """By how much later than the measured state a plan's parts are taken, as the loops that follow them lag behind [s]."""
 
     acceleration: float
-    """Of the acceleration fed forward."""
+    """Look-ahead of the acceleration fed forward [s]."""
     attitude: float
-    """Of yaw and of the force fed forward, which act through the attitude loop."""
+    """Look-ahead of yaw and of the force fed forward, which act through the attitude loop [s]."""
     position: float = 0.04
-    """Of position and velocity: two steps of a plan, which the position loop has caught up with by then."""
+    """Look-ahead of position and velocity [s]: two steps of a plan, the position loop's lag."""
     arm: float = 0.1
-    """Of the arm's posture: joint rates are those that reach it, as a servo does by then."""
+    """Look-ahead of the arm's posture [s]: joint rates reach it within a servo's lag."""
 
     @classmethod
     def of(cls, loop: AttitudeLoop) -> LookAheads:

@@ -18,8 +18,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.control.kernels.under_way_step import (
     AHEAD,
     ATTITUDE,
@@ -39,8 +39,6 @@ from doorman.control.kernels.under_way_step import (
 )
 from doorman.dynamics.attitude_loop import AttitudeLoop
 from doorman.stored_at_once import stored_at_once
-
-Array = NDArray[np.float64]
 
 _KEPT = 1024
 """Commands that are kept: of half a second at the fastest controller."""

@@ -5,12 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
+from doorman.arrays import Array
 from doorman.planning.hinge import Hinge
-
-Array = NDArray[np.float64]
 
 
 class Wanted(NamedTuple):

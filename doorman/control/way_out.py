@@ -5,19 +5,17 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.control.doorway import Doorway
 from doorman.model import Model
-
-Array = NDArray[np.float64]
 
 ROOM = 0.05
 """Between disc and jambs, or a leaf, on the way out [m]."""
 _BACK = 0.25
 """Way straight back from the leaf before the way out [m]."""
 _LEAST_SLANT = 0.2
-"""Of a leaf from straight out of the doorway, where going out frees the tip of it."""
+"""Least slant of a leaf against the way straight out, where going out frees the tip from the leaf."""
 
 
 def in_the_doorway(model: Model, position: Array) -> bool:

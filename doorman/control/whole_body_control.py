@@ -13,8 +13,8 @@ from collections import deque
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.control.estimation.estimator import Estimate
 from doorman.control.observers.tilt_observer import TiltObserver
 from doorman.control.position_controller import Setpoint
@@ -29,12 +29,10 @@ from doorman.planning.whole_body.numbers import loop_numbers, whole_body_numbers
 from doorman.planning.whole_body.references import LEAST_RESISTANCE, Leaf, references
 from doorman.signals import Command
 
-Array = NDArray[np.float64]
-
 _FREE_AIR = -0.01
 """Depth of a tip that does not touch, at most, as a share of R_A."""
 _LEAST_FORCE = 0.01
-"""Normal force that plans are told of at least where the tip touches, as a share of the weight: below it the spring of a plan is
+"""Least normal force of plans where the tip touches, as a share of the weight: below it the spring of a plan is
 farther from the leaf than the tip is."""
 _AHEAD = 0.06
 """The onboard loop turns the vehicle at the rate that the plan has so much later [s]."""
@@ -77,7 +75,7 @@ class WholeBodyController:
         self._tilt = TiltObserver(model.attitude_loop, model.scenario.control.max_tilt)
         self._is_prompt = np.ones(4 + model.n_arm + (2 if model.actuation.fully else 0), dtype=bool)
         self._is_prompt[1:4] = False
-        """Of each input whether it acts at once: tilt and heading do not."""
+        """Whether each input acts at once: tilt and heading do not."""
         self._prompt = np.flatnonzero(self._is_prompt)
         self._sent: deque[tuple[float, Array]] = deque(maxlen=_KEPT)
         """Inputs of the model, as they were sent."""
@@ -94,7 +92,7 @@ class WholeBodyController:
         self._loop, self._shaping = loop.planned(self._numbers.one("plan.time_step")), loop.shaping
         self._loop_numbers = loop_numbers(self._model, self._loop)
         self._dead_time = loop.dead_time
-        """Of the loop as it is, not as a plan resolves it [s]."""
+        """Dead time of the loop as it is, not as a plan resolves it [s]."""
         self._tilt.fly_by(self._loop)
 
     def carry(self, load: Array) -> None:
@@ -112,7 +110,7 @@ class WholeBodyController:
         self._shaped = None
 
     def aim(self, known: Estimate, now: float, time_step: float) -> None:
-        """Let the opening rate that is asked for grow in contact, and fall to the door's where the tip has lost it.
+        """Let the reference rate grow in contact, and fall to the door's where the tip has lost it.
 
         What turns the vehicle beside its commands is watched meanwhile.
         """
@@ -264,7 +262,7 @@ class WholeBodyController:
         return float(tilt[0]), float(tilt[1])
 
     def _at_its_time(self, planned: Array, now: float) -> Array:
-        """Of what acts at once, that which was planned with the tilt that acts now."""
+        """Inputs that act at once, as planned together with the tilt that acts now."""
         waiting = self._waiting
         waiting.append((now + self._loop.dead_time, planned))
         if waiting[0][0] > now + _ROUNDED:  # nothing planned acts yet

@@ -17,7 +17,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 USUAL_LAG = 0.1
-"""Of a Pixhawk with default gains on motors with a lag of 0.03 s [s]."""
+"""Lag of a Pixhawk with default gains on motors with a lag of 0.03 s [s]."""
 _RATE_GAIN = 2.8
 """κ_r by κ_a."""
 TESTED_LAG, TESTED_DEAD_TIME = 0.25, 0.1

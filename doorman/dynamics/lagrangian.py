@@ -57,7 +57,7 @@ class LagrangianTask(TiedTask):
 
     @property
     def _static_moment(self) -> Any:
-        """Of the thrust about the centre of mass, (3, 1) [N m]."""
+        """Moment of the thrust about the centre of mass, (3, 1) [N m]."""
         return -ca.cross(self.center_of_mass, ca.vertcat(0, 0, self.thrust))
 
     @cached_property

@@ -19,14 +19,12 @@ import math
 
 import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.estimation.filter import Filter
 from doorman.estimation.measurement import Measurement
 from doorman.estimation.model import ProcessModel
 from doorman.estimation.status import Status
-
-Array = NDArray[np.float64]
 
 _TRACK_GATE = 4.0
 """Deviations from which on a tip does not go round any more: it has slipped."""
@@ -69,7 +67,7 @@ class DoorPlace:
     def _know(self, time: float, mean: Array, covariance: Array) -> None:
         self._mean, self._covariance = mean, covariance
         self.time = time
-        """Of the last reading [s]; NaN before the first."""
+        """Time of the last reading [s]; NaN before the first."""
         self.turn = turned(self.yaw)
         """Rotation of the map to the door, shape (3, 3)."""
         turn = self.turn[:2, :2]
@@ -78,7 +76,7 @@ class DoorPlace:
         x, y = self.offset
         slope = np.array([[*turn[0], -y], [*turn[1], x], [0.0, 0.0, 1.0]])
         self.covariance: Array = slope @ covariance[:3, :3] @ slope.T
-        """Of h and ψ at the last reading, shape (3, 3)."""
+        """Covariance of h and ψ at the last reading, shape (3, 3)."""
 
     @property
     def _filter(self) -> Filter:

@@ -6,11 +6,9 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.stored_at_once import stored_at_once
-
-Array = NDArray[np.float64]
 
 
 @stored_at_once
@@ -40,7 +38,7 @@ class FilterEstimate:
 
     @property
     def deviations(self) -> Array:
-        """Of the states, shape (n,)."""
+        """Standard deviations of the states, shape (n,)."""
         return np.sqrt(self.covariance.diagonal())
 
 

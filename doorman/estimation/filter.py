@@ -13,8 +13,9 @@ from types import MappingProxyType
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from doorman.arrays import Array
 from doorman.checks import number, numbers, vector, whole
 from doorman.copying import Uncopied
 from doorman.estimation.estimate import FilterEstimate, MeasurementScore
@@ -40,8 +41,6 @@ from doorman.estimation.printed.filter_text import functions_of, text_of
 from doorman.estimation.status import Status
 from doorman.exceptions import DimensionError, DoormanError
 from doorman.numba_types.handles import held
-
-Array = NDArray[np.float64]
 
 _ROUNDING = 1e-9
 """Relative error of a symmetric covariance that is given."""
@@ -72,7 +71,7 @@ class Filter(Uncopied):
         measurements: What sensors read.
         hypotheses: What may be true; without any, the model alone.
         switching: Rates of (from, to) [1/s]: numbers, or expressions of the state under the first of both; 0 where not given.
-        outputs: What else is asked of the estimate.
+        outputs: Further quantities of the estimate.
         allowed: Names of hypotheses that are possible together, by the name of a situation; see `allow`.
         parameters: Values of the model's parameters, (np,).
         ticks: How many steps are kept: a measurement that is older is refused.
@@ -128,7 +127,7 @@ class Filter(Uncopied):
 
     @property
     def time(self) -> float:
-        """Of the last step [s]; NaN before the start."""
+        """Time of the last step [s]; NaN before the start."""
         places = self._memory.places
         return float(self._memory.kept_times[places[LAST] % self._memory.kept_times.size]) if self.running else math.nan
 

@@ -10,13 +10,11 @@ from typing import Any
 
 import casadi as ca
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from doorman.estimation.expressions import checked_column, checked_symbols
 from doorman.exceptions import DimensionError, DoormanError
 from doorman.ocp.problem.integrators import INTEGRATORS, Integrator, discretized
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,7 +12,7 @@ class Output:
     """An expression of the state, with its deviation.
 
     Args:
-        name: By which it is asked for.
+        name: Name under which the estimate has it.
         expression: Of the model's symbols, (1, 1).
         under: Other expressions under some hypotheses, by their names: a force that is 0 in free flight.
     """

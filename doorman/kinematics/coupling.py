@@ -12,8 +12,9 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from doorman.arrays import Array
 from doorman.checks import vector
 from doorman.copying import PerThread
 from doorman.kinematics.doors.door import Door
@@ -22,8 +23,6 @@ from doorman.kinematics.vehicles.arms.arm import ArmParameters, tip_motion, tips
 from doorman.kinematics.vehicles.vehicle import Vehicle
 from doorman.numba_types.handles import held
 from doorman.one_line import OneLine
-
-Array = NDArray[np.float64]
 
 BESIDE = math.radians(14.0)
 """Direction of the tip from the vehicle beside the leaf's normal that friction easily carries, μ = 0.5."""

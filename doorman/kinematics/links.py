@@ -6,11 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 import pinocchio
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.kinematics.urdf.robot import frozen
-
-Array = NDArray[np.float64]
 
 
 class Link(NamedTuple):

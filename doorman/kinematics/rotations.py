@@ -5,12 +5,11 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from doorman.arrays import Array
 from doorman.checks import components, vector
 from doorman.exceptions import SingularityError
-
-Array = NDArray[np.float64]
 
 SMALLEST_COSINE = 1e-6
 """Cosine of the pitch below which Euler angles count as singular."""

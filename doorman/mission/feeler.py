@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.control.at_the_leaf import LARGEST_PUSH, SPEED_GAIN
 from doorman.control.estimation.estimator import Estimate
 from doorman.control.motion import arm_rates_to
 from doorman.control.position_controller import Setpoint
 from doorman.model import Model
-
-Array = NDArray[np.float64]
 
 _PRESSES, _UNLOADS = 0.3, 0.3
 """Time for which a tip that is probably stopped presses on, and then unloads to a half, before it has met something: a gust that

@@ -104,6 +104,6 @@ class FlightLog:
             )  # fmt: skip
         if frame is not None:
             write("door_frame", now, {"position": frame.position, "yaw": frame.yaw, "frame_time": frame.time})
-        for time_of, words in self._watch.told:
+        for time_of, words in self._watch.messages:
             write("event", time_of, {"source": "door sensor", "message": words})
-        self._watch.told.clear()
+        self._watch.messages.clear()

@@ -13,7 +13,7 @@ Order = TypeVar("Order")
 Answer = TypeVar("Answer")
 
 _LAST_WAIT = 2.0
-"""For a plan that is being made when nobody wants it any more [s]."""
+"""Longest wait for a plan that is still being made when the mission ends [s]."""
 
 
 class PlanningThread(Generic[Order, Answer]):

@@ -9,16 +9,14 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.control.wanted import Wanted
 from doorman.mission.planning_thread import PlanningThread
 from doorman.planning.plan import Plan
 from doorman.planning.planner import Planner
 from doorman.planning.planning_model import planning_model
 from doorman.recording import Recorder
-
-Array = NDArray[np.float64]
 
 _SILENT = 0.5
 """A planner that makes one plan for so long is given up; what is flown meanwhile is the last plan, which is longer [s]."""
@@ -57,7 +55,7 @@ class _Answer:
     normal_force: Array
     user_rows: dict[str, float]
     numbers: Array
-    """Of the task that the plan solves."""
+    """Numbers of the task that the plan solves."""
     elapsed: float
     """Since the plan before [s]."""
 

@@ -7,9 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 
-import numpy as np
-from numpy.typing import NDArray
-
+from doorman.arrays import Array
 from doorman.control.estimation.estimator import Estimate, Estimator, Tie
 from doorman.control.position_controller import Setpoint
 from doorman.control.state_converter import StateConverter
@@ -33,8 +31,6 @@ from doorman.mission.schedule import PlanSchedule
 from doorman.mission.since import since
 from doorman.model import Model
 from doorman.planning.pace import OPEN
-
-Array = NDArray[np.float64]
 
 _KINDS: tuple[type[MissionPhase], ...] = (
     Hover, TouchFrame, Approach, Touch, Open, Hold, Recover, TakeBack, Release, Retreat, Through, Done,

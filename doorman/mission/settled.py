@@ -22,7 +22,7 @@ def settled(model: Model, report: Report, on_progress: OnProgress | None = None)
     """Fly a scenario that the check calls possible, for `LONGEST` at most, and add how that ended.
 
     The plant is that of `simulate` with the seed 0: what is possible in the report has been flown, and nothing was touched. A
-    joint whose friction nobody names is flown with the least and the largest of a usual one, each from the touch until the leaf
+    joint of unknown friction is flown with the least and the largest of a usual one, each from the touch until the leaf
     rests at the goal. A flight that is not over by then is a warning.
 
     Args:
@@ -79,5 +79,5 @@ def _flown(model: Model, report: Report, on_progress: OnProgress | None, longest
         advice = "watch it with doorman open --force" + (f"; the check warns of {near}" if near else "")
         advice += "; begin nearer to the shipped scenarios in start, goal and planner.weights"
     if unknown and not opened:
-        advice = f"write what the hinge has into door.friction [{'N' if door.slides else 'N m'}], which nobody names"
+        advice = f"write what the hinge has into door.friction [{'N' if door.slides else 'N m'}], which no file names"
     return Finding("flight", severity, words, per_angle * error, per_angle * OPEN_TOLERANCE, unit, advice)

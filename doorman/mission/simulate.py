@@ -106,13 +106,13 @@ def _with_steps(summary: dict[str, Any], before: list[dict[str, Any]], step: Mod
     """A step's summary, with what came of those before it; a task that ends before its last step has not opened the door."""
     if not before and last:
         return summary
-    told = {"joint": step.door.section.hinge, "outcome": summary["outcome"], "reason": summary["reason"],
+    flown = {"joint": step.door.section.hinge, "outcome": summary["outcome"], "reason": summary["reason"],
             "collisions": summary["collisions"]}  # fmt: skip
     summary = summary | {
         "collisions": summary["collisions"] + sum(each["collisions"] for each in before),
-        "opened": summary["opened"] and last, "steps": [*before, told],
+        "opened": summary["opened"] and last, "steps": [*before, flown],
     }  # fmt: skip
-    before.append(told)
+    before.append(flown)
     return summary
 
 

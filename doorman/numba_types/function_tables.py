@@ -42,7 +42,7 @@ class FunctionTable:
 
     Args:
         held: Address of what all functions take first.
-        functions: Address of each function; 0 for one that nobody calls.
+        functions: Address of each function; 0 for one without a caller.
     """
 
     __slots__ = ("address", "_memory")

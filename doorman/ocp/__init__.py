@@ -1,6 +1,6 @@
 """Optimal control: problems with constraints and bounds, and solvers that hand out what may be used, or say why not.
 
-A name brings in its module when it is first asked for: `SymbolicModel` alone brings in CasADi.
+A name brings in its module at its first use: `SymbolicModel` alone brings in CasADi.
 """
 
 from __future__ import annotations

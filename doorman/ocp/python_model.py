@@ -70,7 +70,7 @@ class PythonModel:
 
         Raises:
             DimensionError: if a function returns something else than the numbers that it has to, or sizes do not fit.
-            SolverError: if a function is not one of complex numbers, though complex steps are asked for.
+            SolverError: if a function is not one of complex numbers, though complex steps need one.
         """
         state, both = (cost.state_goal,), (cost.state_goal, cost.input_goal)
         rows = dict.fromkeys(("constraints", "input_constraints", "end_constraints"), 0)

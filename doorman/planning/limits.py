@@ -5,13 +5,11 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.kinematics.vehicles.actuation import LEVEL
 from doorman.model import Model
 from doorman.ocp.problem.problem import Bounds
-
-Array = NDArray[np.float64]
 
 
 def reduced_bounds(model: Model) -> Bounds:

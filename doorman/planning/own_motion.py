@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.numba_types.handles import held, separate
 from doorman.ocp.kernels import functions
 from doorman.ocp.problem.problem import Problem
-
-Array = NDArray[np.float64]
 
 
 def rotor_force(inputs: Array, n_arm: int) -> Array:

@@ -46,7 +46,7 @@ share of W/T²: heavy ones are slower by that."""
 _ROUNDED = 0.1
 """Part of b T² over which the profile is rounded where it passes the goal: plans need its slope there."""
 _TIME_STEP, LONGEST = 0.01, 600.0
-"""Of a swing that is added up, and where that is given up [s]."""
+"""Time step of a swing's integration, and the longest swing [s]."""
 
 
 def time_constant_held(model: Model, safe: bool = False) -> float:

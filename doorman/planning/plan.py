@@ -4,13 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
+from doorman.arrays import Array
 from doorman.ocp.solvers.solution import PlanStatus
 from doorman.one_line import OneLine
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -27,11 +23,11 @@ class Plan(OneLine):
     """Largest excess of a hard limit over 0 at nodes 1 … N: of a constraint or a bound [the row's unit, divided by its scale].
     In a quasi-static plan the planner's margin is part of the limit; in a whole-body plan that of the rotor disc is soft."""
     iterations: int
-    """Of the solver, linearisations and sweeps."""
+    """Iterations of the solver: linearisations and sweeps."""
     status: PlanStatus
     """How the solve ended, and whether the plan may be flown."""
     solve_time: float
-    """Of the whole call [s]."""
+    """Duration of the whole call [s]."""
     time_step: float
     """Δt between nodes [s]."""
     violated: str = ""

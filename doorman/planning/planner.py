@@ -8,8 +8,9 @@ import time
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from doorman.arrays import Array
 from doorman.checks import number
 from doorman.copying import CopiedWhole
 from doorman.exceptions import DimensionError
@@ -26,13 +27,11 @@ from doorman.planning.plan import Plan
 from doorman.planning.planning_model import planning_model
 from doorman.scenario import Scenario
 
-Array = NDArray[np.float64]
-
 COLD_ITERATIONS = 200
 """Largest number of iterations of a cold plan."""
 
 LARGEST_PRICE = 100.0
-"""Of a metre of violation, where the start is outside the constraints; inside, multipliers of a few units hold them."""
+"""Price of a metre of violation, where the start is outside the constraints; inside, multipliers of a few units hold them."""
 
 
 class Planner(CopiedWhole):

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Protocol
 
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from doorman.arrays import Array
 from doorman.exceptions import ScenarioError
 from doorman.kinematics.numbers import Numbers
 from doorman.model import Model
@@ -18,8 +18,6 @@ from doorman.planning.grip.lagrangian_planning import LagrangianPlanning
 from doorman.planning.grip.quasi_static_planning import QuasiStaticPlanning
 from doorman.planning.hinge import Hinge
 from doorman.planning.whole_body.planning import WholeBodyPlanning
-
-Array = NDArray[np.float64]
 
 
 class PlanningModel(Protocol):
@@ -42,7 +40,7 @@ class PlanningModel(Protocol):
     hover_input: Array
     """Carries the vehicle's weight, shape (nu,)."""
     numbers: Numbers
-    """Of the scenario's task, by name; `fitted` returns others."""
+    """Numbers of the scenario's task, by name; `fitted` returns others."""
     moved_mass: float
     r"""Mass m of which a plan knows that the thrust moves it; :math:`f_t R e_3 - m_A g e_3 - m \ddot P` is the force on the door.
     0: the vehicle's own inertia is unknown to the model [kg]."""

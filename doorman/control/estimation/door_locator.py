@@ -14,13 +14,11 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.estimation.door_place import DoorPlace, turned
 from doorman.model import Model
 from doorman.signals import Command, Measurement
-
-Array = NDArray[np.float64]
 
 _EVERY = 0.1
 """Between measurements of the track, each an average: the noise of poses is a new one by then [s]."""
@@ -193,7 +191,7 @@ class DoorLocator:
         self.known.goes_round(now, tip)
 
     def _angle(self, tip: Array) -> float:
-        """Of the leaf on which a tip is, about the map's hinge."""
+        """Angle about the map's hinge of the leaf on which a tip is [rad]."""
         return self._door.angle_of(np.array([*tip, 0.0]))
 
     def _stands_closed(self, off: float) -> bool:

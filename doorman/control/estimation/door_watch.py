@@ -5,7 +5,7 @@ which holds what the map is off. A leaf that is measured ever farther on the veh
 readings stand still, come late, or are of something else. A tip that grips cannot leave the leaf either. Readings that jump by
 more than a leaf can move are left out, and if they stay there, the source has lied.
 
-A source that has lied is told of, and not believed again in this flight.
+A source that has lied is named in a message, and not believed again in this flight.
 """
 
 from __future__ import annotations
@@ -14,13 +14,11 @@ import math
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.control.estimation.estimator import Estimate, Tie
 from doorman.model import Model
 from doorman.signals import FrameReading, Measurement
-
-Array = NDArray[np.float64]
 
 _FASTEST = 3.0
 """Rate of the fastest leaf, slammed by wind [rad/s]."""
@@ -62,7 +60,7 @@ class DoorWatch:
         self._inside_since: float | None = None
         self._time = -math.inf
         self._was_there = False
-        self.told: list[tuple[float, str]] = []
+        self.messages: list[tuple[float, str]] = []
         """What there is to say, with its time; taken by who records it."""
         self.refused = ""
         """Why the door cannot be flown to, in words."""
@@ -172,7 +170,7 @@ class DoorWatch:
         return estimate.tip_angle + self._model.coupling.angle_of_face(estimate.face_offset)
 
     def _gap(self, measured: Measurement, tip_angle: float) -> float:
-        """Of the tip before the measured leaf [m]."""
+        """Gap between the tip and the measured leaf [m]."""
         assert measured.leaf is not None
         return self._lever * (tip_angle - self._model.door.angle_of_joint(measured.leaf.joint))
 
@@ -192,4 +190,4 @@ class DoorWatch:
         self._tell(now, f"the leaf's readings are not believed any more: {why}")
 
     def _tell(self, now: float, words: str) -> None:
-        self.told.append((now, words))
+        self.messages.append((now, words))

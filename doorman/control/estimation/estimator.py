@@ -1,4 +1,4 @@
-"""What is known in flight: the bank of `doorman.estimation.leaf`, fed with measurements and commands, and told in short."""
+"""What is known in flight: the bank of `doorman.estimation.leaf`, fed with measurements and commands, in the mission's words."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from enum import Enum
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.control.state_converter import StateConverter
 from doorman.estimation.leaf.acting import Acting
 from doorman.estimation.leaf.hinge_fit import HingeEstimate, HingeFit
@@ -33,12 +33,10 @@ from doorman.position_noise import PositionNoise
 from doorman.signals import Measurement
 from doorman.stored_at_once import stored_at_once
 
-Array = NDArray[np.float64]
-
 _FIRST_NOISE = 1e-3
-"""Of a pose's position, until it has been measured [m]."""
+"""Noise of a pose's position, until it has been measured [m]."""
 _LISTENS = 64
-"""Poses after which that is told again."""
+"""Poses after which the filter gets that noise again."""
 
 
 class Tie(Enum):
@@ -72,9 +70,9 @@ class Estimate(OneLine):
     attitude_rates: Array
     """Φ̇, shape (3,) [rad/s]."""
     tip_angle: float
-    """Of the tip about the hinge: α where it touches [rad]."""
+    """Angle of the tip about the hinge: α where it touches [rad]."""
     tip_speed: float
-    """Of the tip along the door's normal, but for what tilting gives it: a law that fed that back would tilt the vehicle
+    """Speed of the tip along the door's normal, but for what tilting gives it: a law that fed that back would tilt the vehicle
     the other way, with the loop's dead time [m/s]."""
     wind: Array
     """On the vehicle, shape (3,), world frame [N]."""
@@ -89,11 +87,11 @@ class Estimate(OneLine):
     touching: bool
     """Whether it probably does."""
     resistance: float
-    """Of the joint against the way to the goal, beside the leaf's weight [N m],"""
+    """Resistance of the joint against the way to the goal, beside the leaf's weight [N m],"""
     friction_share: float
     """of which this share does not drive it back."""
     face_offset: float
-    """Of the face from where the model has it, towards the vehicle [m]."""
+    """Offset of the face from where the model has it, towards the vehicle [m]."""
     door_disturbance: float
     """τ̂_d, all of the hinge's torque that the scenario does not name, in the sense of damping [N m]."""
     hinge: HingeEstimate
@@ -104,7 +102,7 @@ class Estimate(OneLine):
     rests: bool = False
     """Whether the leaf at which the tip is probably rests."""
     angle_deviation: float = 0.0
-    """Of α [rad]."""
+    """Standard deviation of α [rad]."""
     lost: bool = False
     """Whether no hypothesis had a meaning any more, and the estimate began anew."""
 
@@ -177,7 +175,7 @@ class Estimator:
         self._known = of_the_air | {"friction": (friction, np.full(2, varies))}
 
     def tell(self, force: Array) -> None:
-        """Take in what the rotors are told from now on, shape (3,), body frame [N]."""
+        """Take in the rotors' commanded force from now on, shape (3,), body frame [N]."""
         self._told = force
 
     def rates_are_late(self, lateness: float) -> None:

@@ -7,14 +7,12 @@ it (`ThrustCurve`). As the battery empties it goes on; at the leaf the tip may c
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.signals import Command
 
-Array = NDArray[np.float64]
-
 _LEAST, _MOST = 0.7, 1.3
-"""Of s: beyond, it is another vehicle."""
+"""Range of s: beyond, it is another vehicle."""
 
 
 class LiftScale:
@@ -41,9 +39,9 @@ class LiftScale:
         ahead, left = (side / self.scale for side in command.side_force)
         return Command(thrust, command.attitude, command.arm_rates, command.grip, (ahead, left))
 
-    def made(self, told: Command) -> Array:
+    def made(self, command: Command) -> Array:
         """What the rotors make of a command, which is less than was wanted where they can do no more, shape (3,) [N]."""
-        return np.asarray(self.scale * told.body_force)
+        return np.asarray(self.scale * command.body_force)
 
     @property
     def reach(self) -> float:

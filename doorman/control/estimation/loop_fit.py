@@ -13,20 +13,18 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.dynamics.attitude_loop import AttitudeLoop
 
-Array = NDArray[np.float64]
-
 _LAGS = np.geomspace(0.015, 0.6, 24)
-"""Of the bank [s]."""
+"""Lags of the bank's loops [s]."""
 _DELAYS = 0.01 * np.arange(21)
 """[s]."""
 _LATENESSES = 0.002 * np.arange(31)
-"""Of the body rates [s]."""
+"""Latenesses of the body rates [s]."""
 _COARSE = 0.4
-"""Of the quickest loop's rate gain: a step of the bank is no longer than this over it."""
+"""Longest step of the bank, as a share of the quickest loop's time constant [1]."""
 _CELL = 1.0 / math.sqrt(12.0)
 """Deviation of what is spread evenly over a cell of the grid, as a share of its width."""
 

@@ -5,14 +5,12 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.control.estimation.loop_fit import LoopFit, MeasuredLoop, lateness
 from doorman.dynamics.attitude_loop import TESTED_DEAD_TIME, TESTED_LAG
 from doorman.model import Model
 from doorman.signals import Measurement
-
-Array = NDArray[np.float64]
 
 _STEP = 0.03
 """Size of a step, 1.7°: the vehicle moves by 1 cm [rad]."""
@@ -22,7 +20,7 @@ _QUIET = 0.25
 """Before the first step and after the last: the loop answers late [s]."""
 _AXIS = 8.0 * _HALF
 DURATION = 2.0 * (_QUIET + _AXIS)
-"""Of the test [s]."""
+"""Duration of the test [s]."""
 _EXPLAINED = 0.5
 """Share of the motion that a fit explains at least, to count: wind moves the vehicle, too."""
 _ALIKE = 0.05

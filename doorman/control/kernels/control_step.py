@@ -4,12 +4,8 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
+from doorman.arrays import Array
 from doorman.compilation import kernel
-
-Array = NDArray[np.float64]
 
 INNER, OUTER, ESTIMATE, STARTED, GAIN, RATE, DAMPING, LIMIT, OBSERVER = 0, 3, 6, 9, 10, 11, 12, 13, 14
 """Places in the observer's memory: two inner states and δ̂, whether it has begun, c, 1/τ, a_1 and the bound."""

@@ -2,9 +2,7 @@ r"""Kernel of the vehicle on the leaf: the fast twin of `Coupling.motion_of`."""
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
+from doorman.arrays import Array
 from doorman.compilation import kernel
 from doorman.kinematics.doors.leaf.leaf_kernels import (
     HINGE,
@@ -18,8 +16,6 @@ from doorman.kinematics.doors.leaf.leaf_kernels import (
     lever,
 )
 from doorman.kinematics.vehicles.arms.arm import ArmParameters, tip_motion
-
-Array = NDArray[np.float64]
 
 UP, DISTANCE, PLACE = 0, 3, 5
 """Places in where the contact is: u of the door, D_V and D_H, and the size."""

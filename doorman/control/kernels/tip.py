@@ -2,14 +2,10 @@ r"""Kernel of the tip: angle and rate of a leaf that it is on; the fast twin of 
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
+from doorman.arrays import Array
 from doorman.compilation import kernel
 from doorman.kinematics.doors.leaf.leaf_kernels import angle_of_point, leaf_normal
 from doorman.kinematics.vehicles.arms.arm import ArmParameters, tip_motion
-
-Array = NDArray[np.float64]
 
 POSITION, VELOCITY, ATTITUDE, BODY_RATES, ARM = 0, 3, 6, 9, 12
 """Places in what is given; of the arm there are angles, then rates."""

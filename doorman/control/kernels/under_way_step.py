@@ -4,12 +4,8 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
+from doorman.arrays import Array
 from doorman.compilation import kernel
-
-Array = NDArray[np.float64]
 
 SENT, UP, ROW = 0, 1, 4
 """Places in a row of the ring: when a command was sent, and the direction of its thrust, world frame."""
@@ -19,7 +15,7 @@ NOW, AHEAD, ATTITUDE, RATES, FORCE, STEADY, GIVEN = 0, 1, 2, 5, 8, 11, 13
 """Places in what is given: time, horizon, Φ, Ω, force of the rotors in the body over the mass, and what else accelerates the
 vehicle along the world's x and y."""
 _STEPS = 16
-"""Of the horizon."""
+"""Steps of the horizon."""
 
 
 @kernel

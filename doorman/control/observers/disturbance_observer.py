@@ -15,8 +15,8 @@ in a form that differentiates p never: with c = a_0 m/τ²,
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.control.kernels.control_step import (
     ESTIMATE,
     INNER,
@@ -26,8 +26,6 @@ from doorman.control.kernels.control_step import (
     align_disturbance,
     observe_disturbance,
 )
-
-Array = NDArray[np.float64]
 
 
 class DisturbanceObserver:

@@ -12,11 +12,9 @@ steady moment up: then b is :math:`-b_F`, and of the other sign as soon as the m
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.dynamics.attitude_loop import AttitudeLoop
-
-Array = NDArray[np.float64]
 
 _QUICK = 10.0
 """Least speed of the poles [1/s]: integrators of autopilots take a moment up within half a second."""

@@ -15,8 +15,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.compilation import kernel
 from doorman.estimation.kernels.memory import (
     BROKEN,
@@ -36,8 +36,6 @@ from doorman.estimation.kernels.memory import (
 from doorman.estimation.kernels.moments import FOUR, fuse_rows, has_meaning, predict, spread_of
 from doorman.estimation.kernels.printed_functions import call_printed
 from doorman.numba_types.lanes import load, store
-
-Array = NDArray[np.float64]
 
 _LOG_TURN = math.log(2.0 * math.pi)
 

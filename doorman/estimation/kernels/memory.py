@@ -7,7 +7,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from doorman.arrays import Array
+
 Indices = NDArray[np.int64]
 
 PREDICT, HOLD, SWITCH, OUTPUT, MEASURE = range(5)
@@ -29,7 +30,7 @@ class FilterMemory(NamedTuple):
     """
 
     addresses: Indices
-    """Of the printed functions, shape (4 M + K M,)."""
+    """Addresses of the printed functions, shape (4 M + K M,)."""
     rows: Indices
     """Rows of each function, and how many of them are equalities, shape (4 M + K M, 2)."""
     slope_ends: Indices
@@ -46,7 +47,7 @@ class FilterMemory(NamedTuple):
     parameters: Array
 
     means: Array
-    """Of the bank now, shape (M, n)."""
+    """Means of the bank now, shape (M, n)."""
     covariances: Array
     """Shape (M, n, w)."""
     weights: Array
@@ -68,20 +69,20 @@ class FilterMemory(NamedTuple):
     places: Indices
     clocks: Array
     stamps: Array
-    """Of the stored measurements, in their order, shape (L,)."""
+    """Stamps of the stored measurements, in their order, shape (L,)."""
     kinds: Indices
     values: Array
     """Shape (L, r)."""
     was_refused: Indices
     reading: Array
-    """Of the measurement that comes, shape (r,)."""
+    """Reading of the measurement that arrives, shape (r,)."""
     coming: Array
     """Inputs from the next tick on, shape (m,)."""
 
     out: Array
     """What printed functions write."""
     chances: Array
-    """Of switching, shape (M, M)."""
+    """Probabilities of switching, shape (M, M)."""
     other_means: Array
     other_covariances: Array
     """Second bank, to mix into and to go back to."""
@@ -100,7 +101,7 @@ class FilterMemory(NamedTuple):
     half_across: Array
     """Scratch, shape (n, w)."""
     mean: Array
-    """Of all hypotheses together, shape (n,)."""
+    """Mean of all hypotheses together, shape (n,)."""
     covariance: Array
     output: Array
     output_variance: Array

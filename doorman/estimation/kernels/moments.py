@@ -11,14 +11,12 @@ registers.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.compilation import kernel
 from doorman.estimation.kernels.memory import PREDICT, FilterMemory
 from doorman.estimation.kernels.printed_functions import call_printed
 from doorman.numba_types.lanes import load, store, zero
-
-Array = NDArray[np.float64]
 
 FOUR = (0,) * 4
 """Width of a register, as kernels take it."""

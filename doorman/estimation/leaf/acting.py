@@ -8,8 +8,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.estimation.leaf.kernels.acting_step import (
     ARM,
     ATTITUDE,
@@ -24,8 +24,6 @@ from doorman.estimation.leaf.kernels.acting_step import (
     note_tick,
 )
 from doorman.signals import Measurement
-
-Array = NDArray[np.float64]
 
 _KEPT = 1024
 """Ticks that are kept at least: half a second at the fastest controller."""

@@ -1,4 +1,4 @@
-r"""Of what a leaf resists with: what is friction, what a closer, what damping, as the motion so far tells.
+r"""A hinge's resistance: its shares of friction, closer and damping, from the motion so far.
 
 With the way's sense s, the resistance that the bank finds at an angle and a rate is
 
@@ -13,12 +13,10 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.model import Model
 from doorman.stored_at_once import stored_at_once
-
-Array = NDArray[np.float64]
 
 _EVERY = 1.0
 """Between looks, over which what the leaf resists with by chance is a new one [s]."""
@@ -38,7 +36,7 @@ class HingeEstimate:
     stiffness_deviation: float
     inertia_deviation: float
     torque_deviation: float
-    """Of friction and closer together at the present angle [N m]."""
+    """Standard deviation of friction and closer together at the present angle [N m]."""
 
 
 class HingeFit:

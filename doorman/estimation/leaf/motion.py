@@ -107,7 +107,7 @@ class LeafMotion(TipOnFace):
 
     @cached_property
     def wind(self) -> Any:
-        """Of the moment, (3, 1) [N]; a gust is horizontal."""
+        """Wind of the moment, (3, 1) [N]; a gust is horizontal."""
         return ca.vertcat((1 + self.gust) * self.mean_wind[:2], self.mean_wind[2])
 
     @cached_property

@@ -22,7 +22,7 @@ JOINT, JOINT_RATE = PLACES["joint"].start, PLACES["joint_rate"].start
 SIZE = sum(STATES.values())
 
 LEAST_NOISE = 1e-4
-"""Of a pose's position at least: the filter must stay able to learn [m]."""
+"""Least noise of a pose's position: the filter must stay able to learn [m]."""
 
 _TABLES = "contact", "switch", "noise", "start"
 

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.estimation.leaf.acting import Acting
 from doorman.estimation.leaf.hypotheses import PUSHING, STANDING, TOUCHING
 from doorman.estimation.leaf.leaf_filter import AT_THE_FRAME, AT_THE_LEAF, AWAY, CLOSING, HELD, SLIPS, WINDS
@@ -25,8 +26,6 @@ from doorman.model import Model
 from doorman.position_noise import PositionNoise
 from doorman.recording import Recording
 from doorman.signals import Measurement
-
-Array = NDArray[np.float64]
 
 _AT_THE_LEAF = ("touch", "open", "hold", "recover", "take_back", "release", "retreat")
 """Phases of a mission in which the tip may touch."""
@@ -49,7 +48,7 @@ class LeafReplay:
     pose_time: Array
     """When it was true, shape (k,) [s]."""
     mean: Array
-    """Of the states, at the pose's time, shape (k, n)."""
+    """Means of the states, at the pose's time, shape (k, n)."""
     deviations: Array
     """Shape (k, n)."""
     joint: Array
@@ -57,7 +56,7 @@ class LeafReplay:
     touching: Array
     """Probability that the tip touches, shape (k,)."""
     probabilities: Array
-    """Of each hypothesis, shape (k, M)."""
+    """Probability of each hypothesis, shape (k, M)."""
     hypotheses: tuple[str, ...]
     normal_force: Array
     """λ and its deviation, shape (k, 2) [N]."""
@@ -73,7 +72,7 @@ class LeafReplay:
     refused: int
     """Poses beyond their gate under every hypothesis."""
     mean_nis: float
-    """Of the poses."""
+    """Mean normalised innovation squared of the poses."""
 
 
 def replay_leaf(recording: Recording, model: Model, changes: dict[str, float] | None = None) -> LeafReplay:

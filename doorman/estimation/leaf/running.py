@@ -6,8 +6,8 @@ import math
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.estimation.estimate import FilterEstimate
 from doorman.estimation.filter import Filter
 from doorman.estimation.leaf.hypotheses import FREE, HOLDING, STANDING, TOUCHING
@@ -18,8 +18,6 @@ from doorman.estimation.leaf.swapped import Swapped
 from doorman.estimation.status import Status
 from doorman.kinematics.numbers import Numbers
 from doorman.model import Model
-
-Array = NDArray[np.float64]
 
 _ENDED = (Status.LOST, Status.NOT_STARTED, Status.CLOCK)
 """After these the filter begins anew, where it was."""
@@ -61,7 +59,7 @@ class LeafRun:
         self.estimate: FilterEstimate = self._bank.estimate()
         """At the last pose."""
         self.time = time
-        """Of the last pose [s]."""
+        """Time of the last pose [s]."""
         self.lost = False
         """Whether the last step left no hypothesis with a meaning."""
         self._swapped = Swapped(model.scenario.safety.speed, self._settings.gate, self._settings.swap_time)
@@ -90,10 +88,10 @@ class LeafRun:
             return Status.NOT_FINITE
         bank.acted(0.5 * (self._inputs + inputs))
         self._inputs = inputs
-        told = bank.measure("pose", time, position)
+        status = bank.measure("pose", time, position)
         if felt is not None:
-            told = max(told, bank.measure("tip_force", time, felt))
-        status = max(told, bank.step(time, inputs))
+            status = max(status, bank.measure("tip_force", time, felt))
+        status = max(status, bank.step(time, inputs))
         if status < Status.REFUSED or time < self._taken:
             self._taken = time
         self.time, self.lost, self._deviations = time, status == Status.LOST, None
@@ -140,14 +138,14 @@ class LeafRun:
 
     @property
     def deviations(self) -> Array:
-        """Of the states at the last pose, shape (n,)."""
+        """Standard deviations of the states at the last pose, shape (n,)."""
         if self._deviations is None:
             self._deviations = self.estimate.deviations
         return self._deviations
 
     @property
     def log_likelihood(self) -> float:
-        """Of all fused readings."""
+        """Log-likelihood of all fused readings."""
         return self._likelihood + self._bank.log_likelihood
 
     @property
@@ -209,7 +207,7 @@ class LeafRun:
         """A leaf that is not met where it should stand is beyond the tip; before the first touch, the map is right then."""
         touches = self._touches()
         self._met = self._met or touches > self._settings.sure
-        # what nobody has opened yet rests: a tip that may be in thin air does not move it
+        # an unopened leaf rests: a tip that may be in thin air does not move it
         self._bank.parameters[self._drawn] = self._drawn_at_most if self._met else 0.0
         self._bank.parameters[self._stops] = self._stops_at_most * (1.0 if self._met else touches)
         if situation != AT_THE_LEAF or touches > 1.0 - self._settings.sure:

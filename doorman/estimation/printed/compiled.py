@@ -5,16 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.estimation.kernels.memory import CLOCKS, PLACES, SCORES, SCORES_OF_EACH, FilterMemory
 from doorman.estimation.kernels.printed_functions import address_of
 from doorman.estimation.measurement import Measurement
 from doorman.estimation.model import ProcessModel
 from doorman.estimation.printed.functions import Function, padded
 from doorman.ocp.kernels.printed.loading import load
-
-Array = NDArray[np.float64]
 
 
 def memory_of(

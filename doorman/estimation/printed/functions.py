@@ -31,7 +31,7 @@ class Function:
 
     @property
     def rows(self) -> int:
-        """Of the first column."""
+        """Number of rows of the first column."""
         return int(self.slopes.shape[0])
 
     @property

@@ -9,8 +9,9 @@ from typing import Literal
 
 import numpy as np
 import pinocchio
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from doorman.arrays import Array
 from doorman.copying import PerThread
 from doorman.exceptions import UrdfError
 from doorman.gravity import weight_of
@@ -28,7 +29,6 @@ from doorman.kinematics.urdf.shapes import read_parents
 from doorman.scenario import ContactSection, DoorSection
 
 Side = Literal["push", "pull"]
-Array = NDArray[np.float64]
 
 _AT_ITS_STOP = 0.01
 """A leaf that is nearer to its stop stands there: half a degree, as drawings round a right angle [rad]."""

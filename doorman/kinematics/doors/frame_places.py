@@ -6,15 +6,13 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.exceptions import ScenarioError
 from doorman.kinematics.doors.door import Door
 from doorman.kinematics.doors.urdf.beside import fixed_boxes
 from doorman.kinematics.urdf.robot import frozen
 from doorman.scenario import Scenario
-
-Array = NDArray[np.float64]
 
 _SHUT = 0.01
 """A leaf that starts farther open is turned against its frame [rad]."""

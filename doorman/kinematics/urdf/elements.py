@@ -9,13 +9,8 @@ import xml.etree.ElementTree as ElementTree
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
-from numpy.typing import NDArray
-
 from doorman.bounds import parse_numbers
 from doorman.kinematics.urdf.structure import check_structure
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -6,13 +6,11 @@ import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.bounds import parse_numbers, read_bytes
 from doorman.exceptions import UrdfError
 from doorman.kinematics.urdf.mesh_paths import mesh_file
-
-Array = NDArray[np.float64]
 
 LARGEST_FILE = 50_000_000
 """Largest file of a mesh [bytes]."""

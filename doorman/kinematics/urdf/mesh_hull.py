@@ -10,13 +10,12 @@ import coal
 import numpy as np
 from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.exceptions import UrdfError
 from doorman.kinematics.urdf.mesh_checks import LARGEST_EXTENT, MOST_VERTICES
 from doorman.kinematics.urdf.mesh_paths import mesh_path
 from doorman.kinematics.urdf.robot import frozen
 from doorman.kinematics.urdf.shapes import UrdfShape
-
-Array = NDArray[np.float64]
 
 _THINNEST = 1e-5
 """Least thickness of a hull, as a share of its size: the hull of a thinner one is lost in rounding."""

@@ -11,14 +11,12 @@ from pathlib import Path
 
 import numpy as np
 import pinocchio
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.bounds import parse_numbers
 from doorman.exceptions import UrdfError
 from doorman.kinematics.urdf.robot import frozen
 from doorman.kinematics.urdf.structure import check_structure
-
-Array = NDArray[np.float64]
 
 _SIZES = {"box": ("size",), "cylinder": ("radius", "length"), "sphere": ("radius",)}
 """Attributes that hold a primitive's size, by its kind."""

@@ -14,14 +14,12 @@ from abc import ABC, abstractmethod
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.exceptions import BackendError
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.kinematics.vehicles.rotor_layout import RotorLayout, rotor_layout
 from doorman.kinematics.vehicles.vehicle import Vehicle
-
-Array = NDArray[np.float64]
 
 LEVEL = 0.05
 """Roll and pitch that a fully actuated vehicle may be commanded [rad]: what turns it beside its command is held against."""

@@ -10,14 +10,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.exceptions import BackendError
 from doorman.kinematics.urdf.robot import frozen
 from doorman.kinematics.vehicles.rotor_layout import RotorLayout, rotor_layout
 from doorman.kinematics.vehicles.vehicle import Vehicle
-
-Array = NDArray[np.float64]
 
 _SAME = 5
 """Digits by which the directions of two sides are the same."""

@@ -7,11 +7,9 @@ from functools import cached_property
 
 import numpy as np
 import pinocchio
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.kinematics.urdf.robot import frozen
-
-Array = NDArray[np.float64]
 
 _CENTERED = 1e-4
 """Distance from O_B up to which a centre of mass counts as there [m]."""

@@ -11,16 +11,14 @@ from pathlib import Path
 
 import numpy as np
 import pinocchio
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.exceptions import UrdfError
 from doorman.kinematics.urdf.mesh_hull import mesh_vertices
 from doorman.kinematics.urdf.mesh_paths import mesh_path
 from doorman.kinematics.urdf.robot import link_index
 from doorman.kinematics.urdf.shapes import UrdfShape, read_collisions, read_visuals
 from doorman.kinematics.vehicles.rotors import rotor_links
-
-Array = NDArray[np.float64]
 
 
 def disc_radius(urdf: Path, model: pinocchio.Model, base: pinocchio.SE3) -> float:

@@ -6,13 +6,11 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.exceptions import BackendError
 from doorman.kinematics.urdf.robot import frozen
 from doorman.kinematics.vehicles.vehicle import Vehicle
-
-Array = NDArray[np.float64]
 
 RING_SIZE = 6
 RING_RADIUS = 0.7

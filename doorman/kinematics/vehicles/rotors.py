@@ -8,13 +8,11 @@ from pathlib import Path
 
 import numpy as np
 import pinocchio
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.exceptions import UrdfError
 from doorman.kinematics.urdf.elements import UrdfJoint, read_joints
 from doorman.kinematics.urdf.robot import frame_index, frozen
-
-Array = NDArray[np.float64]
 
 _WORD = "rotor"
 """How the last part of the name of a rotor's joint begins."""

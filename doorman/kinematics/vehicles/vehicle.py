@@ -6,8 +6,9 @@ from pathlib import Path
 
 import numpy as np
 import pinocchio
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from doorman.arrays import Array
 from doorman.checks import vector
 from doorman.copying import PerThread
 from doorman.exceptions import UrdfError
@@ -24,7 +25,6 @@ from doorman.scenario import VehicleSection
 
 __all__ = ["ArmGeometry", "Rotor", "Vehicle"]
 
-Array = NDArray[np.float64]
 
 _LEVEL = 1e-3
 """Height above the rotors up to which an arm's root counts as level with them [m]."""

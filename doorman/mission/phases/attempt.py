@@ -29,7 +29,7 @@ class Attempt:
         self.model, self.converter, self.schedule, self.estimator = model, converter, schedule, estimator
         self.settings = model.scenario.mission
         self.tie = Tie.GRIPPED if model.contact.tied else Tie.PUSHING
-        """Of a tip that opens the door."""
+        """Tie of the tip to the leaf while it opens the door."""
         self.fastest = Pace.of(model).rate
         """Rate of the door that plans make [rad/s]."""
         self.touch_force = RESTING * model.scale.force
@@ -55,7 +55,7 @@ class Attempt:
         self.unsure = False
         """Whether the leaf had to be looked for: contact that is lost again soon may have been none."""
         self.losses = 0
-        """Of contact."""
+        """Losses of contact so far."""
         self.poses = PoseWatch(model)
         """How old and noisy they are; of all attempts."""
         self.loop_test = LoopTest(model)

@@ -4,17 +4,13 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
+from doorman.arrays import Array
 from doorman.control.estimation.estimator import Estimate, Tie
 from doorman.control.position_controller import Setpoint
 from doorman.mission.phases.attempt import Attempt
 from doorman.mission.phases.free_flight.retreat import Retreat
 from doorman.mission.phases.phase import MissionPhase, Phase, Then
 from doorman.planning.pace import OPEN
-
-Array = NDArray[np.float64]
 
 
 class Done(Retreat):

@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
+from doorman.arrays import Array
 from doorman.control.estimation.estimator import Estimate
 from doorman.control.position_controller import Setpoint
 from doorman.mission.phases.attempt import Attempt
 from doorman.mission.phases.phase import GiveUp, MissionPhase, Next, Phase, Then
 from doorman.planning.pace import OPEN
-
-Array = NDArray[np.float64]
 
 _SURE = 2.0
 """Contact with a leaf that had to be looked for, lost again within this time, may have been none [s]."""

@@ -8,15 +8,11 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import ClassVar
 
-import numpy as np
-from numpy.typing import NDArray
-
+from doorman.arrays import Array
 from doorman.control.estimation.estimator import Estimate, Tie
 from doorman.control.motion import Glide
 from doorman.control.position_controller import Setpoint
 from doorman.mission.phases.attempt import Attempt
-
-Array = NDArray[np.float64]
 
 
 class Phase(Enum):

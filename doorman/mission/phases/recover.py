@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
+from doorman.arrays import Array
 from doorman.control.estimation.estimator import Estimate
 from doorman.control.position_controller import Setpoint
 from doorman.mission.phases.attempt import Attempt
 from doorman.mission.phases.phase import GiveUp, MissionPhase, Next, Phase, Then
-
-Array = NDArray[np.float64]
 
 _WHOLE_SEARCH = 3
 """A tip that follows a leaf which moves on by itself, or looks for it along its swing, may go on as long as it comes nearer to

@@ -4,17 +4,13 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
+from doorman.arrays import Array
 from doorman.control.estimation.estimator import Estimate, Tie
 from doorman.control.position_controller import Setpoint
 from doorman.control.way_out import in_the_doorway
 from doorman.mission.phases.attempt import Attempt
 from doorman.mission.phases.phase import GiveUp, MissionPhase, Next, Phase, Then
 from doorman.planning.pace import OPEN
-
-Array = NDArray[np.float64]
 
 _LETTING_GO = 0.5
 """For which the tip draws back [s]."""

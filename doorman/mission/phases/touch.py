@@ -7,17 +7,13 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
+from doorman.arrays import Array
 from doorman.control.estimation.estimator import Estimate, Tie
 from doorman.control.position_controller import Setpoint
 from doorman.control.tug import TUG
 from doorman.mission.phases.attempt import Attempt
 from doorman.mission.phases.phase import GiveUp, MissionPhase, Next, Phase, Then
 from doorman.planning.pace import OPEN, PRESSING, TUGGING
-
-Array = NDArray[np.float64]
 
 _TURNING_ROUND = 0.3
 """Part of the tug that the estimated force takes to follow from push to pull [s]."""

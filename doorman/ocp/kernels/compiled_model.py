@@ -5,18 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from typing import Any
 
-import numpy as np
 from numba.core import types
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.compilation import kernel
 from doorman.numba_types.function_tables import FunctionTable, wrap
 from doorman.numba_types.handles import Handle
 from doorman.ocp.kernels import functions
 from doorman.ocp.kernels.functions import at_node
 from doorman.ocp.problem.problem import Problem
-
-Array = NDArray[np.float64]
 
 _entries: dict[str, Any] = {}
 """What a table's functions are made of, by their names."""

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.compilation import kernel
 from doorman.ocp.kernels import functions
 from doorman.ocp.kernels.functions import (
@@ -18,8 +18,6 @@ from doorman.ocp.kernels.functions import (
     linearize_input_constraints,
     linearize_step,
 )
-
-Array = NDArray[np.float64]
 
 _REACH = 6e-6
 """Relative step of a difference: the cube root of the rounding error."""

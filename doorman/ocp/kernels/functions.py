@@ -12,11 +12,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, TypeVar
 
-import numpy as np
 from numba.core import types
 from numba.extending import overload
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.numba_types.function_tables import TABLE, with_number
 from doorman.ocp.kernels.supplying import ARGUMENTS as ARGUMENTS
 from doorman.ocp.kernels.supplying import compiled, content_of, implementations, instance_class, kernel_of, type_of
@@ -24,7 +23,6 @@ from doorman.ocp.kernels.supplying import default as default
 from doorman.ocp.kernels.supplying import implement as implement
 from doorman.ocp.kernels.supplying import is_implemented as is_implemented
 
-Array = NDArray[np.float64]
 Kernel = TypeVar("Kernel", bound=Callable[..., Any])
 
 _COUNTS = types.UniTuple(types.int64, 3)  # type: ignore[no-untyped-call]

@@ -8,9 +8,9 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.exceptions import DimensionError, SolverError
 
-Array = NDArray[np.float64]
 Function = Callable[..., Any]
 Method = Literal["differences", "complex step"]
 
@@ -93,7 +93,7 @@ class CheckedFunction:
         self._evaluate([argument.copy() for argument in arguments])
 
     def check_slopes(self, *arguments: Array) -> None:
-        """Compare complex steps, where these are asked for, with differences."""
+        """Compare complex steps, where the model wants them, with differences."""
         if self._method != "complex step":
             return
         exact, rough = self._by_complex_steps(arguments), self._by_differences(arguments, _FIRST)

@@ -11,14 +11,12 @@ import ctypes
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.compilation import kernel
 from doorman.numba_types.callbacks import C_FUNCTION, call
 from doorman.ocp.kernels import functions
 from doorman.ocp.kernels.python_functions import CheckedFunction
-
-Array = NDArray[np.float64]
 
 _STEP, _STEP_SLOPES, _ROWS, _ROW_SLOPES, _INPUT_ROWS, _INPUT_ROW_SLOPES = range(6)
 _END_ROWS, _END_ROW_SLOPES, _STAGE_COST, _STAGE_EXPANSION, _END_COST, _END_EXPANSION = range(6, 12)
@@ -37,7 +35,7 @@ _TASKS = {
     _END_COST: ("end_cost", False, "values"),
     _END_EXPANSION: ("end_cost", False, "expansion"),
 }
-"""Function, whether it has an input for an argument, and what is asked for."""
+"""Function, whether it has an input for an argument, and the requested derivatives."""
 
 
 class Callback:
@@ -94,7 +92,7 @@ class Callback:
 
 class _Address(NamedTuple):
     address: int
-    """Of the C function."""
+    """Address of the C function."""
 
 
 class PythonKernels(_Address):

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.compilation import kernel
 from doorman.numba_types.lanes import load, store
 
-Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 LANES = 8

@@ -18,9 +18,9 @@ class Expansion:
     """A cost of some variables z with its derivatives."""
 
     value: Any
-    """Of all terms, (1, 1)."""
+    """Sum of all terms, (1, 1)."""
     gradient: Any
-    """Of terms that are no squares, (nz, 1)."""
+    """Gradient of terms that are no squares, (nz, 1)."""
     convex: Any
     """Hessian of what is convex and no square, (nz, nz)."""
     bent: Any
@@ -75,13 +75,13 @@ class Expressions:
     end_rows: Any
     """h_N, (nt, 1)."""
     names: tuple[str, ...]
-    """Of the rows of h, g and h_N."""
+    """Names of the rows of h, g and h_N."""
     equalities: tuple[bool, ...]
     """Which of these rows are zero."""
     stage_cost: Expansion | None
-    """Of [x; u], times Δt; None if there is neither cost."""
+    """Expansion by [x; u], times Δt; None if there is neither cost."""
     end_cost: Expansion | None
-    """Of x."""
+    """Expansion by x."""
 
     @classmethod
     def of(

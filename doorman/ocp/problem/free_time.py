@@ -17,15 +17,13 @@ from typing import Any
 
 import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.checks import number
 from doorman.exceptions import SolverError
 from doorman.ocp.problem.costs import QuadraticCost
 from doorman.ocp.problem.problem import FIRST_GOAL, Bounds, FreeTime
 from doorman.ocp.problem.terms import Cost, Residual
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,7 +42,7 @@ class Stretched:
 
     @classmethod
     def of(cls, x: Any, u: Any, step: Any, time_step: Any, node_parameters: Any, is_full: bool) -> Stretched:
-        """Of a model's symbols, and of its x⁺ in terms of Δt."""
+        """Stretched time, from a model's symbols and its x⁺ in terms of Δt."""
         sigma, choice, first = ca.SX.sym("stretch"), ca.SX.sym("duration"), ca.SX.sym("first")
         size = x.numel() + u.numel()
         hidden = ca.SX.sym("hidden", FIRST_GOAL + size + (size * size if is_full else size))

@@ -6,14 +6,13 @@ from dataclasses import dataclass, field, fields
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from doorman.arrays import Array
 from doorman.checks import number
 from doorman.exceptions import DimensionError
 from doorman.ocp.problem.costs import QuadraticCost
 from doorman.one_line import OneLine
-
-Array = NDArray[np.float64]
 
 FIRST_GOAL = 2
 """Place of the state's goal among the hidden parameters of a free time, after Δt and the weight of the duration."""
@@ -114,7 +113,7 @@ class Problem(OneLine):
     n_end_constraints: int = 0
     """Rows of h_N, on the last state."""
     bounds: Bounds = field(default_factory=Bounds)
-    """Of states after the first, and of inputs."""
+    """Bounds of states after the first, and of inputs."""
     integrators: int = 0
     """m: the last m states are x⁺ = x + Δt u of the last m inputs, and nothing else depends on these inputs. Declaring them
     saves time, nothing more."""

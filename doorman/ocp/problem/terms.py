@@ -27,7 +27,7 @@ class Constraint:
     expression: Any
     """CasADi SX, a number or a vector."""
     unit: str = ""
-    """Of the expression, for messages."""
+    """Unit of the expression, for messages."""
     scale: float = 1.0
     """What counts as much as 1 of other rows [unit]; the solver sees expression / scale."""
     at: Place = "stages"
@@ -120,7 +120,7 @@ def _is_infinite(end: Any, side: float) -> bool:
 
 
 def _is_above(lower: Any, upper: Any) -> bool:
-    """Whether numbers contradict each other; of expressions nobody knows."""
+    """Whether numbers contradict each other; unknown for expressions."""
     return bool(lower.is_constant() and upper.is_constant()) and float(lower) > float(upper)
 
 

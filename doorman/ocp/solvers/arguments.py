@@ -1,17 +1,16 @@
-"""What solvers are given, checked; and what they hand out, so that nobody writes to it."""
+"""Checks of a solver's inputs, and read-only views of its results."""
 
 from __future__ import annotations
 
 import math
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from doorman.arrays import Array
 from doorman.checks import number, numbers, vector, whole
 from doorman.exceptions import DimensionError
 from doorman.ocp.problem.problem import Problem
-
-Array = NDArray[np.float64]
 
 
 def checked_budget(max_iterations: int, time_limit: float) -> int:

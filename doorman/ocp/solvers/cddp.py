@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import time
 
+from doorman.arrays import Array
 from doorman.exceptions import SolverError
 from doorman.ocp.problem.problem import Problem
 from doorman.ocp.solvers.iterations import guess, nominal
 from doorman.ocp.solvers.memory.result import RESULT
 from doorman.ocp.solvers.options import SolverOptions
 from doorman.ocp.solvers.solution import PlanStatus
-from doorman.ocp.solvers.solver import Array, Solver
+from doorman.ocp.solvers.solver import Solver
 from doorman.ocp.solvers.sweeps import backward as backward_pass
 from doorman.ocp.solvers.sweeps.sweep import terminal_value
 

@@ -8,8 +8,9 @@ from abc import ABC, abstractmethod
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from doorman.arrays import Array
 from doorman.copying import CopiedWhole
 from doorman.exceptions import DimensionError, SolverError
 from doorman.numba_types.handles import held, separate
@@ -29,8 +30,6 @@ from doorman.ocp.solvers.solution import PlanStatus
 from doorman.ocp.solvers.stretch import set_stretch
 from doorman.ocp.solvers.sweeps.stage_qp import StageQpSolver
 from doorman.ocp.solvers.telling import Teller
-
-Array = NDArray[np.float64]
 
 StateGuess = Literal["held", "straight"]
 STATE_GUESSES: tuple[StateGuess, ...] = ("held", "straight")

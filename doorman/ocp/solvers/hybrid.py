@@ -7,8 +7,8 @@ import time
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.ocp.kernels import functions
 from doorman.ocp.solvers.engine import FAST_ITERATIONS, StateGuess
 from doorman.ocp.solvers.interior.searcher import Searcher
@@ -23,8 +23,6 @@ from doorman.ocp.solvers.replanning import Replanner
 from doorman.ocp.solvers.solution import PlanStatus
 from doorman.ocp.solvers.telling import Stopped
 
-Array = NDArray[np.float64]
-
 _AGREEMENT = 1e-7
 """A rollout whose cost differs from the augmented Lagrangian's by less than this, relative to 1 + |cost|, is its solution."""
 
@@ -37,7 +35,7 @@ _SEARCH_ITERATIONS = 240
 """Enough for a search in either half of a replan that aims anew."""
 _FAR_OFF = 0.1
 """Share of |J| that a replan's last sweep may promise; where it promises more, and more than the accuracy of one iteration, the
-square root of the tolerance, the search is asked."""
+square root of the tolerance, the search runs."""
 _POLISHING = 6
 """Largest number of fast iterations from a solution of the search, or from a rollout that costs something else."""
 

@@ -5,13 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.ocp.solvers.memory.parts import Multipliers
 from doorman.ocp.solvers.memory.result import RESULT
 from doorman.ocp.solvers.memory.workspace import Workspace
-
-Array = NDArray[np.float64]
 
 _SAME = 1e-5
 """Costs that differ by less, relative to 1 + |J|, are those of one minimum."""

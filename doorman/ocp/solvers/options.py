@@ -31,7 +31,7 @@ class SolverOptions:
     sweeps: int = 3
     """Largest number of Riccati sweeps on one linearisation; more where the active set keeps changing."""
     guess_active_sets: bool = True
-    """Try a guess of a node's active set before ProxQP is asked; a guess counts only if it solves the node exactly."""
+    """Try a guess of a node's active set before ProxQP; a guess counts only if it solves the node exactly."""
     smallest_step: float = 1.0 / 64.0
     """Shortest step of CDDP's line search before regularisation grows."""
     sufficient_decrease: float = 1e-4

@@ -1,4 +1,4 @@
-"""A line on stderr while a solver's kernels are compiled, so that nobody takes the wait for a hang."""
+"""A line on stderr while a solver's kernels are compiled, so that the wait does not look like a hang."""
 
 from __future__ import annotations
 

@@ -7,8 +7,9 @@ import time
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from doorman.arrays import Array
 from doorman.checks import number
 from doorman.exceptions import DimensionError, SolverError
 from doorman.ocp.solvers.arguments import checked_budget, checked_state, read_only
@@ -22,8 +23,6 @@ from doorman.ocp.solvers.solution import PlanStatus
 from doorman.ocp.solvers.solver import Solver
 from doorman.ocp.solvers.stretch import divide_rest, time_step_of
 from doorman.ocp.solvers.sweeps import sweep
-
-Array = NDArray[np.float64]
 
 EXTRA_ITERATIONS = 2
 """Largest number of iterations of a replan beyond the planned ones, and once more where these end outside or cost far more."""

@@ -7,15 +7,13 @@ from enum import Enum
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.ocp.problem.problem import Problem
 from doorman.ocp.solvers.memory.parts import Multipliers
 from doorman.ocp.solvers.stretch import with_stretch
 from doorman.ocp.solvers.sweeps.kkt import conditions
 from doorman.one_line import OneLine
-
-Array = NDArray[np.float64]
 
 
 class PlanStatus(Enum):
@@ -85,7 +83,7 @@ class Solution(OneLine):
     gains: Array
     """Feedback u = U_k + K_k (x − X_k), shape (N, nu, nx)."""
     multipliers: Multipliers
-    """Of constraints and bounds; where the time is free with a column more, that of the stretch."""
+    """Multipliers of constraints and bounds; a free time adds a column, that of the stretch."""
     cost: float
     """J of the trajectory."""
     violation: float
@@ -132,12 +130,12 @@ class Solution(OneLine):
 
     @cached_property
     def kkt_residual(self) -> float:
-        """Largest gradient of the Lagrangian by an input, with costates from the multipliers; computed when first asked for."""
+        """Largest gradient of the Lagrangian by an input, with costates from the multipliers; computed at the first use."""
         return self._conditions[0]
 
     @cached_property
     def costates(self) -> Array:
-        """Multipliers p of the dynamics, from the others; computed when first asked for, shape (N, nx).
+        """Multipliers p of the dynamics, from the others; computed at the first use, shape (N, nx).
 
         The Lagrangian has p_kᵀ (f(x_k, u_k) − x_{k+1}) in it: a push d on state k + 1 changes J by p_kᵀ d.
         """

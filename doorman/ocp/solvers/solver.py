@@ -8,9 +8,9 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from doorman.arrays import Array
 from doorman.checks import number, per_node, vector
 from doorman.exceptions import DimensionError, SolverError
 from doorman.numba_types.handles import separate
@@ -25,8 +25,6 @@ from doorman.ocp.solvers.memory.result import RESULT
 from doorman.ocp.solvers.solution import PlanStatus, Solution, Timings
 from doorman.ocp.solvers.stretch import time_step_of
 from doorman.ocp.solvers.telling import Callback, Stopped
-
-Array = NDArray[np.float64]
 
 DEFAULT_ITERATIONS = 200
 
@@ -80,7 +78,7 @@ class Solver(Engine):
             warm_start: An earlier solution, perhaps of another process: its inputs, states and multipliers are the guess.
             max_iterations: Largest number of iterations; one linearises and sweeps.
             time_limit: No iteration begins that would not be over by then, if it takes as long as the longest so far; then
-                ProxQP is not asked any more [s].
+                ProxQP is not called any more [s].
             callback: Gets every iteration as an `Iterate`; where it returns something true, the solve ends with what there is.
                 A solve with one takes its kernels iteration by iteration. What it raises comes out of this.
             time_step: Guess of a free time's step; the problem's if not given [s].

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.ocp.problem.problem import Problem
 from doorman.ocp.solvers.memory.parts import Trajectory
 from doorman.ocp.solvers.memory.workspace import Workspace
-
-Array = NDArray[np.float64]
 
 
 def set_stretch(trajectory: Trajectory, stretch: float) -> None:

@@ -86,9 +86,9 @@ class Teller:
         if self.callback is None:
             return
         count = int(result[RESULT.ITERATIONS]) if iteration is None else iteration
-        told = Iterate(
+        iterate = Iterate(
             phase, count, float(result[RESULT.COST]), float(result[RESULT.VIOLATION]), float(result[RESULT.DEFECT]),
             float(result[RESULT.CHANGE]),
         )  # fmt: skip
-        if self.callback(told):
+        if self.callback(iterate):
             raise Stopped

@@ -6,8 +6,8 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.collision.rows.listed import IN_A_DOORWAY, Kinds
 from doorman.exceptions import ScenarioError
 from doorman.kinematics.numbers import Numbers
@@ -22,12 +22,10 @@ from doorman.planning.composition import NO_EXTRAS, Extras, task_text
 from doorman.planning.limits import least_cosine, reduced_bounds
 from doorman.planning.pace import time_constant_held
 
-Array = NDArray[np.float64]
-
 _PAPER_STATE_WEIGHTS = (5.0, 5.0, 3.0, 9.0, 8.0)
 _PAPER_INPUT_WEIGHTS = (0.1, 5.0, 5.0, 13.5)
 _SIDE_WEIGHT = 5.0
-"""Of a force to the side as a share of the weight: as dear as the tilt that would make it."""
+"""Weight of a force to the side, as a share of the vehicle's weight: the cost of the tilt that would make it."""
 
 
 def door_problem(model: Model, numbers: Numbers | None = None, extras: Extras = NO_EXTRAS) -> Problem:

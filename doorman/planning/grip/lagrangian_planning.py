@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from doorman.arrays import Array
 from doorman.kinematics.numbers import Numbers
 from doorman.kinematics.rotations import body_rates_of, euler_rate_matrix, regular_state
 from doorman.kinematics.urdf.robot import frozen
@@ -18,8 +19,6 @@ from doorman.planning.grip.lagrangian_problem import at_rest, lagrangian_numbers
 from doorman.planning.grip.quasi_static_planning import QuasiStaticPlanning
 from doorman.planning.hinge import Hinge
 from doorman.planning.own_motion import Motion
-
-Array = NDArray[np.float64]
 
 
 class LagrangianPlanning(QuasiStaticPlanning):

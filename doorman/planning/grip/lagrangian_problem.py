@@ -13,8 +13,8 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.collision.rows.listed import Kinds
 from doorman.kinematics.numbers import Numbers
 from doorman.kinematics.vehicles.arms.arm_pattern import ArmPattern
@@ -28,8 +28,6 @@ from doorman.planning.composition import NO_EXTRAS, Extras, task_text
 from doorman.planning.grip.door_problem import chosen_weights, door_numbers, door_rows
 from doorman.planning.limits import lagrangian_bounds, largest_body_rates
 from doorman.planning.pace import time_constant_held
-
-Array = NDArray[np.float64]
 
 _STATE_WEIGHTS = (5.0, 5.0, 3.0, 9.0, 5.0, 5.0, 13.5, 8.0)
 _INPUT_WEIGHTS = (0.1, 0.1, 0.1, 0.1)

@@ -5,15 +5,13 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import Model
 from doorman.ocp.solvers.solution import PlanStatus
 from doorman.planning.hinge import Hinge
 from doorman.planning.limits import largest_push
-
-Array = NDArray[np.float64]
 
 _AT_GOAL = 0.05
 """A door within this of the goal need not be moved [rad]."""

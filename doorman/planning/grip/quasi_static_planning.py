@@ -6,8 +6,9 @@ from collections.abc import Callable, Mapping
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from doorman.arrays import Array
 from doorman.kinematics.numbers import Numbers
 from doorman.model import Model
 from doorman.ocp.problem.problem import Problem
@@ -18,8 +19,6 @@ from doorman.planning.grip.door_problem import door_numbers, door_problem
 from doorman.planning.grip.push import LargestPushes, leaning, push_along_normal, too_stiff
 from doorman.planning.hinge import Hinge
 from doorman.planning.own_motion import Motion
-
-Array = NDArray[np.float64]
 
 
 class QuasiStaticPlanning:

@@ -5,15 +5,13 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.dynamics.attitude_loop import AttitudeLoop
 from doorman.kinematics.numbers import Numbers
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import Model
 from doorman.planning.whole_body.numbers import tilt_stiffness
-
-Array = NDArray[np.float64]
 
 
 def whole_body_state(

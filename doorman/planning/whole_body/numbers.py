@@ -9,8 +9,8 @@ import math
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.dynamics.attitude_loop import AttitudeLoop
 from doorman.exceptions import BackendError
 from doorman.kinematics.contact import Contact
@@ -20,21 +20,19 @@ from doorman.kinematics.vehicles.rotor_layout import rotor_layout
 from doorman.model import Model
 from doorman.planning.pace import RESTING, STIFFNESS, Pace
 
-Array = NDArray[np.float64]
-
 _YAW_SHARE, _SHIPPED_YAW_TORQUE = 0.65, 0.25
 """Share of the rotors' torque about the vertical, around half thrust, that plans count on, as tilting takes
 the rest. Where no rotor is known, the torque of the shipped vehicle [N m]."""
 ARM_WEIGHT = 50.0
-"""Of every joint rate beside the one that keeps step with the leaf, of the shipped vehicle. Cheaper arms rattle the tip: with a
-tenth of this, forces above 4.5 N grow to oscillations."""
+"""Weight of joint rates beside the one that keeps step with the leaf, for the shipped vehicle. Cheaper arms rattle the tip:
+with a tenth of this, forces above 4.5 N grow to oscillations."""
 _THRUST, _THRUST_TIED = 0.3, 2.0
 """Weight of thrust beside what holds vehicle and leaf, of the shipped vehicle, of a tip that presses and of one that is tied.
 Rotors do not follow cheap thrust. A tied tip bears what thrust lifts: cheaper thrust swings against the pitch where the attitude
 loop is not as it is believed."""
 SIDE_WEIGHT, LEVEL_WEIGHT = 0.3, 300.0
-"""Of a change of the force to the side, of the shipped vehicle, and of roll and pitch, where a tilt gains nothing: of a fully
-actuated vehicle, and of one that holds a lever, on which forces along the lever and along its axis do nothing."""
+"""Weights of a change of the force to the side, and of roll and pitch where a tilt gains nothing, for the shipped vehicle: of a
+fully actuated vehicle, and of one that holds a lever, on which forces along the lever and along its axis do nothing."""
 _RESOLVED, _LOAD = 0.8, 0.05
 """Stiffness of a tied tip that a step resolves, times mobility and the step's square, and the weight of what the gripper carries
 in the plane of the face, for the shipped vehicle: it may turn the vehicle, but does not move the leaf."""
@@ -112,7 +110,7 @@ def goal_numbers(model: Model, door_angle: float) -> dict[str, Any]:
 
 
 def _side_numbers(model: Model) -> dict[str, Any]:
-    """Of a fully actuated vehicle: its force to the side now, how dear a change of that is, and its rotors."""
+    """Numbers of a fully actuated vehicle: its force to the side now, the weight of a change of that, and its rotors."""
     rotors = model.actuation.rotors
     if rotors is None:
         return {}

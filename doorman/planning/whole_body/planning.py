@@ -6,8 +6,9 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from doorman.arrays import Array
 from doorman.kinematics.numbers import Numbers
 from doorman.kinematics.rotations import body_rates_of, euler_rate_matrix, regular_state, rotation_body_to_world
 from doorman.model import Model
@@ -23,12 +24,10 @@ from doorman.planning.whole_body.numbers import goal_numbers, whole_body_numbers
 from doorman.planning.whole_body.problem import whole_body_problem
 from doorman.planning.whole_body.references import Leaf, plumb, references
 
-Array = NDArray[np.float64]
-
 _TOUCHES = 0.25
 """A tip touches that presses with so much of what carries the leaf, or of what the vehicle's tip rests with, twice."""
 _TOLERANCE = 2e-3
-"""Of hard limits: one iteration leaves rows that are in use so far off [m, or 30 N]."""
+"""Tolerance of hard limits [m, or 30 N]: one iteration leaves active rows within it."""
 _PITCH = 4
 """Place of the pitch in the state."""
 _REDUCED = (3, 4, 5, 12, 13)

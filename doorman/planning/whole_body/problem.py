@@ -7,7 +7,6 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from doorman.collision.rows.listed import Kinds
 from doorman.kinematics.numbers import Numbers
@@ -21,20 +20,18 @@ from doorman.ocp.problem.terms import Constraint, Residual
 from doorman.planning.composition import NO_EXTRAS, Extras, task_text
 from doorman.planning.whole_body.numbers import whole_body_numbers, yaw_torque
 
-Array = NDArray[np.float64]
-
 ARM_RATE = 1.5
 """Largest joint rate of a plan, of the shipped vehicle [rad/s]."""
 LEAST_THRUST = 0.17
 """As a share of the weight."""
 STATE_WEIGHT = 1e-6
-"""Of every state: residuals do the rest."""
+"""Weight of every state: residuals do the rest."""
 INPUT_WEIGHTS = (1e-3, 0.2, 0.2, 2.0)
-"""Of thrust, commanded roll and pitch, and yaw torque, of the shipped vehicle: `weights.thrust` holds the thrust."""
+"""Weights of thrust, commanded roll and pitch, and yaw torque, for the shipped vehicle: `weights.thrust` holds the thrust."""
 SIDE_COST = 1e-3
-"""Of the force to the side itself."""
+"""Weight of the force to the side itself."""
 ARM_COST = 1.0
-"""Of every joint rate itself, of the shipped vehicle: `weights.arm_rate` holds the arm calm."""
+"""Weight of every joint rate itself, for the shipped vehicle: `weights.arm_rate` holds the arm calm."""
 
 
 def whole_body_problem(model: Model, numbers: Numbers | None = None, extras: Extras = NO_EXTRAS) -> Problem:
@@ -64,7 +61,7 @@ def _residuals(task: Any, kinds: Kinds) -> list[Residual]:
 
 
 def _bounds(model: Model) -> Bounds:
-    """Of `[limits]`, `control.max_tilt` and the vehicle; a calm arm and yaw torque whatever these allow."""
+    """Bounds of `[limits]`, `control.max_tilt` and the vehicle; a calm arm and yaw torque whatever these allow."""
     vehicle, limits, free = model.vehicle, model.scenario.limits, np.full(14, np.inf)
     rates = np.minimum(vehicle.rate_limits, ARM_RATE * model.scale.rate)
     least = LEAST_THRUST * vehicle.weight

@@ -6,20 +6,18 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.kinematics.numbers import Numbers
 from doorman.model import Model
 from doorman.planning.hinge import Hinge
 from doorman.planning.pace import rate_to_goal
 from doorman.planning.whole_body.contact import depth_of
 
-Array = NDArray[np.float64]
-
 _AT_GOAL = 0.014
 """Within about this the door is held, and not opened [rad]."""
 _HOLD_LEAST, _HOLD_SLACK, _HOLD_OPENING = 0.3, 0.5, 0.4
-"""Of a held door: least force as a share of what it resists with, the share of its friction by which the force is less than that,
+"""For a held door: least force as a share of its resistance, the share of its friction by which the force is less than that,
 and the weight of its speed."""
 _COMES_BACK = 2.5
 """Share of its friction by which the force is less on a leaf that stands past the goal: a closer that is stronger brings it back,
@@ -28,16 +26,16 @@ BRAKES = 2.0 / 3.0
 """Share of what resists that slows a leaf down before the goal. The last third keeps the tip on the leaf,
 or makes up for an inertia or a resistance that is not as it is believed."""
 _LEAST_SHARE = 0.2
-"""Of what carries the leaf, a tip that brakes it presses with so much at least."""
+"""Smallest push while braking, as a share of the force that carries the leaf."""
 LEAST_RESISTANCE, _LEAST_FORCE = 0.05, 0.15
-"""Of a hinge, and of a tip at whose depth a plan aims, for the shipped vehicle [N m], [N]."""
+"""Least resistance of a hinge [N m], and least force of the tip at which a plan aims [N], for the shipped vehicle."""
 _OPENING, _LEAST_OPENING = 20.0, 28.0
 """Weight of the rate of a held leaf that can gain 1 rad/s², of the shipped vehicle, and the least for a metre of lever: what is
 nearer to its axis gains more by the same force."""
 _PLUMB = 0.5
 """Least share of a plumb force that counts along a lever's arc."""
 _LEAST_RATE = 1e-3
-"""Share of the largest rate that is asked for at least: the reference divides by it."""
+"""Least reference rate, as a share of the largest: the reference divides by it."""
 _SHIPPED_RATE, _SHIPPED_FORCE = 0.32, 2.4
 """Opening rate of the shipped push [rad/s], and the force at the tip that gives its leaf that rate in a second [N]."""
 
@@ -72,7 +70,7 @@ def references(model: Model, numbers: Numbers, leaf: Leaf, opening_rate: float) 
 
 
 def _pressed(model: Model, numbers: Numbers, leaf: Leaf, opening_rate: float) -> dict[str, Any]:
-    """Of a tip that is to touch the leaf, to open the door, and to hold it at the goal.
+    """References of a tip that touches the leaf, opens the door, and holds it at the goal.
 
     Errors of rate and force are weighed by what is large for the vehicle, or for a leaf that is large for it.
     """
@@ -110,7 +108,7 @@ def _pressed(model: Model, numbers: Numbers, leaf: Leaf, opening_rate: float) ->
 
 
 def _held(model: Model, numbers: Numbers, leaf: Leaf, opening_rate: float) -> dict[str, Any]:
-    """Of a tip that is tied to the leaf: the thrust holds the leaf, and what the tip bears beside the normal.
+    """References of a tip that is tied to the leaf: the thrust holds the leaf, and what the tip bears beside the normal.
 
     A rate counts by what the force that speeds the leaf up changes in a second; a light leaf follows the noise of its rate else.
     """
@@ -135,7 +133,7 @@ def plumb(model: Model, push: float, door_angle: float) -> Array:
 
 
 def _deceleration(speed: float, door_rate: float, left: float, slowing: float, settling: float, time: float) -> float:
-    r"""Of a leaf that slows down as the reference :math:`v(s)` does, and comes back to it where it is faster or slower.
+    r"""Deceleration of a leaf that slows down as the reference :math:`v(s)` does, and returns to it where it is faster or slower.
 
     .. math:: a = \min(\dot s, v)\,v'(s) + (\dot s - v)/T
     """
@@ -145,4 +143,4 @@ def _deceleration(speed: float, door_rate: float, left: float, slowing: float, s
 
 
 _STEP = 1e-6
-"""Of the way over which the slope of v is taken [rad]."""
+"""Step of the difference that gives the slope of v [rad]."""

@@ -132,7 +132,7 @@ class WholeBodyTask(TipOnFace):
 
     @cached_property
     def _contact_torque(self) -> Any:
-        """Of the leaf on the vehicle about its centre of mass, world axes, (3, 1) [N m]."""
+        """Torque of the leaf on the vehicle about its centre of mass, world axes, (3, 1) [N m]."""
         reach = self.tip_position - self.position
         if self._bodies is not None:
             reach -= self.rotation @ self.center_of_mass
@@ -166,7 +166,7 @@ class WholeBodyTask(TipOnFace):
         return ca.vertcat(acceleration, tilting, turning, (pushed - resists) / door.inertia)
 
     def _friction(self, pushed: Any) -> Any:
-        """Of the hinge [N m]: by its rate, or where that would oscillate in a step, by the rate at the step's end."""
+        """Friction of the hinge [N m]: by its rate, or where that would oscillate in a step, by the rate at the step's end."""
         door = self.door
         per_rate = door.inertia / self.plan.time_step
         free = self.door_rate + (pushed - self.hinge_torque_at_rest) / per_rate

@@ -4,12 +4,8 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
+from doorman.arrays import Array
 from doorman.compilation import kernel
-
-Array = NDArray[np.float64]
 
 COUNT, POSED, RATES, FORCE, ATTITUDE, LATE, MEMORY = 0, 1, 2, 5, 8, 11, 12
 """Places in the memory: ticks in the ring, time of the last pose (NaN before), Ω, force of the rotors, Φ at that pose, and how
@@ -107,7 +103,7 @@ def carried(times: Array, rows: Array, memory: Array, time: float, i: int) -> fl
 
 @kernel
 def turned_at(times: Array, rows: Array, memory: Array, time: float, i: int) -> float:
-    """Integral of a body rate up to a time; beyond what the gyroscope has told, the last rate goes on."""
+    """Integral of a body rate up to a time; beyond the gyroscope's last reading, the last rate goes on."""
     last, known = int(memory[COUNT]) - 1, time + memory[LATE]
     beyond = min(max(known - times[last], 0.0), memory[LATE])
     return float(value_at(times, rows, memory, known, TURNED + i) + beyond * memory[RATES + i])

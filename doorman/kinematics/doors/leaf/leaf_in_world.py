@@ -5,13 +5,11 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.kinematics.doors.leaf import leaf_motion as motion
 from doorman.kinematics.doors.leaf.joint_units import InJointUnits
 from doorman.kinematics.urdf.robot import frozen
-
-Array = NDArray[np.float64]
 
 
 class LeafInWorld(InJointUnits):

@@ -5,13 +5,11 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.compilation import kernel
 from doorman.kinematics.doors.door import Door
 from doorman.kinematics.doors.leaf import leaf_motion
-
-Array = NDArray[np.float64]
 
 TURN, SLIDE, OPENS, PER_ANGLE, INTO, ALONG, WEIGHT, BALANCED, HINGE, OFFSET, MIDDLE = (
     0,

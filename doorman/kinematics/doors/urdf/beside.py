@@ -7,13 +7,11 @@ from pathlib import Path
 
 import numpy as np
 import pinocchio
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.kinematics.doors.urdf.convention import FixedBox
 from doorman.kinematics.doors.urdf.leaf_shape import oriented_box
 from doorman.kinematics.urdf.shapes import read_collisions
-
-Array = NDArray[np.float64]
 
 _OVERLAP, _BORDER = 0.05, 0.3
 """A box borders on a doorway that reaches over its edge by less than the first, and is farther by less than the second [m]."""

@@ -9,13 +9,11 @@ from pathlib import Path
 
 import numpy as np
 import pinocchio
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.exceptions import UrdfError
 from doorman.kinematics.urdf.elements import UrdfJoint, read_joints
 from doorman.kinematics.urdf.shapes import read_collisions
-
-Array = NDArray[np.float64]
 
 _NEAR = 0.15
 """Farthest gap between the leaf's free edge and the jamb that it closes at, as a share of its width."""

@@ -7,13 +7,11 @@ from pathlib import Path
 
 import numpy as np
 import pinocchio
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.kinematics.doors.urdf.convention import Closed
 from doorman.kinematics.doors.urdf.leaf_on_joint import LEANS, LeafOnJoint, LeafSize
 from doorman.scenario import ContactSection, DoorSection
-
-Array = NDArray[np.float64]
 
 _FLAT = 0.5
 """Largest length along the axis of what turns in a plane, as a share of its reach across: a hatch is longer along its hinge."""

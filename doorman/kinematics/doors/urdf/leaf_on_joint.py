@@ -9,8 +9,8 @@ from pathlib import Path
 
 import numpy as np
 import pinocchio
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.exceptions import UrdfError
 from doorman.kinematics.doors.urdf.beside import depth_beside, extents, fixed_boxes, height_below_lintel
 from doorman.kinematics.doors.urdf.convention import Closed, closed_value, meets
@@ -18,8 +18,6 @@ from doorman.kinematics.doors.urdf.leaf_shape import LeafShape, read_shape
 from doorman.kinematics.urdf.elements import read_joints
 from doorman.kinematics.urdf.robot import link_index
 from doorman.scenario import ContactSection, DoorSection
-
-Array = NDArray[np.float64]
 
 _VERTICAL = 1e-5
 """Largest horizontal component of an axis that counts as vertical: a rounded π/2 in a URDF leaves less."""

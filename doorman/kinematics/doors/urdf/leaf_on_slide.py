@@ -7,15 +7,13 @@ from pathlib import Path
 
 import numpy as np
 import pinocchio
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.exceptions import UrdfError
 from doorman.kinematics.doors.urdf.convention import Closed
 from doorman.kinematics.doors.urdf.leaf_in_plane import LeafInPlane, turns_in_plane
 from doorman.kinematics.doors.urdf.leaf_on_joint import LeafOnJoint, LeafSize
 from doorman.scenario import ContactSection, DoorSection
-
-Array = NDArray[np.float64]
 
 _UP = np.array([0.0, 0.0, 1.0])
 _STEEPEST = math.sin(math.radians(30.0))

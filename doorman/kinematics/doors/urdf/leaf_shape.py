@@ -11,11 +11,10 @@ import numpy as np
 import pinocchio
 from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.exceptions import UrdfError
 from doorman.kinematics.urdf.mesh_hull import convex_hull
 from doorman.kinematics.urdf.shapes import UrdfShape, read_collisions
-
-Array = NDArray[np.float64]
 
 _PARALLEL = math.cos(math.radians(0.25))
 """Least cosine between the hinge's axis and an edge of the leaf that counts as parallel to it."""

@@ -9,14 +9,10 @@ from __future__ import annotations
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
-import numpy as np
-from numpy.typing import NDArray
-
+from doorman.arrays import Array
 from doorman.kinematics.doors.variants.variant import write_door_text
 from doorman.kinematics.urdf.mesh_paths import mesh_file
 from doorman.kinematics.urdf.structure import check_structure
-
-Array = NDArray[np.float64]
 
 _CARRIER = "carrier_of_"
 """What the new link's name begins with."""

@@ -14,16 +14,14 @@ from pathlib import Path
 
 import numpy as np
 import pinocchio
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.bounds import parse_numbers
 from doorman.compilation import cache_directory
 from doorman.compilation.cache_files import write_atomically
 from doorman.compilation.cache_place import fresh_directory
 from doorman.exceptions import UrdfError
 from doorman.kinematics.urdf.structure import check_structure
-
-Array = NDArray[np.float64]
 
 
 def write_door_variant(

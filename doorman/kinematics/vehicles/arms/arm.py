@@ -12,11 +12,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.compilation import kernel
 from doorman.kinematics.vehicles.arms.arm_geometry import ArmGeometry
 from doorman.numba_types.elementary import sincos
-
-Array = NDArray[np.float64]
 
 
 class ArmParameters(NamedTuple):

@@ -5,11 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.kinematics.vehicles.arms.arm_geometry import ArmGeometry
 
-Array = NDArray[np.float64]
 Entry = int | float
 """A float is that constant; an integer the index of a number."""
 Rows = tuple[tuple[Entry, Entry, Entry], ...]
@@ -23,15 +22,15 @@ class ArmPattern:
     """Constants of `ArmGeometry`: plain ones in place, the others by their index."""
 
     axes: Rows
-    """Of the joints at H = 0, one row each."""
+    """Axes of the joints at H = 0, one row each."""
     links: Rows
     """From joint to joint."""
     slides: tuple[bool, ...]
     """Which joints are prismatic."""
     parents: tuple[int, ...]
-    """Of the points."""
+    """Joint that carries each point."""
     offsets: Rows
-    """Of the points."""
+    """Place of each point on its joint."""
     above: bool
     """Whether the arm belongs above the rotors' plane."""
 

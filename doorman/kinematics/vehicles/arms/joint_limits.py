@@ -9,11 +9,10 @@ import numpy as np
 import pinocchio
 from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.exceptions import UrdfError
 from doorman.kinematics.urdf.elements import read_joints
 from doorman.kinematics.urdf.robot import frozen
-
-Array = NDArray[np.float64]
 
 
 def sliding(urdf: Path, names: Sequence[str]) -> NDArray[np.bool_]:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.control.estimation.estimator import Estimate
 from doorman.control.motion import DOUBTED, TOUCH_DISTANCE
 from doorman.control.position_controller import Setpoint
@@ -12,8 +12,6 @@ from doorman.mission.phases.attempt import Attempt
 from doorman.mission.phases.free_flight.hover import STEADY, fly_before_the_leaf
 from doorman.mission.phases.phase import MissionPhase, Next, Phase, Then
 from doorman.mission.since import since
-
-Array = NDArray[np.float64]
 
 
 class Approach(MissionPhase):

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.control.estimation.estimator import Estimate
 from doorman.control.estimation.loop_test import DURATION
 from doorman.control.motion import Glide, arm_rates_to
@@ -14,8 +14,6 @@ from doorman.control.position_controller import Setpoint
 from doorman.mission.phases.attempt import Attempt
 from doorman.mission.phases.phase import GiveUp, MissionPhase, Next, Phase, Then
 from doorman.mission.since import since
-
-Array = NDArray[np.float64]
 
 _BEGINS = 3.0
 """After which what moves the vehicle counts: before, it is on its way [s]."""
@@ -39,7 +37,7 @@ class Hover(MissionPhase):
         self._strayed, self._felt, self._testing = 0.0, 0.0, False
 
     def step(self, estimate: Estimate, body_rates: Array, time_step: float) -> tuple[Setpoint, Then]:
-        """Fly on; the approach follows once the vehicle is still, or the frame's touch, where that is asked for and not done."""
+        """Fly on; once the vehicle is still, the approach follows, or the frame's touch where the scenario wants one."""
         model = self.attempt.model
         setpoint, target = fly_before_the_leaf(self.attempt, self.glide, estimate, model.hover_offset, time_step)
         off = float(np.linalg.norm(estimate.position - target))

@@ -5,16 +5,14 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.control.estimation.estimator import Estimate, Tie
 from doorman.control.motion import RETREAT_SPEED, Glide, arm_rates_to
 from doorman.control.position_controller import Setpoint
 from doorman.control.way_out import in_the_doorway, way_out
 from doorman.mission.phases.attempt import Attempt
 from doorman.mission.phases.phase import GiveUp, MissionPhase, Next, Phase, Then
-
-Array = NDArray[np.float64]
 
 _FIRST = 0.5
 """Share of the way back from a lever that is left when the arm begins to move into the start's posture."""

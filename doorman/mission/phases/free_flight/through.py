@@ -5,15 +5,13 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.control.estimation.estimator import Estimate
 from doorman.control.motion import RETREAT_SPEED, Glide, arm_rates_to
 from doorman.control.position_controller import Setpoint
 from doorman.mission.phases.attempt import Attempt
 from doorman.mission.phases.phase import GiveUp, MissionPhase, Next, Phase, Then
-
-Array = NDArray[np.float64]
 
 _AT_THE_ENTRANCE = 0.03
 """Distance from it, and from places before it, within which the vehicle goes on [m]; its posture within twice that [rad]."""

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.control.estimation.estimator import Estimate
 from doorman.control.motion import DOUBTED, TOUCH_DISTANCE, Glide, arm_rates_to
 from doorman.control.position_controller import Setpoint
@@ -12,8 +12,6 @@ from doorman.kinematics.doors.frame_places import FramePlace
 from doorman.mission.feeler import Feeler
 from doorman.mission.phases.attempt import Attempt
 from doorman.mission.phases.phase import GiveUp, MissionPhase, Next, Phase, Then
-
-Array = NDArray[np.float64]
 
 _SPEED = 0.5
 """Before the wall [m/s]: the frame of the poses may drift meanwhile."""

@@ -27,7 +27,7 @@ def load(text: str) -> ModuleType:
             module = ModuleType(name)
             module.__file__, module.TEXT = str(path), text  # type: ignore[attr-defined]
             exec(compile(text, str(path), "exec"), module.__dict__)
-            sys.modules[name] = module  # last: nobody sees half of it
+            sys.modules[name] = module  # last: no importer sees half of it
         return sys.modules[name]
 
 

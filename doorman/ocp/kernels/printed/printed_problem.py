@@ -9,15 +9,13 @@ from pathlib import Path
 from types import ModuleType
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.compilation import cache_directory
 from doorman.compilation.cache_files import write_atomically
 from doorman.ocp.kernels.printed.loading import load
 from doorman.ocp.problem.costs import QuadraticCost
 from doorman.ocp.problem.problem import Bounds, Problem
-
-Array = NDArray[np.float64]
 
 _SOLVER = Path(__file__).parents[2]
 _OWN = ("problem", "kernels")

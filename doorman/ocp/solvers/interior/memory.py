@@ -7,10 +7,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.ocp.solvers.iterations.filter import FILTER_SIZE
 from doorman.ocp.solvers.memory.workspace import Workspace
-
-Array = NDArray[np.float64]
 
 
 class Interior(NamedTuple):
@@ -39,9 +38,9 @@ class Interior(NamedTuple):
     next_costates: Array
     """Those that the last Newton step proposes."""
     gradients: Array
-    """Of the cost by state and input, (N + 1, nx + nu)."""
+    """Gradients of the cost by state and input, (N + 1, nx + nu)."""
     hessians: Array
-    """Of the Lagrangian, (N + 1, nx + nu, nx + nu)."""
+    """Hessians of the Lagrangian, (N + 1, nx + nu, nx + nu)."""
     behind: Array
     """[V_xx | V_x] of state k + 1 with its rows, (N, nx, narrow)."""
     state_steps: Array

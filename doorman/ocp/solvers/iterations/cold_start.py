@@ -6,8 +6,8 @@ One call and not five: after an iteration whatever stands around it has left the
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.compilation import kernel
 from doorman.ocp.kernels.functions import at_node, constrain, step
 from doorman.ocp.solvers.iterations.augmented_lagrangian import CONVERGED, PAUSED, iterate
@@ -17,8 +17,6 @@ from doorman.ocp.solvers.iterations.rollout import take_rollout
 from doorman.ocp.solvers.memory.result import RESULT
 from doorman.ocp.solvers.memory.workspace import Workspace, copy_trajectory
 from doorman.ocp.solvers.sweeps.linear_algebra import copy_rows
-
-Array = NDArray[np.float64]
 
 INVALID_START = -5
 NOT_CONVERGED = -6

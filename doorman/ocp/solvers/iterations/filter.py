@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.compilation import kernel
-
-Array = NDArray[np.float64]
 
 FILTER_SIZE = 64
 """Pairs that are remembered."""
@@ -15,7 +13,7 @@ MARGIN = 1e-5
 """Share of the infeasibility by which a step has to lower it to count as progress."""
 
 _ROUNDING = 1e-11
-"""Of a sum of defects and violations [their units]."""
+"""Rounding of a sum of defects and violations [their units]."""
 
 
 @kernel

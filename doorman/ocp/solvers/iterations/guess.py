@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.compilation import kernel
 from doorman.ocp.kernels.functions import at_node, step
 from doorman.ocp.solvers.iterations.nominal import measure, violation
 from doorman.ocp.solvers.memory.workspace import LARGEST_STATE, Workspace, copy_trajectory
 from doorman.ocp.solvers.sweeps.sized import multiply_dynamics, multiply_gains
-
-Array = NDArray[np.float64]
 
 
 @kernel

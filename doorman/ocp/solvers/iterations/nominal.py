@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.compilation import kernel
 from doorman.ocp.kernels.functions import (
     at_node,
@@ -21,8 +21,6 @@ from doorman.ocp.solvers.memory.workspace import Workspace
 from doorman.ocp.solvers.sweeps.full_weights import off_diagonal_cost
 from doorman.ocp.solvers.sweeps.linear_algebra import copy_rows
 from doorman.ocp.solvers.sweeps.sized import diagonal_cost
-
-Array = NDArray[np.float64]
 
 
 @kernel

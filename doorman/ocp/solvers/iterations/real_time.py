@@ -14,8 +14,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.compilation import kernel
 from doorman.numba_types.clock import clock
 from doorman.ocp.solvers.iterations import guess
@@ -35,13 +35,11 @@ from doorman.ocp.solvers.memory.workspace import Workspace, copy_trajectory
 from doorman.ocp.solvers.sweeps.active_set import classify
 from doorman.ocp.solvers.sweeps.linear_algebra import copy_rows
 
-Array = NDArray[np.float64]
-
 NO_SWEEP = -9
 """No Riccati sweep went through."""
 
 KEEP_BETTER, RETURN, STEER = 0, 1, 2
-"""Of `settle`."""
+"""Modes of `settle`."""
 
 DEARER = 1.2
 """A rollout that costs so many times what the one before did, and what its iteration expected, may come of a trajectory that is

@@ -7,7 +7,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from doorman.arrays import Array
+
 Sides = NDArray[np.int8]
 
 
@@ -111,15 +112,15 @@ class Multipliers(NamedTuple):
     """
 
     rows: Array
-    """Of h at nodes 1 … N, (N, nh)."""
+    """Multipliers of h at nodes 1 … N, (N, nh)."""
     input_rows: Array
-    """Of g at nodes 0 … N − 1, (N, ng)."""
+    """Multipliers of g at nodes 0 … N − 1, (N, ng)."""
     end_rows: Array
-    """Of h_N, (nt,)."""
+    """Multipliers of h_N, (nt,)."""
     states: Array
-    """Of the bounds at nodes 1 … N, (N, nx)."""
+    """Multipliers of the bounds at nodes 1 … N, (N, nx)."""
     inputs: Array
-    """Of the bounds at nodes 0 … N − 1, (N, nu)."""
+    """Multipliers of the bounds at nodes 0 … N − 1, (N, nu)."""
 
 
 class ActiveSet(NamedTuple):
@@ -159,7 +160,7 @@ class Policy(NamedTuple):
     values: Array
     """[V_xx | V_x] without the penalties of state k, (N, nx, narrow)."""
     sums: Array
-    """Of the nodes from k on: twice the predicted decrease of the cost, and the largest |V_x|, (N + 1, 2)."""
+    """Sums over the nodes from k on: twice the predicted decrease of the cost, and the largest |V_x|, (N + 1, 2)."""
 
 
 class Node(NamedTuple):

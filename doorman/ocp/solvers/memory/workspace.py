@@ -5,8 +5,9 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from doorman.arrays import Array
 from doorman.compilation import kernel
 from doorman.numba_types.function_tables import FunctionTable
 from doorman.ocp.kernels import functions
@@ -32,8 +33,6 @@ from doorman.ocp.solvers.options import SolverOptions
 from doorman.ocp.solvers.sweeps.linear_algebra import copy_rows
 from doorman.ocp.solvers.sweeps.node_elimination import factors_width
 from doorman.ocp.solvers.sweeps.sized import sized_table
-
-Array = NDArray[np.float64]
 
 VECTOR_WIDTH = 4
 """Doubles in a vector register of what kernels are written for; rows are padded to a multiple of it."""

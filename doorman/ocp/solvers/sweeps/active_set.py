@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
+from doorman.arrays import Array
 from doorman.compilation import kernel
 from doorman.ocp.solvers.memory.parts import Sides, Trajectory
 from doorman.ocp.solvers.memory.workspace import Workspace
 from doorman.ocp.solvers.sweeps.sized import mark_node
-
-Array = NDArray[np.float64]
 
 
 @kernel

@@ -7,14 +7,10 @@ with x and u from their goals, Q and R without their diagonals; at the last stat
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
+from doorman.arrays import Array
 from doorman.compilation import kernel
 from doorman.ocp.solvers.memory.parts import Trajectory
 from doorman.ocp.solvers.memory.workspace import Workspace
-
-Array = NDArray[np.float64]
 
 
 @kernel

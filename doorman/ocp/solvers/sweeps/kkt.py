@@ -9,12 +9,10 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.ocp.kernels import functions
 from doorman.ocp.kernels.supplying import is_implemented
-
-Array = NDArray[np.float64]
 
 
 def kkt_residual(problem: Any, states: Array, inputs: Array, multipliers: Any) -> float:

@@ -10,10 +10,9 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numba
-import numpy as np
 from numba.core import types
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.compilation import kernel
 from doorman.numba_types.function_tables import FunctionTable, taught, wrap
 from doorman.numba_types.handles import Handle, HandleType
@@ -22,8 +21,6 @@ from doorman.numba_types.matrix_rows import multiply_rows
 from doorman.ocp.solvers.memory.parts import Sizes
 from doorman.ocp.solvers.sweeps.node_bounds import mark_bounds
 from doorman.ocp.solvers.sweeps.node_elimination import eliminate_inputs
-
-Array = NDArray[np.float64]
 
 _ROW, _MATRIX = types.Array(types.float64, 1, "C"), types.Array(types.float64, 2, "C")
 _entries: list[tuple[Any, tuple[Any, ...]]] = []

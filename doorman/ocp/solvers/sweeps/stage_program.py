@@ -15,11 +15,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.compilation import kernel
 from doorman.ocp.solvers.memory.workspace import Workspace
 from doorman.ocp.solvers.sweeps.linear_algebra import cholesky
-
-Array = NDArray[np.float64]
 
 ROW_TOLERANCE = 1e-10
 """A row that is violated by no more than this counts as satisfied [the row's unit]."""

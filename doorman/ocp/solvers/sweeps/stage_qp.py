@@ -9,12 +9,9 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from proxsuite import proxqp
 
 from doorman.ocp.solvers.memory.parts import Program
-
-Array = NDArray[np.float64]
 
 _LIMIT = 1e20
 _ACCURACY = 1e-9

@@ -7,8 +7,8 @@ Each row h ≤ 0 has a multiplier λ ≥ 0 and a penalty 1/μ. The active rows a
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from doorman.arrays import Array
 from doorman.compilation import kernel
 from doorman.ocp.kernels.functions import at_node, expand_end_cost, expand_stage_cost
 from doorman.ocp.solvers.memory.result import RESULT
@@ -16,8 +16,6 @@ from doorman.ocp.solvers.memory.workspace import Workspace
 from doorman.ocp.solvers.sweeps.full_weights import off_diagonal_curvature, off_diagonal_slope
 from doorman.ocp.solvers.sweeps.linear_algebra import copy_rows
 from doorman.ocp.solvers.sweeps.sized import add_square, eliminate, set_slopes, step_node
-
-Array = NDArray[np.float64]
 
 
 @kernel
