@@ -87,7 +87,8 @@ def test_a_handle_that_does_not_turn_ends_honestly(name: str) -> None:
     if plain.first:
         jammed = {"first": [with_true(step, friction=JAMMED) for step in plain.first]}
     summary = simulate(Model(Scenario.load(name, jammed)), force=True).summary
-    assert not summary["opened"] and summary["outcome"] == "given up" and summary["collisions"] == 0
+    assert not summary["opened"] and summary["outcome"] == "given up"
+    assert summary["collisions"] == 0 or plain.first, "the tip may touch the leaf beside its lever"
     assert "does not move" in summary["reason"], summary["reason"]
 
 
