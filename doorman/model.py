@@ -70,7 +70,7 @@ class Model:
         """How the tip holds the leaf."""
         self.friction = joint_friction(scenario, self.door, self.hinge_scale)
         """Friction of the plant's joint: one value where a file names it, else an interval [N m]."""
-        self.scenario = scenario = self._with_friction(scenario)
+        self.scenario = scenario = _with_loop(self._with_friction(scenario))
         self.travel = read_travel(scenario, self.door)
         """Where the door is at start and goal."""
         true, contact = scenario.simulation, scenario.contact
@@ -364,3 +364,13 @@ class Model:
                     "the contact point is off the leaf", file=self.scenario.source, field=field, given=given,
                     allowed=f"at most {limit:g} m, {what}",
                 )  # fmt: skip
+
+
+def _with_loop(scenario: Scenario) -> Scenario:
+    """The scenario with the plant's attitude loop, where the flight starts in contact: no hover measures the loop before."""
+    if scenario.mission.start != "contact":
+        return scenario
+    true, named = scenario.simulation, scenario.vehicle.model_fields_set
+    loop = {"attitude_lag": true.attitude_lag, "attitude_dead_time": true.attitude_dead_time}
+    believed = {key: value for key, value in loop.items() if key not in named}
+    return scenario.model_copy(update={"vehicle": scenario.vehicle.model_copy(update=believed)})
