@@ -75,7 +75,7 @@ class GuardedFlight(Uncopied):
         self.places = Places.of(model)
         self.backend = VehicleBackend(model, links)
         self._observer = Observer(model, self.backend, oldest_pose(model.scenario.control))
-        self._fall, self._rest, self._carried = FallWatch(), RestWatch(model), CarriedWatch()
+        self._fall, self._rest, self._carried = FallWatch(), RestWatch(model, links.clock.now), CarriedWatch()
         self._poses = PoseDelay()
         self.measured: dict[str, float] = {}
         """What was measured in hover, by name: hover thrust, slope and shape of the thrust, delay and latency of the poses."""

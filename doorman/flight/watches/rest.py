@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections import deque
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from enum import Enum
 
 import numpy as np
@@ -41,10 +41,10 @@ class Rest(Enum):
 
 
 class RestWatch:
-    """Place and tilt of a vehicle that flies, noted by one thread and read by another."""
+    """Place and tilt of a vehicle that flies, noted by one thread and read by another; a clock tells that looks are old."""
 
-    def __init__(self, model: Model) -> None:
-        self._model = model
+    def __init__(self, model: Model, clock: Callable[[], float] | None = None) -> None:
+        self._model, self._clock = model, clock
         self._stood = math.nan
         self._flown = self._risen = self._dropped = False
         self._tilt, self._now = math.nan, -math.inf
@@ -102,9 +102,9 @@ class RestWatch:
 
     @property
     def _place(self) -> np.ndarray | None:
-        """The newest; None where the cameras have not seen the vehicle for a while."""
-        newest = self._places[-1] if self._places else None
-        return None if newest is None or newest[0] < self._now - _RECENT else newest[1]
+        """The newest; None where the cameras have not seen the vehicle for a while, or nothing has looked."""
+        newest, now = self._places[-1] if self._places else None, self._clock() if self._clock else self._now
+        return None if newest is None or newest[0] < now - _RECENT else newest[1]
 
 
 def tells_of_crash(texts: Iterable[str]) -> bool:

@@ -56,6 +56,13 @@ def test_a_vehicle_that_stands_on_the_floor_has_landed_wherever_it_was_to() -> N
         assert watch.judged is Rest.STANDS and watch.still and not watch.words
 
 
+def test_a_look_from_the_air_says_nothing_of_one_that_lands_unseen() -> None:
+    watch = RestWatch(MODEL, lambda: 9.0)
+    for now, seen, runs in ((1.0, PAD, False), (2.0, HOVER, True), (7.9, HOVER, True)):
+        watch.note(replace(seen, now=now), runs, True)
+    assert watch.judged is Rest.UNSEEN and not watch.words
+
+
 @pytest.mark.parametrize("degrees", [25.0, 90.0, 180.0])
 def test_one_on_its_side_has_crashed(degrees: float) -> None:
     watch = ended(replace(LOW, tilt=math.radians(degrees)))
