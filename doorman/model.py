@@ -70,7 +70,7 @@ class Model:
         """How the tip holds the leaf."""
         self.friction = joint_friction(scenario, self.door, self.hinge_scale)
         """Friction of the plant's joint: one value where a file names it, else an interval [N m]."""
-        self.scenario = scenario = _with_loop(self._with_friction(scenario))
+        self.scenario = scenario = _unmeasured(self._with_friction(scenario))
         self.travel = read_travel(scenario, self.door)
         """Where the door is at start and goal."""
         true, contact = scenario.simulation, scenario.contact
@@ -366,11 +366,19 @@ class Model:
                 )  # fmt: skip
 
 
-def _with_loop(scenario: Scenario) -> Scenario:
-    """The scenario with the plant's attitude loop, where the flight starts in contact: no hover measures the loop before."""
-    if scenario.mission.start != "contact":
+def _unmeasured(scenario: Scenario) -> Scenario:
+    """The scenario with what whole-body plans of a grip count on where no hover measures it: before a start in contact.
+
+    The attitude loop is the plant's. Thrust is as commanded: a held tip bears any force, so no motion tells lift from that.
+    """
+    in_the_grip = scenario.mission.start == "contact" and scenario.contact.kind == "grip"
+    if not in_the_grip or scenario.planner.model != "whole_body":
         return scenario
-    true, named = scenario.simulation, scenario.vehicle.model_fields_set
+    true, vehicle, estimation = scenario.simulation, scenario.vehicle, scenario.estimation
     loop = {"attitude_lag": true.attitude_lag, "attitude_dead_time": true.attitude_dead_time}
-    believed = {key: value for key, value in loop.items() if key not in named}
-    return scenario.model_copy(update={"vehicle": scenario.vehicle.model_copy(update=believed)})
+    believed = {key: value for key, value in loop.items() if key not in vehicle.model_fields_set}
+    lift = {} if "lift" in estimation.start.model_fields_set else {"lift": estimation.noise.lift}
+    start = estimation.start.model_copy(update=lift)
+    return scenario.model_copy(update={
+        "vehicle": vehicle.model_copy(update=believed), "estimation": estimation.model_copy(update={"start": start}),
+    })  # fmt: skip

@@ -78,6 +78,4 @@ def first_state(model: Model, numbers: Numbers, position: np.ndarray) -> tuple[n
         mean[place] = parts.get(name, 0.0)
         deviations[place] = numbers.one("sensor.pose" if name == "position" else f"start.{name}")
     deviations[PLACES["wind"].stop - 1] = numbers.one("start.draught")
-    if model.scenario.mission.start == "contact":
-        deviations[PLACES["lift"]] = 0.0  # a held tip bears any force: no motion tells lift from it
     return mean, deviations

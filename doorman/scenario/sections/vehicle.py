@@ -35,7 +35,7 @@ class VehicleSection(Section):
     rotors: RotorsSection = RotorsSection()
     attitude_lag: Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, le=1)] = 0.16
     """Believed lag of the autopilot's attitude loop behind its setpoints of roll and pitch. Plans, look-aheads and the
-    check use it; the simulated loop has `simulation.attitude_lag`, which a start in contact believes in by default [s]."""
+    check use it; the simulated loop has `simulation.attitude_lag`: the default of a grip that starts in contact [s]."""
     attitude_dead_time: Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=0.3)] = 0.06
     """Believed time after which such a setpoint begins to act; up to 0.3. Plans begin, and the controller corrects, where the
     commands under way take the vehicle in that time [s]."""

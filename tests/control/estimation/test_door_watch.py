@@ -59,7 +59,7 @@ LIES = {
 def test_what_lies_is_told_once_and_not_believed_again(lie):
     watch, believed = flight(LIES[lie])
     assert watch.lied and not believed[-100:].any()
-    assert sum("not believed" in words for _, words in watch.told) == 1
+    assert sum("not believed" in words for _, words in watch.messages) == 1
 
 
 def test_a_single_wild_reading_is_left_out():
@@ -70,7 +70,7 @@ def test_a_single_wild_reading_is_left_out():
 def test_one_that_ends_is_told_and_one_that_comes_back_is_believed():
     watch, believed = flight(lambda time, angle: None if 2.0 < time < 3.0 else angle)
     assert believed[-1] and not watch.lied
-    assert [words for _, words in watch.told if "any more" in words] == ["the leaf is not measured any more"]
+    assert [words for _, words in watch.messages if "any more" in words] == ["the leaf is not measured any more"]
 
 
 def test_a_leaf_that_runs_ahead_of_the_tip_is_a_gap_and_no_lie():

@@ -45,9 +45,7 @@ def test_a_door_on_the_left_is_gripped_open() -> None:
     flown("paper", 12.0, door__urdf="hinged_door_left", goal__attitude=[0.0, 0.0, 1.2217], mission__start="contact")
 
 
-@pytest.mark.parametrize(
-    "source", ["pull", pytest.param("cabinet", marks=pytest.mark.slow), pytest.param("gate", marks=pytest.mark.slow)]
-)
+@pytest.mark.parametrize("source", ["pull", pytest.param("gate", marks=pytest.mark.slow)])
 def test_a_leaf_is_moved_by_a_vehicle_that_starts_with_the_grip_on_it(source: str) -> None:
     """No hover has measured thrust and attitude loop before."""
     flown(source, mission__start="contact")
