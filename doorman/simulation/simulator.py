@@ -151,6 +151,7 @@ class Simulator(Uncopied):
         self._late = before._late.shifted(before._steps)
         self._mujoco.mj_forward(self.plant.engine_model, data)
         self._gripper.set(before._gripper.closed)
+        self._mujoco.mj_forward(self.plant.engine_model, data)  # with the tie, whose force is read next
 
     def set_rotors(self, thrusts: Array | None, directions: Array | None = None) -> None:
         """Let another autopilot fly: its set points of the rotors, from the next physics step on, instead of the onboard loop's.
