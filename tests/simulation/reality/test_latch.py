@@ -60,3 +60,13 @@ def test_a_step_begins_with_the_plant_of_the_one_before(steps: tuple[Model, ...]
     before.advance(50)
     after.advance(50)
     np.testing.assert_allclose(after.truth().position, before.truth().position, atol=1e-9)
+
+
+@pytest.mark.parametrize("name", ["lever_pull", "lever_push"])
+def test_a_tip_that_is_tied_anew_holds_no_more_than_it_held(name: str) -> None:
+    first, second = stages(Scenario.load(name, {"mission.start": "contact"}))
+    before = Simulator(first, 0.001)
+    before.set_command(first.vehicle.weight - 3.0, (0.02, -0.01, float(first.start_state[2])), np.zeros(4))
+    before.advance(200)
+    held = Simulator(second, 0.001, after=before).truth().tip_force
+    assert np.linalg.norm(held) < np.linalg.norm(before.truth().tip_force)
