@@ -109,7 +109,7 @@ class DoorPlace:
         """Standard deviation along its normal of a face of the map, at a place from the map's hinge [m]; later, if given."""
         x, y = point[:2] + self._mean[:2]
         slope = np.array([normal[0], normal[1], normal[1] * x - normal[0] * y])
-        passed = max(time - self.time, 0.0) if time > self.time else 0.0
+        passed = time - self.time if time > self.time else 0.0
         return math.sqrt(float(slope @ self._covariance[:3, :3] @ slope) + self._walk**2 * passed)
 
     def touched(self, time: float, tip: Array, point: Array, normal: Array) -> Status:

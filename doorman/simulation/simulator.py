@@ -89,9 +89,8 @@ class Simulator(Uncopied):
         self._tip_on_frame = _tip_on_frame(self.plant)
         gains = gains or simulated_gains(model)
         self._own = step_parameters(self._mujoco, model, self.plant, self.layout, time_step, gains, self._hinge.numbers)
-        self._late = DelayLine[tuple[float, float, float, float]](
-            round(gains.dead_time / time_step)
-        )  # in physics steps
+        steps = round(gains.dead_time / time_step)
+        self._late = DelayLine[tuple[float, float, float, float]](steps)
         self._stepping = held(self._own)
         self._command, self._tip, self._state = self._own.command, self._own.tip, self._own.truth
         self._counts = self._own.engine.contacts

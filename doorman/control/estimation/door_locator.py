@@ -70,31 +70,29 @@ class DoorLocator:
         self._away, self._ended = 0.0, False
         self._offset, self._turned = np.zeros(2), 0.0  # as they are used
         self._moved, self._turn = False, np.eye(3)  # whether they are not zero, and the rotation of the map to the door
-        self._told: tuple[Array | None, list[float], list[float]] = (
-            None,
-            [],
-            [],
-        )  # of which covariance, state, deviations
+        self._stated: tuple[Array | None, list[float], list[float]] = None, [], []
+        """The covariance of which state and deviations are known, and both."""
 
     @property
     def state(self) -> list[float]:
         """What is known, h and the turn: [m], [m], [rad]."""
-        return self._as_told()[1]
+        return self._newest()[1]
 
     @property
     def deviations(self) -> list[float]:
         """Their standard deviations, against the place in the world in which the flight began."""
-        return self._as_told()[2]
+        return self._newest()[2]
 
-    def _as_told(self) -> tuple[Array | None, list[float], list[float]]:
+    def _newest(self) -> tuple[Array | None, list[float], list[float]]:
+        """Computed once a reading: every tick records them."""
         known = self.known
-        if self._told[0] is not known.covariance:
+        if self._stated[0] is not known.covariance:
             walked = 0.0
             if not math.isnan(known.time):
                 walked = self._walk * max(known.time - (self._began or 0.0), 0.0)
             deviations = np.sqrt(known.covariance.diagonal() + walked * np.array([1.0, 1.0, 0.0])).tolist()
-            self._told = known.covariance, [*known.offset.tolist(), known.yaw], deviations
-        return self._told
+            self._stated = known.covariance, [*known.offset.tolist(), known.yaw], deviations
+        return self._stated
 
     def angle_deviation(self, door_angle: float) -> float:
         r"""Standard deviation of α from that of the door's place, :math:`\delta\alpha = n_D^T\delta h/D - \delta\psi`.

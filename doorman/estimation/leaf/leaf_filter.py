@@ -60,10 +60,8 @@ def leaf_filter(model: Model, numbers: Numbers) -> Filter:
     least[inertia], most[inertia] = np.log(0.02 * model.door.inertia), np.log(20.0 * model.door.inertia)
     least[JOINT], most[JOINT] = model.door.lower_limit - play, model.door.upper_limit + play
     hardest = 2.0 * model.scenario.control.max_push * model.coupling.lever_length / model.door.per_angle
-    least[PLACES["resistance"]], most[PLACES["resistance"]] = (
-        -hardest,
-        hardest,
-    )  # beyond it nothing that is pushed would move
+    resists = PLACES["resistance"]
+    least[resists], most[resists] = -hardest, hardest  # beyond it nothing that is pushed would move
     resting = [name for name in RESTING if name in names]
     under = {FREE: 0.0, BLOWN: 0.0, STOPPED: 0.0, **{name: motion.force_on_standing for name in resting}}
     force = Output("normal_force", motion.force_on_moving, under=under)
