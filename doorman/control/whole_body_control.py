@@ -199,13 +199,13 @@ class WholeBodyController:
         side = {"actuation.side": self._side} if model.actuation.fully else {}
         return state, {
             **side, **self._loop_numbers,
-            **references(model, numbers, self._leaf(known, load), self.opening_rate),
+            **references(model, numbers, self._leaf(known, known.wind - load), self.opening_rate),
             "contact.stick": place, "contact.offset": numbers.one("contact.offset") + known.face_offset,
             "vehicle.wind": known.wind - load, "vehicle.tilt_offset": self._tilt.offset + held,
             "reference.turned": self._tilt.offset + turned,
         }  # fmt: skip
 
-    def _leaf(self, known: Estimate, load: Array) -> Leaf:
+    def _leaf(self, known: Estimate, outer: Array) -> Leaf:
         """What is known of the leaf. Of the torque that resists, friction counts as it acts at this rate."""
         model, hinge, sense = self._model, known.hinge, self._model.travel.sense
         resistance = max(known.resistance, LEAST_RESISTANCE * model.hinge_scale)
@@ -215,7 +215,7 @@ class WholeBodyController:
         else:
             rubs = known.friction_share * resistance
             believed = Hinge(rubs, sense * (resistance - rubs), hinge.inertia, 0.0, 0.0)
-        return Leaf(known.door_angle, known.door_rate, known.touching, believed, resistance, load)
+        return Leaf(known.door_angle, known.door_rate, known.touching, believed, resistance, outer)
 
     def _turned_by(self, known: Estimate) -> Array:
         """Roll and pitch beside the command that the estimated force of the tip makes, shape (2,) [rad]."""

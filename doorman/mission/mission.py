@@ -206,7 +206,7 @@ class Mission(Uncopied):
         command, self._flew_plan = command.gripping(phase.tied), isinstance(asked, Command)
         if phase.at_the_leaf:
             command = limited(command, self.model.vehicle.weight, self.model.scenario.control.max_push)
-        elif tie is Tie.FREE:
+        if tie is not Tie.GRIPPED:
             self._lift.learn(estimate.lift)
         scaled = self._lift.scaled(command)
         self._rotors = self._lift.made(scaled)

@@ -20,18 +20,25 @@ RESTING = (STANDING, HOLDING)
 
 def free(motion: LeafMotion) -> Hypothesis:
     """The tip is not behind the face, and feels nothing; the leaf moves by itself."""
-    return _free(FREE, motion, motion.noise.wind)
+    return _free(FREE, motion)
 
 
 def blown(motion: LeafMotion) -> Hypothesis:
-    """The same while the wind jumps, which else passes for one that turns."""
-    return _free(BLOWN, motion, motion.noise.jump)
+    """The same while the wind jumps, which else passes for one that turns.
+
+    No wind jumps into a frame that a tip feels for, as it may have met that, unless it flies back faster than it bounces.
+    """
+    into, bounce = motion.frame.normal, 40 * motion.contact.gap_rate
+    back = -ca.dot(into, motion.tip_velocity)
+    met = 0.5 * (1 - ca.tanh((back - bounce) / motion.contact.gap_rate))
+    wind, jump = motion.noise.wind, motion.noise.jump
+    return _free(BLOWN, motion, wind + (jump - wind) * (1 - met * into[:2] ** 2))
 
 
 def stopped(motion: LeafMotion) -> Hypothesis:
     """The tip is on something that does not move, and presses on it; the leaf is as it is without a tip."""
     contact, force, into = motion.contact, motion.force_on_frame, motion.frame.normal
-    other = _free(STOPPED, motion, motion.noise.wind)
+    other = _free(STOPPED, motion)
     speed = ca.sqrt(motion.noise.velocity**2 + (motion.noise.bounce * force / motion.vehicle.mass) ** 2)
     return Hypothesis(
         STOPPED, other.dynamics - motion.column(velocity=force * into / motion.vehicle.mass),
@@ -41,7 +48,7 @@ def stopped(motion: LeafMotion) -> Hypothesis:
     )  # fmt: skip
 
 
-def _free(name: str, motion: LeafMotion, wind: Any) -> Hypothesis:
+def _free(name: str, motion: LeafMotion, wind: Any = None) -> Hypothesis:
     contact, noise = motion.contact, motion.noise
     resists = ca.fmax(motion.resistance, 0) / motion.inertia
     moves = ca.tanh(motion.rate_to_goal / (contact.creeps + contact.brakes * resists))
@@ -57,8 +64,9 @@ def _free(name: str, motion: LeafMotion, wind: Any) -> Hypothesis:
 def pushing(motion: LeafMotion) -> Hypothesis:
     """The tip is on the face and moves with it; it presses and does not pull."""
     contact, force = motion.contact, motion.force_on_moving
+    acts = force + motion.blow_on_moving
     return Hypothesis(
-        PUSHING, motion.dynamics(force, motion.pushed(force), contact.friction_lasts),
+        PUSHING, motion.dynamics(acts, motion.pushed(acts), contact.friction_lasts),
         _noise(motion, force, _rubbing(motion, force), motion.noise.rate, _letting_go(motion)),
         holds=_on_the_face(motion, force, motion.gap),
         limits=[Row("presses", force, contact.pull, contact.lasts)],
@@ -68,9 +76,10 @@ def pushing(motion: LeafMotion) -> Hypothesis:
 def standing(motion: LeafMotion) -> Hypothesis:
     """The tip is on a leaf that rests: what it presses with says nothing of the resistance."""
     contact, force = motion.contact, motion.force_on_standing
+    acts = force + motion.blow_on_standing
     return Hypothesis(
         STANDING,
-        motion.dynamics(force, -motion.door_rate / contact.settles, contact.friction_lasts, motion.stuck(force)),
+        motion.dynamics(acts, -motion.door_rate / contact.settles, contact.friction_lasts, motion.stuck(force)),
         _noise(motion, force, _rubbing(motion, force), 0.1 * motion.noise.rate, _giving(motion, force)),
         holds=_on_the_face(motion, force, motion.gap), limits=[Row("presses", force, contact.pull, contact.lasts)],
     )  # fmt: skip
@@ -114,7 +123,7 @@ def switching(motion: LeafMotion, names: tuple[str, ...]) -> dict[tuple[str, str
     touching = [name for name in names if name in TOUCHING and name != THROWN]
     moves = ca.tanh(motion.rate_to_goal / motion.contact.creeps) ** 2
     closeness = 0.5 * (1 + ca.tanh(2 * (switch.near - motion.gap) / switch.near))
-    rates: dict[tuple[str, str], Any] = {(FREE, BLOWN): switch.jump * _no_blow(motion), (BLOWN, FREE): switch.calm}
+    rates: dict[tuple[str, str], Any] = {(FREE, BLOWN): switch.jump, (BLOWN, FREE): switch.calm}
     rates.update({(FREE, STOPPED): switch.far, (STOPPED, FREE): switch.lose})
     reached = ca.fmin(ca.fmax(2 * (1 - motion.gap / switch.reach), 0), 1)
     for name in touching:
@@ -127,22 +136,15 @@ def switching(motion: LeafMotion, names: tuple[str, ...]) -> dict[tuple[str, str
     return rates
 
 
-def _no_blow(motion: LeafMotion) -> Any:
-    """0 where a tip that feels for a frame may have met it: only one that flies back faster than it bounces is blown."""
-    into, bounce = motion.frame.normal, 40 * motion.contact.gap_rate
-    back = -ca.dot(into, motion.tip_velocity)
-    return 1 - 0.5 * ca.dot(into, into) * (1 - ca.tanh((back - bounce) / motion.contact.gap_rate))
-
-
 def _noise(
     motion: LeafMotion, force: Any, friction: Any, rate: Any, resistance: Any = None, wind: Any = None, speed: Any = None
 ) -> Any:  # fmt: skip
     noise = motion.noise
-    wind = noise.wind if wind is None else wind
+    wind = ca.repmat(noise.wind, 2, 1) if wind is None else wind
     if speed is None:
         speed = ca.sqrt(noise.velocity**2 + (noise.bounce * force / motion.vehicle.mass) ** 2)
     return motion.column(
-        velocity=ca.repmat(speed, 3, 1), wind=ca.vertcat(wind, wind, noise.draught),
+        velocity=ca.repmat(speed, 3, 1), wind=ca.vertcat(wind, noise.draught),
         wind_turn=noise.wind_turn, gust=noise.gust * ca.sqrt(2 / noise.gust_lasts), lift=noise.lift, joint_rate=rate,
         resistance=noise.resistance if resistance is None else resistance, log_inertia=noise.inertia, face=noise.face,
         friction=ca.repmat(friction, 2, 1),
@@ -180,9 +182,10 @@ def _in_the_grip(motion: LeafMotion, force: Any) -> list[Row]:
 
 
 def _on_the_face(motion: LeafMotion, force: Any, gap: Any) -> list[Row]:
-    """Tip and face keep their distance, as far as the tip's compliance lets them."""
+    """Tip and face keep their distance, as far as the tip's compliance lets them, and have one speed once they have met."""
     contact = motion.contact
+    speed = ca.sqrt(contact.gap_rate**2 + motion.meets**2)
     return [
         Row("touches", gap + force / contact.stiffness, contact.gap, contact.lasts),
-        Row("moves_along", motion.gap_rate, contact.gap_rate, contact.lasts),
+        Row("moves_along", motion.gap_rate, speed, contact.lasts),
     ]

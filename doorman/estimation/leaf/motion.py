@@ -48,6 +48,8 @@ class LeafMotion(TipOnFace):
     """Numbers of the sensors' noise."""
     switch: Any
     """Numbers of the switching among hypotheses."""
+    start: Any
+    """Deviations before the first touch: a vertical wind stays as doubtful as it was."""
     frame: Any
     """The normal into what a tip feels for that does not move."""
 
@@ -136,13 +138,39 @@ class LeafMotion(TipOnFace):
         return ca.dot(self.lever_of_tip, self.friction) - own
 
     @cached_property
+    def _across(self) -> Any:
+        """Lever of the normal force on the mechanism [m, or 1]."""
+        return ca.dot(self.outward, self.lever_of_tip)
+
+    @cached_property
+    def _mobility(self) -> Any:
+        """Of tip and leaf against each other [1/kg]."""
+        return 1 / self.vehicle.mass + self._across**2 / self.inertia
+
+    @cached_property
+    def meets(self) -> Any:
+        """Speed at which tip and face come together, where that is no error of a touch [m/s]."""
+        return ca.fmax(-self.gap_rate - 2 * self.contact.gap_rate, 0)
+
+    @cached_property
+    def blow_on_moving(self) -> Any:
+        """Force with which tip and leaf, as they meet, share their momentum [N]: a heavy leaf does not take the tip's speed."""
+        return self.meets / self.contact.lasts / self._mobility
+
+    @cached_property
+    def blow_on_standing(self) -> Any:
+        """The same of a leaf that goes on resting [N]."""
+        return self.vehicle.mass * self.meets / self.contact.lasts
+
+    @cached_property
     def force_on_moving(self) -> Any:
         """λ on a leaf that moves with the tip [N]."""
-        across = ca.dot(self.outward, self.lever_of_tip)
         drive = (
-            ca.dot(self.outward, self.acceleration_without) + self.rest_of_gap - across * self._pulled / self.inertia
+            ca.dot(self.outward, self.acceleration_without)
+            + self.rest_of_gap
+            - self._across * self._pulled / self.inertia
         )
-        return -drive / (1 / self.vehicle.mass + across**2 / self.inertia)
+        return -drive / self._mobility
 
     @cached_property
     def force_on_standing(self) -> Any:
@@ -165,7 +193,11 @@ class LeafMotion(TipOnFace):
         return self.column(
             position=self.velocity,
             velocity=self.acceleration_without + force * self.outward / self.vehicle.mass,
-            wind=self.wind_turn * ca.vertcat(-self.mean_wind[1], self.mean_wind[0], 0),
+            wind=ca.vertcat(
+                -self.wind_turn * self.mean_wind[1],
+                self.wind_turn * self.mean_wind[0],
+                -self.mean_wind[2] * (self.noise.draught / self.start.draught) ** 2 / 2,
+            ),
             gust=-self.gust / self.noise.gust_lasts,
             joint=self.door_rate,
             joint_rate=joint_acceleration,

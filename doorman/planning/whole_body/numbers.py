@@ -30,6 +30,9 @@ _THRUST, _THRUST_TIED = 0.3, 2.0
 """Weight of thrust beside what holds vehicle and leaf, of the shipped vehicle, of a tip that presses and of one that is tied.
 Rotors do not follow cheap thrust. A tied tip bears what thrust lifts: cheaper thrust swings against the pitch where the attitude
 loop is not as it is believed."""
+_PLACE = np.array([40.0, 200.0])
+"""Weights of where a tip that presses is on the face, along and up, for the shipped vehicle: thrust acts at once, and holds the height
+against the tip's friction within 5 cm; to the side the attitude loop is in between."""
 SIDE_WEIGHT, LEVEL_WEIGHT = 0.3, 300.0
 """Weights of a change of the force to the side, and of roll and pitch where a tilt gains nothing, for the shipped vehicle: of a
 fully actuated vehicle, and of one that holds a lever, on which forces along the lever and along its axis do nothing."""
@@ -75,7 +78,7 @@ def whole_body_numbers(model: Model, contact: Contact | None = None) -> Numbers:
         "reference.thrust": vehicle.weight, "weights.thrust": contact.between(_THRUST, _THRUST_TIED) / scale.force**2,
         "plan.time_step": scenario.planner.time_step,
         "weights.near": 300.0 / scale.length**2,
-        "weights.place": free * 40.0 / scale.length**2, "weights.position": 0.0, "weights.heading": 16.0,
+        "weights.place": free * _PLACE / scale.length**2, "weights.position": 0.0, "weights.heading": 16.0,
         "weights.arm": 30.0, "weights.arm_rate": ARM_WEIGHT / scale.rate**2,
         "weights.approach": free * 1000.0 / scale.speed**2, "weights.opening": 100.0 / scale.rate**2,
         "weights.force": 0.0, "weights.least_force": 0.0, "weights.load": contact.tied * _LOAD / scale.force**2,

@@ -102,7 +102,7 @@ class WholeBodyPlanning:
             side = {"actuation.side": (rotation_body_to_world(start[3:6]).T @ force_in_world)[:2]}
         push = -(hinge.torque_at_rest(joint, door.rest_angle) + door.weight_torque(joint)) / lever
         beside = plumb(model, push, joint) - push * door.normal(joint)
-        leaf = Leaf(joint, rate, touches, hinge, against, beside)
+        leaf = Leaf(joint, rate, touches, hinge, against, numbers["vehicle.wind"] - beside)
         return {
             **references(model, numbers, leaf, numbers.one("reference.opening_speed")), **side,
             "reference.turned": turned_by(model, start[3:6], start[14:], force_in_world),

@@ -53,8 +53,9 @@ class Leaf(NamedTuple):
     """What a plan takes its hinge to do."""
     resistance: float
     """Torque of the hinge against the way to the goal now, beside the leaf's weight, not negative [N m]."""
-    load: Array = np.zeros(3)
-    """What a tied tip bears beside the normal, shape (3,), world frame [N]."""
+    outer: Array = np.zeros(3)
+    """Force on the vehicle beside its weight and the leaf's normal force: of wind, and of what a tied tip bears in the face, shape (3,),
+    world frame [N]."""
 
 
 def references(model: Model, numbers: Numbers, leaf: Leaf, opening_rate: float) -> dict[str, Any]:
@@ -99,7 +100,7 @@ def _pressed(model: Model, numbers: Numbers, leaf: Leaf, opening_rate: float) ->
     rate = min(scale.rate, max(fastest / _SHIPPED_RATE, 1.0))
     large = max(scale.force, min(moves / _SHIPPED_FORCE, 1.0))
     return {
-        "reference.depth": depth, "reference.opening_speed": opening_rate, "reference.deceleration": slowing,
+        "reference.thrust": _borne(model, leaf, force * touch), "reference.depth": depth, "reference.opening_speed": opening_rate, "reference.deceleration": slowing,
         "reference.force": force, "reference.least_force": least_force,
         "weights.approach": (1000.0 - 400.0 * touch) / scale.speed**2,
         "weights.opening": 100.0 * (1.0 - touch * holds * (1.0 - _HOLD_OPENING)) / rate**2,
@@ -114,14 +115,19 @@ def _held(model: Model, numbers: Numbers, leaf: Leaf, opening_rate: float) -> di
     """
     door, lever, scale = model.door, model.coupling.lever_length, model.scale
     rests = leaf.hinge.torque_at_rest(leaf.angle, door.rest_angle) + door.weight_torque(leaf.angle)
-    bears = -rests / lever * door.normal(leaf.angle) + leaf.load + [0.0, 0.0, model.vehicle.weight]
     least = _LEAST_OPENING * lever / scale.length
     opening = max(_OPENING * scale.rate**2 / numbers.one("reference.deceleration"), least)
     return {
-        "reference.thrust": float(np.linalg.norm(bears)),
+        "reference.thrust": _borne(model, leaf, -rests / lever),
         "reference.opening_speed": max(opening_rate, _LEAST_RATE * numbers.one("reference.opening_speed")),
         "weights.opening": opening / scale.rate**2,
     }  # fmt: skip
+
+
+def _borne(model: Model, leaf: Leaf, force: float) -> float:
+    """Thrust of a vehicle that presses on the leaf with a force and stays where it is [N]."""
+    rotors = force * model.door.normal(leaf.angle) - leaf.outer + [0.0, 0.0, model.vehicle.weight]
+    return float(np.linalg.norm(rotors))
 
 
 def plumb(model: Model, push: float, door_angle: float) -> Array:
