@@ -29,16 +29,7 @@ _OF_THE_LEAF = ("joint", "joint_rate", "resistance", "log_inertia", "face", "rea
 
 
 class LeafRun:
-    """What is known of vehicle and leaf, from pose to pose.
-
-    Args:
-        model: Of the scenario.
-        numbers: Of `leaf_numbers`.
-        time: Of the first pose [s].
-        position: Of the first pose, shape (3,) [m].
-        inputs: As `LeafMotion` has them, shape (m,).
-        bank: That of `leaf_filter`, where it is made already.
-    """
+    """What is known of vehicle and leaf, from pose to pose; inputs are (m,) as `LeafMotion` has them."""
 
     def __init__(
         self, model: Model, numbers: Numbers, time: float, position: Array, inputs: Array, bank: Filter | None = None
