@@ -10,10 +10,10 @@ import pytest
 from command_line import run
 
 from doorman.exceptions import DoormanError, ScenarioError
-from doorman.hardware.computer.doctor import Host
+from doorman.hardware.doctor import Host
 from doorman.hardware.pixhawk import ThrustCurve
 from doorman.hardware.vehicle_file import VehicleFile
-from doorman.hardware.vehicle_file.devices import devices
+from doorman.hardware.vehicle_file.file import devices
 from doorman.model import Model
 from doorman.resources import shipped, urdf_directory, vehicle_directory
 from doorman.scenario import Scenario
