@@ -38,7 +38,7 @@ _MODULES = {
     "LiveView": "live",
     "PicturesMissing": "pictures",
     "constraints_and_forces_figure": "figures.constraints",
-    "paper_figure": "figures.paper",
+    "paper_figure": "figures.states",
     "planner_time_figure": "figures.timing",
     "replay_page": "replay",
     "save": "style",
