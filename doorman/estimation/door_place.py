@@ -41,12 +41,7 @@ _YEARS = 1e9
 class DoorPlace:
     """Offset and turn of a door on a vertical hinge.
 
-    Args:
-        place_deviation: Of the hinge from the map, along either axis [m].
-        yaw_deviation: Of the doorway's heading [rad].
-        walk: Deviation by which the frame of the poses walks in a second [m/s^½].
-        touch: Deviation of a touch of the frame [m].
-        track: Deviation of the track of a tip that grips [m].
+    Deviations of the hinge from the map [m] and its yaw [rad], of the frame's walk in a second [m/s^½], of touch and track [m].
     """
 
     def __init__(

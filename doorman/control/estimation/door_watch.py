@@ -43,11 +43,7 @@ _APART = 0.02
 
 
 class DoorWatch:
-    """Judge of one flight's sensor.
-
-    Args:
-        model: Model of the scenario.
-    """
+    """Judge of one flight's sensor."""
 
     def __init__(self, model: Model) -> None:
         self._model, self._lever = model, model.coupling.lever_length
