@@ -104,9 +104,6 @@ class AuditReport(OneLine):
         return {"ok": self.ok, "reason": self.reason, **asdict(self)}
 
 
-__all__ = ["TOLERANCE", "AuditReport", "analytic_constraints", "audit", "clearances_at"]
-
-
 TOLERANCE = 5e-4
 """Largest overlap that does not count as a collision [m]: FCL's accuracy, and the half thickness of the thin shapes."""
 

@@ -122,9 +122,6 @@ def straight_way_is_clear(room: Room, first: Array, last: Array) -> bool:
     return bool(room.constraints_along(first + np.outer(_ACROSS, last - first)).max() <= 0.0)
 
 
-__all__ = ["PAPER_POSTURES", "Postures", "propose", "start_arm"]
-
-
 _WHOLE_TURN = math.radians(69.9)
 """Turn of a leaf's face, as of the paper's, for which a pushing arm moves from its start to its goal [rad]. A slide's face does
 not turn, and an arm that moves on a short way slows the push down."""

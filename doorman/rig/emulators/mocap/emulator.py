@@ -204,8 +204,6 @@ def _still(pose: BodyPose) -> tuple[Array, Array]:
     return 1e3 * vector(pose.position, 3, "position"), euler_xyz(to_rotation(pose.quaternion))
 
 
-__all__ = ["BodyPose", "MocapEmulator", "PoseSource", "StreamFaults", "TrackerSetup", "TrackerStream"]
-
 BEHIND = 0.5
 """A thread that was held up for longer leaves frames out instead of making up for them [s]."""
 
