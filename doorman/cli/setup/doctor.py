@@ -27,7 +27,7 @@ def system(file: Annotated[SystemFileName, typer.Argument(help="Which file.")]) 
 
     The first line of the file says where to put it: doorman system udev | sudo tee /etc/udev/rules.d/99-doorman.rules
     """
-    from doorman.hardware.doctor import SYSTEM_FILES
+    from doorman.hardware.computer.doctor import SYSTEM_FILES
 
     typer.echo(SYSTEM_FILES[file.value].text, nl=False)
     return 0
@@ -48,7 +48,7 @@ def doctor(
     from rich.text import Text
 
     from doorman.cli.terminal.display import COLORS, print_table, with_advice
-    from doorman.hardware.doctor import Complaint, Host, examine
+    from doorman.hardware.computer.doctor import Complaint, Host, examine
     from doorman.hardware.vehicle_file import VehicleFile
     from doorman.hardware.vehicle_file.file import devices
 

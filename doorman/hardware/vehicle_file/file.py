@@ -15,7 +15,7 @@ import tomlkit
 from pydantic import BaseModel, ValidationError
 
 from doorman.exceptions import BackendError, DoormanError, ScenarioError
-from doorman.hardware.doctor import Complaint, Host, Row, device_row, judged
+from doorman.hardware.computer.doctor import Complaint, Host, Row, device_row, judged
 from doorman.hardware.pixhawk.wire.connection import Transport, parse_connection
 from doorman.hardware.vehicle import VehicleConfig, vehicle_config
 from doorman.hardware.vehicle_file.template import GAINS, TABLES, VEHICLE

@@ -10,7 +10,7 @@ import pytest
 from command_line import run
 
 from doorman.exceptions import DoormanError, ScenarioError
-from doorman.hardware.doctor import Host
+from doorman.hardware.computer.doctor import Host
 from doorman.hardware.pixhawk import ThrustCurve
 from doorman.hardware.vehicle_file import VehicleFile
 from doorman.hardware.vehicle_file.file import devices

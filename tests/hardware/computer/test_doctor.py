@@ -10,8 +10,8 @@ from importlib.metadata import PackageNotFoundError
 import pytest
 from command_line import run as doorman
 
-from doorman.hardware import doctor
-from doorman.hardware.doctor import Complaint, Host, examine
+from doorman.hardware.computer import doctor
+from doorman.hardware.computer.doctor import Complaint, Host, examine
 
 GOOD = {
     "sys/bus/usb-serial/devices/ttyUSB0/latency_timer": "1",

@@ -12,7 +12,7 @@ import typer.main
 from command_line import run as doorman
 
 from doorman.cli import app
-from doorman.hardware.doctor import REAL_TIME_PRIORITY, SYSTEM_FILES
+from doorman.hardware.computer.doctor import REAL_TIME_PRIORITY, SYSTEM_FILES
 
 
 def printed(name: str) -> str:
