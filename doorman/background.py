@@ -29,6 +29,19 @@ class Opened(Uncopied):
         self.stop()
 
 
+class Closed(Uncopied):
+    """Base of what `close`, which may be called twice, ends; `with` does so."""
+
+    def close(self) -> None:
+        raise NotImplementedError
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+
 class InThread(Opened):
     """Base of what calls `_run` in a thread of its own, from `open` until `_stopping` is set."""
 

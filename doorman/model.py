@@ -12,6 +12,13 @@ from doorman.arrays import Array
 from doorman.checks import number, numbers, vector
 from doorman.collision.reduced_model import ReducedModel
 from doorman.collision.rows.listed import Surroundings, kinds_of
+from doorman.collision.surroundings import (
+    check_contact,
+    hover_offset,
+    reaches_the_lintel,
+    stays_before,
+    surroundings_of,
+)
 from doorman.dynamics.attitude_loop import AttitudeLoop
 from doorman.exceptions import DimensionError, ScenarioError
 from doorman.kinematics.contact import Contact
@@ -29,16 +36,7 @@ from doorman.kinematics.vehicles.actuation import actuation_of
 from doorman.kinematics.vehicles.vehicle import Vehicle
 from doorman.postures.proposal import propose, start_arm
 from doorman.scenario import Scenario
-from doorman.scenario.sized import sized
-
-_TOUCHES_A_JAMB = 0.02
-"""Depth to which a disc must reach into a jamb for a way to lead there: the check measures it exactly [m]."""
-_ROUNDED = 1e-6
-"""By which a contact may be off the leaf, as a URDF's numbers are rounded [m]."""
-_RIGHT_ANGLE = math.radians(1.0)
-"""A leaf that is open by no more beyond 90° leaves its vehicle between the jambs [rad]."""
-_RECESSED = 0.02
-"""A leaf whose face lies so far behind the frame's is pulled by a vehicle whose disc may be between the jambs [m]."""
+from doorman.scenario.sized import sized, unmeasured
 
 
 class Model:
@@ -70,7 +68,9 @@ class Model:
         """How the tip holds the leaf."""
         self.friction = joint_friction(scenario, self.door, self.hinge_scale)
         """Friction of the plant's joint: one value where a file names it, else an interval [N m]."""
-        self.scenario = scenario = _unmeasured(self._with_friction(scenario))
+        if not self.friction.known:
+            scenario = with_plants_friction(scenario, self.friction.expected / self.door.per_angle)
+        self.scenario = scenario = unmeasured(scenario)
         self.travel = read_travel(scenario, self.door)
         """Where the door is at start and goal."""
         true, contact = scenario.simulation, scenario.contact
@@ -79,15 +79,20 @@ class Model:
         if is_another(true):
             self.true_door = TrueDoor(scenario.door_urdf, scenario.door, true, self.door.side, contact)
         self._place = self._contact_place()
-        self._check_contact()
+        check_contact(scenario, self.door, min(self.door.width, self.true_door.width), self._place)
         self.n_arm = self.vehicle.n_arm
         self.nx = 5 + self.n_arm
         self.nu = 4 + self.n_arm
         for name, given in (("start.arm", scenario.start.arm), ("goal.arm", scenario.goal.arm)):
             self._check_arm(name, given)
-        self.surroundings: Surroundings = self._surroundings()
+        self.surroundings: Surroundings = surroundings_of(
+            self.door, self.contact, self.travel, self._place[0], self.vehicle.radius
+        )
         """What stands beside the door."""
-        self.kinds = kinds_of(self.surroundings, self._reaches_the_lintel())
+        lintel = reaches_the_lintel(
+            scenario, self.vehicle, self.door, self.surroundings, self._place[1], self.largest_tilt
+        )
+        self.kinds = kinds_of(self.surroundings, lintel)
         """Kinds of this task's collision constraints."""
         self.coupling = Coupling(self.vehicle, self.door, self._distance_from_hinge(), self._place[1])
         self.turn_scale = self.scale.turned(self.door, self.coupling.lever_length)
@@ -99,7 +104,8 @@ class Model:
         self.proposed = postures.proposed
         """What the scenario leaves open, by its keys: `start.attitude`, `start.arm`, `goal.attitude`, `goal.arm` [rad]."""
         self.start_state, self.goal_state = frozen(postures.start), frozen(postures.goal)
-        self.hover_offset = frozen(self._hover_offset())
+        far = scenario.mission.hover_distance
+        self.hover_offset = frozen(hover_offset(self.coupling, self.start_state, far, self.surroundings))
         """From where the tip touches the leaf in the start posture to the hover before the door, shape (3,), world frame [m]."""
         self.start_arm, self.goal_arm = frozen(self.start_state[5:]), frozen(self.goal_state[5:])
         reach = math.hypot(*self.vehicle.tip_position(self.start_arm)[:2])
@@ -251,12 +257,6 @@ class Model:
         out = self.reduced.step_jacobian(self.check_state(state), vector(inputs, self.nu, "inputs"))
         return out[:, : self.nx].copy(), out[:, self.nx :].copy()
 
-    def _with_friction(self, scenario: Scenario) -> Scenario:
-        """The scenario with the plant's friction, where no file names another."""
-        if self.friction.known:
-            return scenario
-        return with_plants_friction(scenario, self.friction.expected / self.door.per_angle)
-
     def _ratios(self) -> dict[str, float]:
         """Ratios of the defaults that grow with vehicle and door, by unit."""
         size = self.scale
@@ -269,23 +269,6 @@ class Model:
     def _reduced(self, distance_from_hinge: float) -> ReducedModel:
         numbers = task_numbers(self.vehicle, self.door, distance_from_hinge, self._place[1])
         return ReducedModel(self.vehicle, numbers, self.scenario.planner.time_step, self.kinds)
-
-    def _hover_offset(self) -> Array:
-        """Back along the leaf's normal; where that leads into a jamb, straight out of the doorway."""
-        door, state, far = self.door, self.start_state, self.scenario.mission.hover_distance
-        touch = door.in_doorway(
-            self.coupling.vehicle_position(state[:3], float(state[3]), state[5:]) - door.hinge_position
-        )
-        straight = far * door.away(float(state[3]))
-        steps = touch + np.outer(np.linspace(0.0, 1.0, 20), door.in_doorway(straight))
-        before = np.maximum(np.maximum(-door.frame_depth - steps[:, 0], steps[:, 0] - door.frame_back), 0.0)
-        beside = np.maximum(np.minimum(steps[:, 1], door.width - steps[:, 1]), 0.0)
-        free = door.side == "pull" or self.stays_before
-        if free or np.hypot(before, beside).min() > self.vehicle.radius - _TOUCHES_A_JAMB:
-            return np.asarray(straight)
-        middle = 0.5 * door.width
-        outside = np.array([-door.frame_depth - self.vehicle.radius - far, middle, touch[2]])
-        return np.asarray(door.from_doorway(outside - touch))
 
     def _check_arm(self, field: str, given: tuple[float, ...] | None) -> None:
         n = self.vehicle.n_arm
@@ -313,72 +296,4 @@ class Model:
     @property
     def stays_before(self) -> bool:
         """Whether the vehicle stays before wall, panel or face all the way, or nothing stands around the leaf."""
-        return self.surroundings in ("wall", "panel", "face", "open")
-
-    def _surroundings(self) -> Surroundings:
-        """A vehicle that pulls stays before the wall; one whose tip is near an edge of the leaf begins beside a jamb."""
-        if self.door.in_plane:
-            return "face"
-        if not self.door.framed:
-            return "open"
-        if not self.door.upright:
-            return "wall" if self.door.panel is None else "panel"
-        if self.door.side == "pull":
-            return "wall" if self.door.frame_depth - self.door.contact_offset < _RECESSED else "corners"
-        width, radius = self.door.width, self.vehicle.radius
-        behind_the_tip = radius - 1e-9 <= self._place[0] <= width - radius + 1e-9
-        between = (behind_the_tip or self.contact.fits) and min(self.travel.start, self.travel.goal) > -_RIGHT_ANGLE
-        return "doorway" if between or width < 2.0 * radius else "corners"
-
-    def _reaches_the_lintel(self) -> bool:
-        """Whether the disc of a vehicle in the doorway, with its tip on the contact point, could touch the lintel."""
-        passes, given = self.surroundings in ("doorway", "corners"), self.scenario.door.frame_height
-        if given is not None and not passes:
-            raise ScenarioError(
-                "the vehicle stays out of the doorway, where no lintel counts", file=self.scenario.source,
-                field="door.frame_height", given=given, allowed="none for this task",
-            )  # fmt: skip
-        arm, ends = self.vehicle.arm, np.abs([self.vehicle.lower_limits, self.vehicle.upper_limits]).max(axis=0)
-        reach = np.linalg.norm([*arm.links, arm.point_offsets[-1]], axis=1).sum() + ends[arm.slides].sum()
-        rim = self.vehicle.radius * math.sin(self.largest_tilt)
-        height = self.door.frame_height if passes else None
-        return height is not None and bool(self._place[1] + reach + rim > height)
-
-    def _check_contact(self) -> None:
-        door, contact = self.door, self.scenario.contact
-        if contact.kind != "push" and self.scenario.simulation.sensors.tip_force:
-            raise ScenarioError(
-                "only a tip without a gripper has a force sensor", file=self.scenario.source,
-                field="simulation.sensors.tip_force", given=True, allowed='false, or contact.kind = "push"',
-            )  # fmt: skip
-        width, named = min(door.width, self.true_door.width), contact.named is not None
-        if door.slides:
-            return  # in the middle of its face, or at a frame that it carries
-        for field, given, limit, what in (
-            ("contact.distance_from_hinge", self._place[0], width, "the leaf's width"),
-            ("contact.height", self._place[1], door.height, "the leaf's height"),
-        ):
-            if not -_ROUNDED <= given <= limit + _ROUNDED:
-                field = f"contact.{contact.named}" if named else field
-                raise ScenarioError(
-                    "the contact point is off the leaf", file=self.scenario.source, field=field, given=given,
-                    allowed=f"at most {limit:g} m, {what}",
-                )  # fmt: skip
-
-
-def _unmeasured(scenario: Scenario) -> Scenario:
-    """The scenario with what whole-body plans of a grip count on where no hover measures it: before a start in contact.
-
-    The attitude loop is the plant's. Thrust is as commanded: a held tip bears any force, so no motion tells lift from that.
-    """
-    in_the_grip = scenario.mission.start == "contact" and scenario.contact.kind == "grip"
-    if not in_the_grip or scenario.planner.model != "whole_body":
-        return scenario
-    true, vehicle, estimation = scenario.simulation, scenario.vehicle, scenario.estimation
-    loop = {"attitude_lag": true.attitude_lag, "attitude_dead_time": true.attitude_dead_time}
-    believed = {key: value for key, value in loop.items() if key not in vehicle.model_fields_set}
-    lift = {} if "lift" in estimation.start.model_fields_set else {"lift": estimation.noise.lift}
-    start = estimation.start.model_copy(update=lift)
-    return scenario.model_copy(update={
-        "vehicle": vehicle.model_copy(update=believed), "estimation": estimation.model_copy(update={"start": start}),
-    })  # fmt: skip
+        return stays_before(self.surroundings)

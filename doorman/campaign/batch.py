@@ -11,10 +11,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from doorman.campaign.draws import Draw
 from doorman.campaign.flights.flight_process import ATTEMPTS, FlightProcesses, lost
 from doorman.campaign.flights.orders import order_of, packed
-from doorman.campaign.specification import Flight
+from doorman.campaign.specification import Draw, Flight
 from doorman.checks import number, whole
 from doorman.cores import usable_cores
 from doorman.exceptions import DoormanError

@@ -1,4 +1,4 @@
-"""Judgement: when a run counts as a success. This is the only place that decides it."""
+"""Judgement: when a run counts as a success, and whether one that failed stated the true reason. Only this place decides it."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from doorman.scenario import CampaignSection
+from doorman.simulation.reality.causes import DRAUGHT, LATCHED, LATE, NEVER_CLOSED, NOISY, SEALED, SLIPPED, WIND
 from doorman.summary import COMPLETED, GIVEN_UP, GOAL_MISSED, TOUCHED
 
 TOLERANCE = {"deg": 2.0, "m": 0.014}
@@ -76,3 +77,32 @@ def final_error(summary: Mapping[str, Any]) -> float:
     """Door's final angle minus target [deg], or a slide's opening [m], as its `unit` says; NaN if the summary has none."""
     error = summary["final_error"]
     return math.nan if error is None else float(error)
+
+
+_TRUE_OF = {
+    "the gripper does not hold": {SLIPPED, NEVER_CLOSED},
+    "the wind": {WIND, DRAUGHT},
+    "felt wind": {WIND, DRAUGHT},
+    "the latch": {LATCHED},
+    "the poses are too old": {LATE},
+    "the poses are too noisy": {NOISY},
+}
+"""Words of a mission's reason, and of what one must be true."""
+_STUCK = ("does not move on", "does not give way")
+_MUST_TELL = {
+    SLIPPED: ("the gripper",),
+    NEVER_CLOSED: ("the gripper",),
+    LATCHED: (*_STUCK, "the latch"),
+    SEALED: (*_STUCK, "the seal"),
+}
+"""What alone keeps a door from being opened, and words of a reason that tells it."""
+
+
+def told_truly(summary: Mapping[str, Any]) -> bool | None:
+    """Compare the mission's reason with the truth."""
+    causes, said = set(summary.get("true_causes") or ()), str(summary.get("reason") or "")
+    named = [true for words, true in _TRUE_OF.items() if words in said]
+    missing = [cause for cause in causes & set(_MUST_TELL) if not any(words in said for words in _MUST_TELL[cause])]
+    if missing or any(not true & causes for true in named):
+        return False
+    return True if named or causes & set(_MUST_TELL) else None

@@ -16,9 +16,8 @@ import pyarrow as arrow
 import pyarrow.parquet as parquet
 
 from doorman.bounds import LARGEST_TEXT, read_bytes
-from doorman.campaign.judgement import final_error, judge
+from doorman.campaign.judgement import final_error, judge, told_truly
 from doorman.campaign.specification import Flight
-from doorman.campaign.stated_reason import told_truly
 from doorman.compilation.cache_files import write_atomically
 from doorman.exceptions import DoormanError
 

@@ -10,10 +10,9 @@ from typing import Any
 
 from distributed import Client, Future
 
-from doorman.campaign.flights.cluster import answer_of, connected, first_done, threads_of
+from doorman.campaign.flights.cluster import answer_of, close_processes, connected, first_done, fly, threads_of
 from doorman.campaign.flights.flight_process import ATTEMPTS, failed
 from doorman.campaign.flights.orders import order_of, packed
-from doorman.campaign.flights.worker import close_processes, fly
 from doorman.campaign.folder import RESULTS, claimed, write_not_flown
 from doorman.campaign.results import Row, read_parts, row_of, write_part, write_table
 from doorman.campaign.specification import Campaign, Flight

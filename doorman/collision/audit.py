@@ -10,22 +10,98 @@ finds no collision up to 0.65 rad, for any yaw and any posture within the joint 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from doorman.arrays import Array
-from doorman.collision.audit_report import AuditReport, Offender, RowConservatism
 from doorman.collision.reduced_model import ReducedModel
 from doorman.collision.sampling import Constraints, Region
 from doorman.collision.scene import Clearances, CollisionScene
-from doorman.collision.tip_shapes import arm_joint_of_links
+from doorman.collision.shapes import arm_joint_of_links
 from doorman.kinematics.coupling import Coupling
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.kinematics.task_numbers import task_numbers
+from doorman.one_line import OneLine
 
-__all__ = ["TOLERANCE", "AuditReport", "analytic_constraints", "audit", "clearances_at"]
+
+@dataclass(frozen=True)
+class Offender:
+    """A configuration that the constraints allow although shapes overlap."""
+
+    state: tuple[float, ...]
+    """x = [Φ, α, 0, H] [rad]."""
+    first: str
+    second: str
+    depth: float
+    """[m]."""
+
+
+@dataclass(frozen=True)
+class RowConservatism:
+    """What one row of the constraints forbids in vain."""
+
+    name: str
+    forbidden_share: float
+    """Share of the collision-free configurations that this row forbids."""
+    forbidden_alone_share: float
+    """Share of the collision-free configurations that only this row forbids."""
+    boundary_samples: int
+    """How many samples were taken where this row is the active one."""
+    boundary_clearance: float | None
+    """Median of the exact clearance there, without the link that carries the tip against the leaf [m]."""
+
+
+@dataclass(frozen=True, repr=False)
+class AuditReport(OneLine):
+    """Result of an audit."""
+
+    sampled: int
+    """Configurations drawn."""
+    allowed: int
+    """Configurations that the constraints allow and that went through FCL."""
+    colliding: int
+    """How many of them overlap by more than the tolerance."""
+    worst: Offender | None
+    """The deepest of them."""
+    forbidden_free_share: float
+    """Share of the drawn collision-free configurations that the constraints forbid."""
+    rows: tuple[RowConservatism, ...]
+    max_tilt: float
+    """Tilt range that was sampled [rad]."""
+    tolerance: float
+    """[m]."""
+    enough: int
+    """Allowed configurations that an audit needs to say anything."""
+
+    @property
+    def ok(self) -> bool:
+        """Whether there were enough allowed configurations and none of them collides."""
+        return self.allowed >= self.enough and self.colliding == 0
+
+    @property
+    def reason(self) -> str:
+        """The verdict in one sentence."""
+        if self.allowed < self.enough:
+            few = f"only {self.allowed}" if self.allowed else "none"
+            return (
+                f"{few} of {self.sampled} sampled configurations are allowed by the constraints, "
+                f"{self.enough} are needed: the constraints contradict each other or leave no room"
+            )
+        if self.worst is not None:
+            return (
+                f"{self.colliding} of {self.allowed} allowed configurations collide, "
+                f"the worst by {1e3 * self.worst.depth:.1f} mm: {self.worst.first} in {self.worst.second}"
+            )
+        return (
+            f"none of {self.allowed} allowed configurations collides up to a tilt of {np.degrees(self.max_tilt):.0f}°"
+        )
+
+    def as_dict(self) -> dict[str, Any]:
+        """Everything as plain types, with `ok` and `reason`."""
+        return {"ok": self.ok, "reason": self.reason, **asdict(self)}
 
 
 TOLERANCE = 5e-4

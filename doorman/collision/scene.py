@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import fcl
 import numpy as np
@@ -12,13 +12,43 @@ from numpy.typing import ArrayLike, NDArray
 
 from doorman.arrays import Array
 from doorman.checks import numbers, vector
-from doorman.collision.bounds import PairBounds
-from doorman.collision.shapes import Shape, read_shapes
-from doorman.collision.tip_shapes import arm_joint_of_links, tip_shapes
+from doorman.collision.shapes import Shape, arm_joint_of_links, read_shapes, tip_shapes
 from doorman.exceptions import DimensionError, UrdfError
 from doorman.kinematics.doors.door import Door
 from doorman.kinematics.vehicles.vehicle import Vehicle
 from doorman.one_line import OneLine
+
+Indices = NDArray[np.int64]
+
+
+class PairBounds(NamedTuple):
+    """Pairs of shapes whose distance is bounded from below."""
+
+    first: Indices
+    """First shape of each pair, shape (n_pairs,)."""
+    second: Indices
+    """Second shape of each pair, shape (n_pairs,)."""
+    extents: Array
+    """Half extents of each shape's box, in the shape's frame, shape (n_shapes, 3) [m]."""
+    radii: Array
+    """Radius of each shape's bounding sphere, shape (n_shapes,) [m]."""
+
+    def at(self, placements: Array) -> Array:
+        """Bounds at m configurations."""
+        centers, rotations = placements[:, :, :3, 3], placements[:, :, :3, :3]
+        apart = centers[:, self.first] - centers[:, self.second]
+        turned = np.abs(np.swapaxes(rotations[:, self.first], 2, 3) @ rotations[:, self.second])
+        bounds = np.full(apart.shape[:2], -np.inf)
+        for box, other, axes in (
+            (self.first, self.second, turned),
+            (self.second, self.first, np.swapaxes(turned, 2, 3)),
+        ):
+            local = np.abs(np.einsum("mkij,mki->mkj", rotations[:, box], apart)) - self.extents[box]
+            from_ball = np.linalg.norm(np.maximum(local, 0.0), axis=2) - self.radii[other]
+            gaps = local - np.einsum("mkij,kj->mki", axes, self.extents[other])
+            bounds = np.maximum(bounds, np.maximum(from_ball, gaps.max(axis=2)))
+        return bounds
+
 
 _ROTATION_TOLERANCE = 1e-6
 _BLOCK = 256

@@ -1,4 +1,7 @@
-"""Collision shapes of a URDF as FCL geometry: boxes, cylinders, spheres, and the convex hulls of meshes."""
+"""Collision shapes of a URDF as FCL geometry: boxes, cylinders, spheres, hulls of meshes; and which of a vehicle's are its tip.
+
+The tip touches the leaf by design. A last link whose hull holds the tip's frame, or ends beside it, touches with that hull.
+"""
 
 from __future__ import annotations
 
@@ -12,9 +15,11 @@ import fcl
 import numpy as np
 
 from doorman.arrays import Array
+from doorman.kinematics.doors.door import Door
 from doorman.kinematics.urdf.mesh_hull import convex_hull
 from doorman.kinematics.urdf.robot import frozen
-from doorman.kinematics.urdf.shapes import UrdfShape, read_collisions
+from doorman.kinematics.urdf.shapes import UrdfShape, link_name, read_collisions, read_parents
+from doorman.kinematics.vehicles.vehicle import Vehicle
 
 
 @dataclass(frozen=True)
@@ -71,3 +76,55 @@ def _half_extents(written: UrdfShape) -> Array:
         radius, length = written.size
         return np.array([radius, radius, length / 2])
     return np.full(3, written.size[0])
+
+
+_POINT = 1e-6
+"""Radius of the ball that stands for the tip's frame [m]."""
+
+
+def tip_link(vehicle: Vehicle) -> str:
+    """Name of the tip's link; a scenario may also name the tip by the joint that carries it."""
+    return link_name(vehicle.urdf, vehicle.names.tip)
+
+
+def arm_joint_of_links(vehicle: Vehicle) -> dict[str, int]:
+    """For every link how many of the arm's joints move it: 0 is fixed to the base link."""
+    parents = read_parents(vehicle.urdf)
+    counts = {}
+    for link in vehicle.link_placements(np.zeros(vehicle.n_arm)):
+        count, at = 0, link
+        while at in parents:
+            joint, at = parents[at]
+            count += joint in vehicle.joint_names
+        counts[link] = count
+    return counts
+
+
+def tip_shapes(vehicle: Vehicle) -> dict[int, Array]:
+    """Shapes that may touch the leaf: those of the tip's link, and those fixed to it at whose hull the tip is."""
+    placements, tip = vehicle.link_placements(np.zeros(vehicle.n_arm)), tip_link(vehicle)
+    moved, found = arm_joint_of_links(vehicle), {}
+    for index, shape in enumerate(read_shapes(vehicle.urdf)):
+        if moved[shape.link] != vehicle.n_arm:
+            continue
+        link_in_tip = np.asarray(np.linalg.solve(placements[tip], placements[shape.link]), dtype=np.float64)
+        if shape.link == tip or _is_at(
+            shape, np.asarray(np.linalg.inv(link_in_tip @ shape.placement)[:3, 3], dtype=np.float64)
+        ):
+            found[index] = link_in_tip
+    return found
+
+
+def tip_and_frame(vehicle: Vehicle, door: Door) -> list[tuple[str, str]]:
+    """Pairs of links, the tip's first, that touch where the tip is to touch what stands beside the leaf."""
+    shapes, others = read_shapes(vehicle.urdf), {shape.link for shape in read_shapes(door.urdf)}
+    tips = {shapes[index].link for index in tip_shapes(vehicle)}
+    return sorted((tip, other) for tip in tips for other in others - {door.section.leaf})
+
+
+def _is_at(shape: Shape, point: Array) -> bool:
+    """Whether a point is at the shape's hull: shape (3,), from the centre of its bounding box [m]."""
+    ball = fcl.CollisionObject(fcl.Sphere(_POINT), fcl.Transform(point))
+    request = fcl.DistanceRequest(enable_signed_distance=True)
+    distance = fcl.distance(ball, fcl.CollisionObject(shape.geometry), request, fcl.DistanceResult())
+    return bool(distance <= shape.half_extents.min())

@@ -44,12 +44,7 @@ _HARDEST, _LEAST_WAY = 4.0, 0.02
 
 
 class AtTheLeaf:
-    """Setpoints of the touch, of recovery and of the release.
-
-    Args:
-        model: Model of the scenario.
-        converter: Its state converter.
-    """
+    """Setpoints of the touch, of recovery and of the release."""
 
     def __init__(self, model: Model, converter: StateConverter) -> None:
         self._model, self._coupling, self._converter, self._n_arm = model, model.coupling, converter, model.n_arm

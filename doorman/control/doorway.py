@@ -23,12 +23,7 @@ DRIFTS = 0.3
 
 
 class Doorway:
-    """Places of the vehicle between the jambs.
-
-    Args:
-        model: Model of the scenario.
-        margin: From the jambs, the planner's if not given [m].
-    """
+    """Places of the vehicle between the jambs, a margin [m] from them, the planner's if not given."""
 
     def __init__(self, model: Model, margin: float | None = None) -> None:
         room = model.vehicle.radius + (model.scenario.planner.margin if margin is None else margin)

@@ -14,12 +14,7 @@ _AVERAGED = 0.5
 
 
 class HeldLoad:
-    """Force of the tip while it is tied to the leaf.
-
-    Args:
-        model: Model of the scenario.
-        after: What the step before has left; None if there was none, and the tip bears nothing beside its leaf.
-    """
+    """Force of the tip while it is tied to the leaf; `after` is what the step before has left."""
 
     def __init__(self, model: Model, after: Handover | None) -> None:
         self._model, self._bears, self._held = model, after is not None, False

@@ -24,12 +24,7 @@ _ARM_RATE = 0.5
 
 
 class Glide:
-    """Reference that moves to targets with bounded speed and acceleration.
-
-    Args:
-        position: Where it starts, at rest, shape (3,), world frame [m].
-        yaw: ψ [rad].
-    """
+    """Reference that moves to targets with bounded speed and acceleration, from rest; O_B in the world frame [m], ψ [rad]."""
 
     def __init__(self, position: Array, yaw: float) -> None:
         self.position = position.copy()

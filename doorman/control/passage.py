@@ -31,9 +31,6 @@ class Passage:
     """Straight way through the doorway of a door that stands at the goal.
 
     The vehicle flies it level with its hover before the door, heading through the doorway, its arm as at the start.
-
-    Args:
-        model: Model of the scenario; its door has a doorway (`has_doorway`).
     """
 
     def __init__(self, model: Model) -> None:

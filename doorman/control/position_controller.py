@@ -79,15 +79,7 @@ class Thrust(OneLine):
 
 
 class PositionController:
-    """Position controller with a disturbance observer.
-
-    Args:
-        mass: m_A [kg].
-        gravity: g [m/s²].
-        max_thrust: [N].
-        settings: Gains and limits.
-        actuation: How the vehicle makes a force; by tilting its thrust if not given.
-    """
+    """Position controller with a disturbance observer: m_A [kg], g [m/s²], largest thrust [N]; by default it tilts its thrust."""
 
     def __init__(
         self,
@@ -118,16 +110,7 @@ class PositionController:
         self, position: Array, velocity: Array, setpoint: Setpoint, time_step: float, later: Later | None = None,
         made: Array | None = None,
     ) -> Thrust:  # fmt: skip
-        """One period of control.
-
-        Args:
-            position: P, shape (3,), world frame [m].
-            velocity: Ṗ, shape (3,), world frame [m/s].
-            setpoint: Where the vehicle should be.
-            time_step: Since the last period [s].
-            later: What the commands under way make of the vehicle; it is corrected where it will be. Nothing, if not given.
-            made: Force of the rotors since the last period, shape (3,), world frame [N]. Default: the commanded one.
-        """
+        """One period of control, in the world frame; `made` is the rotors' force since the last period [N]."""
         share = 0.0 if setpoint.push is None else 1.0
         wanted_at, wanted_speed = setpoint.position, setpoint.velocity
         if later is not None:

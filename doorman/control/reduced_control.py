@@ -17,11 +17,7 @@ from doorman.signals import Command
 
 
 class ReducedController:
-    """Starts of plans of a tip that is tied to the leaf, and setpoints of position, heading and force.
-
-    Args:
-        converter: State converter of the scenario.
-    """
+    """Starts of plans of a tip that is tied to the leaf, and setpoints of position, heading and force."""
 
     def __init__(self, converter: StateConverter) -> None:
         self._converter, self._model = converter, converter.model

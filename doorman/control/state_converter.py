@@ -43,12 +43,7 @@ class LookAheads:
 
 
 class StateConverter:
-    """Both directions between vehicle and planner, by the kinematic constraint.
-
-    Args:
-        model: Model of the scenario.
-        ahead: What is taken how much ahead; as the scenario's vehicle lags if not given.
-    """
+    """Both directions between vehicle and planner, by the kinematic constraint."""
 
     def __init__(self, model: Model, ahead: LookAheads | None = None) -> None:
         self.model = model

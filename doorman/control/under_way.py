@@ -58,12 +58,7 @@ class Later:
 
 
 class UnderWay:
-    """Ring of the commands that were sent, and the prediction by them.
-
-    Args:
-        loop: The vehicle's attitude loop as it is believed.
-        mass: m [kg].
-    """
+    """Ring of the commands that were sent, and the prediction by them for a mass [kg]."""
 
     def __init__(self, loop: AttitudeLoop, mass: float) -> None:
         self._mass = mass
@@ -86,16 +81,7 @@ class UnderWay:
     def later(
         self, now: float, attitude: Array, body_rates: Array, velocity: Array, rotors: Array, outer: Array
     ) -> Later:
-        """Where the vehicle will be when what is sent now shows.
-
-        Args:
-            now: [s].
-            attitude: Φ, shape (3,) [rad].
-            body_rates: Ω, shape (3,), body frame [rad/s].
-            velocity: Ṗ, shape (3,), world frame [m/s].
-            rotors: Force of the rotors, shape (3,), body frame [N].
-            outer: All other forces but the weight, shape (3,), world frame [N].
-        """
+        """Where the vehicle will be when what is sent now shows; `rotors` is in the body's axes, `outer` in the world's [N]."""
         given, horizon = self._given, self._loop.dead_time + self._loop.lag
         given[NOW], given[AHEAD] = now, horizon
         given[ATTITUDE:RATES], given[RATES:FORCE] = attitude, body_rates

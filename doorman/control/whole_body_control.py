@@ -51,11 +51,7 @@ _YAW_RATE = 11
 
 
 class WholeBodyController:
-    """Starts and references of plans, and commands.
-
-    Args:
-        model: Model of the scenario.
-    """
+    """Starts and references of plans, and commands."""
 
     def __init__(self, model: Model) -> None:
         self._model, self._pace = model, Pace.of(model)

@@ -26,12 +26,19 @@ from typing import Any
 
 import casadi as ca
 
-from doorman.dynamics.small_matrices import inverse_of_symmetric
 from doorman.kinematics.numbers import Numbers
 from doorman.kinematics.symbols import body_rates, euler_rates
 from doorman.kinematics.tied_task import TiedTask
 from doorman.kinematics.vehicles.arms.arm_pattern import ArmPattern
 from doorman.kinematics.vehicles.body_symbols import symmetric
+
+
+def inverse_of_symmetric(matrix: Any) -> Any:
+    """Inverse of a symmetric matrix by its cofactors."""
+    xx, xy, xz, yy, yz, zz = (matrix[i, j] for i in range(3) for j in range(i, 3))
+    a, b, c = yy * zz - yz * yz, xz * yz - xy * zz, xy * yz - xz * yy
+    d, e, f = xx * zz - xz * xz, xy * xz - xx * yz, xx * yy - xy * xy
+    return ca.vertcat(ca.horzcat(a, b, c), ca.horzcat(b, d, e), ca.horzcat(c, e, f)) / (xx * a + xy * b + xz * c)
 
 
 class LagrangianTask(TiedTask):

@@ -41,12 +41,7 @@ _YEARS = 1e9
 class DoorPlace:
     """Offset and turn of a door on a vertical hinge.
 
-    Args:
-        place_deviation: Of the hinge from the map, along either axis [m].
-        yaw_deviation: Of the doorway's heading [rad].
-        walk: Deviation by which the frame of the poses walks in a second [m/s^½].
-        touch: Deviation of a touch of the frame [m].
-        track: Deviation of the track of a tip that grips [m].
+    Deviations of the hinge from the map [m] and its yaw [rad], of the frame's walk in a second [m/s^½], of touch and track [m].
     """
 
     def __init__(
@@ -113,24 +108,11 @@ class DoorPlace:
         return math.sqrt(float(slope @ self._covariance[:3, :3] @ slope) + self._walk**2 * passed)
 
     def touched(self, time: float, tip: Array, point: Array, normal: Array) -> Status:
-        """Take in a touch of a face.
-
-        Args:
-            time: [s].
-            tip: Where the tip was, from the map's hinge, shape (3,) [m].
-            point: Where the map has it, from the hinge, shape (3,) [m].
-            normal: Of the face in the map, shape (3,).
-        """
+        """Take in a touch of a face: the tip and the map's point, from the map's hinge, (3,) [m], and the face's normal."""
         return self._fuse("touch", time, [float(normal @ point)], [*tip[:2], *normal[:2], self._touch])
 
     def met(self, time: float, tip: Array, off: float) -> Status:
-        """Take in that a closed leaf was met.
-
-        Args:
-            time: [s].
-            tip: Where the tip was, from the map's hinge, shape (2,) [m].
-            off: Azimuth there beyond that of the map's closed leaf [rad].
-        """
+        """Take in that a closed leaf was met: the tip from the map's hinge, (2,) [m], and its azimuth beyond the leaf [rad]."""
         return self._fuse("closed", time, [off], [*tip, 0.0, 0.0, self._track])
 
     def goes_round(self, time: float, tip: Array) -> Status:

@@ -3,7 +3,7 @@
 from doorman.flight.ends import End
 from doorman.flight.flying_backend import FlyingBackend
 from doorman.flight.ground.checklist import preflight
-from doorman.flight.ground.checks import Check, Verdict, ready
+from doorman.flight.ground.judgements import Check, Verdict, ready
 from doorman.flight.ground.listening import listen
 from doorman.flight.ground.rehearsal import rehearse
 from doorman.flight.guarded import GuardedFlight

@@ -17,7 +17,7 @@ from doorman.exceptions import BackendError
 from doorman.feasibility import check
 from doorman.flight.ends import End
 from doorman.flight.ground.checklist import preflight
-from doorman.flight.ground.checks import Check, Verdict
+from doorman.flight.ground.judgements import Check, Verdict
 from doorman.flight.ground.rehearsal import rehearse
 from doorman.flight.guarded import SAME_INTERRUPT, STOPPING, GuardedFlight
 from doorman.hardware.door import DoorSource

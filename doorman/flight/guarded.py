@@ -10,18 +10,12 @@ from collections.abc import Callable, Mapping
 from doorman.control.estimation.pose_age import oldest_pose
 from doorman.copying import Uncopied
 from doorman.exceptions import BackendError, RecordingError
-from doorman.flight.ends import BY_REST, End
+from doorman.flight.ends import BY_REST, CarriedWatch, End, FallWatch, RestWatch, tells_of_crash
 from doorman.flight.ground.before_arming import engage, try_gripper
-from doorman.flight.ground.checks import Verdict
-from doorman.flight.ground.judgements import judge_age
+from doorman.flight.ground.judgements import Verdict, judge_age
+from doorman.flight.hover import STEEPEST, PoseDelay, measure_hover
 from doorman.flight.journal import Journal
-from doorman.flight.travel import fly_to
-from doorman.flight.watches.carried import CarriedWatch
-from doorman.flight.watches.fall import FallWatch
-from doorman.flight.watches.hover import STEEPEST, measure_hover
-from doorman.flight.watches.pose_delay import PoseDelay
-from doorman.flight.watches.rest import RestWatch, tells_of_crash
-from doorman.flight.way_back import WayBack, out_of_the_doorway
+from doorman.flight.way_back import WayBack, fly_to, out_of_the_doorway
 from doorman.hardware.dynamixel import ServoFault
 from doorman.hardware.pixhawk import (
     Authority,

@@ -17,15 +17,9 @@ stops the tip blows it back meanwhile [s]."""
 
 
 class Feeler:
-    """Moves the tip with little force. What stops it, by the estimate, stands where the tip then is on average.
+    """Moves the tip with little force along a unit normal, at a speed [m/s], O_B held beside that at a place in the world [m].
 
-    Args:
-        model: Model of the scenario.
-        place: Of O_B, which is held beside the direction, shape (3,), world frame [m].
-        yaw: ψ that is kept [rad].
-        normal: Direction, unit vector, shape (3,), world frame.
-        speed: Of the tip [m/s].
-        steady_wind: That the position controller counts on while the tip presses, shape (3,), world frame [N].
+    What stops it, by the estimate, stands where the tip then is on average. The position controller counts on `steady_wind`.
     """
 
     def __init__(self, model: Model, place: Array, yaw: float, normal: Array, speed: float, steady_wind: Array) -> None:

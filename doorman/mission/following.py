@@ -12,12 +12,7 @@ from doorman.signals import Command, Measurement
 
 
 class Following:
-    """Follows plans while a phase asks for it, to the angle that it asks for.
-
-    Args:
-        converter: State converter of the scenario.
-        schedule: Plans.
-    """
+    """Follows plans while a phase asks for it, to the angle that it asks for."""
 
     def __init__(self, converter: StateConverter, schedule: PlanSchedule) -> None:
         whole = converter.model.scenario.planner.model == "whole_body"

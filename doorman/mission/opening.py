@@ -30,13 +30,7 @@ _HEADING_LOST = math.radians(40.0)
 
 
 class Opening:
-    """One attempt, from the touch until the door is open; or until it is back at the start.
-
-    Args:
-        model: Model of the scenario.
-        schedule: Plans.
-        back: Whether the door is taken back to where it was found.
-    """
+    """One attempt, from the touch until the door is open; or until it is back at the start."""
 
     def __init__(self, model: Model, schedule: PlanSchedule, back: bool = False) -> None:
         self._model, self._schedule = model, schedule

@@ -17,11 +17,7 @@ _LAST_WAIT = 2.0
 
 
 class PlanningThread(Generic[Order, Answer]):
-    """Carries out one order at a time; whoever gives orders never waits.
-
-    Args:
-        carry_out: What is done with an order, in the thread. What it raises, `take` raises.
-    """
+    """Carries out one order at a time; whoever gives orders never waits."""
 
     def __init__(self, carry_out: Callable[[Order], Answer]) -> None:
         self._carry_out = carry_out

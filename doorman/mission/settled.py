@@ -24,14 +24,6 @@ def settled(model: Model, report: Report, on_progress: OnProgress | None = None)
     The plant is that of `simulate` with the seed 0: what is possible in the report has been flown, and nothing was touched. A
     joint of unknown friction is flown with the least and the largest of a usual one, each from the touch until the leaf
     rests at the goal. A flight that is not over by then is a warning.
-
-    Args:
-        model: Model of the scenario.
-        report: Of its check.
-        on_progress: Called once per planner period with time and estimated door angle.
-
-    Returns:
-        The report with the finding `flight`; as it was if the check refuses the scenario, or MuJoCo is not installed.
     """
     if not report.possible or "simulator" in {finding.name for finding in report.warnings}:
         return report

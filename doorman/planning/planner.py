@@ -29,7 +29,6 @@ from doorman.scenario import Scenario
 
 COLD_ITERATIONS = 200
 """Largest number of iterations of a cold plan."""
-
 LARGEST_PRICE = 100.0
 """Price of a metre of violation, where the start is outside the constraints; inside, multipliers of a few units hold them."""
 
@@ -61,13 +60,10 @@ class Planner(CopiedWhole):
         self._problem = self.planning.problem(extras)
         names, rows = self._problem.constraint_names, extras.rows_of(self._problem.constraint_names)
         self._user_rows = {names[row]: row for row in rows}
-        self.solver = Hybrid(
-            self._problem,
-            options
-            or SolverOptions(
-                largest_multiplier=LARGEST_PRICE, hessian="gauss-newton", feasibility=self.planning.tolerance
-            ),
+        usual = SolverOptions(
+            largest_multiplier=LARGEST_PRICE, hessian="gauss-newton", feasibility=self.planning.tolerance
         )
+        self.solver = Hybrid(self._problem, options or usual)
         self._motion = Motion(self.solver.problem)
         self._fitted = False
         self._numbers = self.planning.numbers
@@ -78,14 +74,9 @@ class Planner(CopiedWhole):
         self._given: dict[str, ArrayLike] = {}
 
     def update_door(
-        self,
-        *,
-        friction: float | None = None,
-        disturbance: float | None = None,
-        inertia: float | None = None,
-        damping: float | None = None,
-        stiffness: float | None = None,
-    ) -> None:
+        self, *, friction: float | None = None, disturbance: float | None = None, inertia: float | None = None,
+        damping: float | None = None, stiffness: float | None = None,
+    ) -> None:  # fmt: skip
         """Change what the next plans take the hinge to do; the scenario's values hold until the first call.
 
         Args:
@@ -98,21 +89,9 @@ class Planner(CopiedWhole):
         Raises:
             DimensionError: if a value is not finite, the inertia not positive, or another but the disturbance negative.
         """
-        given = {
-            "friction": friction, "disturbance": disturbance, "inertia": inertia, "damping": damping, "stiffness": stiffness,
-        }  # fmt: skip
-        hinge = self._hinge._replace(
-            **{name: number(value, name) for name, value in given.items() if value is not None}
+        hinge = self._hinge.changed(
+            friction=friction, disturbance=disturbance, inertia=inertia, damping=damping, stiffness=stiffness
         )
-        for name, value, least, allowed in (
-            ("friction", hinge.friction, 0.0, "a finite torque, not negative [N m]"),
-            ("disturbance", hinge.disturbance, -math.inf, "a finite torque [N m]"),
-            ("inertia", hinge.inertia, math.ulp(0.0), "finite, positive [kg m²]"),
-            ("damping", hinge.damping, 0.0, "finite, not negative [N m s/rad]"),
-            ("stiffness", hinge.stiffness, 0.0, "finite, not negative [N m/rad]"),
-        ):
-            if not (math.isfinite(value) and value >= least):
-                raise DimensionError("impossible value of a hinge", field=name, given=value, allowed=allowed)
         if hinge != self._hinge:
             self._hinge, self._fitted = hinge, False
 
@@ -206,7 +185,7 @@ class Planner(CopiedWhole):
         return {name: float(worst[row]) for name, row in self._user_rows.items()}
 
     def _fit(self, state: Array) -> None:
-        """Fit the problem to what is known of the hinge, to the margin, and to a start, where that changes anything."""
+        """Fit the problem to hinge, margin and start, where that changes anything."""
         if self._fitted and not self.planning.follows_start(self._given):
             return
         self._numbers = self.planning.fitted(self._hinge, self._margin, state, self._given, self._goal_angle)
@@ -306,11 +285,10 @@ class Planner(CopiedWhole):
         impossible = self.planning.impossible(self._hinge, states[0]) if self._goal_angle is None else None
         if impossible is not None:
             status, words = impossible
-        cost = self.solver.cost if status.flyable else math.inf
         return Plan(
             states=states,
             inputs=inputs,
-            cost=cost,
+            cost=self.solver.cost if status.flyable else math.inf,
             max_violation=violation,
             iterations=iterations,
             status=status,

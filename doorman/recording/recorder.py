@@ -21,10 +21,18 @@ from doorman.copying import Uncopied
 from doorman.exceptions import RecordingError
 from doorman.recording.files.cdr import type_name
 from doorman.recording.files.disk import Syncer, claimed_stream, is_regular, sync_folder
-from doorman.recording.files.header_json import header_json, header_text
 from doorman.recording.files.held_signals import signals_held_back
 from doorman.recording.files.mcap_file import McapFile
-from doorman.recording.files.messages import HEADER, Columns, MessageType, Value, header_schema, joined
+from doorman.recording.files.messages import (
+    HEADER,
+    Columns,
+    MessageType,
+    Value,
+    header_json,
+    header_schema,
+    header_text,
+    joined,
+)
 from doorman.recording.files.reading import TOPIC, Contents, read_contents
 from doorman.recording.files.rows import Framed, Rows
 from doorman.recording.recording import Recording, Topic

@@ -15,7 +15,7 @@ from cyclonedds.sub import DataReader
 from cyclonedds.topic import Topic
 from cyclonedds.util import duration
 
-from doorman.copying import Uncopied
+from doorman.background import Closed
 from doorman.exceptions import BackendError
 from doorman.hardware.mocap import MocapEvent, MocapFault
 from doorman.model import Model
@@ -48,7 +48,7 @@ def dds_name(topic: str) -> str:
     return f"rt/{topic.strip('/')}"
 
 
-class FlightPublisher(Uncopied):
+class FlightPublisher(Closed):
     """Publishes what a `Feed` sends."""
 
     def __init__(self, model: Model, port: int = PORT, domain: int = 0, prefix: str = "doorman") -> None:
@@ -99,12 +99,6 @@ class FlightPublisher(Uncopied):
         self._participant = None
         self._writers.clear()
 
-    def __enter__(self) -> FlightPublisher:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
-
     def _write(self, message: Outgoing) -> None:
         self._writers[message.topic].write(message.message)
 
@@ -113,7 +107,7 @@ class FlightPublisher(Uncopied):
         return DataWriter(self._participant, dds, qos=_LATCHED if topic.latched else _OUT)
 
 
-class PoseSubscriber(Uncopied):
+class PoseSubscriber(Closed):
     """Takes `geometry_msgs/PoseStamped` of one publisher and sends them on as a stream of cameras, see `PoseRelay`."""
 
     def __init__(self, topic: str, name: str, target: tuple[str, int], rate: float, domain: int = 0) -> None:
@@ -167,9 +161,3 @@ class PoseSubscriber(Uncopied):
     def close(self) -> None:
         self._relay.close()
         self._reader = self._waiting = self._participant = None
-
-    def __enter__(self) -> PoseSubscriber:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()

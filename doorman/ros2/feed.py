@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import orjson
 
-from doorman.copying import Uncopied
+from doorman.background import Closed
 from doorman.recording.files.messages import Value
 
 PORT = 51_100
@@ -46,7 +46,7 @@ class FedMessage(NamedTuple):
     time: float = 0.0  # since the flight's backend was opened [s]
 
 
-class Feed(Uncopied):
+class Feed(Closed):
     """Sends what a recorder is given; its `listen` is the recorder's listener.
 
     Args:
@@ -80,12 +80,6 @@ class Feed(Uncopied):
     def close(self) -> None:
         """Close the socket."""
         self._socket.close()
-
-    def __enter__(self) -> Feed:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
 
 
 def parse(datagram: bytes) -> FedMessage | None:

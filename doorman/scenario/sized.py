@@ -1,4 +1,4 @@
-"""Defaults that grow with the vehicle: forces in proportion to its weight, torques to weight and length.
+"""Defaults that grow with the vehicle, forces as its weight, torques as weight and length; and those that no hover measures.
 
 The defaults of these keys are those of the shipped vehicle and door. What a scenario gives itself stays as it is.
 """
@@ -19,6 +19,24 @@ def sized(scenario: Scenario, ratios: Mapping[str, float]) -> Scenario:
         return scenario
     units = {tuple(key.split(".")): ratios[unit] for key, unit in SIZED.items()}
     return scenario.model_copy(update=_sized(scenario, units))
+
+
+def unmeasured(scenario: Scenario) -> Scenario:
+    """The scenario with what whole-body plans of a grip count on where no hover measures it: before a start in contact.
+
+    The attitude loop is the plant's. Thrust is as commanded: a held tip bears any force, so no motion tells lift from that.
+    """
+    in_the_grip = scenario.mission.start == "contact" and scenario.contact.kind == "grip"
+    if not in_the_grip or scenario.planner.model != "whole_body":
+        return scenario
+    true, vehicle, estimation = scenario.simulation, scenario.vehicle, scenario.estimation
+    loop = {"attitude_lag": true.attitude_lag, "attitude_dead_time": true.attitude_dead_time}
+    believed = {key: value for key, value in loop.items() if key not in vehicle.model_fields_set}
+    lift = {} if "lift" in estimation.start.model_fields_set else {"lift": estimation.noise.lift}
+    start = estimation.start.model_copy(update=lift)
+    return scenario.model_copy(update={
+        "vehicle": vehicle.model_copy(update=believed), "estimation": estimation.model_copy(update={"start": start}),
+    })  # fmt: skip
 
 
 def _sized(section: Section, ratios: Mapping[tuple[str, ...], float]) -> dict[str, Any]:

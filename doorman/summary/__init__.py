@@ -1,6 +1,6 @@
 """Summary of a run: the figures of `summary.json`, from the true states where a simulator recorded them."""
 
-from doorman.summary.figures import summarize
+from doorman.summary.figures import cold_plans, summarize
 from doorman.summary.measured import has_measured_leaf, sentence_by_the_leaf
 from doorman.summary.outcome import (
     COMPLETED,
@@ -12,7 +12,6 @@ from doorman.summary.outcome import (
     time_to_open,
     verdict,
 )
-from doorman.summary.plans import cold_plans
 
 __all__ = [
     "COMPLETED",

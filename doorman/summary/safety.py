@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.collision.scene import CollisionScene
-from doorman.collision.tip_shapes import tip_and_frame
+from doorman.collision.shapes import tip_and_frame
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import Model
 from doorman.recording import Recording

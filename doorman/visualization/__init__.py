@@ -13,8 +13,7 @@ from doorman.lazy_names import lazy_names
 
 if TYPE_CHECKING:  # the types of the names below; no layer hides an import here
     from doorman.visualization.figures.constraints import constraints_and_forces_figure
-    from doorman.visualization.figures.paper import paper_figure
-    from doorman.visualization.figures.states import states_figure
+    from doorman.visualization.figures.states import paper_figure, states_figure
     from doorman.visualization.figures.swing import swing_figure
     from doorman.visualization.figures.timing import planner_time_figure
     from doorman.visualization.live import LiveView
@@ -39,7 +38,7 @@ _MODULES = {
     "LiveView": "live",
     "PicturesMissing": "pictures",
     "constraints_and_forces_figure": "figures.constraints",
-    "paper_figure": "figures.paper",
+    "paper_figure": "figures.states",
     "planner_time_figure": "figures.timing",
     "replay_page": "replay",
     "save": "style",

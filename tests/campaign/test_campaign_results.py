@@ -54,6 +54,17 @@ def test_half_a_part_is_no_part(campaign, tmp_path):
     assert list(read_parts(tmp_path)) == [0]
 
 
+def test_one_flipped_bit_makes_it_no_row(campaign, tmp_path):
+    write_part(row_of(campaign.flights(1)[0], answer()), tmp_path)
+    path = next(tmp_path.glob("*.parquet"))
+    whole = path.read_bytes()
+    for place in range(3, len(whole), 97):
+        path.write_bytes(whole[:place] + bytes([whole[place] ^ 1]) + whole[place + 1 :])
+        assert read_parts(tmp_path) == {}, place
+    path.write_bytes(whole)
+    assert list(read_parts(tmp_path)) == [0]
+
+
 def test_rows_of_different_columns_and_types_make_one_table(tmp_path):
     rows = [
         {"run": 0, "a": 1, "b": "x", "d": 1},

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from doorman.campaign import Campaign
-from doorman.campaign.draws import draw
 from doorman.campaign.flights.orders import order_of
+from doorman.campaign.specification import draw
 from doorman.exceptions import ScenarioError
 from doorman.scenario import CampaignSection, Scenario
 

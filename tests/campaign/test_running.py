@@ -180,6 +180,14 @@ def test_a_folder_belongs_to_one_campaign(task, flown):
     assert "scenario.campaign.seed, scenario.contact.height" in str(caught.value.given)
 
 
+def test_more_runs_and_more_patience_are_the_same_campaign(task, tmp_path):
+    from doorman.campaign.folder import claimed
+
+    for runs, time_out in ((2, 60.0), (5, 60.0), (5, 600.0)):
+        with claimed(tmp_path, Campaign(str(task), {"campaign.runs": runs, "campaign.time_out": time_out})):
+            pass
+
+
 def test_one_campaign_at_a_time_writes_to_a_folder(campaign, tmp_path):
     from doorman.campaign.folder import claimed
 

@@ -6,9 +6,9 @@ import json
 
 import pytest
 
+from doorman.campaign.judgement import told_truly
 from doorman.campaign.report.figures import figures
 from doorman.campaign.report.pages import page
-from doorman.campaign.stated_reason import told_truly
 from doorman.scenario import Scenario
 from doorman.simulation.reality.causes import ELSEWHERE, LATCHED, LATE, NEVER_CLOSED, NOISY, SEALED, SLIPPED, WIND
 

@@ -12,8 +12,7 @@ import pytest
 from urdf_variants import VEHICLE, robot_data_vehicle, write_edited
 
 from doorman.collision.scene import CollisionScene
-from doorman.collision.shapes import read_shapes
-from doorman.collision.tip_shapes import tip_link
+from doorman.collision.shapes import read_shapes, tip_link
 from doorman.exceptions import DimensionError, UrdfError
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.kinematics.vehicles.vehicle import Vehicle

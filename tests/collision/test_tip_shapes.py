@@ -10,8 +10,7 @@ from urdf_variants import robot_data_vehicle
 from vehicles_with_blunt_tips import TIP_AT, write_with_end
 
 from doorman.collision.scene import CollisionScene
-from doorman.collision.shapes import read_shapes
-from doorman.collision.tip_shapes import tip_shapes
+from doorman.collision.shapes import read_shapes, tip_shapes
 from doorman.kinematics.vehicles.vehicle import Vehicle
 from doorman.model import Model
 

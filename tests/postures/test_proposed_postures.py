@@ -11,9 +11,8 @@ from postures_of import random_task, widest_of_samples, width
 from urdf_variants import write_arm, write_arm_of
 
 from doorman.model import Model
-from doorman.postures.proposal import PAPER_POSTURES
+from doorman.postures.proposal import PAPER_POSTURES, follow, straight_way_is_clear
 from doorman.postures.room import Room
-from doorman.postures.way import follow, straight_way_is_clear
 from doorman.scenario import Scenario
 
 KEYS = {"start.attitude", "start.arm", "goal.attitude", "goal.arm"}

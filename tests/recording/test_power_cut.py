@@ -91,6 +91,11 @@ def test_a_disk_that_failed_once_is_told_though_it_works_again(tmp_path, monkeyp
         recorder.write("topic", 0.1 * k, {"value": float(k)})
     assert failed.wait(60.0)
     recorder._syncer._thread.join(60.0)
+    recorder.write("topic", 6.0, {"value": 0.0})
+    size = recorder.path.stat().st_size
+    for k in range(50):
+        recorder.write("topic", 6.1 + 0.1 * k, {"value": float(k)})
+    assert recorder.path.stat().st_size == size, "such a disk is not written on"
     with pytest.raises(RecordingError, match="Input/output error"):
         recorder.close()
 

@@ -17,7 +17,7 @@ from doorman.recording import Recorder
 from doorman.recording.files.messages import Value
 from doorman.rig import Rig, RigSetup
 from doorman.rig.emulated import SPRING
-from doorman.rig.emulators.mocap.emulator import StreamFaults
+from doorman.rig.emulators.mocap.faults import StreamFaults
 from doorman.scenario import Scenario
 
 _START = 300.0

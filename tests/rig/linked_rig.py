@@ -13,7 +13,7 @@ from doorman.hardware.vehicle import VehicleLinks, vehicle_config
 from doorman.hardware.vehicle.waiting import apart, await_links
 from doorman.model import Model
 from doorman.rig import Rig, RigSetup
-from doorman.rig.emulators.mocap.emulator import StreamFaults
+from doorman.rig.emulators.mocap.faults import StreamFaults
 from doorman.rig.plant import Snapshot
 from doorman.scenario import Scenario
 

@@ -8,10 +8,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from linked_rig import LinkedRig
+from linked_rig import LinkedRig, until
 from virtual_time import CLOCK
 
 from doorman.flight import End, GuardedFlight
+from doorman.hardware.pixhawk import LandedState
+from doorman.hardware.safety import Fault
 from doorman.recording import Recorder
 
 SPEED = 0.8
@@ -65,6 +67,31 @@ def over_the_sill(rig: LinkedRig) -> list[tuple[float, float, float]]:
 def test_a_landing_is_a_landing(flying: GuardedFlight) -> None:
     assert flying.descend() is End.LANDED
     assert not flying.seen
+
+
+def test_a_vehicle_that_stays_armed_on_the_ground_is_disarmed_after_a_while(linked, flying):
+    """It may only seem to stand, as on a gust: until then the autopilot's own word counts."""
+    emulated = linked.rig.autopilot
+    by_itself, emulated.parameters["COM_DISARM_LAND"] = emulated.parameters["COM_DISARM_LAND"], 60.0
+    try:
+        flying.supervisor.report(Fault.OPERATOR_LAND)
+        until(lambda: linked.links.autopilot.state().landed is LandedState.ON_GROUND, "on the ground")
+        begin = CLOCK.now()
+        assert flying.descend() is End.LANDED
+        assert 4.0 < CLOCK.now() - begin < 8.0
+    finally:
+        emulated.parameters["COM_DISARM_LAND"] = by_itself
+
+
+def test_a_vehicle_that_came_down_by_itself_has_not_landed(linked, flying):
+    emulated = linked.rig.autopilot
+    x, y, z = (flying.places.pad + [0.0, 0.0, 0.01]).tolist()
+    try:
+        carry(linked, (x, y, z))
+        emulated.kill_switch(True)
+        assert flying.descend() is End.DROPPED, (flying.seen, flying.supervisor.findings)
+    finally:
+        emulated.kill_switch(False)
 
 
 @pytest.mark.parametrize("heard", [True, False], ids=["motors stopped by radio", "link cut"])

@@ -32,8 +32,7 @@ from doorman.ros2 import types as ros
 from doorman.ros2.bridge import FlightPublisher, PoseSubscriber, dds_name
 from doorman.ros2.door_source import JointStateSource
 from doorman.ros2.feed import FedMessage, parse
-from doorman.ros2.frames import WORLD
-from doorman.ros2.messages import Translator
+from doorman.ros2.messages import WORLD, Translator
 from doorman.ros2.topics import TOPICS
 
 LOOPBACK = (

@@ -7,7 +7,7 @@ from matplotlib.patches import Circle
 from doorman.exceptions import RecordingError
 from doorman.model import Model
 from doorman.recording import Recorder, Recording
-from doorman.summary.plans import planner_figures
+from doorman.summary.figures import planner_figures
 from doorman.visualization import constraints_and_forces_figure, planner_time_figure, save, states_figure, swing_figure
 from doorman.visualization.figures.phases import phases, tied
 

@@ -1,19 +1,82 @@
-"""The Dask cluster of a campaign: one at an address, or one made here, and what its flights answer."""
+"""The Dask cluster of a campaign: one at an address, or one made here; what its workers do, and what its flights answer."""
 
 from __future__ import annotations
 
 import logging
+import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import CancelledError
 from contextlib import contextmanager
 from typing import Any
 
 import dask
-from distributed import Client, Future, LocalCluster, wait
+from distributed import Client, Future, LocalCluster, Worker, get_worker, wait
+from distributed.utils import sync
 
-from doorman.campaign.flights.flight_process import lost
+from doorman.campaign.flights.flight_process import FlightProcesses, lost
 from doorman.exceptions import DoormanError
+
+INTERVAL = 2.0
+"""How often a worker asks [s]."""
+_PATIENCE = 3
+"""Answers that may fail to come, as from a busy scheduler."""
+
+_processes: dict[str, FlightProcesses] = {}
+"""Flight processes of this process, by campaign."""
+_leases: dict[str, Lease] = {}
+"""Leases of this process, by campaign."""
+_lock = threading.Lock()
+
+
+def fly(order: dict[str, Any], files: dict[str, str], time_out: float, campaign: str, lease: str) -> dict[str, Any]:
+    """Fly one run in the process that belongs to this thread of a worker."""
+    with _lock:
+        processes = _processes.setdefault(campaign, FlightProcesses())
+        if campaign not in _leases:
+            _leases[campaign] = Lease(get_worker(), lease, lambda: close_processes(campaign))
+    return processes.mine().fly(order, files, time_out)
+
+
+def close_processes(campaign: str) -> None:
+    """Let the flight processes of a campaign go, on this worker."""
+    with _lock:
+        processes, watched = _processes.pop(campaign, None), _leases.pop(campaign, None)
+    if watched is not None:
+        watched.end()
+    if processes is not None:
+        processes.close()
+
+
+class Lease:
+    """Watches one campaign on one worker: its client holds a small result, which the scheduler forgets when the client dies."""
+
+    def __init__(self, worker: Worker, key: str, over: Callable[[], None]) -> None:
+        self._worker, self._key, self._over = worker, key, over
+        self._ended = threading.Event()
+        threading.Thread(target=self._watch, name="campaign lease", daemon=True).start()
+
+    def end(self) -> None:
+        """Stop watching."""
+        self._ended.set()
+
+    def _watch(self) -> None:
+        failures = 0
+        while not self._ended.wait(INTERVAL):
+            held = self._is_held()
+            failures = failures + 1 if held is None else 0
+            if held is False or failures >= _PATIENCE:
+                self._over()
+                return
+
+    def _is_held(self) -> bool | None:
+        """Whether the scheduler knows of it; None if it does not answer."""
+        try:
+            found = sync(self._worker.loop, self._worker.scheduler.who_has, keys=[self._key], callback_timeout=INTERVAL)
+        except Exception:  # closed connections, time-outs, a loop that has ended
+            return None
+        return bool(found.get(self._key))
+
 
 _CONNECTION_TIME = 10.0
 """Longest time to find a cluster [s]."""

@@ -50,7 +50,7 @@ def doctor(
     from doorman.cli.terminal.display import COLORS, print_table, with_advice
     from doorman.hardware.computer.doctor import Complaint, Host, examine
     from doorman.hardware.vehicle_file import VehicleFile
-    from doorman.hardware.vehicle_file.devices import devices
+    from doorman.hardware.vehicle_file.file import devices
 
     host = Host()
     rows = examine(host, runs) + ([] if vehicle is None else devices(host, VehicleFile.load(vehicle)))

@@ -39,12 +39,7 @@ def place_of(model: Model) -> DoorPlace:
 
 
 class DoorLocator:
-    """Pose of a door on a vertical hinge, against the map. Others stand where the map has them.
-
-    Args:
-        model: Model of the scenario.
-        place: What the mission's phases find of it; a new one if not given.
-    """
+    """Pose of a door on a vertical hinge, against the map. Others stand where the map has them."""
 
     def __init__(self, model: Model, place: DoorPlace | None = None) -> None:
         settings = model.scenario.estimation

@@ -43,11 +43,7 @@ _APART = 0.02
 
 
 class DoorWatch:
-    """Judge of one flight's sensor.
-
-    Args:
-        model: Model of the scenario.
-    """
+    """Judge of one flight's sensor."""
 
     def __init__(self, model: Model) -> None:
         self._model, self._lever = model, model.coupling.lever_length
@@ -69,13 +65,7 @@ class DoorWatch:
         self._frame_time = -math.inf
 
     def checked(self, measured: Measurement, estimate: Estimate | None, tie: Tie) -> Measurement:
-        """The measurement without a leaf that is not to be believed.
-
-        Args:
-            measured: As the sensors say it.
-            estimate: At the tick before; None at the first.
-            tie: What is known of tip and leaf.
-        """
+        """The measurement without a leaf that is not to be believed; `estimate` is that of the tick before."""
         leaf = measured.leaf
         if leaf is None:
             if self._was_there:

@@ -16,11 +16,7 @@ _LEAST, _MOST = 0.7, 1.3
 
 
 class LiftScale:
-    """Scale of the lift in one flight.
-
-    Args:
-        max_thrust: Largest thrust that is commanded [N].
-    """
+    """Scale of the lift in one flight, up to the largest thrust that is commanded [N]."""
 
     def __init__(self, max_thrust: float) -> None:
         self._max_thrust = max_thrust

@@ -47,12 +47,7 @@ class MeasuredLoop:
 
 
 class LoopFit:
-    """Takes in commands and what was seen, tick by tick.
-
-    Args:
-        duration: Longest time of the fit [s].
-        rate: Ticks per second [1/s].
-    """
+    """Takes in commands and what was seen, tick by tick, for a longest time [s] at a rate [1/s]."""
 
     def __init__(self, duration: float, rate: float) -> None:
         most = math.ceil(1.5 * duration * rate) + 2

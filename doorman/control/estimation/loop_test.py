@@ -28,11 +28,7 @@ _ALIKE = 0.05
 
 
 class LoopTest:
-    """Steps to command, and what comes of them.
-
-    Args:
-        model: Model of the scenario.
-    """
+    """Steps to command, and what comes of them."""
 
     def __init__(self, model: Model) -> None:
         self._fit = LoopFit(DURATION, model.scenario.simulation.controller_rate)

@@ -24,11 +24,7 @@ _GAP = 1.6
 
 
 class PoseWatch:
-    """Measures the poses of one flight, the last thousand of them, against `pose_age` and `pose_noise`.
-
-    Args:
-        model: Model of the scenario.
-    """
+    """Measures the poses of one flight, the last thousand of them, against `pose_age` and `pose_noise`."""
 
     def __init__(self, model: Model) -> None:
         self._model = model

@@ -29,14 +29,7 @@ from doorman.control.kernels.control_step import (
 
 
 class DisturbanceObserver:
-    """Estimate of the force that the nominal model does not explain.
-
-    Args:
-        mass: m [kg].
-        rate: 1/τ [rad/s].
-        damping: a_1; a_0 is 1.
-        limit: Bound of the estimate on every axis [N].
-    """
+    """Estimate of the force that the nominal model does not explain: m [kg], 1/τ [rad/s], a_1, and a limit on every axis [N]."""
 
     def __init__(self, mass: float, rate: float, damping: float = 2.0, limit: float = np.inf) -> None:
         self.rate = rate

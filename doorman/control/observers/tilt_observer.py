@@ -23,12 +23,7 @@ _MOST = 0.5
 
 
 class TiltObserver:
-    """Offset of roll and pitch from what is commanded.
-
-    Args:
-        loop: The vehicle's attitude loop.
-        max_tilt: Largest tilt that is commanded [rad].
-    """
+    """Offset of roll and pitch from what is commanded, up to a largest tilt [rad]."""
 
     def __init__(self, loop: AttitudeLoop, max_tilt: float) -> None:
         self.fly_by(loop)

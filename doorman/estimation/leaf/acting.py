@@ -30,13 +30,7 @@ _KEPT = 1024
 
 
 class Acting:
-    """Ring of ticks, and inputs as `LeafMotion` takes them.
-
-    Args:
-        n_arm: Joints of the arm.
-        force: Of the rotors at first, shape (3,), body frame [N].
-        yaw: That the first pose's is nearest to, whole turns apart [rad].
-    """
+    """Ring of ticks, and inputs as `LeafMotion` takes them; from the rotors' first force, (3,), body frame [N], and yaw [rad]."""
 
     def __init__(self, n_arm: int, force: Array, yaw: float) -> None:
         self._times, self._rows = np.zeros(2 * _KEPT), np.zeros((2 * _KEPT, ARM + 2 * n_arm))

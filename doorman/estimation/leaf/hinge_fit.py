@@ -40,11 +40,7 @@ class HingeEstimate:
 
 
 class HingeFit:
-    """b, τ_c and k of one hinge.
-
-    Args:
-        model: Model of the scenario.
-    """
+    """b, τ_c and k of one hinge."""
 
     def __init__(self, model: Model) -> None:
         door, usual = model.door, model.scenario.estimation.hinge

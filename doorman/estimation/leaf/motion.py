@@ -34,13 +34,7 @@ from doorman.kinematics.vehicles.arms.arm_pattern import ArmPattern
 
 
 class LeafMotion(TipOnFace):
-    """Named CasADi expressions, SI units, world frame.
-
-    Args:
-        pattern: Of the arm's constants.
-        point_names: Of the arm's points, the tip last.
-        numbers: Their names and sizes become symbols, see `leaf_numbers`.
-    """
+    """Named CasADi expressions, SI units, world frame."""
 
     noise: Any
     """Numbers of the process noise."""

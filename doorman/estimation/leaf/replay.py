@@ -76,19 +76,7 @@ class LeafReplay:
 
 
 def replay_leaf(recording: Recording, model: Model, changes: dict[str, float] | None = None) -> LeafReplay:
-    """Run the filter on a recording.
-
-    Args:
-        recording: With the topics measurement, command and mission.
-        model: Of the recorded scenario.
-        changes: Other values of `leaf_numbers`, by name: those of `TUNED`.
-
-    Returns:
-        What the filter would have known.
-
-    Raises:
-        DoormanError: if a name or a value of the changes cannot be, or the recording lacks what is replayed.
-    """
+    """Run the filter on a recording; `changes` are other values of `leaf_numbers`, by name: those of `TUNED`."""
     _check(recording, changes or {})
     measured, pose_time = recording["measurement"], recording["measurement"]["pose_time"]
     whole = np.isfinite(np.column_stack([measured[name] for name in _MEASURED])).all(axis=1) & np.isfinite(pose_time)

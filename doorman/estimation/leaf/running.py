@@ -29,16 +29,7 @@ _OF_THE_LEAF = ("joint", "joint_rate", "resistance", "log_inertia", "face", "rea
 
 
 class LeafRun:
-    """What is known of vehicle and leaf, from pose to pose.
-
-    Args:
-        model: Of the scenario.
-        numbers: Of `leaf_numbers`.
-        time: Of the first pose [s].
-        position: Of the first pose, shape (3,) [m].
-        inputs: As `LeafMotion` has them, shape (m,).
-        bank: That of `leaf_filter`, where it is made already.
-    """
+    """What is known of vehicle and leaf, from pose to pose; inputs are (m,) as `LeafMotion` has them."""
 
     def __init__(
         self, model: Model, numbers: Numbers, time: float, position: Array, inputs: Array, bank: Filter | None = None
@@ -68,18 +59,7 @@ class LeafRun:
         self._taken, self._likelihood, self._fused, self._refused, self._innovation = time, 0.0, 0, 0, 0.0
 
     def step(self, time: float, position: Array, inputs: Array, situation: str, felt: Array | None = None) -> Status:
-        """Go on to a pose.
-
-        Args:
-            time: At which it was true [s].
-            position: Shape (3,) [m].
-            inputs: At that time, shape (m,); until then their mean with the last ones acted.
-            situation: As in `Filter.allow`.
-            felt: What the tip's sensor reads, shape (1,) [N].
-
-        Returns:
-            The worst that happened; `LOST` where the filter began anew.
-        """
+        """Go on to a pose, (3,) [m], and what the tip feels, (1,) [N]; the worst that happened: `LOST` where it began anew."""
         bank = self._bank
         if situation != self._situation:
             self._situation = situation
@@ -111,17 +91,9 @@ class LeafRun:
         return seen, self._swapped.now
 
     def see_leaf(self, time: float, joint: float, deviation: float) -> Status:
-        """Take in where a sensor has seen the leaf; the next step fuses it at its own time.
+        """Take in where a sensor has seen the leaf, q [rad]; the next step fuses it at its own time, with the last deviation.
 
         Where the leaf stands before the first touch is only presumed: one that nothing touches is where it is seen.
-
-        Args:
-            time: At which it was true [s].
-            joint: q [rad].
-            deviation: Of q [rad]; that of the last reading holds for all that one step fuses.
-
-        Returns:
-            Whether it was taken.
         """
         off, start = abs(joint - float(self.estimate.mean[JOINT])), self._settings.start
         if self._touches() < 1.0 - self._settings.sure and off > self._settings.gate * math.hypot(

@@ -18,13 +18,7 @@ from doorman.arrays import Array
 
 
 class Swapped:
-    """Whether the cameras see other markers now.
-
-    Args:
-        fastest: Largest speed of the vehicle [m/s].
-        gate: Deviations of a pose that noise does not reach.
-        longest: Time of a swap; one that lasts longer is a frame of the poses that has moved [s].
-    """
+    """Whether the cameras see other markers now: by a fastest speed [m/s], a gate in deviations, a longest swap [s]."""
 
     def __init__(self, fastest: float, gate: float, longest: float) -> None:
         self._fastest, self._gate, self._longest = fastest, gate, longest
@@ -34,15 +28,7 @@ class Swapped:
         """Whether they do."""
 
     def undone(self, time: float, position: Array, expected: Array, passed: float, deviation: float) -> Array:
-        """A pose as the right markers would give it; a frame that has moved for good is seen as it is, shape (3,) [m].
-
-        Args:
-            time: Of the pose [s].
-            position: Shape (3,) [m].
-            expected: Where the vehicle should be then, shape (3,) [m].
-            passed: Since the last pose [s].
-            deviation: Of a pose [m].
-        """
+        """A pose as the right markers would give it, (3,) [m]; a frame that has moved for good is seen as it is."""
         off = position - expected
         most = max(self._fastest * passed, self._gate * deviation)
         far = _length(off) > most

@@ -12,9 +12,10 @@ from doorman.control.estimation.pose_age import oldest_pose
 from doorman.control.estimation.pose_noise import most_force_noise
 from doorman.dynamics.attitude_loop import TESTED_DEAD_TIME, TESTED_LAG
 from doorman.feasibility import Report
-from doorman.flight.ground.checks import Check, Verdict, row
 from doorman.flight.ground.door import measured_door
 from doorman.flight.ground.judgements import (
+    Check,
+    Verdict,
     judge_age,
     judge_battery,
     judge_limits,
@@ -23,6 +24,7 @@ from doorman.flight.ground.judgements import (
     judge_rotors,
     judge_scenario,
     judge_setpoints,
+    row,
 )
 from doorman.hardware.dynamixel import ServoFault
 from doorman.hardware.pixhawk import SampleStatus

@@ -9,7 +9,7 @@ import numpy as np
 
 from doorman.control.estimation.door_watch import DoorWatch
 from doorman.exceptions import BackendError
-from doorman.flight.ground.checks import Check, Verdict, row
+from doorman.flight.ground.judgements import Check, Verdict, row
 from doorman.hardware.door import DoorSensor
 from doorman.hardware.vehicle import VehicleLinks
 from doorman.model import Model

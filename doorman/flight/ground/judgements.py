@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Set
+from dataclasses import dataclass
+from enum import Enum
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,12 +13,44 @@ from numpy.typing import NDArray
 from doorman.control.estimation.pose_noise import force_noise, most_force_noise
 from doorman.control.passage import Passage, has_doorway
 from doorman.feasibility import Finding, Report
-from doorman.flight.ground.checks import Check, Verdict, row
 from doorman.flight.way_back import out_of_the_doorway
 from doorman.hardware.pixhawk import Battery, EventKind
 from doorman.hardware.pixhawk.dialect import ARDUPILOT
 from doorman.hardware.vehicle import Places
 from doorman.model import Model
+
+
+class Verdict(Enum):
+    """Result of one check."""
+
+    GOOD = "ok"
+    WARNING = "warning"
+    BAD = "no"
+
+
+@dataclass(frozen=True)
+class Check:
+    """One row of the checklist."""
+
+    name: str
+    verdict: Verdict
+    found: str
+    advice: str = ""
+
+
+def ready(checks: list[Check]) -> bool:
+    """Whether the vehicle may be flown.
+
+    Args:
+        checks: Of `preflight`.
+    """
+    return all(one.verdict is not Verdict.BAD for one in checks)
+
+
+def row(name: str, good: bool, found: str, advice: str, otherwise: Verdict = Verdict.BAD) -> Check:
+    """A row that gives its advice only where it is needed."""
+    return Check(name, Verdict.GOOD if good else otherwise, found, "" if good else advice)
+
 
 _LEAST_BATTERY, _FOR_THE_FLIGHT = 0.3, 0.1
 """Least charge, and its margin above the charge at which the mission is given up."""

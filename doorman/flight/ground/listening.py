@@ -12,8 +12,7 @@ from pathlib import Path
 
 from doorman.exceptions import BackendError
 from doorman.feasibility import Report
-from doorman.flight.ground.checks import Check, Verdict, row
-from doorman.flight.ground.judgements import judge_battery, judge_limits, judge_scenario
+from doorman.flight.ground.judgements import Check, Verdict, judge_battery, judge_limits, judge_scenario, row
 from doorman.hardware.mocap import MocapReceiver
 from doorman.hardware.pixhawk import Autopilot
 from doorman.hardware.vehicle import VehicleConfig

@@ -1,44 +1,28 @@
-"""Servo bus: what a backend holds to move an arm of DYNAMIXEL servos, and the thread that owns its port."""
+"""Servo bus: what a backend holds to move an arm of DYNAMIXEL servos."""
 
 from __future__ import annotations
 
-import threading
-from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from doorman.background import EventLog, InThread
 from doorman.checks import vector
 from doorman.clocks import REAL_TIME, Clock
 from doorman.exceptions import BackendError, DimensionError
+from doorman.hardware.dynamixel.bus_thread import BusThread, Recovery
 from doorman.hardware.dynamixel.commissioning import Connection, ReadyServo, inspect, position
 from doorman.hardware.dynamixel.config import ServoConfig
-from doorman.hardware.dynamixel.cycle import ServoCommand, ServoCycle
-from doorman.hardware.dynamixel.faults import BusState, BusStatistics, ServoEvent, ServoFault, ServoSample
-from doorman.hardware.dynamixel.port import PortLost
+from doorman.hardware.dynamixel.cycle import ServoCommand
+from doorman.hardware.dynamixel.faults import BusState, BusStatistics, ServoEvent, ServoSample
 from doorman.hardware.dynamixel.settings import SettingFinding
 
-FIRST_READS = 10
-"""Attempts to hear all servos before the thread starts."""
 STRONGEST_GRIP = 2.0
 """More than any of the servos takes [A]."""
-RECONNECT_INTERVAL = 0.1
-"""Time between two looks for an unplugged device [s]."""
-STARTS_KEPT = 4000
 
 
-@dataclass
-class _Recovery:
-    deadline: float
-    done: threading.Event
-    failures: list[str] = field(default_factory=lambda: ["the bus was stopped meanwhile"])
-
-
-class ServoBus(InThread):
+class ServoBus(BusThread):
     """An arm's servos on one serial bus, in velocity mode, served by a thread of their own.
 
     `read` and `command` exchange the newest values and return at once: the bus never holds up its user. The constructor touches
@@ -49,19 +33,9 @@ class ServoBus(InThread):
         clock: Clock of all its waits.
     """
 
-    _patience = 3.0
-
     def __init__(self, config: ServoConfig, clock: Clock = REAL_TIME) -> None:
-        super().__init__("servo-bus", clock)
-        self.config = config
-        self._log = EventLog[ServoEvent]()
-        self._ready: tuple[ReadyServo, ...] = ()
-        self._recovering, self._published = clock.lock(), clock.condition()
-        self._starts: deque[float] = deque(maxlen=STARTS_KEPT)
-        self._next = 0.0
-        self._connection: Connection | None = None
-        self._command: ServoCommand | None = None  # newest; replaced as a whole, so no lock is needed
-        self._request: _Recovery | None = None
+        super().__init__(config, clock)
+        self._recovering = clock.lock()
 
     def inspect(self) -> tuple[SettingFinding, ...]:
         """Open the port, compare every servo's settings with what is relied on, and close it; changes no setting.
@@ -168,7 +142,7 @@ class ServoBus(InThread):
         if not self._recovering.acquire(timeout=timeout):
             return (f"another recovery has taken more than {timeout:g} s",)
         try:
-            self._request = request = _Recovery(deadline, self._clock.event())
+            self._request = request = Recovery(deadline, self._clock.event())
             if not request.done.wait(deadline - self._clock.now() + self.config.boot_timeout):
                 return (f"the servos did not recover within {timeout:g} s",)
             return tuple(request.failures)
@@ -216,142 +190,6 @@ class ServoBus(InThread):
         connection = Connection.open(self.config, self._clock)
         try:
             yield connection
-        finally:
-            connection.port.close()
-
-    # ------------------------------------------------------------ the thread
-
-    def _begin(self) -> None:
-        connection = Connection.open(self.config, self._clock)
-        try:
-            self._ready = connection.commission(self._log)
-            self._cycle = cycle = ServoCycle(connection.quick, self._ready, self.config, self._log)
-            if not any(cycle.listen() for _ in range(FIRST_READS)):
-                connection.rest()
-                raise BackendError("not every servo answers a sync read in time", field="servos.latency",
-                                   given=self.config.latency, allowed="longer than adapter and computer take")  # fmt: skip
-        except BaseException:
-            connection.port.close()
-            raise
-        self._connection, self._latest = connection, cycle.sample(BusState.FOLLOWING)
-        self._command, self._request = None, None
-        self._starts.clear()
-        self._overruns, self._next = 0, self._clock.now()
-
-    def _stuck(self) -> None:
-        raise BackendError("the servo bus does not stop", field="servos.port", given=self.config.port,
-                           allowed="a device that answers; the servos' watchdogs stop the arm")  # fmt: skip
-
-    def _run(self) -> None:
-        try:
-            while not self._stopping.is_set():
-                self._pace()
-                self._guarded(self._turn)
-        finally:
-            self._guarded(self._finish)
-            self._publish(replace(self._latest, state=BusState.STOPPED))
-            if self._request is not None:
-                self._request.done.set()
-
-    def _pace(self) -> None:
-        """Wait for the next cycle; one that is late is not made up for."""
-        self._next += self.config.period
-        now = self._clock.now()
-        if now < self._next:
-            self._clock.sleep(self._next - now)
-        elif now > self._next + self.config.period:
-            self._overruns += 1
-            self._next = now
-
-    def _guarded(self, action: Callable[[], None]) -> None:
-        """Whatever fails in an action becomes a fault and a stop; the thread lives on."""
-        try:
-            try:
-                action()
-            except PortLost:
-                raise
-            except Exception as error:  # the last line of defence: only this thread commands zero velocity
-                self._cycle.bus_fault |= ServoFault.INTERNAL
-                self._note(ServoFault.INTERNAL, True, f"internal failure: {type(error).__name__}: {error}")
-                self._publish(replace(self._latest, bus_fault=self._cycle.bus_fault, state=BusState.HOLDING))
-                if self._connection is not None:
-                    self._cycle.halt()
-        except PortLost as error:
-            self._disconnect(str(error))
-
-    def _turn(self) -> None:
-        if self._connection is None:
-            self._reconnect()
-        else:
-            self._cycle_once()
-        if self._request is not None:
-            request, self._request = self._request, None
-            request.failures = ["the serial device is gone"]
-            try:
-                if self._connection is not None:
-                    request.failures = self._cycle.recover(request.deadline, self._breathe)
-            finally:
-                request.done.set()
-
-    def _cycle_once(self) -> None:
-        self._starts.append(self._clock.now())
-        self._publish(self._cycle.step(self._command))
-
-    def _breathe(self) -> None:
-        """Run a cycle if one is due, in the middle of something longer."""
-        if self._stopping.is_set():
-            raise BackendError("the bus is being stopped", field="servos")
-        if self._clock.now() >= self._next + self.config.period:
-            self._next = self._clock.now()
-            self._cycle_once()
-
-    def _publish(self, sample: ServoSample) -> None:
-        with self._published:
-            self._latest = sample
-            self._published.notify_all()
-
-    def _note(self, fault: ServoFault, began: bool, text: str) -> None:
-        self._log.write(ServoEvent(self._clock.now(), None, fault, began, text))
-
-    def _disconnect(self, why: str) -> None:
-        if self._connection is not None:
-            self._connection.port.close()
-            self._connection = None
-        self._cycle.bus_fault |= ServoFault.UNPLUGGED
-        self._note(ServoFault.UNPLUGGED, True, why)
-        self._cycle.count += 1
-        self._publish(self._cycle.sample(BusState.DISCONNECTED))
-
-    def _reconnect(self) -> None:
-        """Open the device again and check who answers; what the servos went through shows in the next cycle."""
-        self._stopping.wait(RECONNECT_INTERVAL)
-        self._next = self._clock.now()
-        if self._stopping.is_set():
-            return
-        connection = None
-        try:
-            connection = Connection.open(self.config, self._clock)
-            for servo, known in zip(connection.servos(connection.quick), self._cycle.ready, strict=True):
-                servo.identify((known.model,))
-        except BackendError:  # not there yet, or not whole: tried again
-            if connection is not None:
-                connection.port.close()
-            return
-        self._connection = connection
-        self._cycle.use(connection.quick)
-        self._cycle.bus_fault &= ~ServoFault.UNPLUGGED
-        self._note(ServoFault.UNPLUGGED, False, "serial device opened again")
-
-    def _finish(self) -> None:
-        """Zero velocity, then rest; if that fails, the servos' own watchdogs stop them."""
-        connection, self._connection = self._connection, None
-        if connection is None:
-            return
-        try:
-            self._cycle.halt()
-            for failure in connection.rest():
-                text = f"the servo did not take zero velocity, its watchdog stops it: {failure}"
-                self._note(ServoFault.NONE, True, text)
         finally:
             connection.port.close()
 

@@ -11,11 +11,10 @@ from doorman.clocks import REAL_TIME, Clock
 from doorman.exceptions import BackendError
 from doorman.hardware.pixhawk import sequences
 from doorman.hardware.pixhawk.config import PixhawkConfig
-from doorman.hardware.pixhawk.events import Event, Outcome, OutcomeStatus
+from doorman.hardware.pixhawk.events import Event, Outcome
 from doorman.hardware.pixhawk.link.link import Link
 from doorman.hardware.pixhawk.link.mocap import MocapPose
 from doorman.hardware.pixhawk.link.status import LinkStatus, link_status
-from doorman.hardware.pixhawk.link.stream import LONGEST_BLIND_HOLD, here
 from doorman.hardware.pixhawk.parameters import protocol as parameters
 from doorman.hardware.pixhawk.parameters.protocol import Finding, prepare_attitude, side_force_missing
 from doorman.hardware.pixhawk.parameters.rules import Rule, rules_for
@@ -47,8 +46,6 @@ class Autopilot(Opened):
         self.config, self._clock = config, clock
         self._link = Link(config, clock)
 
-    # ------------------------------------------------------------ opening and closing
-
     def open(self) -> None:
         """Connect, and wait for heartbeat, attitude and clock.
 
@@ -73,8 +70,6 @@ class Autopilot(Opened):
                 sequences.leave(link)
         finally:
             link.stop()
-
-    # ------------------------------------------------------------ never waits
 
     def state(self) -> VehicleSample:
         """Newest state, with its status as of now: only `FRESH` may be flown on."""
@@ -102,11 +97,8 @@ class Autopilot(Opened):
             BackendError: if it is an attitude setpoint and there is no thrust curve.
         """
         if isinstance(setpoint, AttitudeSetpoint) and self._link.stream.curve is None:
-            raise BackendError(
-                "attitude setpoints need a thrust curve",
-                field="pixhawk.thrust_curve",
-                allowed="a ThrustCurve, or hover_force",
-            )
+            raise BackendError("attitude setpoints need a thrust curve", field="pixhawk.thrust_curve",
+                               allowed="a ThrustCurve, or hover_force")  # fmt: skip
         return self._link.stream.offer(setpoint, self._clock.now())
 
     def mocap(self, time_of_capture: float, position: ArrayLike, quaternion: ArrayLike) -> bool:
@@ -149,8 +141,6 @@ class Autopilot(Opened):
         """Figures of the link as of now."""
         return link_status(self._link, self._clock.now())
 
-    # ------------------------------------------------------------ steps of a flight
-
     def check_parameters(self) -> tuple[Finding, ...]:
         """Hold the autopilot's parameters against what this set-up needs; reads only.
 
@@ -172,19 +162,7 @@ class Autopilot(Opened):
         Raises:
             BackendError: unless `write_parameters` is set, and the autopilot is heard and disarmed.
         """
-        if not self.config.write_parameters:
-            raise BackendError(
-                "parameters are written only on request", field="pixhawk.write_parameters", allowed="True"
-            )
-        sample = self._link.tracker.sample
-        if sample.armed or self._clock.now() - sample.heartbeat_time > self.config.timeouts.heartbeat:
-            raise BackendError(
-                "parameters are written on the ground only",
-                field="armed",
-                allowed="an autopilot that is heard and disarmed",
-            )
-        rules = self._rules()
-        return parameters.fix(self._link, rules, parameters.check(self._link, rules))
+        return parameters.fix(self._link, self._rules())
 
     def engage(self, *, unarmed: bool = False) -> Outcome:
         """Enter the mode in which the autopilot obeys us: offboard or guided.
@@ -243,14 +221,7 @@ class Autopilot(Opened):
             at: Where; here if not given, which a position of the last second tells.
             latch: Refuse the controller's setpoints until `resume`.
         """
-        if at is None:
-            sample = self.state()
-            at = here(sample) if sample.age(self._clock.now()) < LONGEST_BLIND_HOLD else None
-        if at is None:
-            return Outcome(OutcomeStatus.NOT_READY, "no position and attitude of the last second")
-        if not self._link.authority.hold(at, latch=latch):
-            return Outcome(OutcomeStatus.CONTROL_LOST, "doorman does not control the vehicle")
-        return Outcome(OutcomeStatus.DONE)
+        return sequences.hold(self._link, at, latch)
 
     def resume(self) -> None:
         """Let the controller's setpoints in again after a latched hold."""
@@ -322,8 +293,6 @@ class Autopilot(Opened):
             raise BackendError("no thrust curve yet", field="pixhawk.thrust_curve", allowed="calibrate_hover before")
         self._link.stream.curve = curve = replace(self._link.stream.curve, shape=shape)
         return curve
-
-    # ------------------------------------------------------------
 
     def _rules(self) -> tuple[Rule, ...]:
         delay = self._link.mocap.statistics().median_delay

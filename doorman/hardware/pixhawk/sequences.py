@@ -14,7 +14,7 @@ from doorman.exceptions import BackendError
 from doorman.hardware.pixhawk.authority import Authority
 from doorman.hardware.pixhawk.events import Outcome, OutcomeStatus
 from doorman.hardware.pixhawk.link.link import Link
-from doorman.hardware.pixhawk.link.stream import here
+from doorman.hardware.pixhawk.link.stream import LONGEST_BLIND_HOLD, here
 from doorman.hardware.pixhawk.sample import LandedState, VehicleSample
 from doorman.hardware.pixhawk.setpoints import PositionSetpoint
 from doorman.hardware.pixhawk.thrust.curve import ThrustCurve, hover_curve
@@ -187,6 +187,18 @@ def _take_off_by_command(link: Link, height: float) -> Outcome:
         if outcome.done or link.until(lambda: _lost(link) or lifts(), _RETRY):
             break
     return _DONE if lifts() and not _lost(link) else outcome
+
+
+def hold(link: Link, at: PositionSetpoint | None, latch: bool) -> Outcome:
+    """Stay at a place, or where the vehicle is, which a position of the last second tells."""
+    sample = link.tracker.sample
+    if at is None and sample.age(link.time.now()) < LONGEST_BLIND_HOLD:
+        at = here(sample)
+    if at is None:
+        return Outcome(OutcomeStatus.NOT_READY, "no position and attitude of the last second")
+    if not link.authority.hold(at, latch=latch):
+        return Outcome(OutcomeStatus.CONTROL_LOST, "doorman does not control the vehicle")
+    return _DONE
 
 
 def land(link: Link) -> Outcome:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Literal
 
@@ -17,7 +16,7 @@ from doorman.exceptions import UrdfError
 from doorman.gravity import weight_of
 from doorman.kinematics.doors.leaf.leaf_in_world import LeafInWorld
 from doorman.kinematics.doors.leaf.leaf_motion import SLIDE_RADIUS, weight_torque
-from doorman.kinematics.doors.urdf.convention import standing_joints
+from doorman.kinematics.doors.urdf.joints import hinge_joint, levers, places, standing_joints, standing_values
 from doorman.kinematics.doors.urdf.leaf_in_plane import LeafInPlane
 from doorman.kinematics.doors.urdf.leaf_on_joint import LEANS, LeafOnJoint
 from doorman.kinematics.doors.urdf.leaf_on_slide import LeafOnSlide, read_leaf
@@ -25,7 +24,6 @@ from doorman.kinematics.doors.variants.variant import write_door_variant
 from doorman.kinematics.links import joint_placements_along, links_of
 from doorman.kinematics.urdf.elements import read_joints
 from doorman.kinematics.urdf.robot import frozen, link_index, load_pinocchio
-from doorman.kinematics.urdf.shapes import read_parents
 from doorman.scenario import ContactSection, DoorSection
 
 Side = Literal["push", "pull"]
@@ -80,12 +78,12 @@ class Door(LeafInWorld):
         self.urdf = urdf
         full = load_pinocchio(urdf, endless=False)
         leaf = link_index(full, self.section.leaf, urdf, "door.leaf")
-        self._hinge = self._hinge_joint(full)
-        stands = _standing_values(self.section)
+        self._hinge = hinge_joint(urdf, full, self.section.hinge)
+        stands = standing_values(self.section)
         self.standing_joints = standing_joints(urdf, full, self._hinge, stands)
         """Joints that could move, and neither carry the leaf nor hang on it; they stand at zero."""
         locked = [i for i in range(1, full.njoints) if i != self._hinge]
-        self.model = pinocchio.buildReducedModel(full, locked, _places(full, stands)) if locked else full
+        self.model = pinocchio.buildReducedModel(full, locked, places(full, stands)) if locked else full
         self.links = links_of(self.model)
         self._own: PerThread[pinocchio.Data] = PerThread()
         if full.frames[leaf].parentJoint != self._hinge:
@@ -93,7 +91,7 @@ class Door(LeafInWorld):
                 "the hinge does not move the leaf", file=urdf, field="door.leaf", given=self.section.leaf,
                 allowed=f"a link moved by joint '{self.section.hinge}'",
             )  # fmt: skip
-        self.touched = frozenset({self.section.leaf, *_levers(urdf, self.section)})
+        self.touched = frozenset({self.section.leaf, *levers(urdf, self.section)})
         """Links that the tip may touch: the leaf, and levers on it that were turned first."""
         leaf_on_joint = read_leaf(urdf, self.model, self.section, contact)
         self.slides = isinstance(leaf_on_joint, LeafOnSlide)
@@ -262,54 +260,12 @@ class Door(LeafInWorld):
         into, along, up = self.in_doorway(point - self.hinge_position)
         return float(along), float(up), -float(into)
 
-    def _hinge_joint(self, full: pinocchio.Model) -> int:
-        name = self.section.hinge
-        if not full.existJointName(name):
-            joints = ", ".join(list(full.names)[1:]) or "none that moves"
-            raise UrdfError(
-                f"the URDF has no moving joint '{name}'", file=self.urdf, field="door.hinge", given=name, allowed=joints
-            )
-        index = int(full.getJointId(name))
-        if full.joints[index].nq != 1:
-            raise UrdfError(
-                "the door's joint is no hinge with a range, and no slide", file=self.urdf, field=f"joint {name}",
-                given=full.joints[index].shortname().removeprefix("JointModel"), allowed="revolute, continuous or prismatic",
-            )  # fmt: skip
-        return index
-
 
 def standing(position: ArrayLike, yaw: float, hinge: Array) -> tuple[Array, float]:
     """Where the hinge is of a door whose URDF's origin is at a position, turned by a yaw."""
     x, y, z = hinge.tolist()
     turned = [math.cos(yaw) * x - math.sin(yaw) * y, math.sin(yaw) * x + math.cos(yaw) * y, z]
     return np.asarray(position, float) + turned, yaw
-
-
-def _standing_values(section: DoorSection) -> dict[str, float]:
-    """Where joints stand that move before this task or after it, and the lever of a latch."""
-    lever = {} if section.latch is None else {section.latch.joint: section.latch.closed}
-    values = lever | {joint.joint: joint.value for joint in section.beside}
-    return {name: value for name, value in values.items() if name != section.hinge}
-
-
-def _levers(urdf: Path, section: DoorSection) -> Iterator[str]:
-    """Links that hang by another joint of the task on what the hinge moves."""
-    beside, parents = {each.joint for each in section.beside}, read_parents(urdf)
-    for link, (joint, _) in parents.items():
-        at = link if joint in beside else None
-        while at in parents:
-            above, at = parents[at]
-            if above == section.hinge:
-                yield link
-
-
-def _places(full: pinocchio.Model, values: dict[str, float]) -> Array:
-    """Coordinates of all joints, zero where none is given."""
-    places = np.array(pinocchio.neutral(full))
-    for name, value in values.items():
-        if full.existJointName(name):
-            places[full.joints[full.getJointId(name)].idx_q] = value
-    return places
 
 
 def _variant(urdf: Path, section: DoorSection) -> Path:

@@ -16,14 +16,7 @@ from doorman.planning.pace import RESTING, Pace
 
 
 class Attempt:
-    """The means of a mission, and what the current attempt has come to.
-
-    Args:
-        model: Model of the scenario.
-        converter: Its state converter.
-        schedule: Plans.
-        estimator: Takes what the phases know of the contact.
-    """
+    """The means of a mission, and what the current attempt has come to."""
 
     def __init__(self, model: Model, converter: StateConverter, schedule: PlanSchedule, estimator: Estimator) -> None:
         self.model, self.converter, self.schedule, self.estimator = model, converter, schedule, estimator

@@ -19,11 +19,7 @@ thrust left, or no hold of its attitude."""
 
 
 class Guard:
-    """Watches the phases at the leaf.
-
-    Args:
-        attempt: What the phases share.
-    """
+    """Watches the phases at the leaf."""
 
     def __init__(self, attempt: Attempt) -> None:
         self._attempt = attempt

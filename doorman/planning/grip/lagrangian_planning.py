@@ -22,11 +22,7 @@ from doorman.planning.own_motion import Motion
 
 
 class LagrangianPlanning(QuasiStaticPlanning):
-    """x = [Φ, α, Φ̇, α̇, H], u = [f_t, T, Ḣ_d]; with rows, goal and forces of the simplified dynamics. See `PlanningModel`.
-
-    Args:
-        model: Model of the scenario.
-    """
+    """x = [Φ, α, Φ̇, α̇, H], u = [f_t, T, Ḣ_d]; with rows, goal and forces of the simplified dynamics. See `PlanningModel`."""
 
     def __init__(self, model: Model) -> None:
         self.model = model

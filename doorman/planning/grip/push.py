@@ -38,11 +38,7 @@ def resistance(model: Model, hinge: Hinge, angle: float) -> float:
 
 
 class LargestPushes:
-    """Largest push of a vehicle at every angle of its door; about a vertical hinge that is one number, found once.
-
-    Args:
-        model: Model of the scenario.
-    """
+    """Largest push of a vehicle at every angle of its door; about a vertical hinge that is one number, found once."""
 
     def __init__(self, model: Model) -> None:
         self._model, self._tilt = model, model.largest_tilt

@@ -22,11 +22,7 @@ from doorman.planning.own_motion import Motion
 
 
 class QuasiStaticPlanning:
-    """x = [Φ, α, α̇, H], u = [f_t, Ω, Ḣ_d]; see `PlanningModel`.
-
-    Args:
-        model: Model of the scenario.
-    """
+    """x = [Φ, α, α̇, H], u = [f_t, Ω, Ḣ_d]; see `PlanningModel`."""
 
     def __init__(self, model: Model) -> None:
         self.model = model

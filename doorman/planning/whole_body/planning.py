@@ -35,11 +35,7 @@ _REDUCED = (3, 4, 5, 12, 13)
 
 
 class WholeBodyPlanning:
-    """x = [P, Φ, V, Φ̇, α, α̇, H], u = [f_t, φ_c, θ_c, τ_z, Ḣ_d]; see `PlanningModel` and `whole_body`.
-
-    Args:
-        model: Model of the scenario.
-    """
+    """x = [P, Φ, V, Φ̇, α, α̇, H], u = [f_t, φ_c, θ_c, τ_z, Ḣ_d]; see `PlanningModel` and `whole_body`."""
 
     def __init__(self, model: Model) -> None:
         self.model = model

@@ -74,13 +74,7 @@ from doorman.ocp.symbolic_model import SymbolicModel
 
 
 class WholeBodyTask(TipOnFace):
-    """Vehicle, arm, leaf and contact. See `Task`.
-
-    Args:
-        pattern: Of the arm's constants.
-        point_names: Of the arm's points, the tip last.
-        numbers: Their names and sizes become symbols, see `whole_body_numbers`.
-    """
+    """Vehicle, arm, leaf and contact. See `Task`."""
 
     plan: Any
     """Numbers of the plan: `time_step` [s]."""

@@ -6,7 +6,9 @@ states, of which a viewer shows curves, take half the room.
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -209,3 +211,34 @@ _SCALAR_CONVERTERS: dict[Kind, Callable[[Any], Any]] = {
     "boolean": _boolean,
     "string": _string,
 }
+
+
+def header_json(header: Mapping[str, Any]) -> str:
+    """The header as JSON; arrays and paths become lists and texts."""
+    try:
+        return json.dumps(dict(header), allow_nan=False, default=_plain)
+    except (TypeError, ValueError, RecursionError) as error:
+        raise RecordingError(f"cannot be written as JSON: {error}", field=HEADER, given=shown(header)) from error
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, (np.ndarray, np.generic)):
+        return value.tolist()
+    if isinstance(value, Path):
+        return str(value)
+    if isinstance(value, Mapping):
+        return dict(value)
+    raise TypeError(f"{type(value).__name__} is neither a number, a text, an array nor a mapping")
+
+
+def header_value(text: str) -> Any:
+    """Value of the header from the text in its metadata record."""
+    try:
+        return json.loads(text)
+    except (ValueError, RecursionError):
+        return text
+
+
+def header_text(value: Any) -> str:
+    """Text of a value of the header: the words themselves where they are no JSON, so that they read well."""
+    return value if isinstance(value, str) and header_value(value) is value else json.dumps(value)

@@ -23,9 +23,8 @@ from mcap.writer import MCAP0_MAGIC as MAGIC
 from doorman.bounds import LARGEST_LOG, LAST_TIME
 from doorman.exceptions import RecordingError, shown
 from doorman.recording.files.cdr import HEADER as CDR
-from doorman.recording.files.header_json import header_value
 from doorman.recording.files.mcap_file import COMPRESSION
-from doorman.recording.files.messages import HEADER, Columns, MessageType
+from doorman.recording.files.messages import HEADER, Columns, MessageType, header_value
 from doorman.recording.files.records import PREFIX, Record, records_of, stream_of
 
 TOPIC = "topic"

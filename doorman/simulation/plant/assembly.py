@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from doorman.arrays import Array
-from doorman.collision.tip_shapes import tip_link, tip_shapes
+from doorman.collision.shapes import tip_link, tip_shapes
 from doorman.exceptions import BackendError, ScenarioError
 from doorman.gravity import weight_of
 from doorman.kinematics.doors.door import Door

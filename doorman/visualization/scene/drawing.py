@@ -12,8 +12,8 @@ import pinocchio
 from doorman.arrays import Array
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import Model
-from doorman.visualization.scene.meshcat_scene import Command, place, set_property, show
 from doorman.visualization.scene.moments import FRAMES_PER_SECOND, Moment
+from doorman.visualization.scene.page import Command, place, set_property, show
 from doorman.visualization.scene.shapes import visual_shapes
 from doorman.visualization.scene.surfaces import SURFACES, clearances, surface_shapes
 

@@ -92,6 +92,15 @@ def test_a_cluster_that_flies_nothing_ends_the_campaign(task: Path, tmp_path: Pa
     assert len(ordered) < 30
 
 
+def test_a_cluster_that_loses_every_second_flight_goes_on(task: Path, tmp_path: Path, monkeypatch) -> None:
+    def answers(order: dict[str, Any]) -> dict[str, Any]:
+        first = ordered.count(order["run"]) == 1
+        return flight_process.lost("no memory") if first else flight_process.failed("flown")
+
+    ordered = flown_by(monkeypatch, answers)
+    assert len(running.run_campaign(Campaign(str(task)), tmp_path, runs=30, workers=1)) == 30
+
+
 def order(task: Path) -> tuple[dict[str, Any], dict[str, str]]:
     flight = Campaign(str(task)).flight(0)
     files = carried_files(flight.scenario)

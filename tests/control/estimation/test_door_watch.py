@@ -67,6 +67,15 @@ def test_a_single_wild_reading_is_left_out():
     assert 1 <= (~believed).sum() <= 3 and not watch.lied and believed[-1]
 
 
+def test_readings_beside_the_tip_now_and_then_are_no_lie():
+    """Each time for less than a lie lasts: by a pose that comes late."""
+    aside = math.radians(2.0)
+    watch, believed = flight(lambda time, angle: angle + (aside if time > 1.5 and time % 0.5 < 0.06 else 0.0))
+    assert not watch.lied and believed[-1] and believed.mean() > 0.9
+    watch, _ = flight(lambda time, angle: angle + (aside if time > 1.5 and time % 0.5 < 0.2 else 0.0))
+    assert watch.lied
+
+
 def test_one_that_ends_is_told_and_one_that_comes_back_is_believed():
     watch, believed = flight(lambda time, angle: None if 2.0 < time < 3.0 else angle)
     assert believed[-1] and not watch.lied

@@ -75,6 +75,21 @@ def test_a_closed_leaf_that_nothing_touches_stays_where_it_is_known_to_be(model)
     assert flown.of("joint") == pytest.approx(before, rel=0.02)
 
 
+def test_a_new_beginning_forgets_no_score(model):
+    flown = Flown(model, 0.5)
+    flown.hover(1.0)
+    run, jumped = flown.run, np.array([0.3, 0.0, 0.0])
+    flown.at += jumped
+    flown.pose()
+    flown.at -= jumped
+    before = run.log_likelihood, run.refused, run.mean_nis
+    assert before[0] != 0.0 and before[1] == 1 and 0.5 < before[2] / 3.0 < 2.0
+    run.meet(None)
+    assert (run.log_likelihood, run.refused, run.mean_nis) == pytest.approx(before)
+    flown.hover(0.2)
+    assert run.log_likelihood > before[0] and run.refused == 1
+
+
 def test_a_touch_is_found_at_the_face_and_its_force_and_angle_are_known(model):
     flown = Flown(model, 0.0)
     flown.hover(1.0)

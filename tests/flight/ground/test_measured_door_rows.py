@@ -8,8 +8,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from doorman.flight.ground.checks import Verdict
 from doorman.flight.ground.door import measured_door
+from doorman.flight.ground.judgements import Verdict
 from doorman.hardware.door import (
     CallableSource,
     DoorSample,

@@ -11,7 +11,8 @@ from virtual_time import CLOCK
 
 from doorman.cli.vehicles.rig_demo import free_port
 from doorman.hardware.mocap import MocapConfig, MocapEvent, MocapFault, MocapReceiver, PoseQuality, PoseSample
-from doorman.rig.emulators.mocap.emulator import BodyPose, MocapEmulator, StreamFaults, TrackerSetup
+from doorman.rig.emulators.mocap.emulator import BodyPose, MocapEmulator, TrackerSetup
+from doorman.rig.emulators.mocap.faults import StreamFaults
 
 NAME = "vehicle"
 

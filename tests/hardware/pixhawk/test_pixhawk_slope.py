@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pixhawk_rig import WEIGHT
 
-from doorman.flight.watches.hover import STEEPEST, judge_model, judge_slope, measure_hover
+from doorman.flight.hover import STEEPEST, judge_model, judge_slope, measure_hover
 from doorman.gravity import GRAVITY
 from doorman.hardware.pixhawk import AttitudeSetpoint, PositionSetpoint, ThrustCurve, VehicleSample
 from doorman.hardware.pixhawk.thrust.slope import BOB_TIME, Slope, ThrustModel, bob, measured_slope

@@ -13,7 +13,7 @@ from doorman.exceptions import DoormanError, ScenarioError
 from doorman.hardware.computer.doctor import Host
 from doorman.hardware.pixhawk import ThrustCurve
 from doorman.hardware.vehicle_file import VehicleFile
-from doorman.hardware.vehicle_file.devices import devices
+from doorman.hardware.vehicle_file.file import devices
 from doorman.model import Model
 from doorman.resources import shipped, urdf_directory, vehicle_directory
 from doorman.scenario import Scenario

@@ -8,7 +8,7 @@ from hands import Slam, flown, phases
 
 from doorman import Model, Recording
 from doorman.campaign import judge
-from doorman.campaign.stated_reason import told_truly
+from doorman.campaign.judgement import told_truly
 from doorman.mission import Phase
 from doorman.summary import verdict
 

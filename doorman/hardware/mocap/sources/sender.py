@@ -21,7 +21,7 @@ import socket
 import time
 from collections.abc import Mapping, Sequence
 
-from doorman.copying import Uncopied
+from doorman.background import Closed
 from doorman.exceptions import BackendError
 from doorman.hardware.mocap.faults import MocapFault
 from doorman.hardware.mocap.frames import METRES_PER_MILLIMETRE, object_angles
@@ -74,7 +74,7 @@ MOST = 200
 """Objects that a datagram holds."""
 
 
-class PoseSender(Uncopied):
+class PoseSender(Closed):
     """Sends frames of poses to a receiver, `udp:PORT` there.
 
     Its numbers begin anywhere, so that the receiver takes a sender that was started again for another stream, not for a late one.
@@ -129,12 +129,6 @@ class PoseSender(Uncopied):
     def close(self) -> None:
         """Close the socket."""
         self._socket.close()
-
-    def __enter__(self) -> PoseSender:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
 
 
 def _tracked(name: str, position: Vector, quaternion: Quaternion) -> TrackedObject:

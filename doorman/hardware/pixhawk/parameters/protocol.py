@@ -105,10 +105,18 @@ def check(link: Link, rules: Iterable[Rule]) -> tuple[Finding, ...]:
     return tuple(findings)
 
 
-def fix(link: Link, rules: Iterable[Rule], findings: Iterable[Finding]) -> tuple[str, ...]:
+def fix(link: Link, rules: Iterable[Rule]) -> tuple[str, ...]:
+    """Write what `check` finds, where it was asked for and the vehicle is on the ground; names of what was written."""
+    if not link.config.write_parameters:
+        raise BackendError("parameters are written only on request", field="pixhawk.write_parameters", allowed="True")
+    sample = link.tracker.sample
+    if sample.armed or link.time.now() - sample.heartbeat_time > link.config.timeouts.heartbeat:
+        raise BackendError("parameters are written on the ground only", field="armed",
+                           allowed="an autopilot that is heard and disarmed")  # fmt: skip
+    rules = tuple(rules)
     by_name = {name: rule for rule in rules for name in rule.names}
     written = []
-    for finding in findings:
+    for finding in check(link, rules):
         rule = by_name.get(finding.name)
         if rule is None or rule.value is None or finding.given is None:
             continue

@@ -1,19 +1,14 @@
-"""What a door's URDF leaves open: which joint moves, and where that is closed."""
+"""What a door's URDF leaves open: where its joint is closed."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
-import pinocchio
 
 from doorman.arrays import Array
-from doorman.exceptions import UrdfError
-from doorman.kinematics.urdf.elements import UrdfJoint, read_joints
-from doorman.kinematics.urdf.shapes import read_collisions
 
 _NEAR = 0.15
 """Farthest gap between the leaf's free edge and the jamb that it closes at, as a share of its width."""
@@ -49,41 +44,6 @@ class Closed:
     """Whether the leaf meets a jamb there that need not be the one at which it is closed."""
 
 
-def standing_joints(urdf: Path, model: pinocchio.Model, hinge: int, known: Iterable[str] = ()) -> tuple[str, ...]:
-    """Joints beside the hinge that could move, and that stand still because nothing moves them, or where they are known to."""
-    known = frozenset(known)
-    joints = read_joints(urdf)
-    own = model.names[hinge]
-    others = [index for index in range(1, model.njoints) if index != hinge]
-    if joints[own].leader is not None:
-        raise UrdfError(
-            "the hinge follows another joint", file=urdf, field=f"joint {own}/mimic", given=joints[own].leader,
-            allowed="a hinge that moves on its own",
-        )  # fmt: skip
-    for index in others:
-        name = model.names[index]
-        kind = joints[name].kind
-        if name in known or known & _leaders(joints, name):
-            continue
-        if hinge in _ancestors(model, index):
-            raise UrdfError(
-                "a joint on the leaf moves, such as a lever or a bolt: pushing does not open a latched door",
-                file=urdf, field=f"joint {name}", given=kind, allowed='type="fixed", for a door that is not latched',
-            )  # fmt: skip
-        if index in _ancestors(model, hinge) and _stands_on_something(urdf, model, index):
-            raise UrdfError(
-                "the hinge hangs on another joint that moves", file=urdf, field=f"joint {name}", given=kind,
-                allowed=f"one moving joint, '{own}', between world and leaf",
-            )  # fmt: skip
-        if own in _leaders(joints, name):
-            raise UrdfError(
-                "a joint follows the hinge, but doorman would hold it still", file=urdf, field=f"joint {name}/mimic", given=own,
-                allowed=f"one moving joint, '{own}'",
-            )  # fmt: skip
-    unknown = (model.names[index] for index in others)
-    return tuple(name for name in unknown if name not in known and not known & _leaders(joints, name))
-
-
 def closed_value(limits: tuple[float, float], at_a_jamb: Callable[[float], bool], upright: bool = True) -> Closed:
     """Where a door is closed.
 
@@ -115,25 +75,3 @@ def meets(boxes: Iterable[FixedBox], edge: Array, along: Array, width: float) ->
         if gap <= _NEAR * width and float((box.center - edge) @ along) > 0.0:
             return True
     return False
-
-
-def _stands_on_something(urdf: Path, model: pinocchio.Model, index: int) -> bool:
-    """Whether anything is below a joint; the joints of a base that floats or rolls have only empty links there."""
-    below = {0, *_ancestors(model, index)} - {index}
-    links = {frame.name for frame in model.frames if frame.parentJoint in below}
-    return any(shape.link in links for shape in read_collisions(urdf))
-
-
-def _ancestors(model: pinocchio.Model, index: int) -> Iterator[int]:
-    while index != 0:
-        index = int(model.parents[index])
-        yield index
-
-
-def _leaders(joints: dict[str, UrdfJoint], name: str) -> set[str]:
-    found: set[str] = set()
-    leader = joints[name].leader
-    while leader is not None and leader in joints and leader not in found:
-        found.add(leader)
-        leader = joints[leader].leader
-    return found

@@ -28,12 +28,6 @@ class LeafInPlane(LeafOnJoint):
 
     `along` leads from the axis to the contact, or along the lever where none is named; `up` looks away from the face, to the
     vehicle. So the normal is the way on which the tip moves, about the axis.
-
-    Args:
-        urdf: Path of the URDF.
-        model: Pinocchio's of it, in which the joint alone moves.
-        section: Names, and where the joint is closed if that is said.
-        contact: Where the tip touches, if that is said.
     """
 
     def __init__(

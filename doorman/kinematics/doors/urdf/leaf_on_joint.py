@@ -36,16 +36,7 @@ class LeafSize:
 
 
 class LeafOnJoint:
-    """Reader of one door.
-
-    Args:
-        urdf: Path of the URDF.
-        model: Pinocchio's of it, in which the hinge alone moves.
-        section: Names, and where the joint is closed if that is said.
-
-    Raises:
-        UrdfError: if the joint has no range, or the leaf has no shape.
-    """
+    """Reader of one door, by Pinocchio's model in which the hinge alone moves."""
 
     unit = "rad"
     """Unit of the joint's value."""

@@ -23,13 +23,7 @@ _INSIDE = 1e-3
 
 
 class LeafOnSlide(LeafOnJoint):
-    """Reader of one slide. See `LeafOnJoint`.
-
-    The face lies across the slide: `along` is horizontal in it, and P_h its lower corner where the joint is closed.
-
-    Raises:
-        UrdfError: if the slide has no range or is too steep, or the leaf has no shape.
-    """
+    """Reader of one slide: `along` is horizontal in its face, P_h its lower corner where it is closed. See `LeafOnJoint`."""
 
     unit = "m"
     _upright = False

@@ -43,12 +43,7 @@ class Part:
 
 @dataclass(frozen=True)
 class LeafShape:
-    """Shape of a leaf on its joint. Directions are in the joint's frame.
-
-    Args:
-        parts: What the joint carries.
-        axis: Unit vector of hinge or slide, shape (3,).
-    """
+    """Shape of a leaf on its joint, by unit vector of hinge or slide, (3,). Directions are in the joint's frame."""
 
     parts: tuple[Part, ...]
     axis: Array

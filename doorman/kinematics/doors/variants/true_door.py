@@ -19,18 +19,7 @@ _KEYS = ("door_width", "door_offset", "door_yaw", "door_face_offset")
 
 
 class TrueDoor(Door):
-    """Door as it truly is and where it truly stands. Threads may share it.
-
-    Args:
-        urdf: Path of the URDF; `self.urdf` is another file where width, mass or face are others.
-        section: What the planner knows.
-        simulation: What is true.
-        side: Of the leaf that the vehicle is on.
-        contact: Where the tip touches.
-
-    Raises:
-        UrdfError: if the door cannot be read, or cannot be given another width.
-    """
+    """Door as it truly is and where it truly stands. Threads may share it."""
 
     def __init__(
         self, urdf: Path, section: DoorSection, simulation: SimulationSection, side: Side = "push",

@@ -8,9 +8,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from doorman.flight.ground.checks import Verdict
-from doorman.flight.ground.judgements import judge_age
-from doorman.flight.watches.pose_delay import PoseDelay
+from doorman.flight.ground.judgements import Verdict, judge_age
+from doorman.flight.hover import PoseDelay
 from doorman.hardware.mocap.sample import measured
 from doorman.hardware.pixhawk import VehicleSample
 from doorman.kinematics.rotations import quaternion_of

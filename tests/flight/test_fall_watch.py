@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from doorman.flight.watches.fall import FALLING, FallWatch
+from doorman.flight.ends import FALLING, FallWatch
 
 PERIOD = 0.02
 GRAVITY = 9.81

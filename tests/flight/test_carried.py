@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from doorman.flight.watches.carried import CarriedWatch
+from doorman.flight.ends import CarriedWatch
 from doorman.gravity import GRAVITY
 from doorman.hardware.pixhawk import VehicleSample
 from doorman.hardware.safety import Observation

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from doorman.flight.watches.rest import Rest, RestWatch, tells_of_crash
+from doorman.flight.ends import Rest, RestWatch, tells_of_crash
 from doorman.hardware.mocap import PoseQuality
 from doorman.hardware.safety import Observation
 from doorman.hardware.vehicle import Places

@@ -1,1 +1,0 @@
-"""Watches: what is measured in flight, and what follows from it."""
