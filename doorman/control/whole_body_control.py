@@ -66,6 +66,8 @@ class WholeBodyController:
         self._way = model.travel.sense
         self._goal: float | None = None
         self._arm_rates, self._side = np.zeros(model.n_arm), np.zeros(2)
+        self._slower = 0.0
+        """By which the heading's rate has stayed behind plans: the contact turns the vehicle, too [rad/s]."""
         self._turned: tuple[Estimate | None, Array] = None, np.zeros(2)  # of the last `aim`
         self._load = np.zeros(2)
         self._tilt = TiltObserver(model.attitude_loop, model.scenario.control.max_tilt)
@@ -102,6 +104,7 @@ class WholeBodyController:
         self.opening_rate = 0.0
         self._arm_rates, self._side = np.zeros(self._model.n_arm), np.zeros(2)
         self._waiting.clear()
+        self._slower = 0.0
         self._tilt.forget()
         self._shaped = None
 
@@ -233,7 +236,13 @@ class WholeBodyController:
         time, last = now - start, len(plan.inputs) - 1
         planned = plan.inputs[min(int(time / plan.time_step + 1e-6), last)]
         later = min(int((time + _AHEAD) / plan.time_step), last)
-        turning = plan.states[later + 1, _YAW_RATE] / self._model.scenario.control.yaw_gain
+        gain, turns = (
+            self._model.scenario.control.yaw_gain,
+            plan.states[min(int(time / plan.time_step), last), _YAW_RATE],
+        )
+        slower = self._slower + gain * time_step * (float(turns) - yaw_rate)
+        self._slower = min(max(slower, -_MOST_TURN * gain), _MOST_TURN * gain)
+        turning = (plan.states[later + 1, _YAW_RATE] + self._slower) / gain
         lead = min(max(float(turning), -_MOST_TURN), _MOST_TURN)
         self._followed = planned
         attitude = tilted(*self._shape(planned, time_step), lead)

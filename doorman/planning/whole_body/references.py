@@ -54,8 +54,8 @@ class Leaf(NamedTuple):
     resistance: float
     """Torque of the hinge against the way to the goal now, beside the leaf's weight, not negative [N m]."""
     outer: Array = np.zeros(3)
-    """Force on the vehicle beside its weight and the leaf's normal force: of wind, and of what a tied tip bears in the face, shape (3,),
-    world frame [N]."""
+    """Force on the vehicle beside its weight and the leaf's normal force: of wind, less what a tied tip bears in the face,
+    shape (3,), world frame [N]."""
 
 
 def references(model: Model, numbers: Numbers, leaf: Leaf, opening_rate: float) -> dict[str, Any]:
@@ -100,7 +100,8 @@ def _pressed(model: Model, numbers: Numbers, leaf: Leaf, opening_rate: float) ->
     rate = min(scale.rate, max(fastest / _SHIPPED_RATE, 1.0))
     large = max(scale.force, min(moves / _SHIPPED_FORCE, 1.0))
     return {
-        "reference.thrust": _borne(model, leaf, force * touch), "reference.depth": depth, "reference.opening_speed": opening_rate, "reference.deceleration": slowing,
+        "reference.thrust": _borne(model, leaf, force * touch),
+        "reference.depth": depth, "reference.opening_speed": opening_rate, "reference.deceleration": slowing,
         "reference.force": force, "reference.least_force": least_force,
         "weights.approach": (1000.0 - 400.0 * touch) / scale.speed**2,
         "weights.opening": 100.0 * (1.0 - touch * holds * (1.0 - _HOLD_OPENING)) / rate**2,

@@ -33,7 +33,7 @@ def test_a_door_that_is_given_up_is_not_flung_shut() -> None:
     during = (recording["command"].time > began) & (recording["command"].time < released)
     assert recording["command"]["grip"][during].all()
     assert truth["door_angle"][truth.time < released][-1] > math.radians(88.0)
-    assert closing_rates(recording).max() < 0.5 and abs(truth["door_angle"][-1] - 0.5 * math.pi) < 0.015
+    assert closing_rates(recording).max() < 0.5 and abs(truth["door_angle"][-1] - 0.5 * math.pi) < 0.02
     goals = recording["plan"]["goal_angle"][recording["plan"].time > began]
     np.testing.assert_array_equal(goals, mission.model.start_angle)
 
