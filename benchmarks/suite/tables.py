@@ -187,24 +187,28 @@ def push(rows: Sequence[Row], rows_of_a_node: dict[str, int], period: float = 0.
 
 
 def meeting_cold(rows: Sequence[Row]) -> str:
-    """Cold plans of a push at the same states, by solver."""
+    """Cold plans of a push at the same states, by solver; times of those that hold."""
     heading = [
         "solver",
+        "holds",
         "cold ms, median",
         "worst",
-        "× doorman",
+        "× doorman, median",
+        "× doorman, least",
         "iterations, median",
-        "violation, worst",
-        "gap, worst",
     ]
-    lines, ours = [], _median(milliseconds(_solved_by(rows, "whole_body")))
-    for name in by(rows, "solver"):
-        own = _solved_by(rows, name)
-        times = milliseconds(own)
-        figures = [_median(times), _most(times), _median(times) / ours, _median(column(own, "iterations"))]
-        figures += [_most(column(own, key)) for key in ("violation", "defect")]
-        lines.append([ENTRIES[name].label, *map(number, figures)])
+    lines = []
+    for name, own in by(rows, "solver").items():
+        good = [row for row in own if row["holds"]]
+        times = milliseconds(good)
+        ratio = [1.0] if name == "whole_body" else _ratios_of_holding(rows, name)
+        figures = [_median(times), _most(times), _median(ratio), _least(ratio), _median(column(good, "iterations"))]
+        lines.append([ENTRIES[name].label, f"{len(good)} of {len(own)}", *map(number, figures)])
     return markdown(heading, lines)
+
+
+def _ratios_of_holding(rows: Sequence[Row], solver: str) -> Any:
+    return ratios([{**row, "solved": row["holds"]} for row in rows], solver, ("state",), "whole_body")
 
 
 def meeting_replans(rows: Sequence[Row]) -> str:

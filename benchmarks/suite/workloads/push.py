@@ -90,7 +90,8 @@ def _cold(process: Process, judge: Judge, case: Case) -> dict[str, Any]:
     except PeerError as error:
         return {"holds": False, "error": str(error)}
     verdict = judge.verdict(case, answer.states, answer.inputs)
-    return {"seconds": min(timing.on_core for timing in timings), "iterations": answer.iterations, **_found(verdict)}
+    seconds = min(timing.on_core for timing in timings)
+    return {"seconds": seconds, "holds": verdict.holds, "iterations": answer.iterations, **_found(verdict)}
 
 
 def _follow(process: Process, judge: Judge, cases: list[Case]) -> list[dict[str, Any]]:
@@ -110,7 +111,7 @@ def _follow(process: Process, judge: Judge, cases: list[Case]) -> list[dict[str,
 
 
 def _found(verdict: Verdict) -> dict[str, Any]:
-    """What an answer is worth; constraints may be exceeded by what the planner itself allows."""
+    """What an answer is worth."""
     return {"cost": verdict.cost, "violation": verdict.violation, "defect": verdict.defect}
 
 

@@ -22,7 +22,7 @@ BRIDGE = Path(__file__).parents[1] / "aligator_bridge.cpp"
 class AligatorProxDdp(StandardPeer):
     """Gauss-Newton Hessian, tolerance 1e-6, linear rollout; replans are one iteration with shifted multipliers."""
 
-    penalty, replan_penalty = 1e-2, 1e-6
+    penalty, replan_penalty = 1e-4, 1e-6
     """Of the augmented Lagrangian at the start of a cold solve, and of a replan."""
 
     def __init__(self, task: StandardTask) -> None:
@@ -117,9 +117,9 @@ def _compiled(name: str, generator: Any) -> ctypes.CDLL:
         _run(["c++", *flags, "-c", str(BRIDGE), "-o", str(bridge)])
     _run(["cc", *fast, "-c", str(folder / "functions.c"), "-o", str(folder / "functions.o")])
     places = [f"-L{path}/lib" for path in (ALIGATOR.folder, libraries)]
-    found = [f"-Wl,-rpath,{path}/lib" for path in (ALIGATOR.folder, libraries)]
+    found = ["-Wl,--no-as-needed", *(f"-Wl,-rpath,{path}/lib" for path in (ALIGATOR.folder, libraries))]
     objects = [str(bridge), str(folder / "functions.o")]
-    _run(["c++", "-shared", *objects, *places, *found, "-laligator", "-lfmt", "-o", str(library)])
+    _run(["c++", "-shared", *objects, *places, *found, "-lfmt", "-lmimalloc", "-laligator", "-o", str(library)])
     return ctypes.CDLL(str(library))
 
 
