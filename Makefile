@@ -78,7 +78,7 @@ warm: $(VENV)/.installed-for-test
 docs: warm
 	$(BIN)/python -m sphinx -q -W --keep-going -b html -c docs . build/docs
 
-#: make bench      measure the solvers against others, and write docs/benchmarks.md: about 45 minutes
+#: make bench      build the other solvers, measure all, and write docs/benchmarks.md: about an hour
 # The peers get an environment of their own under build/.
 bench: $(VENV)/.installed-for-test
 	$(BIN)/python benchmarks/run.py --write-docs

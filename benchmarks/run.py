@@ -18,6 +18,7 @@ from typing import Any
 
 sys.path.insert(0, str(Path(__file__).parent))
 
+from build_native import RECIPES, BuildError, packages  # noqa: E402
 from suite import report  # noqa: E402
 from suite.environment import peers_python  # noqa: E402
 from suite.machine import describe  # noqa: E402
@@ -49,10 +50,13 @@ def main() -> None:
     python = arguments.peers_python.absolute() if arguments.peers_python else peers_python(FOLDER / "peers")
     folder = (arguments.folder or FOLDER / ("quick" if arguments.quick else "full")).absolute()
     folder.mkdir(parents=True, exist_ok=True)
+    build_natively(arguments.peers, python)
     chosen_names = [*OURS, *arguments.peers]
-    door, standard = ([n for n in chosen_names if ENTRIES[n].standard == kind] for kind in (False, True))
+    door, standard, push_alone = (
+        [name for name in chosen_names if ENTRIES[name].problem == problem] for problem in ("door", "standard", "push")
+    )
     session = Session(folder, door, Path(sys.executable), python, arguments.core, arguments.quick)
-    sessions = {"standard": replace(session, names=standard)}
+    sessions = {"standard": replace(session, names=standard), "push": replace(session, names=[*push_alone, *standard])}
     machine = {**describe(session.python, python, arguments.core), "quick": arguments.quick}
     results: dict[str, Any] = {"machine": machine}
     try:
@@ -65,6 +69,16 @@ def main() -> None:
     finally:
         session.close()
     publish(load(folder / "raw"), ROOT / "docs" if arguments.write_docs else folder)
+
+
+def build_natively(peers: list[str], python: Path) -> None:
+    """Build what is not on the package index; where that fails, its peers say themselves what they miss."""
+    for name, recipe in RECIPES.items():
+        if any(peer.startswith(name) for peer in peers):
+            try:
+                recipe.build(packages(python))
+            except BuildError as error:
+                print(error, file=sys.stderr)
 
 
 def available(arguments: argparse.Namespace) -> dict[str, Callable[[Session], dict[str, Any]]]:

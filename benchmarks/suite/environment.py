@@ -9,15 +9,11 @@ from pathlib import Path
 
 REQUIREMENTS = sorted(Path(__file__).parents[1].glob("peers-*.txt"))
 
-ASIDE = "aside"
-"""Folder in the environment for what brings other versions of packages that the rest needs: it comes last on the path."""
-
 
 def peers_python(folder: Path) -> Path:
     """Interpreter of an environment with everything that `benchmarks/peers-*.txt` names; made on first use.
 
-    A file `peers-*-aside.txt` is installed beside the others. A file that cannot be installed is reported and left out: its peer
-    then says itself what it misses.
+    A file that cannot be installed is reported and left out: its peer then says itself what it misses.
 
     Args:
         folder: Of the environment.
@@ -33,9 +29,8 @@ def peers_python(folder: Path) -> Path:
     subprocess.run([sys.executable, "-m", "venv", str(folder)], check=True, timeout=300.0)
     complete = True
     for file in REQUIREMENTS:
-        aside = ["--no-deps", "--upgrade", "--target", str(folder / ASIDE)] if file.stem.endswith(ASIDE) else []
         quiet = ["--quiet", "--disable-pip-version-check"]
-        command = [str(python), "-m", "pip", "install", *quiet, *aside, "-r", str(file)]
+        command = [str(python), "-m", "pip", "install", *quiet, "-r", str(file)]
         result = subprocess.run(command, timeout=1800.0, capture_output=True, text=True)
         if result.returncode != 0:
             complete = False
@@ -49,7 +44,6 @@ def versions(python: Path, packages: list[str]) -> dict[str, str]:
     """Versions of those of some packages that an environment has."""
     code = (
         "import importlib.metadata as m, sys\n"
-        f"sys.path.append(sys.prefix + '/{ASIDE}')\n"
         "for name in sys.argv[1:]:\n"
         "    try: print(name, m.version(name))\n"
         "    except m.PackageNotFoundError: pass"

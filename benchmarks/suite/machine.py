@@ -9,11 +9,13 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
+from build_native import RECIPES
+
 from suite.environment import versions
 
 PACKAGES = [
     "doorman", "numpy", "numba", "llvmlite", "pin", "proxsuite", "casadi", "crocoddyl", "mim-solvers", "pycddp",
-    "comma-deps-acados",
+    "teraplate",
 ]  # fmt: skip
 
 
@@ -31,6 +33,7 @@ def describe(python: Path, peers_python: Path, core: int) -> dict[str, Any]:
         "compiler": _first_line(["cc", "--version"]),
         "versions": versions(python, PACKAGES),
         "peer_versions": versions(peers_python, PACKAGES),
+        "built": {name: f"{recipe.version} ({recipe.commit[:8]})" for name, recipe in RECIPES.items()},
     }
 
 

@@ -21,6 +21,7 @@ STYLES = {
     "doorman": ("#0072B2", "o", "-"), "doorman_timed": ("#56B4E9", "o", "--"), "ipopt": ("#000000", "s", "-"),
     "fatrop": ("#D55E00", "^", "-"), "hpipm": ("#009E73", "v", "-"), "hpipm_tuned": ("#009E73", "D", "--"),
     "hpipm_exact": ("#009E73", "x", ":"), "csqp": ("#CC79A7", "P", "-"), "pycddp": ("#E69F00", "*", "-"),
+    "acados_door": ("#0072B2", "X", ":"),
 }  # fmt: skip
 """Colour (Okabe and Ito), marker and line of every solver: none is told by its colour alone."""
 

@@ -31,7 +31,7 @@ def page(results: Results) -> str:
         ("phases", "## Where the time goes",
          lambda r: _with_plot(texts.PHASES, "phases", tables.phases(r["seconds"]))),
         ("push", "## Pushing",
-         lambda r: f"{texts.PUSH}\n\n{tables.push(r['rows'], r['rows_of_a_node'])}"),
+         lambda r: f"{texts.PUSH}\n\n{tables.push(r['rows'], r['rows_of_a_node'])}\n{_meeting(r)}"),
         ("standard", "## Standard problems", standard.report),
         ("fresh", "## A fresh process", _fresh),
         ("closed_loop", "## Real time", _real_time),
@@ -42,7 +42,7 @@ def page(results: Results) -> str:
     if "floor" in results:
         parts.append(f"## Distance to the floor\n\n{_floor(results)}")
     parts += [
-        f"## Solvers that are missing\n\n{texts.MISSING}\n\n{tables.missing(results['missing'])}",
+        f"## Solvers that are missing\n\n{tables.missing(results['missing'])}",
         _machine(results["machine"]),
     ]
     return "\n".join(parts)
@@ -68,7 +68,11 @@ def _with_plot(text: str, name: str, table: str) -> str:
 def _at_a_glance(results: Results) -> str:
     lines = []
     if "cold" in results:
-        for solver, median_goal, least_goal in (("fatrop", "15", "10"), ("hpipm_tuned", "", "")):
+        for solver, median_goal, least_goal in (
+            ("fatrop", "15", "10"),
+            ("hpipm_tuned", "", ""),
+            ("acados_door", "", ""),
+        ):
             ratio = ratios(results["cold"]["rows"], solver, ("task", "state"))
             if len(ratio):
                 figure = f"cold plan, times faster than {ENTRIES[solver].label}"
@@ -77,6 +81,10 @@ def _at_a_glance(results: Results) -> str:
     for name, goals in (("replans", ("3", "1e-5", "1e-6")), ("disturbed", ("", "1e-3", "1e-6"))):
         if name in results:
             lines += _replan_lines(results[name], name, goals)
+    lines += [
+        [f"push, replan, noise {noise}: times faster than acados", tables.number(ratio), "8" if noise == "none" else ""]
+        for noise, ratio in tables.against_acados(results.get("push", {}).get("replans", ())).items()
+    ]
     for row in results.get("control_loop", {}).get("rows", ()):
         if "error" not in row:
             times = [tables.number(1e3 * row["solve"][key]) for key in ("median", "max")]
@@ -90,14 +98,18 @@ def _replan_lines(result: Any, name: str, goals: tuple[str, str, str]) -> list[l
     ours, lines = [row for row in good if row["solver"] == "doorman"], []
     prefix = "replan" if name == "replans" else "replan under noise"
     if name == "replans":
-        for solver in ("hpipm_tuned", "hpipm"):
+        for solver, goal in (("hpipm_tuned", "25"), ("hpipm", "25"), ("acados_door", "12")):
             if len(steady.get(solver, ())):
                 ratio = float(np.median(steady[solver]) / np.median(steady["doorman"]))
                 figure = f"replan, times faster than one iteration of {ENTRIES[solver].label}"
-                lines.append([figure, tables.number(ratio), "25"])
+                lines.append([figure, tables.number(ratio), goal])
     times = [f(steady["doorman"]) for f in (np.median, lambda all_: np.percentile(all_, 99), np.max)]
     lines.append([f"{prefix}, ms: median / p99 / max", " / ".join(map(tables.number, times)), ""])
-    cold = _steady(result.get("cold_caches", ())).get("doorman", ())
+    cold_caches = _steady(result.get("cold_caches", ()))
+    cold, rival = (cold_caches.get(solver, ()) for solver in ("doorman", "acados_door"))
+    if len(cold) and len(rival):
+        ratio = float(np.median(rival) / np.median(cold))
+        lines.append([f"{prefix}, caches cold, times faster than acados", tables.number(ratio), "8"])
     if len(cold):
         lines.append(
             [
@@ -151,6 +163,13 @@ def _fresh(result: Any) -> str:
     ]
     line = [tables.number(worst[key]) for key in ("import", "planner", "first_plan", "total", "on_core")]
     return f"{texts.FRESH}\n\n{tables.markdown(heading, [[*line, tables.number(worst['peak_memory'] / 1e6)]])}"
+
+
+def _meeting(result: Any) -> str:
+    """What happens where doorman and acados meet at the same states of a push."""
+    if "replans" not in result:  # measured before there was an acados to meet
+        return ""
+    return f"{texts.MEETING}\n\n{tables.meeting_cold(result['cold'])}\n{tables.meeting_replans(result['replans'])}"
 
 
 def _real_time(result: Any) -> str:
@@ -218,5 +237,6 @@ def _machine(machine: Any) -> str:
         ["C compiler of the generated code", machine["compiler"]],
         ["doorman's environment", ours],
         ["the peers' environment", peers],
+        ["built from sources", ", ".join(f"{name} {version}" for name, version in machine.get("built", {}).items())],
     ]
     return f"## Machine\n\n{tables.markdown(['what', 'value'], lines)}"

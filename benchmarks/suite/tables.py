@@ -186,6 +186,69 @@ def push(rows: Sequence[Row], rows_of_a_node: dict[str, int], period: float = 0.
     return markdown(heading, lines)
 
 
+def meeting_cold(rows: Sequence[Row]) -> str:
+    """Cold plans of a push at the same states, by solver; times of those that hold."""
+    heading = [
+        "solver",
+        "holds",
+        "cold ms, median",
+        "worst",
+        "× doorman, median",
+        "× doorman, least",
+        "iterations, median",
+    ]
+    lines = []
+    for name, own in by(rows, "solver").items():
+        good = [row for row in own if row["holds"]]
+        times = milliseconds(good)
+        ratio = [1.0] if name == "whole_body" else _ratios_of_holding(rows, name)
+        figures = [_median(times), _most(times), _median(ratio), _least(ratio), _median(column(good, "iterations"))]
+        lines.append([ENTRIES[name].label, f"{len(good)} of {len(own)}", *map(number, figures)])
+    return markdown(heading, lines)
+
+
+def _ratios_of_holding(rows: Sequence[Row], solver: str) -> Any:
+    return ratios([{**row, "solved": row["holds"]} for row in rows], solver, ("state",), "whole_body")
+
+
+def meeting_replans(rows: Sequence[Row]) -> str:
+    """Replans of a push at the same states, by noise and solver."""
+    heading = [
+        "noise", "solver", "replan ms, median", "p99", "max", "× doorman", "violation, median", "worst", "gap, worst",
+        "not usable",
+    ]  # fmt: skip
+    lines = []
+    for noise, own in by(rows, "noise").items():
+        times = {name: milliseconds(_uninterrupted(_solved_by(own, name))) for name in by(own, "solver")}
+        for name, found in times.items():
+            mine = _solved_by(own, name)
+            usable = [row for row in mine if row["usable"]]
+            violations = column(usable, "violation")
+            figures = [_median(found), _p99(found), _most(found), _median(found) / _median(times["whole_body"])]
+            figures += [_median(violations), _most(violations), _most(column(usable, "defect"))]
+            share = f"{len(mine) - len(usable)} of {len(mine)}"
+            lines.append([noise, ENTRIES[name].label, *map(number, figures), share])
+    return markdown(heading, lines)
+
+
+def against_acados(rows: Sequence[Row]) -> dict[str, float]:
+    """Median time of acados' fastest row over doorman's, at the same states of a push, by noise."""
+    ratios_by_noise = {}
+    for noise, own in by(rows, "noise").items():
+        medians = {
+            name: _median(milliseconds(_uninterrupted(_solved_by(own, name)))) for name in by(own, "solver")
+        }  # fmt: skip
+        rivals = [median for name, median in medians.items() if name.startswith("acados") and np.isfinite(median)]
+        if rivals and "whole_body" in medians:
+            ratios_by_noise[str(noise)] = min(rivals) / medians["whole_body"]
+    return ratios_by_noise
+
+
+def _solved_by(rows: Sequence[Row], solver: str) -> list[Row]:
+    """Rows of a solver that has answered."""
+    return [row for row in rows if row["solver"] == solver and "seconds" in row]
+
+
 def missing(missing_by_task: dict[str, dict[str, str]]) -> str:
     """Solvers that could not be set up, in their own words."""
     lines = [

@@ -4,9 +4,13 @@ from __future__ import annotations
 
 INTRODUCTION = """# Benchmarks
 
-doorman's planner against solvers that the Python package index carries: the same problem, the same states, the same core, one
-run. This page is written by `make bench`; `benchmarks/README.md` says how everybody is set up and
-what is unfair about each row, for and against doorman. Absolute times belong to one machine and one hour of it: read ratios.
+doorman's planner against other solvers: the same problem, the same states, the same core, one run. acados and aligator are
+built from their sources for this processor, the others are wheels. This page is written by `make bench`.
+`benchmarks/README.md` says how each solver is set up and what is unfair about each row. Absolute times belong to one
+machine and one hour of it: read ratios.
+
+**Clocks.** For doorman the whole call counts, by the clock on the wall. For acados its own clock `time_tot` counts, for aligator
+the duration of its `run`, and for the others the solver's call alone.
 """
 
 COLD = """The paper's door, N = 50, Δt = 0.02 s, six inequalities at every node, no margin. States along the closed loop,
@@ -80,7 +84,7 @@ recorder at 200 Hz, the planner in a thread of its own at 100 Hz. The plant is t
 controller's ticks; there are no links. How far the periods are off 5 ms; a missed tick is one that was left out since the one
 before took too long."""
 
-MISSING = """| solver | here | why |
-| --- | --- | --- |
-| acados | standard problems only | from the wheel `comma-deps-acados`; a peer for the door is not written |
-| aligator | nowhere | the index has no wheel of the solver; no published times of these problems are known |"""
+MEETING = """Both at the same states: those of closed loops of doorman's plans, without noise and with noise on every state. Each
+replans from its own shifted plan, with the same numbers of the task. doorman's time is the whole call by the clock on the wall,
+acados' is its own clock `time_tot`. doorman's plan may exceed constraints by 2e-3 [m, or 30 N] (`planning.tolerance`); *gap* is
+that of the dynamics. Cold plans begin with the state held and hover inputs."""

@@ -71,7 +71,9 @@ def _timed(peer: Peer) -> Timing:
     peer.solve()
     seconds = time.perf_counter() - started
     on_core = time.process_time() - on_core
-    return Timing(seconds, on_core, resource.getrusage(resource.RUSAGE_SELF).ru_nivcsw > interruptions)
+    interrupted = resource.getrusage(resource.RUSAGE_SELF).ru_nivcsw > interruptions
+    own = peer.own_seconds()
+    return Timing(seconds, on_core, interrupted) if own is None else Timing(own, min(own, on_core), interrupted)
 
 
 def serve(worker: Worker, requests: BinaryIO, replies: BinaryIO) -> None:

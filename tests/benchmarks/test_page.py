@@ -47,3 +47,34 @@ def test_tables_of_replans_show_maxima_beside_the_tails(report: Any) -> None:
     cells = [cell.strip() for cell in line.split("|")[1:-1]]
     assert heading.count("max") == 3
     assert cells[3] == "0.0600" and cells[6] == "0.400" and cells[8] == "0.900"
+
+
+def meeting(solver: str, noise: str, *milliseconds: float) -> list[dict[str, Any]]:
+    return [{**row, "noise": noise} for row in calls(solver, *milliseconds)]
+
+
+def test_headline_sets_doorman_against_the_fastest_row_of_acados(report: Any) -> None:
+    rows = [*meeting("whole_body", "none", 0.2, 0.2, 0.3), *meeting("acados", "none", 1.2, 1.2)]
+    rows += meeting("acados_slack", "none", 2.0)
+    rows[2]["interrupted"] = True
+    replans = {
+        "rows": [*calls("doorman", 0.05), *calls("acados_door", 0.5)],
+        "cold_caches": [*calls("doorman", 0.2), *calls("acados_door", 0.8)],
+    }
+    headline = report._at_a_glance({"replans": replans, "push": {"replans": rows}})
+    cells = [[cell.strip() for cell in line.split("|")] for line in headline.splitlines()]
+    lines = {line[1]: line[2] for line in cells if len(line) > 2}
+    assert lines["replan, times faster than one iteration of acados"] == "10.0"
+    assert lines["replan, caches cold, times faster than acados"] == "4.00"
+    assert lines["push, replan, noise none: times faster than acados"] == "6.00"
+
+
+def test_cold_plans_of_a_push_that_do_not_hold_have_no_time(report: Any) -> None:
+    rows = [
+        {"solver": solver, "state": state, "seconds": 1e-3 * ms, "holds": holds, "iterations": 5}
+        for solver, state, ms, holds in (
+            ("whole_body", 0, 1.0, True), ("whole_body", 1, 2.0, True), ("acados", 0, 9.0, True), ("acados", 1, 0.1, False)
+        )
+    ]  # fmt: skip
+    line = report.tables.meeting_cold(rows).splitlines()[-1]
+    assert [cell.strip() for cell in line.split("|")[2:7]] == ["1 of 2", "9.00", "9.00", "9.00", "9.00"]

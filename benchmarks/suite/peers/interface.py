@@ -33,6 +33,10 @@ class Peer(ABC):
     def solve(self) -> None:
         """The call that is timed."""
 
+    def own_seconds(self) -> float | None:
+        """Duration of the last `solve` by the solver's own clock [s]; None: what the call took counts."""
+        return None
+
     @abstractmethod
     def answer(self) -> Answer:
         """What the last `solve` found."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 import sys
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -43,10 +44,8 @@ class StandardTask:
     nq: int
     """Number of a node's parameters."""
     functions: dict[str, str]
-    """rate(x, u, q), step(x, u, q), rows(x, u, q) of nodes 0 … N − 1, state_rows(x, q) of nodes 1 … N, end_rows(x, q),
+    """step(x, u, q), rows(x, u, q) of nodes 0 … N − 1, state_rows(x, q) of nodes 1 … N, end_rows(x, q),
     stage_residual(x, u, q) and end_residual(x, q), whose half squares are the cost."""
-    integration_steps: int
-    """Of RK4 in a time step."""
     state_bounds: Array
     """Lower and upper at the nodes 1 … N, shape (2, nx)."""
     input_bounds: Array
@@ -76,35 +75,53 @@ def task_of(name: str) -> StandardTask:
     """An example as a task; the equations are written out again from its expressions, without doorman's kernels."""
     this = example(name)
     x, u, q = this.model.x, this.model.u, this.model.node_parameters
+    functions = {
+        "step": _function([x, u, q], [_step(this, x, u)]),
+        **rows_and_residuals(x, u, q, this.time_step, this.constraints, this.cost, this.costs),
+    }  # fmt: skip
+    return StandardTask(
+        name, this.name, this.horizon, this.time_step, x.numel(), u.numel(), q.numel(), functions,
+        *arrays_of(this.bounds.of_sizes(x.numel(), u.numel())), cases_of(name, 1)[0],
+    )  # fmt: skip
+
+
+def rows_and_residuals(
+    x: Any, u: Any, q: Any, time_step: float, constraints: Sequence[Any], cost: Any, costs: Sequence[Any]
+) -> dict[str, str]:
+    """The functions of a task that its constraints and costs make."""
+    example(NAMES[0])  # brings in what the examples share
+    one_sided = sys.modules["example"].one_sided
     placed: dict[str, list[Any]] = {"rows": [], "state_rows": [], "end_rows": []}
-    for row in this.constraints:
-        expression = sys.modules["example"].one_sided(row) / row.scale
+    for row in constraints:
+        expression = one_sided(row) / row.scale
         kind = "end_rows" if row.at == "end" else "rows" if ca.depends_on(expression, u) else "state_rows"
         placed[kind].append(expression)
-    cost, step = this.cost, ca.sqrt(this.time_step)
+    step = ca.sqrt(time_step)
     stage = [
         step * ca.DM(np.sqrt(cost.state_weights)) * (x - cost.state_goal),
         step * ca.DM(np.sqrt(cost.input_weights)) * (u - cost.input_goal),
     ]
     end = [ca.DM(np.sqrt(cost.terminal_weights)) * (x - cost.state_goal)]
-    for term in this.costs:
-        weighted = ca.sqrt(ca.DM(term.weights)) * ca.vec(ca.SX(term.expression))
+    for term in costs:
+        weighted = ca.sqrt(ca.SX(term.weights)) * ca.vec(ca.SX(term.expression))
         (end if term.at == "end" else stage).append(weighted if term.at == "end" else step * weighted)
-    functions = {
-        "rate": _function([x, u, q], [this.rate]),
-        "step": _function([x, u, q], [_step(this, x, u)]),
-        "rows": _function([x, u, q], placed["rows"]),
-        "state_rows": _function([x, q], placed["state_rows"]),
+    return {
+        "rows": _function([x, u, q], placed["rows"]), "state_rows": _function([x, q], placed["state_rows"]),
         "end_rows": _function([x, q], placed["end_rows"]),
         "stage_residual": _function([x, u, q], _without_zeros(stage)),
         "end_residual": _function([x, q], _without_zeros(end)),
-    }
-    nx, nu = x.numel(), u.numel()
-    bounds = this.bounds.of_sizes(nx, nu)
-    return StandardTask(
-        name, this.name, this.horizon, this.time_step, nx, nu, q.numel(), functions,
-        this.model.steps, np.array([bounds.state_lower, bounds.state_upper]), np.array([bounds.input_lower, bounds.input_upper]),
-        cases_of(name, 1)[0],
+    }  # fmt: skip
+
+
+def discrete_step(x: Any, u: Any, q: Any, following: Any) -> str:
+    """The function `step` of discrete dynamics."""
+    return _function([x, u, q], [following])
+
+
+def arrays_of(bounds: Any) -> tuple[Array, Array]:
+    """Bounds of states and of inputs, lower and upper."""
+    return (
+        np.array([bounds.state_lower, bounds.state_upper]), np.array([bounds.input_lower, bounds.input_upper])
     )  # fmt: skip
 
 

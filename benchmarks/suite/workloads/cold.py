@@ -21,7 +21,7 @@ QUICK_STATES = 7
 
 DOORS, QUICK_DOORS, STATES_OF_A_DOOR = 5, 1, 6
 
-DOOR_SOLVERS = ("doorman", "ipopt", "fatrop", "hpipm_tuned", "csqp")
+DOOR_SOLVERS = ("doorman", "ipopt", "fatrop", "hpipm_tuned", "acados_door", "csqp")
 """Those that go along to other doors; every door is generated and compiled anew for them."""
 
 

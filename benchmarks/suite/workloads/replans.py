@@ -17,7 +17,7 @@ PASSES = 10
 
 DISTURBED_LOOPS = 5
 
-SOLVERS = ("doorman", "doorman_timed", "hpipm", "hpipm_tuned", "csqp")
+SOLVERS = ("doorman", "doorman_timed", "hpipm", "hpipm_tuned", "acados_door", "csqp")
 """Those that can."""
 
 

@@ -15,7 +15,7 @@ HORIZONS = (20, 50, 100, 200, 500)
 ARMS = (2, 3, 4, 5, 6, 7)
 """Joints."""
 
-SOLVERS = ("doorman", "ipopt", "fatrop", "hpipm_tuned", "csqp")
+SOLVERS = ("doorman", "ipopt", "fatrop", "hpipm_tuned", "acados_door", "csqp")
 """Those that go along; the others are seen on the paper's door."""
 
 QUICK_SOLVERS = ("doorman", "fatrop")
