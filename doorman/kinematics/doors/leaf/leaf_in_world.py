@@ -72,8 +72,11 @@ class LeafInWorld(InJointUnits):
 
     def face(self, door_angle: float) -> tuple[Array, Array]:
         """Two unit vectors in the face, the more level one first: along leaf and hinge, or along hinge and leaf."""
-        leaf = self.leaf_direction(door_angle)
-        return (leaf, self.up) if abs(self.up[2]) >= abs(leaf[2]) else (self.up, leaf)
+        return self.level_first(self.leaf_direction(door_angle))
+
+    def level_first(self, along: Array) -> tuple[Array, Array]:
+        """The same where the leaf has this direction."""
+        return (along, self.up) if abs(self.up[2]) >= abs(along[2]) else (self.up, along)
 
     def away(self, door_angle: float) -> Array:
         """Unit vector from the leaf to a vehicle that comes and goes: against its normal, or away from a lever's face."""
