@@ -37,9 +37,10 @@ def contact_forces(numbers: Numbers, model: Model, states: Array) -> Array:
 def depths_in_face(model: Model, positions: Array, attitudes: Array, door_angles: Array, arm_angles: Array) -> Array:
     r"""How deep the tip is in the face, :math:`\delta = n_D^T(P + R\,d - P_h) + o`, and the way of a slide, for many states."""
     door = model.door
-    ways = np.array([door.way(angle) for angle in door_angles.tolist()]) if door.slides else 0.0
     from_hinge = positions + model.coupling.tips(attitudes, arm_angles) - door.hinge_position
-    return np.asarray((door.normals(door_angles) * from_hinge).sum(axis=1) + door.contact_offset + ways)
+    return np.asarray(
+        (door.normals(door_angles) * from_hinge).sum(axis=1) + door.contact_offset + door.ways(door_angles)
+    )
 
 
 def turned_by(
