@@ -162,7 +162,7 @@ class Filter(Uncopied):
         """
         n, twin = self._model.size, object.__new__(type(self))
         twin.__dict__.update(self.__dict__)
-        twin._memory = memory = FilterMemory(*(each.copy() for each in self._memory))
+        twin._memory = memory = FilterMemory._make(each.copy() for each in self._memory)
         memory.parameters[:] = vector(parameters, memory.parameters.size, "parameters")
         memory.lower[:], memory.upper[:] = _rows(lower, n, "lower"), _rows(upper, n, "upper")
         memory.gates[:] = number(gate, "gate") ** 2

@@ -197,8 +197,8 @@ class Estimator:
 
     def update(self, measured: Measurement, tie: Tie, closes: bool, time_step: float) -> Estimate:
         """Take in one measurement; `closes` says whether the gripper is to be closed."""
-        parts = measured.position, measured.velocity, measured.attitude, measured.body_rates
-        parts = *parts, measured.arm_angles, measured.arm_rates
+        motion = measured.position, measured.velocity, measured.attitude, measured.body_rates
+        parts = *motion, measured.arm_angles, measured.arm_rates
         np.concatenate(parts, out=self._measured)
         if not math.isfinite(sum(self._measured.tolist())):  # a sum of measurements does not overflow
             self._converter.tip(*parts)  # says what
