@@ -32,8 +32,8 @@ class PositionNoise:
         self._last.append((number, np.asarray(position, dtype=np.float64).tolist()))
         if len(self._last) < 3 or number - self._last[0][0] != 2:
             return
-        (_, first), (_, second), (_, third) = self._last
-        x, y, z = (a - 2.0 * b + c for a, b, c in zip(first, second, third, strict=True))
+        (_, (x, y, z)), (_, (x_then, y_then, z_then)), (_, (x_now, y_now, z_now)) = self._last
+        x, y, z = x - 2.0 * x_then + x_now, y - 2.0 * y_then + y_now, z - 2.0 * z_then + z_now
         self._bent.append(x * x + y * y + z * z)
 
     @property

@@ -13,6 +13,7 @@ from doorman.control.estimation.estimator import Estimate
 from doorman.control.motion import arm_rates_to
 from doorman.control.position_controller import Setpoint
 from doorman.control.state_converter import StateConverter
+from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import Model
 
 SPEED_GAIN = 12.0
@@ -57,6 +58,7 @@ class AtTheLeaf:
         self._fastest = _SHARE_OF_LIMIT * safety.speed
         self._yaw = model.start_yaw
         self._offset = (0.0, 0.0)
+        self._rest, self._still = np.zeros(3), np.zeros(model.n_arm)
         self._height = 0.0
         self._pressed = self._beside = 0.0
         self._moved_at: float | None = None
@@ -68,7 +70,7 @@ class AtTheLeaf:
         """Begin."""
         self._pressed, self._beside = pressed, 0.0
         if estimate is not None and pressed > 0.0:
-            along, _ = self._model.door.face(estimate.door_angle)
+            along, _ = self._model.door.level_first(estimate.along)
             most = self._model.scenario.contact.friction * pressed
             self._beside = min(max(float(along @ estimate.tip_force), -most), most)
         self._yaw, self._moved_at = yaw, None
@@ -78,28 +80,27 @@ class AtTheLeaf:
     def contact_position(self, estimate: Estimate, yaw: float, arm: Array) -> Array:
         """Position of O_B, level, with the tip at the contact point of the door as it is now."""
         level = np.concatenate([(0.0, 0.0, yaw), estimate.state[3:5], arm])
-        return self._converter.on_leaf(level, np.zeros(3), np.zeros(self._n_arm)).position
+        return self._converter.on_leaf(level, self._rest, self._still).position
 
     def push(self, estimate: Estimate, push: float) -> Setpoint:
         """Beside the normal, hold the tip where it is on the leaf; along it, push."""
-        normal = self._model.door.normal(estimate.door_angle)
+        normal, rest = estimate.normal, self._rest
         yaw = self._yaw if self._pressed > 0.0 else estimate.yaw
         place = self.contact_position(estimate, yaw, estimate.arm_angles)
-        aside, upwards = self._model.door.face(estimate.door_angle)
+        aside, upwards = self._model.door.level_first(estimate.along)
         place = place + self._offset[0] * aside + self._offset[1] * upwards
         planned = place if self._offset == (0.0, 0.0) else estimate.position
         place = self._doorway.inside(place, planned, estimate.position, estimate.velocity)
-        rest, rates = np.zeros(3), np.zeros(self._n_arm)
         wind = float(normal @ estimate.wind)
         reaction = push * normal if estimate.touching else rest
         if estimate.touching and self._pressed > 0.0:
             reaction = reaction + min(max(push / self._pressed, 0.0), 1.0) * self._beside * aside
-        return Setpoint(place, rest, rest, self._yaw, reaction, normal, rates, push - wind)
+        return Setpoint(place, rest, rest, self._yaw, reaction, normal, self._still, push - wind)
 
     def draw_back(self, estimate: Estimate) -> Setpoint:
         """Draw the tip back along the normal, as far as that does not take the vehicle to a jamb."""
         door, push = self._model.door, self._toward(estimate, -_HASTES * self._speed)
-        aside = push * float(door.normal(estimate.door_angle) @ door.along)
+        aside = push * float(estimate.normal @ door.along)
         return self.push(estimate, push * self._doorway.room(aside, estimate.position, estimate.velocity))
 
     def give_way(self, estimate: Estimate) -> Setpoint:
@@ -107,7 +108,7 @@ class AtTheLeaf:
 
         Heading and arm keep step with the leaf, which is behind the tip.
         """
-        position, rest, door = estimate.position, np.zeros(3), self._model.door
+        position, rest, door = estimate.position, self._rest, self._model.door
         into, aside, _ = door.in_doorway(estimate.velocity)
         posture = self._model.on_the_way(estimate.tip_angle)
         place = self._doorway.inside(position, position, position, estimate.velocity)
@@ -152,19 +153,21 @@ class AtTheLeaf:
 
     def hits_the_rotors(self, estimate: Estimate, searching: bool) -> bool:
         """Whether the vehicle flies its rotor disc, and not its tip, into the leaf where that is believed to be."""
-        gap = self._doorway.gap(*self._soon(estimate), estimate.door_angle) - estimate.face_offset
-        closing = float(self._model.door.normal(estimate.door_angle) @ estimate.velocity)
+        gap = (
+            self._doorway.gap_to(*self._soon(estimate), estimate.contact_point, estimate.normal) - estimate.face_offset
+        )
+        closing = float(estimate.normal @ estimate.velocity)
         closing += self._coupling.lever_length * estimate.door_rate
         soon = min(DRIFTS * closing, _NEAR_THE_DISC) if searching and not estimate.touching else NO_GAP
         return gap < max(soon, NO_GAP)
 
     def _soon(self, estimate: Estimate) -> tuple[Array, Array]:
-        """Position and attitude after `DRIFTS`, of a vehicle that turns on about a tip which touches; else as they are now."""
+        """Position and upwards after `DRIFTS`, of a vehicle that turns on about a tip which touches; else as they are now."""
         if not estimate.touching:
-            return estimate.position, estimate.attitude
+            return estimate.position, estimate.rotation_body_to_world[:, 2]
         soon = estimate.attitude + DRIFTS * estimate.attitude_rates
         now, then = self._coupling.tips(np.array([estimate.attitude, soon]), np.array([estimate.arm_angles] * 2))
-        return estimate.position + now - then, soon
+        return estimate.position + now - then, rotation_body_to_world(soon)[:, 2]
 
     def meets_a_jamb(self, estimate: Estimate) -> bool:
         """Whether the rotor disc is about to touch a jamb."""
@@ -173,7 +176,7 @@ class AtTheLeaf:
     def levels_into_a_jamb(self, estimate: Estimate) -> bool:
         """Whether the rotor disc would come too near to a jamb, were the vehicle to level as it lets go."""
         level = self.contact_position(estimate, estimate.yaw, estimate.arm_angles)
-        return self._doorway.gap_to_jambs(level, np.zeros(3)) < ROOM_TO_LEVEL
+        return self._doorway.gap_to_jambs(level, self._rest) < ROOM_TO_LEVEL
 
     def blocked(self, estimate: Estimate) -> bool:
         """Whether the tip has been stopped before the place of the leaf, which has then come nearer; call it once per tick.
@@ -181,7 +184,7 @@ class AtTheLeaf:
         A wind would not stop the tip for so long: it is estimated, and leaned into. A tip that comes on again after a slam has
         met nothing.
         """
-        advance = float(self._model.door.normal(estimate.door_angle) @ estimate.position)
+        advance = float(estimate.normal @ estimate.position)
         if self._moved_at is None or abs(advance - self._stood) > _MOVES:
             self._stood, self._moved_at, self.free_wind = advance, estimate.time, estimate.wind.copy()
         return not estimate.near and estimate.time - self._moved_at >= _BLOCKED

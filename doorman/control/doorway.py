@@ -93,13 +93,17 @@ class Doorway:
 
     def gap(self, position: Array, attitude: Array, door_angle: float) -> float:
         """Between rotor disc and leaf, wherever the tip is [m]."""
+        upwards, normal = rotation_body_to_world(attitude)[:, 2], self._door.normal(door_angle)
+        return self.gap_to(position, upwards, self._coupling.contact_point(door_angle), normal)
+
+    def gap_to(self, position: Array, upwards: Array, contact_point: Array, normal: Array) -> float:
+        """The same of a disc with this upward normal, and a leaf with this contact point and normal [m]."""
         if self._door.in_plane and self._door.panel is not None:  # what is near is the face that a lever is mounted on
             away, plane = self._door.panel
             normal, distance = -self._door.from_doorway(away), -plane
         else:
-            normal = self._door.normal(door_angle)
-            distance = float(normal @ (self._coupling.contact_point(door_angle) - self._door.hinge_position))
-        slope = float(rotation_body_to_world(attitude)[:, 2] @ normal)
+            distance = float(normal @ (contact_point - self._door.hinge_position))
+        slope = float(upwards @ normal)
         return (
             distance
             - float(normal @ (position - self._door.hinge_position))

@@ -38,5 +38,5 @@ class HeldLoad:
         """What acts on the vehicle beside rotors and push, shape (3,) [N]: the wind, and a lever that is held down."""
         if not (self._bears and self._held):
             return estimate.wind
-        normal = self._model.door.normal(estimate.door_angle)
+        normal = estimate.normal
         return np.asarray(estimate.wind - (self.force - (normal @ self.force) * normal))

@@ -14,21 +14,29 @@ from dataclasses import replace
 
 import numpy as np
 
+from doorman.arrays import Array
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.signals import Command
 
 
-def limited(command: Command, weight: float, most: float) -> Command:
-    """The command, or the one with the same heading and the same way of the push, and no harder than allowed."""
+def force_in_world(command: Command) -> Array:
+    """Force of the rotors, shape (3,), world frame [N]."""
+    return np.asarray(rotation_body_to_world(command.attitude) @ command.body_force)
+
+
+def limited(command: Command, force: Array, weight: float, most: float) -> Command:
+    """The command, or the one with the same heading and the same way of the push, and no harder than allowed.
+
+    The force is that of the command, in the world.
+    """
     up = np.array([0.0, 0.0, weight])
-    rotation = rotation_body_to_world(command.attitude)
-    beyond = rotation @ command.body_force - up
+    beyond = force - up
     size = math.sqrt(beyond.dot(beyond))
     if size <= most:
         return command
     force = up + most / size * beyond
     if any(command.side_force):  # a vehicle with a level body keeps its attitude
-        ahead, left, lift = (rotation.T @ force).tolist()
+        ahead, left, lift = (rotation_body_to_world(command.attitude).T @ force).tolist()
         return replace(command, thrust=lift, side_force=(ahead, left))
     x, y, z = force.tolist()
     yaw, thrust = float(command.attitude[2]), math.sqrt(x * x + y * y + z * z)

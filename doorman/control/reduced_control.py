@@ -62,7 +62,7 @@ class ReducedController:
         The wind on the vehicle belongs to it: rotors that push against it do not push the leaf.
         """
         hinge, door, model = known.hinge, self._model.door, self._model
-        wind = float(door.normal(known.door_angle) @ known.wind)
+        wind = float(known.normal @ known.wind)
         torque = known.door_disturbance + model.coupling.lever_length * wind
         if not self._observed:
             return Hinge.of(door, torque)

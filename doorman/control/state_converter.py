@@ -60,6 +60,11 @@ class StateConverter:
         tip_on_leaf(self._arm, self._leaf, self._coupling.lever_length, self._given, self._tip)
         self._coupling.tips(rest[None], np.zeros((1, model.n_arm)))
 
+    @property
+    def at_the_tip(self) -> tuple[ArmParameters, Array, Array, float]:
+        """Arm, leaf, contact and lever, as kernels read them."""
+        return self._arm, self._leaf, self._contact, self._coupling.lever_length
+
     def fly_by(self, loop: AttitudeLoop) -> None:
         """Believe another attitude loop from now on."""
         self._ahead = LookAheads.of(loop)

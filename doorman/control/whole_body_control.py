@@ -16,6 +16,7 @@ import numpy as np
 
 from doorman.arrays import Array
 from doorman.control.estimation.estimator import Estimate
+from doorman.control.kernels.tilted import tilted
 from doorman.control.observers.tilt_observer import TiltObserver
 from doorman.control.position_controller import Setpoint
 from doorman.control.wanted import Wanted
@@ -84,6 +85,7 @@ class WholeBodyController:
         self._shaped: Array | None = None
         """Roll and pitch that a plan commands, shaped for a quick loop, shape (2,) [rad]."""
         self.fly_by(model.attitude_loop)
+        tilted(0.0, 0.0, 0.0)  # compiles: nothing is in flight
 
     def fly_by(self, loop: AttitudeLoop) -> None:
         """Believe another attitude loop from now on."""
@@ -123,8 +125,8 @@ class WholeBodyController:
 
     def note(self, now: float, command: Command, measured_yaw: float) -> None:
         """Take in what is sent now, by a plan or not, as an input of the model."""
-        turn, followed = measured_yaw - float(command.attitude[2]), self._followed
-        roll, pitch, _ = tilted(float(command.attitude[0]), float(command.attitude[1]), turn)
+        (roll, pitch, yaw), followed = command.attitude.tolist(), self._followed
+        roll, pitch = tilted(roll, pitch, measured_yaw - yaw)
         if followed is not None and self._shaping > 0.0:
             roll, pitch = float(followed[1]), float(followed[2])  # what is sent is shaped, as the model's loop is not
         inputs = np.zeros(len(self._is_prompt))
@@ -180,21 +182,21 @@ class WholeBodyController:
         """What a plan begins with, and aims for; what a held tip bears in the face acts on the vehicle as wind does."""
         model, numbers, angle = self._model, self._numbers, known.door_angle
         turned = self._turned[1] if self._turned[0] is known else self._turned_by(known)
-        load = self._load[0] * model.door.leaf_direction(angle) + self._load[1] * model.door.up
-        depth, place = tip_on_face(model, known.position, known.attitude, angle, known.arm_angles)
+        load = self._load[0] * known.along + self._load[1] * model.door.up
+        depth, place = tip_on_face(known.tip - known.contact_point, known.normal, known.along, model.door.up)
         depth += known.face_offset
         touches = known.touching or model.contact.tied > 0.0
         force = max(known.normal_force, self._least_force)
         wanted = depth_of(force, numbers) if touches else min(depth, self._free_air)
         state = whole_body_state(
-            known.position + (wanted - depth) * model.door.normal(angle), known.attitude, known.velocity,
+            known.position + (wanted - depth) * known.normal, known.attitude, known.velocity,
             known.attitude_rates, angle, known.door_rate, known.arm_angles,
         )  # fmt: skip
         if touches:
             place = stick_place(place, known.friction_force - self._load, force, numbers)
         held = np.zeros(2)
         if self._load.any():
-            held = turned_by(model, known.attitude, known.arm_angles, load, self._loop)
+            held = turned_by(model, known.rotation_body_to_world, known.arm_angles, load, self._loop)
         side = {"actuation.side": self._side} if model.actuation.fully else {}
         return state, {
             **side, **self._loop_numbers,
@@ -220,10 +222,7 @@ class WholeBodyController:
         """Roll and pitch beside the command that the estimated force of the tip makes, shape (2,) [rad]."""
         if not known.touching:
             return np.zeros(2)
-        door, angle = self._model.door, known.door_angle
-        along, up = door.leaf_direction(angle), door.up
-        force = known.normal_force * door.normal(angle) + known.friction_force[0] * along + known.friction_force[1] * up
-        return turned_by(self._model, known.attitude, known.arm_angles, force, self._loop)
+        return turned_by(self._model, known.rotation_body_to_world, known.arm_angles, known.tip_force, self._loop)
 
     def follow(
         self, plan: Plan, start: float, now: float, measured_yaw: float, yaw_rate: float, time_step: float
@@ -245,8 +244,8 @@ class WholeBodyController:
         turning = (plan.states[later + 1, _YAW_RATE] + self._slower) / gain
         lead = min(max(float(turning), -_MOST_TURN), _MOST_TURN)
         self._followed = planned
-        attitude = tilted(*self._shape(planned, time_step), lead)
-        attitude[2] += measured_yaw + self._loop.dead_time * yaw_rate
+        roll, pitch = tilted(*self._shape(planned, time_step), lead)
+        attitude = np.array((roll, pitch, lead + (measured_yaw + self._loop.dead_time * yaw_rate)))
         n, prompt = self._model.n_arm, self._at_its_time(planned[self._prompt], now)
         share = 1.0 - math.exp(-time_step / _ARM_TIME)
         self._arm_rates = self._arm_rates + share * (prompt[1 : 1 + n] - self._arm_rates)
@@ -275,11 +274,3 @@ class WholeBodyController:
         while len(waiting) > 1 and waiting[1][0] <= now + _ROUNDED:
             waiting.popleft()
         return waiting[0][1]
-
-
-def tilted(roll: float, pitch: float, yaw: float) -> Array:
-    """Attitude with the thrust's direction of [roll, pitch, 0], and another heading."""
-    up = np.array([math.sin(pitch) * math.cos(roll), -math.sin(roll), math.cos(pitch) * math.cos(roll)])
-    c, s = math.cos(yaw), math.sin(yaw)
-    ahead, aside = c * up[0] + s * up[1], -s * up[0] + c * up[1]
-    return np.array([-math.asin(min(max(aside, -1.0), 1.0)), math.atan2(ahead, up[2]), yaw])

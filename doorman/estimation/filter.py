@@ -9,13 +9,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from doorman.arrays import Array
+from doorman.arrays import Array, sealed
 from doorman.checks import number, numbers, vector, whole
 from doorman.copying import Uncopied
 from doorman.estimation.estimate import FilterEstimate, MeasurementScore
@@ -32,6 +31,7 @@ from doorman.estimation.kernels.memory import (
     SCORES,
     SCORES_OF_EACH,
     STARTED,
+    FilterMemory,
 )
 from doorman.estimation.measurement import Measurement
 from doorman.estimation.model import ProcessModel
@@ -111,6 +111,8 @@ class Filter(Uncopied):
             text_of(model, functions, hypotheses, measurements), functions, model, measurements, len(hypotheses),
             len(outputs), vector(parameters, int(model.parameters.numel()), "parameters"), whole(ticks, "ticks", 3),
         )  # fmt: skip
+        n, count = model.size, len(hypotheses)
+        self._told = (2 + n + count) * n + count + 2 * len(outputs)  # how many numbers an estimate has
         self._memory.clocks[LONGEST_STEP] = longest_step
         self._handle = held(self._memory)
         self._compile()
@@ -137,9 +139,36 @@ class Filter(Uncopied):
         return bool(self._memory.places[STARTED])
 
     @property
+    def hypotheses(self) -> tuple[str, ...]:
+        """Their names, in their order."""
+        return self._hypotheses
+
+    @property
     def parameters(self) -> Array:
         """Values of the model's parameters, (np,); those that are written act from the next step on."""
         return self._memory.parameters
+
+    def with_numbers(self, parameters: ArrayLike, lower: ArrayLike, upper: ArrayLike, gate: float) -> Filter:
+        """A filter of the same expressions with numbers of its own, not started: nothing is printed or compiled for it.
+
+        Args:
+            parameters: Values of the model's parameters, (np,).
+            lower: Least values of the states, (n,).
+            upper: Largest values of the states, (n,).
+            gate: Of all measurements [deviations].
+
+        Raises:
+            DoormanError: if a size does not fit, or a parameter is not finite.
+        """
+        n, twin = self._model.size, object.__new__(type(self))
+        twin.__dict__.update(self.__dict__)
+        twin._memory = memory = FilterMemory._make(each.copy() for each in self._memory)
+        memory.parameters[:] = vector(parameters, memory.parameters.size, "parameters")
+        memory.lower[:], memory.upper[:] = _rows(lower, n, "lower"), _rows(upper, n, "upper")
+        memory.gates[:] = number(gate, "gate") ** 2
+        memory.places[STARTED] = 0
+        twin._handle = held(memory)
+        return twin
 
     def start(
         self, time: float, mean: ArrayLike, deviations: ArrayLike, *, probabilities: Mapping[str, float] | None = None,
@@ -224,16 +253,10 @@ class Filter(Uncopied):
         """
         if not self.running:
             raise DoormanError("the filter does not run", field="filter", allowed="an estimate between start and loss")
-        memory = self._memory
-        bank.combine(self._handle)
-        bank.combine_outputs(self._handle)
-        outputs = zip(memory.output.tolist(), np.sqrt(np.maximum(memory.output_variance, 0.0)).tolist(), strict=True)
-        return FilterEstimate(
-            self.time, _fixed(memory.mean), _fixed(memory.covariance[:, : memory.mean.size]),
-            MappingProxyType(dict(zip(self._hypotheses, memory.weights.tolist(), strict=True))),
-            MappingProxyType(dict(zip(self._hypotheses, _fixed(memory.means), strict=True))),
-            MappingProxyType(dict(zip(self._outputs, outputs, strict=True))),
-        )  # fmt: skip
+        told, n = np.empty(self._told), self._memory.mean.size
+        bank.tell(self._handle, told)
+        mean, deviations = sealed(told[:n]), sealed(told[n : 2 * n])
+        return FilterEstimate(self.time, told, mean, deviations, self._hypotheses, self._outputs)
 
     def acted(self, inputs: ArrayLike) -> None:
         """Say what acts since the last step, where it is known better than it was: an attitude that came late.
@@ -340,10 +363,3 @@ def _covariance(given: ArrayLike, n: int) -> Array:
     if np.abs(matrix - matrix.T).max() > _ROUNDING * scale or np.linalg.eigvalsh(matrix).min() < -_ROUNDING * scale:
         raise DimensionError("not a covariance", field="deviations", allowed="symmetric and positive")
     return np.asarray(0.5 * (matrix + matrix.T))
-
-
-def _fixed(values: Array) -> Array:
-    """A read-only copy."""
-    copy = values.copy()
-    copy.setflags(write=False)
-    return copy

@@ -124,16 +124,23 @@ class Coupling:
         :math:`\dot P + R(\Omega\times d) + R\,\dot d` (the paper's state conversion, without its singularity).
         """
         n = self.vehicle.n_arm
-        relative = self._tip_in_world(
+        return self.door_of(
+            vector(position, 3, "position"),
+            vector(velocity, 3, "velocity"),
             vector(attitude, 3, "attitude"),
             vector(body_rates, 3, "body_rates"),
             vector(arm_angles, n, "arm_angles"),
             vector(arm_rates, n, "arm_rates"),
         )
-        tip = vector(position, 3, "position") + relative[:3] - self.door.hinge_position
-        velocity_of_tip = vector(velocity, 3, "velocity") + relative[3:]
+
+    def door_of(
+        self, position: Array, velocity: Array, attitude: Array, body_rates: Array, arm_angles: Array, arm_rates: Array
+    ) -> tuple[float, float]:
+        """Door angle and rate from the tip, as `door_state` returns them, without a check of the arrays."""
+        relative = self._tip_in_world(attitude, body_rates, arm_angles, arm_rates)
+        tip = position + relative[:3] - self.door.hinge_position
         angle = self.door.angle_of(tip)
-        return angle, -float(self.door.normal(angle) @ velocity_of_tip) / self.lever_length
+        return angle, -float(self.door.normal(angle) @ (velocity + relative[3:])) / self.lever_length
 
     def tips(self, attitudes: Array, arm_angles: Array) -> Array:
         r"""Tips of many postures relative to O_B, :math:`R\,d`."""

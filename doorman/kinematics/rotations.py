@@ -29,6 +29,17 @@ def rotation_body_to_world(attitude: ArrayLike) -> Array:
     ).reshape(3, 3)  # fmt: skip
 
 
+def rotations_of(attitudes: Array) -> Array:
+    """Rotation matrices of many attitudes, shape (m, 3, 3)."""
+    (cr, cp, cy), (sr, sp, sy) = np.cos(attitudes).T, np.sin(attitudes).T
+    rows = (
+        cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr,
+        sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr,
+        -sp, cp * sr, cp * cr,
+    )  # fmt: skip
+    return np.stack(rows, axis=-1).reshape(-1, 3, 3)
+
+
 def quaternion_of(attitude: ArrayLike) -> tuple[float, float, float, float]:
     """Unit quaternion [w, x, y, z] of Euler angles, body to world."""
     roll, pitch, yaw = components(attitude, 3, "attitude")

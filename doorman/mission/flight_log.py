@@ -5,6 +5,8 @@ from __future__ import annotations
 import time
 from operator import attrgetter
 
+import numpy as np
+
 from doorman.control.estimation.door_locator import DoorLocator
 from doorman.control.estimation.door_watch import DoorWatch
 from doorman.control.estimation.estimator import Estimate
@@ -46,7 +48,10 @@ class FlightLog:
         """One tick, in the map."""
         now, write, hinge, door = measurement.time, self._recorder.write, estimate.hinge, self._locator
         state = estimate.state.copy()
-        state[2] = door.heading(float(state[2]))
+        state[2] = door.heading(estimate.yaw)
+        velocity, wind, tip_force, moves, gains, presses = door.vectors(
+            estimate.velocity, estimate.wind, estimate.tip_force, setpoint.velocity, setpoint.acceleration, setpoint.force
+        )  # fmt: skip
         write("measurement", now, dict(zip(_MEASUREMENT_FIELDS, _measured(measurement), strict=True)))
         if measurement.tip_force is not None:
             write("tip_sensor", now, {"force": measurement.tip_force})
@@ -57,19 +62,19 @@ class FlightLog:
                 "state": state,
                 "door_disturbance": estimate.door_disturbance,
                 "position": door.place(estimate.position),
-                "velocity": door.vector(estimate.velocity),
-                "wind": door.vector(estimate.wind),
-                "tip_force": door.vector(estimate.tip_force),
+                "velocity": velocity,
+                "wind": wind,
+                "tip_force": tip_force,
                 "normal_force": estimate.normal_force,
                 "touching": estimate.touching,
-                "hinge": [hinge.damping, hinge.friction, hinge.stiffness, hinge.inertia],
+                "hinge": np.array((hinge.damping, hinge.friction, hinge.stiffness, hinge.inertia)),
                 "door_place": door.state,
                 "door_place_deviation": door.deviations,
                 "door_angle_deviation": door.angle_deviation(estimate.door_angle),
                 "torque_deviation": hinge.torque_deviation,
-                "hinge_deviation": [
+                "hinge_deviation": np.array((
                     hinge.damping_deviation, hinge.friction_deviation, hinge.stiffness_deviation, hinge.inertia_deviation
-                ],
+                )),
             },
         )  # fmt: skip
         write(
@@ -77,9 +82,9 @@ class FlightLog:
             now,
             {
                 "position": door.place(setpoint.position),
-                "velocity": door.vector(setpoint.velocity),
-                "acceleration": door.vector(setpoint.acceleration),
-                "force": door.vector(setpoint.force),
+                "velocity": moves,
+                "acceleration": gains,
+                "force": presses,
                 "yaw": door.heading(setpoint.yaw),
                 "arm_rates": setpoint.arm_rates,
             },

@@ -16,7 +16,7 @@ from doorman.control.estimation.estimator import Estimate, Estimator, Tie
 from doorman.control.estimation.lift_scale import LiftScale
 from doorman.control.held_load import HeldLoad
 from doorman.control.position_controller import PositionController, Setpoint, Thrust
-from doorman.control.push_limit import limited
+from doorman.control.push_limit import force_in_world, limited
 from doorman.control.state_converter import StateConverter
 from doorman.control.under_way import Later, UnderWay
 from doorman.copying import Uncopied
@@ -24,7 +24,6 @@ from doorman.dynamics.attitude_loop import AttitudeLoop
 from doorman.exceptions import DoormanError
 from doorman.gravity import weight_of
 from doorman.hardware.interface import Backend
-from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.mission.flight_log import FlightLog
 from doorman.mission.following import Following
 from doorman.mission.phases.phase import MissionPhase, Phase
@@ -176,11 +175,12 @@ class Mission(Uncopied):
         """
         self._see_frame(measured)
         self._learn_frame()
-        leaf, measured = measured.leaf, self._watch.checked(measured, self._known, self._sequence.tie)
+        tie = self._sequence.tie
+        leaf, measured = measured.leaf, self._watch.checked(measured, self._known, tie)
         now, measurement = measured.time, self._locator.seen(measured)
         elapsed = 0.0 if self._last_time is None else now - self._last_time
         self._last_time = now
-        estimate = self._estimator.update(measurement, self._sequence.tie, self._sequence.closes_gripper, elapsed)
+        estimate = self._estimator.update(measurement, tie, self._sequence.closes_gripper, elapsed)
         seen = estimate.attitude
         if estimate.lost:
             self.abort("the estimate was lost")
@@ -198,25 +198,27 @@ class Mission(Uncopied):
             self._controller.resume(estimate.position, estimate.velocity, estimate.wind)
         asked = self._following.follow(estimate, measurement, phase.follows, phase.goal, elapsed)
         if isinstance(asked, Command):
-            command, made = asked, rotation_body_to_world(asked.attitude) @ asked.body_force
+            command, made = asked, force_in_world(asked)
             thrust = Thrust(asked.thrust, asked.attitude, made, estimate.wind, False)
         else:
-            setpoint = asked or setpoint
+            setpoint, made = asked or setpoint, None
             thrust, command = self._fly_to(setpoint, estimate, measurement.body_rates, tie, elapsed)
         command, self._flew_plan = command.gripping(phase.tied), isinstance(asked, Command)
         if phase.at_the_leaf:
-            command = limited(command, self.model.vehicle.weight, self.model.scenario.control.max_push)
+            made = force_in_world(command) if made is None else made
+            command = limited(command, made, self.model.vehicle.weight, self.model.scenario.control.max_push)
         if tie is not Tie.GRIPPED:
             self._lift.learn(estimate.lift)
         scaled = self._lift.scaled(command)
-        self._rotors = self._lift.made(scaled)
+        force = scaled.body_force
+        self._rotors = self._lift.made(force)
         self._under_way.note(now, scaled.attitude)
         if (test := self._sequence.attempt.loop_test).runs:
             test.note(scaled.attitude, seen, measurement)
         self._following.controller.note(now, command, float(measurement.attitude[2]))
         sent = self._locator.told(scaled)
         backend.command(sent)
-        self._estimator.tell(scaled.body_force)
+        self._estimator.tell(force)
         self._log.tick(measured, estimate, setpoint, thrust, sent)
         self._log.door(measured, leaf)
         self._locator.update(measured, phase.at_the_leaf and estimate.touching, tie is Tie.GRIPPED, elapsed)
@@ -232,7 +234,7 @@ class Mission(Uncopied):
         self._change_smoothly(setpoint, estimate)
         controller.reach = self._lift.reach
         later = None if tie is Tie.GRIPPED else self._later(estimate, setpoint, seen, body_rates)
-        force = rotation_body_to_world(seen) @ self._rotors
+        force = estimate.rotation_body_to_world @ self._rotors
         thrust = controller.update(estimate.position, estimate.velocity, setpoint, elapsed, later, force)
         attitude = thrust.attitude if setpoint.nudge is None else thrust.attitude + np.array([*setpoint.nudge, 0.0])
         ahead, left, up = self.model.actuation.body_force(thrust.force, seen)

@@ -64,7 +64,7 @@ class Opening:
             self._got_on_at = now  # one that leaves the goal has time to come back
         if self._got_on_at == now:
             self._pressed_at = math.inf
-        headwind = min(float(self._model.door.normal(estimate.door_angle) @ estimate.wind), 0.0)
+        headwind = min(float(estimate.normal @ estimate.wind), 0.0)
         if estimate.normal_force > self._most + headwind:
             self._pressed_at = min(self._pressed_at, now)
         there = abs(off) < self._within * max(self._waited(now), 1.0)

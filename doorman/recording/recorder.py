@@ -127,9 +127,9 @@ class Recorder(Uncopied):
         if not self._waiting:
             self._batch_start = time
         self._waiting[topic] = channel
-        channel.rows.add(time, fields)
+        full = channel.rows.add(time, fields)
         self._channels[topic] = channel
-        if channel.rows.full or (self._writer is not None and abs(time - self._batch_start) >= _BATCH_TIME):
+        if full or (self._writer is not None and abs(time - self._batch_start) >= _BATCH_TIME):
             self.flush()
         if self._listener is not None:
             self._listener(topic, time, fields)

@@ -15,7 +15,7 @@ import numpy as np
 from doorman.arrays import Array
 from doorman.collision.rows.kind import dot
 from doorman.collision.rows.listed import ARM, KINDS
-from doorman.kinematics.rotations import rotation_body_to_world
+from doorman.kinematics.rotations import rotations_of
 from doorman.model import Model
 
 
@@ -24,7 +24,7 @@ def flown_constraints(model: Model, position: Array, attitude: Array, door_angle
     door, radius = model.true_door, model.vehicle.radius
     states = np.hstack([attitude, door_angle[:, None], np.zeros((len(attitude), 1)), arm_angles])
     seen = _flown(model, position, attitude, door_angle, arm_angles)
-    along_leaf = dot(_at_each(door.leaf_direction, door_angle), seen.position_from_hinge)
+    along_leaf = dot(door.leaf_directions(door_angle).T, seen.position_from_hinge)
     into = seen.into_doorway
     within = (into > -door.frame_depth - radius) & (into < radius)
     counts = {
@@ -43,9 +43,8 @@ def _flown(model: Model, position: Array, attitude: Array, door_angle: Array, ar
     """What rows use of a task, in numbers: vectors are (3, m), world frame. The disc is level between jambs, as in plans."""
     door, vehicle = model.true_door, model.vehicle
     from_hinge = (position - door.hinge_position).T
-    normal = _at_each(door.normal, door_angle)
+    normal = door.normals(door_angle).T
     face = door.surface_offset if door.panel is None else door.contact_offset
-    ways = np.array([door.way(angle) for angle in door_angle.tolist()])
     panel = {} if door.panel is None else {"panel": door.from_doorway(door.panel[0])}
     points: dict[str, Array] = {}
     if vehicle.arm.above or "lintel_edge" in model.kinds:
@@ -59,14 +58,9 @@ def _flown(model: Model, position: Array, attitude: Array, door_angle: Array, ar
             width=door.width, frame_depth=door.frame_depth, frame_back=door.frame_back, frame_height=door.frame_height, **panel
         ),
         leaf=SimpleNamespace(normal_in_heading=normal, into_in_heading=door.into, up=door.up, in_heading=np.asarray),
-        tilt_rotation=np.array([rotation_body_to_world(one) for one in attitude]).reshape(-1, 3, 3).transpose(1, 2, 0),
-        position_from_hinge=from_hinge, before_leaf=-dot(normal, from_hinge) - face - ways,
+        tilt_rotation=rotations_of(attitude).transpose(1, 2, 0),
+        position_from_hinge=from_hinge, before_leaf=-dot(normal, from_hinge) - face - door.ways(door_angle),
         across_doorway=dot(door.along, from_hinge), into_doorway=dot(door.into, from_hinge), half_width=vehicle.radius,
         before_panel=0.0 if door.panel is None else dot(panel["panel"], from_hinge) - door.panel[1],
         points_in_body=points, arm_side=1 if vehicle.arm.above else -1,
     )  # fmt: skip
-
-
-def _at_each(direction: Any, door_angle: Array) -> Array:
-    """A direction of the leaf at many angles, (3, m)."""
-    return np.array([direction(angle) for angle in door_angle.tolist()]).reshape(-1, 3).T

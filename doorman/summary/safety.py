@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from doorman.collision.scene import CollisionScene
 from doorman.collision.shapes import tip_and_frame
-from doorman.kinematics.rotations import rotation_body_to_world
+from doorman.kinematics.rotations import rotations_of
 from doorman.model import Model
 from doorman.recording import Recording
 from doorman.summary.flown_constraints import flown_constraints
@@ -88,9 +88,11 @@ def min_clearance(recording: Recording, model: Model) -> float:
     least = math.inf
     for chosen, ignored in ((every & ~feels, []), (every & feels, frame)):
         if chosen.any():
-            rotations = np.array([rotation_body_to_world(attitude) for attitude in truth["attitude"][chosen]])
             clearance = CollisionScene(model.vehicle, model.true_door, ignored).least_clearance(
-                truth["position"][chosen], rotations, truth["arm_angles"][chosen], truth["door_angle"][chosen]
+                truth["position"][chosen],
+                rotations_of(truth["attitude"][chosen]),
+                truth["arm_angles"][chosen],
+                truth["door_angle"][chosen],
             )
             least = min(least, clearance.distance)
     return least

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from believed import changed
 from paper_door import door_normal
 
 from doorman.control.at_the_leaf import AtTheLeaf
@@ -109,7 +110,7 @@ def test_a_tip_that_is_stopped_before_the_leafs_place_has_met_the_leaf_there(
 def at_rest(model: Model, shift: np.ndarray) -> Estimate:
     """What is estimated at the start of the swing, with the vehicle shifted from where the plan has it."""
     last = hovering(model, 0.0, 1.0, 1.0)[-1]
-    return Estimate(**{**vars(last), "position": last.position + shift})
+    return changed(model, last, position=last.position + shift)
 
 
 def test_the_gap_to_the_leaf_is_the_plans_constraint(model: Model) -> None:
@@ -187,7 +188,7 @@ def test_a_leaf_that_moves_on_by_itself_is_not_given_up(
             state[3:5] = angle + rate * 0.05 * k, rate
             now = start + 0.05 * k
             away = last.position - 0.1 * door_normal(float(state[3]))
-            estimate = replace(last, time=last.time + now, state=state, touching=False, position=away)
+            estimate = changed(model, last, time=last.time + now, state=state, touching=False, position=away)
             sequence.step(estimate, np.zeros(3), 0.05)
             if sequence.phase is not Phase.RECOVER:
                 return now
@@ -245,7 +246,7 @@ def test_rotors_that_fly_into_the_leaf_are_noticed_in_time(model: Model, convert
         state = calm.state.copy()
         state[:2], state[4] = 0.0, door_rate
         position = place - (radius + gap) * normal
-        return replace(calm, position=position, velocity=speed * normal, state=state, touching=touching)
+        return changed(model, calm, position=position, velocity=speed * normal, state=state, touching=touching)
 
     for searching in (True, False):
         assert not leaf.hits_the_rotors(flying(0.04, 0.1), searching)
@@ -262,7 +263,7 @@ def test_rotors_that_fly_into_the_leaf_are_noticed_in_time(model: Model, convert
         turning = np.array([0.0, 0.0, np.radians(80.0)])  # about the tip, by which the vehicle comes nearer to the leaf
         turned = flying(0.06, 0.0, touching=True)
         assert not leaf.hits_the_rotors(replace(turned, attitude_rates=0.0 * turning), searching)
-        askew = replace(turned, state=turned.state + np.eye(len(turned.state))[2] * 0.6)
+        askew = changed(model, turned, state=turned.state + np.eye(len(turned.state))[2] * 0.6)
         assert leaf.hits_the_rotors(replace(askew, attitude_rates=turning), searching), "it turns on"
         assert not leaf.hits_the_rotors(replace(askew, attitude_rates=-turning), searching), "it turns back"
 

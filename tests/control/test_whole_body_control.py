@@ -7,9 +7,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from believed import geometry
 
 from doorman.control.estimation.estimator import Estimate
-from doorman.control.whole_body_control import WholeBodyController, tilted
+from doorman.control.kernels.tilted import tilted
+from doorman.control.whole_body_control import WholeBodyController
 from doorman.dynamics.attitude_loop import AttitudeLoop
 from doorman.estimation.leaf.hinge_fit import HingeEstimate
 from doorman.gravity import GRAVITY
@@ -47,7 +49,7 @@ def known(model: Model, distance: float, touching: bool = False, angle: float = 
         time=0.0, position=position, velocity=none, arm_angles=posture[5:], state=state, attitude_rates=none, tip_angle=angle,
         tip_speed=0.0, wind=none, tip_force=force * model.door.normal(angle), friction_force=np.zeros(2), normal_force=force,
         near=touching, touching=touching, resistance=0.5, friction_share=1.0, face_offset=0.0, door_disturbance=-0.5,
-        hinge=hinge,
+        hinge=hinge, **geometry(model, position, state),
     )  # fmt: skip
 
 
@@ -59,10 +61,9 @@ def planned(planner: Planner, controller: WholeBodyController, now: Estimate) ->
 
 @pytest.mark.parametrize("yaw", [-2.0, 0.3])
 def test_another_heading_keeps_the_direction_of_the_thrust(yaw: float) -> None:
-    attitude = tilted(0.1, -0.2, yaw)
+    attitude = np.array([*tilted(0.1, -0.2, yaw), yaw])
     wanted = rotation_body_to_world(np.array([0.1, -0.2, 0.0]))[:, 2]
     np.testing.assert_allclose(rotation_body_to_world(attitude)[:, 2], wanted, atol=1e-12)
-    assert attitude[2] == yaw
 
 
 def test_before_the_leaf_it_carries_its_weight_and_goes_on(planner: Planner, model: Model) -> None:
@@ -123,8 +124,8 @@ def test_a_plan_begins_with_the_force_that_is_felt_wherever_the_tip_is_measured(
 
 def test_a_tip_that_friction_drags_sticks_behind_where_it_is(model: Model) -> None:
     controller, now = WholeBodyController(model), known(model, 0.0, touching=True)
-    dragged = Estimate(**{**vars(now), "friction_force": np.array([0.2, 0.0])})
-    place = tip_on_face(model, now.position, now.attitude, now.door_angle, now.arm_angles)[1]
+    dragged = replace(now, friction_force=np.array([0.2, 0.0]))
+    place = tip_on_face(now.tip - now.contact_point, now.normal, now.along, model.door.up)[1]
     assert controller.start(dragged)[1]["contact.stick"][0] < place[0] - 5e-4
     np.testing.assert_allclose(controller.start(now)[1]["contact.stick"], place, atol=1e-9)
 
@@ -134,8 +135,8 @@ def test_tilts_under_way_are_those_of_the_last_dead_time(planner: Planner, model
     controller = WholeBodyController(model)
     assert controller.under_way(0.0) == []
     for k in range(200):
-        attitude = tilted(0.0, 1e-3 * k, 0.7)
-        controller.note(0.004 * k, Command(30.0 + k, attitude + [0.0, 0.0, 0.3], np.full(model.n_arm, 0.1)), 0.3)
+        attitude = np.array([*tilted(0.0, 1e-3 * k, 0.7), 1.0])
+        controller.note(0.004 * k, Command(30.0 + k, attitude, np.full(model.n_arm, 0.1)), 0.3)
     now = 0.004 * 199
     sent = controller.under_way(now)
     assert len(sent) == round(model.attitude_loop.dead_time / planner.settings.time_step) == 3

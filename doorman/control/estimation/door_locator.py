@@ -65,28 +65,28 @@ class DoorLocator:
         self._away, self._ended = 0.0, False
         self._offset, self._turned = np.zeros(2), 0.0  # as they are used
         self._moved, self._turn = False, np.eye(3)  # whether they are not zero, and the rotation of the map to the door
-        self._stated: tuple[Array | None, list[float], list[float]] = None, [], []
+        self._stated: tuple[Array | None, Array, Array] = None, np.zeros(3), np.zeros(3)
         """The covariance of which state and deviations are known, and both."""
 
     @property
-    def state(self) -> list[float]:
-        """What is known, h and the turn: [m], [m], [rad]."""
+    def state(self) -> Array:
+        """What is known, h and the turn, shape (3,): [m], [m], [rad]."""
         return self._newest()[1]
 
     @property
-    def deviations(self) -> list[float]:
+    def deviations(self) -> Array:
         """Their standard deviations, against the place in the world in which the flight began."""
         return self._newest()[2]
 
-    def _newest(self) -> tuple[Array | None, list[float], list[float]]:
+    def _newest(self) -> tuple[Array | None, Array, Array]:
         """Computed once a reading: every tick records them."""
         known = self.known
         if self._stated[0] is not known.covariance:
             walked = 0.0
             if not math.isnan(known.time):
                 walked = self._walk * max(known.time - (self._began or 0.0), 0.0)
-            deviations = np.sqrt(known.covariance.diagonal() + walked * np.array([1.0, 1.0, 0.0])).tolist()
-            self._stated = known.covariance, [*known.offset.tolist(), known.yaw], deviations
+            deviations = np.sqrt(known.covariance.diagonal() + walked * np.array([1.0, 1.0, 0.0]))
+            self._stated = known.covariance, np.array([*known.offset, known.yaw]), deviations
         return self._stated
 
     def angle_deviation(self, door_angle: float) -> float:
@@ -160,9 +160,9 @@ class DoorLocator:
         there[:2] += self._offset
         return there
 
-    def vector(self, vector: Array) -> Array:
-        """A vector at the map's door, turned as the true door is."""
-        return self._turn @ vector if self._moved else vector
+    def vectors(self, *vectors: Array) -> tuple[Array, ...]:
+        """Vectors at the map's door, turned as the true door is."""
+        return tuple(self._turn @ each for each in vectors) if self._moved else vectors
 
     def heading(self, yaw: float) -> float:
         """A heading at the map's door, turned as the true door is [rad]."""

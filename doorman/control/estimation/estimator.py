@@ -9,6 +9,8 @@ from enum import Enum
 import numpy as np
 
 from doorman.arrays import Array
+from doorman.control.kernels import estimate_step as step
+from doorman.control.kernels.tip import ARM
 from doorman.control.state_converter import StateConverter
 from doorman.estimation.leaf.acting import Acting
 from doorman.estimation.leaf.hinge_fit import HingeEstimate, HingeFit
@@ -17,16 +19,13 @@ from doorman.estimation.leaf.leaf_filter import (
     AT_THE_FRAME,
     AT_THE_LEAF,
     AWAY,
-    BORNE,
     CLOSING,
-    GAINS,
     HELD,
-    WINDS,
     leaf_filter,
 )
-from doorman.estimation.leaf.numbers import JOINT, PLACES, leaf_numbers
+from doorman.estimation.leaf.numbers import JOINT, PLACES, SIZE, leaf_numbers
 from doorman.estimation.leaf.running import LeafRun
-from doorman.kinematics.rotations import euler_rates
+from doorman.kinematics.rotations import SMALLEST_COSINE, euler_rates
 from doorman.model import Model
 from doorman.one_line import OneLine
 from doorman.position_noise import PositionNoise
@@ -95,6 +94,16 @@ class Estimate(OneLine):
     door_disturbance: float
     """τ̂_d, all of the hinge's torque that the scenario does not name, in the sense of damping [N m]."""
     hinge: HingeEstimate
+    normal: Array
+    """n_D of the leaf where it is believed to be, shape (3,), world frame."""
+    along: Array
+    """c along that leaf, shape (3,), world frame."""
+    contact_point: Array
+    """Point of that leaf where the tip is to touch it, shape (3,), world frame [m]."""
+    tip: Array
+    """Shape (3,), world frame [m]."""
+    rotation_body_to_world: Array
+    """R(Φ), shape (3, 3)."""
     lift: float = 0.0
     """Lift of the rotors beyond their command, as a share of it."""
     stopped: bool = False
@@ -149,6 +158,10 @@ class Estimator:
         self._numbers = leaf_numbers(model, _FIRST_NOISE)
         self._bank = leaf_filter(model, self._numbers)  # compiles while nothing is in flight
         self._run: LeafRun | None = None
+        n = model.n_arm
+        self._measured, self._given, self._scratch = np.zeros(ARM + 2 * n), np.zeros(ARM + 2 * n), np.zeros(6)
+        self._groups = np.array([[name in group for name in self._bank.hypotheses] for group in _BELIEVED], dtype=float)
+        self._carry(np.zeros(3 * SIZE + len(self._bank.hypotheses)), 0.0)  # compiles, too
         self._known: dict[str, tuple[Array, Array]] = {}
         self._face_is_known, self._leaf_time = False, -math.inf
         self._hinge = HingeFit(model)
@@ -184,8 +197,10 @@ class Estimator:
 
     def update(self, measured: Measurement, tie: Tie, closes: bool, time_step: float) -> Estimate:
         """Take in one measurement; `closes` says whether the gripper is to be closed."""
-        parts = _parts(measured)
-        if not math.isfinite(sum(np.concatenate(parts).tolist())):  # a sum of measurements does not overflow
+        motion = measured.position, measured.velocity, measured.attitude, measured.body_rates
+        parts = *motion, measured.arm_angles, measured.arm_rates
+        np.concatenate(parts, out=self._measured)
+        if not math.isfinite(sum(self._measured.tolist())):  # a sum of measurements does not overflow
             self._converter.tip(*parts)  # says what
         self._acting.note(measured, self._told)
         situation = _situation(tie, closes)
@@ -266,73 +281,63 @@ class Estimator:
     def _in_short(self, measured: Measurement, run: LeafRun, time_step: float) -> Estimate:
         """What the bank knew at the last pose, carried on to now."""
         model, known = self._model, run.estimate
-        mean, outputs, age = known.mean, known.outputs, max(measured.time - known.time, 0.0)
-        states, deviations = mean.tolist(), run.deviations.tolist()
-        moved = list(zip(states[:3], states[3:6], [outputs[name][0] for name in GAINS], strict=True))
-        position = np.array([at + age * moves + 0.5 * age**2 * gains for at, moves, gains in moved])
-        velocity = np.array([moves + age * gains for _, moves, gains in moved])
-        attitude, arm = self._acting.now()
-        rate, resistance, face, lift, inertia = (states[place] for place in _TOLD)
-        angle, inertia, door = states[JOINT] + age * rate, math.exp(inertia), model.door
-        self._touches = touching = self._believes(run, TOUCHING, self._touches)
-        self._rests = self._believes(run, RESTING, self._rests)
-        self._stopped = self._believes(run, (STOPPED,), self._stopped)
-        wind = np.array([outputs[name][0] for name in WINDS])
+        found = self._carry(known.told, max(measured.time - known.time, 0.0))
+        tip_angle, tip_speed, force, touches, rests, stopped, *_, angle, rate = found[
+            step.SINGLE : step.STATE + 5
+        ].tolist()
+        if not math.isfinite(tip_angle + tip_speed):
+            self._converter.tip(
+                found[step.AT : step.MOVES], found[step.MOVES : step.TURNS], found[step.STATE : step.STATE + 3],
+                found[step.TURNS : step.WIND], found[step.STATE + 5 :], measured.arm_rates,
+            )  # fmt: skip
+        states, deviations, door = known.mean.tolist(), known.deviations.tolist(), model.door
+        resistance, inertia, off = states[_RESISTANCE], math.exp(states[_INERTIA]), deviations[JOINT]
+        self._touches = touching = self._believes(touches, self._touches)
+        self._rests, self._stopped = self._believes(rests, self._rests), self._believes(stopped, self._stopped)
+        wind = found[step.WIND : step.WIND + 3]
         if touching:
             strength = math.hypot(*wind[:2].tolist())
-            self._hinge.learn(known.time, angle, rate, resistance, deviations[_TOLD[1]], strength)
-        attitude_rates = euler_rates(attitude, measured.body_rates)
-        tip_angle, tip_rate = self._converter.tip(
-            position, velocity, attitude, _turning(attitude, attitude_rates[2]), arm, measured.arm_rates
-        )
-        tip_angle -= model.coupling.angle_of_face(face)
-        lever, off = model.coupling.lever_length, deviations[JOINT]
-        force, friction = outputs["normal_force"][0], mean[PLACES["friction"]]
-        along, up = door.leaf_direction(angle), door.up
-        unnamed = (
-            model.travel.sense * outputs[BORNE][0] - door.damping * rate - door.stiffness * (angle - door.rest_angle)
-        )
+            self._hinge.learn(known.time, angle, rate, resistance, deviations[_RESISTANCE], strength)
+        borne = known.values.item(step.BORNE_OUT)
+        unnamed = model.travel.sense * borne - door.damping * rate - door.stiffness * (angle - door.rest_angle)
         control = model.scenario.control
         share = 1.0 - math.exp(-control.door_observer_rate * time_step)
         self._unnamed += share * (
             min(max(unnamed, -control.max_door_disturbance), control.max_door_disturbance) - self._unnamed
         )
         return Estimate(
-            time=measured.time, position=position, velocity=velocity, arm_angles=arm,
-            state=np.concatenate((attitude, (angle, rate), arm)),
-            attitude_rates=np.array(attitude_rates),
-            tip_angle=tip_angle, tip_speed=-lever * tip_rate, wind=wind,
-            tip_force=force * door.normal(angle) + friction[0] * along + friction[1] * up,
-            friction_force=friction, normal_force=force,
-            near=lever * (tip_angle - angle - 2.0 * off) < _REACH * model.scale.length, touching=touching,
-            stopped=self._stopped, rests=self._rests,
-            resistance=resistance,
-            friction_share=self._hinge.friction_share(angle), face_offset=face, door_disturbance=self._unnamed,
-            hinge=self._hinge.found(angle, inertia, inertia * deviations[_TOLD[4]]),
-            lift=lift, angle_deviation=off, lost=run.lost,
+            time=measured.time, position=found[step.AT : step.MOVES], velocity=found[step.MOVES : step.TURNS],
+            arm_angles=found[step.STATE + 5 :], state=found[step.STATE :], attitude_rates=found[step.TURNS : step.WIND],
+            tip_angle=tip_angle, tip_speed=tip_speed, wind=wind, tip_force=found[step.TIP_FORCE : step.NORMAL],
+            friction_force=found[step.RUBS : step.ROTATION], normal_force=force,
+            near=model.coupling.lever_length * (tip_angle - angle - 2.0 * off) < _REACH * model.scale.length,
+            touching=touching, stopped=self._stopped, rests=self._rests, resistance=resistance,
+            friction_share=self._hinge.friction_share(angle), face_offset=states[step.FACE], door_disturbance=self._unnamed,
+            hinge=self._hinge.found(angle, inertia, inertia * deviations[_INERTIA]),
+            normal=found[step.NORMAL : step.ALONG], along=found[step.ALONG : step.CONTACT],
+            contact_point=found[step.CONTACT : step.TIP], tip=found[step.TIP : step.RUBS],
+            rotation_body_to_world=found[step.ROTATION : step.SINGLE].reshape(3, 3),
+            lift=states[_LIFT], angle_deviation=off, lost=run.lost,
         )  # fmt: skip
 
-    def _believes(self, run: LeafRun, names: tuple[str, ...], before: bool) -> bool:
-        """Whether one of these hypotheses is surely true, or was and is not surely false."""
-        return run.estimate.probability_of(names) > (1.0 - self._sure if before else self._sure)
+    def _carry(self, told: Array, age: float) -> Array:
+        """What is known of a pose, carried on by its age [s], as `estimate_step` has it."""
+        found = np.empty(step.STATE + 5 + self._model.n_arm)
+        flat = step.carry_on(
+            *self._converter.at_the_tip, *self._acting.ring, self._measured, told, self._groups, age, self._given,
+            self._scratch, found,
+        )  # fmt: skip
+        if abs(flat) < SMALLEST_COSINE:
+            euler_rates(found[step.STATE : step.STATE + 3], self._measured[9:12])  # says what
+        return found
+
+    def _believes(self, chance: float, before: bool) -> bool:
+        """Whether something is surely true, or was and is not surely false."""
+        return chance > (1.0 - self._sure if before else self._sure)
 
 
-_TOLD = tuple(PLACES[name].start for name in ("joint_rate", "resistance", "face", "lift", "log_inertia"))
-
-
-def _turning(attitude: Array, yaw_rate: float) -> Array:
-    """Body rates of a vehicle that turns about the vertical alone, shape (3,) [rad/s]."""
-    roll, pitch, _ = attitude.tolist()
-    flat = math.cos(pitch)
-    return np.array(
-        (yaw_rate * -math.sin(pitch), yaw_rate * (flat * math.sin(roll)), yaw_rate * (flat * math.cos(roll)))
-    )
-
-
-def _parts(measured: Measurement) -> tuple[Array, ...]:
-    """What must be finite."""
-    motion = measured.position, measured.velocity, measured.attitude, measured.body_rates
-    return (*motion, measured.arm_angles, measured.arm_rates)
+_BELIEVED = TOUCHING, RESTING, (STOPPED,)
+_RESISTANCE, _INERTIA, _LIFT = (PLACES[name].start for name in ("resistance", "log_inertia", "lift"))
 
 
 def _situation(tie: Tie, closes: bool) -> str:

@@ -32,12 +32,12 @@ class LiftScale:
         thrust = self.command(command.thrust)
         if thrust == command.thrust:
             return command
-        ahead, left = (side / self.scale for side in command.side_force)
-        return Command(thrust, command.attitude, command.arm_rates, command.grip, (ahead, left))
+        (ahead, left), scale = command.side_force, self.scale
+        return Command(thrust, command.attitude, command.arm_rates, command.grip, (ahead / scale, left / scale))
 
-    def made(self, command: Command) -> Array:
-        """What the rotors make of a command, which is less than was wanted where they can do no more, shape (3,) [N]."""
-        return np.asarray(self.scale * command.body_force)
+    def made(self, commanded: Array) -> Array:
+        """What the rotors make of a commanded force, which is less than was wanted where they can do no more, shape (3,) [N]."""
+        return np.asarray(self.scale * commanded)
 
     @property
     def reach(self) -> float:

@@ -17,7 +17,6 @@ from doorman.estimation.leaf.kernels.acting_step import (
     LATE,
     MEMORY,
     POSED,
-    RATES,
     carried,
     find_inputs,
     find_now,
@@ -34,16 +33,15 @@ class Acting:
 
     def __init__(self, n_arm: int, force: Array, yaw: float) -> None:
         self._times, self._rows = np.zeros(2 * _KEPT), np.zeros((2 * _KEPT, ARM + 2 * n_arm))
-        self._memory, self._n = np.zeros(MEMORY), n_arm
+        self._memory = np.zeros(MEMORY)
         self._memory[FORCE:ATTITUDE], self._memory[ATTITUDE + 2], self._memory[POSED] = force, yaw, math.nan
         self._inputs, self._now = np.zeros(12 + 2 * n_arm), np.zeros(3 + n_arm)
+        self._seen = np.zeros(6 + 2 * n_arm)
         self._compile()
 
     def _compile(self) -> None:
         """Nothing compiles in flight."""
-        note_tick(
-            self._times, self._rows, self._memory.copy(), 0.0, np.zeros(3), np.zeros(3), np.zeros(self._n), np.zeros(self._n), 0.0
-        )  # fmt: skip
+        note_tick(self._times, self._rows, self._memory.copy(), 0.0, self._seen, 0.0)
         find_inputs(self._times, self._rows, self._memory.copy(), 0.0, np.zeros(3), self._inputs)
         find_now(self._times, self._rows, self._memory.copy(), self._now)
 
@@ -54,12 +52,8 @@ class Acting:
     def note(self, measured: Measurement, force: Array) -> None:
         """Take in a tick, and what was commanded since the tick before, shape (3,), body frame [N]."""
         age = 0.0 if measured.arm_time is None else max(measured.time - measured.arm_time, 0.0)
-        finite = math.isfinite(sum(measured.body_rates.tolist()))
-        rates = measured.body_rates if finite else self._memory[RATES:FORCE]
-        note_tick(
-            self._times, self._rows, self._memory, measured.time, np.array(rates), np.array(force),
-            np.array(measured.arm_angles), np.array(measured.arm_rates), age,
-        )  # fmt: skip
+        np.concatenate((measured.body_rates, measured.arm_angles, measured.arm_rates, force), out=self._seen)
+        note_tick(self._times, self._rows, self._memory, measured.time, self._seen, age)
 
     def at(self, time: float, attitude: Array) -> Array:
         """Inputs at the time of a pose, which comes with an attitude, shape (m,)."""
@@ -69,6 +63,11 @@ class Acting:
     def carried(self, time: float) -> Array:
         """Φ that the gyroscope has carried on from the last pose, without jumps, shape (3,) [rad]."""
         return np.array([carried(self._times, self._rows, self._memory, time, i) for i in range(3)])
+
+    @property
+    def ring(self) -> tuple[Array, Array, Array]:
+        """Times, rows and memory, as kernels read them."""
+        return self._times, self._rows, self._memory
 
     def now(self) -> tuple[Array, Array]:
         """Φ, yaw without jumps, and H at the last tick, shapes (3,) and (n,) [rad]."""

@@ -45,16 +45,17 @@ GAINS, BORNE = ("gains_x", "gains_y", "gains_z"), "borne"
 """the acceleration of O_B [m/s²], and what the leaf resists with now: one that rests, with all that it is pushed with [N m]."""
 
 
+_banks: dict[tuple[object, ...], Filter] = {}
+"""A bank of every kind of vehicle, door and contact that this process has met: to print its expressions takes half a second."""
+
+
 def leaf_filter(model: Model, numbers: Numbers) -> Filter:
     """Filter of a scenario's vehicle and door; see `LeafMotion`. Readings of the tip's force are fused where they come."""
-    motion = LeafMotion(ArmPattern.of(model.vehicle.arm)[0], model.vehicle.point_names, numbers)
+    pattern, names = ArmPattern.of(model.vehicle.arm)[0], model.vehicle.point_names
     grips = model.scenario.contact.kind == "grip"
-    hypotheses = [
-        each(motion)
-        for each in (free, blown, stopped, pushing, standing, *((gripped, holding, thrown) if grips else ()))
-    ]
-    gripping = {CLOSING: [FREE, GRIPPED, HOLDING], HELD: [FREE, GRIPPED, HOLDING, THROWN]}
-    names = tuple(each.name for each in hypotheses)
+    kind = repr(pattern), names, tuple(numbers.sizes.items()), grips  # of a pattern, 0 and 0.0 differ
+    if kind not in _banks:
+        _banks[kind] = _bank(LeafMotion(pattern, names, numbers), grips, numbers)
     least, most = np.full(SIZE, -np.inf), np.full(SIZE, np.inf)
     inertia, play = PLACES["log_inertia"], numbers.one("start.joint")
     least[inertia], most[inertia] = np.log(0.02 * model.door.inertia), np.log(20.0 * model.door.inertia)
@@ -62,11 +63,22 @@ def leaf_filter(model: Model, numbers: Numbers) -> Filter:
     hardest = 2.0 * model.scenario.control.max_push * model.coupling.lever_length / model.door.per_angle
     resists = PLACES["resistance"]
     least[resists], most[resists] = -hardest, hardest  # beyond it nothing that is pushed would move
+    return _banks[kind].with_numbers(numbers.vector, least, most, model.scenario.estimation.gate)
+
+
+def _bank(motion: LeafMotion, grips: bool, numbers: Numbers) -> Filter:
+    """The filter without the numbers of a scenario."""
+    hypotheses = [
+        each(motion)
+        for each in (free, blown, stopped, pushing, standing, *((gripped, holding, thrown) if grips else ()))
+    ]
+    gripping = {CLOSING: [FREE, GRIPPED, HOLDING], HELD: [FREE, GRIPPED, HOLDING, THROWN]}
+    names = tuple(each.name for each in hypotheses)
     resting = [name for name in RESTING if name in names]
     under = {FREE: 0.0, BLOWN: 0.0, STOPPED: 0.0, **{name: motion.force_on_standing for name in resting}}
     force = Output("normal_force", motion.force_on_moving, under=under)
-    gate, felt_under = model.scenario.estimation.gate, {**under, STOPPED: motion.force_on_frame}
-    felt = Measurement("tip_force", motion.force_on_moving, motion.sensor.tip_force, gate=gate, under=felt_under)
+    felt_under = {**under, STOPPED: motion.force_on_frame}
+    felt = Measurement("tip_force", motion.force_on_moving, motion.sensor.tip_force, under=felt_under)
     winds = [Output(name, motion.wind[k]) for k, name in enumerate(WINDS)]
     slips = [Output(name, motion.slip[k]) for k, name in enumerate(SLIPS)]
     gained = {each.name: each.dynamics[PLACES["velocity"]] for each in hypotheses}
@@ -77,11 +89,10 @@ def leaf_filter(model: Model, numbers: Numbers) -> Filter:
     return Filter(
         ProcessModel(
             motion.state, motion.inputs, motion.dynamics(0, 0, 1), hypotheses[0].noise, parameters=motion.parameters,
-            lower=least, upper=most,
         ),
         measurements=[
-            Measurement("pose", motion.position, motion.sensor.pose, gate=gate), felt,
-            Measurement(LEAF, motion.door_angle, motion.sensor.leaf, gate=gate),
+            Measurement("pose", motion.position, motion.sensor.pose), felt,
+            Measurement(LEAF, motion.door_angle, motion.sensor.leaf),
         ],
         hypotheses=hypotheses, switching=switching(motion, names), outputs=[force, *winds, *slips, *gains, borne],
         allowed={

@@ -54,7 +54,6 @@ class LeafRun:
         self.lost = False
         """Whether the last step left no hypothesis with a meaning."""
         self._swapped = Swapped(model.scenario.safety.speed, self._settings.gate, self._settings.swap_time)
-        self._deviations: Array | None = None
         self._seen_at = -math.inf
         self._taken, self._likelihood, self._fused, self._refused, self._innovation = time, 0.0, 0, 0, 0.0
 
@@ -74,7 +73,7 @@ class LeafRun:
         status = max(status, bank.step(time, inputs))
         if status < Status.REFUSED or time < self._taken:
             self._taken = time
-        self.time, self.lost, self._deviations = time, status == Status.LOST, None
+        self.time, self.lost = time, status == Status.LOST
         if status in _ENDED or time - self._taken > self._settings.blow_time:
             self._begin_anew(time, position)
             status = max(status, Status.LOST)
@@ -111,9 +110,7 @@ class LeafRun:
     @property
     def deviations(self) -> Array:
         """Standard deviations of the states at the last pose, shape (n,)."""
-        if self._deviations is None:
-            self._deviations = self.estimate.deviations
-        return self._deviations
+        return self.estimate.deviations
 
     @property
     def log_likelihood(self) -> float:
@@ -187,7 +184,7 @@ class LeafRun:
         coupling, n = self._model.coupling, self._model.n_arm
         mean, lever = self.estimate.mean, coupling.lever_length
         posture = self._inputs[3:6], self._inputs[6:9], self._inputs[12 : 12 + n], self._inputs[12 + n :]
-        tip, tip_rate = coupling.door_state(mean[PLACES["position"]], mean[PLACES["velocity"]], *posture)
+        tip, tip_rate = coupling.door_of(mean[PLACES["position"]], mean[PLACES["velocity"]], *posture)
         angle, joint, rate = tip - coupling.angle_of_face(float(mean[_FACE])), float(mean[JOINT]), mean[JOINT_RATE]
         doubt = math.hypot(lever * float(self.deviations[JOINT]), float(self.deviations[_FACE]))
         if lever * (joint - angle) <= self._settings.elsewhere * doubt:
@@ -228,7 +225,7 @@ class LeafRun:
             inputs=self._inputs,
             situation=self._situation,
         )
-        self.estimate, self._deviations = self._bank.estimate(), None
+        self.estimate = self._bank.estimate()
 
     def _count(self) -> None:
         score = self._bank.score("pose")

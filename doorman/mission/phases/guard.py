@@ -61,7 +61,8 @@ class Guard:
     def _sunk(self, estimate: Estimate) -> float:
         """By how much the tip is lower on the leaf than when this attempt touched [m]: a vehicle that leans is higher itself."""
         attempt = self._attempt
-        above = attempt.converter.tip_offset(estimate.position, estimate.state)[1]
+        _, upwards = attempt.model.door.level_first(estimate.along)
+        above = float(upwards @ (estimate.tip - estimate.contact_point))
         if self._above is None or self._above[0] != attempt.number:
             self._above = attempt.number, above
         return self._above[1] - above

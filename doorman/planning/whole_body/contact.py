@@ -9,7 +9,6 @@ import numpy as np
 from doorman.arrays import Array
 from doorman.dynamics.attitude_loop import AttitudeLoop
 from doorman.kinematics.numbers import Numbers
-from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import Model
 from doorman.planning.whole_body.numbers import tilt_stiffness
 
@@ -38,30 +37,26 @@ def contact_forces(numbers: Numbers, model: Model, states: Array) -> Array:
 def depths_in_face(model: Model, positions: Array, attitudes: Array, door_angles: Array, arm_angles: Array) -> Array:
     r"""How deep the tip is in the face, :math:`\delta = n_D^T(P + R\,d - P_h) + o`, and the way of a slide, for many states."""
     door = model.door
-    ways = np.array([door.way(angle) for angle in door_angles.tolist()]) if door.slides else 0.0
     from_hinge = positions + model.coupling.tips(attitudes, arm_angles) - door.hinge_position
-    return np.asarray((door.normals(door_angles) * from_hinge).sum(axis=1) + door.contact_offset + ways)
+    return np.asarray(
+        (door.normals(door_angles) * from_hinge).sum(axis=1) + door.contact_offset + door.ways(door_angles)
+    )
 
 
 def turned_by(
-    model: Model, attitude: Array, arm_angles: Array, force: Array, loop: AttitudeLoop | None = None
+    model: Model, rotation_body_to_world: Array, arm_angles: Array, force: Array, loop: AttitudeLoop | None = None
 ) -> Array:  # fmt: skip
     """Roll and pitch beside the commanded ones that a force of the tip makes, until an integrator takes it up."""
     lever = model.coupling.tips(np.zeros((1, 3)), arm_angles[None])[0]
     if not model.vehicle.bodies.balanced:
         lever = lever - model.vehicle.center_of_mass(arm_angles)
-    (x, y, z), (ahead, left, up) = lever.tolist(), (rotation_body_to_world(attitude).T @ force).tolist()
+    (x, y, z), (ahead, left, up) = lever.tolist(), (rotation_body_to_world.T @ force).tolist()
     return np.asarray(np.array([z * left - y * up, x * up - z * ahead]) / tilt_stiffness(model, loop))
 
 
-def tip_on_face(
-    model: Model, position: Array, attitude: Array, door_angle: float, arm_angles: Array
-) -> tuple[float, Array]:
-    """Where the tip is relative to the contact point."""
-    tip = position + model.coupling.tips(attitude[None], arm_angles[None])[0]
-    off = tip - model.coupling.contact_point(door_angle)
-    place = np.array([model.door.leaf_direction(door_angle) @ off, model.door.up @ off])
-    return float(model.door.normal(door_angle) @ off), place
+def tip_on_face(off: Array, normal: Array, along: Array, up: Array) -> tuple[float, Array]:
+    """How deep a tip is in the face, and its place along leaf and hinge, from the contact point."""
+    return float(normal @ off), np.array([along @ off, up @ off])
 
 
 def depth_of(force: float, numbers: Numbers) -> float:

@@ -101,7 +101,7 @@ class WholeBodyPlanning:
         leaf = Leaf(joint, rate, touches, hinge, against, numbers["vehicle.wind"] - beside)
         return {
             **references(model, numbers, leaf, numbers.one("reference.opening_speed")), **side,
-            "reference.turned": turned_by(model, start[3:6], start[14:], force_in_world),
+            "reference.turned": turned_by(model, rotation_body_to_world(start[3:6]), start[14:], force_in_world),
         }  # fmt: skip
 
     def goal(self, start: Array, hinge: Hinge, door_angle: float | None = None) -> Array:

@@ -94,7 +94,7 @@ def test_what_is_seen_and_told_is_turned_back_in_the_map() -> None:
     seen = locator.seen(there)
     assert seen.tip_force == 0.7
     assert locator.place(seen.position) == pytest.approx(there.position)
-    assert locator.vector(seen.velocity) == pytest.approx(there.velocity)
+    assert locator.vectors(seen.velocity)[0] == pytest.approx(there.velocity)
     command = locator.told(Command(30.0, seen.attitude, np.zeros(model.n_arm)))
     assert command.attitude == pytest.approx(there.attitude)
     door = model.door

@@ -107,7 +107,8 @@ def test_the_place_of_the_tip_is_on_two_directions_of_the_face(leaf: OnLeaf) -> 
     along, up, normal = model.door.leaf_direction(angle), model.door.up, model.door.normal(angle)
     x[:3] += 0.02 * along - 0.03 * up + 0.01 * normal
     np.testing.assert_allclose(place(x, leaf.numbers), [0.02, -0.03], atol=1e-9)
-    depth, found = tip_on_face(model, x[:3], x[3:6], angle, x[14:])
+    tip = x[:3] + model.coupling.tips(x[None, 3:6], x[None, 14:])[0]
+    depth, found = tip_on_face(tip - model.coupling.contact_point(angle), normal, along, up)
     assert depth == pytest.approx(0.011, abs=1e-9)
     np.testing.assert_allclose(found, [0.02, -0.03], atol=1e-9)
 

@@ -171,9 +171,10 @@ def test_depths_of_many_states_are_those_of_each_on_any_leaf(name: str) -> None:
     positions = model.hover_offset + rng.uniform(-1.0, 1.0, (5, 3))
     attitudes, angles = rng.uniform(-0.5, 0.5, (5, 3)), rng.uniform(0.2, 1.8, 5)
     arms = start[5:] + rng.uniform(-0.5, 0.5, (5, model.n_arm))
+    tips = positions + model.coupling.tips(attitudes, arms)
     expected = [
-        tip_on_face(model, position, attitude, float(angle), arm)[0]
-        for position, attitude, angle, arm in zip(positions, attitudes, angles, arms, strict=True)
+        tip_on_face(tip - model.coupling.contact_point(angle), model.door.normal(angle), *model.door.face(angle))[0]
+        for tip, angle in zip(tips, angles.tolist(), strict=True)
     ]
     np.testing.assert_allclose(depths_in_face(model, positions, attitudes, angles, arms), expected, atol=1e-12)
 

@@ -23,28 +23,27 @@ _ATTITUDE_LASTS = 0.25
 
 
 @kernel
-def note_tick(
-    times: Array, rows: Array, memory: Array, now: float, body_rates: Array, force: Array, arm: Array, arm_rates: Array,
-    arm_age: float,
-) -> None:  # fmt: skip
-    """Take in a tick, and what was commanded since the one before."""
-    k, n, half = int(memory[COUNT]), arm.shape[0], times.shape[0] // 2
+def note_tick(times: Array, rows: Array, memory: Array, now: float, seen: Array, arm_age: float) -> None:
+    """Take in a tick, and what was commanded since the one before: Ω, H, Ḣ and the force. Rates that are no numbers go on."""
+    k, n, half = int(memory[COUNT]), (rows.shape[1] - ARM) // 2, times.shape[0] // 2
     if k == 2 * half:
         times[:half] = times[half:]
         rows[:half] = rows[half:]
         k = half
+    force = seen[3 + 2 * n :]
     if k > 0:
         passed = now - times[k - 1]
         share = 1.0 - math.exp(-max(passed, 0.0) / _MOTOR_LAG)
         for i in range(3):
             rows[k, TURNED + i] = rows[k - 1, TURNED + i] + passed * memory[RATES + i]
             memory[FORCE + i] += share * (force[i] - memory[FORCE + i])
+    finite = math.isfinite(seen[0] + seen[1] + seen[2])
     for i in range(3):
-        memory[RATES + i] = body_rates[i]
+        memory[RATES + i] = seen[i] if finite else memory[RATES + i]
         rows[k, MADE + i] = memory[FORCE + i]
     for i in range(n):
-        rows[k, ARM + i] = arm[i] + arm_age * arm_rates[i]
-        rows[k, ARM + n + i] = arm_rates[i]
+        rows[k, ARM + i] = seen[3 + i] + arm_age * seen[3 + n + i]
+        rows[k, ARM + n + i] = seen[3 + n + i]
     times[k], memory[COUNT] = now, k + 1
 
 

@@ -60,6 +60,11 @@ class LeafInWorld(InJointUnits):
         angles = motion.turned(self.turn, door_angles)
         return np.stack(motion.normal_in_doorway(np.cos(angles), np.sin(angles)), axis=-1) @ self.axes[:2]
 
+    def leaf_directions(self, door_angles: Array) -> Array:
+        """Unit vector c along the leaf at many angles."""
+        angles = motion.turned(self.turn, door_angles)
+        return np.stack(motion.leaf_in_doorway(np.cos(angles), np.sin(angles)), axis=-1) @ self.axes[:2]
+
     def bend(self, door_angle: float) -> Array:
         """Change of the normal with α, dn_D/dα."""
         return self.turn * self.leaf_direction(door_angle)
@@ -72,8 +77,11 @@ class LeafInWorld(InJointUnits):
 
     def face(self, door_angle: float) -> tuple[Array, Array]:
         """Two unit vectors in the face, the more level one first: along leaf and hinge, or along hinge and leaf."""
-        leaf = self.leaf_direction(door_angle)
-        return (leaf, self.up) if abs(self.up[2]) >= abs(leaf[2]) else (self.up, leaf)
+        return self.level_first(self.leaf_direction(door_angle))
+
+    def level_first(self, along: Array) -> tuple[Array, Array]:
+        """The same where the leaf has this direction."""
+        return (along, self.up) if abs(self.up[2]) >= abs(along[2]) else (self.up, along)
 
     def away(self, door_angle: float) -> Array:
         """Unit vector from the leaf to a vehicle that comes and goes: against its normal, or away from a lever's face."""
@@ -117,6 +125,10 @@ class LeafInWorld(InJointUnits):
     def way(self, door_angle: float) -> float:
         """How far a slide's face has moved towards the vehicle, from closed; 0 for a hinge [m]."""
         return float(motion.way(self.slide, door_angle))
+
+    def ways(self, door_angles: Array) -> Array:
+        """The same at many angles."""
+        return np.asarray(motion.way(self.slide, door_angles))
 
     def _before(self, door_angle: float) -> float:
         """How far the contact point lies before the hinge's axis [m]."""

@@ -27,9 +27,8 @@ class Approach(MissionPhase):
 
     def step(self, estimate: Estimate, body_rates: Array, time_step: float) -> tuple[Setpoint, Then]:
         """Fly on; the touch follows there, or where something before the leaf's place holds the vehicle up."""
-        door, contact = self.attempt.model.door, self.attempt.model.coupling.contact_point(estimate.door_angle)
-        normal = door.normal(estimate.door_angle)
-        doubt = self.attempt.place.deviation(contact - door.hinge_position, normal, estimate.time)
+        normal, from_hinge = estimate.normal, estimate.contact_point - self.attempt.model.door.hinge_position
+        doubt = self.attempt.place.deviation(from_hinge, normal, estimate.time)
         away = -(TOUCH_DISTANCE + DOUBTED * doubt) * normal
         setpoint, target = fly_before_the_leaf(self.attempt, self.glide, estimate, away, time_step)
         assert self.glide is not None

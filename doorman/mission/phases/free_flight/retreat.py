@@ -42,7 +42,7 @@ class Retreat(MissionPhase):
 
     def speed_back(self, estimate: Estimate) -> float:
         """Speed with which the reference goes back from the leaf [m/s]."""
-        return max(0.0, -float(self.glide.velocity @ self.attempt.model.door.normal(estimate.door_angle)))
+        return max(0.0, -float(self.glide.velocity @ estimate.normal))
 
     def step(self, estimate: Estimate, body_rates: Array, time_step: float) -> tuple[Setpoint, Then]:
         """Go on; outside the doorway the mission is over, or another attempt begins."""

@@ -1,0 +1,50 @@
+"""Banks of one kind of task: printed once in a process, each with numbers and a memory of its own."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from doorman import Model, Scenario
+from doorman.estimation.estimate import FilterEstimate
+from doorman.estimation.filter import Filter
+from doorman.estimation.leaf.leaf_filter import leaf_filter
+from doorman.estimation.leaf.numbers import SIZE, first_state, leaf_numbers
+
+
+def bank_of(damping: float) -> tuple[Filter, np.ndarray, np.ndarray]:
+    model = Model(Scenario.load("push", {"door.damping": damping, "goal.door_angle": f"{60 + damping:g} deg"}))
+    numbers = leaf_numbers(model, 1e-3)
+    return leaf_filter(model, numbers), *first_state(model, numbers, model.hover_offset)
+
+
+def flown(bank: Filter, mean: np.ndarray, deviations: np.ndarray) -> FilterEstimate:
+    bank.start(0.0, mean, deviations)
+    inputs = np.concatenate([[0.0, 0.0, 28.0], np.zeros(bank._memory.coming.size - 3)])
+    for tick in range(1, 40):
+        bank.measure("pose", 0.004 * tick, mean[:3] + 1e-3 * tick)
+        bank.step(0.004 * tick, inputs)
+    return bank.estimate()
+
+
+def test_a_bank_knows_nothing_of_another_of_its_kind() -> None:
+    first, *start = bank_of(0.5)
+    alone = flown(first, *start)
+    second, *other_start = bank_of(2.0)
+    flown(second, *other_start)
+    again, *start = bank_of(0.5)
+    assert not again.running
+    found = flown(again, *start)
+    np.testing.assert_array_equal(found.told, alone.told)
+    np.testing.assert_array_equal(first.estimate().told, alone.told)
+    assert first.parameters.size == second.parameters.size and (first.parameters != second.parameters).any()
+
+
+def test_an_estimate_names_all_of_its_numbers() -> None:
+    bank, *start = bank_of(0.5)
+    found = flown(bank, *start)
+    np.testing.assert_allclose(found.deviations, np.sqrt(np.diag(found.covariance)), rtol=1e-12)
+    weights = np.array(list(found.probabilities.values()))
+    np.testing.assert_allclose(weights @ np.array(list(found.means.values())), found.mean, atol=1e-12)
+    assert found.covariance.shape == (SIZE, SIZE) and abs(weights.sum() - 1.0) < 1e-12
+    names = tuple(found.probabilities)[1:3]
+    assert found.probability_of(names) == weights[1] + weights[2]
