@@ -98,7 +98,7 @@ class Release(MissionPhase):
             return setpoint, Next(Phase.HOLD, "the door moved as the load was taken off it"), False
         if not (self._holds or estimate.near or estimate.touching):  # it stands without the tip
             return setpoint, None, True
-        if not self._holds and attempt.model.travel.left(estimate.tip_angle) < -OPEN:
+        if not self._holds and attempt.model.travel.left(estimate.tip_angle) < -attempt.model.turn_scale * OPEN:
             stands = attempt.model.door.in_words(estimate.tip_angle, 0)
             attempt.failure = f"the leaf has gone past the goal, to {stands} or farther"
             return setpoint, None, True

@@ -37,7 +37,7 @@ class Touch(MissionPhase):
 
     @property
     def follows(self) -> bool:
-        """Unless the tip is to be gripped there, or meets a lever: that is narrow, and the tip is kept on the way to its place."""
+        """Not if a gripper closes there, nor at a lever: that is narrow, and the tip keeps to the way to its place."""
         return super().follows and not self.attempt.model.door.in_plane
 
     @property
