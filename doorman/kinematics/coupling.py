@@ -51,10 +51,11 @@ def distance_in_doorway(reach: float, room: float) -> float:
 def distance_before_doorway(before: float, width: float, radius: float) -> float:
     r"""Largest distance from the hinge at which a vehicle before the frame holds a shut leaf with room to let go.
 
-    With O_B at b before the frame, the disc's gap g to the latch jamb is that of :math:`\sqrt{b^2 + (w - D_V)^2} - R_A`.
+    With O_B at b before the frame, the disc's gap to the latch jamb is :math:`\sqrt{b^2 + (w - D_V)^2} - R_A`. The middle is
+    farthest from both jambs.
     """
     needed = radius + ROOM_TO_LEVEL + _GUSTS
-    return width - math.sqrt(max(needed**2 - max(before, 0.0) ** 2, 0.0))
+    return max(width - math.sqrt(max(needed**2 - max(before, 0.0) ** 2, 0.0)), 0.5 * width)
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -7,8 +7,8 @@ r"""Room of a posture at rest: its distances from everything that bounds it, eac
 - of an arm with mass: the centre of mass' distance from where the rotors no longer hold the vehicle level, see `Balance` [m],
 - of a tip that slips under a force aside: :math:`n_D^T R d\,\tan\beta \mp t^T R d` along the level direction t in the face, so
   that the tip lies within β of the normal [m],
-- of a tip that presses on a lever: :math:`\pm e_3^T R\,(d - s) - \lvert d - s\rvert\sin\gamma`, down or up, with the last link from
-  s to the tip, which meets the lever with its end and not with its side [m].
+- of a tip that presses on a lever: :math:`\pm e_3^T R\,(d - s) - \lvert d - s\rvert\sin\gamma`, down or up, with the last link
+  from s to the tip, which meets the lever with its end and not with its side [m].
 
 The width of a posture is the least of them.
 """
