@@ -87,6 +87,7 @@ class Release(MissionPhase):
         left = max(1.0 - spent / _EASING, 0.0)
         if failed:
             loaded = abs(estimate.normal_force) > _LOADED * attempt.touch_force
+            loaded = loaded or (self._holds and attempt.model.door.in_plane)  # swings about a lever that did not give way
             over = left == 0.0 or not loaded or abs(estimate.door_rate) >= _COMES_ALIVE
             return attempt.leaf.push(estimate, left * self._load), None, over
         rests = 0.0 if self._holds else _RESTING * attempt.model.scale.force
