@@ -31,8 +31,8 @@ _THRUST, _THRUST_TIED = 0.3, 2.0
 Rotors do not follow cheap thrust. A tied tip bears what thrust lifts: cheaper thrust swings against the pitch where the attitude
 loop is not as it is believed."""
 _PLACE = np.array([40.0, 200.0])
-"""Weights of where a tip that presses is on the face, along and up, for the shipped vehicle: thrust acts at once, and holds the height
-against the tip's friction within 5 cm; to the side the attitude loop is in between."""
+"""Weights of where a tip that presses is on the face, along and up, for the shipped vehicle: thrust acts at once, and holds the
+height against the tip's friction within 5 cm; to the side the attitude loop is in between."""
 SIDE_WEIGHT, LEVEL_WEIGHT = 0.3, 300.0
 """Weights of a change of the force to the side, and of roll and pitch where a tilt gains nothing, for the shipped vehicle: of a
 fully actuated vehicle, and of one that holds a lever, on which forces along the lever and along its axis do nothing."""

@@ -53,8 +53,8 @@ class Leaf(NamedTuple):
     resistance: float
     """Torque of the hinge against the way to the goal now, beside the leaf's weight, not negative [N m]."""
     outer: Array = np.zeros(3)
-    """Force on the vehicle beside its weight and the leaf's normal force: of wind, and of what a tied tip bears in the face, shape (3,),
-    world frame [N]."""
+    """Force on the vehicle beside its weight and the leaf's normal force: of wind, and of what a tied tip bears in the face,
+    shape (3,), world frame [N]."""
 
 
 def references(model: Model, numbers: Numbers, leaf: Leaf, opening_rate: float) -> dict[str, Any]:
