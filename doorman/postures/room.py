@@ -173,7 +173,8 @@ class Room:
 
     def _plumb(self, state: Array) -> Array:
         """Down, or up on a lever that is pressed from below, in the body's frame; of a heading it is the same for all."""
-        return math.copysign(1.0, float(self._door.normal(float(state[3]))[2])) * rotation_body_to_world(state[:3])[2]
+        sense = math.copysign(1.0, float(self._door.normal(float(state[3]))[2]))
+        return np.asarray(sense * rotation_body_to_world(state[:3])[2])
 
     def heading(self, state: Array) -> float:
         """Heading of a vehicle that looks along the leaf's normal [rad]."""
