@@ -22,7 +22,7 @@ from doorman.collision.surroundings import (
 from doorman.dynamics.attitude_loop import AttitudeLoop
 from doorman.exceptions import DimensionError, ScenarioError
 from doorman.kinematics.contact import Contact
-from doorman.kinematics.coupling import Coupling, distance_in_doorway
+from doorman.kinematics.coupling import Coupling, distance_before_doorway, distance_in_doorway
 from doorman.kinematics.doors.frame_places import places_to_touch
 from doorman.kinematics.doors.joint_friction import joint_friction, with_plants_friction
 from doorman.kinematics.doors.reading import read_door, read_travel
@@ -281,12 +281,19 @@ class Model:
     def _distance_from_hinge(self) -> float:
         """D_V [m]."""
         contact, distance = self.scenario.contact, self._place[0]
-        if not self.contact.fits or contact.named is not None or not self.door.upright:
+        door, radius = self.door, self.vehicle.radius
+        before = (
+            self.contact.tied > 0.0 and door.side == "pull" and "distance_from_hinge" not in contact.model_fields_set
+        )
+        if not ((self.contact.fits or before) and door.upright and door.framed) or contact.named is not None:
             return distance
-        arm = start_arm(self.scenario, self.vehicle, self.door, self.travel, self._reduced(distance))
+        arm = start_arm(self.scenario, self.vehicle, door, self.travel, self._reduced(distance))
         reach = math.hypot(*self.vehicle.tip_position(arm)[:2])
-        room = self.door.width - self.vehicle.radius - self.scenario.planner.margin
-        return min(distance, distance_in_doorway(reach, room))
+        if before:
+            return min(
+                distance, distance_before_doorway(reach + door.contact_offset - door.frame_depth, door.width, radius)
+            )
+        return min(distance, distance_in_doorway(reach, door.width - radius - self.scenario.planner.margin))
 
     def _contact_place(self) -> tuple[float, float]:
         """D_V and D_H [m]; without a frame, the middle of a slide's face, and of a hatch's along its hinge."""

@@ -8,11 +8,12 @@ from dataclasses import replace
 import numpy as np
 
 from doorman.arrays import Array
-from doorman.control.doorway import DRIFTS, NO_GAP, ROOM_TO_LEVEL, Doorway
+from doorman.control.doorway import DRIFTS, NO_GAP, Doorway
 from doorman.control.estimation.estimator import Estimate
 from doorman.control.motion import arm_rates_to
 from doorman.control.position_controller import Setpoint
 from doorman.control.state_converter import StateConverter
+from doorman.kinematics.coupling import ROOM_TO_LEVEL
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import Model
 

@@ -10,9 +10,6 @@ from doorman.model import Model
 
 NO_GAP = 0.018
 """Between disc and leaf: one that is nearer is too near, however the vehicle moves [m]."""
-ROOM_TO_LEVEL = 0.045
-"""Gap between disc and jamb below which a vehicle that grips, and leans on a door that stands, leaves the doorway: it swings
-back about its tip as it levels to let go [m]."""
 
 _SENT_BACK = 1.5
 """Share of the way that a vehicle is nearer to a jamb than it may be, by which its place is moved away."""

@@ -8,6 +8,7 @@ from doorman.collision.audit import AuditReport, audit
 from doorman.feasibility.inputs.plant import plant_findings
 from doorman.feasibility.inputs.setup import setup_findings
 from doorman.feasibility.mission import mission_findings
+from doorman.feasibility.pressed import hold_findings, slip_findings
 from doorman.feasibility.report import Finding, Report, Severity, graded
 from doorman.feasibility.swing.flight import flight_findings
 from doorman.feasibility.swing.geometry import geometry_findings
@@ -39,6 +40,7 @@ def check(scenario: Scenario | Model, *, with_audit: bool = False) -> Report:
         postures_finding(model),
         *plant_findings(model),
         *geometry_findings(model, duration),
+        *slip_findings(model),
         *mission_findings(model, rehearsal),
         *flight_findings(model, rehearsal),
         *through_findings(model),
@@ -51,11 +53,11 @@ def check(scenario: Scenario | Model, *, with_audit: bool = False) -> Report:
 
 def _of_steps(scenario: Scenario) -> Report:
     """Findings of all steps; those before the last are named after their joints."""
-    *before, last = stages(scenario)
+    *before, last = steps = stages(scenario)
     findings = [
         replace(finding, name=f"{step.door.section.hinge}: {finding.name}")
-        for step in before
-        for finding in check(step).findings
+        for step, following in zip(before, steps[1:], strict=True)
+        for finding in (*check(step).findings, *hold_findings(step, following, scaled(DURATION, following)))
     ]
     return Report(scenario.name, (*findings, *check(last).findings))
 

@@ -8,11 +8,12 @@ import numpy as np
 
 from doorman.collision.audit import TOLERANCE
 from doorman.collision.scene import CollisionScene
-from doorman.control.doorway import NO_GAP, ROOM_TO_LEVEL, Doorway
+from doorman.control.doorway import NO_GAP, Doorway
 from doorman.feasibility.lift import FIRST_TURN
 from doorman.feasibility.report import Finding, Severity, graded
 from doorman.feasibility.resting import torques_at_rest
 from doorman.feasibility.swing.rehearsal import Rehearsal
+from doorman.kinematics.coupling import ROOM_TO_LEVEL
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import Model
 from doorman.planning.limits import largest_push
@@ -108,13 +109,14 @@ def _room_to_level(model: Model, rehearsal: Rehearsal) -> list[Finding]:
     """A door that stands, or turns round, is let go of where the vehicle, levelling about a tied tip, would come near a jamb."""
     if model.contact.tied == 0.0 or rehearsal.failure or model.door.slides or model.door.lies:
         return []
-    doorway, gaps = Doorway(model), []
-    standing = rehearsal.states[np.abs(rehearsal.states[:, 4]) < _STANDS]
-    for state in standing[:: max(1, len(standing) // 100)] if len(standing) else rehearsal.states[-1:]:
+    doorway, standing = Doorway(model), rehearsal.states[np.abs(rehearsal.states[:, 4]) < _STANDS]
+    after = standing[:: max(1, len(standing) // 100)] if len(standing) else rehearsal.states[-1:]
+    gaps = []
+    for state, needed in [(model.start_state, ROOM_TO_LEVEL), *((state, ROOM_TO_LEVEL - _LENIENCE) for state in after)]:
         level = model.coupling.vehicle_position([0.0, 0.0, state[2]], float(state[3]), state[5:])
-        gaps.append((doorway.gap_to_jambs(level, np.zeros(3)), float(state[3])))
-    gap, angle = min(gaps)
-    needed = ROOM_TO_LEVEL - _LENIENCE
+        gap = doorway.gap_to_jambs(level, np.zeros(3))
+        gaps.append((gap - needed, gap, needed, float(state[3])))
+    _, gap, needed, angle = min(gaps)
     severity = graded(gap >= needed + _NEAR, Severity.WARNING if gap >= needed else Severity.ERROR)
     return [
         Finding(
@@ -123,7 +125,7 @@ def _room_to_level(model: Model, rehearsal: Rehearsal) -> list[Finding]:
             f"mission gives up below {1e2 * ROOM_TO_LEVEL:.1f} cm",
             gap, needed, "m",
             "" if severity is Severity.OK else "choose arm and yaw of start or goal that keep the disc farther from the jambs "
-            "there, or a larger planner.margin",
+            "there, a smaller contact.distance_from_hinge or a larger planner.margin",
         )
     ]  # fmt: skip
 

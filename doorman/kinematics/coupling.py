@@ -27,6 +27,12 @@ from doorman.one_line import OneLine
 BESIDE = math.radians(14.0)
 """Direction of the tip from the vehicle beside the leaf's normal that friction easily carries, μ = 0.5."""
 
+ROOM_TO_LEVEL = 0.045
+"""Gap between disc and jamb below which a vehicle that grips, and leans on a door that stands, leaves the doorway: it swings
+back about its tip as it levels to let go [m]."""
+_GUSTS = 0.01
+"""Room beyond that in which gusts move a vehicle at the leaf [m]."""
+
 JACOBIAN_OF_DOOR_ANGLE = np.array([[0.0, 0.0, 0.0, 1.0]])
 """J_α of α̇ = J_α q̇, shape (1, 4)."""
 
@@ -40,6 +46,16 @@ def distance_in_doorway(reach: float, room: float) -> float:
     """
     beside, behind = reach * math.sin(BESIDE), reach * math.cos(BESIDE)
     return beside + math.sqrt(max(room**2 - behind**2, 0.0))
+
+
+def distance_before_doorway(before: float, width: float, radius: float) -> float:
+    r"""Largest distance from the hinge at which a vehicle before the frame holds a shut leaf with room to let go.
+
+    With O_B at b before the frame, the disc's gap to the latch jamb is :math:`\sqrt{b^2 + (w - D_V)^2} - R_A`. The middle is
+    farthest from both jambs.
+    """
+    needed = radius + ROOM_TO_LEVEL + _GUSTS
+    return max(width - math.sqrt(max(needed**2 - max(before, 0.0) ** 2, 0.0)), 0.5 * width)
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -259,7 +259,10 @@ class _Finder:
     def _room(self, end: End) -> Room:
         margin = self._scenario.planner.margin
         mobile = end.arm is None and self._can_move_along_the_normal(end)
-        return Room(self._vehicle, self._door, self._reduced, margin, self._contact.beside, mobile, self._jambs)
+        beside, steep = self._contact.beside, self._door.in_plane and self._contact.tied == 0.0
+        if steep:  # a lever bears no force aside
+            beside = math.inf
+        return Room(self._vehicle, self._door, self._reduced, margin, beside, mobile, self._jambs, steep)
 
     def _can_move_along_the_normal(self, end: End) -> bool:
         generator, n = np.random.default_rng(0), self._vehicle.n_arm

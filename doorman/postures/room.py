@@ -6,7 +6,9 @@ r"""Room of a posture at rest: its distances from everything that bounds it, eac
   a singular posture,
 - of an arm with mass: the centre of mass' distance from where the rotors no longer hold the vehicle level, see `Balance` [m],
 - of a tip that slips under a force aside: :math:`n_D^T R d\,\tan\beta \mp t^T R d` along the level direction t in the face, so
-  that the tip lies within β of the normal [m].
+  that the tip lies within β of the normal [m],
+- of a tip that presses on a lever: :math:`\pm e_3^T R\,(d - s) - \lvert d - s\rvert\sin\gamma`, down or up, with the last link
+  from s to the tip, which meets the lever with its end and not with its side [m].
 
 The width of a posture is the least of them.
 """
@@ -28,6 +30,8 @@ from doorman.kinematics.vehicles.vehicle import Vehicle
 _DIFFERENCE = 1e-6
 """For the slopes of the mobility [rad]."""
 _SMALLEST_MOBILITY = 1e-9
+_STEEP = math.sin(math.radians(25.0))
+"""sin γ of the least angle γ between a lever and the last link that presses on it: the vehicle pitches, and the lever is thin."""
 _UP = np.array([0.0, 0.0, 1.0])
 
 
@@ -43,9 +47,10 @@ class Room:
         beside: float = math.inf,
         mobile: bool = False,
         jambs: bool = True,
+        steep: bool = False,
     ) -> None:
         self.vehicle, self.margin, self._door, self._reduced = vehicle, margin, door, reduced
-        self._beside_at_most, self._mobile = beside, mobile
+        self._beside_at_most, self._mobile, self._is_steep = beside, mobile, steep
         self._balance = balance_of(vehicle)
         self._leaf = len(vehicle.point_names)
         self._latch = reduced.row_names.index(JAMBS[0]) if JAMBS[0] in reduced.row_names else None
@@ -75,6 +80,7 @@ class Room:
         vehicle, arm = self.vehicle, state[5:]
         inside = bool(((arm >= vehicle.lower_limits) & (arm <= vehicle.upper_limits)).all())
         inside = inside and float(self._balanced(state).min(initial=np.inf)) >= -tolerance
+        inside = inside and not (self._is_steep and self._steepness(state) < -tolerance)
         return inside and float(self.constraints(state).max()) <= tolerance - self.margin
 
     def mobility(self, state: Array) -> float:
@@ -94,6 +100,8 @@ class Room:
             rows.append(np.array([self.mobility(state)]))
         if math.isfinite(self._beside_at_most):
             rows.append(self._beside(state))
+        if self._is_steep:
+            rows.append(np.array([self._steepness(state)]))
         return np.concatenate(rows)
 
     def slopes(self, state: Array) -> Array:
@@ -106,6 +114,8 @@ class Room:
             rows.append(self._mobility_slopes(state, of_constraints)[None])
         if math.isfinite(self._beside_at_most):
             rows.append(self._beside_slopes(state))
+        if self._is_steep:
+            rows.append(self._steepness_slopes(state))
         return np.concatenate(rows)
 
     def rough_widths(self, states: Array) -> Array:
@@ -152,6 +162,19 @@ class Room:
         slopes[:, 2] = limits @ np.cross(_UP, tip)
         slopes[:, 5:] = limits @ rotation @ self.vehicle.tip_jacobian(state[5:])
         return slopes
+
+    def _steepness(self, state: Array) -> float:
+        *_, before, tip = self.vehicle.point_positions(state[5:])
+        return float(self._plumb(state) @ (tip - before) - _STEEP * np.linalg.norm(tip - before))
+
+    def _steepness_slopes(self, state: Array) -> Array:
+        *_, before, tip = self.vehicle.point_jacobians(state[5:])
+        return np.concatenate([np.zeros(5), self._plumb(state) @ (tip - before)])[None]
+
+    def _plumb(self, state: Array) -> Array:
+        """Down, or up on a lever that is pressed from below, in the body's frame; of a heading it is the same for all."""
+        sense = math.copysign(1.0, float(self._door.normal(float(state[3]))[2]))
+        return np.asarray(sense * rotation_body_to_world(state[:3])[2])
 
     def heading(self, state: Array) -> float:
         """Heading of a vehicle that looks along the leaf's normal [rad]."""

@@ -23,7 +23,7 @@ from doorman.kinematics.doors.urdf.leaf_on_slide import LeafOnSlide, read_leaf
 from doorman.kinematics.doors.variants.variant import write_door_variant
 from doorman.kinematics.links import joint_placements_along, links_of
 from doorman.kinematics.urdf.elements import read_joints
-from doorman.kinematics.urdf.robot import frozen, link_index, load_pinocchio
+from doorman.kinematics.urdf.robot import frozen, link_index, load_pinocchio, with_standing
 from doorman.scenario import ContactSection, DoorSection
 
 Side = Literal["push", "pull"]
@@ -80,10 +80,11 @@ class Door(LeafInWorld):
         leaf = link_index(full, self.section.leaf, urdf, "door.leaf")
         self._hinge = hinge_joint(urdf, full, self.section.hinge)
         stands = standing_values(self.section)
-        self.standing_joints = standing_joints(urdf, full, self._hinge, stands)
+        unlatched = "latched" in self.section.model_fields_set and not self.section.latched
+        self.standing_joints = standing_joints(urdf, full, self._hinge, stands, unlatched)
         """Joints that could move, and neither carry the leaf nor hang on it; they stand at zero."""
         locked = [i for i in range(1, full.njoints) if i != self._hinge]
-        self.model = pinocchio.buildReducedModel(full, locked, places(full, stands)) if locked else full
+        self.model = with_standing(full, locked, places(full, stands))
         self.links = links_of(self.model)
         self._own: PerThread[pinocchio.Data] = PerThread()
         if full.frames[leaf].parentJoint != self._hinge:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from doorman.kinematics.contact import Contact
 from doorman.kinematics.doors.door import Door
 from doorman.scenario import Scenario
 from doorman.scenario.sections.estimation import USUAL_FRICTION
@@ -26,10 +25,10 @@ class JointFriction:
 
 
 def joint_friction(scenario: Scenario, door: Door, hinge_scale: float) -> JointFriction:
-    """Friction of the plant's joint. A URDF's 0 counts as unknown; a tip that can pull needs no friction, and takes it for 0."""
+    """Friction of the plant's joint. A URDF's 0 counts as unknown."""
     true = scenario.simulation.door_friction
     named = door.friction if true is None else door.per_angle * true
-    if true is not None or named > 0.0 or scenario.door.friction is not None or Contact.of(scenario).pull > 0.0:
+    if true is not None or named > 0.0 or scenario.door.friction is not None:
         return JointFriction(named, named, named)
     mean, deviation = (hinge_scale * each for each in USUAL_FRICTION)
     return JointFriction(mean - deviation, mean, mean + deviation)

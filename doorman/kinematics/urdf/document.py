@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import re
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -21,6 +22,8 @@ MOST_ATTRIBUTES = 64
 """An element's largest number of attributes: libraries need the square of them."""
 LONGEST_ATTRIBUTE = 4096
 """Characters of a name, a text or a list of numbers."""
+_PREFIX = re.compile(rb"<([A-Za-z_][A-Za-z0-9_.-]{0,40}):")
+"""Of a tag that another program reads."""
 _HELD: ContextVar[dict[Path, bytes] | None] = ContextVar("urdfs", default=None)
 """What `each_file_once` has read so far."""
 
@@ -36,14 +39,17 @@ def each_file_once() -> Iterator[None]:
 
 
 def parse_document(path: Path, content: bytes) -> ElementTree.Element:
-    """Root element of XML of bounded depth and number of elements."""
+    """Root element of XML of bounded depth and number of elements; tags with a prefix of another program are read over."""
     parser = ElementTree.XMLParser(target=_Builder(path))  # noqa: S314  # the builder refuses entities
     try:
         parser.feed(content)
         root: ElementTree.Element = parser.close()
     except (ElementTree.ParseError, ValueError, LookupError) as error:  # the last two: an encoding that Python lacks
-        if b"<xacro:" in content and "unbound prefix" in str(error):
-            raise _xacro(path) from error
+        if "unbound prefix" in str(error):
+            if b"<xacro:" in content:
+                raise _xacro(path) from error
+            if (declared := _with_prefixes(content)) != content:
+                return parse_document(path, declared)
         raise UrdfError(
             "not well-formed XML", file=path, field="XML", given=str(error), allowed="XML with <robot> as root element"
         ) from error
@@ -107,6 +113,13 @@ class _Builder(ElementTree.TreeBuilder):
         """Count an element out."""
         self._open.pop()
         return super().end(tag)
+
+
+def _with_prefixes(content: bytes) -> bytes:
+    """A document that declares the prefixes of its tags, as other readers of URDFs know no namespaces."""
+    tags = {tag for tag in _PREFIX.findall(content) if b"xmlns:" + tag not in content}
+    declared = b"".join(b' xmlns:%s="%s"' % (tag, tag) for tag in sorted(tags)[:MOST_ATTRIBUTES])
+    return content.replace(b"<robot", b"<robot" + declared, 1)
 
 
 def _expanded(path: Path) -> bytes:

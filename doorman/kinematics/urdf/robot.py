@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pinocchio
 
+from doorman.arrays import Array
 from doorman.arrays import frozen as frozen
 from doorman.exceptions import UrdfError
 from doorman.kinematics.urdf.document import read_content
@@ -36,6 +37,15 @@ def load_pinocchio(path: Path, endless: bool = True) -> pinocchio.Model:
             given=repr((broken[1] or broken[2]).decode(errors="replace")), allowed="names without",
         )  # fmt: skip
     return model
+
+
+def with_standing(full: pinocchio.Model, standing: list[int], places: Array) -> pinocchio.Model:
+    """A model whose joints stand at places; Pinocchio looks for their frames by name, and a link may have the same."""
+    links = {frame.name for frame in full.frames if frame.type == pinocchio.FrameType.BODY}
+    for frame in full.frames:
+        if frame.type == pinocchio.FrameType.JOINT and frame.parentJoint in standing and frame.name in links:
+            frame.name = full.names[frame.parentJoint] = f"{frame.name} (joint)"
+    return pinocchio.buildReducedModel(full, standing, places) if standing else full
 
 
 def frame_index(model: pinocchio.Model, name: str, path: Path, field: str) -> int:

@@ -18,7 +18,7 @@ _EASING = 0.7
 """Time in which the load on a door fades [s]: a vehicle that drops a load is flung away from it until its tilt has followed."""
 _LOADED, _COMES_ALIVE = 3, 0.1
 """A given-up leaf is let go before that with a load of no more than so many pushes of a touch, or where it moves faster: it is
-thrown then [rad/s]."""
+thrown then [rad/s]. A lever turns as many times faster by the same way of the tip as it is shorter than a leaf."""
 _GIVING_WAY = 2.5
 """A vehicle that has not left the doorway by then [s] is held there, or is as slow as it may be."""
 _WATCHING = 3.0
@@ -39,6 +39,7 @@ class Release(MissionPhase):
         self._angle, self._load = estimate.door_angle, estimate.normal_force
         self._holds = before is not None and before.tied
         self._let_go_at: float | None = None
+        self._comes_alive = attempt.model.turn_scale * _COMES_ALIVE
         self._gives_way = False
         attempt.leaf.begin(estimate.yaw, estimate, 0.0 if self._holds else max(self._load, 0.0))
 
@@ -87,18 +88,18 @@ class Release(MissionPhase):
         left = max(1.0 - spent / _EASING, 0.0)
         if failed:
             loaded = abs(estimate.normal_force) > _LOADED * attempt.touch_force
-            over = left == 0.0 or not loaded or abs(estimate.door_rate) >= _COMES_ALIVE
+            over = left == 0.0 or not loaded or abs(estimate.door_rate) >= self._comes_alive
             return attempt.leaf.push(estimate, left * self._load), None, over
         rests = 0.0 if self._holds else _RESTING * attempt.model.scale.force
         push = left * self._load + (1.0 - left) * rests
         setpoint = attempt.leaf.push(estimate, push) if self._holds else attempt.leaf.rest(estimate, push)
         back = attempt.model.travel.left(estimate.door_angle) - attempt.model.travel.left(self._angle)
         moved = abs(back) if self._holds else back
-        if moved > _COMES_BACK and abs(estimate.door_rate) < _COMES_ALIVE:  # faster, somebody has it
+        if moved > _COMES_BACK and abs(estimate.door_rate) < self._comes_alive:  # faster, somebody has it
             return setpoint, Next(Phase.HOLD, "the door moved as the load was taken off it"), False
         if not (self._holds or estimate.near or estimate.touching):  # it stands without the tip
             return setpoint, None, True
-        if not self._holds and attempt.model.travel.left(estimate.tip_angle) < -OPEN:
+        if not self._holds and attempt.model.travel.left(estimate.tip_angle) < -attempt.model.turn_scale * OPEN:
             stands = attempt.model.door.in_words(estimate.tip_angle, 0)
             attempt.failure = f"the leaf has gone past the goal, to {stands} or farther"
             return setpoint, None, True

@@ -36,6 +36,11 @@ class Touch(MissionPhase):
         attempt.leaf.begin(attempt.model.start_yaw)
 
     @property
+    def follows(self) -> bool:
+        """Not if a gripper closes there, nor at a lever: that is narrow, and the tip keeps to the way to its place."""
+        return super().follows and not self.attempt.model.door.in_plane
+
+    @property
     def closes_gripper(self) -> bool:
         """Whether the tip has met the leaf."""
         return self._touched_at is not None

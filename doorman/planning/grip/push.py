@@ -15,6 +15,8 @@ from doorman.planning.limits import largest_push
 
 _AT_GOAL = 0.05
 """A door within this of the goal need not be moved [rad]."""
+_PLUMB = 0.5
+"""Least share of a plumb force that counts along a lever's arc."""
 
 
 def push_along_normal(model: Model, states: Array, inputs: Array) -> Array:
@@ -84,14 +86,22 @@ def push_state(model: Model, state: Array, push: float) -> Array:
     r"""A state with the attitude that a push makes by itself, whatever else the rotors hold against.
 
     A plan knows of the push along n_D and of nothing else: a steady wind that the controller leans into would be taken
-    for a force on the tip. So roll and pitch are those of :math:`F_n n_D + m_A g e_3`.
+    for a force on the tip. So roll and pitch are those of :math:`F_n n_D + m_A g e_3`, or of a plumb force on a lever.
     """
     if model.actuation.fully:
         return state
-    start, yaw, normal = state.copy(), float(state[2]), model.door.normal(float(state[3]))
-    forward = push * (math.cos(yaw) * normal[0] + math.sin(yaw) * normal[1])
-    left = push * (math.cos(yaw) * normal[1] - math.sin(yaw) * normal[0])
-    weight = model.vehicle.weight + push * normal[2]
+    start, yaw, force = state.copy(), float(state[2]), plumb(model, push, float(state[3]))
+    forward = math.cos(yaw) * force[0] + math.sin(yaw) * force[1]
+    left = math.cos(yaw) * force[1] - math.sin(yaw) * force[0]
+    weight = model.vehicle.weight + force[2]
     start[0] = math.atan2(-left, math.hypot(forward, weight))
     start[1] = math.atan2(forward, weight)
     return start
+
+
+def plumb(model: Model, push: float, door_angle: float) -> Array:
+    """Force of a tip that pushes along the normal, shape (3,), world frame [N]: a vehicle that turns a lever stays level."""
+    normal = model.door.normal(door_angle)
+    if not model.door.in_plane:
+        return np.asarray(push * normal)
+    return np.array([0.0, 0.0, push / math.copysign(max(abs(float(normal[2])), _PLUMB), float(normal[2]))])

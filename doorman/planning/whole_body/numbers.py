@@ -36,8 +36,12 @@ height against the tip's friction within 5 cm; to the side the attitude loop is 
 SIDE_WEIGHT, LEVEL_WEIGHT = 0.3, 300.0
 """Weights of a change of the force to the side, and of roll and pitch where a tilt gains nothing, for the shipped vehicle: of a
 fully actuated vehicle, and of one that holds a lever, on which forces along the lever and along its axis do nothing."""
+_NARROW = 0.005
+"""Half of the narrowest face that a tip is kept on: poses are not better [m]."""
+_DAMPING = 50.0
+"""Damping of a tip that presses, of the shipped vehicle [N s/m]."""
 _RESOLVED, _LOAD = 0.8, 0.05
-"""Stiffness of a tied tip that a step resolves, times mobility and the step's square, and the weight of what the gripper carries
+"""Stiffness of a contact that a step resolves, times mobility and the step's square, and the weight of what the gripper carries
 in the plane of the face, for the shipped vehicle: it may turn the vehicle, but does not move the leaf."""
 _TILTING, _TILTING_TIED = 300.0, 1000.0
 """Weight of how far a commanded tilt is ahead of the tilt, of a tip that presses and of one that is tied: a pitch lifts the
@@ -51,7 +55,7 @@ def whole_body_numbers(model: Model, contact: Contact | None = None) -> Numbers:
     start, goal = model.start_state, model.goal_state
     scale, free = model.scale, 1.0 - contact.tied
     slope = (start - goal) / (start[3] - goal[3])
-    pace, (stiffness, damping) = Pace.of(model), _gripper(model)
+    pace, (stiffness, damping) = Pace.of(model), _compliance(model, contact)
     gains_nothing = max(float(model.actuation.fully), contact.tied * float(model.door.in_plane))
     return model.reduced.numbers.and_also({
         **balance_numbers(vehicle), **_side_numbers(model),
@@ -59,8 +63,7 @@ def whole_body_numbers(model: Model, contact: Contact | None = None) -> Numbers:
         **loop_numbers(model, model.attitude_loop), "vehicle.tilt_offset": np.zeros(2),
         "vehicle.wind": np.zeros(3),
         "door.friction_rate": 0.02 * scale.rate, "door.disturbance": 0.0, "door.sticks": 0.0,
-        "contact.stiffness": contact.between(STIFFNESS * scale.stiffness, stiffness),
-        "contact.damping": contact.between(50.0 * scale.damping, damping),
+        "contact.stiffness": stiffness, "contact.damping": damping,
         "contact.smoothing": 1e-3 * scale.length,
         "contact.friction": scenario.contact.friction,
         "contact.stick": np.zeros(2), "contact.give": 0.004 * scale.length,
@@ -78,7 +81,8 @@ def whole_body_numbers(model: Model, contact: Contact | None = None) -> Numbers:
         "reference.thrust": vehicle.weight, "weights.thrust": contact.between(_THRUST, _THRUST_TIED) / scale.force**2,
         "plan.time_step": scenario.planner.time_step,
         "weights.near": 300.0 / scale.length**2,
-        "weights.place": free * _PLACE / scale.length**2, "weights.position": 0.0, "weights.heading": 16.0,
+        "weights.place": free * np.maximum(_PLACE / scale.length**2, _room(model) ** -2.0),
+        "weights.position": 0.0, "weights.heading": 16.0,
         "weights.arm": 30.0, "weights.arm_rate": ARM_WEIGHT / scale.rate**2,
         "weights.approach": free * 1000.0 / scale.speed**2, "weights.opening": 100.0 / scale.rate**2,
         "weights.force": 0.0, "weights.least_force": 0.0, "weights.load": contact.tied * _LOAD / scale.force**2,
@@ -88,18 +92,30 @@ def whole_body_numbers(model: Model, contact: Contact | None = None) -> Numbers:
     })  # fmt: skip
 
 
-def _gripper(model: Model) -> tuple[float, float]:
-    r"""Stiffness [N/m] and damping [N s/m] of a tied tip.
+def _room(model: Model) -> Array:
+    """How far the tip may slip on its face, along and up: to the nearest edge, where the face has one near [m]."""
+    door, (along, up) = model.door, (model.coupling.distance_from_hinge, model.coupling.height)
+    if door.slides:
+        return np.full(2, math.inf)
+    return np.maximum([door.width - along, min(up, door.height - up)], _NARROW)
 
-    The spring has the gripper's stiffness, or the largest that a step of the plan resolves, with the mass m that the tip feels:
 
-    .. math:: k \le 0.8\,m/h^2,\quad c = \sqrt{k m},\quad 1/m = 1/m_A + |d|^2/I_z + D^2/I_D
+def _compliance(model: Model, contact: Contact) -> tuple[float, float]:
+    r"""Stiffness [N/m] and damping [N s/m] of the contact.
+
+    The spring has the stiffness of tip or gripper, or the largest that a step of the plan resolves, with the mass m that the tip
+    feels; a tip that is not tied, g = 0, presses past the vehicle's heading and does not turn it:
+
+    .. math:: k \le 0.8\,m/h^2,\quad c \le \sqrt{k m},\quad 1/m = 1/m_A + g\,|d|^2/I_z + D^2/I_D
     """
     tip, step = model.vehicle.tip_position(model.start_arm), model.scenario.planner.time_step
-    lever, vehicle = model.coupling.lever_length, model.vehicle
-    mobility = 1.0 / vehicle.mass + float(tip @ tip) / yaw_inertia(model) + lever**2 / model.door.inertia
-    stiffness = min(model.scenario.contact.grip_stiffness, _RESOLVED / (mobility * step**2))
-    return stiffness, math.sqrt(stiffness / mobility)
+    lever, vehicle, scale = model.coupling.lever_length, model.vehicle, model.scale
+    turned = contact.tied * float(tip @ tip) / yaw_inertia(model)
+    mobility = 1.0 / vehicle.mass + turned + lever**2 / model.door.inertia
+    stiffness = contact.between(STIFFNESS * scale.stiffness, model.scenario.contact.grip_stiffness)
+    stiffness = min(stiffness, _RESOLVED / (mobility * step**2))
+    damping = math.sqrt(stiffness / mobility)
+    return stiffness, min(contact.between(_DAMPING * scale.damping, damping), damping)
 
 
 def goal_numbers(model: Model, door_angle: float) -> dict[str, Any]:

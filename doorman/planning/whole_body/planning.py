@@ -15,14 +15,14 @@ from doorman.model import Model
 from doorman.ocp.problem.problem import Problem
 from doorman.ocp.solvers.solution import PlanStatus
 from doorman.planning.composition import NO_EXTRAS, NOTHING, Extras
-from doorman.planning.grip.push import LargestPushes, too_stiff
+from doorman.planning.grip.push import LargestPushes, plumb, too_stiff
 from doorman.planning.hinge import Hinge
 from doorman.planning.own_motion import Motion
 from doorman.planning.pace import RESTING
 from doorman.planning.whole_body.contact import contact_forces, depth_of, turned_by, whole_body_state
 from doorman.planning.whole_body.numbers import goal_numbers, whole_body_numbers
 from doorman.planning.whole_body.problem import whole_body_problem
-from doorman.planning.whole_body.references import Leaf, plumb, references
+from doorman.planning.whole_body.references import Leaf, references
 
 _TOUCHES = 0.25
 """A tip touches that presses with so much of what carries the leaf, or of what the vehicle's tip rests with, twice."""

@@ -13,6 +13,7 @@ from doorman.model import Model
 from doorman.planning.hinge import Hinge
 from doorman.planning.pace import rate_to_goal
 from doorman.planning.whole_body.contact import depth_of
+from doorman.planning.whole_body.numbers import LEVEL_WEIGHT
 
 _AT_GOAL = 0.014
 """Within about this the door is held, and not opened [rad]."""
@@ -32,8 +33,6 @@ LEAST_RESISTANCE, _LEAST_FORCE = 0.05, 0.15
 _OPENING, _LEAST_OPENING = 20.0, 28.0
 """Weight of the rate of a held leaf that can gain 1 rad/s², of the shipped vehicle, and the least for a metre of lever: what is
 nearer to its axis gains more by the same force."""
-_PLUMB = 0.5
-"""Least share of a plumb force that counts along a lever's arc."""
 _LEAST_RATE = 1e-3
 """Least reference rate, as a share of the largest: the reference divides by it."""
 _SHIPPED_RATE, _SHIPPED_FORCE = 0.32, 2.4
@@ -99,11 +98,12 @@ def _pressed(model: Model, numbers: Numbers, leaf: Leaf, opening_rate: float) ->
     moves = numbers.one("door.inertia") * fastest / (lever * scale.time)
     rate = min(scale.rate, max(fastest / _SHIPPED_RATE, 1.0))
     large = max(scale.force, min(moves / _SHIPPED_FORCE, 1.0))
+    level = LEVEL_WEIGHT if model.door.in_plane and leaf.touched else numbers.one("weights.level")
     return {
-        "reference.thrust": _borne(model, leaf, force * touch),
-        "reference.depth": depth, "reference.opening_speed": opening_rate, "reference.deceleration": slowing,
+        "reference.thrust": _borne(model, leaf, force * touch), "reference.depth": depth,
+        "reference.opening_speed": opening_rate, "reference.deceleration": slowing,
         "reference.force": force, "reference.least_force": least_force,
-        "weights.approach": (1000.0 - 400.0 * touch) / scale.speed**2,
+        "weights.level": level, "weights.approach": (1000.0 - 400.0 * touch) / scale.speed**2,
         "weights.opening": 100.0 * (1.0 - touch * holds * (1.0 - _HOLD_OPENING)) / rate**2,
         "weights.force": 0.2 * touch / large**2, "weights.least_force": 2.0 * touch / scale.force**2,
     }  # fmt: skip
@@ -129,14 +129,6 @@ def _borne(model: Model, leaf: Leaf, force: float) -> float:
     """Thrust of a vehicle that presses on the leaf with a force and stays where it is [N]."""
     rotors = force * model.door.normal(leaf.angle) - leaf.outer + [0.0, 0.0, model.vehicle.weight]
     return float(np.linalg.norm(rotors))
-
-
-def plumb(model: Model, push: float, door_angle: float) -> Array:
-    """Force of a tip that pushes along the normal, shape (3,), world frame [N]: a vehicle that turns a lever stays level."""
-    normal = model.door.normal(door_angle)
-    if not model.door.in_plane:
-        return np.asarray(push * normal)
-    return np.array([0.0, 0.0, push / math.copysign(max(abs(float(normal[2])), _PLUMB), float(normal[2]))])
 
 
 def _deceleration(speed: float, door_rate: float, left: float, slowing: float, settling: float, time: float) -> float:

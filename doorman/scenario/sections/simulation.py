@@ -206,8 +206,8 @@ class SimulationSection(Section):
     door_damping: NonNegative | None = None
     """True damping of the hinge, if it differs from what the planner reads [N m s/rad]. Default: as `door.damping`."""
     door_friction: NonNegative | None = None
-    """True friction of the hinge, if it differs from what the planner reads; where no file names it, a tip that pushes meets a
-    usual one (docs/check.md) [N m]. Default: as `door.friction`."""
+    """True friction of the hinge, if it differs from what the planner reads; where no file names it, that of a usual
+    hinge (docs/check.md) [N m]. Default: as `door.friction`."""
     door_stiffness: NonNegative | None = None
     """True stiffness of a spring or closer, if it differs from what the planner reads [N m/rad]. Default: as
     `door.stiffness`."""

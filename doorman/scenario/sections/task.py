@@ -89,7 +89,8 @@ class DoorSection(Section):
     search_yaw: ClassVar = math.radians(10.0)
     """Angle up to which such a sensor turns it [rad]."""
     latched: Switch = False
-    """Whether a latch or a lock holds the door; the check refuses such a door."""
+    """Whether a latch or a lock holds the door; the check refuses such a door. Written as `false`, it says
+    that a lever on the leaf opens no latch: it stands still."""
     latch: LatchSection | None = None
     """Latch that a lever or a knob opens, which `first` turns (docs/handle.md). Default: none."""
     beside: tuple[BesideSection, ...] = ()

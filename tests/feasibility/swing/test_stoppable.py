@@ -66,6 +66,13 @@ def test_plant_and_check_have_one_friction_where_nobody_names_one() -> None:
     assert force_needed(named, 12.0) < force_needed(model, 12.0), "it may be the largest"
 
 
+def test_a_grip_meets_the_same_friction_as_a_push() -> None:
+    """How the tip holds a leaf changes nothing of its hinge."""
+    pushed, gripped = (Model(Scenario.load("push", {"simulation.door_friction": None, "contact.kind": kind})) for kind in
+                       ("push", "grip"))  # fmt: skip
+    assert gripped.friction == pushed.friction and not gripped.friction.known
+
+
 @pytest.mark.slow
 def test_a_light_leaf_of_unknown_friction_is_flown_with_the_least_and_the_largest() -> None:
     """4 kg: with 0.2 N m the leaf would be thrown, or it is stopped; either way it is known from a flight."""

@@ -55,6 +55,21 @@ def test_what_moves_on_a_part_of_the_leaf_latches_it_too(tmp_path):
     refused(door(tmp_path, (END, parts + END)), "joint bolt", "latched")
 
 
+def test_a_lever_that_opens_no_latch_stands(tmp_path):
+    """Said by the scenario; the lever's joint may have the name of the leaf's link, which Pinocchio cannot tell apart."""
+    unlatched = DoorSection(latched=False)
+    for name in ("lever", "leaf"):
+        file = door(tmp_path, (END, extra(name, "revolute", "leaf") + END))
+        found = Door(file, unlatched)
+        assert found.standing_joints == (name,) and found.width == Door(DOOR).width
+
+
+def test_tags_of_other_programs_are_read_over(tmp_path):
+    """As urdfdom does, which knows no namespaces."""
+    foreign = "<drake:compliance><drake:friction value='1'/></drake:compliance>"
+    assert Door(door(tmp_path, (END, foreign + END))).width == Door(DOOR).width
+
+
 def test_what_is_fixed_to_the_leaf_does_not(tmp_path):
     assert Door(door(tmp_path, (END, extra("lever", "fixed", "leaf") + END))).standing_joints == ()
 

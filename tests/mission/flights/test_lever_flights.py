@@ -88,7 +88,7 @@ def test_a_handle_that_does_not_turn_ends_honestly(name: str) -> None:
         jammed = {"first": [with_true(step, friction=JAMMED) for step in plain.first]}
     summary = simulate(Model(Scenario.load(name, jammed)), force=True).summary
     assert not summary["opened"] and summary["outcome"] == "given up"
-    assert summary["collisions"] == 0 or plain.first, "the tip may touch the leaf beside its lever"
+    assert summary["collisions"] == 0
     assert "does not move" in summary["reason"], summary["reason"]
 
 

@@ -31,8 +31,13 @@ def hinge_joint(urdf: Path, full: pinocchio.Model, name: str) -> int:
     return index
 
 
-def standing_joints(urdf: Path, model: pinocchio.Model, hinge: int, known: Iterable[str] = ()) -> tuple[str, ...]:
-    """Joints beside the hinge that could move, and that stand still because nothing moves them, or where they are known to."""
+def standing_joints(
+    urdf: Path, model: pinocchio.Model, hinge: int, known: Iterable[str] = (), unlatched: bool = False
+) -> tuple[str, ...]:
+    """Joints beside the hinge that could move, and that stand still because nothing moves them, or where they are known to.
+
+    One on the leaf is the lever of a latch, unless the scenario says that the door has none.
+    """
     known = frozenset(known)
     joints = read_joints(urdf)
     own = model.names[hinge]
@@ -47,10 +52,11 @@ def standing_joints(urdf: Path, model: pinocchio.Model, hinge: int, known: Itera
         kind = joints[name].kind
         if name in known or known & _leaders(joints, name):
             continue
-        if hinge in _ancestors(model, index):
+        if hinge in _ancestors(model, index) and not unlatched:
             raise UrdfError(
                 "a joint on the leaf moves, such as a lever or a bolt: pushing does not open a latched door",
-                file=urdf, field=f"joint {name}", given=kind, allowed='type="fixed", for a door that is not latched',
+                file=urdf, field=f"joint {name}", given=kind,
+                allowed="door.latch and what turns its lever first, or door.latched = false for a door that is not latched",
             )  # fmt: skip
         if index in _ancestors(model, hinge) and _stands_on_something(urdf, model, index):
             raise UrdfError(
