@@ -55,9 +55,9 @@ class AligatorProxDdp(StandardPeer):
             ctypes.c_int(self._warm), ctypes.byref(self._iterations), ctypes.byref(self._converged),
         )  # fmt: skip
 
-    def own_seconds(self) -> float:
-        """Duration of `run`."""
-        return abs(self._seconds)
+    def own_seconds(self) -> float | None:
+        """Duration of `run`; unknown where it failed."""
+        return None if self._seconds < 0.0 else self._seconds
 
     def answer(self) -> Answer:
         """Trajectory and ProxDDP's own verdict; one iteration is used as it is."""
