@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
+
+from believed import changed
 
 from doorman import Planner
 from doorman.arrays import Array
@@ -54,7 +55,8 @@ class AtTheLeaf:
         state[3] = state[3] if door_angle is None else door_angle
         for _ in range(round(seconds / TICK)):
             self.time += TICK
-            seen = replace(self.known, time=self.time, position=self.known.position + moved, state=state)
+            place = self.known.position + moved
+            seen = changed(self.model, self.known, time=self.time, position=place, state=state)
             if verdict := self.guard.judge(self.phase, seen):
                 return verdict
         return None
