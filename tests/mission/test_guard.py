@@ -6,7 +6,6 @@ import math
 
 import numpy as np
 import pytest
-
 from believed import changed
 
 from doorman import Planner
@@ -99,7 +98,7 @@ def test_rotors_that_come_to_a_jamb_end_the_attempt(there: AtTheLeaf) -> None:
     model, door = there.model, there.model.door
     place = model.coupling.vehicle_position(model.goal_state[:3], model.goal_angle, model.goal_arm)
     into = door.into * (door.into @ (door.hinge_position - place))
-    there.known = replace(there.known, position=place + into, state=model.goal_state, arm_angles=model.goal_arm)
+    there.known = changed(model, there.known, position=place + into, state=model.goal_state, arm_angles=model.goal_arm)
     there.attempt.begin_anew()
     room = door.width - float(door.along @ (place - door.hinge_position)) - model.vehicle.radius
     aside = (room + 0.01) * door.along

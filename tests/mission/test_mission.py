@@ -182,7 +182,7 @@ def test_a_flight_opens_ticks_records_and_stops(model: Model) -> None:
     np.testing.assert_allclose(recording["estimate"]["state"], np.tile(model.start_state, (51, 1)), atol=1e-3)
     for k, command in enumerate(backend.commands):
         assert recording["command"]["thrust"][k] == command.thrust
-        assert command.thrust == pytest.approx(float(np.linalg.norm(recording["controller"]["force"][k])), rel=1e-3)
+        assert command.thrust == pytest.approx(float(np.linalg.norm(recording["controller"]["force"][k])), rel=5e-3)
         np.testing.assert_array_equal(recording["command"]["attitude"][k], command.attitude)
         assert (np.abs(command.arm_rates) <= model.vehicle.rate_limits + 1e-12).all()
 
