@@ -85,6 +85,6 @@ controller's ticks; there are no links. How far the periods are off 5 ms; a miss
 before took too long."""
 
 MEETING = """Both at the same states: those of closed loops of doorman's plans, without noise and with noise on every state. Each
-replans from its own shifted plan, with the same numbers of the task. doorman's time is the whole call by the clock on the wall,
-acados' is its own clock `time_tot`. doorman's plan may exceed constraints by 2e-3 [m, or 30 N] (`planning.tolerance`); *gap* is
-that of the dynamics. Cold plans begin with the state held and hover inputs."""
+replans from its own shifted plan, with the same numbers of the task. For doorman the whole call counts, for acados its own clock
+`time_tot`. A plan of doorman may exceed constraints by 2e-3 [m, or 30 N] (`planning.tolerance`). *Gap* is that of the dynamics.
+Cold plans begin with the state held and hover inputs."""

@@ -233,13 +233,10 @@ class WholeBodyController:
         to the side have no dead time: they wait for the tilt that they were planned with.
         """
         time, last = now - start, len(plan.inputs) - 1
-        planned = plan.inputs[min(int(time / plan.time_step + 1e-6), last)]
+        at = min(int(time / plan.time_step + 1e-6), last)
         later = min(int((time + _AHEAD) / plan.time_step), last)
-        gain, turns = (
-            self._model.scenario.control.yaw_gain,
-            plan.states[min(int(time / plan.time_step), last), _YAW_RATE],
-        )
-        slower = self._slower + gain * time_step * (float(turns) - yaw_rate)
+        planned, gain = plan.inputs[at], self._model.scenario.control.yaw_gain
+        slower = self._slower + gain * time_step * (float(plan.states[at, _YAW_RATE]) - yaw_rate)
         self._slower = min(max(slower, -_MOST_TURN * gain), _MOST_TURN * gain)
         turning = (plan.states[later + 1, _YAW_RATE] + self._slower) / gain
         lead = min(max(float(turning), -_MOST_TURN), _MOST_TURN)

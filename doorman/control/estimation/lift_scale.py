@@ -1,7 +1,8 @@
 """What to command for a thrust, as the estimate says what the rotors make of a command.
 
 Hover tells thrust over mass alone: a heavier vehicle needs more of the same. On a real one the hover measurement has done most of
-it (`ThrustCurve`). As the battery empties it goes on; at the leaf the tip may carry what is missing, and the scale stays.
+it (`ThrustCurve`). As the battery empties it goes on, at the leaf, too: the estimate tells lift from the tip's friction. Only
+a gripped leaf may carry what is missing, and the scale stays.
 """
 
 from __future__ import annotations
