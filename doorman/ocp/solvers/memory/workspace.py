@@ -33,9 +33,7 @@ from doorman.ocp.solvers.options import SolverOptions
 from doorman.ocp.solvers.sweeps.linear_algebra import copy_rows
 from doorman.ocp.solvers.sweeps.node_elimination import factors_width
 from doorman.ocp.solvers.sweeps.sized import sized_table
-
-VECTOR_WIDTH = 4
-"""Doubles in a vector register of what kernels are written for; rows are padded to a multiple of it."""
+from doorman.ocp.solvers.sweeps.tiles import WIDTH
 
 LARGEST_STATE = 1e6
 """A trajectory with a larger number in a state has diverged."""
@@ -123,7 +121,7 @@ class Workspace(NamedTuple):
             ),
             node=Node(
                 np.zeros((nx, narrow)), np.zeros((nx, narrow)), np.zeros((nu, wide)), np.zeros((nu, wide)),
-                np.zeros((nu, wide)), np.zeros(wide + 2 * VECTOR_WIDTH), np.zeros((max(nx, nh, ng, nt), nx + nu)),
+                np.zeros((nu, wide)), np.zeros(wide + 2 * WIDTH), np.zeros((max(nx, nh, ng, nt), nx + nu)),
                 np.zeros(nx + nu), np.zeros((nx + nu, nx + nu)),
             ),
             program=program_of(problem, wide),
@@ -134,8 +132,8 @@ class Workspace(NamedTuple):
 
 
 def padded(length: int) -> int:
-    """A length rounded up to whole vectors of `VECTOR_WIDTH`."""
-    return -(-length // VECTOR_WIDTH) * VECTOR_WIDTH
+    """A length rounded up to whole vectors of `WIDTH`."""
+    return -(-length // WIDTH) * WIDTH
 
 
 def sizes_of(problem: Problem) -> Sizes:

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from llvmlite import binding, ir
+from llvmlite import ir
 from numba.core import cgutils
 
 from doorman.numba_types.emitter import DOUBLE, INDEX, Emitter
 
-WIDTH = 8 if binding.get_host_cpu_features().get("avx512f", False) else 4
-"""Doubles in a vector register."""
+WIDTH = 4
+"""Doubles in a vector, on every machine: the memory of `doorman.ocp.solvers.memory.workspace` is padded to whole vectors."""
 
 ROWS, CHUNKS = 4, 3
 """Rows and vectors of a tile: its sums, one row of the right factor and one number of the left one fit in 16 registers."""

@@ -10,9 +10,10 @@ from numpy.typing import NDArray
 
 from doorman.compilation import kernel
 from doorman.ocp import Problem, QuadraticCost
-from doorman.ocp.solvers.memory.workspace import VECTOR_WIDTH, Workspace
+from doorman.ocp.solvers.memory.workspace import Workspace
 from doorman.ocp.solvers.sweeps.node_elimination import eliminate_inputs, factors_width
 from doorman.ocp.solvers.sweeps.sized import shape_of
+from doorman.ocp.solvers.sweeps.tiles import WIDTH
 
 Array = NDArray[np.float64]
 
@@ -132,7 +133,7 @@ def test_a_node_that_is_not_convex_is_refused(nx: int, nu: int, m: int, rng: np.
 def test_rows_are_padded_to_the_vector_width() -> None:
     for nx, nu, m in SIZES:
         sizes = Workspace.plain(problem_of(nx, nu, m)).sizes
-        assert sizes.narrow % VECTOR_WIDTH == sizes.wide % VECTOR_WIDTH == 0
-        assert nx + 1 <= sizes.narrow <= nx + VECTOR_WIDTH
-        assert nx + 1 + nu <= sizes.wide <= nx + nu + VECTOR_WIDTH
+        assert sizes.narrow % WIDTH == sizes.wide % WIDTH == 0
+        assert nx + 1 <= sizes.narrow <= nx + WIDTH
+        assert nx + 1 + nu <= sizes.wide <= nx + nu + WIDTH
         assert nu <= factors_width(nu) < nu + 8
