@@ -11,8 +11,8 @@ from doorman.compilation.cached_kernels import (
     kept,
     kernel,
     kernel_counts,
+    known_kernels,
 )
-from doorman.compilation.known_kernels import known_kernels
 
 __all__ = [
     "PRINTED",

@@ -139,13 +139,16 @@ def kernel_counts() -> KernelCounts:
     )
 
 
+def known_kernels() -> int:
+    """Kernels that modules and printed problems have brought so far; a run needs most of them, each for its arguments."""
+    return len(_kernels)
+
+
 def cache_content() -> CacheContent:
     """What the cache on disk holds: kernels of this version of the package, for all models and sizes so far."""
     directory = cache_directory()
     files = [file for file in directory.rglob("*") if file.suffix in (".nbc", ".nbi")]
-    kernels = sum(
-        file.suffix == ".nbc" and _LINKED in file.name for file in files
-    )  # .nbi: index of one function's kernels
+    kernels = sum(file.suffix == ".nbc" and _LINKED in file.name for file in files)  # .nbi: index of one's kernels
     return CacheContent(directory, kernels, sum(file.stat().st_size for file in files))
 
 

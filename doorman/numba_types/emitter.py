@@ -9,6 +9,7 @@ from llvmlite import ir
 DOUBLE = ir.DoubleType()
 INDEX = ir.IntType(64)
 FLAGS = ("contract", "nsz", "arcp")
+"""Sums keep their order: range reduction and results that are equal to the bit depend on it."""
 
 
 class Emitter:

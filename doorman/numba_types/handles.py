@@ -93,10 +93,6 @@ def _unbox_handle(typ: HandleType, obj: Any, c: Any) -> NativeValue:
     return NativeValue(pointer, is_error=c.pyapi.c_api_error())
 
 
-def _typed(context: Any, builder: Any, content: Any, pointer: Any) -> Any:
-    return builder.bitcast(pointer, context.get_data_type(content).as_pointer())
-
-
 def _borrowed(context: Any, builder: Any, kind: Any, value: Any) -> Any:
     """A value whose arrays own nothing, with the memory of the given one."""
     if isinstance(kind, types.Array):
@@ -138,11 +134,6 @@ def _append(words: list[int], content: Any) -> None:
         words.append(int(content))
 
 
-def _is_held(kind: Any) -> bool:
-    """Whether a field is passed on as a handle itself rather than loaded."""
-    return isinstance(kind, types.BaseNamedTuple)
-
-
 @infer_getattr
 class _Fields(AttributeTemplate):
     key = HandleType
@@ -152,7 +143,7 @@ class _Fields(AttributeTemplate):
         if name not in fields:
             return None
         kind = handle.content[fields.index(name)]
-        return HandleType(kind) if _is_held(kind) else kind
+        return HandleType(kind) if isinstance(kind, types.BaseNamedTuple) else kind
 
 
 @lower_getattr_generic(HandleType)
@@ -160,10 +151,9 @@ def field_of(context: Any, builder: Any, handle: HandleType, value: Any, name: s
     """A field's value, with its memory borrowed."""
     index = handle.content.fields.index(name)
     kind = handle.content[index]
-    place = builder.gep(
-        _typed(context, builder, handle.content, value), [ir.Constant(ir.IntType(32), i) for i in (0, index)]
-    )
-    if _is_held(kind):
+    content = builder.bitcast(value, context.get_data_type(handle.content).as_pointer())
+    place = builder.gep(content, [ir.Constant(ir.IntType(32), i) for i in (0, index)])
+    if isinstance(kind, types.BaseNamedTuple):  # a handle itself
         return builder.bitcast(place, ir.IntType(8).as_pointer())
     loaded = builder.load(place, align=8)
     loaded.set_metadata("invariant.load", builder.module.add_metadata([]))

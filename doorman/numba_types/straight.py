@@ -21,18 +21,11 @@ from numba.core.typing.templates import signature
 
 from doorman.compilation import kept
 from doorman.compilation.dispatcher import Kernel
-from doorman.numba_types import elementary, lane_functions
+from doorman.numba_types.elementary import WORDS
 from doorman.numba_types.emitter import DOUBLE, FLAGS, INDEX, Emitter
 from doorman.numba_types.handles import HandleType, field_of
-from doorman.numba_types.lanes import Lanes
 
 Function = TypeVar("Function", bound=Callable[..., Any])
-
-_WORDS: dict[str, Any] = {
-    **{name: each for name, each in vars(lane_functions).items() if hasattr(each, "__wrapped__")},
-    **elementary.INSTRUCTIONS,
-}
-"""What a line may call: generators of instructions, by name."""
 
 
 def straight(function: Function) -> Function:
@@ -88,7 +81,7 @@ class _Lines(Emitter):
 
     def run(self, function: Any, arguments: list[Any]) -> Any:
         """Write a function's instructions: what it returns."""
-        words = {name: self._word(generator) for name, generator in _WORDS.items()}
+        words = {name: self._word(generate) for name, generate in WORDS.items()}
         own = {"get": self._get, "put": _put, "zero": self._zero}
         return FunctionType(function.__code__, {**function.__globals__, **words, **own})(*arguments)
 
@@ -108,42 +101,33 @@ class _Lines(Emitter):
         wide = isinstance(like, ir.VectorType) and not isinstance(given.value.type, ir.VectorType)
         return self.spread(given.value, like.count) if wide else given.value
 
-    def operate(self, name: str, left: Any, right: Any) -> _Value:
-        """Result of an operation on two numbers, of which one at least is no constant."""
-        kinds = [each.value.type for each in (left, right) if isinstance(each, _Value)]
+    def alike(self, *given: Any) -> list[Any]:
+        """LLVM's values of one type: lanes if any has lanes."""
+        kinds = [each.value.type for each in given if isinstance(each, _Value)]
         kind = next((each for each in kinds if isinstance(each, ir.VectorType)), DOUBLE)
-        return _Value(self, getattr(self.builder, name)(self.value(left, kind), self.value(right, kind), flags=FLAGS))
+        return [self.value(each, kind) for each in given]
 
-    def _word(self, generator: Any) -> Callable[..., Any]:
-        def call(*arguments: Any) -> Any:
-            values = [self.value(each) for each in arguments]
-            sig, build = generator.__wrapped__(None, *(_kind(each) for each in values))
-            result = build(self.context, self.builder, sig, values)
-            if isinstance(sig.return_type, types.BaseTuple):
-                return tuple(_Value(self, each) for each in cgutils.unpack_tuple(self.builder, result))
-            return _Value(self, result)
+    def operate(self, name: str, left: Any, right: Any) -> _Value:
+        """Result of an operation on two numbers."""
+        return _Value(self, getattr(self.builder, name)(*self.alike(left, right), flags=FLAGS))
+
+    def _word(self, generate: Callable[..., Any]) -> Callable[..., Any]:
+        def call(*given: Any) -> Any:
+            result = generate(self.builder, *self.alike(*given))
+            return tuple(_Value(self, each) for each in result) if isinstance(result, tuple) else _Value(self, result)
 
         return call
 
     def _get(self, array: _Numbers, i: int, lanes: tuple[int, ...]) -> _Value:
-        if not lanes:
-            return array[i]
         return _Value(self, self.load(array.data, i * len(lanes), len(lanes)))
 
     def _zero(self, lanes: tuple[int, ...]) -> _Value:
-        return _Value(self, ir.Constant(ir.VectorType(DOUBLE, len(lanes)) if lanes else DOUBLE, None))
+        return _Value(self, ir.Constant(ir.VectorType(DOUBLE, len(lanes)), None))
 
 
-def _put(array: _Numbers, i: int, value: Any) -> None:
-    """Write a number, or lanes side by side."""
-    if isinstance(value, _Value) and isinstance(value.value.type, ir.VectorType):
-        array.lines.store(array.data, i * value.value.type.count, value.value)
-    else:
-        array[i] = value
-
-
-def _kind(value: Any) -> Any:
-    return Lanes(value.type.count) if isinstance(value.type, ir.VectorType) else types.float64
+def _put(array: _Numbers, i: int, value: _Value) -> None:
+    """Write lanes side by side."""
+    array.lines.store(array.data, i * value.value.type.count, value.value)
 
 
 class _Value:

@@ -12,9 +12,12 @@ from dataclasses import dataclass
 
 from doorman.exceptions import SolverError
 from doorman.ocp.kernels.python_functions import CheckedFunction, Function, Method, count
-from doorman.ocp.kernels.python_kernels import Callback, kernels_of
+from doorman.ocp.kernels.python_table import PythonModelFunctions, PythonModelWithCost
 from doorman.ocp.problem.costs import QuadraticCost
 from doorman.ocp.problem.problem import Bounds, Problem
+
+_OF_BOTH = "step", "input_constraints", "stage_cost"
+"""Functions of a state and an input."""
 
 
 @dataclass(frozen=True)
@@ -73,25 +76,22 @@ class PythonModel:
             SolverError: if a function is not one of complex numbers, though complex steps need one.
         """
         state, both = (cost.state_goal,), (cost.state_goal, cost.input_goal)
-        rows = dict.fromkeys(("constraints", "input_constraints", "end_constraints"), 0)
-        for name in rows:
+        sizes, rows = {"step": len(cost.state_goal), "stage_cost": 1, "end_cost": 1}, []
+        for name in ("constraints", "input_constraints", "end_constraints"):
             function = getattr(self, name)
-            if function is not None:
-                rows[name] = count(function, name, *(both if name == "input_constraints" else state))
-        sizes = {"step": len(cost.state_goal), **rows, "stage_cost": 1, "end_cost": 1}
+            sizes[name] = 0 if function is None else count(function, name, *(both if name in _OF_BOTH else state))
+            rows.append(sizes[name])
         checked = {
             name: CheckedFunction(getattr(self, name), name, size, self.derivatives)
             for name, size in sizes.items()
             if getattr(self, name) is not None
         }
         for name, function in checked.items():
-            arguments = both if name in ("step", "input_constraints", "stage_cost") else state
-            function.check_shape(*arguments)
-            function.check_slopes(*arguments)
+            function.check(*(both if name in _OF_BOTH else state))
+        own_cost = "stage_cost" in checked or "end_cost" in checked
         return Problem(
-            kernels_of(Callback(checked, len(cost.state_goal), len(cost.input_goal))),
-            horizon=horizon, time_step=time_step, cost=cost, bounds=bounds or Bounds(),
-            n_constraints=rows["constraints"], n_input_constraints=rows["input_constraints"],
-            n_end_constraints=rows["end_constraints"], constraint_names=tuple(constraint_names),
+            (PythonModelWithCost if own_cost else PythonModelFunctions)(checked),
+            horizon=horizon, time_step=time_step, cost=cost, bounds=bounds or Bounds(), n_constraints=rows[0],
+            n_input_constraints=rows[1], n_end_constraints=rows[2], constraint_names=tuple(constraint_names),
             equalities=tuple(equalities),
         )  # fmt: skip

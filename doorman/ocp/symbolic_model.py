@@ -16,11 +16,11 @@ from doorman.ocp.kernels.printed.module_text import module_text
 from doorman.ocp.kernels.printed.printed_problem import printed_problem
 from doorman.ocp.problem.columns import column
 from doorman.ocp.problem.costs import QuadraticCost
-from doorman.ocp.problem.expressions import Expressions
+from doorman.ocp.problem.expressions import Expansion, Expressions
 from doorman.ocp.problem.free_time import Stretched, check_guess, hidden_numbers, stretched_bounds, stretched_cost
 from doorman.ocp.problem.integrators import INTEGRATORS, Integrator, discretized
 from doorman.ocp.problem.problem import Bounds, FreeTime, Problem, check_count
-from doorman.ocp.problem.terms import Constraint, Cost, Residual
+from doorman.ocp.problem.terms import Constraint, Cost, Residual, Row
 
 
 class SymbolicModel:
@@ -126,12 +126,8 @@ class SymbolicModel:
             return printed_problem(text, horizon, time_step, cost, bounds, given, at_nodes)
         check_guess(free_time, horizon * time_step)
         if self.integrator == "discrete":
-            raise SolverError(
-                "discrete dynamics have no duration",
-                field="free_time",
-                given=self.integrator,
-                allowed='"rk4" or "euler"',
-            )
+            raise SolverError("discrete dynamics have no duration", field="free_time", given=self.integrator,
+                              allowed='"rk4" or "euler"')  # fmt: skip
         first = np.eye(horizon + 1, 1)
         hidden = hidden_numbers(cost, time_step, free_time)
         problem = printed_problem(
@@ -189,28 +185,27 @@ class SymbolicModel:
     def _expressions(self, constraints: Sequence[Constraint], costs: Sequence[Cost | Residual]) -> Expressions:
         _check_terms("constraints", constraints, Constraint)
         _check_terms("costs", costs, (Cost, Residual))
-        _check_names([*constraints, *costs])
-        rows: dict[str, list[Any]] = {"rows": [], "input_rows": [], "end_rows": []}
-        names: dict[str, list[str]] = {kind: [] for kind in rows}
-        equalities: dict[str, list[bool]] = {kind: [] for kind in rows}
+        names = [term.name for term in (*constraints, *costs)]
+        if len(set(names)) < len(names):
+            twice = ", ".join(sorted({name for name in names if names.count(name) > 1}))
+            raise SolverError("names must differ", field="constraints, costs", given=twice)
+        rows: dict[str, list[tuple[Any, Row]]] = {"rows": [], "input_rows": [], "end_rows": []}
         for constraint in constraints:
             at_end = constraint.at == "end"
             expression = self._expression(constraint.name, constraint.expression, inputs=not at_end)
             kind = "end_rows" if at_end else "input_rows" if ca.depends_on(expression, self.u) else "rows"
-            for row in constraint.rows(expression, self._end):
-                rows[kind].append(row.expression / constraint.scale)
-                names[kind].append(row.name)
-                equalities[kind].append(row.equality)
+            rows[kind] += [(row.expression / constraint.scale, row) for row in constraint.rows(expression, self._end)]
         at: dict[str, list[tuple[Any, Any]]] = {"stages": [], "end": []}
         for term in costs:
-            expression = self._expression(term.name, term.expression, inputs=term.at == "stages")
-            at[term.at].append((term, expression))
-        return Expressions.of(
-            self.x, self.u, self.time_step, self.parameters, self.node_parameters, self._rate, self.step,
-            self._checked_step,
-            {kind: ca.densify(ca.vertcat(ca.SX(0, 1), *each)) for kind, each in rows.items()},
-            tuple(name for kind in rows for name in names[kind]),
-            tuple(equality for kind in rows for equality in equalities[kind]), at["stages"], at["end"],
+            at[term.at].append((term, self._expression(term.name, term.expression, inputs=term.at == "stages")))
+        every = [row for each in rows.values() for _, row in each]
+        return Expressions(
+            self.x, self.u, self.time_step, self.parameters, self.node_parameters, ca.densify(self._rate),
+            ca.densify(self.step), ca.densify(self._checked_step),
+            *(ca.densify(ca.vertcat(ca.SX(0, 1), *(scaled for scaled, _ in each))) for each in rows.values()),
+            names=tuple(row.name for row in every), equalities=tuple(row.equality for row in every),
+            stage_cost=Expansion.of(at["stages"], ca.vertcat(self.x, self.u), self.time_step) if costs else None,
+            end_cost=Expansion.of(at["end"], self.x, ca.SX(1)) if costs else None,
         )  # fmt: skip
 
     def _end(self, name: str, given: Any) -> Any:
@@ -250,10 +245,3 @@ def _check_terms(field: str, given: Any, kinds: Any) -> None:
     for place, term in enumerate(given):
         if not isinstance(term, kinds):
             raise SolverError("unknown term", field=f"{field}[{place}]", given=type(term).__name__, allowed=allowed)
-
-
-def _check_names(terms: Sequence[Any]) -> None:
-    names = [term.name for term in terms]
-    twice = sorted({name for name in names if names.count(name) > 1})
-    if twice:
-        raise SolverError("names must differ", field="constraints, costs", given=", ".join(twice))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any, Literal
 
 import numpy as np
@@ -73,10 +73,9 @@ class CheckedFunction:
     """
 
     def __init__(self, function: Function, name: str, size: int, method: Method) -> None:
-        self.size = size
-        self._function, self._name, self._method = function, name, method
+        self._function, self._name, self._size, self._method = function, name, size, method
 
-    def __call__(self, *arguments: Array) -> Array:
+    def values(self, *arguments: Array) -> Array:
         """Values, shape (size,)."""
         values = self._evaluate([argument.copy() for argument in arguments])
         if np.iscomplexobj(values):
@@ -88,12 +87,9 @@ class CheckedFunction:
             )  # fmt: skip
         return values.astype(np.float64)
 
-    def check_shape(self, *arguments: Array) -> None:
-        """Call the function, and look at nothing but the shape of what it returns."""
+    def check(self, *arguments: Array) -> None:
+        """Check the shape of what the function returns, and its complex steps, where the model wants them, by differences."""
         self._evaluate([argument.copy() for argument in arguments])
-
-    def check_slopes(self, *arguments: Array) -> None:
-        """Compare complex steps, where the model wants them, with differences."""
         if self._method != "complex step":
             return
         exact, rough = self._by_complex_steps(arguments), self._by_differences(arguments, _FIRST)
@@ -104,45 +100,41 @@ class CheckedFunction:
                 allowed=f"{rough.tolist()}; a function of complex numbers, or derivatives='differences'",
             )  # fmt: skip
 
-    def jacobian(self, *arguments: Array) -> Array:
+    def jacobian(self, *arguments: Array, reach: float = _FIRST) -> Array:
         """Slopes by all entries of the arguments in a row, shape (size, entries)."""
-        return self._slopes(arguments, _FIRST)
-
-    def hessian(self, *arguments: Array) -> Array:
-        """Second slopes of a single value, the nearest positive semidefinite matrix, shape (entries, entries)."""
-        exact = self._method == "complex step"
-        columns = []
-        for shifted, reach in _shifts(arguments, _FIRST if exact else _SECOND):
-            ahead, behind = (self._slopes(each, _SECOND)[0] for each in shifted)
-            columns.append((ahead - behind) / (2.0 * reach))
-        matrix = np.array(columns)
-        values, vectors = np.linalg.eigh(0.5 * (matrix + matrix.T))
-        result: Array = (vectors * np.maximum(values, 0.0)) @ vectors.T
-        return result
-
-    def _slopes(self, arguments: Sequence[Array], reach: float) -> Array:
         exact = self._method == "complex step"
         slopes = self._by_complex_steps(arguments) if exact else self._by_differences(arguments, reach)
         if np.isnan(slopes).any():
             raise SolverError("the slope is NaN", field=self._name, given=[each.tolist() for each in arguments])
         return slopes
 
+    def hessian(self, *arguments: Array) -> Array:
+        """Second slopes of a single value, the nearest positive semidefinite matrix, shape (entries, entries)."""
+        reach = _FIRST if self._method == "complex step" else _SECOND
+        matrix = np.array([
+            (self.jacobian(*ahead, reach=_SECOND)[0] - self.jacobian(*behind, reach=_SECOND)[0]) / (2.0 * step)
+            for ahead, behind, step in _shifts(arguments, reach)
+        ])  # fmt: skip
+        values, vectors = np.linalg.eigh(0.5 * (matrix + matrix.T))
+        result: Array = (vectors * np.maximum(values, 0.0)) @ vectors.T
+        return result
+
     def _by_complex_steps(self, arguments: Sequence[Array]) -> Array:
-        return np.array([self._evaluate(each).imag / _TINY for each in _complex_shifts(arguments)]).T
+        exact = [each.astype(np.complex128) for each in arguments]
+        return np.array([self._evaluate(ahead).imag / _TINY for ahead in _shifted(exact, lambda _: 1j * _TINY)]).T
 
     def _by_differences(self, arguments: Sequence[Array], reach: float) -> Array:
-        return np.array([(self(*a) - self(*b)) / (2.0 * step) for (a, b), step in _shifts(arguments, reach)]).T
+        shifts = _shifts(arguments, reach)
+        return np.array([(self.values(*a) - self.values(*b)) / (2.0 * step) for a, b, step in shifts]).T
 
     def _evaluate(self, arguments: list[Any]) -> NDArray[Any]:
-        values = numbers(self._function(*arguments), self._name, self._shape())
-        if values.ndim == 0 and self.size == 1:
+        shape = f"shape ({self._size},)" + (" or one number" if self._size == 1 else "")
+        values = numbers(self._function(*arguments), self._name, shape)
+        if values.ndim == 0 and self._size == 1:
             values = values.reshape(1)
-        if values.shape != (self.size,):
-            raise DimensionError("wrong shape", field=self._name, given=values.shape, allowed=self._shape())
+        if values.shape != (self._size,):
+            raise DimensionError("wrong shape", field=self._name, given=values.shape, allowed=shape)
         return values
-
-    def _shape(self) -> str:
-        return f"shape ({self.size},)" + (" or one number" if self.size == 1 else "")
 
 
 def count(function: Function, name: str, *arguments: Array) -> int:
@@ -165,27 +157,18 @@ def numbers(returned: Any, name: str, allowed: str) -> NDArray[Any]:
     return values.astype(np.complex128 if values.dtype.kind == "c" else np.float64)
 
 
-def _shifts(arguments: Any, relative: float) -> list[tuple[tuple[list[Array], list[Array]], float]]:
+def _shifted(arguments: Sequence[NDArray[Any]], step: Callable[[Any], Any]) -> Iterator[list[NDArray[Any]]]:
+    """Arguments with one entry moved by a step that depends on it; for every entry."""
+    for i, argument in enumerate(arguments):
+        for j in range(len(argument)):
+            moved = [each.copy() for each in arguments]
+            moved[i][j] += step(argument[j])
+            yield moved
+
+
+def _shifts(arguments: Sequence[Array], relative: float) -> Iterator[tuple[list[Array], list[Array], float]]:
     """Arguments with one entry a step ahead, and a step behind, with the length of the step; for every entry."""
-    found = []
-    for i, argument in enumerate(arguments):
-        for j in range(len(argument)):
-            reach = relative * (1.0 + abs(argument[j]))
-            pair = []
-            for side in (reach, -reach):
-                shifted = [each.copy() for each in arguments]
-                shifted[i][j] += side
-                pair.append(shifted)
-            found.append(((pair[0], pair[1]), float(reach)))
-    return found
-
-
-def _complex_shifts(arguments: Any) -> list[list[NDArray[np.complex128]]]:
-    """Complex arguments with an imaginary step in one entry, for every entry."""
-    found = []
-    for i, argument in enumerate(arguments):
-        for j in range(len(argument)):
-            shifted = [each.astype(np.complex128) for each in arguments]
-            shifted[i][j] += 1j * _TINY
-            found.append(shifted)
-    return found
+    reaches = (relative * (1.0 + abs(entry)) for argument in arguments for entry in argument)
+    ahead = _shifted(arguments, lambda entry: relative * (1.0 + abs(entry)))
+    behind = _shifted(arguments, lambda entry: -relative * (1.0 + abs(entry)))
+    return zip(ahead, behind, map(float, reaches), strict=True)

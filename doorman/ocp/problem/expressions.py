@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -83,36 +83,16 @@ class Expressions:
     end_cost: Expansion | None
     """Expansion by x."""
 
-    @classmethod
-    def of(
-        cls, x: Any, u: Any, time_step: Any, parameters: Any, node_parameters: Any, rate: Any, step: Any,
-        checked_step: Any, rows: Mapping[str, Any], names: tuple[str, ...], equalities: tuple[bool, ...],
-        stage_terms: Sequence[tuple[Cost | Residual, Any]],
-        end_terms: Sequence[tuple[Cost | Residual, Any]],
-    ) -> Expressions:  # fmt: skip
-        """Expressions with the sums of their cost terms."""
-        own = bool(stage_terms or end_terms)
-        return cls(
-            x, u, time_step, parameters, node_parameters, ca.densify(rate), ca.densify(step), ca.densify(checked_step),
-            rows["rows"], rows["input_rows"], rows["end_rows"], names, equalities,
-            Expansion.of(stage_terms, ca.vertcat(x, u), time_step) if own else None,
-            Expansion.of(end_terms, x, ca.SX(1)) if own else None,
-        )  # fmt: skip
-
 
 def integrators_of(expressions: Expressions) -> int:
     """Number of the last states that are x⁺ = x + Δt u of the last inputs, on which nothing else depends."""
-    x, u, h = expressions.x, expressions.u, expressions.time_step
-    nx, nu, count = x.numel(), u.numel(), 0
-    stage = expressions.stage_cost
+    x, u, h, step = expressions.x, expressions.u, expressions.time_step, ca.cse(expressions.step)
+    nx, nu, count, stage = x.numel(), u.numel(), 0, expressions.stage_cost
     others = ca.vertcat(expressions.input_rows, *([] if stage is None else [stage.value]))
-    step = ca.cse(expressions.step)
     while count < min(nx, nu):
         state, entry = nx - 1 - count, nu - 1 - count
-        rest = ca.vertcat(*[step[i] for i in range(nx) if i != state], others)
-        if ca.depends_on(rest, u[entry]) or ca.depends_on(
-            ca.vertcat(*[step[i] for i in range(nx) if i != state]), x[state]
-        ):
+        rest = ca.vertcat(*[step[i] for i in range(nx) if i != state])
+        if ca.depends_on(ca.vertcat(rest, others), u[entry]) or ca.depends_on(rest, x[state]):
             break
         if not _is_sum(step[state], x[state], u[entry], h):
             break

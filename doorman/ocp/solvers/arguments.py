@@ -1,4 +1,4 @@
-"""Checks of a solver's inputs, and read-only views of its results."""
+"""Checks of a solver's inputs."""
 
 from __future__ import annotations
 
@@ -34,10 +34,3 @@ def copy_checked(field: str, values: ArrayLike, out: Array) -> None:
     if not np.isfinite(given).all():
         raise DimensionError("not finite", field=field, allowed="finite numbers")
     out[:] = given
-
-
-def read_only(array: Array) -> Array:
-    """A copy that cannot be written to."""
-    copy = array.copy()
-    copy.setflags(write=False)
-    return copy

@@ -7,37 +7,22 @@ import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from queue import SimpleQueue
-from typing import Any, Protocol, TypeVar
+from typing import Any
 
 from doorman.checks import whole
 
-Result = TypeVar("Result")
-
-
-class Forgetful(Protocol):
-    """A solver whose next solve does not depend on those before."""
-
-    def forget(self) -> None:
-        """Forget what earlier solves have left."""
-
-    def stop(self) -> None:
-        """End the solve that runs, from another thread."""
-
-
-Worker = TypeVar("Worker", bound=Forgetful)
-
 
 def solve_all(
-    solver: Worker, starts: Sequence[Any], solve: Callable[[Worker, Any], Result], threads: int | None
-) -> list[Result | Exception]:
-    """Solve from many starts."""
+    solver: Any, starts: Sequence[Any], solve: Callable[[Any, Any], Any], threads: int | None
+) -> list[Any]:  # fmt: skip
+    """Solve from many starts with copies of a solver that forget what was before; an exception is a result, too."""
     count = min(whole(threads or os.cpu_count() or 1, "threads", 1), max(len(starts), 1))
-    free: SimpleQueue[Worker] = SimpleQueue()
+    free: SimpleQueue[Any] = SimpleQueue()
     workers = [copy.deepcopy(solver) for _ in range(count)]
     for each in workers:
         free.put(each)
 
-    def one(start: Any) -> Result | Exception:
+    def one(start: Any) -> Any:
         worker = free.get()
         try:
             worker.forget()

@@ -7,7 +7,7 @@ import time
 from doorman.arrays import Array
 from doorman.exceptions import SolverError
 from doorman.ocp.problem.problem import Problem
-from doorman.ocp.solvers.iterations import guess, nominal
+from doorman.ocp.solvers.iterations import nominal
 from doorman.ocp.solvers.memory.result import RESULT
 from doorman.ocp.solvers.options import SolverOptions
 from doorman.ocp.solvers.solution import PlanStatus
@@ -48,13 +48,14 @@ class Cddp(Solver):
         while iterations < max_iterations and time.monotonic() < deadline:
             iterations += 1
             regularization, stepped, settled, converged, late = 0.0, False, False, False, False
+            outside = self._last_violated() >= 0
             nominal.linearize(self._model, self._memory)
             while not (stepped or settled or late) and regularization <= options.largest_regularization:
                 if self._backward(regularization):
                     decrease = float(result[RESULT.DECREASE])
                     settled = _LARGEST_RISE <= decrease / (1.0 + abs(cost)) <= options.tolerance
                     converged |= settled and regularization == 0.0  # regularisation makes any prediction small
-                    stepped = self._line_search(cost, decrease)
+                    stepped = self._line_search(cost, decrease, outside)
                 late = time.monotonic() >= deadline
                 regularization = max(options.first_regularization, 10.0 * regularization)
             if stepped:
@@ -71,17 +72,17 @@ class Cddp(Solver):
 
     def _measure_nominal(self, cost: float) -> None:
         """Measure the nominal trajectory, after trials that came to nothing."""
-        guess.measure_again(self._memory)
+        self._measure()
         self._work.result[RESULT.COST] = cost
 
-    def _line_search(self, cost: float, decrease: float) -> bool:
+    def _line_search(self, cost: float, decrease: float, outside: bool) -> bool:
         """Roll out with shorter and shorter steps until the cost has fallen enough; False if it never does."""
         options, result = self.options, self._work.result
-        noise, decrease, before = 1e-13 * (1.0 + abs(cost)), max(decrease, 0.0), self._last_violated()
+        noise, decrease = 1e-13 * (1.0 + abs(cost)), max(decrease, 0.0)
         scale = 1.0
         while scale >= options.smallest_step and time.monotonic() < self._deadline:
             if self._roll_out(scale):
-                feasible = result[RESULT.VIOLATION] <= options.feasibility or before >= 0
+                feasible = result[RESULT.VIOLATION] <= options.feasibility or outside
                 if feasible and result[RESULT.COST] <= cost - options.sufficient_decrease * scale * decrease + noise:
                     return True
             scale *= 0.5
@@ -94,9 +95,7 @@ class Cddp(Solver):
         work.result[RESULT.CHANGE] = 0.0
         node, settled = self._problem.horizon - 1, False
         while True:
-            code = backward_pass.backward(
-                self._model, self._memory, node, regularization, self.options.guess_active_sets, settled
-            )
+            code = backward_pass.backward(self._model, self._memory, node, regularization, settled)
             if code < 0:
                 return bool(code == backward_pass.DONE)
             if self._solve_program():
@@ -110,5 +109,4 @@ class Cddp(Solver):
         super()._compile()
         nominal.linearize(self._model, self._memory)
         terminal_value(self._model, self._memory)
-        backward_pass.backward(self._model, self._memory, self._problem.horizon - 1, 0.0, True, False)
-        guess.measure_again(self._memory)
+        backward_pass.backward(self._model, self._memory, self._problem.horizon - 1, 0.0, False)

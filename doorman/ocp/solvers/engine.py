@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 from abc import ABC, abstractmethod
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,7 +15,7 @@ from doorman.copying import CopiedWhole
 from doorman.exceptions import DimensionError, SolverError
 from doorman.numba_types.handles import held, separate
 from doorman.ocp.kernels import functions
-from doorman.ocp.kernels.compiled_model import CompiledModel, called_functions
+from doorman.ocp.kernels.compiled_model import table_of
 from doorman.ocp.problem.problem import Problem
 from doorman.ocp.solvers.arguments import copy_checked
 from doorman.ocp.solvers.iterations import cold_start, guess, nominal, rollout
@@ -63,8 +63,7 @@ class Engine(CopiedWhole, ABC):
             self._teller = Teller(self._work.result)
             self._memory = held(self._work)
             self._qp = StageQpSolver(problem.nu, len(self._work.program.constraints))
-            names = called_functions(problem, self._work.sizes.extra_cost > 0, self._is_curved)
-            self._model = CompiledModel(separate(problem.model), names)
+            self._model: Any = table_of(separate(problem.model), problem, self._is_curved)
             self._compile()
             self._check_integrators()
         self._forget_failures()
@@ -145,19 +144,17 @@ class Engine(CopiedWhole, ABC):
 
     def _take(self, finite: bool) -> bool:
         """Take a rollout for the nominal trajectory, unless it is not finite."""
-        if not finite:
-            nominal.linearize(self._model, self._memory)
-            nominal.measure_nominal(self._memory)
-            return False
-        self._accept()
-        return True
+        if finite:
+            self._accept()
+        else:
+            self._measure()
+        return finite
 
     def _roll_out(self, scale: float) -> bool:
         """Rollout into the trial trajectory, ProxQP where a guess fails; False if it is not finite."""
         begun = time.monotonic()
         self._work.trial.states[0] = self._work.nominal.states[0]
-        guessing = self.options.guess_active_sets
-        code = rollout.roll_out(self._model, self._memory, -1, scale, guessing, 0)
+        code = rollout.roll_out(self._model, self._memory, -1, scale, 0)
         done = self._resume(code, scale) if code >= 0 else code == rollout.DONE
         self._rollout_time += time.monotonic() - begun
         return bool(done)
@@ -167,7 +164,7 @@ class Engine(CopiedWhole, ABC):
         code = node
         while code >= 0:  # a node has a few corrections, and none is left by the horizon's end
             corrections = int(self._work.result[RESULT.CORRECTIONS]) + 1 if self._solve_program() else -1
-            code = rollout.roll_out(self._model, self._memory, code, scale, self.options.guess_active_sets, corrections)
+            code = rollout.roll_out(self._model, self._memory, code, scale, corrections)
         return bool(code == rollout.DONE)
 
     def _solve_program(self) -> bool:
@@ -180,28 +177,34 @@ class Engine(CopiedWhole, ABC):
 
     def _accept(self) -> None:
         """The trial trajectory becomes the nominal one."""
-        guess.accept_trial(self._memory)
+        for source, target in zip(self._work.trial, self._work.nominal, strict=True):
+            np.copyto(target, source)
+
+    def _measure(self) -> None:
+        """Derivatives, defects and violations of the nominal trajectory."""
+        nominal.linearize(self._model, self._memory)
+        nominal.measure_nominal(self._memory)
 
     def _put_back_whole(self, kept: Kept) -> None:
         """Make what was kept the nominal trajectory with its feedback, measured."""
         kept.put_back(self._work)
-        nominal.linearize(self._model, self._memory)
-        nominal.measure_nominal(self._memory)
+        self._measure()
         self._work.result[RESULT.COST] = kept.cost
 
     def _feasible(self) -> bool:
-        """Whether the trajectory that was measured last holds its rows and bounds."""
-        return bool(self._work.result[RESULT.VIOLATION] <= self.options.feasibility)
+        """Whether dynamics, rows and bounds hold along the trajectory that was measured last."""
+        result = self._work.result
+        return bool(max(result[RESULT.VIOLATION], result[RESULT.DEFECT]) <= self.options.feasibility)
 
     def _remember(self) -> None:
         """Keep the nominal trajectory, measured, if it is the best feasible one so far."""
-        result, cost = self._work.result, float(self._work.result[RESULT.COST])
-        holds = self._feasible() and result[RESULT.DEFECT] <= self.options.feasibility
-        if holds and (self._seen is None or cost < self._seen.cost):
+        cost = float(self._work.result[RESULT.COST])
+        if self._feasible() and (self._seen is None or cost < self._seen.cost):
             self._seen = Kept.of(self._work, cost)
 
     def _last_violated(self) -> int:
-        return int(guess.last_violation(self._memory, self.options.feasibility))
+        """Last node at which the trajectory that was measured last violates something; −1 if it does nowhere."""
+        return int(self._work.result[RESULT.LAST])
 
     def _compile(self) -> None:
         """Run every kernel once."""
@@ -209,22 +212,21 @@ class Engine(CopiedWhole, ABC):
         self._set_guess(goal, None, None, None)
         self._begin(goal)
         guess.aim_straight(self._memory)
-        guess.last_violation(self._memory, 0.0)
-        nominal.linearize(self._model, self._memory)
-        nominal.measure_nominal(self._memory)
+        self._measure()
         nominal.nominal_cost(self._model, self._memory)
-        settle(self._model, self._memory, self.options.feasibility, STEER)
+        settle(self._model, self._memory, STEER)
         self._roll_out(0.0)
         self._accept()
 
     def _check_integrators(self) -> None:
         """Compare the rows that the problem calls integrators with the model's Jacobian."""
-        m, nx, nu = self._problem.integrators, self._problem.nx, self._problem.nu
+        m, nx, nu, work = self._problem.integrators, self._problem.nx, self._problem.nu, self._work
         if m == 0:
             return
-        jacobian, expected = np.zeros((nx, nx + nu)), np.zeros((m, nx + nu))
-        goal = self._problem.cost
-        nominal.slopes_at(self._model, 0, goal.state_goal.copy(), goal.input_goal.copy(), jacobian)
+        work.nominal.states[:], work.nominal.inputs[:] = self._problem.cost.state_goal, self._problem.cost.input_goal
+        self._measure()
+        jacobian = np.delete(work.linear.jacobians[0, :, : nx + 1 + nu], nx, axis=1)
+        expected = np.zeros((m, nx + nu))
         expected[:, nx - m : nx] = np.eye(m)
         expected[:, nx + nu - m :] = self._problem.time_step * np.eye(m)
         others = jacobian[: nx - m, [*range(nx - m, nx), *range(nx + nu - m, nx + nu)]]

@@ -4,16 +4,19 @@ from __future__ import annotations
 
 import math
 import time
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
 from doorman.arrays import Array
+from doorman.numba_types.handles import held
 from doorman.ocp.kernels import functions
 from doorman.ocp.solvers.engine import FAST_ITERATIONS, StateGuess
-from doorman.ocp.solvers.interior.searcher import Searcher
+from doorman.ocp.solvers.interior.certificate import is_minimum
+from doorman.ocp.solvers.interior.iterate import search
+from doorman.ocp.solvers.interior.memory import Interior
 from doorman.ocp.solvers.iterations import augmented_lagrangian as kernels
-from doorman.ocp.solvers.iterations import cold_start, guess, nominal, rollout
+from doorman.ocp.solvers.iterations import cold_start, nominal, rollout
 from doorman.ocp.solvers.iterations.careful import FIRST_PENALTY, iterate_carefully
 from doorman.ocp.solvers.iterations.real_time import DEARER
 from doorman.ocp.solvers.kept import Kept
@@ -49,9 +52,8 @@ class Hybrid(Replanner):
     """
 
     def _solve(self, state: Array, max_iterations: int, deadline: float) -> tuple[PlanStatus, int]:
-        if self._searcher is None:
-            return self._solve_fast(state, max_iterations, deadline)
-        return self._solve_thoroughly(self._searcher, state, max_iterations, deadline)
+        solve = self._solve_thoroughly if self._is_curved else self._solve_fast
+        return solve(state, max_iterations, deadline)
 
     def _solve_fast(self, state: Array, max_iterations: int, deadline: float) -> tuple[PlanStatus, int]:
         """Fast iterations, and careful ones: from the first guess where they fail, or from where full steps do not settle."""
@@ -71,9 +73,8 @@ class Hybrid(Replanner):
                 return status, iterations
             self._remember()
         self._put_guess("first", state)
-        code = self._teller.run(
-            "careful", lambda: self._iterate_carefully(max_iterations - iterations, deadline), kernels.PAUSED
-        )
+        left = max_iterations - iterations
+        code = self._teller.run("careful", lambda: self._iterate_carefully(left, deadline), kernels.PAUSED)
         iterations += int(result[RESULT.ITERATIONS])
         result[RESULT.EXPECTED] = nominal.nominal_cost(self._model, self._memory)
         status = self._ended(cold_start.NOT_CONVERGED)
@@ -90,12 +91,9 @@ class Hybrid(Replanner):
 
     def _iterate_carefully(self, max_iterations: int, deadline: float) -> int:
         """Careful iterations from the nominal trajectory; their code."""
-        feasibility = self.options.feasibility
-        return int(iterate_carefully(self._model, self._memory, FIRST_PENALTY, feasibility, max_iterations, deadline))
+        return int(iterate_carefully(self._model, self._memory, FIRST_PENALTY, max_iterations, deadline))
 
-    def _solve_thoroughly(
-        self, searcher: Searcher, state: Array, max_iterations: int, deadline: float
-    ) -> tuple[PlanStatus, int]:
+    def _solve_thoroughly(self, state: Array, max_iterations: int, deadline: float) -> tuple[PlanStatus, int]:
         """Fast iterations, and the interior-point search where they do not find a minimum: the cheapest of what there is.
 
         Results that differ say that there are several minima; the search then begins elsewhere, too, until two results agree.
@@ -109,7 +107,7 @@ class Hybrid(Replanner):
             return PlanStatus.INVALID_STATE, 0
         iterations, resort = int(result[RESULT.ITERATIONS]), Kept.of(self._work, np.inf)
         best = on_top = self._found(code) if fast else None
-        if best is not None and (given[2] or not self._is_exact or self._is_minimum(searcher, best)):
+        if best is not None and (given[2] or not self._is_exact or self._is_minimum(best)):
             return PlanStatus.CONVERGED, iterations
         for start in ("first", "held", "straight") if given[0] or given[1] else ("held", "straight", "first"):
             if iterations >= max_iterations or time.monotonic() >= deadline:
@@ -117,7 +115,7 @@ class Hybrid(Replanner):
             self._put_guess(start, state)
             on_top = None
             try:
-                code = self._search(searcher, max_iterations - iterations, deadline)
+                code = self._search(max_iterations - iterations, deadline)
             except Stopped:
                 if best is None:
                     raise
@@ -138,17 +136,16 @@ class Hybrid(Replanner):
             self._put_back_whole(best)
         return PlanStatus.CONVERGED if best is not None else self._go_on_from(resort, state), iterations
 
-    def _is_minimum(self, searcher: Searcher, found: Kept) -> bool:
+    def _is_minimum(self, found: Kept) -> bool:
         """Whether a solution of the fast iterations, the nominal trajectory, is a minimum; its feedback stays."""
-        holds = searcher.is_minimum(self._model, self._memory, 1.0 + abs(found.cost))
+        holds = bool(is_minimum(self._model, self._memory, self._interior, 1.0 + abs(found.cost)))
         np.copyto(self._work.policy.gains, found.gains)
         return holds
 
-    def _search(self, searcher: Searcher, max_iterations: int, deadline: float) -> int:
+    def _search(self, max_iterations: int, deadline: float) -> int:
         """Interior-point search from the nominal trajectory; its code."""
-        return self._teller.run(
-            "interior", lambda: searcher.search(self._model, self._memory, max_iterations, deadline), kernels.PAUSED
-        )
+        arguments = self._model, self._memory, self._interior, max_iterations, deadline
+        return self._teller.run("interior", lambda: int(search(*arguments)), kernels.PAUSED)
 
     def _settled(self, state: Array, deadline: float) -> Kept | None:
         """Solution of the search, rolled out by its own feedback, and closer to the optimum where fast iterations get there."""
@@ -166,14 +163,14 @@ class Hybrid(Replanner):
         """Rollout of the search's solution; that itself, where a rollout leads elsewhere; None if neither is feasible."""
         work, result = self._work, self._work.result
         itself = Kept.of(work, float(result[RESULT.COST]))
-        guess.start_trial(self._memory)
-        if rollout.roll_out(self._model, self._memory, -1, 0.0, True, 0) == rollout.DONE and self._feasible():
+        work.trial.states[0] = work.nominal.states[0]
+        if rollout.roll_out(self._model, self._memory, -1, 0.0, 0) == rollout.DONE and self._feasible():
             rolled = Kept.of(work, float(result[RESULT.COST]))
             if rolled.costs_as(itself):
                 self._accept()
                 return Kept.of(work, rolled.cost)
         self._put_back_whole(itself)
-        return itself if self._feasible() and result[RESULT.DEFECT] <= self.options.feasibility else None
+        return itself if self._feasible() else None
 
     def _go_on_from(self, kept: Kept, state: Array) -> PlanStatus:
         """Fast iterations from where they ended, rolled out: what there is, where nothing has converged."""
@@ -214,24 +211,21 @@ class Hybrid(Replanner):
 
     def _attempt(self, state: Array, max_iterations: int, deadline: float, patience: int | None = None) -> int:
         """Begin, fast iterations from the first guess, and where they converge the rollout: the code of `cold_start.solve`."""
-        guessing = self.options.guess_active_sets
         return self._teller.run(
             "fast",
-            lambda: int(
-                cold_start.solve(self._model, self._memory, state, *self._given, max_iterations, deadline, guessing)
-            ),
+            lambda: int(cold_start.solve(self._model, self._memory, state, *self._given, max_iterations, deadline)),
             cold_start.TO_RESUME,
             None if patience is None else lambda: self._settles(patience),
         )
 
     def _recovery_iterations(self) -> int:
-        return super()._recovery_iterations() if self._searcher is None else _SEARCH_ITERATIONS
+        return _SEARCH_ITERATIONS if self._is_curved else super()._recovery_iterations()
 
     def _first_share(self, max_iterations: int) -> int:
-        return super()._first_share(max_iterations) if self._searcher is None else max(max_iterations // 2, 1)
+        return max(max_iterations // 2, 1) if self._is_curved else super()._first_share(max_iterations)
 
     def _is_far_off(self, found: list[float]) -> bool:
-        if self._searcher is None:
+        if not self._is_curved:
             return False
         cost = abs(found[RESULT.COST])
         promises = found[RESULT.DECREASE] > max(_FAR_OFF * cost, math.sqrt(self.options.tolerance) * (1.0 + cost))
@@ -252,15 +246,15 @@ class Hybrid(Replanner):
         return self._attempt(state, 1, 0.0) != cold_start.INVALID_START
 
     def _compile(self) -> None:
-        self._searcher = Searcher(self._work) if self._is_curved else None
+        self._interior: Any = held(Interior.of(self._work)) if self._is_curved else None
         self._is_exact = functions.is_implemented(functions.curve_horizon, type(self._problem.model))
         if is_last_first():
             self._set_guess(self._problem.cost.state_goal.copy(), None, "held", None)
             self._compile_follow()
         super()._compile()
-        if self._searcher is not None:
-            self._searcher.search(self._model, self._memory, 1, 0.0)
-            self._searcher.is_minimum(self._model, self._memory, 1.0)
+        if self._is_curved:
+            search(self._model, self._memory, self._interior, 1, 0.0)
+            is_minimum(self._model, self._memory, self._interior, 1.0)
         else:
             self._iterate_carefully(1, 0.0)
         self._compile_follow()

@@ -4,17 +4,16 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from doorman.arrays import Array
+from doorman.arrays import Array, frozen
 from doorman.checks import number
 from doorman.exceptions import DimensionError, SolverError
-from doorman.ocp.solvers.arguments import checked_budget, checked_state, read_only
+from doorman.ocp.solvers.arguments import checked_budget, checked_state
 from doorman.ocp.solvers.engine import StateGuess
-from doorman.ocp.solvers.iterations import cold_start, guess, nominal, real_time, rollout
+from doorman.ocp.solvers.iterations import cold_start, guess, nominal, rollout
 from doorman.ocp.solvers.iterations.real_time import KEEP_BETTER, RETURN, STEER, follow, settle
 from doorman.ocp.solvers.kept import Kept
 from doorman.ocp.solvers.memory.parts import Multipliers
@@ -22,7 +21,6 @@ from doorman.ocp.solvers.memory.result import RESULT
 from doorman.ocp.solvers.solution import PlanStatus
 from doorman.ocp.solvers.solver import Solver
 from doorman.ocp.solvers.stretch import divide_rest, time_step_of
-from doorman.ocp.solvers.sweeps import sweep
 
 EXTRA_ITERATIONS = 2
 """Largest number of iterations of a replan beyond the planned ones, and once more where these end outside or cost far more."""
@@ -184,56 +182,45 @@ class Replanner(Solver):
         self, first: Array, shift: float, limit: int, max_iterations: int, started: float, time_limit: float, extra: int
     ) -> PlanStatus:
         """`follow` from a checked state; an interrupt leaves the trajectory before it."""
-        result, options, model, memory = self._work.result, self.options, self._model, self._memory
+        result, model, memory = self._work.result, self._model, self._memory
         self._deadline, self._gave_up = started + 0.5 * time_limit, False
         try:
             code = follow(
                 model, memory, first, float(min(shift, self._problem.horizon)), limit, max_iterations, extra, MOST_SWEEPS,
-                started + time_limit, options.guess_active_sets, options.feasibility, self._last_cost,
+                started + time_limit, self._last_cost,
             )  # fmt: skip
             if code < rollout.DONE or (code >= 0 and not self._resume(code)):
                 if not result[RESULT.GUESS] < math.inf:
                     self._go_back()
                     return PlanStatus.DIVERGED
                 result[RESULT.ROLLED] = math.inf
-                settle(model, memory, options.feasibility, RETURN)
+                settle(model, memory, RETURN)
             elif code >= 0:
                 self._accept()
-                settle(model, memory, options.feasibility, KEEP_BETTER)
+                settle(model, memory, KEEP_BETTER)
         except BaseException:
             self._go_back()
-            settle(model, memory, options.feasibility, STEER)
+            settle(model, memory, STEER)
             raise
         self._raise_failure()
-        if result[RESULT.VIOLATION] <= options.feasibility:
+        if result[RESULT.VIOLATION] <= self.options.feasibility:
             return PlanStatus.ITERATION_LIMIT
         return PlanStatus.RECOVERING if self._returns() else PlanStatus.INFEASIBLE
 
     def _go_back(self) -> None:
         """Trajectory before the last `follow`, without feedback and multipliers: what follows must not begin with its numbers."""
-        nominal, last = self._work.nominal, self._work.first
-        np.copyto(nominal.states[0], last.states[0])
-        np.copyto(nominal.inputs, last.inputs)
+        np.copyto(self._work.nominal.states[0], self._work.first.states[0])
+        np.copyto(self._work.nominal.inputs, self._work.first.inputs)
         guess.roll_blindly(self._model, self._memory, 0)
         cold_start.forget_policy(self._memory)
         self._forget_multipliers()
-        self._work.policy.gains[:] = 0.0
-        self._measure_anew()
-
-    @property
-    def iterations(self) -> int:
-        """Iterations of the last `follow`."""
-        return int(self._work.result[RESULT.ITERATIONS])
+        self._measure()
+        self._work.result[RESULT.COST] = nominal.nominal_cost(self._model, self._memory)
 
     @property
     def sweeps(self) -> int:
         """Riccati sweeps of the last `follow`."""
         return int(self._work.result[RESULT.SWEEPS])
-
-    @property
-    def change(self) -> float:
-        """Largest change of an input by the last sweep, weighted by its cost."""
-        return float(self._work.result[RESULT.CHANGE])
 
     @property
     def cost(self) -> float:
@@ -253,44 +240,16 @@ class Replanner(Solver):
     def trajectory(self) -> tuple[Array, Array]:
         """Read-only copies of the last trajectory's states (N + 1, nx) and inputs (N, nu)."""
         nominal, nx, nu = self._work.nominal, self._problem.given_states, self._problem.given_inputs
-        return read_only(nominal.states[:, :nx]), read_only(nominal.inputs[:, :nu])
+        return frozen(nominal.states[:, :nx]), frozen(nominal.inputs[:, :nu])
 
     @property
     def time_step(self) -> float:
         """Δt of the last trajectory [s]."""
         return time_step_of(self._problem, self._work.nominal.inputs)
 
-    def multipliers(self) -> Multipliers:
-        """Read-only copies of the last trajectory's multipliers, for a warm start."""
-        return Multipliers(*(read_only(array) for array in self._work.multipliers))
-
-    def parts(self, state: Array) -> dict[str, Callable[[], object]]:
-        """Kernels of one real-time iteration, each as a call of its own, for profiles; the last one is all of them.
-
-        To be called after `follow`, in any order and as often as one likes: they stay with its trajectory. Their first calls
-        compile.
-        """
-        model, work, penalty = self._model, self._memory, self.options.penalty
-        once = 0.0, 1, 1, 0, 1, math.inf, True, 0.0, math.inf
-        return {
-            "shift": lambda: guess.shift_guess(model, work, state, 0.0, 1),
-            "linearise": lambda: nominal.linearize(model, work),
-            "active set": lambda: real_time.mark_active(work, penalty),
-            "backward": lambda: sweep.sweep(model, work, penalty, 0.0, self.problem.horizon - 1),
-            "forward": lambda: sweep.step_along(work),
-            "rollout": lambda: rollout.roll_out(model, work, -1, 0.0, True, 0),
-            "all kernels in one call": lambda: follow(model, work, state, *once),
-        }
-
     def _returns(self) -> bool:
         """Whether the nominal trajectory starts outside the constraints and ends inside."""
         return not self._gave_up and 0 <= self._last_violated() < self._problem.horizon
-
-    def _measure_anew(self) -> None:
-        """Derivatives, cost and violations of the nominal trajectory."""
-        nominal.linearize(self._model, self._memory)
-        nominal.measure_nominal(self._memory)
-        self._work.result[RESULT.COST] = nominal.nominal_cost(self._model, self._memory)
 
     def _compile(self) -> None:
         self._started, self._last_cost = False, math.inf
@@ -298,5 +257,5 @@ class Replanner(Solver):
 
     def _compile_follow(self) -> None:
         goal = self._problem.cost.state_goal.copy()
-        follow(self._model, self._memory, goal, -1.0, 2, 1, 0, 1, 0.0, True, 0.0, math.inf)
+        follow(self._model, self._memory, goal, -1.0, 2, 1, 0, 1, 0.0, math.inf)
         self._go_back()

@@ -10,12 +10,12 @@ from typing import Any
 
 from numpy.typing import ArrayLike
 
-from doorman.arrays import Array
+from doorman.arrays import Array, frozen
 from doorman.checks import number, per_node, vector
 from doorman.exceptions import DimensionError, SolverError
 from doorman.numba_types.handles import separate
 from doorman.ocp.problem.problem import FIRST_GOAL, Problem
-from doorman.ocp.solvers.arguments import checked_budget, checked_state, read_only
+from doorman.ocp.solvers.arguments import checked_budget, checked_state
 from doorman.ocp.solvers.batch import solve_all
 from doorman.ocp.solvers.engine import Engine, StateGuess
 from doorman.ocp.solvers.iterations.real_time import STEER, settle
@@ -93,19 +93,12 @@ class Solver(Engine):
         started = time.monotonic()
         x = checked_state(state, self._problem)
         if time_step is not None and (self._problem.free_time is None or not number(time_step, "time_step") > 0.0):
-            raise DimensionError(
-                "no guess of a free time",
-                field="time_step",
-                given=time_step,
-                allowed="> 0 s, of a problem with free_time",
-            )
+            raise DimensionError("no guess of a free time", field="time_step", given=time_step,
+                                 allowed="> 0 s, of a problem with free_time")  # fmt: skip
         if warm_start is not None:
             if not (inputs is None and states is None and multipliers is None):
-                raise DimensionError(
-                    "a guess is given twice",
-                    field="warm_start",
-                    allowed="either warm_start, or inputs, states, multipliers",
-                )
+                raise DimensionError("a guess is given twice", field="warm_start",
+                                     allowed="either warm_start, or inputs, states, multipliers")  # fmt: skip
             inputs, states, multipliers = warm_start.inputs, warm_start.states, warm_start.multipliers
             time_step = warm_start.time_step
         self._teller.callback = callback
@@ -189,16 +182,10 @@ class Solver(Engine):
         try:
             status, iterations = self._solve(state, max_iterations, deadline)
         except Stopped:
-            status, iterations = self._stop(), int(self._work.result[RESULT.ITERATIONS])
+            iterations = int(self._work.result[RESULT.ITERATIONS])
+            status = PlanStatus.ITERATION_LIMIT if self._start() else PlanStatus.DIVERGED
         self._raise_failure()
         return self._best(self._judged(status)), iterations
-
-    def _stop(self) -> PlanStatus:
-        """Roll out what there is."""
-        if not self._roll_out(0.0):
-            return PlanStatus.DIVERGED
-        self._accept()
-        return PlanStatus.ITERATION_LIMIT
 
     def update_model(self, model: Any) -> None:
         """Take other parameters of the same model, without compiling.
@@ -262,11 +249,11 @@ class Solver(Engine):
         finite = math.isfinite(result[RESULT.INFEASIBILITY])
         return Solution(
             problem=self.problem,
-            states=read_only(work.nominal.states[:, :nx]),
-            inputs=read_only(work.nominal.inputs[:, :nu]),
+            states=frozen(work.nominal.states[:, :nx]),
+            inputs=frozen(work.nominal.inputs[:, :nu]),
             time_step=time_step_of(self._problem, work.nominal.inputs),
-            gains=read_only(work.policy.gains[:, :nu, :nx]),
-            multipliers=Multipliers(*(read_only(array) for array in work.multipliers)),
+            gains=frozen(work.policy.gains[:, :nu, :nx]),
+            multipliers=Multipliers(*(frozen(array) for array in work.multipliers)),
             cost=float(result[RESULT.COST]) if status.flyable else math.inf,
             violation=float(result[RESULT.VIOLATION]) if finite else math.inf,
             violation_node=int(result[RESULT.NODE]),
@@ -307,11 +294,10 @@ class Solver(Engine):
         price = max(price, own.dearest) if status.usable else 0.0
         for other in sorted(others, key=lambda kept: kept.cost):
             self._put_back_whole(other)
-            within = self._feasible() and result[RESULT.DEFECT] <= self.options.feasibility
             worth = other.cost + _CHEAPER * (1.0 + abs(other.cost)) + price * float(result[RESULT.INFEASIBILITY])
-            if within and worth < found:
+            if self._feasible() and worth < found:
                 if other is not seen:  # the guess itself has no feedback
-                    settle(self._model, self._memory, self.options.feasibility, STEER)
+                    settle(self._model, self._memory, STEER)
                 return PlanStatus.ITERATION_LIMIT
         self._put_back_whole(own)
         return status

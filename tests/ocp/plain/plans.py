@@ -1,9 +1,8 @@
-"""Plans of all kinds, written to a file; after `import uncompiled` without the compiler."""
+"""Plans of all kinds, written to a file."""
 
 from __future__ import annotations
 
 import json
-import sys
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -85,5 +84,4 @@ def write(which: str, file: str) -> None:
     for name, plan in {"doors": doors, "toys": toys}[which]():
         figures = {"status": str(plan.status), "iterations": plan.iterations, "cost": plan.cost}
         plans[name] = {**figures, "states": plan.states.tolist(), "inputs": plan.inputs.tolist()}
-    twin = sys.modules.get("uncompiled")
-    Path(file).write_text(json.dumps({"plans": plans, "called": twin.called if twin else {}}))
+    Path(file).write_text(json.dumps(plans))

@@ -9,7 +9,7 @@ import unicycle
 
 from doorman import ocp
 from doorman.ocp.kernels import functions
-from doorman.ocp.kernels.default_curvature import _curve_horizon
+from doorman.ocp.kernels.defaults import _curve_horizon
 
 
 @pytest.mark.slow
@@ -22,7 +22,7 @@ def test_printed_hessians_are_differences_of_gradients() -> None:
     costates, prices = random.normal(size=(n, nx)), random.uniform(0.5, 1.0, (n + 1, sum(counts)))
     prices[0, : counts[0]] = prices[:-1, counts[0] : counts[0] + counts[1]] = prices[-1, counts[0] + counts[1] :] = 0.0
     printed, differences = ((np.zeros((n + 1, nx + nu)), np.zeros((n + 1, nx + nu, nx + nu))) for _ in range(2))
-    arguments = problem.model, states, inputs, costates, prices, counts
+    arguments = problem.model, states, inputs, costates, prices, *counts
     functions.curve_horizon(*arguments, *printed)
     _curve_horizon(*arguments, *differences)
     assert np.abs(printed[0] - differences[0]).max() < 1e-12

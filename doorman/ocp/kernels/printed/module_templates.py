@@ -84,13 +84,15 @@ def at_node(model, k):
     )
 '''
 
-LINEARIZE_STEP = """def linearize_step(model, x, u, jacobian):
+LINEARIZE_STEP = """@kernel
+def linearize_step(model, x, u, jacobian):
     spread(x, model.x_lanes)
     spread(u, model.u_lanes){spread}
     step_lanes(model, model.x_lanes, model.u_lanes, model.q_lanes, model.out)
     put_slopes(model.out, x.shape[0], STEP_ROWS, STEP_COLUMNS, jacobian)"""
 
-LINEARIZE_ROWS = """def linearize_constraints(model, x, h, jacobian):
+LINEARIZE_ROWS = """@kernel
+def linearize_constraints(model, x, h, jacobian):
     spread(x, model.x_lanes){spread}
     rows_lanes(model, model.x_lanes, model.q_lanes, model.out)
     for i in range(h.shape[0]):
@@ -98,8 +100,7 @@ LINEARIZE_ROWS = """def linearize_constraints(model, x, h, jacobian):
     put_slopes(model.out, h.shape[0], ROW_ROWS, ROW_COLUMNS, jacobian)"""
 
 HORIZON = """
-STEP_ROWS = {step_rows}
-STEP_COLUMNS = {step_columns}
+{tables}
 
 
 @straight
@@ -132,8 +133,7 @@ def scatter_rows(values, row, jacobian):
     {scatter_rows}
 
 
-ROW_ROWS = {row_rows}
-ROW_COLUMNS = {row_columns}
+{tables}
 
 
 @functions.implement(functions.constrain_horizon, Model)
@@ -145,4 +145,22 @@ def constrain_horizon(model, states, rows):
         gather(model.node_parameters, first + 1, n + 1, model.q_lanes)
         row_values_lanes(model, model.x_lanes, model.q_lanes, model.out)
         scatter_values(model.out, first, rows)
+"""
+
+CURVATURE = """
+@functions.implement(functions.curve_horizon, Model)
+@kernel
+def curve_horizon(model, states, inputs, costates, prices, nh, nt, ng, gradients, hessians):
+    n = inputs.shape[0]
+    for first in range(0, n, LANES):
+        gather(states, first, n, model.x_lanes)
+        gather(inputs, first, n, model.u_lanes)
+        gather(model.node_parameters, first, n, model.q_lanes)
+        gather(costates, first, n, model.costates)
+        gather(prices, first, n, model.prices)
+        curve_lanes(model, model.x_lanes, model.u_lanes, model.q_lanes, model.costates, model.prices, model.out)
+        scatter_curvature(model.out, first, n, CURVE_ROWS, CURVE_COLUMNS, gradients, hessians)
+    gradients[n, :] = 0.0
+    hessians[n, :, :] = 0.0
+    curve_end(functions.at_node(model, n), states[n], prices[n], gradients[n], hessians[n])
 """

@@ -14,6 +14,7 @@ from doorman.ocp.solvers.interior.memory import NUMBER, Interior
 from doorman.ocp.solvers.interior.rows import add_rows
 from doorman.ocp.solvers.iterations.nominal import linearize
 from doorman.ocp.solvers.memory.workspace import Workspace
+from doorman.ocp.solvers.sweeps.flat_rows import flatten_multipliers
 
 _WEIGHT = 1e6
 """w, in units of the cost's scale."""
@@ -29,7 +30,11 @@ def is_minimum(model: object, work: Workspace, interior: Interior, scale: float)
     numbers = interior.numbers
     linearize(model, work)
     numbers[NUMBER.BARRIER], numbers[NUMBER.PENALTY] = 0.0, _WEIGHT * scale
-    price(work, interior)
+    flatten_multipliers(work, work.multipliers, interior.duals)
+    for k in range(interior.duals.shape[0]):
+        for i in range(interior.duals.shape[1]):
+            if not work.flat.equal[i]:
+                interior.duals[k, i] = max(0.0, interior.duals[k, i])
     accumulate_costates(model, work, interior)
     newton.expand(model, work, interior)
     for k in range(interior.duals.shape[0]):
@@ -37,33 +42,11 @@ def is_minimum(model: object, work: Workspace, interior: Interior, scale: float)
             dual = interior.duals[k, i]
             active = dual > _ACTIVE * scale
             interior.slacks[k, i] = dual / (_WEIGHT * scale) if active else 1.0
-            if not (active or interior.equal[i]):
+            if not (active or work.flat.equal[i]):
                 interior.duals[k, i] = _NONE
             interior.values[k, i] = 0.0
             interior.estimates[k, i] = 0.0
     return newton.sweep(work, interior, 0.0)
-
-
-@kernel
-def price(work: Workspace, interior: Interior) -> None:
-    """Multipliers of all rows and bounds by node, as the interior-point search numbers them."""
-    multipliers, program, n = work.multipliers, work.program, work.nominal.inputs.shape[0]
-    nx, nh, nt, ng = work.sizes.states, work.sizes.rows, work.sizes.end_rows, work.sizes.input_rows
-    interior.duals[:, :] = 0.0
-    for k in range(n):
-        for i in range(nh):
-            interior.duals[k + 1, i] = multipliers.rows[k, i]
-        for i in range(ng):
-            interior.duals[k, nh + nt + i] = multipliers.input_rows[k, i]
-    for i in range(nt):
-        interior.duals[n, nh + i] = multipliers.end_rows[i]
-    for i in range(program.bounded.shape[0]):
-        a, side, at = program.bounded[i], program.side[i], nh + nt + ng + i
-        for k in range(n):
-            if a < nx:
-                interior.duals[k + 1, at] = max(0.0, side * multipliers.states[k, a])
-            else:
-                interior.duals[k, at] = max(0.0, side * multipliers.inputs[k, a - nx])
 
 
 @kernel

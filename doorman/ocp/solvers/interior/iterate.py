@@ -22,10 +22,9 @@ from doorman.ocp.solvers.interior.memory import NUMBER, Interior
 from doorman.ocp.solvers.iterations.augmented_lagrangian import CONVERGED, FAILED, OUT_OF_ITERATIONS, PAUSED, STALLED
 from doorman.ocp.solvers.iterations.filter import MARGIN, is_new, remember
 from doorman.ocp.solvers.iterations.guess import settle_integrators
-from doorman.ocp.solvers.iterations.nominal import linearize, measure_nominal, save
+from doorman.ocp.solvers.iterations.nominal import go_back, linearize, measure_nominal, save
 from doorman.ocp.solvers.memory.result import RESULT
 from doorman.ocp.solvers.memory.workspace import Workspace
-from doorman.ocp.solvers.sweeps.linear_algebra import copy_rows
 
 _TOLERANCE = 1e-7
 """Largest residual of a solution, in units of the scaled cost."""
@@ -124,7 +123,7 @@ def lower_barrier(model: object, work: Workspace, interior: Interior) -> None:
         if not lowest:
             numbers[NUMBER.BARRIER] = max(least, min(0.2 * barrier, scale * (barrier / scale) ** 1.5))
         if work.sizes.equalities > 0:
-            rows.move_estimates(interior)
+            rows.move_estimates(work, interior)
         numbers[NUMBER.ENTRIES] = 0.0
         rows.measure(model, work, interior)
 
@@ -165,18 +164,16 @@ def search_line(model: object, work: Workspace, interior: Interior, first: bool,
         move(work, interior, part)
         linearize(model, work)
         rows.fill_values(work, interior)
-        move_slacks(interior, part)
+        move_slacks(work, interior, part)
         rows.measure(model, work, interior)
         if is_better(interior, infeasibility, merit, part):
-            take_multipliers(interior, 1.0 if first else part)
+            take_multipliers(work, interior, 1.0 if first else part)
             return True
-        move_slacks(interior, -part)
+        move_slacks(work, interior, -part)
         if clock() > deadline:
             break
         part *= 0.5
-    copy_rows(work.saved.states, work.nominal.states)
-    copy_rows(work.saved.inputs, work.nominal.inputs)
-    linearize(model, work)
+    go_back(model, work)
     rows.fill_values(work, interior)
     numbers[NUMBER.INFEASIBILITY], numbers[NUMBER.BARRIER_COST] = infeasibility, merit
     return False
@@ -194,16 +191,16 @@ def move(work: Workspace, interior: Interior, part: float) -> None:
 
 
 @kernel
-def move_slacks(interior: Interior, part: float) -> None:
+def move_slacks(work: Workspace, interior: Interior, part: float) -> None:
     """Move the slacks by a share of their step."""
     for k in range(interior.slacks.shape[0]):
         for i in range(interior.slacks.shape[1]):
-            if interior.applies[k, i] and not interior.equal[i]:
+            if work.flat.applies[k, i] and not work.flat.equal[i]:
                 interior.slacks[k, i] += part * interior.slack_steps[k, i]
 
 
 @kernel
-def take_multipliers(interior: Interior, part: float) -> None:
+def take_multipliers(work: Workspace, interior: Interior, part: float) -> None:
     """Move the costates by a share of their step, and the multipliers as far as they stay positive and near the centre."""
     barrier, reach = interior.numbers[NUMBER.BARRIER], interior.numbers[NUMBER.DUAL]
     for k in range(interior.costates.shape[0]):
@@ -211,11 +208,11 @@ def take_multipliers(interior: Interior, part: float) -> None:
             interior.costates[k, i] += part * (interior.next_costates[k, i] - interior.costates[k, i])
     for k in range(interior.duals.shape[0]):
         for i in range(interior.duals.shape[1]):
-            if interior.applies[k, i] and not interior.equal[i]:
+            if work.flat.applies[k, i] and not work.flat.equal[i]:
                 centre = barrier / interior.slacks[k, i]
                 dual = interior.duals[k, i] + reach * interior.dual_steps[k, i]
                 interior.duals[k, i] = min(max(dual, 1e-10 * centre), 1e10 * centre)
-    rows.price_equalities(interior)
+    rows.price_equalities(work, interior)
 
 
 @kernel

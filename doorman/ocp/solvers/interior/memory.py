@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from doorman.arrays import Array
 from doorman.ocp.solvers.iterations.filter import FILTER_SIZE
@@ -15,14 +14,9 @@ from doorman.ocp.solvers.memory.workspace import Workspace
 class Interior(NamedTuple):
     """Slacks and multipliers of all rows by node, and what a Newton step is made of.
 
-    Rows of a node are numbered as in `Program`: h, h_N, g, then one for every finite bound. Rows and bounds of a state stand at
-    its own node here.
+    Rows are numbered as in `FlatRows`.
     """
 
-    applies: NDArray[np.bool_]
-    """Whether a row exists at a node, (N + 1, rows)."""
-    equal: NDArray[np.bool_]
-    """Which rows are equalities, (rows,)."""
     values: Array
     """c, (N + 1, rows)."""
     slacks: Array
@@ -61,8 +55,7 @@ class Interior(NamedTuple):
         nx, narrow, rows = work.sizes.states, work.sizes.narrow, work.program.active.shape[1]
         values, slacks, duals, estimates, slack_steps, dual_steps = (np.zeros((n + 1, rows)) for _ in range(6))
         return cls(
-            applies=_applies(work), equal=_equalities(work), values=values, slacks=slacks, duals=duals,
-            estimates=estimates, slack_steps=slack_steps, dual_steps=dual_steps,
+            values=values, slacks=slacks, duals=duals, estimates=estimates, slack_steps=slack_steps, dual_steps=dual_steps,
             costates=np.zeros((n, nx)), next_costates=np.zeros((n, nx)),
             gradients=np.zeros((n + 1, nx + nu)), hessians=np.zeros((n + 1, nx + nu, nx + nu)),
             behind=np.zeros((n, nx, narrow)), state_steps=np.zeros((n + 1, nx)), input_steps=np.zeros((n, nu)),
@@ -100,23 +93,3 @@ class Number(NamedTuple):
 
 
 NUMBER = Number()
-
-
-def _applies(work: Workspace) -> NDArray[np.bool_]:
-    """Which rows exist at which node."""
-    nx, n = work.sizes.states, work.nominal.inputs.shape[0]
-    nh, nt, ng = work.sizes.rows, work.sizes.end_rows, work.sizes.input_rows
-    found = np.zeros((n + 1, work.program.active.shape[1]), dtype=np.bool_)
-    found[1:, :nh] = True
-    found[n, nh : nh + nt] = True
-    found[:n, nh + nt : nh + nt + ng] = True
-    of_state = work.program.bounded < nx
-    found[1:, nh + nt + ng :] |= of_state
-    found[:n, nh + nt + ng :] |= ~of_state
-    return found
-
-
-def _equalities(work: Workspace) -> NDArray[np.bool_]:
-    """Which rows are equalities, in the order of `Program`."""
-    floors = np.concatenate([work.floors.rows, work.floors.end_rows, work.floors.input_rows])
-    return np.concatenate([floors < 0.0, np.zeros(len(work.program.bounded), dtype=np.bool_)])

@@ -27,10 +27,10 @@ def expand(model: object, work: Workspace, interior: Interior) -> None:
     """Gradients of the cost and Hessians of the Lagrangian at all nodes."""
     nx, nu, n = work.sizes.states, work.sizes.inputs, work.nominal.inputs.shape[0]
     states, inputs, weights = work.nominal.states, work.nominal.inputs, work.weights
-    counts = (work.sizes.rows, work.sizes.end_rows, work.sizes.input_rows)
     curve_horizon(
-        model, states, inputs, interior.costates, interior.duals, counts, interior.gradients, interior.hessians
-    )
+        model, states, inputs, interior.costates, interior.duals, work.sizes.rows, work.sizes.end_rows,
+        work.sizes.input_rows, interior.gradients, interior.hessians,
+    )  # fmt: skip
     for k in range(n + 1):
         for i in range(nx):
             share = weights.state[i] if k < n else weights.terminal[i]
@@ -45,17 +45,17 @@ def expand(model: object, work: Workspace, interior: Interior) -> None:
 
 
 @kernel
-def weight(interior: Interior, k: int, i: int) -> float:
+def weight(work: Workspace, interior: Interior, k: int, i: int) -> float:
     """Weight w of a row: z/s, or the penalty of an equality."""
-    if interior.equal[i]:
+    if work.flat.equal[i]:
         return float(interior.numbers[NUMBER.PENALTY])
     return float(interior.duals[k, i] / interior.slacks[k, i])
 
 
 @kernel
-def force(interior: Interior, k: int, i: int) -> float:
+def force(work: Workspace, interior: Interior, k: int, i: int) -> float:
     """What a row adds to the gradient, in units of its own slope times its weight."""
-    if interior.equal[i]:
+    if work.flat.equal[i]:
         return float(interior.values[k, i] + interior.estimates[k, i] / interior.numbers[NUMBER.PENALTY])
     return float(
         interior.numbers[NUMBER.BARRIER] / interior.duals[k, i] + interior.values[k, i] + interior.slacks[k, i]
@@ -69,16 +69,16 @@ def add_state_rows(work: Workspace, interior: Interior, k: int) -> None:
     value, linear, program, n = work.node.value, work.linear, work.program, work.nominal.inputs.shape[0]
     for i in range(nh + nt if k == n else nh):
         row = linear.row_jacobians[k - 1, i] if i < nh else linear.end_row_jacobians[i - nh]
-        row[nx] = force(interior, k, i)
-        stiff = weight(interior, k, i)
+        row[nx] = force(work, interior, k, i)
+        stiff = weight(work, interior, k, i)
         add_square(work.tiles, k, work, row, stiff)
         row[nx] = 0.0
     for i in range(program.bounded.shape[0]):
         a, at = program.bounded[i], nh + nt + ng + i
         if a < nx:
-            stiff = weight(interior, k, at)
+            stiff = weight(work, interior, k, at)
             value[a, a] += stiff
-            value[a, nx] += stiff * program.side[i] * force(interior, k, at)
+            value[a, nx] += stiff * program.side[i] * force(work, interior, k, at)
 
 
 @kernel
@@ -102,13 +102,13 @@ def set_base(work: Workspace, interior: Interior, k: int, regularization: float)
         base_u[i, nx + 1 + i] += regularization
     for i in range(ng):
         row, at = work.linear.input_row_jacobians[k, i], nh + nt + i
-        add_input_row(work, row, force(interior, k, at), weight(interior, k, at))
+        add_input_row(work, row, force(work, interior, k, at), weight(work, interior, k, at))
     for i in range(program.bounded.shape[0]):
         a, at = program.bounded[i] - nx, nh + nt + ng + i
         if a >= 0:
-            stiff = weight(interior, k, at)
+            stiff = weight(work, interior, k, at)
             base_u[a, nx + 1 + a] += stiff
-            base_u[a, nx] += stiff * program.side[i] * force(interior, k, at)
+            base_u[a, nx] += stiff * program.side[i] * force(work, interior, k, at)
 
 
 @kernel
@@ -176,7 +176,7 @@ def step_rows(work: Workspace, interior: Interior, k: int) -> float:
     step, program, numbers, slope = work.node.step, work.program, interior.numbers, 0.0
     barrier, reach = numbers[NUMBER.BARRIER], 1.0 - max(0.0, min(0.01, numbers[NUMBER.BARRIER] / numbers[NUMBER.SCALE]))
     for i in range(interior.values.shape[1]):
-        if interior.applies[k, i]:
+        if work.flat.applies[k, i]:
             change = 0.0
             if i < nh + nt:
                 row = work.linear.row_jacobians[k - 1, i] if i < nh else work.linear.end_row_jacobians[i - nh]
@@ -191,7 +191,7 @@ def step_rows(work: Workspace, interior: Interior, k: int) -> float:
             else:
                 index = program.bounded[i - nh - nt - ng]
                 change = program.side[i - nh - nt - ng] * step[index if index < nx else index + 1]
-            if interior.equal[i]:
+            if work.flat.equal[i]:
                 slope += interior.duals[k, i] * change
                 continue
             slack, dual = interior.slacks[k, i], interior.duals[k, i]

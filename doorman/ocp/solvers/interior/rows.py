@@ -9,6 +9,7 @@ from doorman.ocp.solvers.interior.memory import NUMBER, Interior
 from doorman.ocp.solvers.iterations.nominal import total_cost
 from doorman.ocp.solvers.memory.result import RESULT
 from doorman.ocp.solvers.memory.workspace import Workspace
+from doorman.ocp.solvers.sweeps.flat_rows import flatten_values, store_multipliers
 
 FIRST_PENALTY = 30.0
 """First penalty w of equalities, in units of the scaled cost: a guess may be far from them, or unable to reach them to first
@@ -30,22 +31,11 @@ _RELAXED = 1e-8
 @kernel
 def fill_values(work: Workspace, interior: Interior) -> None:
     """Values of all rows along the nominal trajectory, after its linearisation."""
-    nominal, program, values, n = work.nominal, work.program, interior.values, work.nominal.inputs.shape[0]
-    nx, nh, nt, ng = work.sizes.states, work.sizes.rows, work.sizes.end_rows, work.sizes.input_rows
-    for k in range(n + 1):
-        for i in range(nh if k > 0 else 0):
-            values[k, i] = nominal.rows[k - 1, i]
-        for i in range(nt if k == n else 0):
-            values[k, nh + i] = nominal.end_rows[i]
-        for i in range(ng if k < n else 0):
-            values[k, nh + nt + i] = nominal.input_rows[k, i]
-        for i in range(program.bounded.shape[0]):
-            a, at = program.bounded[i], nh + nt + ng + i
-            if interior.applies[k, at]:
-                value = nominal.states[k, a] if a < nx else nominal.inputs[k, a - nx]
-                values[k, at] = program.side[i] * (value - program.limit[i])
+    values = interior.values
+    flatten_values(work, work.nominal, values)
+    for k in range(values.shape[0]):
         for i in range(values.shape[1]):
-            if not interior.equal[i]:
+            if not work.flat.equal[i]:
                 values[k, i] -= _RELAXED
 
 
@@ -83,34 +73,34 @@ def first_slacks(work: Workspace, interior: Interior) -> None:
         for i in range(interior.values.shape[1]):
             interior.slacks[k, i] = max(-interior.values[k, i], _PUSH)
             interior.duals[k, i] = 0.0
-            if interior.applies[k, i] and not interior.equal[i]:
+            if work.flat.applies[k, i] and not work.flat.equal[i]:
                 interior.duals[k, i] = min(scale, numbers[NUMBER.BARRIER] / interior.slacks[k, i])
-    price_equalities(interior)
+    price_equalities(work, interior)
 
 
 @kernel
-def price_equalities(interior: Interior) -> None:
+def price_equalities(work: Workspace, interior: Interior) -> None:
     """Multipliers y + w c that the augmented Lagrangian gives the equalities."""
     for k in range(interior.values.shape[0]):
         for i in range(interior.values.shape[1]):
-            if interior.applies[k, i] and interior.equal[i]:
+            if work.flat.applies[k, i] and work.flat.equal[i]:
                 penalty = interior.numbers[NUMBER.PENALTY]
                 interior.duals[k, i] = interior.estimates[k, i] + penalty * interior.values[k, i]
 
 
 @kernel
-def move_estimates(interior: Interior) -> None:
+def move_estimates(work: Workspace, interior: Interior) -> None:
     """Take the multipliers y + w c for the next y; equalities that have not come nearer to zero cost more from then on."""
     numbers, worst = interior.numbers, 0.0
     for k in range(interior.values.shape[0]):
         for i in range(interior.values.shape[1]):
-            if interior.applies[k, i] and interior.equal[i]:
+            if work.flat.applies[k, i] and work.flat.equal[i]:
                 interior.estimates[k, i] = interior.duals[k, i]
                 worst = max(worst, abs(interior.values[k, i]))
     if worst > _NEARER * numbers[NUMBER.UNEQUAL]:
         numbers[NUMBER.PENALTY] = min(_DEARER * numbers[NUMBER.PENALTY], LARGEST_PENALTY * numbers[NUMBER.SCALE])
     numbers[NUMBER.UNEQUAL] = worst
-    price_equalities(interior)
+    price_equalities(work, interior)
 
 
 @kernel
@@ -140,10 +130,10 @@ def measure(model: object, work: Workspace, interior: Interior) -> None:
             infeasibility += abs(work.linear.jacobians[k, i, nx])
     for k in range(interior.values.shape[0]):
         for i in range(interior.values.shape[1]):
-            if interior.applies[k, i] and interior.equal[i]:
+            if work.flat.applies[k, i] and work.flat.equal[i]:
                 c = interior.values[k, i]
                 equalities += (interior.estimates[k, i] + 0.5 * interior.numbers[NUMBER.PENALTY] * c) * c
-            elif interior.applies[k, i]:
+            elif work.flat.applies[k, i]:
                 infeasibility += abs(interior.values[k, i] + interior.slacks[k, i])
                 logarithms += np.log(interior.slacks[k, i])
     cost = total_cost(model, work, work.nominal)
@@ -179,10 +169,10 @@ def error(work: Workspace, interior: Interior, barrier: float) -> float:
         for i in range(nx, nx + nu if k < n else nx):
             worst = max(worst, abs(r[i]))
         for i in range(interior.values.shape[1]):
-            if interior.applies[k, i] and interior.equal[i]:
+            if work.flat.applies[k, i] and work.flat.equal[i]:
                 if barrier == 0.0:
                     worst = max(worst, scale * abs(interior.values[k, i]))
-            elif interior.applies[k, i]:
+            elif work.flat.applies[k, i]:
                 slack = interior.slacks[k, i]
                 worst = max(worst, abs(slack * interior.duals[k, i] - barrier))
                 worst = max(worst, scale * abs(interior.values[k, i] + slack))
@@ -205,28 +195,15 @@ def add_rows(work: Workspace, interior: Interior, k: int) -> None:
         for j in range(work.sizes.inputs):
             r[nx + j] += row[nx + 1 + j] * dual
     for i in range(program.bounded.shape[0]):
-        if interior.applies[k, nh + nt + ng + i]:
+        if work.flat.applies[k, nh + nt + ng + i]:
             r[program.bounded[i]] += program.side[i] * interior.duals[k, nh + nt + ng + i]
 
 
 @kernel
 def export_multipliers(work: Workspace, interior: Interior) -> None:
     """Write the multipliers to where the other solvers have them, `work.multipliers`."""
-    nx, nh, nt, ng = work.sizes.states, work.sizes.rows, work.sizes.end_rows, work.sizes.input_rows
-    program, out, n = work.program, work.multipliers, work.nominal.inputs.shape[0]
-    out.states[:, :] = 0.0
-    out.inputs[:, :] = 0.0
+    n = work.nominal.inputs.shape[0]
+    work.multipliers.states[:, :] = 0.0
+    work.multipliers.inputs[:, :] = 0.0
     for k in range(n + 1):
-        for i in range(nh if k > 0 else 0):
-            out.rows[k - 1, i] = interior.duals[k, i]
-        for i in range(nt if k == n else 0):
-            out.end_rows[i] = interior.duals[k, nh + i]
-        for i in range(ng if k < n else 0):
-            out.input_rows[k, i] = interior.duals[k, nh + nt + i]
-        for i in range(program.bounded.shape[0]):
-            if interior.applies[k, nh + nt + ng + i]:
-                a, price = program.bounded[i], program.side[i] * interior.duals[k, nh + nt + ng + i]
-                if a < nx:
-                    out.states[k - 1, a] += price
-                else:
-                    out.inputs[k, a - nx] += price
+        store_multipliers(work, interior.duals[k], k - 1, k if k < n else -1)

@@ -16,6 +16,7 @@ from doorman.compilation import kernel
 from doorman.numba_types.clock import clock
 from doorman.ocp.solvers.iterations.filter import MARGIN, is_new, remember
 from doorman.ocp.solvers.iterations.nominal import (
+    go_back,
     linearize,
     measure_nominal,
     move,
@@ -26,8 +27,8 @@ from doorman.ocp.solvers.iterations.nominal import (
 from doorman.ocp.solvers.memory.result import RESULT
 from doorman.ocp.solvers.memory.workspace import Workspace, copy_trajectory
 from doorman.ocp.solvers.sweeps.active_set import classify
+from doorman.ocp.solvers.sweeps.flat_rows import flatten_multipliers, flatten_values
 from doorman.ocp.solvers.sweeps.inner_search import best_part, shorten
-from doorman.ocp.solvers.sweeps.linear_algebra import copy_rows
 from doorman.ocp.solvers.sweeps.sweep import step_along, sweep
 
 CONVERGED = 0
@@ -102,9 +103,7 @@ def search(model: object, work: Workspace, deadline: float) -> float:
         if clock() > deadline:
             break
         scale *= 0.5
-    copy_rows(work.saved.states, work.nominal.states)
-    copy_rows(work.saved.inputs, work.nominal.inputs)
-    linearize(model, work)
+    go_back(model, work)
     measure_nominal(work)
     return 0.0
 
@@ -189,37 +188,16 @@ def is_small(work: Workspace, tolerance: float) -> bool:
 
 @kernel
 def slack(work: Workspace) -> float:
-    """Sum Σ λ max(0, −r) of the step in `trial`: what it would gain by going up to all rows that have a multiplier."""
-    trial, price, limits, floors, total = work.trial, work.proposal, work.limits, work.floors, 0.0
-    for k in range(trial.inputs.shape[0]):
-        for i in range(work.sizes.rows):
-            total += slack_of_row(price.rows[k, i], trial.rows[k, i], floors.rows[i])
-        for i in range(work.sizes.input_rows):
-            total += slack_of_row(price.input_rows[k, i], trial.input_rows[k, i], floors.input_rows[i])
-        if work.sizes.state_bounds > 0:
-            for i in range(work.sizes.states):
-                total += slack_of_bound(
-                    price.states[k, i], trial.states[k + 1, i], limits.state_lower[i], limits.state_upper[i]
-                )
-        if work.sizes.input_bounds > 0:
-            for i in range(work.sizes.inputs):
-                total += slack_of_bound(
-                    price.inputs[k, i], trial.inputs[k, i], limits.input_lower[i], limits.input_upper[i]
-                )
-    for i in range(work.sizes.end_rows):
-        total += slack_of_row(price.end_rows[i], trial.end_rows[i], floors.end_rows[i])
+    """Sum Σ λ max(0, −r) of the step in `trial`: what it would gain by going up to all rows that have a multiplier.
+
+    Of an equality, the magnitude of λ r.
+    """
+    flat, total = work.flat, 0.0
+    flatten_values(work, work.trial, flat.values)
+    flatten_multipliers(work, work.proposal, flat.prices)
+    for k in range(flat.values.shape[0]):
+        for i in range(flat.values.shape[1]):
+            if flat.applies[k, i]:
+                value, price = flat.values[k, i], flat.prices[k, i]
+                total += abs(price * value) if flat.equal[i] else max(0.0, price) * max(0.0, -value)
     return float(total)
-
-
-@kernel
-def slack_of_row(price: float, value: float, floor: float) -> float:
-    """Gain λ max(0, −r) of one row; the magnitude of λ r of an equality."""
-    return price * max(0.0, -value) if floor == 0.0 else abs(price * value)
-
-
-@kernel
-def slack_of_bound(price: float, value: float, lower: float, upper: float) -> float:
-    """Gain λ (distance to the bound) of a number between two bounds."""
-    if price > 0.0:
-        return price * max(0.0, upper - value)
-    return -price * max(0.0, value - lower) if price < 0.0 else 0.0

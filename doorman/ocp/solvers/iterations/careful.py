@@ -17,7 +17,7 @@ import numpy as np
 
 from doorman.compilation import kernel
 from doorman.numba_types.clock import clock
-from doorman.ocp.kernels.functions import at_node, constrain_end, constrain_horizon, constrain_input, step
+from doorman.ocp.kernels.functions import at_node, step
 from doorman.ocp.solvers.iterations.augmented_lagrangian import (
     CONVERGED,
     FAILED,
@@ -27,6 +27,8 @@ from doorman.ocp.solvers.iterations.augmented_lagrangian import (
     direction,
 )
 from doorman.ocp.solvers.iterations.nominal import (
+    evaluate_rows,
+    go_back,
     linearize,
     measure_nominal,
     move,
@@ -37,7 +39,7 @@ from doorman.ocp.solvers.iterations.nominal import (
 from doorman.ocp.solvers.memory.result import RESULT
 from doorman.ocp.solvers.memory.workspace import LARGEST_STATE, Workspace
 from doorman.ocp.solvers.sweeps.active_set import classify
-from doorman.ocp.solvers.sweeps.linear_algebra import copy_rows
+from doorman.ocp.solvers.sweeps.flat_rows import flatten_multipliers, flatten_values
 
 FIRST_PENALTY = 30.0
 """1/μ to begin with where nothing is known yet."""
@@ -60,46 +62,24 @@ _LARGEST_REGULARIZATION = 1e8
 @kernel
 def merit(model: object, work: Workspace, penalty: float, weight: float) -> float:
     """Merit m of the nominal trajectory after its linearisation; its cost goes into `result`."""
-    nominal, multipliers, limits, floors = work.nominal, work.multipliers, work.limits, work.floors
-    nx, total, defects = work.sizes.states, 0.0, 0.0
-    for k in range(nominal.inputs.shape[0]):
-        stiff, of_state = penalty * work.stiffness[k], 0.0
-        for i in range(work.sizes.rows):
-            of_state += squared(multipliers.rows[k, i], nominal.rows[k, i], stiff, floors.rows[i])
-        for i in range(work.sizes.input_rows):
-            total += squared(multipliers.input_rows[k, i], nominal.input_rows[k, i], penalty, floors.input_rows[i])
-        if work.sizes.state_bounds > 0:
-            for i in range(work.sizes.states):
-                x, multiplier = nominal.states[k + 1, i], multipliers.states[k, i]
-                of_state += squared_bound(multiplier, x - limits.state_upper[i], limits.state_lower[i] - x, stiff)
-        total += of_state / work.stiffness[k]
-        if work.sizes.input_bounds > 0:
-            for i in range(work.sizes.inputs):
-                u, multiplier = nominal.inputs[k, i], multipliers.inputs[k, i]
-                total += squared_bound(multiplier, u - limits.input_upper[i], limits.input_lower[i] - u, penalty)
-        if weight > 0.0:
-            for i in range(nx):
-                defects += abs(work.linear.jacobians[k, i, nx])
-    for i in range(work.sizes.end_rows):
-        total += squared(multipliers.end_rows[i], nominal.end_rows[i], penalty, floors.end_rows[i])
-    work.result[RESULT.COST] = total_cost(model, work, nominal)
+    flat, total, defects, nx = work.flat, 0.0, 0.0, work.sizes.states
+    flatten_values(work, work.nominal, flat.values)
+    flatten_multipliers(work, work.multipliers, flat.prices)
+    for k in range(flat.values.shape[0]):
+        for i in range(flat.values.shape[1]):
+            if flat.applies[k, i]:
+                price, factor = flat.prices[k, i], flat.stiffness[k, i]
+                force = price + penalty * factor * flat.values[k, i]
+                if not flat.equal[i]:
+                    price = max(0.0, price)
+                    if force <= 0.0:  # not for NaN, which has to show
+                        force = 0.0
+                total += (force * force - price * price) / factor
+    for k in range(work.nominal.inputs.shape[0] if weight > 0.0 else 0):
+        for i in range(nx):
+            defects += abs(work.linear.jacobians[k, i, nx])
+    work.result[RESULT.COST] = total_cost(model, work, work.nominal)
     return float(work.result[RESULT.COST] + 0.5 * total / penalty + weight * defects)
-
-
-@kernel
-def squared(multiplier: float, value: float, penalty: float, floor: float) -> float:
-    """Term max(0, λ + h/μ)² − λ² of a row; the least multiplier takes the place of 0."""
-    force = multiplier + penalty * value
-    if force <= floor:  # not for NaN, which has to show
-        force = floor
-    return force * force - multiplier * multiplier
-
-
-@kernel
-def squared_bound(multiplier: float, above: float, below: float, penalty: float) -> float:
-    """Term of a number with a bound at either end, and a signed multiplier; see `squared`."""
-    upper, lower = max(0.0, multiplier + penalty * above), max(0.0, -multiplier + penalty * below)
-    return upper * upper + lower * lower - multiplier * multiplier
 
 
 @kernel
@@ -124,16 +104,9 @@ def roll(model: object, work: Workspace, scale: float) -> bool:
 @kernel
 def rolled_merit(model: object, work: Workspace, penalty: float, scale: float) -> float:
     """Merit m of the step rolled out into the nominal trajectory, without derivatives; ∞ where it is not finite."""
-    nominal, n = work.nominal, work.nominal.inputs.shape[0]
     if not roll(model, work, scale):
         return np.inf
-    if work.sizes.rows > 0:
-        constrain_horizon(model, nominal.states, nominal.rows)
-    if work.sizes.input_rows > 0:
-        for k in range(n):
-            constrain_input(at_node(model, k), nominal.states[k], nominal.inputs[k], nominal.input_rows[k])
-    if work.sizes.end_rows > 0:
-        constrain_end(at_node(model, n), nominal.states[n], nominal.end_rows)
+    evaluate_rows(model, work, work.nominal)
     return float(merit(model, work, penalty, 0.0))
 
 
@@ -155,19 +128,17 @@ def descend(model: object, work: Workspace, penalty: float, weight: float, befor
         if clock() > deadline:
             break
         scale *= 0.5
-    copy_rows(work.saved.states, work.nominal.states)
-    copy_rows(work.saved.inputs, work.nominal.inputs)
-    linearize(model, work)
+    go_back(model, work)
     return 0.0
 
 
 @kernel
-def is_solved(work: Workspace, merit: float, feasibility: float) -> bool:
+def is_solved(work: Workspace, merit: float) -> bool:
     """Whether the nominal trajectory needs no further step.
 
     Violations may stay where multipliers cannot grow any more.
     """
-    result, tolerance = work.result, work.settings.tolerance
+    result, tolerance, feasibility = work.result, work.settings.tolerance, work.settings.feasibility
     scale = 1.0 + abs(result[RESULT.COST])
     if result[RESULT.DECREASE] > tolerance * scale or result[RESULT.DEFECT] > feasibility:
         return False
@@ -177,9 +148,7 @@ def is_solved(work: Workspace, merit: float, feasibility: float) -> bool:
 
 
 @kernel
-def iterate_carefully(
-    model: object, work: Workspace, penalty: float, feasibility: float, max_iterations: int, deadline: float
-) -> int:
+def iterate_carefully(model: object, work: Workspace, penalty: float, max_iterations: int, deadline: float) -> int:
     """Iterate from the nominal trajectory and the multipliers in `work`."""
     result, tolerance = work.result, work.settings.tolerance
     settle, regularization, last_violation, first = _FIRST_SETTLED, 0.0, np.inf, 0
@@ -213,7 +182,7 @@ def iterate_carefully(
         weight = 1.5 * result[RESULT.COSTATE]
         before = merit(model, work, penalty, weight)
         expected, violation = result[RESULT.DECREASE], result[RESULT.VIOLATION]
-        if settled == 1 and regularization == 0.0 and is_solved(work, before, feasibility):
+        if settled == 1 and regularization == 0.0 and is_solved(work, before):
             take_multipliers(work, 1.0)
             return CONVERGED
         scale = descend(model, work, penalty, weight, before, deadline)
@@ -228,7 +197,7 @@ def iterate_carefully(
                 classify(work, work.nominal, penalty)
             take_multipliers(work, 1.0)
             settle = max(_SETTLED_SHARE * settle, tolerance)
-            if violation > max(_SLOW * last_violation, feasibility) and penalty < _LARGEST_PENALTY:
+            if violation > max(_SLOW * last_violation, work.settings.feasibility) and penalty < _LARGEST_PENALTY:
                 penalty = min(4.0 * penalty, _LARGEST_PENALTY)
             last_violation = violation
     return OUT_OF_ITERATIONS

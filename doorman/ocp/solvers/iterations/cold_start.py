@@ -11,7 +11,7 @@ from doorman.arrays import Array
 from doorman.compilation import kernel
 from doorman.ocp.kernels.functions import at_node, constrain, step
 from doorman.ocp.solvers.iterations.augmented_lagrangian import CONVERGED, PAUSED, iterate
-from doorman.ocp.solvers.iterations.guess import aim_straight, roll_blindly, settle_integrators, start_trial
+from doorman.ocp.solvers.iterations.guess import aim_straight, roll_blindly, settle_integrators
 from doorman.ocp.solvers.iterations.nominal import total_cost
 from doorman.ocp.solvers.iterations.rollout import take_rollout
 from doorman.ocp.solvers.memory.result import RESULT
@@ -36,7 +36,6 @@ def solve(
     multipliers: bool,
     max_iterations: int,
     deadline: float,
-    guessing: bool,
 ) -> int:
     """Begin, iterate, and where that converges roll out into the nominal trajectory."""
     if work.result[RESULT.RESUMES] == 0.0:
@@ -48,7 +47,7 @@ def solve(
     if code != CONVERGED:
         return TO_RESUME if code == PAUSED else NOT_CONVERGED
     work.result[RESULT.EXPECTED] = total_cost(model, work, work.nominal)
-    return int(take_rollout(model, work, guessing))
+    return int(take_rollout(model, work))
 
 
 @kernel
@@ -72,7 +71,8 @@ def begin(model: object, work: Workspace, state: Array, inputs: bool, states: bo
         roll_blindly(model, work, 0)
     finite = starts_finite(model, work)
     forget_trial(work)
-    keep_guess(work)
+    copy_rows(nominal.states, work.first.states)
+    copy_rows(nominal.inputs, work.first.inputs)
     if np.isnan(work.result[RESULT.GUESS]):
         copy_trajectory(nominal, work.guess)
         work.result[RESULT.GUESS] = total_cost(model, work, nominal)
@@ -90,13 +90,6 @@ def choose_guess(model: object, work: Workspace) -> None:
     if blind <= _ASTRAY * total_cost(model, work, work.nominal):
         copy_rows(work.first.states, work.nominal.states)
         copy_rows(work.first.inputs, work.nominal.inputs)
-
-
-@kernel
-def keep_guess(work: Workspace) -> None:
-    """Remember the nominal trajectory for another try."""
-    copy_rows(work.nominal.states, work.first.states)
-    copy_rows(work.nominal.inputs, work.first.inputs)
 
 
 @kernel
@@ -145,4 +138,4 @@ def forget_trial(work: Workspace) -> None:
     trial.rows[:, :] = np.nan
     trial.input_rows[:, :] = np.nan
     trial.end_rows[:] = np.nan
-    start_trial(work)
+    trial.states[0, :] = work.nominal.states[0]

@@ -97,27 +97,12 @@ def fill_program(work: Workspace, k: int) -> None:
                 rows[row, a] = side * dynamics[index, nx + a]
             else:
                 rows[row, a] = side if a == index - nx else 0.0
-    if work.sizes.equalities > 0:
-        pass_over_equalities(work)
     for i in range(rows.shape[0]):
+        if work.flat.equal[i]:
+            program.residuals[i] = _PASSED_OVER
         program.constraints[i] = program.residuals[i]
         program.proposal[i] = program.residuals[i] > 0.0
         project_row(factors, rows[i], program.projected[i])
-
-
-@kernel
-def pass_over_equalities(work: Workspace) -> None:
-    """Take equalities out of the program: the feedback keeps them."""
-    nh, nt, residuals, floors = work.sizes.rows, work.sizes.end_rows, work.program.residuals, work.floors
-    for i in range(nh):
-        if floors.rows[i] < 0.0:
-            residuals[i] = _PASSED_OVER
-    for i in range(nt):
-        if floors.end_rows[i] < 0.0:
-            residuals[nh + i] = _PASSED_OVER
-    for i in range(work.sizes.input_rows):
-        if floors.input_rows[i] < 0.0:
-            residuals[nh + nt + i] = _PASSED_OVER
 
 
 @kernel

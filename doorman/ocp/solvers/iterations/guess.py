@@ -7,8 +7,7 @@ import numpy as np
 from doorman.arrays import Array
 from doorman.compilation import kernel
 from doorman.ocp.kernels.functions import at_node, step
-from doorman.ocp.solvers.iterations.nominal import measure, violation
-from doorman.ocp.solvers.memory.workspace import LARGEST_STATE, Workspace, copy_trajectory
+from doorman.ocp.solvers.memory.workspace import LARGEST_STATE, Workspace
 from doorman.ocp.solvers.sweeps.sized import multiply_dynamics, multiply_gains
 
 
@@ -137,46 +136,3 @@ def lead_to(work: Workspace, state: Array, shift: float) -> None:
         multiply_dynamics(work.tiles, of_plan, work)
         for i in range(nx):
             nominal.states[k + 1, i] += step[i]
-
-
-@kernel
-def last_violation(work: Workspace, tolerance: float) -> int:
-    """Last node at which a row or bound of the nominal trajectory exceeds `tolerance`; −1 if none does."""
-    nominal, program, nx = work.nominal, work.program, work.sizes.states
-    n = nominal.inputs.shape[0]
-    floors = work.floors
-    for i in range(nominal.end_rows.shape[0]):
-        if not violation(work, nominal.end_rows[i], floors.end_rows[i]) <= tolerance:
-            return int(n)
-    for k in range(n - 1, -1, -1):
-        for i in range(nominal.rows.shape[1]):
-            if not violation(work, nominal.rows[k, i], floors.rows[i]) <= tolerance:
-                return k + 1
-        for i in range(nominal.input_rows.shape[1]):
-            if not violation(work, nominal.input_rows[k, i], floors.input_rows[i]) <= tolerance:
-                return k
-        for i in range(program.bounded.shape[0]):
-            index, side = program.bounded[i], program.side[i]
-            value = nominal.states[k + 1, index] if index < nx else nominal.inputs[k, index - nx]
-            if not side * (value - program.limit[i]) <= tolerance:
-                return k + 1 if index < nx else k
-    return -1
-
-
-@kernel
-def start_trial(work: Workspace) -> None:
-    """Start the trial trajectory where the nominal one starts."""
-    for i in range(work.sizes.states):
-        work.trial.states[0, i] = work.nominal.states[0, i]
-
-
-@kernel
-def accept_trial(work: Workspace) -> None:
-    """Make the trial trajectory the nominal one."""
-    copy_trajectory(work.trial, work.nominal)
-
-
-@kernel
-def measure_again(work: Workspace) -> None:
-    """Measure the nominal trajectory, which satisfies the dynamics, after trials that came to nothing."""
-    measure(work, work.nominal)

@@ -8,17 +8,19 @@ from doorman.arrays import Array
 from doorman.compilation import kernel
 from doorman.ocp.kernels.functions import (
     at_node,
+    constrain_end,
+    constrain_horizon,
+    constrain_input,
     end_cost,
     linearize_end_constraints,
     linearize_horizon,
     linearize_input_constraints,
-    linearize_step,
     stage_cost,
 )
 from doorman.ocp.solvers.memory.parts import Trajectory
 from doorman.ocp.solvers.memory.result import RESULT
 from doorman.ocp.solvers.memory.workspace import Workspace
-from doorman.ocp.solvers.sweeps.full_weights import off_diagonal_cost
+from doorman.ocp.solvers.sweeps.full_weights import off_diagonal_slope
 from doorman.ocp.solvers.sweeps.linear_algebra import copy_rows
 from doorman.ocp.solvers.sweeps.sized import diagonal_cost
 
@@ -49,9 +51,16 @@ def linearize(model: object, work: Workspace) -> None:
 
 
 @kernel
-def slopes_at(model: object, k: int, x: Array, u: Array, jacobian: Array) -> None:
-    """Jacobian [A | B] of node k's step at any state and input."""
-    linearize_step(at_node(model, k), x, u, jacobian)
+def evaluate_rows(model: object, work: Workspace, at: Trajectory) -> None:
+    """Values of all rows along a trajectory."""
+    n = at.inputs.shape[0]
+    if work.sizes.rows > 0:
+        constrain_horizon(model, at.states, at.rows)
+    if work.sizes.input_rows > 0:
+        for k in range(n):
+            constrain_input(at_node(model, k), at.states[k], at.inputs[k], at.input_rows[k])
+    if work.sizes.end_rows > 0:
+        constrain_end(at_node(model, n), at.states[n], at.end_rows)
 
 
 @kernel
@@ -61,7 +70,7 @@ def total_cost(model: object, work: Workspace, trajectory: Trajectory) -> float:
     total = diagonal_cost(work.tiles, 0, work, states, inputs)
     if work.sizes.full_cost > 0:
         for k in range(n + 1):
-            total += off_diagonal_cost(work, trajectory, k)
+            total += off_diagonal_slope(work, trajectory, k, work.node.gradient)
     if work.sizes.extra_cost > 0:
         for k in range(n):
             total += stage_cost(at_node(model, k), states[k], inputs[k])
@@ -86,40 +95,49 @@ def measure(work: Workspace, trajectory: Trajectory) -> None:
     """Largest violation of a trajectory, its node and row, and the sum of violations, into `result`."""
     nx, n = work.sizes.states, trajectory.inputs.shape[0]
     nh, nt, ng = work.sizes.rows, work.sizes.end_rows, work.sizes.input_rows
-    worst, total, node, row = 0.0, 0.0, 0, 0
+    worst, total, node, row, last, tolerance = 0.0, 0.0, 0, 0, -1, work.settings.feasibility
     finite = 0.0
     for k in range(n):
         for i in range(nh):
             value = violation(work, trajectory.rows[k, i], work.floors.rows[i])
             finite += value
             total += max(value, 0.0)
+            if not value <= tolerance:
+                last = k + 1
             if value > worst:
                 worst, node, row = value, k + 1, i
         for i in range(ng):
             value = violation(work, trajectory.input_rows[k, i], work.floors.input_rows[i])
             finite += value
             total += max(value, 0.0)
+            if not value <= tolerance:
+                last = max(last, k)
             if value > worst:
                 worst, node, row = value, k, nh + nt + i
     for i in range(nt):
         value = violation(work, trajectory.end_rows[i], work.floors.end_rows[i])
         finite += value
         total += max(value, 0.0)
+        if not value <= tolerance:
+            last = n
         if value > worst:
             worst, node, row = value, n, nh + i
     for i in range(work.program.bounded.shape[0]):
         index, side, limit = work.program.bounded[i], work.program.side[i], work.program.limit[i]
         for k in range(n):
             number = trajectory.states[k + 1, index] if index < nx else trajectory.inputs[k, index - nx]
-            value = side * (number - limit)
+            value, place = side * (number - limit), k + 1 if index < nx else k
             total += max(value, 0.0)
+            if not value <= tolerance:
+                last = max(last, place)
             if value > worst:
-                worst, node, row = value, k + 1 if index < nx else k, nh + nt + ng + i
+                worst, node, row = value, place, nh + nt + ng + i
     work.result[RESULT.DEFECT] = 0.0
     work.result[RESULT.VIOLATION] = worst
     work.result[RESULT.INFEASIBILITY] = total if abs(finite) < np.inf else np.inf
     work.result[RESULT.NODE] = node
     work.result[RESULT.ROW] = row
+    work.result[RESULT.LAST] = last
 
 
 @kernel
@@ -154,6 +172,14 @@ def save(work: Workspace) -> None:
     """Keep the nominal trajectory in `saved`."""
     copy_rows(work.nominal.states, work.saved.states)
     copy_rows(work.nominal.inputs, work.saved.inputs)
+
+
+@kernel
+def go_back(model: object, work: Workspace) -> None:
+    """Make what is in `saved` the nominal trajectory again, linearised."""
+    copy_rows(work.saved.states, work.nominal.states)
+    copy_rows(work.saved.inputs, work.nominal.inputs)
+    linearize(model, work)
 
 
 @kernel

@@ -11,8 +11,6 @@ throws the first states onto a constraint, one more iteration follows; a third o
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
 from doorman.arrays import Array
@@ -55,17 +53,6 @@ _FAR = 1e-5
 """A third one follows where the second changed an input's cost by more, relative to 1 + |J|."""
 
 
-class Budget(NamedTuple):
-    """How much work a replan is worth."""
-
-    iterations: int
-    """Planned."""
-    sweeps: int
-    """Riccati sweeps of all iterations, but one of each."""
-    deadline: float
-    """By the monotonic clock [s]."""
-
-
 @kernel
 def follow(
     model: object,
@@ -77,8 +64,6 @@ def follow(
     extra_iterations: int,
     sweeps: int,
     deadline: float,
-    guessing: bool,
-    feasibility: float,
     cost_before: float,
 ) -> int:
     """Shift, iterate and roll out; a rollout that comes to its end is the nominal trajectory from then on.
@@ -86,66 +71,64 @@ def follow(
     A guess that satisfies everything comes back itself where the rollout is worse, see `keep_better`. A rollout that ends
     outside, or costs far more than expected, is followed once more. The trajectory before stays in `work.first`.
     """
-    result, budget = work.result, Budget(iterations, sweeps, deadline)
+    result = work.result
     copy_rows(work.nominal.states, work.first.states)
     copy_rows(work.nominal.inputs, work.first.inputs)
     guess.shift_guess(model, work, state, shift, limit)
     result[RESULT.SWEEPS] = 0.0
     result[RESULT.ITERATIONS] = 0.0
-    if not iterate_some(model, work, budget, iterations + extra_iterations, feasibility):
+    if not iterate_some(model, work, iterations, iterations + extra_iterations, sweeps, deadline):
         return NO_SWEEP
-    code = roll(model, work, guessing, feasibility)
-    again = extra_iterations > 0 and clock() < deadline
-    if code == DONE and again and (ends_outside(work, feasibility) or is_dearer(work, cost_before)):
-        budget = Budget(1, sweeps, deadline)
-        if not iterate_some(model, work, budget, extra_iterations, feasibility):
+    code = roll(model, work)
+    if code != DONE or extra_iterations <= 0 or clock() >= deadline:
+        return code
+    outside = result[RESULT.LAST] == work.nominal.inputs.shape[0]
+    if outside or result[RESULT.COST] > DEARER * max(cost_before, result[RESULT.EXPECTED]):
+        if not iterate_some(model, work, 1, extra_iterations, sweeps, deadline):
             return NO_SWEEP
-        code = roll(model, work, guessing, feasibility)
+        code = roll(model, work)
     return code
 
 
 @kernel
-def roll(model: object, work: Workspace, guessing: bool, feasibility: float) -> int:
+def roll(model: object, work: Workspace) -> int:
     """Rollout of what the iterations have ended with, or the kept guess where that is better."""
     result = work.result
     result[RESULT.EXPECTED] = total_cost(model, work, work.nominal)
     result[RESULT.NEAR] = 1.0
-    code = int(take_rollout(model, work, guessing))
+    code = int(take_rollout(model, work))
     result[RESULT.NEAR] = 0.0
     if code == DONE:
-        keep_better(model, work, feasibility)
+        keep_better(model, work)
     return code
 
 
 @kernel
-def is_dearer(work: Workspace, before: float) -> bool:
-    """Whether the rollout costs much more than the iteration expected, and than the trajectory before."""
-    return bool(work.result[RESULT.COST] > DEARER * max(before, work.result[RESULT.EXPECTED]))
+def iterate_some(model: object, work: Workspace, planned: int, most: int, all_sweeps: int, deadline: float) -> bool:
+    """The planned iterations, and up to `most` where the last one changed much, with full steps.
 
-
-@kernel
-def ends_outside(work: Workspace, feasibility: float) -> bool:
-    """Whether the nominal trajectory violates a constraint at its end."""
-    outside = work.result[RESULT.VIOLATION] > feasibility
-    return bool(outside and guess.last_violation(work, feasibility) == work.nominal.inputs.shape[0])
-
-
-@kernel
-def iterate_some(model: object, work: Workspace, budget: Budget, most: int, feasibility: float) -> bool:
-    """The planned iterations, and up to `most` where the last one changed much, with full steps."""
-    result, used = work.result, work.result[RESULT.SWEEPS]
+    All of them have so many Riccati sweeps, but one of each.
+    """
+    result, used, penalty = work.result, work.result[RESULT.SWEEPS], work.settings.penalty
     before, slowest, first = clock(), 0.0, int(result[RESULT.ITERATIONS])
     for done in range(most):
-        if done >= budget.iterations and not is_rough(model, work, done - budget.iterations):
+        if done >= planned and not is_rough(model, work, done - planned):
             break
-        if first + done > 0 and before + slowest + result[RESULT.ROLLOUT_TIME] > budget.deadline:
+        if first + done > 0 and before + slowest + result[RESULT.ROLLOUT_TIME] > deadline:
             break
         linearize(model, work)
         if done == 0:
-            keep_guess(model, work, feasibility)
-        sweeps = min(work.settings.sweeps, max(budget.sweeps - int(result[RESULT.SWEEPS] - used), 1))
-        if not iterate_once(model, work, sweeps, budget.deadline if first + done > 0 else np.inf):
+            keep_guess(model, work)
+        sweeps = min(work.settings.sweeps, max(all_sweeps - int(result[RESULT.SWEEPS] - used), 1))
+        classify(work, work.nominal, penalty)
+        settled = direction(model, work, penalty, sweeps, 0.0, deadline if first + done > 0 else np.inf)
+        result[RESULT.SETTLED] = settled
+        if settled < 0 or not result[RESULT.CHANGE] < 1e12:
             return False
+        result[RESULT.PRICE] = price(work, penalty)
+        save(work)
+        move(work, 1.0)
+        take_multipliers(work, 1.0)
         result[RESULT.ITERATIONS] = first + done + 1.0
         now = clock()
         before, slowest = now, max(slowest, now - before)
@@ -153,9 +136,9 @@ def iterate_some(model: object, work: Workspace, budget: Budget, most: int, feas
 
 
 @kernel
-def keep_guess(model: object, work: Workspace, feasibility: float) -> None:
+def keep_guess(model: object, work: Workspace) -> None:
     """Keep the nominal trajectory, after its linearisation, if it satisfies dynamics and constraints."""
-    result, nx = work.result, work.sizes.states
+    result, nx, feasibility = work.result, work.sizes.states, work.settings.feasibility
     result[RESULT.GUESS] = np.nan
     for k in range(work.nominal.inputs.shape[0]):
         for i in range(nx):
@@ -169,10 +152,10 @@ def keep_guess(model: object, work: Workspace, feasibility: float) -> None:
 
 
 @kernel
-def keep_better(model: object, work: Workspace, feasibility: float) -> None:
+def keep_better(model: object, work: Workspace) -> None:
     """Take the kept guess back if the nominal trajectory, a rollout, violates something or costs more."""
     result = work.result
-    result[RESULT.ROLLED] = result[RESULT.COST] if result[RESULT.VIOLATION] <= feasibility else np.inf
+    result[RESULT.ROLLED] = result[RESULT.COST] if result[RESULT.VIOLATION] <= work.settings.feasibility else np.inf
     worth = result[RESULT.GUESS] + result[RESULT.COSTATE] * result[RESULT.GUESS_PRICE]
     if worth + _CHEAPER * (1.0 + abs(worth)) < result[RESULT.ROLLED]:
         return_to_guess(model, work)
@@ -189,10 +172,10 @@ def return_to_guess(model: object, work: Workspace) -> None:
 
 
 @kernel
-def settle(model: object, work: Workspace, feasibility: float, how: int) -> None:
+def settle(model: object, work: Workspace, how: int) -> None:
     """`keep_better`, `return_to_guess` or `steer`, for Python: each needs a sweep, of which an entry has its own copy."""
     if how == KEEP_BETTER:
-        keep_better(model, work, feasibility)
+        keep_better(model, work)
     elif how == RETURN:
         return_to_guess(model, work)
     else:
@@ -202,31 +185,9 @@ def settle(model: object, work: Workspace, feasibility: float, how: int) -> None
 @kernel
 def steer(model: object, work: Workspace) -> None:
     """Feedback around the nominal trajectory, after its linearisation; none where no sweep goes through."""
-    mark_active(work, work.settings.penalty)
+    classify(work, work.nominal, work.settings.penalty)
     if direction(model, work, work.settings.penalty, 1, 0.0, np.inf) < 0:
         forget_policy(work)
-
-
-@kernel
-def iterate_once(model: object, work: Workspace, sweeps: int, deadline: float) -> bool:
-    """One iteration with the full step, after a linearisation."""
-    penalty = work.settings.penalty
-    mark_active(work, penalty)
-    settled = direction(model, work, penalty, sweeps, 0.0, deadline)
-    work.result[RESULT.SETTLED] = settled
-    if settled < 0 or not work.result[RESULT.CHANGE] < 1e12:
-        return False
-    work.result[RESULT.PRICE] = price(work, penalty)
-    save(work)
-    move(work, 1.0)
-    take_multipliers(work, 1.0)
-    return True
-
-
-@kernel
-def mark_active(work: Workspace, penalty: float) -> None:
-    """Set the active set along the nominal trajectory, after its linearisation."""
-    classify(work, work.nominal, penalty)
 
 
 @kernel

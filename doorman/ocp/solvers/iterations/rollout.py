@@ -16,12 +16,11 @@ import numpy as np
 
 from doorman.compilation import kernel
 from doorman.numba_types.clock import clock
-from doorman.ocp.kernels.functions import at_node, constrain, constrain_end, constrain_horizon, constrain_input, step
+from doorman.ocp.kernels.functions import at_node, constrain, constrain_end, constrain_input, step
 from doorman.ocp.solvers.iterations.correction import FEASIBILITY, set_up
-from doorman.ocp.solvers.iterations.guess import accept_trial, start_trial
-from doorman.ocp.solvers.iterations.nominal import measure, total_cost
+from doorman.ocp.solvers.iterations.nominal import evaluate_rows, measure, total_cost
 from doorman.ocp.solvers.memory.result import RESULT
-from doorman.ocp.solvers.memory.workspace import LARGEST_STATE, Workspace
+from doorman.ocp.solvers.memory.workspace import LARGEST_STATE, Workspace, copy_trajectory
 from doorman.ocp.solvers.sweeps.sized import apply_policy
 from doorman.ocp.solvers.sweeps.stage_program import export_program, solve_dual, substitute_step
 
@@ -88,18 +87,12 @@ def correct(work: Workspace, k: int) -> None:
 @kernel
 def roll_freely(model: object, work: Workspace, scale: float) -> int:
     """Roll out without corrections."""
-    trial, n = work.trial, work.trial.inputs.shape[0]
+    n = work.trial.inputs.shape[0]
     for k in range(n):
         apply_policy(work.tiles, k, work, scale)
         if not advance(model, work, k):
             return NOT_FINITE
-    if work.sizes.rows > 0:
-        constrain_horizon(model, trial.states, trial.rows)
-    if work.sizes.input_rows > 0:
-        for k in range(n):
-            constrain_input(at_node(model, k), trial.states[k], trial.inputs[k], trial.input_rows[k])
-    if work.sizes.end_rows > 0:
-        constrain_end(at_node(model, n), trial.states[n], trial.end_rows)
+    evaluate_rows(model, work, work.trial)
     for k in range(n):
         if worst_row(model, work, k, False) > FEASIBILITY:
             return k
@@ -107,7 +100,7 @@ def roll_freely(model: object, work: Workspace, scale: float) -> int:
 
 
 @kernel
-def roll_out(model: object, work: Workspace, start: int, scale: float, guess: bool, corrections: int) -> int:
+def roll_out(model: object, work: Workspace, start: int, scale: float, corrections: int) -> int:
     """Roll the policy out into the trial trajectory, whose first state is set."""
     n, first = work.trial.inputs.shape[0], start
     if start < 0:
@@ -133,7 +126,7 @@ def roll_out(model: object, work: Workspace, start: int, scale: float, guess: bo
                 if set_up(model, work, k, done > 0 or work.result[RESULT.NEAR] == 0.0):
                     apply_policy(work.tiles, k, work, scale)
                     done = -1
-                elif not (guess and solve_dual(work, k)):
+                elif work.settings.guess_active_sets == 0 or not solve_dual(work, k):
                     export_program(work, k, False)
                     work.result[RESULT.CORRECTIONS] = done
                     return k
@@ -158,12 +151,12 @@ def roll_out(model: object, work: Workspace, start: int, scale: float, guess: bo
 
 
 @kernel
-def take_rollout(model: object, work: Workspace, guessing: bool) -> int:
+def take_rollout(model: object, work: Workspace) -> int:
     """Roll the nominal trajectory out; a rollout that comes to its end is the nominal trajectory from then on."""
     begun = clock()
-    start_trial(work)
-    code = int(roll_out(model, work, -1, 0.0, guessing, 0))
+    work.trial.states[0, :] = work.nominal.states[0]
+    code = int(roll_out(model, work, -1, 0.0, 0))
     if code == DONE:
-        accept_trial(work)
+        copy_trajectory(work.trial, work.nominal)
     work.result[RESULT.ROLLOUT_TIME] = clock() - begun
     return code

@@ -51,21 +51,22 @@ class Weights(NamedTuple):
     """The same, and Δt where an input has no weight: what regularisation and changes of inputs are measured with."""
     state_goal: Array
     input_goal: Array
-    off_state: Array
-    """Off the diagonal of Q Δt, (nx, nx); without full matrices this and the next are empty."""
-    off_terminal: Array
-    off_input: Array
-    cross: Array
-    """S Δt, (nu, nx)."""
+    off_stage: Array
+    """[Q Sᵀ; S R] Δt without its diagonal, (nx + nu, nx + nu); without full matrices this and the next are empty."""
+    off_end: Array
+    """L without its diagonal, (nx, nx)."""
 
 
 class Settings(NamedTuple):
     """Settings of the augmented Lagrangian's kernels, see `SolverOptions`."""
 
     tolerance: float
+    feasibility: float
     penalty: float
     largest_multiplier: float
     sweeps: int
+    guess_active_sets: int
+    """1 if a node's program is tried without ProxQP first, else 0."""
 
 
 class Limits(NamedTuple):
@@ -184,6 +185,23 @@ class Node(NamedTuple):
     """(nx + nu,)."""
     hessian: Array
     """(nx + nu, nx + nu)."""
+
+
+class FlatRows(NamedTuple):
+    """Rows and bounds of all nodes, numbered as in `Program`, those of a state at its own node; see `sweeps.flat_rows`."""
+
+    applies: NDArray[np.bool_]
+    """Whether a row exists at a node, (N + 1, rows)."""
+    equal: NDArray[np.bool_]
+    """Which rows are equalities, (rows,)."""
+    stiffness: Array
+    """Factor of the penalty of every row, (N + 1, rows)."""
+    values: Array
+    """(N + 1, rows), as the next two."""
+    others: Array
+    """Values along another trajectory."""
+    prices: Array
+    """Multipliers, of bounds with their signs."""
 
 
 class Program(NamedTuple):

@@ -64,6 +64,8 @@ class Result(NamedTuple):
     """What the violations and defects of the guess of `follow` are worth at most."""
     ROLLED: int = 29
     """J of the last rollout of `follow`, also where its guess is better; ∞ where it violates something."""
+    LAST: int = 30
+    """Last node at which a row or bound is violated by more than `settings.feasibility`; −1 if none is."""
 
 
 RESULT = Result()

@@ -16,6 +16,7 @@ from doorman.ocp.problem.problem import Problem
 from doorman.ocp.solvers.iterations.filter import FILTER_SIZE
 from doorman.ocp.solvers.memory.parts import (
     ActiveSet,
+    FlatRows,
     Floors,
     Limits,
     Linearization,
@@ -67,6 +68,7 @@ class Workspace(NamedTuple):
     policy: Policy
     node: Node
     program: Program
+    flat: FlatRows
     stiffness: Array
     """Factor of the penalty of every state's rows and bounds after the first one, (N,)."""
     filter: Array
@@ -86,6 +88,7 @@ class Workspace(NamedTuple):
         n, nx, nu = problem.horizon, problem.nx, problem.nu
         nh, ng, nt = problem.n_constraints, problem.n_input_constraints, problem.n_end_constraints
         narrow, wide = padded(nx + 1), padded(nx + 1 + nu)
+        program, stiffness = program_of(problem, wide), 1.0 + _EARLY / np.arange(1.0, n + 1.0)
         chosen, result = options or SolverOptions(), np.zeros(len(Result._fields))
         result[RESULT.PAUSE] = np.inf
 
@@ -101,7 +104,10 @@ class Workspace(NamedTuple):
             sizes=sizes_of(problem),
             tiles=FunctionTable(0, []),
             weights=weights_of(problem),
-            settings=Settings(chosen.tolerance, chosen.penalty, chosen.largest_multiplier, chosen.sweeps),
+            settings=Settings(
+                chosen.tolerance, chosen.feasibility, chosen.penalty, chosen.largest_multiplier, chosen.sweeps,
+                int(chosen.guess_active_sets),
+            ),
             limits=Limits(*(np.array(each) for each in vars(problem.bounds).values())),
             floors=floors_of(problem),
             nominal=trajectory(),
@@ -124,8 +130,9 @@ class Workspace(NamedTuple):
                 np.zeros((nu, wide)), np.zeros(wide + 2 * WIDTH), np.zeros((max(nx, nh, ng, nt), nx + nu)),
                 np.zeros(nx + nu), np.zeros((nx + nu, nx + nu)),
             ),
-            program=program_of(problem, wide),
-            stiffness=1.0 + _EARLY / np.arange(1.0, n + 1.0),
+            program=program,
+            flat=flat_rows_of(problem, program, stiffness),
+            stiffness=stiffness,
             filter=np.zeros((FILTER_SIZE, 2)),
             result=result,
         )  # fmt: skip
@@ -138,10 +145,7 @@ def padded(length: int) -> int:
 
 def sizes_of(problem: Problem) -> Sizes:
     """Dimensions of a problem."""
-    nx, nu, bounds, model = problem.nx, problem.nu, problem.bounds, type(problem.model)
-    own_cost = functions.is_implemented(functions.stage_cost, model) or functions.is_implemented(
-        functions.end_cost, model
-    )
+    nx, nu, bounds = problem.nx, problem.nu, problem.bounds
     return Sizes(
         states=nx,
         inputs=nu,
@@ -153,7 +157,7 @@ def sizes_of(problem: Problem) -> Sizes:
         end_rows=problem.n_end_constraints,
         state_bounds=int(_binds(bounds.state_lower, bounds.state_upper)),
         input_bounds=int(_binds(bounds.input_lower, bounds.input_upper)),
-        extra_cost=int(own_cost),
+        extra_cost=int(functions.has_own_cost(type(problem.model))),
         full_cost=int(problem.cost.is_full),
         equalities=int(any(problem.equalities)),
     )
@@ -166,16 +170,17 @@ def _binds(*ends: ArrayLike | None) -> bool:
 def weights_of(problem: Problem) -> Weights:
     """Copy of a problem's cost, with the weights of states and inputs times Δt."""
     cost, dt = problem.cost, problem.time_step
-    full = [np.zeros((0, 0))] * 4
+    off_stage, off_end = np.zeros((0, 0)), np.zeros((0, 0))
     if cost.is_full:
-        state, terminal, ahead, cross = cost.matrices()
-        off = [matrix - np.diag(np.diag(matrix)) for matrix in (dt * state, terminal, dt * ahead)]
-        full = [np.ascontiguousarray(matrix) for matrix in (*off, dt * cross)]
+        state, off_end, ahead, cross = (matrix.copy() for matrix in cost.matrices())
+        off_stage = dt * np.block([[state, cross.T], [cross, ahead]])
+        np.fill_diagonal(off_stage, 0.0)
+        np.fill_diagonal(off_end, 0.0)
     inputs = diagonal(cost.input_weights)
     return Weights(
         dt, dt * diagonal(cost.state_weights), diagonal(cost.terminal_weights).copy(),
         dt * inputs, dt * np.where(inputs > 0.0, inputs, 1.0),
-        cost.state_goal.copy(), cost.input_goal.copy(), *(each.copy() for each in full),
+        cost.state_goal.copy(), cost.input_goal.copy(), off_stage, off_end,
     )  # fmt: skip
 
 
@@ -218,6 +223,21 @@ def program_of(problem: Problem, wide: int) -> Program:
         dual=np.zeros((most, wide)),
         scratch=np.zeros((problem.n_constraints + problem.n_end_constraints) * nx),
     )
+
+
+def flat_rows_of(problem: Problem, program: Program, stiffness: Array) -> FlatRows:
+    """Which rows exist at which node, which are equalities, and memory for their numbers."""
+    n, nh, ng, nt = problem.horizon, problem.n_constraints, problem.n_input_constraints, problem.n_end_constraints
+    first = nh + nt + ng
+    applies, factor = np.zeros((n + 1, first + len(program.bounded)), dtype=np.bool_), np.ones((n + 1, 1))
+    of_state = np.concatenate([np.arange(first) < nh, program.bounded < problem.nx])
+    applies[1:] = of_state
+    applies[n, nh : nh + nt] = True
+    applies[:n, nh + nt :] |= ~of_state[nh + nt :]
+    factor[1:, 0] = stiffness
+    given, equal = np.array(problem.equalities, dtype=np.bool_), np.zeros(applies.shape[1], dtype=np.bool_)
+    equal[:first] = np.concatenate([given[:nh], given[nh + ng :], given[nh : nh + ng]])
+    return FlatRows(applies, equal, np.where(of_state, factor, 1.0), *(np.zeros(applies.shape) for _ in range(3)))
 
 
 @kernel

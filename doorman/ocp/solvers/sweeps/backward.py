@@ -18,6 +18,7 @@ import numpy as np
 from doorman.compilation import kernel
 from doorman.ocp.solvers.memory.result import RESULT
 from doorman.ocp.solvers.memory.workspace import Workspace
+from doorman.ocp.solvers.sweeps.flat_rows import store_multipliers
 from doorman.ocp.solvers.sweeps.linear_algebra import cholesky, solve_lower, solve_upper
 from doorman.ocp.solvers.sweeps.sized import eliminate
 from doorman.ocp.solvers.sweeps.stage_program import ROW_TOLERANCE, export_program, gather_schur, solve_dual
@@ -96,12 +97,7 @@ def violated(work: Workspace, k: int) -> bool:
 @kernel
 def keep_active(work: Workspace, k: int) -> bool:
     """Change value and policy of node k so that the rows `program.active[k]` stay active."""
-    nx, nu, wide, narrow = (
-        work.sizes.states,
-        work.sizes.inputs,
-        work.sizes.wide,
-        work.sizes.narrow,
-    )
+    nx, nu, wide, narrow = work.sizes.states, work.sizes.inputs, work.sizes.wide, work.sizes.narrow
     program, value, gains, factors = work.program, work.node.value, work.policy.gains[k], work.policy.factors[k]
     dual, indices, factor = program.dual, program.indices, program.gathered
     count = gather_schur(program.projected, factors, program.active[k], indices, factor)
@@ -138,35 +134,16 @@ def keep_active(work: Workspace, k: int) -> bool:
 @kernel
 def export_multipliers(work: Workspace, k: int) -> None:
     """Write the multipliers λ of node k's program to `work.multipliers`."""
-    nx, nh, nt, ng = (
-        work.sizes.states,
-        work.sizes.rows,
-        work.sizes.end_rows,
-        work.sizes.input_rows,
-    )
-    program, multipliers = work.program, work.multipliers
-    found = program.multipliers
-    for i in range(nh):
-        multipliers.rows[k, i] = max(found[i], 0.0)
-    if k == work.nominal.inputs.shape[0] - 1:
-        for i in range(nt):
-            multipliers.end_rows[i] = max(found[nh + i], 0.0)
-    for i in range(ng):
-        multipliers.input_rows[k, i] = max(found[nh + nt + i], 0.0)
-    for i in range(nx):
-        multipliers.states[k, i] = 0.0
-    for i in range(work.sizes.inputs):
-        multipliers.inputs[k, i] = 0.0
-    for i in range(program.bounded.shape[0]):
-        index, force = program.bounded[i], program.side[i] * max(found[nh + nt + ng + i], 0.0)
-        if index < nx:
-            multipliers.states[k, index] += force
-        else:
-            multipliers.inputs[k, index - nx] += force
+    found = work.program.multipliers
+    work.multipliers.states[k, :] = 0.0
+    work.multipliers.inputs[k, :] = 0.0
+    for i in range(found.shape[0]):
+        found[i] = max(found[i], 0.0)
+    store_multipliers(work, found, k, k)
 
 
 @kernel
-def backward(model: object, work: Workspace, start: int, regularization: float, guess: bool, settled: bool) -> int:
+def backward(model: object, work: Workspace, start: int, regularization: float, settled: bool) -> int:
     """Backward pass from node `start` to 0."""
     nx, nu = work.sizes.states, work.sizes.inputs
     node, program, result = work.node, work.program, work.result
@@ -187,7 +164,7 @@ def backward(model: object, work: Workspace, start: int, regularization: float, 
                 eliminate_rows(work)
                 for i in range(program.proposal.shape[0]):
                     program.proposal[i] = program.active[k, i]
-                if not (guess and solve_dual(work, k)):
+                if work.settings.guess_active_sets == 0 or not solve_dual(work, k):
                     export_program(work, k, True)
                     return k
                 for i in range(program.proposal.shape[0]):

@@ -11,11 +11,12 @@ method with exact line search; compare Hermans, Themelis and Patrinos 2019).
 
 from __future__ import annotations
 
+from doorman.arrays import Array
 from doorman.compilation import kernel
-from doorman.ocp.kernels.functions import at_node, expand_end_cost, expand_stage_cost
 from doorman.ocp.solvers.memory.parts import Trajectory
 from doorman.ocp.solvers.memory.workspace import Workspace
-from doorman.ocp.solvers.sweeps.full_weights import off_diagonal_curvature, off_diagonal_slope
+from doorman.ocp.solvers.sweeps.flat_rows import flatten_multipliers, flatten_values
+from doorman.ocp.solvers.sweeps.full_weights import expand_beyond_diagonals
 
 _STEPS = 40
 _CLOSE = 1e-12
@@ -28,9 +29,12 @@ def best_part(model: object, work: Workspace, base: Trajectory, penalty: float) 
 
     Its slope rises along straight pieces: false position, halving the end that stays (Illinois), finds the zero in few steps.
     """
+    flatten_values(work, base, work.flat.others)
+    flatten_values(work, work.trial, work.flat.values)
+    flatten_multipliers(work, work.multipliers, work.flat.prices)
     first, second = cost_slope(model, work, base)
-    above = first + second + row_slope(work, base, penalty, 1.0)
-    below = first + row_slope(work, base, penalty, 0.0)
+    above = first + second + row_slope(work, penalty, 1.0)
+    below = first + row_slope(work, penalty, 0.0)
     if not above > 0.0:
         return 1.0
     if not below < 0.0:
@@ -38,7 +42,7 @@ def best_part(model: object, work: Workspace, base: Trajectory, penalty: float) 
     low, high, stayed = 0.0, 1.0, 0
     for _ in range(_STEPS):
         part = (low * above - high * below) / (above - below)
-        slope = first + second * part + row_slope(work, base, penalty, part)
+        slope = first + second * part + row_slope(work, penalty, part)
         if slope > 0.0:
             below *= 0.5 if stayed == -1 else 1.0
             high, above, stayed = part, slope, -1
@@ -80,78 +84,37 @@ def extra_slope(model: object, work: Workspace, base: Trajectory, k: int) -> tup
 
     The cost is expanded along the nominal trajectory.
     """
-    nx, nu, n = work.sizes.states, work.sizes.inputs, work.trial.inputs.shape[0]
-    gradient, hessian, nominal, trial = work.node.gradient, work.node.hessian, work.nominal, work.trial
-    size = nx + nu if k < n else nx
-    for i in range(nx + nu):
-        gradient[i] = 0.0
-        for j in range(nx + nu):
-            hessian[i, j] = 0.0
-    if work.sizes.extra_cost == 0:
-        pass
-    elif k < n:
-        expand_stage_cost(at_node(model, k), nominal.states[k], nominal.inputs[k], gradient, hessian)
-    else:
-        corner = hessian[:nx, :nx].copy()
-        expand_end_cost(at_node(model, k), nominal.states[k], gradient[:nx], corner)
-        for i in range(nx):
-            for j in range(nx):
-                hessian[i, j] = corner[i, j]
-    if work.sizes.full_cost > 0:
-        off_diagonal_slope(work, nominal, k, gradient)
-        off_diagonal_curvature(work, k, hessian)
+    nx, n, nominal, trial = work.sizes.states, work.trial.inputs.shape[0], work.nominal, work.trial
+    gradient, hessian, size = work.node.gradient, work.node.hessian, nx + work.sizes.inputs if k < n else nx
+    expand_beyond_diagonals(model, work, k)
     first, second = 0.0, 0.0
     for i in range(size):
-        change = trial.states[k, i] - base.states[k, i] if i < nx else trial.inputs[k, i - nx] - base.inputs[k, i - nx]
-        slope = gradient[i]
+        change, slope = entry(trial, base, k, i, nx), gradient[i]
         for j in range(size):
-            off = (
-                base.states[k, j] - nominal.states[k, j]
-                if j < nx
-                else base.inputs[k, j - nx] - nominal.inputs[k, j - nx]
-            )
-            other = (
-                trial.states[k, j] - base.states[k, j] if j < nx else trial.inputs[k, j - nx] - base.inputs[k, j - nx]
-            )
-            slope += hessian[i, j] * off
-            second += change * hessian[i, j] * other
+            slope += hessian[i, j] * entry(base, nominal, k, j, nx)
+            second += change * hessian[i, j] * entry(trial, base, k, j, nx)
         first += slope * change
     return first, second
 
 
 @kernel
-def row_slope(work: Workspace, base: Trajectory, penalty: float, part: float) -> float:
-    """Share of the rows in the slope φ'(τ)."""
-    trial, multipliers, limits = work.trial, work.multipliers, work.limits
-    floors, total = work.floors, 0.0
-    for k in range(trial.inputs.shape[0]):
-        stiff = penalty * work.stiffness[k]
-        for i in range(work.sizes.rows):
-            change = trial.rows[k, i] - base.rows[k, i]
-            force = multipliers.rows[k, i] + stiff * (base.rows[k, i] + part * change)
-            total += max(floors.rows[i], force) * change
-        for i in range(work.sizes.input_rows):
-            change = trial.input_rows[k, i] - base.input_rows[k, i]
-            force = multipliers.input_rows[k, i] + penalty * (base.input_rows[k, i] + part * change)
-            total += max(floors.input_rows[i], force) * change
-        if work.sizes.state_bounds > 0:
-            for i in range(work.sizes.states):
-                change = trial.states[k + 1, i] - base.states[k + 1, i]
-                x = base.states[k + 1, i] + part * change
-                above = max(0.0, multipliers.states[k, i] + stiff * (x - limits.state_upper[i]))
-                below = min(0.0, multipliers.states[k, i] + stiff * (x - limits.state_lower[i]))
-                total += (above + below) * change
-        if work.sizes.input_bounds > 0:
-            for i in range(work.sizes.inputs):
-                change = trial.inputs[k, i] - base.inputs[k, i]
-                u = base.inputs[k, i] + part * change
-                above = max(0.0, multipliers.inputs[k, i] + penalty * (u - limits.input_upper[i]))
-                below = min(0.0, multipliers.inputs[k, i] + penalty * (u - limits.input_lower[i]))
-                total += (above + below) * change
-    for i in range(work.sizes.end_rows):
-        change = trial.end_rows[i] - base.end_rows[i]
-        force = multipliers.end_rows[i] + penalty * (base.end_rows[i] + part * change)
-        total += max(floors.end_rows[i], force) * change
+def entry(one: Trajectory, other: Trajectory, k: int, i: int, nx: int) -> float:
+    """Difference of two trajectories in a number of node k."""
+    if i < nx:
+        return float(one.states[k, i] - other.states[k, i])
+    return float(one.inputs[k, i - nx] - other.inputs[k, i - nx])
+
+
+@kernel
+def row_slope(work: Workspace, penalty: float, part: float) -> float:
+    """Share of the rows in the slope φ'(τ), between `flat.others` and `flat.values`."""
+    flat, total = work.flat, 0.0
+    for k in range(flat.values.shape[0]):
+        for i in range(flat.values.shape[1]):
+            if flat.applies[k, i]:
+                change = flat.values[k, i] - flat.others[k, i]
+                force = flat.prices[k, i] + penalty * flat.stiffness[k, i] * (flat.others[k, i] + part * change)
+                total += force * change if flat.equal[i] else max(0.0, force) * change
     return total
 
 
@@ -168,8 +131,8 @@ def shorten(work: Workspace, base: Trajectory, part: float) -> None:
 
 
 @kernel
-def shorten_rows(values: object, base: object, part: float) -> None:
+def shorten_rows(values: Array, base: Array, part: float) -> None:
     """Move a matrix back to a share of its way from another."""
-    for k in range(values.shape[0]):  # type: ignore[attr-defined]
-        for i in range(values.shape[1]):  # type: ignore[attr-defined]
-            values[k, i] = base[k, i] + part * (values[k, i] - base[k, i])  # type: ignore[index]
+    for k in range(values.shape[0]):
+        for i in range(values.shape[1]):
+            values[k, i] = base[k, i] + part * (values[k, i] - base[k, i])

@@ -12,7 +12,6 @@ import numpy as np
 
 from doorman.arrays import Array
 from doorman.ocp.kernels import functions
-from doorman.ocp.kernels.supplying import is_implemented
 
 
 def kkt_residual(problem: Any, states: Array, inputs: Array, multipliers: Any) -> float:
@@ -25,43 +24,27 @@ def conditions(problem: Any, states: Array, inputs: Array, multipliers: Any) -> 
     model, cost, dt = problem.model, problem.cost, problem.time_step
     n, nx, nu = problem.horizon, problem.nx, problem.nu
     state_weights, terminal_weights, input_weights, cross = cost.matrices()
-    own = is_implemented(functions.stage_cost, type(model)) or is_implemented(functions.end_cost, type(model))
-    costate = terminal_weights @ (states[n] - cost.state_goal) + _of_state(problem, states, multipliers, n)
-    if own:
-        gradient = np.zeros(nx)
-        functions.expand_end_cost(functions.at_node(model, n), states[n].copy(), gradient, np.zeros((nx, nx)))
-        costate = costate + gradient
-    worst, costates = 0.0, np.zeros((n, nx))
-    for k in range(n - 1, -1, -1):
-        costates[k] = costate
-        x, u = states[k].copy(), inputs[k].copy()
-        jacobian, gradient = np.zeros((nx, nx + nu)), np.zeros(nx + nu)
-        functions.linearize_step(functions.at_node(model, k), x, u, jacobian)
-        if own:
-            functions.expand_stage_cost(functions.at_node(model, k), x, u, gradient, np.zeros((nx + nu, nx + nu)))
-        state_error, input_error = x - cost.state_goal, u - cost.input_goal
-        gradient[:nx] += dt * (state_weights @ state_error + cross.T @ input_error)
-        gradient[nx:] += dt * (input_weights @ input_error + cross @ state_error) + multipliers.inputs[k]
-        if problem.n_input_constraints:
-            g, slopes = np.zeros(problem.n_input_constraints), np.zeros((problem.n_input_constraints, nx + nu))
-            functions.linearize_input_constraints(functions.at_node(model, k), x, u, g, slopes)
-            gradient += slopes.T @ multipliers.input_rows[k]
-        gradient += jacobian.T @ costate
-        worst = max(worst, float(np.abs(gradient[nx:]).max()))
-        costate = gradient[:nx] + (_of_state(problem, states, multipliers, k) if k > 0 else 0.0)
+    own, none = functions.has_own_cost(type(model)), np.zeros(0)
+    worst, costates, costate, slopes = 0.0, np.zeros((n, nx)), none, np.zeros(nx + nu)
+    for k in range(n, -1, -1):
+        node, x, u = functions.at_node(model, k), states[k].copy(), inputs[k].copy() if k < n else none
+        gradient, curvature = np.zeros(nx + len(u)), np.zeros((nx + len(u), nx + len(u)))
+        error = x - cost.state_goal
+        if k < n:
+            if own:
+                functions.expand_stage_cost(node, x, u, gradient, curvature)
+            input_error = u - cost.input_goal
+            gradient[:nx] += dt * (state_weights @ error + cross.T @ input_error)
+            gradient[nx:] += dt * (input_weights @ input_error + cross @ error) + multipliers.inputs[k]
+        else:
+            if own:
+                functions.expand_end_cost(node, x, gradient, curvature)
+            gradient += terminal_weights @ error
+        of_state, of_input = multipliers.rows[k - 1] if k > 0 else none, multipliers.input_rows[k] if k < n else none
+        of_end = multipliers.end_rows if k == n else none
+        functions.slope(node, x, u, costate, *(each.copy() for each in (of_state, of_end, of_input)), slopes)
+        gradient += slopes[: len(gradient)]
+        worst = max(worst, float(np.abs(gradient[nx:]).max(initial=0.0)))
+        if k > 0:
+            costate = costates[k - 1] = gradient[:nx] + multipliers.states[k - 1]
     return worst, costates
-
-
-def _of_state(problem: Any, states: Array, multipliers: Any, k: int) -> Array:
-    """Gradient by state k of its constraints and bounds with their multipliers, shape (nx,)."""
-    x, nx = states[k].copy(), problem.nx
-    total: Array = multipliers.states[k - 1].copy()
-    if problem.n_constraints:
-        h, slopes = np.zeros(problem.n_constraints), np.zeros((problem.n_constraints, nx))
-        functions.linearize_constraints(functions.at_node(problem.model, k), x, h, slopes)
-        total += slopes.T @ multipliers.rows[k - 1]
-    if k == problem.horizon and problem.n_end_constraints:
-        h, slopes = np.zeros(problem.n_end_constraints), np.zeros((problem.n_end_constraints, nx))
-        functions.linearize_end_constraints(functions.at_node(problem.model, k), x, h, slopes)
-        total += slopes.T @ multipliers.end_rows
-    return total

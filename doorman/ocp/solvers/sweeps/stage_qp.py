@@ -24,14 +24,13 @@ class StageQpSolver:
     Args:
         n_inputs: Length of v.
         n_constraints: Number of rows of D.
-        tolerance: Absolute tolerance on primal and dual residual.
     """
 
-    def __init__(self, n_inputs: int, n_constraints: int, tolerance: float = 1e-10) -> None:
-        self._arguments = n_inputs, n_constraints, tolerance
+    def __init__(self, n_inputs: int, n_constraints: int) -> None:
+        self._arguments = n_inputs, n_constraints
         self._qp = proxqp.dense.QP(n_inputs, 0, n_constraints)
         settings = self._qp.settings
-        settings.eps_abs = tolerance
+        settings.eps_abs = 1e-10
         settings.eps_rel = 0.0
         settings.eps_primal_inf = 1e-8  # its default, 1e-4, takes small rows for contradictions
         settings.max_iter = 40

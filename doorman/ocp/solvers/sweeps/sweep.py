@@ -10,10 +10,9 @@ import numpy as np
 
 from doorman.arrays import Array
 from doorman.compilation import kernel
-from doorman.ocp.kernels.functions import at_node, expand_end_cost, expand_stage_cost
 from doorman.ocp.solvers.memory.result import RESULT
 from doorman.ocp.solvers.memory.workspace import Workspace
-from doorman.ocp.solvers.sweeps.full_weights import off_diagonal_curvature, off_diagonal_slope
+from doorman.ocp.solvers.sweeps.full_weights import expand_beyond_diagonals
 from doorman.ocp.solvers.sweeps.linear_algebra import copy_rows
 from doorman.ocp.solvers.sweeps.sized import add_square, eliminate, set_slopes, step_node
 
@@ -28,19 +27,11 @@ def terminal_value(model: object, work: Workspace) -> None:
         value[i, i] = weights.terminal[i]
         value[i, nx] = weights.terminal[i] * (last[i] - weights.state_goal[i])
     if work.sizes.extra_cost + work.sizes.full_cost > 0:
-        n = work.nominal.inputs.shape[0]
-        gradient, hessian = work.node.gradient[:nx], work.node.hessian[:nx, :nx].copy()
-        gradient[:] = 0.0
-        hessian[:, :] = 0.0
-        if work.sizes.extra_cost > 0:
-            expand_end_cost(at_node(model, n), last, gradient, hessian)
-        if work.sizes.full_cost > 0:
-            off_diagonal_slope(work, work.nominal, n, gradient)
-            off_diagonal_curvature(work, n, hessian)
+        expand_beyond_diagonals(model, work, work.nominal.inputs.shape[0])
         for i in range(nx):
-            value[i, nx] += gradient[i]
+            value[i, nx] += work.node.gradient[i]
             for j in range(nx):
-                value[i, j] += hessian[i, j]
+                value[i, j] += work.node.hessian[i, j]
     work.result[RESULT.DECREASE] = 0.0
 
 
@@ -110,14 +101,7 @@ def add_stage_cost(model: object, work: Workspace, k: int) -> None:
     """Add the model's own cost of node k, and the part of the quadratic cost off its diagonals."""
     nx, nu = work.sizes.states, work.sizes.inputs
     base_x, base_u, gradient, hessian = work.node.base_x, work.node.base_u, work.node.gradient, work.node.hessian
-    if work.sizes.extra_cost > 0:
-        expand_stage_cost(at_node(model, k), work.nominal.states[k], work.nominal.inputs[k], gradient, hessian)
-    else:
-        gradient[:] = 0.0
-        hessian[:, :] = 0.0
-    if work.sizes.full_cost > 0:
-        off_diagonal_slope(work, work.nominal, k, gradient)
-        off_diagonal_curvature(work, k, hessian)
+    expand_beyond_diagonals(model, work, k)
     for i in range(nx):
         base_x[i, nx] += gradient[i]
         for j in range(nx):

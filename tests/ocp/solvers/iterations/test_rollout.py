@@ -13,6 +13,7 @@ from doorman.ocp.solvers.iterations.correction import FEASIBILITY
 from doorman.ocp.solvers.iterations.rollout import DONE, NOT_FINITE, roll_out
 from doorman.ocp.solvers.memory.result import RESULT
 from doorman.ocp.solvers.memory.workspace import Workspace
+from doorman.ocp.solvers.options import SolverOptions
 from doorman.ocp.solvers.sweeps.stage_qp import StageQpSolver
 
 Array = NDArray[np.float64]
@@ -26,9 +27,9 @@ BOUND = Variant(
 """Every row of it can be kept from node to node: the brakes are strong."""
 
 
-def policy_of(variant: Variant, rng: np.random.Generator) -> Workspace:
+def policy_of(variant: Variant, rng: np.random.Generator, guess: bool = True) -> Workspace:
     """A nominal trajectory that obeys the dynamics, and a random policy around it."""
-    work = Workspace.of(variant.problem())
+    work = Workspace.of(variant.problem(), SolverOptions(guess_active_sets=guess))
     work.nominal.inputs[:] = rng.normal(size=(N, 2)) * [1.0, 0.3]
     work.nominal.states[0] = variant.start
     for k in range(N):
@@ -47,14 +48,14 @@ def following(variant: Variant, x: Array, u: Array) -> Array:
     return np.array([x[0] + STEP * x[1] + 0.5 * STEP**2 * pushed, x[1] + STEP * pushed, x[2] + STEP * u[1]])
 
 
-def roll(variant: Variant, work: Workspace, scale: float, guess: bool = True) -> tuple[int, int]:
+def roll(variant: Variant, work: Workspace, scale: float) -> tuple[int, int]:
     """A whole rollout: its code, and the number of corrections that were left to ProxQP."""
     model, memory, qp, asked = Handle(variant.model()), held(work), StageQpSolver(2, len(work.program.constraints)), 0
-    code = roll_out(model, memory, -1, scale, guess, 0)
+    code = roll_out(model, memory, -1, scale, 0)
     while code >= 0:
         asked += 1
         corrections = int(work.result[RESULT.CORRECTIONS]) + 1 if qp.solve(work.program) else -1
-        code = roll_out(model, memory, code, scale, guess, corrections)
+        code = roll_out(model, memory, code, scale, corrections)
     return int(code), asked
 
 
@@ -105,9 +106,9 @@ def test_inputs_are_the_policys_or_their_nearest_that_keep_the_rows(
 ) -> None:
     corrected = 0
     for variant in (FREE, BOUND, BOUND):
-        work = policy_of(variant, rng)
+        work = policy_of(variant, rng, guess)
         states, inputs, changed = plain_rollout(variant, work, scale)
-        code, asked = roll(variant, work, scale, guess)
+        code, asked = roll(variant, work, scale)
         assert code == DONE
         assert guess or asked >= changed
         np.testing.assert_allclose(work.trial.inputs, inputs, atol=1e-6)
@@ -137,9 +138,9 @@ def test_rows_that_cannot_be_kept_are_passed_with_the_policys_input(rng: np.rand
     """The brakes are weak and the wall is near; bounds of inputs hold, and the worst row is named."""
     variant = Variant(start=(0.5, 0.9, 0.0), wall=0.6, force=(-0.3, 0.3), rate=(-0.1, 0.1), horizon=N)
     for guess in (True, False):
-        work = policy_of(variant, np.random.default_rng(4))
+        work = policy_of(variant, np.random.default_rng(4), guess)
         work.policy.gains[:, :, :3] = 0.0
-        assert roll(variant, work, 1.0, guess)[0] == DONE
+        assert roll(variant, work, 1.0)[0] == DONE
         states, inputs = work.trial.states, work.trial.inputs
         assert variant.defect(states, inputs) <= 1e-14
         assert np.abs(inputs[:, 0]).max() <= 0.3 and np.abs(inputs[:, 1]).max() <= 0.1
@@ -156,6 +157,3 @@ def test_numbers_out_of_hand_end_a_rollout(rng: np.random.Generator) -> None:
     variant = Variant(start=(1.0, 0.0, 0.0), bend=1e9, horizon=N)
     work = policy_of(FREE, rng)
     assert roll(variant, work, 1.0)[0] == NOT_FINITE
-
-
-# ---------------------------------------------------------------- the door

@@ -24,24 +24,25 @@ def problem(request: pytest.FixtureRequest) -> Problem:
     return request.param()
 
 
-def feasible_horizon(problem: Problem, rng: np.random.Generator) -> Workspace:
+def feasible_horizon(problem: Problem, rng: np.random.Generator, guess: bool = True) -> Workspace:
     work = random_horizon(problem, rng, defects=False)
+    work = work._replace(settings=work.settings._replace(guess_active_sets=int(guess)))
     move_inside(work, problem, rng)
     work.policy.gains[:] = np.nan
     return work
 
 
-def run(problem: Problem, work: Workspace, guess: bool, regularization: float = 0.0) -> tuple[int, int]:
+def run(problem: Problem, work: Workspace, regularization: float = 0.0) -> tuple[int, int]:
     """A whole backward pass: its code, and the number of programs that were left to ProxQP."""
     model, memory, qp = Handle(problem.model), held(work), StageQpSolver(problem.nu, len(work.program.constraints))
     terminal_value(model, memory)
     work.result[RESULT.CHANGE] = 0.0
-    code, asked = backward(model, memory, N - 1, regularization, guess, False), 0
+    code, asked = backward(model, memory, N - 1, regularization, False), 0
     while code >= 0:
         asked += 1
         assert qp.solve(work.program)
         work.program.active[code] = work.program.multipliers > 1e-8
-        code = backward(model, memory, code, regularization, guess, True)
+        code = backward(model, memory, code, regularization, True)
     return int(code), asked
 
 
@@ -91,8 +92,8 @@ def test_every_node_is_solved_as_by_proxqp_and_its_active_rows_are_kept(
 ) -> None:
     nx, constrained = problem.nx, 0
     for _ in range(3):
-        work = feasible_horizon(problem, rng)
-        code, asked = run(problem, work, guess, regularization)
+        work = feasible_horizon(problem, rng, guess)
+        code, asked = run(problem, work, regularization)
         assert code == DONE
         assert guess or asked >= 2
         weights, error = work.weights.terminal, work.nominal.states[N] - work.weights.state_goal
@@ -144,10 +145,10 @@ def keep(hessian: Array, rows: Array, nx: int) -> Array:
 
 
 def test_the_program_that_is_handed_out_is_the_nodes_own(problem: Problem, rng: np.random.Generator) -> None:
-    work, nx = feasible_horizon(problem, rng), problem.nx
+    work, nx = feasible_horizon(problem, rng, False), problem.nx
     model, memory = Handle(problem.model), held(work)
     terminal_value(model, memory)
-    node = backward(model, memory, N - 1, 0.0, False, False)
+    node = backward(model, memory, N - 1, 0.0, False)
     assert node == N - 1
     weights = work.weights.terminal
     slope = weights * (work.nominal.states[N] - work.weights.state_goal)
@@ -163,7 +164,7 @@ def test_rows_of_the_end_bind_its_own_node_alone(rng: np.random.Generator) -> No
     problem = cart()
     work = feasible_horizon(problem, rng)
     work.nominal.end_rows[:] = 0.0
-    assert run(problem, work, True)[0] == DONE
+    assert run(problem, work)[0] == DONE
     row = 2  # after the two rows of the states
     assert not work.program.active[: N - 1, row].any()
 
@@ -171,7 +172,7 @@ def test_rows_of_the_end_bind_its_own_node_alone(rng: np.random.Generator) -> No
 def test_a_pass_that_is_not_convex_is_refused(problem: Problem, rng: np.random.Generator) -> None:
     work = feasible_horizon(problem, rng)
     work.linear.jacobians[:, :, problem.nx + 1 :] *= 0.1
-    assert run(problem, work, True, regularization=-1e4)[0] == NOT_CONVEX
-    assert run(problem, work, True)[0] == DONE
+    assert run(problem, work, regularization=-1e4)[0] == NOT_CONVEX
+    assert run(problem, work)[0] == DONE
     work.linear.jacobians[2, 0, 0] = np.nan
-    assert run(problem, work, True)[0] == NOT_CONVEX
+    assert run(problem, work)[0] == NOT_CONVEX

@@ -136,43 +136,6 @@ def test_a_sweep_begins_again_where_the_active_set_flipped_last(problem: Problem
             np.testing.assert_array_equal(one, whole)
 
 
-def test_an_active_set_that_fits_its_step_does_not_flip(problem: Problem, rng: np.random.Generator) -> None:
-    """A convex program whose sweeps settle, which a random one does in a few; then multipliers, rows and step agree."""
-    settled = 0
-    for _ in range(20):
-        work = random_sweep(problem, rng)
-        for _ in range(10):
-            assert swept(problem, work)
-            if not stepped(work):
-                break
-        else:
-            continue
-        settled += 1
-        dense = DenseHorizon(work)
-        gradient = dense.hessian @ (z := stacked(work, dense)) + dense.gradient
-        for name, index, slope, value, multiplier in dense.rows():
-            force = max(0.0, multiplier + dense.penalty_of(name, index, PENALTY) * (value + slope @ z))
-            gradient += force * slope
-        np.testing.assert_allclose(reduced(work, dense, gradient), 0.0, atol=1e-6)
-    assert settled >= 5
-
-
-def stacked(work: Workspace, dense: DenseHorizon) -> Array:
-    steps = (work.trial.states - work.nominal.states, work.trial.inputs - work.nominal.inputs)
-    return np.concatenate([step.ravel() for step in steps])
-
-
-def reduced(work: Workspace, dense: DenseHorizon, gradient: Array) -> Array:
-    """Gradient by the inputs alone, the states following by the linearised dynamics."""
-    total, costate = np.zeros((dense.n, dense.nu)), np.zeros(dense.nx)
-    for k in range(dense.n - 1, -1, -1):
-        jacobian = work.linear.jacobians[k]
-        costate = gradient[dense.state(k + 1)] + costate
-        total[k] = gradient[dense.input(k)] + jacobian[:, dense.nx + 1 : dense.nx + 1 + dense.nu].T @ costate
-        costate = jacobian[:, : dense.nx].T @ costate
-    return total
-
-
 def test_a_sweep_that_is_not_convex_is_refused(problem: Problem, rng: np.random.Generator) -> None:
     work = random_sweep(problem, rng)
     for sides in work.active:
