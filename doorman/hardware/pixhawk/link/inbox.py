@@ -116,9 +116,9 @@ class Inbox:
         self.last_message = float("-inf")  # when it was last heard [s]
         self.foreign = 0  # messages of others
         self.namesake = float("-inf")  # when somebody else's heartbeat with our system id came [s]
-        self._origins: dict[Dialect, Origin] = {}
-        if config.origin is not None and config.mocap:
-            self._origins = {ARDUPILOT: Origin(config.origin), PX4: CautiousOrigin(config.origin)}
+        self.origin: Origin | None = None  # gives it a place on earth; None where it needs none, or is not known yet
+        self._asks_estimator = False
+        """Whether positions are believed only where the autopilot says so: no camera would contradict them."""
         self._outgoing: deque[Message] = deque()
         self._noted = (0, 0, 0, 0)
         self._texts = TextParts()
@@ -134,16 +134,6 @@ class Inbox:
         if self.dialect is None:
             raise BackendError("no autopilot has been heard yet", allowed="open() first")
         return self.dialect
-
-    @property
-    def origin(self) -> Origin | None:
-        """What gives this autopilot a place on earth; None where it needs none, or is not known yet."""
-        return None if self.dialect is None else self._origins.get(self.dialect)
-
-    @property
-    def _asks_estimator(self) -> bool:
-        """Whether positions are believed only where the autopilot says so: no camera would contradict them."""
-        return self.dialect is not None and self.dialect.says_what_is_valid and not self.config.mocap
 
     def receive(self, data: bytes, address: Address, line: Line) -> None:
         assert self.codec is not None
@@ -194,28 +184,30 @@ class Inbox:
         dialect = dialect_of(message.autopilot)
         if dialect is not None and self.identity not in (None, sender) and address == line.peer:
             self.peer.another(sender, self.identity, now)
-        wanted = self.config.vehicle_system
-        if (
-            dialect is None
-            or message.type not in MULTIROTORS
-            or sender[1] != mavlink.MAV_COMP_ID_AUTOPILOT1
-            or (wanted is not None and sender[0] != wanted)
-        ):
+        known = dialect is not None and message.type in MULTIROTORS and sender[1] == mavlink.MAV_COMP_ID_AUTOPILOT1
+        if not known or self.config.vehicle_system not in (None, sender[0]):
             return
         if self.identity is None:
-            self.identity, self.dialect, self.vehicle_type = sender, dialect, int(message.type)
-            if dialect.asks_time and self.config.mocap:
-                self.rates.want("TIMESYNC", _TIMESYNC_RATE)
-            if self._asks_estimator:
-                self.rates.want("ESTIMATOR_STATUS", _ESTIMATOR_RATE)
-                self.tracker.expect_estimator(now)
-            self.stream.angle_boost = dialect.angle_boost
-            self.stream.keeps_tilt = dialect.keeps_tilt
-            self.events.happen(
-                EventKind.CONNECTED, now, f"{dialect.name}, system {sender[0]}", dialect=dialect.name, system=sender[0]
-            )
+            assert dialect is not None
+            self.identity, self.vehicle_type = sender, int(message.type)
+            self._set_up(dialect, now)
+            words = f"{dialect.name}, system {sender[0]}"
+            self.events.happen(EventKind.CONNECTED, now, words, dialect=dialect.name, system=sender[0])
         if sender == self.identity:
             self.peer.heard_at(address, line, now - self.last_message, self.tracker.sample.armed, now)
+
+    def _set_up(self, dialect: Dialect, now: float) -> None:
+        """Make ready for what this autopilot needs."""
+        config, self.dialect = self.config, dialect
+        if config.mocap and config.origin is not None:
+            self.origin = (CautiousOrigin if dialect is PX4 else Origin)(config.origin)
+        if config.mocap and dialect.asks_time:
+            self.rates.want("TIMESYNC", _TIMESYNC_RATE)
+        self._asks_estimator = dialect.says_what_is_valid and not config.mocap
+        if self._asks_estimator:
+            self.rates.want("ESTIMATOR_STATUS", _ESTIMATOR_RATE)
+            self.tracker.expect_estimator(now)
+        self.stream.angle_boost, self.stream.keeps_tilt = dialect.angle_boost, dialect.keeps_tilt
 
     def _handle(self, kind: str, message: Message, now: float) -> None:
         dialect = self.dialect
@@ -229,12 +221,12 @@ class Inbox:
         elif kind == "COMMAND_ACK":
             config = self.config
             if message.target_system in (0, config.system_id) and message.target_component in (0, config.component_id):
-                self.exchange.post_acknowledgement(message.command, message.result)
+                self.exchange.post(message.command, message.result)
                 if message.result == mavlink.MAV_RESULT_ACCEPTED:
                     self.authority.accepted(message.command, now)
         elif kind == "PARAM_VALUE":
             value = dialect.decode_parameter(message.param_value, message.param_type)
-            self.exchange.post_parameter(message.param_id, value, message.param_type)
+            self.exchange.post(message.param_id, value, message.param_type)
         elif kind == "STATUSTEXT":
             self._tell(self._texts.take(message, now))
         elif kind == "GPS_GLOBAL_ORIGIN":

@@ -6,7 +6,6 @@ import array
 import contextlib
 import errno
 import fcntl
-import importlib
 import os
 import select
 import socket
@@ -15,7 +14,9 @@ from abc import ABC, abstractmethod
 from dataclasses import replace
 from typing import Any
 
-from doorman.exceptions import BackendError, how_to_install
+import serial
+
+from doorman.exceptions import BackendError
 from doorman.hardware.pixhawk.wire.connection import Endpoint, Transport
 
 Address = tuple[str, int] | None
@@ -118,25 +119,22 @@ class _UdpLine(Line):
 
 
 class _StreamLine(Line):
-    """A stream of bytes; what the device does not take at once waits here."""
+    """A stream of bytes, by TCP or a serial port; what the device does not take at once waits here."""
 
-    _queue_request: int
-
-    def __init__(self) -> None:
+    def __init__(self, device: Any, endpoint: Endpoint, queue_request: int) -> None:
+        self._device, self.endpoint, self._queue_request = device, endpoint, queue_request
+        os.set_blocking(device.fileno(), False)
         self._waiting = bytearray()
 
     @property
     def busy(self) -> bool:
-        return len(self._waiting) + self._queued() > _BUSY
+        queued = array.array("i", [0])  # bytes that the system has, and has not sent; 0 where it does not say
+        with contextlib.suppress(OSError):
+            fcntl.ioctl(self.fileno(), self._queue_request, queued)
+        return len(self._waiting) + queued[0] > _BUSY
 
-    def _queued(self) -> int:
-        """Bytes that the system has, and has not sent; 0 where it does not say."""
-        count = array.array("i", [0])
-        try:
-            fcntl.ioctl(self.fileno(), self._queue_request, count)
-        except OSError:
-            return 0
-        return count[0]
+    def fileno(self) -> int:
+        return int(self._device.fileno())
 
     def send(self, data: bytes) -> bool:
         if len(self._waiting) + len(data) > _BACKLOG:
@@ -148,10 +146,7 @@ class _StreamLine(Line):
     def _flush(self) -> None:
         try:
             while self._waiting:
-                taken = self._write(bytes(self._waiting))
-                if taken <= 0:
-                    return
-                del self._waiting[:taken]
+                del self._waiting[: os.write(self.fileno(), self._waiting)]
         except (BlockingIOError, InterruptedError):
             return
         except OSError as error:
@@ -160,86 +155,31 @@ class _StreamLine(Line):
     def receive(self) -> list[tuple[bytes, Address]]:
         self._flush()
         try:
-            data = self._read()
+            if not select.select([self], [], [], 0.0)[0]:  # a serial port without data would look like one that is gone
+                return []
+            data = os.read(self.fileno(), _CHUNK)
         except (BlockingIOError, InterruptedError):
             return []
         except OSError as error:
             raise DeviceLost(str(error)) from error
-        return [(data, None)] if data else []
-
-    @abstractmethod
-    def _write(self, data: bytes) -> int: ...
-
-    @abstractmethod
-    def _read(self) -> bytes: ...
-
-
-class _TcpLine(_StreamLine):
-    _queue_request = _NOT_SENT
-
-    def __init__(self, endpoint: Endpoint, timeout: float) -> None:
-        super().__init__()
-        self._socket = socket.create_connection((endpoint.host, endpoint.port), timeout)
-        self.endpoint = replace(endpoint, host=str(self._socket.getpeername()[0]))
-        self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        self._socket.setblocking(False)
-
-    def fileno(self) -> int:
-        return self._socket.fileno()
-
-    def _read(self) -> bytes:
-        data = self._socket.recv(_CHUNK)
         if not data:
-            raise DeviceLost("the other end closed the connection")
-        return data
-
-    def _write(self, data: bytes) -> int:
-        return self._socket.send(data)
-
-    def close(self) -> None:
-        self._socket.close()
-
-
-class _SerialLine(_StreamLine):
-    """A serial port; set up by pyserial, then read and written as a file."""
-
-    _queue_request = termios.TIOCOUTQ
-
-    def __init__(self, endpoint: Endpoint) -> None:
-        super().__init__()
-        self.endpoint = endpoint
-        serial = importlib.import_module("serial")  # needs the extra `hardware`
-        self._port: Any = serial.Serial(endpoint.device, endpoint.baud, timeout=0, write_timeout=0, exclusive=True)
-        os.set_blocking(self._port.fileno(), False)
-
-    def fileno(self) -> int:
-        return int(self._port.fileno())
-
-    def _read(self) -> bytes:
-        ready, _, _ = select.select([self], [], [], 0.0)
-        if not ready:
-            return b""
-        data = os.read(self.fileno(), _CHUNK)
-        if not data:
-            raise DeviceLost("the port returns nothing though it is ready: unplugged?")
-        return data
-
-    def _write(self, data: bytes) -> int:
-        return os.write(self.fileno(), data)
+            raise DeviceLost("there is nothing to read though it is ready: closed by the other end, or unplugged")
+        return [(data, None)]
 
     def close(self) -> None:
         with contextlib.suppress(OSError):
-            self._port.close()
+            self._device.close()
 
 
 def open_line(endpoint: Endpoint, timeout: float) -> Line:
     try:
         if endpoint.transport is Transport.SERIAL:
-            return _SerialLine(endpoint)
+            port = serial.Serial(endpoint.device, endpoint.baud, timeout=0, write_timeout=0, exclusive=True)
+            return _StreamLine(port, endpoint, termios.TIOCOUTQ)
         if endpoint.transport is Transport.TCP:
-            return _TcpLine(endpoint, timeout)
+            connection = socket.create_connection((endpoint.host, endpoint.port), timeout)
+            connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+            return _StreamLine(connection, replace(endpoint, host=str(connection.getpeername()[0])), _NOT_SENT)
         return _UdpLine(endpoint)
-    except ImportError as error:
-        raise BackendError("serial ports need pyserial", allowed=how_to_install("hardware")) from error
     except (OSError, ValueError, termios.error) as error:  # a device that goes again while it is opened: the last
         raise BackendError(f"cannot be opened: {error}", field="pixhawk.connection", given=str(endpoint)) from error
