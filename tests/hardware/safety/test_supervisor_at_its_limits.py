@@ -11,7 +11,8 @@ import pytest
 from observations import BROKEN, GOOD
 from safety_page import table
 
-from doorman.hardware.safety import Action, Fault, Observation, Supervisor
+from doorman.hardware.safety import RULES, Action, Fault, Observation, Supervisor
+from doorman.hardware.safety.rules import ACTIONS
 from doorman.hardware.vehicle import VehicleLinks, vehicle_config
 from doorman.model import Model
 from doorman.scenario import Scenario
@@ -79,7 +80,7 @@ def watch(links: VehicleLinks) -> Iterator[Watch]:
 
 
 def test_every_rule_is_documented():
-    assert set(ROWS) == set(BROKEN)
+    assert set(ROWS) == set(BROKEN) == {rule.fault for rule in RULES} and set(ACTIONS) == set(Fault)
     assert {fault for fault, *_ in BOUNDS} == {Fault[row[0]] for row in table("Rules") if row[2] != "–"}
 
 
