@@ -38,18 +38,24 @@ class DeviceLost(Exception):
 
 
 class Line(ABC):
+    """A socket or a port; what is known of it."""
+
     peer: Address = None  # where to send on a line with several senders; set once the autopilot is known
-    endpoint: Endpoint
-    """Endpoint to reopen where this line is lost: the same host without a new look-up, from the same port."""
+
+    def __init__(self, device: Any, endpoint: Endpoint) -> None:
+        self._device = device
+        self.endpoint = endpoint
+        """Endpoint to reopen where this line is lost: the same host without a new look-up, from the same port."""
+        os.set_blocking(device.fileno(), False)
 
     @property
     def busy(self) -> bool:
         """Whether what is sent now would wait: better send something newer later."""
         return False
 
-    @abstractmethod
     def fileno(self) -> int:
         """Descriptor to wait on."""
+        return int(self._device.fileno())
 
     @abstractmethod
     def receive(self) -> list[tuple[bytes, Address]]:
@@ -59,39 +65,20 @@ class Line(ABC):
     def send(self, data: bytes) -> bool:
         """Send without waiting."""
 
-    @abstractmethod
     def close(self) -> None:
         """Let go of the device; may be called twice."""
+        with contextlib.suppress(OSError):
+            self._device.close()
 
 
 class _UdpLine(Line):
     """Datagrams; only `peer` is answered."""
 
-    def __init__(self, endpoint: Endpoint) -> None:
-        self.endpoint = endpoint
-        self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-        try:
-            self._socket.setblocking(False)
-            if endpoint.transport is Transport.UDP_LISTEN:
-                self._socket.bind((endpoint.host, endpoint.port))
-            else:
-                found = socket.getaddrinfo(endpoint.host, endpoint.port, socket.AF_INET, socket.SOCK_DGRAM)
-                host, port = found[0][4][:2]
-                self.peer = (str(host), int(port))
-                self._socket.bind(("127.0.0.1" if str(host).startswith("127.") else "0.0.0.0", endpoint.own_port))
-                self.endpoint = replace(endpoint, host=str(host), own_port=self._socket.getsockname()[1])
-        except BaseException:
-            self._socket.close()
-            raise
-
-    def fileno(self) -> int:
-        return self._socket.fileno()
-
     def receive(self) -> list[tuple[bytes, Address]]:
         datagrams: list[tuple[bytes, Address]] = []
         for _ in range(_BATCH):
             try:
-                data, address = self._socket.recvfrom(_CHUNK)
+                data, address = self._device.recvfrom(_CHUNK)
             except (BlockingIOError, InterruptedError):
                 break
             except ConnectionError:
@@ -105,7 +92,7 @@ class _UdpLine(Line):
         if self.peer is None:
             return False
         try:
-            self._socket.sendto(data, self.peer)
+            self._device.sendto(data, self.peer)
         except (BlockingIOError, InterruptedError, ConnectionError):
             return False
         except OSError as error:
@@ -114,16 +101,30 @@ class _UdpLine(Line):
             raise DeviceLost(str(error)) from error
         return True
 
-    def close(self) -> None:
-        self._socket.close()
+
+def _udp_line(endpoint: Endpoint) -> Line:
+    device = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    try:
+        if endpoint.transport is Transport.UDP_LISTEN:
+            device.bind((endpoint.host, endpoint.port))
+            return _UdpLine(device, endpoint)
+        found = socket.getaddrinfo(endpoint.host, endpoint.port, socket.AF_INET, socket.SOCK_DGRAM)
+        host, port = str(found[0][4][0]), int(found[0][4][1])
+        device.bind(("127.0.0.1" if host.startswith("127.") else "0.0.0.0", endpoint.own_port))
+        line = _UdpLine(device, replace(endpoint, host=host, own_port=device.getsockname()[1]))
+        line.peer = host, port
+        return line
+    except BaseException:
+        device.close()
+        raise
 
 
 class _StreamLine(Line):
     """A stream of bytes, by TCP or a serial port; what the device does not take at once waits here."""
 
     def __init__(self, device: Any, endpoint: Endpoint, queue_request: int) -> None:
-        self._device, self.endpoint, self._queue_request = device, endpoint, queue_request
-        os.set_blocking(device.fileno(), False)
+        super().__init__(device, endpoint)
+        self._queue_request = queue_request
         self._waiting = bytearray()
 
     @property
@@ -132,9 +133,6 @@ class _StreamLine(Line):
         with contextlib.suppress(OSError):
             fcntl.ioctl(self.fileno(), self._queue_request, queued)
         return len(self._waiting) + queued[0] > _BUSY
-
-    def fileno(self) -> int:
-        return int(self._device.fileno())
 
     def send(self, data: bytes) -> bool:
         if len(self._waiting) + len(data) > _BACKLOG:
@@ -166,10 +164,6 @@ class _StreamLine(Line):
             raise DeviceLost("there is nothing to read though it is ready: closed by the other end, or unplugged")
         return [(data, None)]
 
-    def close(self) -> None:
-        with contextlib.suppress(OSError):
-            self._device.close()
-
 
 def open_line(endpoint: Endpoint, timeout: float) -> Line:
     try:
@@ -180,6 +174,6 @@ def open_line(endpoint: Endpoint, timeout: float) -> Line:
             connection = socket.create_connection((endpoint.host, endpoint.port), timeout)
             connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
             return _StreamLine(connection, replace(endpoint, host=str(connection.getpeername()[0])), _NOT_SENT)
-        return _UdpLine(endpoint)
+        return _udp_line(endpoint)
     except (OSError, ValueError, termios.error) as error:  # a device that goes again while it is opened: the last
         raise BackendError(f"cannot be opened: {error}", field="pixhawk.connection", given=str(endpoint)) from error
