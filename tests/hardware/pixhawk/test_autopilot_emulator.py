@@ -2,12 +2,74 @@
 
 from __future__ import annotations
 
+import socket
+from collections.abc import Callable, Iterator
+from typing import Any
+
 import pytest
+from pixhawk_rig import free_port, wait_until
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
+from virtual_time import CLOCK
 
 from doorman.exceptions import BackendError
 from doorman.rig.emulators.autopilot import EmulatedAutopilot
 from doorman.rig.emulators.autopilot.dialects import PX4
+
+
+class Client:
+    """A ground station of a few lines, written with pymavlink alone."""
+
+    def __init__(self, emulator: EmulatedAutopilot, port: int) -> None:
+        self.mav = mavlink.MAVLink(None, 255, 190)
+        self.mav.robust_parsing = True
+        self.socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self.socket.bind(("127.0.0.1", port))
+        self.socket.setblocking(False)
+        self.emulator = emulator
+        self.seen: list[Any] = []
+
+    def send(self, message: Any) -> None:
+        self.socket.sendto(message.pack(self.mav), self.emulator.address)
+
+    def command(self, number: int, *values: float) -> int:
+        padded = [*values, *[0.0] * (7 - len(values))]
+        self.seen.clear()
+        self.send(mavlink.MAVLink_command_long_message(1, 1, number, 0, *padded))
+        return int(self.get("COMMAND_ACK", lambda message: message.command == number).result)
+
+    def get(self, kind: str, accept: Callable[[Any], bool] = lambda message: True) -> Any:
+        found: list[Any] = []
+
+        def look() -> bool:
+            try:
+                while True:
+                    self.seen += self.mav.parse_buffer(self.socket.recv(65536)) or []
+            except BlockingIOError:
+                pass
+            found.extend(message for message in self.seen if message.get_type() == kind and accept(message))
+            return bool(found)
+
+        assert wait_until(look), f"no {kind}"
+        return found[-1]
+
+
+@pytest.fixture
+def clients() -> Iterator[Callable[..., Client]]:
+    """Makes emulated autopilots with a client each, which end with the test."""
+    made: list[Client] = []
+
+    def make(flavour: str, **settings: Any) -> Client:
+        port = free_port()
+        emulator = EmulatedAutopilot(flavour, remote=("127.0.0.1", port), heartbeat_rate=10.0, clock=CLOCK, **settings)  # type: ignore[arg-type]
+        emulator.open()
+        made.append(Client(emulator, port))
+        return made[-1]
+
+    yield make
+    for client in made:
+        client.emulator.stop()
+        client.emulator.stop()
+        client.socket.close()
 
 
 def test_px4_speaks_first_and_ardupilot_says_nothing_but_its_heartbeat(clients):
