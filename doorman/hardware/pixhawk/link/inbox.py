@@ -46,25 +46,24 @@ class PeerKeeper:
         self._events, self._signed = events, signed
         self._reported: dict[object, float] = {}
 
-    def heard_at(self, address: Address, line: Line, silent: float, armed: bool, now: float) -> None:
-        """Take in that a heartbeat with the autopilot's ids came from an address."""
+    def heard(self, address: Address, line: Line, beats: bool, silent: float, armed: bool, now: float) -> None:
+        """Take in that a message with the autopilot's ids, its heartbeat or another one, came from an address."""
         if address is None or address == line.peer:
             return
-        if line.peer is None or silent == float("inf"):
+        taken = beats and (line.peer is None or silent == float("inf"))
+        if not taken and line.peer is not None:
+            if armed and not self._signed:
+                what = "refused while armed"
+            elif not beats:
+                what = "ignored until a heartbeat comes from there"
+            else:
+                what = "ignored while the autopilot is heard" if silent <= SILENCE else _TAKEN
+            places = f"{address[0]}:{address[1]} instead of {line.peer[0]}:{line.peer[1]}"
+            words = f"the autopilot's ids come from {places}: {what}"
+            taken = what is _TAKEN
+            self._note((address, what), words, now, address=address, taken=taken)
+        if taken:
             line.peer = self.address = address
-        elif armed and not self._signed:
-            self._report("refused while armed", address, line.peer, now)
-        elif silent <= SILENCE:
-            self._report("ignored while the autopilot is heard", address, line.peer, now)
-        else:
-            self._report(_TAKEN, address, line.peer, now)
-            line.peer = self.address = address
-
-    def elsewhere(self, address: Address, line: Line, armed: bool, now: float) -> None:
-        """Take in that another message with the autopilot's ids came from an address that is not its: it is ignored."""
-        if address is not None and line.peer is not None and address != line.peer:
-            what = "refused while armed" if armed and not self._signed else "ignored until a heartbeat comes from there"
-            self._report(what, address, line.peer, now)
 
     def another(self, sender: tuple[int, int], identity: tuple[int, int], now: float) -> None:
         """Take in that another autopilot's heartbeat came from where ours speaks: it is never obeyed."""
@@ -72,10 +71,6 @@ class PeerKeeper:
             sender, f"refused: system {sender[0]}, component {sender[1]} sends from the address of system {identity[0]}", now,
             system=sender[0], component=sender[1], taken=False,
         )  # fmt: skip
-
-    def _report(self, what: str, address: tuple[str, int], before: tuple[str, int], now: float) -> None:
-        words = f"the autopilot's ids come from {address[0]}:{address[1]} instead of {before[0]}:{before[1]}: {what}"
-        self._note((address, what), words, now, address=address, taken=what is _TAKEN)
 
     def _note(self, what: object, words: str, now: float, **values: object) -> None:
         self._reported = {key: time for key, time in self._reported.items() if now - time < _REPORT_PERIOD}
@@ -147,12 +142,11 @@ class Inbox:
 
     def _sort(self, message: Message, address: Address, line: Line, now: float) -> None:
         kind, sender = message.get_type(), (message.get_srcSystem(), message.get_srcComponent())
-        if kind == "HEARTBEAT":
-            self._meet(message, sender, address, line, now)
+        beats = kind == "HEARTBEAT" and self._meet(message, sender, address, line, now)
+        if sender == self.identity:
+            self.peer.heard(address, line, beats, now - self.last_message, self.tracker.sample.armed, now)
         if sender != self.identity or (address is not None and line.peer != address):
             self.foreign += 1
-            if sender == self.identity:
-                self.peer.elsewhere(address, line, self.tracker.sample.armed, now)
             self._note_stranger(message, sender, now)
             return
         if now - self.last_message > SILENCE and self.origin is not None:
@@ -180,21 +174,21 @@ class Inbox:
             words = f"messages of system {sender[0]} are ignored"
             self.events.happen_at_most(60.0, EventKind.FOREIGN, now, words, component=sender[1])
 
-    def _meet(self, message: Message, sender: tuple[int, int], address: Address, line: Line, now: float) -> None:
+    def _meet(self, message: Message, sender: tuple[int, int], address: Address, line: Line, now: float) -> bool:
+        """Take in a heartbeat; whether it is one of an autopilot that may be ours."""
         dialect = dialect_of(message.autopilot)
         if dialect is not None and self.identity not in (None, sender) and address == line.peer:
             self.peer.another(sender, self.identity, now)
         known = dialect is not None and message.type in MULTIROTORS and sender[1] == mavlink.MAV_COMP_ID_AUTOPILOT1
         if not known or self.config.vehicle_system not in (None, sender[0]):
-            return
+            return False
         if self.identity is None:
             assert dialect is not None
             self.identity, self.vehicle_type = sender, int(message.type)
             self._set_up(dialect, now)
             words = f"{dialect.name}, system {sender[0]}"
             self.events.happen(EventKind.CONNECTED, now, words, dialect=dialect.name, system=sender[0])
-        if sender == self.identity:
-            self.peer.heard_at(address, line, now - self.last_message, self.tracker.sample.armed, now)
+        return True
 
     def _set_up(self, dialect: Dialect, now: float) -> None:
         """Make ready for what this autopilot needs."""
