@@ -172,7 +172,7 @@ def test_a_failing_user_leaves_the_servos_at_rest(make_rig):
         rig.fly([1.0] * 4, 0.2)
         _ = 1 / 0
     assert [rig.row(servo_id, "goal velocity") for servo_id in (1, 2, 3, 4)] == [0, 0, 0, 0]
-    assert "servo-bus" not in [thread.name for thread in threading.enumerate()]
+    assert "servo bus" not in [thread.name for thread in threading.enumerate()]
 
 
 def test_a_bus_may_be_opened_again(rig):

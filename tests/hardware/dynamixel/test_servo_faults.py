@@ -31,6 +31,8 @@ def test_hot_servo(rig):
     rig.set_row(2, "present temperature", 64)
     rig.until(follows, rates=SLOW)
     assert rig.row(2, "torque enable") == 1, "it never gave way"
+    told = [str(event) for event in rig.events() if event.fault is ServoFault.HOT]
+    assert told == ["servo 2: hot began", "servo 2: hot ended"]
 
 
 @pytest.mark.parametrize(("bits", "fault"), [(OVERLOAD, ServoFault.OVERLOAD), (SHOCK, ServoFault.SHOCK)])
