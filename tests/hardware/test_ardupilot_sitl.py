@@ -17,7 +17,7 @@ from doorman.kinematics.vehicles.rotor_layout import RotorLayout, rotor_layout
 from doorman.model import Model
 from doorman.rig import Rig, RigSetup
 from doorman.rig.plant import RigPlant
-from doorman.rig.sitl.ardupilot import EXPO, FRAMES, FULL, ArduPilotSitl, Wiring
+from doorman.rig.sitl.ardupilot import EXPO, FRAMES, FULL, ArduPilotSitl, outputs_of
 from doorman.scenario import Scenario
 
 MAGIC = 18458
@@ -126,7 +126,7 @@ def test_every_output_drives_its_own_rotor(flown, layout):
         assert np.count_nonzero(thrusts) == 1
         x, y, _ = layout.positions[rotor]
         assert np.degrees(np.arctan2(-y, x)) == pytest.approx(angle, abs=1.0) or abs(angle) == 180.0
-        assert sitl.wiring.directions[rotor] == sense
+        assert sitl.directions[rotor] == sense
 
 
 def test_quadratic_motors_make_the_square_of_their_signal(model, layout):
@@ -147,7 +147,7 @@ def test_yaw_torque_is_that_of_the_autopilots_frame(flown):
     """Outputs that turn clockwise push the body counter-clockwise, seen from above: yaw grows."""
     plant, copter, _ = flown
     gears = plant._simulator.plant.engine_model.actuator_gear[:6, 5]
-    assert (np.sign(gears) == -plant._pilot.wiring.directions).all()
+    assert (np.sign(gears) == -plant._pilot.directions).all()
 
 
 def test_motors_stop_when_the_autopilot_is_gone(flown, layout, model):
@@ -180,9 +180,9 @@ def test_packets_for_32_servos(flown, layout):
 def test_rotors_that_are_no_frame_of_the_autopilot(layout):
     turned = np.array([[np.cos(a), np.sin(a), 0.0] for a in np.arange(6) * np.pi / 3])
     with pytest.raises(BackendError, match="X frame"):
-        Wiring.of(RotorLayout(frozen(turned), layout.directions, layout.max_thrusts, 0.016))
+        outputs_of(RotorLayout(frozen(turned), layout.directions, layout.max_thrusts, 0.016))
     with pytest.raises(BackendError, match="4, 6, 8"):
-        Wiring.of(RotorLayout(frozen(np.zeros((5, 3))), frozen(np.ones(5)), frozen(np.ones(5)), 0.016))
+        outputs_of(RotorLayout(frozen(np.zeros((5, 3))), frozen(np.ones(5)), frozen(np.ones(5)), 0.016))
 
 
 def test_port_that_is_taken(layout):

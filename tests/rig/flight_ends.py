@@ -2,11 +2,25 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from flight_rig import Flight, FlightRig, until
 
 from doorman.flight import End, FlightReport
 from doorman.hardware.safety import Fault
+
+Injection = Callable[[FlightRig, Flight], object]
+"""What makes a fault begin."""
+
+
+def put(path: str, value: object) -> Injection:
+    """Set an attribute of the rig."""
+    return lambda rig, _: rig.far.set(path, value)
+
+
+def call(path: str, *arguments: object) -> Injection:
+    return lambda rig, _: rig.far.call(path, *arguments)
 
 
 def at_hover(rig: FlightRig) -> Flight:

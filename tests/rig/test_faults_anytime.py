@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from flight_ends import Injection, call, put
 from flight_rig import AUTOPILOT, SCENARIO, Flight, FlightRig, until
 
 from doorman.exceptions import DoormanError, RecordingError
@@ -26,16 +27,6 @@ from doorman.rig.emulators.servos.unit import ENCODER, OVERHEATING, OVERLOAD
 TIMES = int(os.environ.get("DOORMAN_FAULT_TIMES", "1"))
 LATEST = {"paper": 16.0, "push": 26.0}[SCENARIO]
 """After take-off; the missions take about 20 and 30 s."""
-Injection = Callable[[FlightRig, Flight], object]
-
-
-def put(path: str, value: object) -> Injection:
-    """Set an attribute of the rig."""
-    return lambda rig, _: rig.far.set(path, value)
-
-
-def call(path: str, *arguments: object) -> Injection:
-    return lambda rig, _: rig.far.call(path, *arguments)
 
 
 def line(name: str, value: object) -> Injection:

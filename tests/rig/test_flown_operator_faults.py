@@ -88,13 +88,6 @@ def test_operator_lands(rig):
     assert_down(rig)
 
 
-def test_process_is_asked_to_end(rig):
-    flight = at_hover(rig)
-    flight.session.terminate()
-    report = lands_on_the_pad(rig, flight)
-    assert found(report) == {Fault.TERMINATED}
-
-
 def test_process_is_asked_to_end_while_it_rises(rig):
     flight = rig.flight().begin()
     until(lambda: rig.snapshot.truth.position[2] > 0.5, "a vehicle that rises", flight.told)
@@ -102,14 +95,6 @@ def test_process_is_asked_to_end_while_it_rises(rig):
     until(lambda: flight.session.supervisor.action is Action.LAND, "its way has not begun")
     assert flight.end().end is End.LANDED
     assert_down(rig)
-
-
-def test_process_is_asked_to_end_after_the_operator_gave_up(rig):
-    flight = at_hover(rig)
-    flight.session.interrupt()
-    flight.session.terminate()
-    report = lands_on_the_pad(rig, flight)
-    assert found(report) == {Fault.OPERATOR_ABORT, Fault.TERMINATED}
 
 
 def test_process_is_asked_to_end_again(rig):
@@ -123,18 +108,6 @@ def test_process_is_asked_to_end_again(rig):
     assert report.end is End.LANDED
     assert found(report) == {Fault.TERMINATED, Fault.OPERATOR_LAND}
     assert_down(rig)
-
-
-def test_a_terminal_that_is_gone(rig):
-    """Whatever is told, nobody hears it, and every attempt fails."""
-    flight = at_hover(rig)
-
-    def broken(words: str) -> None:
-        raise BrokenPipeError(words)
-
-    flight.session.flight._listener = broken
-    flight.session.terminate()
-    assert found(lands_on_the_pad(rig, flight)) == {Fault.TERMINATED}
 
 
 def test_pilot_takes_over(rig):
