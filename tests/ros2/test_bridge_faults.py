@@ -106,11 +106,11 @@ def test_the_bridge_goes_on_after_datagrams_of_strangers(model, domain):  # noqa
         for data in STRANGE:
             stranger.sendto(data, ("127.0.0.1", bridge.port))
             bridge.step(1.0)
-        assert (bridge.refused, bridge.published) == (len(STRANGE), 0)
+        assert (bridge.refusals.total(), bridge.published) == (len(STRANGE), 0)
         with Feed(bridge.port) as feed:
             feed.listen("measurement", 0.0, measurement(1))
             bridge.step(1.0)
-        assert (bridge.refused, bridge.published) == (len(STRANGE), 1)
+        assert (bridge.refusals.total(), bridge.published) == (len(STRANGE), 1)
 
 
 def test_a_flight_of_another_vehicle_is_told_what_differs(model):
@@ -133,14 +133,14 @@ def test_of_two_publishers_one_is_flown_on_and_the_other_told(domain, flight):  
             time.sleep(0.1)
             wire = forwarded(flight)
             assert wire.keys() == {0.0} and wire[0.0] > 80
-            assert bridge.refused == 95
+            assert bridge.relay.refused == 95
             for _ in range(100):
                 second.write(pose(3.0))
                 time.sleep(0.01)
             time.sleep(0.1)
         wire = forwarded(flight)
         assert wire.keys() == {3000.0} and wire[3000.0] > 50
-        assert MocapFault.FOREIGN in {event.fault for event in bridge.events()}
+        assert MocapFault.FOREIGN in {event.fault for event in bridge.relay.events()}
 
 
 def test_a_message_that_cannot_be_read_costs_itself(domain, flight):  # noqa: F811
@@ -150,10 +150,10 @@ def test_a_message_that_cannot_be_read_costs_itself(domain, flight):  # noqa: F8
             publisher.write(pose(0.1 * k, Bytes("??") if k % 3 == 1 else "map"))
             time.sleep(0.012)
         end = time.monotonic() + 10.0
-        while bridge.received + bridge.refused < 10 and time.monotonic() < end:
+        while bridge.relay.received + bridge.relay.refused < 10 and time.monotonic() < end:
             bridge.step(0.1)
-        assert (bridge.received, bridge.refused) == (7, 3)
-        assert [event.fault for event in bridge.events()][0] is MocapFault.CORRUPT
+        assert (bridge.relay.received, bridge.relay.refused) == (7, 3)
+        assert [event.fault for event in bridge.relay.events()][0] is MocapFault.CORRUPT
 
 
 @pytest.fixture
