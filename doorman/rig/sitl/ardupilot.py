@@ -55,7 +55,7 @@ def outputs_of(layout: RotorLayout) -> list[int]:
                            allowed=", ".join(map(str, FRAMES)))  # fmt: skip
     azimuths = np.degrees(np.arctan2(-layout.positions[:, 1], layout.positions[:, 0]))
     off = np.abs((azimuths[:, None] - [angle for angle, _ in frame] + 180.0) % 360.0 - 180.0)
-    outputs = off.argmin(axis=1).tolist()
+    outputs: list[int] = off.argmin(axis=1).tolist()
     if off.min(axis=1).max() > _FARTHEST or len(set(outputs)) < layout.count:
         raise BackendError("the rotors are not those of ArduPilot's X frame", field="rotors",
                            given=f"{', '.join(f'{one:.0f}' for one in azimuths)}° clockwise from the front",
