@@ -14,7 +14,7 @@ from doorman.arrays import Array
 from doorman.checks import numbers
 from doorman.copying import Uncopied
 from doorman.exceptions import BackendError, DimensionError, DoormanError
-from doorman.learning.reward import Place, RewardWeights, Step, reward_terms
+from doorman.learning.reward import Place, RewardWeights, reward_terms
 from doorman.model import Model
 from doorman.scenario import Scenario
 from doorman.signals import Command, Measurement
@@ -176,9 +176,7 @@ class OpenDoorEnv(Uncopied, gymnasium.Env[Array32, Array32]):
         before, after = self._place, self._placed(truth, self._place.whole)
         failed = fallen or truth.collisions > 0 or math.dist(truth.position, self._contact) > ROOM
         opened = after.away < OPENED and not failed
-        rates = float(truth.body_rates @ truth.body_rates)
-        step = Step(before, after, float(action @ action), rates, self._duration, opened, failed)
-        terms = reward_terms(self._weights, step)
+        terms = reward_terms(self._weights, before, after, action, truth.body_rates, self._duration, opened, failed)
         self._place = after
         info = {"door_angle": truth.door_angle, "opened": opened, "collisions": truth.collisions, "fallen": fallen,
                 "terms": terms}  # fmt: skip

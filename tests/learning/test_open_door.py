@@ -9,7 +9,7 @@ from gymnasium.utils.env_checker import check_env
 
 from doorman.exceptions import BackendError, DimensionError, DoormanError
 from doorman.learning import OpenDoorEnv, OpenDoorVectorEnv, RewardWeights
-from doorman.learning.reward import Place, Step, reward_terms
+from doorman.learning.reward import Place, reward_terms
 from doorman.resources import scenario_directory, shipped
 from doorman.scenario import Scenario
 
@@ -127,11 +127,10 @@ def test_an_open_door_ends_the_episode(env):
 def test_the_way_of_the_leaf_adds_up_to_the_weight():
     weights = RewardWeights(progress=3.0, contact=2.0)
     way = [Place(a, 1.5, gap) for a, gap in ((1.5, 0.0), (1.2, 0.1), (1.3, 2.0), (0.4, 3.0), (0.0, 0.25))]
-    steps = [Step(a, b, 0.0, 0.0, 0.02, False, False) for a, b in zip(way, way[1:], strict=False)]
-    terms = [reward_terms(weights, step) for step in steps]
+    terms = [reward_terms(weights, a, b, np.zeros(8), np.zeros(3), 0.02) for a, b in zip(way, way[1:], strict=False)]
     assert sum(one["progress"] for one in terms) == pytest.approx(3.0)
     assert sum(one["contact"] for one in terms) == pytest.approx(-1.0)
-    costly = reward_terms(RewardWeights(), Step(way[0], way[0], 4.0, 9.0, 0.5, False, True))
+    costly = reward_terms(RewardWeights(), way[0], way[0], np.ones(4), np.array([0.0, 3.0, 0.0]), 0.5, failed=True)
     costs = {"time": -0.05, "action": -0.02, "body_rates": -0.045, "failed": -2.5}
     assert costly == pytest.approx({"progress": 0.0, "contact": 0.0, "opened": 0.0, **costs})
 
