@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import socket
 import struct
+from contextlib import contextmanager
 
 import numpy as np
 import pytest
@@ -14,18 +15,11 @@ from doorman.exceptions import BackendError
 from doorman.gravity import GRAVITY
 from doorman.kinematics.urdf.robot import frozen
 from doorman.kinematics.vehicles.rotor_layout import RotorLayout, rotor_layout
-from doorman.model import Model
 from doorman.rig import Rig, RigSetup
 from doorman.rig.plant import RigPlant
 from doorman.rig.sitl.ardupilot import EXPO, FRAMES, FULL, ArduPilotSitl, outputs_of
-from doorman.scenario import Scenario
 
 MAGIC = 18458
-
-
-@pytest.fixture(scope="module")
-def model():
-    return Model(Scenario.load("paper"))
 
 
 @pytest.fixture(scope="module")
@@ -51,16 +45,19 @@ class Copter:
         return json.loads(self.socket.recv(4096))
 
 
+@contextmanager
+def flown_by(model, layout, motors="linear"):
+    """Plant and copter; the plant's time passes by `advance`, not by the clock."""
+    sitl = ArduPilotSitl(layout, free_port(), motors)
+    plant, copter = RigPlant(model, pilot=sitl), Copter(sitl._port)
+    with sitl, copter.socket:
+        yield plant, copter, sitl
+
+
 @pytest.fixture
 def flown(model, layout):
-    """Plant and copter; the plant's time passes by `advance`, not by the clock."""
-    sitl = ArduPilotSitl(layout, free_port())
-    plant = RigPlant(model, pilot=sitl)
-    copter = Copter(sitl._port)
-    sitl.open()
-    yield plant, copter, sitl
-    sitl.stop()
-    copter.socket.close()
+    with flown_by(model, layout) as made:
+        yield made
 
 
 def hover(layout, model):
@@ -130,17 +127,11 @@ def test_every_output_drives_its_own_rotor(flown, layout):
 
 
 def test_quadratic_motors_make_the_square_of_their_signal(model, layout):
-    sitl = ArduPilotSitl(layout, free_port(), "quadratic")
-    plant, copter = RigPlant(model, pilot=sitl), Copter(sitl._port)
-    sitl.open()
-    try:
+    with flown_by(model, layout, "quadratic") as (plant, copter, sitl):
         plant.advance()
         for pwm in (1200, 1500, 1950):
             copter.send(pwm)
             assert sitl.thrusts(0.0) == pytest.approx(((pwm - 1000) / 950) ** 2 * layout.max_thrusts)
-    finally:
-        sitl.stop()
-        copter.socket.close()
 
 
 def test_yaw_torque_is_that_of_the_autopilots_frame(flown):
