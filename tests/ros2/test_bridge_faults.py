@@ -131,16 +131,10 @@ def test_of_two_publishers_one_is_flown_on_and_the_other_told(domain, flight):  
                     second.write(pose(3.0))
                 time.sleep(0.005)
             time.sleep(0.1)
-            wire = forwarded(flight)
-            assert wire.keys() == {0.0} and wire[0.0] > 80
-            assert bridge.relay.refused == 95
-            for _ in range(100):
-                second.write(pose(3.0))
-                time.sleep(0.01)
-            time.sleep(0.1)
         wire = forwarded(flight)
-        assert wire.keys() == {3000.0} and wire[3000.0] > 50
-        assert MocapFault.FOREIGN in {event.fault for event in bridge.relay.events()}
+        assert wire.keys() == {0.0} and wire[0.0] > 80
+        assert bridge.relay.refused == 95
+        assert {event.fault for event in bridge.relay.events()} == {MocapFault.FOREIGN}
 
 
 def test_a_message_that_cannot_be_read_costs_itself(domain, flight):  # noqa: F811
