@@ -110,10 +110,10 @@ class OpenDoorEnv(Uncopied, gymnasium.Env[Array32, Array32]):
             "door_angle_from_goal [rad]", "door_rate [rad/s]",
         )  # fmt: skip
         self.action_names = ("thrust", "roll", "pitch", "yaw", *(f"{name}_rate" for name in joints))
-        low, high = _bounds(self._model)
+        self._low, self._high = _bounds(self._model)
         self._observation: Array32 = np.zeros(len(self.observation_names), np.float32)
         self.action_space = gymnasium.spaces.Box(-1.0, 1.0, (len(self.action_names),), np.float32)
-        self.observation_space = gymnasium.spaces.Box(low, high, dtype=np.float32)
+        self.observation_space = gymnasium.spaces.Box(self._low, self._high, dtype=np.float32)
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -198,8 +198,7 @@ class OpenDoorEnv(Uncopied, gymnasium.Env[Array32, Array32]):
             measured.position - self._contact, measured.velocity, measured.attitude, measured.body_rates,
             measured.arm_angles, measured.arm_rates, [truth.door_angle - self._goal, truth.door_rate],
         ])  # fmt: skip
-        space = self.observation_space
-        bounded: Array32 = np.clip(seen, space.low, space.high, dtype=np.float32, casting="same_kind")
+        bounded: Array32 = np.clip(seen, self._low, self._high, dtype=np.float32, casting="same_kind")
         return bounded
 
 
