@@ -10,13 +10,14 @@ import numpy as np
 import pytest
 from flight_ends import (
     Injection,
+    anywhere,
     assert_at_the_pad,
     assert_before_the_door,
     assert_down,
     at_hover,
     call,
     found,
-    lands_on_the_pad,
+    lands,
     put,
     swinging,
 )
@@ -51,10 +52,6 @@ def lose_the_terminal(_: FlightRig, flight: Flight) -> None:
 def astray(*offset: float) -> Injection:
     """Poses put it right a second later: what it was told to hold until then is not where the vehicle is."""
     return put("rig.autopilot.estimator.error", np.array(offset))
-
-
-def anywhere(_: FlightRig) -> None:
-    """It may land where it is."""
 
 
 @dataclass(frozen=True)
@@ -95,12 +92,9 @@ def test_a_fault_in_flight(rig: FlightRig, name: str) -> None:
     case = CASES[name]
     flight = case.where(rig)
     case.inject(rig, flight)
-    report = flight.end()
-    assert report.end is End.LANDED
+    report = lands(rig, flight, case.place)
     assert found(report) >= set(case.shows) and not (case.alone and len(found(report)) > len(case.shows))
     assert Fault.SESSION not in found(report), "the program itself flew it back"
-    assert_down(rig)
-    case.place(rig)
 
 
 def test_wind_pushes_too_hard(rig):
@@ -108,10 +102,7 @@ def test_wind_pushes_too_hard(rig):
     rig.far.call("rig.plant.blow", (-25.0, 0.0, 0.0))
     until(lambda: flight.session.supervisor.findings, "a finding")
     rig.far.call("rig.plant.blow", (0.0, 0.0, 0.0))
-    report = flight.end()
-    assert report.end is End.LANDED
-    assert found(report) & {Fault.FORCE, Fault.SPEED, Fault.TILT}
-    assert_down(rig)
+    assert found(lands(rig, flight, anywhere)) & {Fault.FORCE, Fault.SPEED, Fault.TILT}
 
 
 def test_a_gripper_that_is_stuck_for_a_while(rig):
@@ -121,7 +112,7 @@ def test_a_gripper_that_is_stuck_for_a_while(rig):
     time.sleep(3.0)
     assert rig.links.holding
     rig.far.call("set_spring", SPRING)
-    lands_on_the_pad(rig, flight)
+    lands(rig, flight)
 
 
 def test_a_gripper_that_is_stuck_as_the_mission_lets_go(rig):
@@ -133,7 +124,7 @@ def test_a_gripper_that_is_stuck_as_the_mission_lets_go(rig):
     time.sleep(2.0)
     assert rig.links.holding
     rig.far.call("set_spring", SPRING)
-    assert found(lands_on_the_pad(rig, flight)) == {Fault.OPERATOR_ABORT, Fault.GRIPPER}
+    assert found(lands(rig, flight)) == {Fault.OPERATOR_ABORT, Fault.GRIPPER}
 
 
 @pytest.mark.parametrize(
