@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from doorman.exceptions import DoormanError, RecordingError, how_to_install
 from doorman.recording.files.cdr import TIME
-from doorman.recording.files.messages import HEADER
+from doorman.recording.files.header import HEADER
 from doorman.recording.recording import Recording, Topic, columns
 
 Format = Literal["csv", "parquet"]

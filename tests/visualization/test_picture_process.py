@@ -33,16 +33,13 @@ def drawn_here(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     """Figures that are drawn at once, and the names of those that this process draws."""
     here, me = [], os.getpid()
 
-    def draw(name: str) -> pictures.Draw:
-        def figure(recording: Recording, model: Model) -> Figure:
-            assert len(recording["truth"].time) > 1 and model.n_arm
-            if os.getpid() == me:
-                here.append(name)
-            return Figure(figsize=(1, 1))
+    def draw(name: str, recording: Recording, model: Model) -> Figure:
+        assert len(recording["truth"].time) > 1 and model.n_arm
+        if os.getpid() == me:
+            here.append(name)
+        return Figure(figsize=(1, 1))
 
-        return figure
-
-    monkeypatch.setattr(pictures, "_FIGURES", {name: draw(name) for name in pictures._FIGURES})
+    monkeypatch.setattr(pictures, "figure_of", draw)
     return here
 
 

@@ -20,8 +20,7 @@ ROOT = Path(__file__).parents[2]
 @pytest.fixture
 def quick(monkeypatch):
     """Pictures that are drawn at once; what is tried is how they are written."""
-    empty = {name: lambda recording, model: Figure(figsize=(1, 1)) for name in pictures._FIGURES}
-    monkeypatch.setattr(pictures, "_FIGURES", empty)
+    monkeypatch.setattr(pictures, "figure_of", lambda name, recording, model: Figure(figsize=(1, 1)))
 
 
 def test_a_disk_that_fills_up_costs_the_pictures_that_do_not_fit(quick, flight, model, tmp_path, monkeypatch):
