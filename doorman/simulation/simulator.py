@@ -18,8 +18,8 @@ from doorman.kinematics.vehicles.rotor_layout import rotor_layout
 from doorman.model import Model
 from doorman.numba_types.handles import held
 from doorman.simulation.delay_line import DelayLine
-from doorman.simulation.plant.contact import TOUCH, ContactReader, Gripper
 from doorman.simulation.plant.engine import check_stability, engine
+from doorman.simulation.plant.gripper import TOUCH, ContactReader, Gripper
 from doorman.simulation.plant.hinge_torques import HingeTorques
 from doorman.simulation.plant.onboard.attitude_loop import AttitudeGains
 from doorman.simulation.plant.parameters import step_parameters
@@ -75,16 +75,12 @@ class Simulator(Uncopied):
         self._mujoco = engine()
         self.layout = rotor_layout(model.vehicle, model.scenario.simulation.torque_per_thrust)
         self.plant = build_plant(self._mujoco, model, self.layout, time_step)
-        data = self.plant.data
-        shapes = self.plant.tip_shapes, self.plant.leaf_shapes
-        true = model.scenario.simulation
-        self._gripper = Gripper(
-            self._mujoco, self.plant.engine_model, data, *shapes, true.gripper_closes, true.gripper_force
-        )
+        data, true = self.plant.data, model.scenario.simulation
+        self._gripper = Gripper(self._mujoco, self.plant, true.gripper_closes, true.gripper_force)
         at_door = model.scenario.mission.start == "contact"
         if self._gripper.closed and not at_door:
             self._gripper.set(False)
-        self._contacts = ContactReader(self._mujoco, self.plant.engine_model, data, *shapes, self._gripper)
+        self._contacts = ContactReader(self._mujoco, self.plant, self._gripper)
         self._hinge = HingeTorques(model, self.plant)
         self._tip_on_frame = _tip_on_frame(self.plant)
         gains = gains or simulated_gains(model)
