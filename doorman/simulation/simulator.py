@@ -25,7 +25,7 @@ from doorman.simulation.plant.onboard.attitude_loop import AttitudeGains
 from doorman.simulation.plant.parameters import step_parameters
 from doorman.simulation.plant.plant import Plant, build_plant
 from doorman.simulation.plant.stepping import look, take_steps, truth_parts
-from doorman.simulation.reality.drag import drag
+from doorman.simulation.reality.drag import Drag
 from doorman.simulation.reality.latch import Latch
 from doorman.simulation.reality.true_thrust import true_thrust
 from doorman.simulation.truth import Truth
@@ -93,7 +93,9 @@ class Simulator(Uncopied):
         self._parts = truth_parts(model.n_arm, self.layout.count)
         self._command[0] = model.vehicle.weight
         self._command[1:5] = quaternion_of(model.start_state[:3])
-        self._thrust, self._drag = true_thrust(model, self.plant, self.layout), drag(model, self.plant, self.layout)
+        self._thrust = true_thrust(model, self.plant, self.layout)
+        resisted = true.vehicle_drag > 0.0 or true.wash.wall > 0.0
+        self._drag = Drag(model, self.plant, self.layout) if resisted else None
         self._strains = true.gripper_force is not None
         latched = model.scenario.door.latch is not None and model.scenario.door.beside
         self._latch = Latch(model, self.plant.engine_model, data) if latched else None
