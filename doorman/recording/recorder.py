@@ -146,7 +146,7 @@ class Recorder(Uncopied):
             with self._errors_remembered():
                 self._hand_over()
                 if self._writer is not None and self._stream is not None:
-                    self._writer.finish()
+                    self._writer.finish()  # type: ignore[no-untyped-call]
                     self._stream.flush()
                     if self._syncer is not None:
                         self._written = self._stream.tell()
@@ -173,10 +173,8 @@ class Recorder(Uncopied):
         found = self._read_back()
         blocks = {topic: [columns] for topic, columns in found.topics.items()}
         for name, channel in list(self._channels.items()):
-            if channel.kept:
-                channel.kept = [
-                    joined(channel.kept)
-                ]  # shared with the recording, which needs no memory of its own then
+            if channel.kept:  # the recording shares one block, and needs no memory of its own
+                channel.kept = [joined(channel.kept)]
                 blocks.setdefault(name, []).extend(channel.kept)
         topics = {name: Topic(name, *joined(parts)) for name, parts in blocks.items()}
         whole = self._error is None and not found.damaged_chunks
@@ -239,7 +237,7 @@ class Recorder(Uncopied):
     def _write_batch(self) -> None:
         if self._writer is not None:
             self._frame()
-            self._writer.flush()
+            self._writer.flush()  # type: ignore[no-untyped-call]
 
     def _frame(self) -> None:
         """Put what waits into the writer's chunk."""

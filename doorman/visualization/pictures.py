@@ -113,7 +113,8 @@ def figure_of(name: str, recording: Recording, model: Model) -> Figure:
 
 def _draw(name: str, recording: Recording, model: Model, folder: Path) -> dict[str, str]:
     """Write a figure in every format; names of files that could not be written, and why."""
-    figure, missing = figure_of(name, recording, model), {}
+    figure = figure_of(name, recording, model)
+    missing: dict[str, str] = {}
     lay_out(figure)
     for suffix in FORMATS:
         missing |= _write(partial(save_as, figure), folder / f"{name}.{suffix}")

@@ -210,7 +210,7 @@ class _Reader:
         end = self._bytes(max(self._size - _FOOTER - len(MAGIC), 0), _FOOTER + len(MAGIC))
         statistics = None
         try:
-            footer = next(StreamReader(BytesIO(end), skip_magic=True).records)
+            footer: Any = next(StreamReader(BytesIO(end), skip_magic=True).records)
             data = self._bytes(footer.summary_start, self._size - len(end) - footer.summary_start) + end
             if zlib.crc32(data[: -len(MAGIC) - 4]) != footer.summary_crc:
                 return None

@@ -27,7 +27,7 @@ def whole_record(opcode: int, content: bytes) -> McapRecord | None:
     """What a record holds, a chunk decompressed; None if it is none that doorman writes, or is visibly damaged."""
     stream = ReadDataStream(BytesIO(content))
     try:
-        record = _READERS[opcode](stream)
+        record: McapRecord | None = _READERS[opcode](stream)
         if isinstance(record, Chunk):
             record = _decompressed(record)
     except Exception:  # parsers raise whatever they stumble over

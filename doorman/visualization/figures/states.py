@@ -103,7 +103,7 @@ def _draw_prediction(axes: Axes, recording: Recording, model: Model, index: int)
     for k in np.unique(np.linspace(0, len(states) - 1, _HORIZONS).astype(int)):
         horizon = plan.time[k] + step * np.arange(states.shape[1])
         axes.plot(horizon, states[k], color=RED, linewidth=0.5, linestyle=(0, (4, 3)), alpha=0.7, label="horizon")
-    style = {"color": RED, "linestyle": "--", "linewidth": 0.8, "zorder": 3}
+    style: Any = {"color": RED, "linestyle": "--", "linewidth": 0.8, "zorder": 3}
     axes.plot(plan.time + ahead * step, states[:, ahead], label="predicted", **style)
 
 
