@@ -55,7 +55,7 @@ class Task:
     def __init__(self, pattern: ArmPattern, point_names: tuple[str, ...], numbers: Numbers) -> None:
         self.time = ca.SX.sym("time")
         """Time of the node since the plan's first one, plus the planner's time [s]."""
-        self.attitude = _symbols("roll", "pitch", "yaw")
+        self.attitude = ca.vertcat(*map(ca.SX.sym, ("roll", "pitch", "yaw")))
         """Φ, (3, 1) [rad]."""
         self.door_angle = ca.SX.sym("door_angle")
         """α: π/2 is closed [rad]."""
@@ -176,10 +176,6 @@ class Task:
         r"""What acts on a leaf that stands, but friction: :math:`k(\alpha-\alpha_0) + \tau_d + G(\alpha)` [N m]."""
         spring = self.door.stiffness * (self.door_angle - self.door.rest_angle)
         return spring + self.door.disturbance + self.leaf.weight_torque
-
-
-def _symbols(*names: str) -> Any:
-    return ca.vertcat(*(ca.SX.sym(name) for name in names))
 
 
 def _group(group: str, named: Mapping[str, Any]) -> SimpleNamespace:

@@ -27,7 +27,7 @@ __all__ = ["ArmGeometry", "Rotor", "Vehicle"]
 
 
 _LEVEL = 1e-3
-"""Height above the rotors up to which an arm's root counts as level with them [m]."""
+"""Height above the rotors up to which an arm's first joint, or the tip of a stick, counts as level with them [m]."""
 _WEIGHTLESS = 0.01
 """Share of the whole mass up to which what carries the base link only writes that it moves, and is no cart and no rail."""
 
@@ -226,15 +226,12 @@ class Vehicle:
         points = np.array([base.actInv(self._data.oMf[i].translation) for i in self._point_frames])
         origins = np.vstack([joints, np.zeros(3)])  # index −1: the body
         parents.flags.writeable = False
+        rotors = max([0.0, *(float(rotor.position[2]) for rotor in self.rotors)])  # the plane z = 0 without any
         return ArmGeometry(
             axes=frozen(axes),
             links=frozen(np.diff(np.vstack([np.zeros(3), joints]), axis=0)),
             slides=self.slides,
             point_parents=parents,
             point_offsets=frozen(points - origins[parents]),
-            above=self._is_above((joints if self.n_arm else points)[0]),
+            above=bool((joints if self.n_arm else points)[0][2] > rotors + _LEVEL),
         )
-
-    def _is_above(self, root: Array) -> bool:
-        """Whether the arm's first joint, or the tip of a stick, lies above the rotors; the plane z = 0 without rotors."""
-        return bool(root[2] > max([0.0, *(float(rotor.position[2]) for rotor in self.rotors)]) + _LEVEL)
