@@ -88,10 +88,10 @@ class AuthorityKeeper:
                 return []
             before = self._requests
             self._next_request, self._requests = now + _REPEAT, before + 1
-            command, parameters = mavlink.MAV_CMD_DO_SET_MODE, dialect.mode_parameters(dialect.land_mode)
+            number, parameters = mavlink.MAV_CMD_DO_SET_MODE, [*dialect.mode_parameters(dialect.land_mode)]
             if before % 2:
-                command, parameters = mavlink.MAV_CMD_NAV_LAND, (0.0, 0.0, 0.0, *[dialect.no_place] * 3)
-            return [command_message(target, command, *parameters, confirmation=min(255, before))]
+                number, parameters = mavlink.MAV_CMD_NAV_LAND, [0.0, 0.0, 0.0, *[dialect.no_place] * 3]
+            return [command_message(target, number, *parameters, confirmation=min(255, before))]
 
     def accepted(self, command: int, now: float) -> None:
         with self._lock:
