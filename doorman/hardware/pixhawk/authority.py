@@ -86,14 +86,12 @@ class AuthorityKeeper:
         with self._lock:
             if not self.landing_requested or now < self._next_request:
                 return []
-            self._next_request = now + _REPEAT
-            self._requests += 1
-            confirmation = min(255, self._requests - 1)
-            if self._requests % 2 == 0:
-                here = (0.0, 0.0, 0.0, *[dialect.no_place] * 3)
-                return [command_message(target, mavlink.MAV_CMD_NAV_LAND, *here, confirmation=confirmation)]
-            mode = dialect.mode_parameters(dialect.land_mode)
-            return [command_message(target, mavlink.MAV_CMD_DO_SET_MODE, *mode, confirmation=confirmation)]
+            before = self._requests
+            self._next_request, self._requests = now + _REPEAT, before + 1
+            number, parameters = mavlink.MAV_CMD_DO_SET_MODE, [*dialect.mode_parameters(dialect.land_mode)]
+            if before % 2:
+                number, parameters = mavlink.MAV_CMD_NAV_LAND, [0.0, 0.0, 0.0, *[dialect.no_place] * 3]
+            return [command_message(target, number, *parameters, confirmation=min(255, before))]
 
     def accepted(self, command: int, now: float) -> None:
         with self._lock:

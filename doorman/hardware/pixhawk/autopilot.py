@@ -170,7 +170,12 @@ class Autopilot(FlightSteps):
     def _heard(self, duration: float) -> list[VehicleSample]:
         """The samples of a while, as they come."""
         samples: list[VehicleSample] = []
-        self._link.until(lambda: bool(samples.append(self._link.tracker.sample)), duration)  # type: ignore[func-returns-value]
+
+        def note() -> bool:
+            samples.append(self._link.tracker.sample)
+            return False
+
+        self._link.until(note, duration)
         return samples
 
     def calibrate_hover(

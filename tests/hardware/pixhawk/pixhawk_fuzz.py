@@ -11,6 +11,7 @@ import random
 import struct
 import sys
 import time
+from itertools import pairwise
 from typing import Any
 
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
@@ -113,19 +114,12 @@ class Fuzzer:
         return self.random.choice((low, high, 0, 1, self.random.randint(low, high)))
 
 
-def main() -> None:
-    """Fuzz with as many inputs as the first argument says, from the seed of the second."""
-    count = int(sys.argv[1]) if len(sys.argv) > 1 else 100_000
-    fuzzer = Fuzzer(int(sys.argv[2]) if len(sys.argv) > 2 else 0)
-    longest = 0.0
-    started = time.monotonic()
-    for _ in range(count):
-        before = time.monotonic()
-        fuzzer.once()
-        longest = max(longest, time.monotonic() - before)
-    counters = fuzzer.link.codec.counters  # type: ignore[union-attr]
-    print(f"{count} inputs in {time.monotonic() - started:.1f} s, the longest took {1e3 * longest:.1f} ms: {counters}")
-
-
 if __name__ == "__main__":
-    main()
+    count, seed = [*map(int, sys.argv[1:]), *(100_000, 0)[len(sys.argv) - 1 :]]
+    fuzzer, times = Fuzzer(seed), [time.monotonic()]
+    for _ in range(count):
+        fuzzer.once()
+        times.append(time.monotonic())
+    longest = max(after - before for before, after in pairwise(times))
+    counters = fuzzer.link.codec.counters  # type: ignore[union-attr]
+    print(f"{count} inputs in {times[-1] - times[0]:.1f} s, the longest took {1e3 * longest:.1f} ms: {counters}")

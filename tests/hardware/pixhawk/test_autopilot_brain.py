@@ -26,19 +26,15 @@ def vehicle(request: pytest.FixtureRequest) -> Sandbox:
 # ------------------------------------------------------------ modes and arming
 
 
-def test_px4_acknowledges_offboard_without_a_stream_and_does_not_change(vehicle_px4):
-    before = vehicle_px4.brain.mode
-    assert vehicle_px4.request("companion") == 0 and vehicle_px4.brain.mode == before
-    vehicle_px4.fly()
-
-
-@pytest.mark.parametrize(("limit", "waited", "entered"), [(1.0, 0.8, True), (1.0, 1.2, False), (0.2, 0.4, False)])
-def test_px4_takes_one_setpoint_for_a_stream_as_long_as_it_is_new(vehicle_px4, limit, waited, entered):
+@pytest.mark.parametrize(
+    ("limit", "waited", "entered"), [(1.0, None, False), (1.0, 0.8, True), (1.0, 1.2, False), (0.2, 0.4, False)]
+)
+def test_px4_acknowledges_offboard_and_enters_it_only_where_a_setpoint_is_new(vehicle_px4, limit, waited, entered):
     vehicle_px4.parameters["COM_OF_LOSS_T"] = limit
-    vehicle_px4.hold()
-    vehicle_px4.step(waited)
-    vehicle_px4.request("companion")
-    assert vehicle_px4.brain.is_in("companion") is entered
+    if waited is not None:
+        vehicle_px4.hold()
+        vehicle_px4.step(waited)
+    assert vehicle_px4.request("companion") == 0 and vehicle_px4.brain.is_in("companion") is entered
 
 
 def test_px4_in_the_air_refuses_a_mode_that_it_cannot_fly(vehicle_px4):
@@ -51,10 +47,15 @@ def test_px4_in_the_air_refuses_a_mode_that_it_cannot_fly(vehicle_px4):
     assert vehicle_px4.brain.request_take_off(2.0) == UNSUPPORTED
 
 
-def test_ardupilot_needs_a_position_for_guided(vehicle_ardupilot):
+def test_ardupilot_needs_a_position_for_guided_and_waits_for_its_gyros(vehicle_ardupilot):
     vehicle_ardupilot.valid = False
     vehicle_ardupilot.step(0.1)
     assert vehicle_ardupilot.request("companion") == FAILED and vehicle_ardupilot.brain.is_in("stabilize")
+    vehicle_ardupilot.valid, vehicle_ardupilot.now = True, 21.0
+    vehicle_ardupilot.step(0.1)
+    assert vehicle_ardupilot.arm() == FAILED
+    vehicle_ardupilot.step(1.0)
+    assert vehicle_ardupilot.arm() == 0
 
 
 def test_the_pilot_wins(vehicle):
@@ -91,14 +92,6 @@ def test_px4_does_not_arm_in_offboard_without_a_stream_or_without_a_station_that
     vehicle_px4.parameters["NAV_DLL_ACT"], vehicle_px4.station_age = 2, math.inf
     vehicle_px4.step(0.1, vehicle_px4.hold)
     assert vehicle_px4.arm() == TEMPORARILY_REJECTED and "GCS" in vehicle_px4.brain.texts[-1][1]
-
-
-def test_ardupilot_waits_for_its_gyros(vehicle_ardupilot):
-    vehicle_ardupilot.now = 21.0
-    vehicle_ardupilot.step(0.1)
-    assert vehicle_ardupilot.arm() == FAILED
-    vehicle_ardupilot.step(1.0)
-    assert vehicle_ardupilot.arm() == 0
 
 
 def test_who_does_not_take_off_is_disarmed(vehicle):

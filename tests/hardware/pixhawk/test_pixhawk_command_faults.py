@@ -99,7 +99,7 @@ def test_autopilot_loses_its_estimate(rigs):
     rig.happens(EventKind.CONTROL_LOST)
     rig.happens(EventKind.AUTOPILOT_FAILSAFE)
     rig.happens(EventKind.STATE_STALE)  # positions still come
-    rig.says("ailsafe")
+    rig.happens(EventKind.STATUS_TEXT, words="ailsafe")
     assert landed(rig)
 
 

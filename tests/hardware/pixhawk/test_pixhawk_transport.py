@@ -143,6 +143,7 @@ def test_a_stream_is_busy_while_the_device_takes_no_more(opened):
             assert not line.busy
             while not line.busy:
                 line.send(bytes(1000))
+            assert not line._waiting, "the system has taken all of it, and not sent it"
             with pytest.raises(DeviceLost, match="does not read"):
                 for _ in range(100_000):
                     line.send(bytes(1000))

@@ -30,6 +30,8 @@ _FAST_SYNC_PERIOD = 0.02
 _TRIES = 5
 _TEXT_WAIT = 0.3
 """Longest wait for the autopilot's reasons, which may follow its refusal [s]."""
+_CANCELLED = 6
+"""MAV_RESULT that pymavlink's dialect lacks."""
 _LONGEST_PROGRESS, _NEXT_PROGRESS = 30.0, 2.0
 """Longest wait for a command in progress: in all, and until the next acknowledgement [s]."""
 
@@ -107,9 +109,8 @@ class Link(Inbox, InThread):
             return Outcome(OutcomeStatus.DONE)
         self.until(lambda: bool(self.exchange.texts(started)), _TEXT_WAIT)
         known = mavlink.enums["MAV_RESULT"].get(result)
-        words = (
-            f"result {result}" if known is None else known.name.removeprefix("MAV_RESULT_").lower().replace("_", " ")
-        )
+        name = f"result {result}" if known is None else known.name.removeprefix("MAV_RESULT_").lower().replace("_", " ")
+        words = "cancelled" if result == _CANCELLED else name
         text = ": ".join(filter(None, (f"command {number} {words}", "; ".join(self.exchange.texts(started)))))
         self.events.happen(EventKind.COMMAND_REFUSED, self.time.now(), text, command=number, result=result)
         return Outcome(OutcomeStatus.REFUSED, text)
