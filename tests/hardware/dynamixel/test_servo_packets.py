@@ -96,7 +96,9 @@ def test_a_lying_length_swallows_nothing_and_the_wait_ends_with_the_deadline():
 
 def test_echoed_instructions_are_passed_over():
     echo = instruction_packet(1, Instruction.READ, b"\x84\x00\x04\x00")
-    assert parse(echo + status_packet(1, 0, b"\x01\x02\x03\x04")) == [StatusPacket(1, 0, b"\x01\x02\x03\x04")]
+    (packet,) = parse(echo + status_packet(1, 0x87, b"\x01\x02\x03\x04"))
+    assert packet == StatusPacket(1, 0x87, b"\x01\x02\x03\x04")
+    assert packet.alert and packet.error_number == 7
 
 
 def test_silence_is_not_damage():
@@ -105,12 +107,6 @@ def test_silence_is_not_damage():
     parser.feed(status_packet(1, 0, b"\x01\x02\x03\x04"))
     assert parser.finish() == []
     assert parser.damaged == 0
-
-
-def test_alert_and_error_number():
-    (packet,) = parse(status_packet(1, 0x87))
-    assert packet.alert
-    assert packet.error_number == 7
 
 
 def test_the_buffer_does_not_grow():

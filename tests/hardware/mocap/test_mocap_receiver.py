@@ -103,10 +103,15 @@ def threads() -> set[threading.Thread]:
 def test_constructor_touches_no_device():
     port, before = free_port(), threads()
     receiver = MocapReceiver(MocapConfig(NAME, f"udp:{port}"))
+    for misuse in (receiver.read, lambda: receiver.statistics, lambda: receiver.wait(None, 1.0)):
+        with pytest.raises(BackendError, match="not open"):
+            misuse()
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
         other.bind(("127.0.0.1", port))
-        with pytest.raises(BackendError, match=r"cannot listen: Address already in use.*mocap|mocap\.connection"):
+        with pytest.raises(BackendError, match=r"mocap\.connection: cannot listen: Address already in use"):
             receiver.open()
+    with pytest.raises(BackendError, match="cannot listen"):
+        MocapReceiver(MocapConfig(NAME, f"udp:192.0.2.1:{free_port()}")).open()
     assert threads() == before
 
 
@@ -115,6 +120,8 @@ def test_with_opens_and_always_stops(make_rig):
     with pytest.raises(KeyError), rig.receiver:
         assert rig.receiver.read().count > 0
         assert len(threads() - before) == 1
+        with pytest.raises(BackendError, match="open already"):
+            rig.receiver.open()
         raise KeyError
     with pytest.raises(BackendError, match="not open"):
         rig.receiver.read()
@@ -122,19 +129,6 @@ def test_with_opens_and_always_stops(make_rig):
     rig.receiver.stop()
     with rig.receiver as again:
         assert again.read().count > 0
-
-
-def test_open_twice_is_refused(rig):
-    with pytest.raises(BackendError, match="open already"):
-        rig.receiver.open()
-    assert rig.receiver.read().count > 0
-
-
-@pytest.mark.parametrize("call", ["read", "statistics", "wait"])
-def test_nothing_works_before_open(call):
-    receiver = MocapReceiver(MocapConfig(NAME))
-    with pytest.raises(BackendError, match="not open"):
-        receiver.wait(None, 1.0) if call == "wait" else getattr(receiver, call) and receiver.read()
 
 
 def test_wait_gives_up(rig):
@@ -145,36 +139,23 @@ def test_wait_gives_up(rig):
 
 
 @pytest.mark.parametrize(
-    ("faults", "told"),
+    ("options", "told"),
     [
-        ({"silent": True}, "no packets arrive"),
-        ({"wrong_name": "wand"}, "the stream holds only: wand"),
-        ({"absent": True}, "the stream holds only: no object"),
-        ({"frozen": True}, "the cameras do not see the object"),
-        ({"truncate": 1.0}, "only damaged packets arrive"),
-        ({"outliers": 1.0}, "no steady poses arrive"),
+        ({"faults": {"silent": True}}, "no packets arrive"),
+        ({"faults": {"wrong_name": "wand"}}, "the stream holds only: wand"),
+        ({"faults": {"absent": True}}, "the stream holds only: no object"),
+        ({"faults": {"frozen": True}}, "the cameras do not see the object"),
+        ({"faults": {"truncate": 1.0}, "emulator": {"packet_size": None}}, "only damaged packets arrive"),
+        ({"faults": {"outliers": 1.0}}, "no steady poses arrive"),
+        ({"sender": "127.0.0.2"}, "only packets from other senders arrive"),
+        ({"emulator": {"rate": 150.0}}, "mocap.rate: the cameras send frames at another rate (given 100.0; allowed"),
     ],
-)
-def test_open_tells_why_there_is_no_pose(make_rig, faults, told):
-    rig = make_rig(emulator={"packet_size": None}, faults=faults)
+)  # fmt: skip
+def test_open_tells_why_there_is_no_pose(make_rig, options, told):
+    rig = make_rig(**options)
     with pytest.raises(BackendError) as refusal:
-        rig.receiver.open(0.25)
+        rig.receiver.open(0.5)
     assert told in str(refusal.value)
-
-
-def test_a_sender_can_be_prescribed(make_rig):
-    rig = make_rig(sender="127.0.0.2")
-    with pytest.raises(BackendError, match="only packets from other senders arrive"):
-        rig.receiver.open(0.3)
-
-
-def test_open_refuses_another_rate(make_rig):
-    rig = make_rig(emulator={"rate": 150.0})
-    with pytest.raises(
-        BackendError,
-        match=r"mocap\.rate: the cameras send frames at another rate \(given 100\.0; allowed: the stream's 1",
-    ):
-        rig.receiver.open()
 
 
 def test_a_vehicle_that_does_not_move_is_not_occluded(make_rig):
@@ -238,11 +219,6 @@ def test_settings_are_checked(fields, named):
 def test_offsets_are_checked(name):
     with pytest.raises(DimensionError, match=rf"mocap\.{name}"):
         MocapConfig(NAME, **{name: (0.0, math.nan, 0.0)})
-
-
-def test_address_of_another_computer_is_refused():
-    with pytest.raises(BackendError, match="cannot listen"):
-        MocapReceiver(MocapConfig(NAME, f"udp:192.0.2.1:{free_port()}")).open()
 
 
 def test_emulator_sends_what_tracker_sends():
