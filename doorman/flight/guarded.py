@@ -25,7 +25,7 @@ from doorman.hardware.pixhawk import (
     PositionSetpoint,
     SampleStatus,
 )
-from doorman.hardware.pixhawk.autopilot import LEAST_HEIGHT, MOST_HEIGHT
+from doorman.hardware.pixhawk.sequences import LEAST_HEIGHT, MOST_HEIGHT
 from doorman.hardware.safety import Action, Fault, Observation, Observer, Supervisor
 from doorman.hardware.vehicle import Places, VehicleBackend, VehicleLinks
 from doorman.model import Model

@@ -424,6 +424,6 @@ def test_misuse_is_refused():
         _ = emulator.port
     with pytest.raises(BackendError, match="no such servo.*allowed: 1, 2"):
         emulator.servo(3)
-    with emulator, pytest.raises(BackendError, match="runs already"):
+    with emulator, pytest.raises(BackendError, match="open already"):
         emulator.open()
     emulator.stop()

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from doorman.hardware.mocap.packets import Malformed, ObjectPacket, TrackedObject, pack, parse
+from doorman.hardware.mocap.packets import ObjectPacket, TrackedObject, pack, parse
 from doorman.rig.emulators.mocap.emulator import SIZES
 
 HEADER = bytes.fromhex("0403020101")  # frame 0x01020304, one item
@@ -48,25 +48,24 @@ def test_names(name):
 
 @pytest.mark.parametrize("length", range(80))
 def test_every_truncation_is_told(length):
-    assert isinstance(parse((HEADER + ITEM + POSE)[:length]), Malformed)
+    assert isinstance(parse((HEADER + ITEM + POSE)[:length]), str)
 
 
 @pytest.mark.parametrize("size", [0, 1, 71, 73, 144, 65535])
 def test_wrong_sizes_are_told(size):
     data = HEADER + struct.pack("<BH", 0, size) + b"quad" + bytes(20) + POSE + bytes(200)
-    assert isinstance(parse(data), Malformed)
+    assert isinstance(parse(data), str)
 
 
 def test_more_items_promised_than_sent():
     found = parse(struct.pack("<IB", 7, 2) + ITEM + POSE)
-    assert isinstance(found, Malformed)
-    assert "ends before item 2 of 2" in found.reason
+    assert isinstance(found, str) and "ends before item 2 of 2" in found
 
 
 @given(st.binary(max_size=600))
 def test_any_bytes_have_an_answer(data):
     found = parse(data)
-    assert isinstance(found, ObjectPacket | Malformed)
+    assert isinstance(found, ObjectPacket | str)
     if isinstance(found, ObjectPacket):
         assert len(found.objects) <= len(data) // 75
 

@@ -97,7 +97,7 @@ def test_it_listens_on_loopback_only(rig):
 
 
 def threads() -> set[threading.Thread]:
-    return {one for one in threading.enumerate() if one.name == "mocap"}
+    return {one for one in threading.enumerate() if one.name == "mocap receiver"}
 
 
 def test_constructor_touches_no_device():
