@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from attitude_matrices import euler_rate_matrix
 
 from doorman.exceptions import BackendError
 from doorman.hardware.dynamixel import BusState, ServoFault, ServoSample
@@ -14,7 +15,7 @@ from doorman.hardware.mocap.sample import measured
 from doorman.hardware.pixhawk import SampleStatus, VehicleSample
 from doorman.hardware.vehicle.backend import Ticker
 from doorman.hardware.vehicle.measurement import compose
-from doorman.kinematics.rotations import euler_rate_matrix, quaternion_of
+from doorman.kinematics.rotations import quaternion_of
 
 NOW, OPENED = 50.0, 40.0
 RATES = np.array([0.2, -0.3, 0.5])
