@@ -170,8 +170,9 @@ def test_packets_for_32_servos(flown, layout):
 
 def test_rotors_that_are_no_frame_of_the_autopilot(layout):
     turned = np.array([[np.cos(a), np.sin(a), 0.0] for a in np.arange(6) * np.pi / 3])
-    with pytest.raises(BackendError, match="X frame"):
-        outputs_of(RotorLayout(frozen(turned), layout.directions, layout.max_thrusts, 0.016))
+    for places in (turned, layout.positions[[0, 0, 2, 3, 4, 5]]):
+        with pytest.raises(BackendError, match="X frame"):
+            outputs_of(RotorLayout(frozen(places), layout.directions, layout.max_thrusts, 0.016))
     with pytest.raises(BackendError, match="4, 6, 8"):
         outputs_of(RotorLayout(frozen(np.zeros((5, 3))), frozen(np.ones(5)), frozen(np.ones(5)), 0.016))
 

@@ -22,8 +22,6 @@ _FAILSAFE_DELAY = 0.1
 """Time from the end of the stream to the failsafe [s]."""
 _OFF_GROUND = 0.03
 """A position setpoint that much above is a take-off [m]."""
-_TAKEN_OFF, _STILL = 0.05, 0.25
-"""A take-off is over within this distance [m], below this speed [m/s]."""
 _STANDING, _STUCK = 0.1, 1.0
 """A landing that sinks more slowly [m/s] for this time [s] has stopped, as land detectors find it."""
 _LAND_DETECTION = 1.0
@@ -52,7 +50,6 @@ class Brain:
         self._heard_at, self._armed_at = -math.inf, now  # when the newest setpoint came, and when it was armed [s]
         self._hold: Demand | None = None
         self._return: WayHome | None = None
-        self._taking_off_to: float | None = None
         self._halted_since = self._stands_since = math.inf
         """Since when a landing has stopped, and has stood on the ground [s]."""
         self._lost_at = self._killed_at = math.inf
@@ -83,7 +80,9 @@ class Brain:
             return UNSUPPORTED
         if not self.is_in("companion") or not self.armed or not self.landed or not 0.0 < height < math.inf:
             return self.dialect.refusal
-        self._taking_off_to, self._hold = float(self.home[2]) + height, None
+        place = np.array([*self._estimate.position[:2], self.home[2] + height])
+        self._target = self.demand = Demand(Task.POSITION, position=place, yaw=self._estimate.yaw)
+        self.landed = False
         return ACCEPTED
 
     def request_arming(self, arm: bool, forced: bool) -> int:
@@ -128,7 +127,6 @@ class Brain:
         heard = self.dialect.heeds_stream or (self.is_in("companion") and self.armed)
         if heard and not (demand is None and self.dialect.heeds_stream):
             self._target, self._heard_at = demand or Demand(Task.VELOCITY), self._now
-            self._taking_off_to = None
 
     # ------------------------------------------------------------ every step
 
@@ -165,15 +163,8 @@ class Brain:
         return self._wait() if self.landed else self._hold_here()
 
     def _follow(self) -> Demand:
-        """Obey the newest setpoint, or the command to take off."""
+        """Obey the newest setpoint."""
         target, height = self._target, float(self._estimate.position[2])
-        if self._taking_off_to is not None:
-            self.landed = False
-            hold = self._hold_here()
-            demand = Demand(Task.POSITION, position=np.array([*hold.position[:2], self._taking_off_to]), yaw=hold.yaw)
-            if self._taking_off_to - height < _TAKEN_OFF and self._estimate.velocity[2] < _STILL:
-                self.aim(demand)
-            return demand
         if target.task is not Task.POSITION and self._now - self._heard_at > self.parameters.get(
             "GUID_TIMEOUT", math.inf
         ):
@@ -276,6 +267,6 @@ class Brain:
     def _enter(self, mode: int) -> None:
         if mode != self.mode:
             self._hold = self._return = None
-        self.mode, self._goes_back, self._lost_at, self._taking_off_to = mode, False, math.inf, None
+        self.mode, self._goes_back, self._lost_at = mode, False, math.inf
         if not self.dialect.heeds_stream:
             self._target = Demand(Task.VELOCITY)
