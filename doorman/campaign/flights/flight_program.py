@@ -21,7 +21,7 @@ from doorman.campaign.flights.orders import OtherSoftware, check_software, unpac
 from doorman.compilation import cache_directory, kernel_counts
 from doorman.exceptions import DoormanError
 from doorman.locks import locked
-from doorman.mission import simulate
+from doorman.mission.simulate import prepare, simulate
 from doorman.model import Model
 from doorman.scenario import Scenario
 
@@ -32,9 +32,6 @@ _contents: dict[str, str] = {}
 
 _last: list[tuple[Scenario, Model]] = []
 """Scenario that was flown last, and its model: in a batch the next flight's, too."""
-
-_REHEARSAL = 0.1
-"""Length of a flight that only compiles [s]."""
 
 
 def main() -> None:
@@ -73,13 +70,6 @@ def answer(order: dict[str, Any]) -> dict[str, Any]:
     result["wall_time_s"] = time.perf_counter() - started
     result["kernels_compiled"] = kernel_counts().compiled - compiled
     return result
-
-
-def prepare(scenario: Scenario) -> None:
-    """Compile or load what flights of a scenario run: short ones, from the air and from the door, where plans are made."""
-    for start in ("hover", "contact"):
-        mission = scenario.mission.model_copy(update={"start": start})
-        simulate(scenario.model_copy(update={"mission": mission}), _REHEARSAL, force=True)
 
 
 def give_back_memory() -> None:
