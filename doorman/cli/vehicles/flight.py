@@ -32,7 +32,7 @@ from doorman.flight.ground.listening import NEEDED, without_links
 from doorman.flight.guarded import STOPPING
 from doorman.flown import carried_files, recorded_header, recorded_loop
 from doorman.hardware.scheduling import real_time
-from doorman.hardware.vehicle import VehicleLinks
+from doorman.hardware.vehicle import VehicleConfig, VehicleLinks
 from doorman.hardware.vehicle.waiting import await_links
 from doorman.hardware.vehicle_file import VehicleFile
 from doorman.model import Model
@@ -68,49 +68,60 @@ def fly_mission(
         raise DoormanError("not a duration", field="--duration", given=duration, allowed="a number of seconds > 0")
     file = VehicleFile() if vehicle is None else VehicleFile.load(vehicle)
     model = Model(file.scenario(source, parse_overrides(settings)))
-    console = Console(stderr=True, highlight=False)
     aside = output != "words"
-    result: dict[str, Any] | None
     say = partial(typer.echo, err=aside)
     if dry_run:
-        checks = _dry_run(model, file, links, vehicle is None, console)
+        checks = _dry_run(model, file, links, vehicle is None)
         _print_checks(checks, aside)
         good = ready(checks)
         words = "no check failed so far" if good else "the vehicle would not fly, see the lines marked 'no'"
         result = _on_the_ground(good, f"Dry run: {words}. Nothing was sent.", say)
     else:
-        config = file.links(model, links)
-        console.print("Preparing planner and controller")
-        planner, findings = Planner(model), check(model)
-        rehearse(model, planner)
-        console.print("Opening the links")
-        with real_time(), VehicleLinks(config, door=door_source(config)) as opened:
-            await_links(opened, console.print)
-            checks = preflight(model, opened, findings)
-            _print_checks(checks, aside)
-            result = _written(opened, say) or _refusal(checks, yes, say, aside)
-            if result is None and not yes:  # the answer may have taken its time
-                checks = preflight(model, opened, findings)
-                if not ready(checks):
-                    _print_checks(checks, aside)
-                    result = _refusal(checks, yes, say, aside)
-            if result is None:
-                path = out or new_folder(f"fly-{model.scenario.name}") / "flight.mcap"
-                result = _fly(model, opened, planner, checks, path, duration, say, feed)
+        checks, result = _on_the_vehicle(model, file.links(model, links), out, duration, yes, say, aside, feed)
         good = result["completed"] and result["end"] == End.LANDED.value and not result["seen"]
     if output == "json":
         typer.echo(json.dumps({"checklist": _as_data(checks), **result}, indent=2))
     return 0 if good else 1
 
 
-def _dry_run(
-    model: Model, file: VehicleFile, links: Mapping[str, object], no_file: bool, console: Console
-) -> list[Check]:
+def _on_the_vehicle(
+    model: Model,
+    config: VehicleConfig,
+    out: Path | None,
+    duration: float | None,
+    yes: bool,
+    say: Say,
+    aside: bool,
+    feed: int | None,
+) -> tuple[list[Check], dict[str, Any]]:
+    """Checklist and result of a flight, or of one that stays on the ground."""
+    tell = Console(stderr=True, highlight=False).print
+    tell("Preparing planner and controller")
+    planner, findings = Planner(model), check(model)
+    rehearse(model, planner)
+    tell("Opening the links")
+    with real_time(), VehicleLinks(config, door=door_source(config)) as opened:
+        await_links(opened, tell)
+        checks = preflight(model, opened, findings)
+        _print_checks(checks, aside)
+        result = _written(opened, say) or _refusal(checks, yes, say, aside)
+        if result is None and not yes:  # the answer may have taken its time
+            checks = preflight(model, opened, findings)
+            if not ready(checks):
+                _print_checks(checks, aside)
+                result = _refusal(checks, yes, say, aside)
+        if result is None:
+            path = out or new_folder(f"fly-{model.scenario.name}") / "flight.mcap"
+            result = _fly(model, opened, planner, checks, path, duration, say, feed)
+    return checks, result
+
+
+def _dry_run(model: Model, file: VehicleFile, links: Mapping[str, object], no_file: bool) -> list[Check]:
     """Check what can be checked without sending anything."""
     if no_file and not links.keys() >= NEEDED.keys():
         return without_links(model, check(model), links)
     config, findings = file.links(model, links), check(model)
-    console.print("Listening to the links without sending")
+    Console(stderr=True).print("Listening to the links without sending")
     return listen(model, config, findings)
 
 
