@@ -7,6 +7,7 @@ compiled or loaded. Of all flight processes of a machine one at a time prepares:
 from __future__ import annotations
 
 import ctypes
+import functools
 import json
 import os
 import queue
@@ -29,9 +30,6 @@ _INFRASTRUCTURE = (OSError, MemoryError, ImportError)
 """What a flight is not to blame for."""
 _contents: dict[str, str] = {}
 """Files of the orders, as the last preparation brought them."""
-
-_last: list[tuple[Scenario, Model]] = []
-"""Scenario that was flown last, and its model: in a batch the next flight's, too."""
 
 
 def main() -> None:
@@ -85,10 +83,10 @@ def _fly(scenario: Scenario, order: dict[str, Any]) -> dict[str, Any]:
     return simulate(model, order["duration"], order["seed"], path=order.get("path"), force=True).summary
 
 
+@functools.lru_cache(maxsize=1)
 def _model(scenario: Scenario) -> Model:
-    if not _last or _last[0][0] != scenario:
-        _last[:] = [(scenario, Model(scenario))]
-    return _last[0][1]
+    """The model of the scenario that was flown last: in a batch it is the next flight's, too."""
+    return Model(scenario)
 
 
 def _listen(orders: queue.SimpleQueue[dict[str, Any]]) -> None:
