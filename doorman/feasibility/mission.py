@@ -14,7 +14,7 @@ from doorman.feasibility.report import Finding, found, near, warning_if
 from doorman.feasibility.resting import torques_at_rest
 from doorman.feasibility.swing.rehearsal import Rehearsal
 from doorman.kinematics.coupling import ROOM_TO_LEVEL
-from doorman.kinematics.rotations import rotations_of
+from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import Model
 from doorman.planning.limits import largest_push
 
@@ -73,7 +73,7 @@ def _approach(model: Model) -> Finding:
     states = np.tile(state, (len(steps), 1))
     clearances = CollisionScene(model.vehicle, model.door).min_clearance_along(
         model.coupling.vehicle_position(state[:3], float(state[3]), state[5:]) + steps[:, None] / far * model.hover_offset,
-        rotations_of(states[:, :3]), states[:, 5:], states[:, 3],
+        np.tile(rotation_body_to_world(state[:3]), (len(steps), 1, 1)), states[:, 5:], states[:, 3],
     )  # fmt: skip
     worst, where = clearances.worst, float(steps[int(np.argmin(clearances.distances))])
     return found(

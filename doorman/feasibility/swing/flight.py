@@ -16,9 +16,9 @@ from doorman.feasibility.report import Finding, Severity, found, near, warning_i
 from doorman.feasibility.swing.geometry import inertia_in_words, shortest_swing
 from doorman.feasibility.swing.rehearsal import Rehearsal, least_resistance
 from doorman.feasibility.swing.room import ACTIVE
-from doorman.kinematics.rotations import rotation_body_to_world, rotations_of
+from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import Model
-from doorman.planning.own_motion import rotor_force
+from doorman.planning.grip.push import rotor_force
 from doorman.planning.pace import LONGEST, Pace, duration_held
 from doorman.planning.whole_body.references import BRAKES
 
@@ -237,7 +237,8 @@ def _clearances(model: Model, rehearsal: Rehearsal) -> list[Finding]:
 def _height(model: Model, scene: CollisionScene, states: Array) -> Finding:
     """Room above and below: a vehicle that is tied to the leaf by its tip rises and sinks as it tilts."""
     positions = np.array([model.coupling.vehicle_position(x[:3], float(x[3]), x[5:]) for x in states])
-    height, rotations = model.contact.between(_HEIGHT, _HEIGHT_TIED), rotations_of(states[:, :3])
+    rotations = np.array([rotation_body_to_world(x[:3]) for x in states])
+    height = model.contact.between(_HEIGHT, _HEIGHT_TIED)
     worst = min(
         (
             scene.min_clearance_along(positions + [0.0, 0.0, off], rotations, states[:, 5:], states[:, 3]).worst

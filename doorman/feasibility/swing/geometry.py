@@ -8,8 +8,7 @@ from collections.abc import Collection
 import numpy as np
 
 from doorman.collision.rows.jambs import JAMBS
-from doorman.collision.rows.leaf import LEAF
-from doorman.collision.rows.wall import WALL
+from doorman.collision.rows.plane import LEAF, WALL
 from doorman.feasibility.report import Finding, Severity, found, warning_if
 from doorman.feasibility.swing.rehearsal import DURATION, scaled
 from doorman.feasibility.swing.room import Swing, best_swing
