@@ -70,6 +70,14 @@ def number(value: Any, field: str, allowed: str = "a finite number") -> float:
     return found
 
 
+def positive(value: Any, field: str) -> float:
+    """A time above zero [s]."""
+    found = number(value, field, "> 0 s")
+    if found <= 0.0:
+        raise DimensionError("not above zero", field=field, given=value, allowed="> 0 s")
+    return found
+
+
 _MOST = 2**63 - 1
 """Largest integer that kernels and random generators take."""
 

@@ -7,6 +7,7 @@ import math
 
 import numpy as np
 
+from doorman.estimation.leaf.constants import CONSTANTS
 from doorman.kinematics.numbers import Numbers
 from doorman.model import Model
 from doorman.scenario import EstimationSection
@@ -24,22 +25,23 @@ SIZE = sum(STATES.values())
 LEAST_NOISE = 1e-4
 """Least noise of a pose's position: the filter must stay able to learn [m]."""
 
-_TABLES = "contact", "switch", "noise", "start"
+_TABLES = "contact", "noise", "start"
 
 TUNED = (
-    "sensor.pose", "sensor.tip_force",
-    *(f"{table}.{key}" for table in _TABLES for key in getattr(EstimationSection(), table).numbers()),
+    "sensor.pose", "sensor.tip_force", *CONSTANTS,
+    *(f"{table}.{key}" for table in _TABLES for key, _ in getattr(EstimationSection(), table)),
 )  # fmt: skip
-"""Names of what is no fact of vehicle or door; all but the sensors' are those of `[estimation]`."""
+"""Names of what is no fact of vehicle or door: constants, and keys of `[estimation]`; the sensors' are of the flight."""
 
 _ON_LEVER = 0.05
 """Deviation of the tip's speed in the face where it holds a lever, which turns on the leaf: 0.12 m long, by 0.4 rad/s [m/s]."""
 
 
 def leaf_numbers(model: Model, pose_deviation: float) -> Numbers:
-    """Numbers of a scenario: those of `[estimation]`, and what follows from vehicle and door."""
+    """Numbers of a scenario: constants, those of `[estimation]`, and what follows from vehicle and door."""
     settings = model.scenario.estimation
-    tuned = {f"{table}.{key}": value for table in _TABLES for key, value in getattr(settings, table).numbers().items()}
+    tuned = {name: value * model.ratios.get(unit, 1.0) for name, (value, unit) in CONSTANTS.items()}
+    tuned |= {f"{table}.{key}": value for table in _TABLES for key, value in getattr(settings, table)}
     if model.scenario.door.beside and not model.door.in_plane:
         tuned["contact.slip_rate"] = _ON_LEVER * model.scale.speed
     if model.door.at_its_stop(model.start_angle):

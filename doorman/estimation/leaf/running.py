@@ -94,15 +94,14 @@ class LeafRun:
 
         Where the leaf stands before the first touch is only presumed: one that nothing touches is where it is seen.
         """
-        off, start = abs(joint - float(self.estimate.mean[JOINT])), self._settings.start
+        off, number = abs(joint - float(self.estimate.mean[JOINT])), self._numbers.one
         if self._touches() < 1.0 - self._settings.sure and off > self._settings.gate * math.hypot(
             deviation, float(self.deviations[JOINT])
         ):
             rate = float(self.estimate.mean[JOINT_RATE])
-            self._knows({"joint": (joint, deviation), "joint_rate": (rate, start.astray_rate)}, {FREE: 1.0})
+            self._knows({"joint": (joint, deviation), "joint_rate": (rate, number("start.astray_rate"))}, {FREE: 1.0})
         self._seen_at = time
-        noise = self._settings.noise
-        wanders = max(noise.face, noise.face_by_angle * float(self._doubt[_FACE]))
+        wanders = max(number("noise.face"), number("noise.face_by_angle") * float(self._doubt[_FACE]))
         self._bank.parameters[self._numbers.place("noise.face")] = wanders
         self._bank.parameters[self._numbers.place("sensor.leaf")] = deviation
         return self._bank.measure(LEAF, time, [joint])
@@ -146,9 +145,9 @@ class LeafRun:
 
     def leaves(self, is_to: bool) -> None:
         """Say whether the tip is to come off the leaf."""
-        rates, parameters = self._settings.switch, self._bank.parameters
-        parameters[self._lose_at] = rates.leave if is_to else rates.lose
-        parameters[self._make_at] = rates.follow if is_to else rates.make
+        number, parameters = self._numbers.one, self._bank.parameters
+        parameters[self._lose_at] = number("switch.leave" if is_to else "switch.lose")
+        parameters[self._make_at] = number("switch.follow" if is_to else "switch.make")
 
     def know_face(self) -> None:
         """The face stands where it is believed: what is met elsewhere is a leaf that stands ajar."""
@@ -189,15 +188,15 @@ class LeafRun:
         doubt = math.hypot(lever * float(self.deviations[JOINT]), float(self.deviations[_FACE]))
         if lever * (joint - angle) <= self._settings.elsewhere * doubt:
             return
-        start = self._settings.start
+        number, known_face = self._numbers.one, self._settings.start.face
         if self.time - self._seen_at < self._settings.seen_time:  # the leaf is where it is seen: its face is elsewhere
-            parts: dict[str, Known] = {"face": (lever * (tip - joint), start.face)}
+            parts: dict[str, Known] = {"face": (lever * (tip - joint), known_face)}
         elif self._met:  # it flies ahead of the tip
             rate = min(float(rate), tip_rate)
-            parts = {"joint": (angle, start.astray), "joint_rate": (rate, start.astray_rate)}
+            parts = {"joint": (angle, number("start.astray")), "joint_rate": (rate, number("start.astray_rate"))}
         else:
             still = 0.0, float(self._doubt[JOINT_RATE])
-            parts = {"joint": (tip, start.astray), "joint_rate": still, "face": (0.0, start.face)}
+            parts = {"joint": (tip, number("start.astray")), "joint_rate": still, "face": (0.0, known_face)}
         self._knows(parts, {FREE: 1.0})
 
     def _touches(self) -> float:
