@@ -83,7 +83,7 @@ class StateConverter:
         return np.concatenate([np.asarray(attitude), [angle, rate], np.asarray(arm_angles)])
 
     def on_leaf(self, state: Array, body_rates: Array, arm_rates: Array) -> VehicleMotion:
-        """Position and velocity of O_B with the tip at the contact point, see `Coupling.motion_of`."""
+        """Position and velocity of O_B with the tip at the contact point, see `Coupling.vehicle_motion`."""
         motion = np.empty(6)
         vehicle_on_leaf(self._arm, self._leaf, self._contact, state, body_rates, arm_rates, motion)
         return VehicleMotion(motion[:3], motion[3:])

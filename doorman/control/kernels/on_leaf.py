@@ -1,4 +1,4 @@
-r"""Kernel of the vehicle on the leaf: the fast twin of `Coupling.motion_of`."""
+r"""Kernel of the vehicle on the leaf: the fast twin of `Coupling.vehicle_motion`."""
 
 from __future__ import annotations
 

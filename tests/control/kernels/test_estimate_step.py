@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from attitude_matrices import body_rate_matrix, euler_rate_matrix
 from believed import geometry
 
 from doorman.control.estimation.estimator import Estimator, Tie
 from doorman.control.state_converter import StateConverter
 from doorman.estimation.leaf.numbers import JOINT, JOINT_RATE, PLACES
-from doorman.kinematics.rotations import body_rate_matrix, euler_rate_matrix
 from doorman.model import Model
 from doorman.signals import Measurement
 

@@ -7,7 +7,7 @@ import pytest
 
 from doorman.control.state_converter import StateConverter
 from doorman.exceptions import DimensionError
-from doorman.kinematics.doors.leaf.leaf_kernels import angle_of_point, leaf_normal, leaf_numbers, leaf_weight
+from doorman.kinematics.doors.leaf.leaf_kernels import angle_of_point, leaf_normal, leaf_numbers
 from doorman.model import Model
 from doorman.scenario import Scenario
 from doorman.signals import Measurement
@@ -40,7 +40,7 @@ def test_the_vehicle_is_where_the_coupling_has_it(model: Model) -> None:
     for _ in range(50):
         state, rates = random.normal(0.5, 0.5, 5 + model.n_arm), random.normal(0.0, 0.4, (2, 3 + model.n_arm))
         parts = rates[0, :3].copy(), rates[1, 3:].copy()
-        expected, found = model.coupling.motion_of(state, *parts), converter.on_leaf(state, *parts)
+        expected, found = model.coupling.vehicle_motion(state, *parts), converter.on_leaf(state, *parts)
         np.testing.assert_allclose(found.position, expected.position, rtol=1e-12, atol=1e-12)
         np.testing.assert_allclose(found.velocity, expected.velocity, rtol=1e-12, atol=1e-12)
 
@@ -49,7 +49,6 @@ def test_the_leaf_is_the_doors(model: Model) -> None:
     leaf, door = leaf_numbers(model.door), model.door
     for angle in np.linspace(door.lower_limit, door.upper_limit, 7).tolist():
         np.testing.assert_allclose(leaf_normal(leaf, angle), door.normal(angle), rtol=1e-12, atol=1e-12)
-        assert leaf_weight(leaf, angle) == pytest.approx(door.weight_torque(angle), rel=1e-12, abs=1e-12)
         point = door.contact_point(angle, 0.4, 0.3)
         expected = door.angle_of(point - door.hinge_position)
         assert angle_of_point(leaf, *point.tolist()) == pytest.approx(expected, rel=1e-12)

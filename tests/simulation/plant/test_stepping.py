@@ -5,8 +5,9 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 import pytest
+from attitude_matrices import skew
 
-from doorman.kinematics.rotations import attitude_from_rotation, skew
+from doorman.kinematics.rotations import attitude_from_rotation
 from doorman.simulation.plant.gripper import ContactReader
 from doorman.simulation.plant.onboard.step import onboard_step
 from doorman.simulation.plant.stepping import STANDS
