@@ -232,7 +232,7 @@ class Simulator(Uncopied):
             touching=closed or max(map(abs, force.tolist())) > TOUCH,
             max_pull=max_pull,
             collisions=self._collisions,
-            collision_pairs=self._pair_names(),
+            collision_pairs=tuple(sorted({" and ".join(map(plant.shape_name, pair)) for pair in self._pairs})),
             only_tip_on_frame=bool(self._pairs) and self._pairs <= self._tip_on_frame,
             rotor_thrusts=thrusts,
             max_push=max_push,
@@ -240,12 +240,6 @@ class Simulator(Uncopied):
             grip_slips=self._gripper.slips,
             outer_force=self._outer_force,
         )
-
-    def _pair_names(self) -> tuple[str, ...]:
-        """Names of the shapes that have touched, except tip and leaf."""
-        if not self._pairs:
-            return ()
-        return tuple(sorted({" and ".join(map(self.plant.shape_name, pair)) for pair in self._pairs}))
 
     def _begin_interval(self) -> None:
         self._tip[4:], self._collisions = 0.0, 0

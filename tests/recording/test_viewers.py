@@ -13,7 +13,6 @@ import pytest
 from mcap.reader import make_reader
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-from doorman.mission import simulate
 from doorman.recording import Recorder
 
 KINDS = ("boolean", "string", "number", "integer", "object", "array")
@@ -96,15 +95,3 @@ def test_messages_are_those_of_ros2(tmp_path: Path) -> None:
         assert one.flags.tolist() == [True, False, k == 2] and one.counts.tolist() == [k, k + 1]
         assert one.names == ["leaf", "x" * k] and not hasattr(one, "nothing")
         assert (one.Gyr_0, one.Gyr_1, one.gyr_0_2, one.field_7, one.field) == (1.5, 2.5, 3.5, k, -k)
-
-
-def test_what_a_flight_records_is_of_ros2(model: Any, tmp_path: Path) -> None:
-    path = tmp_path / "flight.mcap"
-    recording = simulate(model, 0.1, path=path, force=True)
-    found = as_ros2_reads(path)
-    assert set(found) == set(recording.topics)
-    for topic, messages in found.items():
-        assert [one.time for one in messages] == recording[topic].time.tolist()
-    angles = [one.door_angle for one in found["truth"]]
-    assert angles == recording["truth"]["door_angle"].tolist()
-    assert [one.collision_pairs for one in found["truth"]] == recording["truth"]["collision_pairs"].tolist()

@@ -18,11 +18,6 @@ def loose(flight, hinge_torque=0.0, **overrides):
     return flight(contact__kind="push", away=True, disturbance=source, **overrides)
 
 
-def test_inertia_is_torque_by_acceleration(flight):
-    end = loose(flight, hinge_torque=-3.0).run(0.5, every=500)[-1]
-    assert -3.0 / (end.door_rate / 0.5) == pytest.approx(INERTIA, rel=1e-4)
-
-
 def test_rate_decays_by_the_damping(flight):
     door = loose(flight, simulation__door_damping=4.0)
     door.data.qvel[door.plant.hinge_velocity] = -1.0

@@ -81,23 +81,3 @@ def test_thrust_lags_by_the_time_constant(flight, time_constant):
     for truth in truths:
         passed = 1.0 - math.exp(-truth.time / time_constant) if time_constant else 1.0
         assert truth.rotor_thrusts.sum() == pytest.approx(29.43 + passed * (40.0 - 29.43), abs=2e-3)
-
-
-def test_body_rates_and_velocity_are_derivatives_of_pose(flight):
-    vehicle = flight(contact__kind="push", away=True)
-    vehicle.command(thrust=32.0, attitude=(0.3, -0.2, 0.5))
-    truths = vehicle.run(0.15)
-    before, now, after = truths[-3:]
-    velocity = (after.position - before.position) / 2e-3
-    assert np.allclose(velocity, now.velocity, atol=0.02)
-    roll, pitch, _ = now.attitude
-    euler_rates = (after.attitude - before.attitude) / 2e-3
-    to_body = np.array(
-        [
-            [1.0, 0.0, -math.sin(pitch)],
-            [0.0, math.cos(roll), math.sin(roll) * math.cos(pitch)],
-            [0.0, -math.sin(roll), math.cos(roll) * math.cos(pitch)],
-        ]
-    )
-    assert np.allclose(to_body @ euler_rates, now.body_rates, atol=0.03)
-    assert np.abs(now.body_rates).max() > 0.3

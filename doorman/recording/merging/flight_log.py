@@ -101,7 +101,9 @@ def _timed_topics(logged: Mapping[str, LogRows]) -> tuple[dict[str, LogTopic], d
             damaged[name] = lost
         kept = kept[np.argsort(times[name][kept], kind="stable")]
         if len(kept):
-            fields = {_free(field): _recordable(values[kept]) for field, values in rows.fields.items()}
+            fields = {field: _recordable(values[kept]) for field, values in rows.fields.items()}
+            if "time" in fields:  # a recording's own
+                fields["time_"] = fields.pop("time")
             topics[name] = LogTopic(times[name][kept], fields)
     return topics, damaged
 
@@ -136,11 +138,6 @@ def _longest_row(time: Array) -> NDArray[np.int64]:
         row.append(place)
         place = int(before[place])
     return np.array(row[::-1])
-
-
-def _free(name: str) -> str:
-    """A name that a recording's own fields leave free."""
-    return "time_" if name == "time" else name
 
 
 def _recordable(values: NDArray[Any]) -> NDArray[Any]:

@@ -85,7 +85,9 @@ class _Reader:
                 return start
         found = None
         if end is not None and self._fits(place, end):
-            found = None if self._makes_sense(end) else self._search(place + 1)
+            follows = self._end(end)
+            sane = end == len(self._content) or (follows is not None and self._fits(end, follows))
+            found = None if sane else self._search(place + 1)
             if found is None or found >= end:  # else it has swallowed a whole one
                 self.bad += not self._take(self._content[place + 2], self._content[place + _HEAD.size : end])
                 return end
@@ -110,10 +112,6 @@ class _Reader:
             return logged is not None and logged.dtype.itemsize <= end - body - 2 <= logged.largest
         return kind in _KINDS and end > body and (kind != ord("S") or self._content[place:end] == _MARK)
 
-    def _makes_sense(self, place: int) -> bool:
-        end = self._end(place)
-        return place == len(self._content) or (end is not None and self._fits(place, end))
-
     def _is_one(self, place: int) -> bool:
         """Whether a message stands there beyond doubt: its content says so too."""
         end = self._end(place)
@@ -137,7 +135,10 @@ class _Reader:
             logged = self.logged[int.from_bytes(body[:2], "little")]
             logged.messages.append(body[2 : 2 + logged.dtype.itemsize])
         elif kind == ord("F"):
-            return self._learn(body.decode(errors="replace"))
+            text = body.decode(errors="replace")
+            if (fields := _fields_of(text)) is None:
+                return False
+            self._formats[text.partition(":")[0]] = fields
         elif kind == ord("A"):
             return self._subscribe(body)
         elif kind == ord("L") and len(body) > 9:
@@ -146,12 +147,6 @@ class _Reader:
         elif kind == ord("B") and len(body) >= 40 and body[8] & 1:
             self._appended = [start for start in struct.unpack_from("<3Q", body, 16) if start > _FILE_HEAD]
         return True
-
-    def _learn(self, text: str) -> bool:
-        fields = _fields_of(text)
-        if fields is not None:
-            self._formats[text.partition(":")[0]] = fields
-        return fields is not None
 
     def _subscribe(self, body: bytes) -> bool:
         """Take in under which number a topic is logged."""
