@@ -17,7 +17,7 @@ from doorman.ocp.problem.costs import QuadraticCost
 from doorman.ocp.problem.problem import Problem
 from doorman.ocp.problem.terms import Constraint
 from doorman.planning.composition import NO_EXTRAS, Extras, Made, task_problem
-from doorman.planning.limits import least_cosine, reduced_bounds
+from doorman.planning.limits import least_cosine, tied_bounds
 from doorman.planning.pace import time_constant_held
 
 _PAPER_STATE_WEIGHTS = (5.0, 5.0, 3.0, 9.0, 8.0)
@@ -28,7 +28,7 @@ _SIDE_WEIGHT = 5.0
 
 def door_problem(model: Model, numbers: Numbers | None = None, extras: Extras = NO_EXTRAS) -> Problem:
     """Optimal control problem of a scenario: the paper's cost, dynamics and hard constraints."""
-    cost, bounds = door_cost(model), reduced_bounds(model)
+    cost, bounds = door_cost(model), tied_bounds(model, 5, body_rates=True)
     return task_problem("quasi-static", quasi_static, model, numbers or door_numbers(model), cost, bounds, extras)
 
 

@@ -22,7 +22,7 @@ from doorman.ocp.problem.problem import Problem
 from doorman.ocp.problem.terms import Constraint
 from doorman.planning.composition import NO_EXTRAS, Extras, Made, task_problem
 from doorman.planning.grip.door_problem import chosen_weights, door_numbers, door_rows
-from doorman.planning.limits import lagrangian_bounds
+from doorman.planning.limits import tied_bounds
 from doorman.planning.pace import time_constant_held
 
 _STATE_WEIGHTS = (5.0, 5.0, 3.0, 9.0, 5.0, 5.0, 13.5, 8.0)
@@ -32,7 +32,7 @@ _RATES = ("roll rate", "pitch rate", "yaw rate")
 
 def lagrangian_problem(model: Model, numbers: Numbers | None = None, extras: Extras = NO_EXTRAS) -> Problem:
     """Optimal control problem of a scenario with the full dynamics."""
-    cost, bounds = lagrangian_cost(model), lagrangian_bounds(model)
+    cost, bounds = lagrangian_cost(model), tied_bounds(model, 8, body_rates=False)
     return task_problem("lagrangian", _lagrangian, model, numbers or lagrangian_numbers(model), cost, bounds, extras)
 
 

@@ -15,6 +15,7 @@ from doorman.model import Model
 from doorman.ocp.problem.costs import QuadraticCost
 from doorman.ocp.problem.problem import Bounds, Problem
 from doorman.planning.composition import NO_EXTRAS, Extras, Made, task_problem
+from doorman.planning.limits import bounds_of
 from doorman.planning.whole_body.numbers import whole_body_numbers, yaw_torque
 
 ARM_RATE = 1.5
@@ -47,22 +48,14 @@ def _whole_body(pattern: ArmPattern, point_names: tuple[str, ...], numbers: Numb
 
 def _bounds(model: Model) -> Bounds:
     """Bounds of `[limits]`, `control.max_tilt` and the vehicle; a calm arm and yaw torque whatever these allow."""
-    vehicle, limits, free = model.vehicle, model.scenario.limits, np.full(14, np.inf)
+    vehicle, limits = model.vehicle, model.scenario.limits
     rates = np.minimum(vehicle.rate_limits, ARM_RATE * model.scale.rate)
     least = LEAST_THRUST * vehicle.weight
     if limits.enabled:
         rates = np.minimum(rates, math.inf if limits.joint_rates is None else limits.joint_rates)
         least = max(least, limits.min_thrust)
-    actuation = model.actuation
-    largest = min(model.largest_tilt, LEVEL) if actuation.fully else model.largest_tilt
-    side = np.full(2 if actuation.fully else 0, np.inf)  # bounded by the rotors' rows
-    tilt = [largest, largest, yaw_torque(model)]
-    return Bounds(
-        state_lower=np.concatenate([-free, vehicle.lower_limits]),
-        state_upper=np.concatenate([free, vehicle.upper_limits]),
-        input_lower=np.concatenate([[max(least, actuation.lift[0])], np.negative(tilt), -rates, -side]),
-        input_upper=np.concatenate([[min(vehicle.max_thrust, actuation.lift[1])], tilt, rates, side]),
-    )
+    largest = min(model.largest_tilt, LEVEL) if model.actuation.fully else model.largest_tilt
+    return bounds_of(model, 14, least, [largest, largest, yaw_torque(model)], rates)
 
 
 def _cost(model: Model) -> QuadraticCost:

@@ -35,26 +35,21 @@ def joint_limits(urdf: Path, model: pinocchio.Model, names: Sequence[str]) -> Jo
         np.array([joints[name].kind == kind for name in names], dtype=np.bool_) for kind in ("prismatic", "continuous")
     )
     slides.flags.writeable = False
-    lower, upper = (
-        np.where(endless, -np.inf, model.lowerPositionLimit),
-        np.where(endless, np.inf, model.upperPositionLimit),
-    )
-    for name, rate, torque, least, most in zip(
-        names, model.velocityLimit, model.effortLimit, lower, upper, strict=True
-    ):
+    lower = np.where(endless, -np.inf, model.lowerPositionLimit)
+    upper = np.where(endless, np.inf, model.upperPositionLimit)
+    limits = zip(names, model.velocityLimit, model.effortLimit, lower, upper, strict=True)
+    for name, rate, torque, least, most in limits:
         for holds, what, field, given, allowed in (
-            (rate > 0.0, "a joint of the arm cannot move", "velocity", rate, "> 0 rad/s, or m/s of a prismatic joint"),
-            (
-                torque > 0.0,
-                "a joint of the arm cannot hold anything",
-                "effort",
-                torque,
-                "> 0 N m, or N of a prismatic joint",
-            ),
-            (least < most, "a joint of the arm has no range", "upper", most, f'> {least:g}, or type="fixed"'),
+            (rate > 0.0, "cannot move", "velocity", rate, "> 0 rad/s, or m/s of a prismatic joint"),
+            (torque > 0.0, "cannot hold anything", "effort", torque, "> 0 N m, or N of a prismatic joint"),
+            (least < most, "has no range", "upper", most, f'> {least:g}, or type="fixed"'),
         ):
             if not holds:
                 raise UrdfError(
-                    what, file=urdf, field=f"joint {name}/limit@{field}", given=float(given), allowed=allowed
+                    f"a joint of the arm {what}",
+                    file=urdf,
+                    field=f"joint {name}/limit@{field}",
+                    given=float(given),
+                    allowed=allowed,
                 )
     return JointLimits(slides, frozen(lower), frozen(upper), frozen(model.velocityLimit), frozen(model.effortLimit))
