@@ -59,8 +59,8 @@ def simulate(
     from doorman import __version__
     from doorman.simulation import SimulatedBackend  # needs the extra `sim`
 
-    if duration is not None:
-        duration = _duration(duration)
+    if duration is not None and (duration := number(duration, "duration", "> 0 s")) <= 0.0:
+        raise DoormanError("not a duration", field="duration", given=duration, allowed="> 0 s")
     seed = whole(seed, "seed", 0)
     file = None if path is None else _file(path)
     model = scenario if isinstance(scenario, Model) else Model(scenario)
@@ -114,13 +114,6 @@ def _with_steps(summary: dict[str, Any], before: list[dict[str, Any]], step: Mod
     }  # fmt: skip
     before.append(flown)
     return summary
-
-
-def _duration(given: float) -> float:
-    duration = number(given, "duration", "> 0 s")
-    if duration <= 0.0:
-        raise DoormanError("not a duration", field="duration", given=given, allowed="> 0 s")
-    return duration
 
 
 def _file(given: str | os.PathLike[str]) -> Path:
