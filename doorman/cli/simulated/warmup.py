@@ -92,7 +92,8 @@ def _parts(model: Model) -> None:
     from doorman.exceptions import BackendError
     from doorman.simulation import SimulatedBackend
 
-    Estimator(model, StateConverter(model))
+    StateConverter(model)
+    Estimator(model)
     with suppress(
         BackendError
     ):  # MuJoCo is not installed, or cannot simulate this vehicle: no flight needs its kernels
