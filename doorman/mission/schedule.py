@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor, wait
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -205,13 +206,16 @@ class PlanSchedule:
             if plan.flyable:
                 self._waiting.append(TimedPlan(plan, order.time, available_at))
         states, inputs = self._planning.reduced(plan.states, plan.inputs)
-        whole_body = {"whole_state": answer.state, "numbers": answer.numbers, "elapsed": answer.elapsed}
+        made_of: dict[str, Any] = {}
+        if order.wanted.numbers is not None:
+            made_of = {"whole_state": answer.state, "numbers": answer.numbers, "elapsed": answer.elapsed}
+        if rows:
+            made_of |= {"user_rows": list(rows.values()), "user_row_names": list(rows)}
         self.recorder.write(
             "plan",
             order.time,
             {
                 "cold": order.cold,
-                **({} if order.wanted.numbers is None else whole_body),
                 "hinge": list(order.wanted.hinge),
                 "goal_angle": self.planner.model.goal_angle if order.wanted.goal is None else order.wanted.goal,
                 "margin": order.margin,
@@ -228,6 +232,6 @@ class PlanSchedule:
                 "deadline_missed": bool(not order.cold and plan.solve_time > self.period),
                 "available_at": available_at,
                 "least_normal_force": float(answer.normal_force.min()),
-                **({"user_rows": list(rows.values()), "user_row_names": list(rows)} if rows else {}),
+                **made_of,
             },
         )

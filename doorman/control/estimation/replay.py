@@ -85,11 +85,14 @@ def replay_leaf(recording: Recording, model: Model, changes: dict[str, float] | 
     rows: list[tuple[Any, ...]] = []
     last, run = float(times[0]), estimator.run
     for k, now in enumerate(times.tolist()):
-        parts, posed = [column[whole[k]].copy() for column in columns[:-1]], float(columns[-1][whole[k]])
+        parts: dict[str, Any] = {
+            name: column[whole[k]].copy() for name, column in zip(_MEASURED, columns, strict=False)
+        }
+        posed = float(columns[-1][whole[k]])
         is_new = run is not None and run.time != posed
         estimator.tell(commands[k])
         estimator.feel(faces[k])
-        seen = Measurement(now, *parts, posed, tip_force=forces.get(now), leaf=readings[k])
+        seen = Measurement(now, **parts, pose_time=posed, tip_force=forces.get(now), leaf=readings[k])
         estimator.update(seen, *ties[k], now - last)
         last, run = now, estimator.run
         assert run is not None
