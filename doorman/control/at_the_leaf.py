@@ -12,7 +12,6 @@ from doorman.control.doorway import DRIFTS, NO_GAP, Doorway
 from doorman.control.estimation.estimator import Estimate
 from doorman.control.motion import arm_rates_to
 from doorman.control.position_controller import Setpoint
-from doorman.control.state_converter import StateConverter
 from doorman.kinematics.coupling import ROOM_TO_LEVEL
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import Model
@@ -46,8 +45,8 @@ _HARDEST, _LEAST_WAY = 4.0, 0.02
 class AtTheLeaf:
     """Setpoints of the touch, of recovery and of the release."""
 
-    def __init__(self, model: Model, converter: StateConverter) -> None:
-        self._model, self._coupling, self._converter, self._n_arm = model, model.coupling, converter, model.n_arm
+    def __init__(self, model: Model) -> None:
+        self._model, self._coupling = model, model.coupling
         self._doorway = Doorway(model)
         self._room = model.scenario.planner.margin + _ROOM
         self._speed = model.scenario.mission.touch_speed
@@ -68,18 +67,20 @@ class AtTheLeaf:
     def begin(self, yaw: float, estimate: Estimate | None = None, pressed: float = 0.0) -> None:
         """Begin."""
         self._pressed, self._beside = pressed, 0.0
-        if estimate is not None and pressed > 0.0:
-            along, _ = self._model.door.level_first(estimate.along)
+        self._yaw, self._moved_at = yaw, None
+        self._height, self._offset = 0.0, (0.0, 0.0)
+        if estimate is None:
+            return
+        along, upwards = self._model.door.level_first(estimate.along)
+        off = estimate.tip - estimate.contact_point
+        self._height, self._offset = float(estimate.position[2]), (float(along @ off), float(upwards @ off))
+        if pressed > 0.0:
             most = self._model.scenario.contact.friction * pressed
             self._beside = min(max(float(along @ estimate.tip_force), -most), most)
-        self._yaw, self._moved_at = yaw, None
-        self._height = 0.0 if estimate is None else float(estimate.position[2])
-        self._offset = (0.0, 0.0) if estimate is None else self._converter.tip_offset(estimate.position, estimate.state)
 
     def contact_position(self, estimate: Estimate, yaw: float, arm: Array) -> Array:
         """Position of O_B, level, with the tip at the contact point of the door as it is now."""
-        level = np.concatenate([(0.0, 0.0, yaw), estimate.state[3:5], arm])
-        return self._converter.on_leaf(level, self._rest, self._still).position
+        return self._coupling.vehicle_position(np.array((0.0, 0.0, yaw)), estimate.door_angle, arm)
 
     def push(self, estimate: Estimate, push: float) -> Setpoint:
         """Beside the normal, hold the tip where it is on the leaf; along it, push."""

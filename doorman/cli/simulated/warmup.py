@@ -80,7 +80,8 @@ def _flight(model: Model) -> None:
     from doorman.exceptions import BackendError
     from doorman.mission.simulate import prepare
 
-    Estimator(model, StateConverter(model))
+    StateConverter(model)
+    Estimator(model)
     with suppress(
         BackendError
     ):  # MuJoCo is not installed, or cannot simulate this vehicle: no flight needs its kernels

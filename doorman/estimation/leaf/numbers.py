@@ -49,24 +49,20 @@ def leaf_numbers(model: Model, pose_deviation: float) -> Numbers:
     if model.scenario.contact.kind == "push":
         turned = 0.0 if model.door.slides else model.coupling.lever_length * settings.door_yaw_deviation
         tuned["start.face"] = max(math.hypot(settings.door_place_deviation, turned), settings.start.face)
+    # an offset of a sensor in the tip is learnt in free flight
+    offset = settings.tip_force_offset if model.scenario.mission.start == "contact" else 0.0
     bodies = {} if model.vehicle.bodies.balanced else model.vehicle.bodies.numbers()
     return model.reduced.numbers.and_also({
         **bodies,
         "reference.sense": math.copysign(1.0, model.goal_state[3] - model.start_state[3]),
         "sensor.pose": max(pose_deviation, LEAST_NOISE),
-        "sensor.tip_force": math.hypot(settings.tip_force, *_of_the_sensor(model)),
+        "sensor.tip_force": math.hypot(settings.tip_force, settings.tip_force_noise, offset),
         "sensor.leaf": 1.0,  # readings come with their own
         "contact.borne": np.zeros(2),  # by a lever that the tip holds down, along leaf and hinge [N]
         "contact.way": 1.0,  # a leaf that stands is to go on, or back: -1
         "frame.normal": np.zeros(3),  # into what a tip feels for
         **tuned,
     })  # fmt: skip
-
-
-def _of_the_sensor(model: Model) -> tuple[float, float]:
-    """Deviations of what a sensor in the tip reads: noise, and an offset that no free flight shows [N]."""
-    doubt = model.scenario.estimation
-    return doubt.tip_force_noise, doubt.tip_force_offset if model.scenario.mission.start == "contact" else 0.0
 
 
 def first_state(model: Model, numbers: Numbers, position: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
