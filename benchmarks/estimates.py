@@ -22,8 +22,8 @@ from suite.estimate_flights import GROUPS, flights  # noqa: E402
 from suite.estimate_truth import LeafTruth, slips  # noqa: E402
 
 from doorman import flown  # noqa: E402
+from doorman.control.estimation.replay import replay_leaf  # noqa: E402
 from doorman.estimation.leaf.numbers import JOINT, PLACES  # noqa: E402
-from doorman.estimation.leaf.replay import replay_leaf  # noqa: E402
 from doorman.model import Model  # noqa: E402
 from doorman.recording import Recording  # noqa: E402
 

@@ -70,6 +70,14 @@ def number(value: Any, field: str, allowed: str = "a finite number") -> float:
     return found
 
 
+def positive(value: Any, field: str) -> float:
+    """A time above zero [s]."""
+    found = number(value, field, "> 0 s")
+    if found <= 0.0:
+        raise DimensionError("not above zero", field=field, given=value, allowed="> 0 s")
+    return found
+
+
 _MOST = 2**63 - 1
 """Largest integer that kernels and random generators take."""
 
@@ -124,6 +132,13 @@ class Range:
 
 Positive = Annotated[float, Range(0.0, above=True)]
 NonNegative = Annotated[float, Range(0.0)]
+
+
+def check_rules(settings: Any, prefix: str, *rules: tuple[bool, str, str]) -> None:
+    """Refuse settings of which a rule does not hold: whether it does, the field that it is about, and what is allowed."""
+    for good, name, allowed in rules:
+        if not good:
+            raise BackendError("out of range", field=prefix + name, given=getattr(settings, name), allowed=allowed)
 
 
 def check_fields(settings: Any, prefix: str = "") -> None:

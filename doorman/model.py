@@ -63,7 +63,9 @@ class Model:
         self.door = read_door(scenario)
         self.hinge_scale = self.scale.hinge(self.door)
         """Ratio of the torques that this hinge is expected to resist with to those of a room door."""
-        self.scenario = scenario = sized(scenario, self._ratios())
+        self.ratios = self._ratios()
+        """Ratios of the numbers that grow with vehicle and door, by unit."""
+        self.scenario = scenario = sized(scenario, self.ratios)
         self.contact = Contact.of(scenario)
         """How the tip holds the leaf."""
         self.friction = joint_friction(scenario, self.door, self.hinge_scale)
@@ -258,7 +260,6 @@ class Model:
         return out[:, : self.nx].copy(), out[:, self.nx :].copy()
 
     def _ratios(self) -> dict[str, float]:
-        """Ratios of the defaults that grow with vehicle and door, by unit."""
         size = self.scale
         resists = self.hinge_scale if self.door.in_plane else size.torque  # a lever is shorter than any leaf
         return {

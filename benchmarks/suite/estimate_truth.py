@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from doorman.estimation.leaf.replay import LeafReplay
+from doorman.control.estimation.replay import LeafReplay
 from doorman.gravity import GRAVITY
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import Model

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import warnings
 from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from contextlib import closing
@@ -14,11 +13,12 @@ from typing import Any
 from doorman.campaign.flights.flight_process import ATTEMPTS, FlightProcesses, lost
 from doorman.campaign.flights.orders import order_of, packed
 from doorman.campaign.specification import Draw, Flight
-from doorman.checks import number, whole
+from doorman.checks import positive, whole
 from doorman.cores import usable_cores
 from doorman.exceptions import DoormanError
-from doorman.feasibility import FeasibilityWarning, Report, check
+from doorman.feasibility import Report
 from doorman.flown import carried_files
+from doorman.mission.simulate import checked
 from doorman.model import Model
 from doorman.one_line import OneLine
 from doorman.scenario import Scenario
@@ -79,12 +79,10 @@ def simulate_batch(
         OSError: if the folder cannot be made.
     """
     numbers = _checked_seeds(seeds)
-    longest = None if duration is None else number(duration, "duration", "> 0 s")
-    if longest is not None and longest <= 0.0:
-        raise DoormanError("not a duration", field="duration", given=duration, allowed="> 0 s")
+    longest = None if duration is None else positive(duration, "duration")
     count = min(usable_cores() if workers is None else whole(workers, "workers", 1), max(len(numbers), 1))
     model = scenario if isinstance(scenario, Model) else Model(scenario)
-    _check(model, force, report)
+    checked(model, force, report)
     files = carried_files(model.scenario)
     contents = packed(files)
     place = None if folder is None else Path(folder).absolute()
@@ -122,16 +120,6 @@ def simulate_batch(
             processes.close()
             raise
     return [flown[index] for index in range(len(numbers))]
-
-
-def _check(model: Model, force: bool, report: Report | None) -> None:
-    if force:
-        return
-    if report is None:
-        report = check(model)
-        for finding in report.warnings:
-            warnings.warn(f"doorman check: {finding.name}: {finding.message}", FeasibilityWarning, stacklevel=3)
-    report.refuse()
 
 
 def _checked_seeds(seeds: Iterable[int]) -> list[int]:

@@ -10,7 +10,7 @@ from typing import Any
 
 from doorman.bounds import read_json
 from doorman.campaign.flights.orders import digests, software
-from doorman.campaign.specification import Campaign, portable
+from doorman.campaign.specification import Campaign
 from doorman.compilation.cache_files import write_atomically
 from doorman.exceptions import DoormanError
 from doorman.flown import carried_files
@@ -45,7 +45,7 @@ def claimed(folder: Path, campaign: Campaign) -> Iterator[Path]:
 def identity(campaign: Campaign) -> dict[str, Any]:
     """What two runs of a campaign must have in common to be rows of one table, for JSON."""
     scenario = campaign.scenario
-    tables = portable(scenario)
+    tables = scenario.portable(mode="json")
     for key in ("runs", "time_out"):
         del tables["campaign"][key]
     urdfs = digests(carried_files(scenario))

@@ -20,6 +20,7 @@ from doorman.campaign.judgement import final_error, judge, told_truly
 from doorman.campaign.specification import Flight
 from doorman.compilation.cache_files import write_atomically
 from doorman.exceptions import DoormanError
+from doorman.scenario.dotted import leaves
 
 DRAWN, SUMMARY = "drawn.", "summary."
 """What the names of columns begin with."""
@@ -60,7 +61,7 @@ def row_of(flight: Flight, answer: Mapping[str, Any]) -> Row:
     row |= {"friction": flight.scenario.simulation.door_friction}
     row |= {name: answer[name] for name in ("wall_time_s", "kernels_compiled")}
     row |= {DRAWN + key: _cell(value) for key, value in flight.draw.values.items()}
-    return row | {SUMMARY + key: _cell(value) for key, value in _flat(summary or {}).items()}
+    return row | {SUMMARY + key: _cell(value) for key, value in leaves(summary or {})}
 
 
 def write_part(row: Row, folder: Path) -> None:
@@ -130,13 +131,6 @@ def _column(values: list[Any]) -> arrow.Array:
         return arrow.array(values)
     except (arrow.ArrowInvalid, arrow.ArrowTypeError):
         return arrow.array([None if value is None else json.dumps(value) for value in values])
-
-
-def _flat(tables: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
-    flat: dict[str, Any] = {}
-    for key, value in tables.items():
-        flat |= _flat(value, f"{prefix}{key}.") if isinstance(value, dict) else {prefix + key: value}
-    return flat
 
 
 def _cell(value: Any) -> Any:

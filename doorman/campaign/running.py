@@ -19,7 +19,6 @@ from doorman.campaign.specification import Campaign, Flight
 from doorman.cores import usable_cores
 from doorman.exceptions import DoormanError
 from doorman.flown import carried_files
-from doorman.scenario import Scenario
 
 OnRow = Callable[[Row, int, int], None]
 """Called with a new row, the number of rows known, and the number of runs."""
@@ -111,8 +110,7 @@ class _Orders:
         self.futures: dict[Future[Any], tuple[Flight, int]] = {}  # flights that are ordered, and how often each was
         self._client, self._campaign = client, campaign
         self._name = uuid.uuid4().hex
-        self._files: dict[str, Future[Any]] = {}
-        self._contents: dict[tuple[Path, Path], dict[str, bytes]] = {}
+        self._files: dict[tuple[Path, Path], tuple[dict[str, bytes], Future[Any]]] = {}
 
     def submit(self, run: int) -> tuple[Flight, dict[str, Any]] | None:
         """Order a run; one that cannot be drawn is a flight with its error at once."""
@@ -125,12 +123,10 @@ class _Orders:
 
     def send(self, flight: Flight, tried: int) -> None:
         """Order a flight, for the first time or again."""
-        contents = self._read(flight.scenario)
-        order = order_of(flight, contents)
-        files = self._sent(order, contents)
+        contents, sent = self._carried(flight)
         key = f"flight-{flight.draw.run}-{tried}-{self._name}"
         future = self._client.submit(
-            fly, order, files, flight.time_out, self._name, files.key, key=key, pure=False, retries=0
+            fly, order_of(flight, contents), sent, flight.time_out, self._name, sent.key, key=key, pure=False, retries=0
         )
         self.futures[future] = flight, tried
 
@@ -140,17 +136,10 @@ class _Orders:
         with suppress(Exception):  # a cluster that is gone has closed them
             self._client.run(close_processes, self._name)
 
-    def _read(self, scenario: Scenario) -> dict[str, bytes]:
-        """URDFs and meshes of a scenario, read once."""
-        paths = scenario.vehicle_urdf, scenario.door_urdf
-        if paths not in self._contents:
-            self._contents[paths] = carried_files(scenario)
-        return self._contents[paths]
-
-    def _sent(self, order: dict[str, Any], contents: dict[str, bytes]) -> Future[Any]:
-        """The files of an order on the cluster: sent once, and the lease by which workers see that this client lives."""
-        name = "-".join(order["files"].values())
-        if name not in self._files:
-            key = f"files-{name}-{self._name}"
-            self._files[name] = self._client.submit(dict, packed(contents), key=key, pure=False)
-        return self._files[name]
+    def _carried(self, flight: Flight) -> tuple[dict[str, bytes], Future[Any]]:
+        """URDFs and meshes, read once; on the cluster, where they are the lease by which workers see that this client lives."""
+        paths = flight.scenario.vehicle_urdf, flight.scenario.door_urdf
+        if paths not in self._files:
+            contents, key = carried_files(flight.scenario), f"files-{len(self._files)}-{self._name}"
+            self._files[paths] = contents, self._client.submit(dict, packed(contents), key=key, pure=False)
+        return self._files[paths]

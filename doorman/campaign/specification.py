@@ -15,7 +15,6 @@ import numpy as np
 
 from doorman.exceptions import ScenarioError
 from doorman.model import Model
-from doorman.resources import shipped, urdf_directory
 from doorman.scenario import CampaignSection, Distribution, Scenario
 from doorman.scenario.files import absolute
 
@@ -180,11 +179,3 @@ def _ends(distribution: Distribution) -> tuple[Any, ...]:
         return tuple(distribution.choice)
     given = (distribution.min, distribution.max, distribution.mean)
     return tuple(value for value in given if value is not None)
-
-
-def portable(scenario: Scenario) -> dict[str, Any]:
-    tables = scenario.tables(mode="json")
-    known = shipped(urdf_directory(), ".urdf").values()
-    for section, path in (("vehicle", scenario.vehicle_urdf), ("door", scenario.door_urdf)):
-        tables[section]["urdf"] = path.stem if path in known else str(path)
-    return tables

@@ -12,7 +12,6 @@ from doorman.control.doorway import DRIFTS, NO_GAP, Doorway
 from doorman.control.estimation.estimator import Estimate
 from doorman.control.motion import arm_rates_to
 from doorman.control.position_controller import Setpoint
-from doorman.control.state_converter import StateConverter
 from doorman.kinematics.coupling import ROOM_TO_LEVEL
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import Model
@@ -33,8 +32,6 @@ _MOST_TURNS = 20
 """Headings that are tried while the tip looks for the leaf."""
 _ROOM = 0.02
 """Distance to leaf and jambs beyond the planner's margin then [m]."""
-_NEAR_THE_DISC = 0.05
-"""A leaf that is nearer to the rotor disc is looked at: would it be met before the vehicle brakes [m]?"""
 _NO_ROOM = 0.004
 """Gap between disc and jamb below which a vehicle leaves the doorway [m]."""
 _WAY_OUT = 0.9
@@ -48,8 +45,8 @@ _HARDEST, _LEAST_WAY = 4.0, 0.02
 class AtTheLeaf:
     """Setpoints of the touch, of recovery and of the release."""
 
-    def __init__(self, model: Model, converter: StateConverter) -> None:
-        self._model, self._coupling, self._converter, self._n_arm = model, model.coupling, converter, model.n_arm
+    def __init__(self, model: Model) -> None:
+        self._model, self._coupling = model, model.coupling
         self._doorway = Doorway(model)
         self._room = model.scenario.planner.margin + _ROOM
         self._speed = model.scenario.mission.touch_speed
@@ -70,18 +67,20 @@ class AtTheLeaf:
     def begin(self, yaw: float, estimate: Estimate | None = None, pressed: float = 0.0) -> None:
         """Begin."""
         self._pressed, self._beside = pressed, 0.0
-        if estimate is not None and pressed > 0.0:
-            along, _ = self._model.door.level_first(estimate.along)
+        self._yaw, self._moved_at = yaw, None
+        self._height, self._offset = 0.0, (0.0, 0.0)
+        if estimate is None:
+            return
+        along, upwards = self._model.door.level_first(estimate.along)
+        off = estimate.tip - estimate.contact_point
+        self._height, self._offset = float(estimate.position[2]), (float(along @ off), float(upwards @ off))
+        if pressed > 0.0:
             most = self._model.scenario.contact.friction * pressed
             self._beside = min(max(float(along @ estimate.tip_force), -most), most)
-        self._yaw, self._moved_at = yaw, None
-        self._height = 0.0 if estimate is None else float(estimate.position[2])
-        self._offset = (0.0, 0.0) if estimate is None else self._converter.tip_offset(estimate.position, estimate.state)
 
     def contact_position(self, estimate: Estimate, yaw: float, arm: Array) -> Array:
         """Position of O_B, level, with the tip at the contact point of the door as it is now."""
-        level = np.concatenate([(0.0, 0.0, yaw), estimate.state[3:5], arm])
-        return self._converter.on_leaf(level, self._rest, self._still).position
+        return self._coupling.vehicle_position(np.array((0.0, 0.0, yaw)), estimate.door_angle, arm)
 
     def push(self, estimate: Estimate, push: float) -> Setpoint:
         """Beside the normal, hold the tip where it is on the leaf; along it, push."""
@@ -152,23 +151,27 @@ class AtTheLeaf:
             self.move(estimate, _HASTES * self._speed), arm_rates=arm_rates_to(posture[5:], estimate.arm_angles)
         )
 
-    def hits_the_rotors(self, estimate: Estimate, searching: bool) -> bool:
+    def hits_the_rotors(self, estimate: Estimate) -> bool:
         """Whether the vehicle flies its rotor disc, and not its tip, into the leaf where that is believed to be."""
-        gap = (
-            self._doorway.gap_to(*self._soon(estimate), estimate.contact_point, estimate.normal) - estimate.face_offset
-        )
-        closing = float(estimate.normal @ estimate.velocity)
-        closing += self._coupling.lever_length * estimate.door_rate
-        soon = min(DRIFTS * closing, _NEAR_THE_DISC) if searching and not estimate.touching else NO_GAP
-        return gap < max(soon, NO_GAP)
+        return min(self._gap(estimate, estimate.position, estimate.attitude), self._gap_soon(estimate)) < NO_GAP
 
-    def _soon(self, estimate: Estimate) -> tuple[Array, Array]:
-        """Position and upwards after `DRIFTS`, of a vehicle that turns on about a tip which touches; else as they are now."""
-        if not estimate.touching:
-            return estimate.position, estimate.rotation_body_to_world[:, 2]
+    def _gap_soon(self, estimate: Estimate) -> float:
+        """Gap after `DRIFTS`: the vehicle turns on about a tip that touches, or flies on, no farther than the tip lets it."""
         soon = estimate.attitude + DRIFTS * estimate.attitude_rates
-        now, then = self._coupling.tips(np.array([estimate.attitude, soon]), np.array([estimate.arm_angles] * 2))
-        return estimate.position + now - then, rotation_body_to_world(soon)[:, 2]
+        if estimate.touching:
+            now, then = self._coupling.tips(np.array([estimate.attitude, soon]), np.array([estimate.arm_angles] * 2))
+            return self._gap(estimate, estimate.position + now - then, soon)
+        closing = float(estimate.normal @ estimate.velocity) + self._coupling.lever_length * estimate.door_rate
+        before = float(estimate.normal @ (estimate.contact_point - estimate.tip)) - estimate.face_offset
+        meets = before > -NO_GAP  # else it has passed the leaf's edge
+        drift = min(DRIFTS * closing, max(before, 0.0)) if meets else DRIFTS * closing
+        return self._gap(estimate, estimate.position, soon) - drift
+
+    def _gap(self, estimate: Estimate, position: Array, attitude: Array) -> float:
+        """Between rotor disc and the leaf's face, of a vehicle that is there [m]."""
+        upwards = rotation_body_to_world(attitude)[:, 2]
+        gap = self._doorway.gap_to(position, upwards, estimate.contact_point, estimate.normal)
+        return gap - estimate.face_offset
 
     def meets_a_jamb(self, estimate: Estimate) -> bool:
         """Whether the rotor disc is about to touch a jamb."""

@@ -24,13 +24,10 @@ def force_in_world(command: Command) -> Array:
     return np.asarray(rotation_body_to_world(command.attitude) @ command.body_force)
 
 
-def limited(command: Command, force: Array, weight: float, most: float) -> Command:
-    """The command, or the one with the same heading and the same way of the push, and no harder than allowed.
-
-    The force is that of the command, in the world.
-    """
+def limited(command: Command, weight: float, most: float) -> Command:
+    """The command, or the one with the same heading and the same way of the push, and no harder than allowed."""
     up = np.array([0.0, 0.0, weight])
-    beyond = force - up
+    beyond = force_in_world(command) - up
     size = math.sqrt(beyond.dot(beyond))
     if size <= most:
         return command

@@ -13,6 +13,7 @@ from doorman.dynamics.attitude_loop import AttitudeLoop
 from doorman.kinematics.rotations import body_rates_of
 from doorman.planning.hinge import Hinge
 from doorman.planning.plan import Plan
+from doorman.planning.planning_model import planning_model
 from doorman.signals import Command
 
 
@@ -21,6 +22,7 @@ class ReducedController:
 
     def __init__(self, converter: StateConverter) -> None:
         self._converter, self._model = converter, converter.model
+        self._planning = planning_model(converter.model)
         self._observed = self._model.scenario.control.door_observer_rate > 0.0
         self._goal: float | None = None
         self._arm: Array = np.zeros(self._model.n_arm)
@@ -48,7 +50,7 @@ class ReducedController:
     def wanted(self, known: Estimate, now: float) -> Wanted:
         """A plan from now on."""
         body_rates = body_rates_of(known.attitude[None], known.attitude_rates[None])[0]
-        return Wanted(self._converter.planner_state(known.state, body_rates), self._hinge(known), goal=self._goal)
+        return Wanted(self._planning.state(known.state, body_rates), self._hinge(known), goal=self._goal)
 
     def follow(
         self, plan: Plan, start: float, now: float, measured_yaw: float, yaw_rate: float, time_step: float

@@ -15,6 +15,7 @@ from doorman.arrays import Array
 from doorman.checks import Positive, Range, check_fields
 from doorman.exceptions import BackendError
 from doorman.kinematics.doors.door import Door
+from doorman.kinematics.quaternions import from_rotation
 
 CAMERAS, TAGS, PROGRAM = "cameras", "tags", "program"
 _PATTERN = re.compile(rf"{CAMERAS}|{TAGS}|{PROGRAM}|udp:(?:[A-Za-z0-9.-]+:)?\d{{1,5}}|ros2:[\w/]+", re.ASCII)
@@ -136,12 +137,16 @@ class DoorSensorConfig:
         if _PATTERN.fullmatch(self.source) is None:
             raise BackendError("no such source", field="door_sensor.source", given=self.source, allowed=_ALLOWED)
         check_fields(self, "door_sensor.")
-        if self.source in (CAMERAS, TAGS) and self.leaf is None and self.frame is None:
+        if self.source in (CAMERAS, TAGS) and not self.marks:
             raise BackendError("nothing to see", field="door_sensor.leaf", given=None, allowed="leaf, frame, or both")
         if self.source == TAGS:
-            for mark in (self.leaf, self.frame):
-                if mark is not None:
-                    mark.tag  # noqa: B018  # an error if it is none
+            for mark in self.marks.values():
+                mark.tag  # noqa: B018  # an error if it is none
+
+    @property
+    def marks(self) -> dict[str, Mark]:
+        """What can be seen, by where it is stuck: `leaf`, `frame`, or both."""
+        return {part: mark for part, mark in (("leaf", self.leaf), ("frame", self.frame)) if mark is not None}
 
 
 _QUARTER = 0.5 * math.pi
@@ -236,10 +241,8 @@ class LeafGeometry:
             point = np.array(self.point)
             before, now = (one - point - axis * (axis @ (one - point)) for one in (zero, spot))
             by_place = math.atan2(float(axis @ np.cross(before, now)), float(before @ now))
-            turned = rotation @ np.array(self.rotation).T
-            spin = np.array([turned[2, 1] - turned[1, 2], turned[0, 2] - turned[2, 0], turned[1, 0] - turned[0, 1]])
-            along = float(axis @ turned @ axis)
-            by_turn = math.atan2(float(axis @ spin), float(np.trace(turned)) - along)
+            w, *along = from_rotation(rotation @ np.array(self.rotation).T)
+            by_turn = 2.0 * math.atan2(float(axis @ along), w)
             lever = float(np.linalg.norm(before))
             weights = (lever / place_deviation) ** 2, 1.0 / turn_deviation**2
             apart = math.remainder(by_turn - by_place, 2.0 * math.pi)

@@ -5,15 +5,15 @@ from __future__ import annotations
 from dataclasses import replace
 
 from doorman.collision.audit import AuditReport, audit
-from doorman.feasibility.inputs.plant import plant_findings
+from doorman.feasibility.inputs.plant import plant_finding
 from doorman.feasibility.inputs.setup import setup_findings
 from doorman.feasibility.mission import mission_findings
 from doorman.feasibility.pressed import hold_findings, slip_findings
-from doorman.feasibility.report import Finding, Report, Severity, graded
+from doorman.feasibility.report import Finding, Report, Severity, found
 from doorman.feasibility.swing.flight import flight_findings
 from doorman.feasibility.swing.geometry import geometry_findings
 from doorman.feasibility.swing.postures import postures_finding
-from doorman.feasibility.swing.rehearsal import DURATION, rehearse, scaled
+from doorman.feasibility.swing.rehearsal import rehearse
 from doorman.feasibility.task import task_finding
 from doorman.feasibility.through import through_findings
 from doorman.model import Model
@@ -33,13 +33,12 @@ def check(scenario: Scenario | Model, *, with_audit: bool = False) -> Report:
     if model.scenario.first:
         return _of_steps(model.scenario)
     rehearsal = rehearse(model)
-    duration = scaled(DURATION, model)
     findings = (
-        task_finding(model, duration),
+        task_finding(model),
         *setup_findings(model),
         postures_finding(model),
-        *plant_findings(model),
-        *geometry_findings(model, duration),
+        plant_finding(model),
+        *geometry_findings(model),
         *slip_findings(model),
         *mission_findings(model, rehearsal),
         *flight_findings(model, rehearsal),
@@ -47,7 +46,10 @@ def check(scenario: Scenario | Model, *, with_audit: bool = False) -> Report:
     )
     if not with_audit:
         return Report(model.scenario.name, findings)
-    report = _audited(model)
+    report = audit(
+        model.coupling, model.constraints_along, model.constraint_names,
+        door_angles=(model.start_angle, model.goal_angle), max_tilt=model.scenario.control.max_tilt,
+    )  # fmt: skip
     return Report(model.scenario.name, (*findings, audit_finding(report)), report)
 
 
@@ -57,30 +59,18 @@ def _of_steps(scenario: Scenario) -> Report:
     findings = [
         replace(finding, name=f"{step.door.section.hinge}: {finding.name}")
         for step, following in zip(before, steps[1:], strict=True)
-        for finding in (*check(step).findings, *hold_findings(step, following, scaled(DURATION, following)))
+        for finding in (*check(step).findings, *hold_findings(step, following))
     ]
     return Report(scenario.name, (*findings, *check(last).findings))
 
 
-def _audited(model: Model) -> AuditReport:
-    return audit(
-        model.coupling,
-        model.constraints_along,
-        model.constraint_names,
-        door_angles=(model.start_angle, model.goal_angle),
-        max_tilt=model.scenario.control.max_tilt,
-    )
-
-
 def audit_finding(report: AuditReport) -> Finding:
     """Verdict of the audit; a warning where it fails, as it covers all postures and not only those of the swing."""
-    advice = ""
+    advice = "use a wider doorway, a longer arm or a smaller disc (vehicle.radius)"
     if report.colliding:
         advice = "the constraints do not keep these shapes apart: watch 'clearance along the swing'"
-    elif not report.ok:
-        advice = "use a wider doorway, a longer arm or a smaller disc (vehicle.radius)"
-    return Finding(
-        "constraints against FCL", graded(report.ok, Severity.WARNING),
+    return found(
+        "constraints against FCL", report.ok,
         f"{report.reason}; {1e2 * report.forbidden_free_share:.0f} % of all collision-free configurations are forbidden",
-        float(report.colliding), 0.0, "configurations", advice,
+        float(report.colliding), 0.0, "configurations", advice, Severity.WARNING,
     )  # fmt: skip

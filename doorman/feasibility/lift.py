@@ -21,7 +21,7 @@ import numpy as np
 from doorman.arrays import Array
 from doorman.dynamics.attitude_loop import AttitudeLoop
 from doorman.exceptions import BackendError
-from doorman.feasibility.report import Finding, Severity, graded
+from doorman.feasibility.report import Finding, found, warning_if
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.kinematics.vehicles.rotor_layout import RotorLayout, rotor_layout
 from doorman.model import Model
@@ -47,8 +47,8 @@ def lift_findings(model: Model) -> list[Finding]:
     try:
         layout = rotor_layout(model.vehicle, model.scenario.simulation.torque_per_thrust)
     except BackendError as error:
-        return [Finding("rotors", Severity.ERROR, str(error), float(len(model.vehicle.rotors)), 4.0, "rotors",
-                        "use at least four rotor frames around O_B, in both senses of rotation")]  # fmt: skip
+        advice = "use at least four rotor frames around O_B, in both senses of rotation"
+        return [found("rotors", False, str(error), float(len(model.vehicle.rotors)), 4.0, "rotors", advice)]
     return [_thrust_reserve(model, layout), _center_of_mass(model, layout)]
 
 
@@ -67,17 +67,16 @@ def _thrust_reserve(model: Model, layout: RotorLayout) -> Finding:
     carried = _HELD * _carried(model)
     needed = ratio + (weight - carried - lift) / weight
     clear = max(needed + _NEAR, _CLEAR)
-    severity = graded(ratio >= clear, Severity.WARNING if ratio >= needed else Severity.ERROR)
     message = f"the largest thrust of {model.vehicle.max_thrust:.1f} N is {ratio:.2f} times the weight"
-    if severity is Severity.ERROR:
-        message += (
-            f"; while the rotors turn the vehicle by {math.degrees(turn):.1f}°, {why}, they lift {max(lift, 0.0):.1f} N"
-        )
+    if sinks := ratio < needed:
         held = f", and the arm's joints hold {carried:.1f} N at the tip" if carried > 0.0 else ""
-        message += f" of {weight:.1f} N{held}: the vehicle sinks"
-    return Finding(
-        "thrust reserve", severity, message, ratio, needed if severity is Severity.ERROR else clear, "",
-        "" if severity is Severity.OK else "use stronger rotors (vehicle.max_thrust) or less mass",
+        message += (
+            f"; while the rotors turn the vehicle by {math.degrees(turn):.1f}°, {why}, they lift {max(lift, 0.0):.1f} N "
+            f"of {weight:.1f} N{held}: the vehicle sinks"
+        )
+    return found(
+        "thrust reserve", ratio >= clear, message, ratio, needed if sinks else clear, "",
+        "use stronger rotors (vehicle.max_thrust) or less mass", warning_if(not sinks),
     )  # fmt: skip
 
 
@@ -113,17 +112,14 @@ def _carried(model: Model) -> float:
 def _center_of_mass(model: Model, layout: RotorLayout) -> Finding:
     r"""In free flight the rotors alone hold :math:`c \times f_t e_3` of a centre of mass c beside O_B, and the weight."""
     centers = [model.vehicle.center_of_mass(arm) for arm in (model.start_arm, model.goal_arm)]
-    center = max(centers, key=lambda place: float(np.linalg.norm(place)))
-    offset, weight = float(np.linalg.norm(center)), model.vehicle.weight
+    offset, weight = max(float(np.linalg.norm(place)) for place in centers), model.vehicle.weight
     lift = min(lift_left(layout, weight * np.array([place[1], -place[0]])) for place in centers)
-    severity = graded(offset <= _OFFSET, Severity.WARNING if lift >= weight else Severity.ERROR)
-    message = (
+    return found(
+        "centre of mass", offset <= _OFFSET,
         f"the centre of mass is up to {1e2 * offset:.1f} cm from the base link's origin; "
-        f"rotors that hold it level there lift {max(lift, 0.0):.1f} N of {weight:.1f} N"
-    )
-    return Finding(
-        "centre of mass", severity, message, offset, _OFFSET, "m",
-        "" if severity is Severity.OK else "use a battery that balances the arm, a lighter arm, or a posture nearer to the body",
+        f"rotors that hold it level there lift {max(lift, 0.0):.1f} N of {weight:.1f} N",
+        offset, _OFFSET, "m", "use a battery that balances the arm, a lighter arm, or a posture nearer to the body",
+        warning_if(lift >= weight),
     )  # fmt: skip
 
 

@@ -10,11 +10,10 @@ import math
 
 import numpy as np
 
-from doorman.feasibility.report import Finding, Severity, graded
-from doorman.feasibility.swing.geometry import force_needed
+from doorman.feasibility.report import Finding, found
+from doorman.feasibility.swing.geometry import force_needed, yaw_force
 from doorman.model import Model
 from doorman.planning.pace import RESTING
-from doorman.planning.whole_body.numbers import yaw_torque
 
 _ALONG_THE_WAY = 15
 """Angles at which the slope is looked at."""
@@ -25,38 +24,32 @@ def slip_findings(model: Model) -> list[Finding]:
     if model.contact.tied > 0.0 or not model.door.in_plane:
         return []
     friction, way = model.scenario.contact.friction, np.linspace(model.travel.start, model.travel.goal, _ALONG_THE_WAY)
-    aside = yaw_torque(model) / math.hypot(*model.vehicle.tip_position(model.start_arm)[:2])
-    needed = [max(_along(model, angle) - aside, 0.0) / _across(model, angle) for angle in way.tolist()]
-    worst = int(np.argmax(needed))
-    ok, angle = needed[worst] <= friction, float(way[worst])
+    aside = yaw_force(model)
+    needed, angle = max(
+        (max(_along(model, angle) - aside, 0.0) / _across(model, angle), angle) for angle in way.tolist()
+    )
     slope = math.degrees(math.acos(min(abs(float(model.door.normal(angle)[2])), 1.0)))
-    return [
-        Finding(
-            "friction at the lever", graded(ok),
-            f"at {model.door.in_words(angle)} the lever slopes by {slope:.0f}°: a tip that presses on it needs a friction of "
-            f"{needed[worst]:.2f}, and contact.friction is {friction:.2f}",
-            needed[worst], friction, "",
-            "" if ok else 'choose a goal or a contact where the lever lies flatter, or contact.kind = "grip"',
-        )
-    ]  # fmt: skip
+    return [found(
+        "friction at the lever", needed <= friction,
+        f"at {model.door.in_words(angle)} the lever slopes by {slope:.0f}°: a tip that presses on it needs a friction of "
+        f"{needed:.2f}, and contact.friction is {friction:.2f}",
+        needed, friction, "", 'choose a goal or a contact where the lever lies flatter, or contact.kind = "grip"',
+    )]  # fmt: skip
 
 
-def hold_findings(step: Model, following: Model, duration: float) -> list[Finding]:
+def hold_findings(step: Model, following: Model) -> list[Finding]:
     """A lever that is pressed springs back as the tip leaves: what friction holds of what the next step needs."""
     if step.contact.tied > 0.0:
         return []
     angle, joint = step.goal_angle, following.door.section.hinge
-    most, along = step.scenario.contact.friction * _across(step, angle), _along(step, angle)
-    left, needed = math.sqrt(max(most**2 - along**2, 0.0)), force_needed(following, duration)
-    return [
-        Finding(
-            "hold", Severity.ERROR,
-            f"the tip would press on the lever with {_across(step, angle):.1f} N and be kept by friction alone, which leaves "
-            f"{left:.1f} N for '{joint}' of {needed:.1f} N that it needs; plans do not rely on that",
-            left, needed, "N",
-            'hold the lever for the next step: contact.kind = "grip"',
-        )
-    ]  # fmt: skip
+    across, along, needed = _across(step, angle), _along(step, angle), force_needed(following)
+    left = math.sqrt(max((step.scenario.contact.friction * across) ** 2 - along**2, 0.0))
+    return [found(
+        "hold", False,
+        f"the tip would press on the lever with {across:.1f} N and be kept by friction alone, which leaves "
+        f"{left:.1f} N for '{joint}' of {needed:.1f} N that it needs; plans do not rely on that",
+        left, needed, "N", 'hold the lever for the next step: contact.kind = "grip"',
+    )]  # fmt: skip
 
 
 def _across(model: Model, angle: float) -> float:

@@ -8,6 +8,7 @@ from enum import StrEnum
 from typing import Any
 
 from doorman.collision.audit import AuditReport
+from doorman.collision.scene import Clearance
 from doorman.exceptions import InfeasibleError
 from doorman.one_line import OneLine
 
@@ -72,7 +73,7 @@ class Report(OneLine):
     @property
     def possible(self) -> bool:
         """Whether no finding is an error."""
-        return all(finding.severity is not Severity.ERROR for finding in self.findings)
+        return not self.errors
 
     @property
     def errors(self) -> tuple[Finding, ...]:
@@ -102,7 +103,7 @@ class Report(OneLine):
         Raises:
             InfeasibleError: if a finding is an error.
         """
-        if not self.possible:
+        if self.errors:
             words = "; ".join(f"{finding.name}: {finding.message}" for finding in self.errors)
             names = tuple(finding.name for finding in self.errors)
             raise InfeasibleError(f"the scenario '{self.scenario}' is not possible: {words}", names)
@@ -120,6 +121,20 @@ class Report(OneLine):
         return {"scenario": self.scenario, "possible": self.possible, "findings": findings, "audit": audit}
 
 
-def graded(ok: bool, worse: Severity = Severity.ERROR) -> Severity:
-    """Severity OK where something holds, else `worse`."""
-    return Severity.OK if ok else worse
+def found(
+    name: str, ok: bool, message: str, value: float | None, limit: float | None, unit: str, advice: str = "",
+    worse: Severity = Severity.ERROR,
+) -> Finding:  # fmt: skip
+    """A finding: OK and without advice, or as bad as `worse`."""
+    return Finding(name, Severity.OK if ok else worse, message, value, limit, unit, "" if ok else advice)
+
+
+def warning_if(enough: bool) -> Severity:
+    """How bad it is to be near a limit: a warning on its good side, else an error."""
+    return Severity.WARNING if enough else Severity.ERROR
+
+
+def near(worst: Clearance) -> str:
+    """The closest pair of shapes, in words."""
+    how = "come as near as" if worst.distance > 0.0 else "overlap by"
+    return f"{worst.first} and {worst.second} {how} {1e3 * abs(worst.distance):.1f} mm"

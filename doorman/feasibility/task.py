@@ -4,25 +4,25 @@ from __future__ import annotations
 
 import math
 
-from doorman.feasibility.report import Finding, Severity
+from doorman.feasibility.report import Finding, found
 from doorman.feasibility.swing.geometry import force_needed
 from doorman.kinematics.doors.door import Door
 from doorman.model import Model
 from doorman.planning.limits import largest_push
 
 
-def task_finding(model: Model, duration: float) -> Finding:
+def task_finding(model: Model) -> Finding:
     """What the vehicle is to do, as `pull open, hinge on the left, 0° to 75° of 109°, needs 3.1 N of 7.5 N at the handle`."""
     door, travel = model.door, model.travel
     verb = "turn" if door.in_plane else "pull" if travel.sense > 0.0 else "push"
     first, last = (door.opening_of(angle) + 0.0 for angle in (travel.start, travel.goal))
     where = "leaf" if door.handle is None else "handle"
-    needed, largest = force_needed(model, duration), largest_push(model, model.scenario.control.max_tilt)
+    needed, largest = force_needed(model), largest_push(model, model.scenario.control.max_tilt)
     message = (
         f"{verb} {'open' if last > first else 'shut'}, {joint_in_words(door)}, {_way(door, first, last)}, "
         f"needs {needed:.1f} N of {largest:.1f} N at the {where}"
     )
-    return Finding("task", Severity.OK, message, needed, largest, "N")
+    return found("task", True, message, needed, largest, "N")
 
 
 def joint_in_words(door: Door) -> str:

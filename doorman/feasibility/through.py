@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from doorman.control.passage import NEEDED, OFF, Passage, has_doorway
-from doorman.feasibility.report import Finding, Severity, graded
+from doorman.feasibility.report import Finding, found, near, warning_if
 from doorman.feasibility.resting import torques_at_rest
 from doorman.model import Model
 
@@ -18,28 +18,24 @@ def through_findings(model: Model) -> list[Finding]:
     if model.scenario.mission.then != "through":
         return []
     if not has_doorway(model):
-        return [
-            Finding(
-                "way through", Severity.ERROR, "there is no doorway behind this leaf", 0.0, NEEDED, "m",
-                'set mission.then = "return" or "stay"',
-            )
-        ]  # fmt: skip
+        advice = 'set mission.then = "return" or "stay"'
+        return [found("way through", False, "there is no doorway behind this leaf", 0.0, NEEDED, "m", advice)]
     return [_stays_open(model), _way_through(model)]
 
 
 def _stays_open(model: Model) -> Finding:
     """A door that shuts by itself meets the vehicle in the doorway."""
     goal, words = model.goal_angle, model.door.torque_in_words
-    shuts, friction = torques_at_rest(model, goal)
-    shuts *= -1.0 if model.door.side == "push" else 1.0
+    torque, friction = torques_at_rest(model, goal)
+    shuts = -torque if model.door.side == "push" else torque
     ok = shuts <= friction
     message = (
         f"at {model.door.in_words(goal)} the door shuts with {words(max(shuts, 0.0) + 0.0)} by itself, against "
         f"{words(friction)} of friction"
     )
-    return Finding(
-        "stays open", graded(ok), message if ok else f"{message}; {_held_while_passing(model)}", shuts, friction, "N m",
-        "" if ok else 'set mission.then = "stay": the vehicle then holds a door that shuts by itself',
+    return found(
+        "stays open", ok, message if ok else f"{message}; {_held_while_passing(model)}", shuts, friction, "N m",
+        'set mission.then = "stay": the vehicle then holds a door that shuts by itself',
     )  # fmt: skip
 
 
@@ -63,12 +59,10 @@ def _way_through(model: Model) -> Finding:
     """Exact clearance on the way, with a leaf as far off the goal as may be."""
     passage, door = Passage(model), model.door
     worst = passage.clearance
-    severity = graded(worst.distance >= NEEDED + _NEAR, Severity.WARNING if passage.clear else Severity.ERROR)
-    how = "come as near as" if worst.distance > 0.0 else "overlap by"
-    return Finding(
-        "way through", severity,
-        f"with the leaf up to {door.way_in_words(OFF)} off {door.in_words(model.goal_angle)}, {worst.first} and "
-        f"{worst.second} {how} {1e2 * abs(worst.distance):.1f} cm on the way through; {1e2 * NEEDED:.0f} cm are needed",
-        worst.distance, NEEDED, "m",
-        "" if severity is Severity.OK else "use a larger goal.opening, a start.arm nearer to the body, or a smaller vehicle",
+    return found(
+        "way through", worst.distance >= NEEDED + _NEAR,
+        f"with the leaf up to {door.way_in_words(OFF)} off {door.in_words(model.goal_angle)}, {near(worst)} on the way "
+        f"through; {1e2 * NEEDED:.0f} cm are needed",
+        worst.distance, NEEDED, "m", "use a larger goal.opening, a start.arm nearer to the body, or a smaller vehicle",
+        warning_if(passage.clear),
     )  # fmt: skip

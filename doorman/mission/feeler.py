@@ -45,14 +45,10 @@ class Feeler:
         push = self._gain * (speed - float(self._normal @ comes_on))
         push = min(max(push, -self._most), self._most) - float(self._normal @ estimate.wind)
         rest, arm_rates = np.zeros(3), arm_rates_to(self._model.start_arm, estimate.arm_angles)
-        beside = self._against_gusts(estimate.wind)
+        gust = estimate.wind - self._steady_wind
+        gust = gust - float(self._normal @ gust) * self._normal  # held against beside the direction
+        beside = np.array([*(-gust[:2] / self._model.vehicle.mass), 0.0])
         return Setpoint(self._place, rest, beside, self._yaw, rest, self._normal, arm_rates, push)
-
-    def _against_gusts(self, wind: Array) -> Array:
-        """Acceleration that holds the vehicle beside the direction, shape (3,), world frame [m/s²]."""
-        gust = wind - self._steady_wind
-        gust = gust - float(self._normal @ gust) * self._normal
-        return np.array([*(-gust[:2] / self._model.vehicle.mass), 0.0])
 
     def met(self, now: float) -> Array | None:
         """Where the tip was stopped, shape (3,), world frame [m]; None as long as it comes on."""

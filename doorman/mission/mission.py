@@ -18,7 +18,7 @@ from doorman.control.held_load import HeldLoad
 from doorman.control.position_controller import PositionController, Setpoint, Thrust
 from doorman.control.push_limit import force_in_world, limited
 from doorman.control.state_converter import StateConverter
-from doorman.control.under_way import Later, UnderWay
+from doorman.control.under_way import UnderWay
 from doorman.copying import Uncopied
 from doorman.dynamics.attitude_loop import AttitudeLoop
 from doorman.exceptions import DoormanError
@@ -64,9 +64,10 @@ class Mission(Uncopied):
         self.recorder = recorder or Recorder(None, {})
         self.converter = StateConverter(model)
         settings = model.scenario
-        self._schedule = PlanSchedule(
-            self._planner_for(model, planner), settings.simulation.planner_latency_periods, self.recorder
-        )
+        if planner is not None and planner.model.scenario != settings:
+            raise DoormanError("the planner was made for another scenario", field="planner")
+        latency = settings.simulation.planner_latency_periods
+        self._schedule = PlanSchedule(planner or Planner(model), latency, self.recorder)
         self._controller = PositionController(
             model.vehicle.mass, weight_of(1.0), model.vehicle.max_thrust, settings.control, model.actuation
         )
@@ -74,15 +75,9 @@ class Mission(Uncopied):
         self._locator, self._watch = DoorLocator(model), DoorWatch(model)
         self._log = FlightLog(model, self.recorder, self._locator, self._watch)
         self._known: Estimate | None = None
-        self._estimator = Estimator(model, self.converter)
+        self._estimator = Estimator(model)
         self._sequence = Sequence(
-            model,
-            self.converter,
-            self._schedule,
-            self._estimator,
-            self._log.phase,
-            holds=after is not None,
-            more=phases,
+            model, self.converter, self._schedule, self._estimator, self._log.phase, after is not None, phases
         )
         self._sequence.attempt.place = self._locator.known
         self._face_is_known = False
@@ -184,8 +179,6 @@ class Mission(Uncopied):
         seen = estimate.attitude
         if estimate.lost:
             self.abort("the estimate was lost")
-        if estimate.touching and self._watch.apart(measurement, estimate) is not None:
-            estimate = replace(estimate, touching=False)
         self._known = estimate
         if self._abort_reason:
             self._sequence.abort(estimate, self._abort_reason)
@@ -198,20 +191,19 @@ class Mission(Uncopied):
             self._controller.resume(estimate.position, estimate.velocity, estimate.wind)
         asked = self._following.follow(estimate, measurement, phase.follows, phase.goal, elapsed)
         if isinstance(asked, Command):
-            command, made = asked, force_in_world(asked)
-            thrust = Thrust(asked.thrust, asked.attitude, made, estimate.wind, False)
+            command = asked
+            thrust = Thrust(asked.thrust, asked.attitude, force_in_world(asked), estimate.wind, False)
         else:
-            setpoint, made = asked or setpoint, None
+            setpoint = asked or setpoint
             thrust, command = self._fly_to(setpoint, estimate, measurement.body_rates, tie, elapsed)
         command, self._flew_plan = command.gripping(phase.tied), isinstance(asked, Command)
         if phase.at_the_leaf:
-            made = force_in_world(command) if made is None else made
-            command = limited(command, made, self.model.vehicle.weight, self.model.scenario.control.max_push)
+            command = limited(command, self.model.vehicle.weight, self.model.scenario.control.max_push)
         if tie is not Tie.GRIPPED:
             self._lift.learn(estimate.lift)
         scaled = self._lift.scaled(command)
         force = scaled.body_force
-        self._rotors = self._lift.made(force)
+        self._rotors = self._lift.scale * force
         self._under_way.note(now, scaled.attitude)
         if (test := self._sequence.attempt.loop_test).runs:
             test.note(scaled.attitude, seen, measurement)
@@ -232,27 +224,25 @@ class Mission(Uncopied):
         if self._flew_plan:
             controller.resume(estimate.position, estimate.velocity, self._load.outer(estimate))
         self._change_smoothly(setpoint, estimate)
-        controller.reach = self._lift.reach
-        later = None if tie is Tie.GRIPPED else self._later(estimate, setpoint, seen, body_rates)
+        controller.reach = min(self._lift.scale, 1.0)
+        later = None
+        if tie is not Tie.GRIPPED:
+            outer = controller.observer.estimate - setpoint.force
+            later = self._under_way.later(estimate.time, seen, body_rates, estimate.velocity, self._rotors, outer)
         force = estimate.rotation_body_to_world @ self._rotors
         thrust = controller.update(estimate.position, estimate.velocity, setpoint, elapsed, later, force)
         attitude = thrust.attitude if setpoint.nudge is None else thrust.attitude + np.array([*setpoint.nudge, 0.0])
         ahead, left, up = self.model.actuation.body_force(thrust.force, seen)
         return thrust, Command(float(up), attitude, setpoint.arm_rates, False, (float(ahead), float(left)))
 
-    def _later(self, estimate: Estimate, setpoint: Setpoint, seen: np.ndarray, body_rates: np.ndarray) -> Later:
-        """Where the vehicle will be when what is sent now shows."""
-        outer = self._controller.observer.estimate - setpoint.force
-        return self._under_way.later(estimate.time, seen, body_rates, estimate.velocity, self._rotors, outer)
-
     def _see_frame(self, measured: Measurement) -> None:
         """A sensor of the door's frame says where that stands."""
-        found = self._watch.moves(measured.frame)
+        frame = measured.frame
+        found = self._watch.moves(frame)
         if self._watch.refused and not self._abort_reason:
             self.abort(self._watch.refused)
-        if found is None or measured.frame is None:
-            return
-        self._locator.measure(*found, measured.frame.position_deviation, measured.frame.yaw_deviation)
+        if found is not None and frame is not None:
+            self._locator.measure(*found, frame.position_deviation, frame.yaw_deviation)
 
     def _learn_frame(self) -> None:
         """Once the frame has been touched, or seen by a sensor, the door stands where that is, if that says more than the map."""
@@ -285,12 +275,6 @@ class Mission(Uncopied):
         last, self._last_setpoint = self._last_setpoint, setpoint
         if last is not None and last.push is not None and setpoint.push is None:
             self._controller.observer.align(last.normal, estimate.wind, estimate.velocity)
-
-    @staticmethod
-    def _planner_for(model: Model, planner: Planner | None) -> Planner:
-        if planner is not None and planner.model.scenario != model.scenario:
-            raise DoormanError("the planner was made for another scenario", field="planner")
-        return planner or Planner(model)
 
 
 @contextmanager

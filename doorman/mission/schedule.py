@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor, wait
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any
@@ -12,7 +13,7 @@ import numpy as np
 
 from doorman.arrays import Array
 from doorman.control.wanted import Wanted
-from doorman.mission.planning_thread import PlanningThread
+from doorman.hardware.scheduling import give_way
 from doorman.planning.plan import Plan
 from doorman.planning.planner import Planner
 from doorman.planning.planning_model import planning_model
@@ -22,6 +23,8 @@ _SILENT = 0.5
 """A planner that makes one plan for so long is given up; what is flown meanwhile is the last plan, which is longer [s]."""
 _LONGEST = 0.2
 """For one plan where time does not wait: a goal that cannot be reached from a state may take seconds to be given up [s]."""
+_LAST_WAIT = 2.0
+"""Longest wait for a plan that is still being made when the mission ends [s]."""
 
 
 @dataclass(frozen=True)
@@ -60,18 +63,6 @@ class _Answer:
     """Since the plan before [s]."""
 
 
-def _user_fields(rows: dict[str, float]) -> dict[str, Any]:
-    """Rows of the user as recorded: nothing where there are none."""
-    return {"user_rows": list(rows.values()), "user_row_names": list(rows)} if rows else {}
-
-
-def _made_of(answer: _Answer) -> dict[str, Any]:
-    """What a whole-body plan was made from, as recorded."""
-    if answer.order.wanted.numbers is None:
-        return {}
-    return {"whole_state": answer.state, "numbers": answer.numbers, "elapsed": answer.elapsed}
-
-
 @dataclass
 class PlanSchedule:
     """Plans once per period; hands out the newest one that is old enough to be known.
@@ -97,7 +88,11 @@ class PlanSchedule:
     _started: bool = False
     _epoch: int = 0
     _planned: float = 0.0
-    _thread: PlanningThread[_Order, _Answer] | None = None
+    _executor: ThreadPoolExecutor | None = None
+    """The thread, if there is one."""
+    _future: Future[_Answer] | None = None
+    """Of an answer that has not been taken."""
+    _asked_at: float = 0.0
 
     def __post_init__(self) -> None:
         self._planning = planning_model(self.planner.model)
@@ -117,11 +112,14 @@ class PlanSchedule:
         if not in_background:
             yield
             return
-        with PlanningThread(self._carry_out) as self._thread:
-            try:
-                yield
-            finally:
-                self._thread = None
+        # begun with the first order, the thread is scheduled as the controller is, and gives way to it
+        self._executor = executor = ThreadPoolExecutor(1, "planner", initializer=give_way)
+        try:
+            yield
+        finally:
+            late = wait([self._future] if self._future else [], _LAST_WAIT).not_done
+            executor.shutdown(wait=not late)
+            self._executor = self._future = None
 
     def update(self, now: float, wanted: Callable[[], Wanted]) -> TimedPlan | None:
         """Plan if it is time to, and return the plan to follow now.
@@ -138,18 +136,19 @@ class PlanSchedule:
         Raises:
             DoormanError: what the planner raised, in whichever thread.
         """
-        thread = self._thread
-        if thread is not None and (answer := thread.take()) is not None:
-            self._take(answer, now)
-        if now >= self._next - 1e-9 and (thread is None or not thread.busy):
+        future, executor = self._future, self._executor
+        if future is not None and future.done():
+            self._future = None
+            self._take(future.result(), now)
+        if now >= self._next - 1e-9 and self._future is None:
             self._next = max(self._next + self.period, now)
-            margin, limit = self.planner.settings.margin, math.inf if thread is None else _LONGEST
+            margin, limit = self.planner.settings.margin, math.inf if executor is None else _LONGEST
             order = _Order(now, wanted(), margin, not self._started, limit, self._epoch)
             self._started = True
-            if thread is None:
+            if executor is None:
                 self._take(self._carry_out(order), now + (0.0 if order.cold else self.latency_periods * self.period))
             else:
-                thread.begin(order, now)
+                self._future, self._asked_at = executor.submit(self._carry_out, order), now
         while self._waiting and self._waiting[0].available_at <= now + 1e-9:
             self.current = self._waiting.pop(0)
         return self.current
@@ -160,7 +159,7 @@ class PlanSchedule:
         Args:
             now: [s].
         """
-        return 0.0 if self._thread is None else self._thread.at_work(now)
+        return 0.0 if self._future is None or self._future.done() else now - self._asked_at
 
     def is_silent(self, now: float) -> bool:
         """Whether that is too long."""
@@ -201,18 +200,22 @@ class PlanSchedule:
         return planner.plan(state, time_limit=order.time_limit)
 
     def _take(self, answer: _Answer, available_at: float) -> None:
-        order, plan = answer.order, answer.plan
+        order, plan, rows = answer.order, answer.plan, answer.user_rows
         if order.epoch == self._epoch:
             self.refusal = "" if plan.flyable else f"{plan.status.value} {plan.violated}".rstrip()
             if plan.flyable:
                 self._waiting.append(TimedPlan(plan, order.time, available_at))
         states, inputs = self._planning.reduced(plan.states, plan.inputs)
+        made_of: dict[str, Any] = {}
+        if order.wanted.numbers is not None:
+            made_of = {"whole_state": answer.state, "numbers": answer.numbers, "elapsed": answer.elapsed}
+        if rows:
+            made_of |= {"user_rows": list(rows.values()), "user_row_names": list(rows)}
         self.recorder.write(
             "plan",
             order.time,
             {
                 "cold": order.cold,
-                **_made_of(answer),
                 "hinge": list(order.wanted.hinge),
                 "goal_angle": self.planner.model.goal_angle if order.wanted.goal is None else order.wanted.goal,
                 "margin": order.margin,
@@ -229,6 +232,6 @@ class PlanSchedule:
                 "deadline_missed": bool(not order.cold and plan.solve_time > self.period),
                 "available_at": available_at,
                 "least_normal_force": float(answer.normal_force.min()),
-                **_user_fields(answer.user_rows),
+                **made_of,
             },
         )

@@ -88,9 +88,9 @@ class Sequence:
         """Whether a gripper is to be closed in this phase."""
         return self._now is not None and self._now.tied
 
-    def abort(self, estimate: Estimate, reason: str, at_once: bool = False) -> None:
-        """Give up for good: let go of the door, gently unless `at_once`, retreat and hover."""
-        self._follow(GiveUp(reason, at_once=at_once, takes_back=False), estimate)
+    def abort(self, estimate: Estimate, reason: str) -> None:
+        """Give up for good: let go of the door gently, retreat and hover."""
+        self._follow(GiveUp(reason, takes_back=False), estimate)
 
     def enter(self, phase: Phase, estimate: Estimate, reason: str = "") -> None:
         """Begin a phase."""

@@ -7,7 +7,7 @@ import warnings
 from pathlib import Path
 from typing import Any
 
-from doorman.checks import number, whole
+from doorman.checks import positive, whole
 from doorman.exceptions import DoormanError
 from doorman.feasibility import FeasibilityWarning, Report, check
 from doorman.flown import carried_files, recorded_header
@@ -18,6 +18,9 @@ from doorman.recording import Listener, Recorder, Recording
 from doorman.scenario import Scenario
 from doorman.stages import stages
 from doorman.summary import summarize
+
+_PREPARATION = 0.1
+"""Length of a flight that only compiles [s]."""
 
 
 def simulate(
@@ -59,17 +62,11 @@ def simulate(
     from doorman import __version__
     from doorman.simulation import SimulatedBackend  # needs the extra `sim`
 
-    if duration is not None:
-        duration = _duration(duration)
+    duration = None if duration is None else positive(duration, "duration")
     seed = whole(seed, "seed", 0)
     file = None if path is None else _file(path)
     model = scenario if isinstance(scenario, Model) else Model(scenario)
-    if report is None and not force:
-        report = check(model)
-        for finding in report.warnings:
-            warnings.warn(f"doorman check: {finding.name}: {finding.message}", FeasibilityWarning, stacklevel=2)
-    if report is not None and not force:
-        report.refuse()
+    report = checked(model, force, report)
     header = recorded_header(model.scenario) | {
         "seed": seed,
         "duration": duration,
@@ -116,11 +113,23 @@ def _with_steps(summary: dict[str, Any], before: list[dict[str, Any]], step: Mod
     return summary
 
 
-def _duration(given: float) -> float:
-    duration = number(given, "duration", "> 0 s")
-    if duration <= 0.0:
-        raise DoormanError("not a duration", field="duration", given=given, allowed="> 0 s")
-    return duration
+def prepare(scenario: Scenario) -> None:
+    """Compile or load what flights of a scenario run: short ones, from the air and from the door, where plans are made."""
+    for start in ("hover", "contact"):
+        mission = scenario.mission.model_copy(update={"start": start})
+        simulate(scenario.model_copy(update={"mission": mission}), _PREPARATION, force=True)
+
+
+def checked(model: Model, force: bool, report: Report | None) -> Report | None:
+    """The check's report of a task that flies; made here, with its warnings issued to the caller's caller, if there is none."""
+    if force:
+        return report
+    if report is None:
+        report = check(model)
+        for finding in report.warnings:
+            warnings.warn(f"doorman check: {finding.name}: {finding.message}", FeasibilityWarning, stacklevel=3)
+    report.refuse()
+    return report
 
 
 def _file(given: str | os.PathLike[str]) -> Path:

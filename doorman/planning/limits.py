@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from doorman.arrays import Array
 from doorman.kinematics.vehicles.actuation import LEVEL
@@ -12,43 +13,33 @@ from doorman.model import Model
 from doorman.ocp.problem.problem import Bounds
 
 
-def reduced_bounds(model: Model) -> Bounds:
-    """Bounds of [Φ, α, α̇, H] and [f_t, Ω, Ḣ_d, f_x, f_y] from `[limits]` and the vehicle's URDF; none if switched off."""
-    limits, vehicle = model.scenario.limits, model.vehicle
-    if not limits.enabled:
-        return Bounds()
-    rates = np.asarray(vehicle.rate_limits if limits.joint_rates is None else np.full(model.n_arm, limits.joint_rates))
-    body = np.asarray(limits.body_rates)
-    none, actuation = np.full(5, np.inf), model.actuation
-    side = np.full(2 if actuation.fully else 0, np.inf)  # bounded by the rotors' rows
+def bounds_of(model: Model, free: int, least: float, steers: ArrayLike, rates: Array) -> Bounds:
+    """Bounds of [x_1 … x_free, H], of which H alone has some, and of [f_t, three inputs that steer, Ḣ_d, f_x, f_y].
+
+    The least thrust, and the largest magnitudes of what steers and of the joints' rates are given. The force to the side is
+    bounded by the rotors' rows.
+    """
+    vehicle, actuation, none = model.vehicle, model.actuation, np.full(free, np.inf)
+    others = np.concatenate([steers, rates, np.full(2 if actuation.fully else 0, np.inf)])
     return Bounds(
         state_lower=np.concatenate([-none, vehicle.lower_limits]),
         state_upper=np.concatenate([none, vehicle.upper_limits]),
-        input_lower=np.concatenate([[max(limits.min_thrust, actuation.lift[0])], -body, -rates, -side]),
-        input_upper=np.concatenate([[min(vehicle.max_thrust, actuation.lift[1])], body, rates, side]),
+        input_lower=np.concatenate([[max(least, actuation.lift[0])], -others]),
+        input_upper=np.concatenate([[min(vehicle.max_thrust, actuation.lift[1])], others]),
     )
 
 
-def lagrangian_bounds(model: Model) -> Bounds:
-    """Bounds of [Φ, α, Φ̇, α̇, H] and [f_t, T, Ḣ_d]; the body rates are constraints there, see `largest_body_rates`."""
-    if not model.scenario.limits.enabled:
+def tied_bounds(model: Model, free: int, body_rates: bool) -> Bounds:
+    """Bounds of a tied tip's problem, from `[limits]` and the vehicle's URDF; none if switched off.
+
+    Body rates are inputs of the one, and constraints of the other.
+    """
+    limits, n = model.scenario.limits, model.n_arm
+    if not limits.enabled:
         return Bounds()
-    reduced = reduced_bounds(model)
-    lower, upper = np.asarray(reduced.input_lower).copy(), np.asarray(reduced.input_upper).copy()
-    lower[1:4], upper[1:4] = -np.inf, np.inf
-    arm, free = (np.asarray(reduced.state_lower)[5:], np.asarray(reduced.state_upper)[5:]), np.full(8, np.inf)
-    return Bounds(
-        state_lower=np.concatenate([-free, arm[0]]),
-        state_upper=np.concatenate([free, arm[1]]),
-        input_lower=lower,
-        input_upper=upper,
-    )
-
-
-def largest_body_rates(model: Model) -> Array:
-    """Largest magnitudes of the body rates Ω, of `[limits]`, body frame [rad/s]."""
-    limits = model.scenario.limits
-    return np.array(limits.body_rates if limits.enabled else [], dtype=np.float64)
+    rates = np.asarray(model.vehicle.rate_limits if limits.joint_rates is None else np.full(n, limits.joint_rates))
+    steers = limits.body_rates if body_rates else np.full(3, np.inf)
+    return bounds_of(model, free, limits.min_thrust, steers, rates)
 
 
 _ALONG_THE_WAY = 5

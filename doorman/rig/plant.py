@@ -80,15 +80,14 @@ class RigPlant(InThread):
         self._recorder = recorder
         self._recorded_epoch: float | None = None
         self._simulator = Simulator(model, self.period / self._steps, self._acting, simulated_gains(model, feedback))
-        self._gains = self._simulator.plant.engine_model.actuator_gainprm
-        lags = self._simulator.plant.engine_model.actuator_dynprm[: self._simulator.layout.count, 0]
+        physics, hinge = self._simulator.plant.engine_model, self._simulator.plant.hinge_velocity
+        self._rotors = slice(self._simulator.layout.count)
+        lags = physics.actuator_dynprm[self._rotors, 0]
         lags[:] = np.where(lags > 0.0, np.maximum(lags, motor_lag), 0.0)
-        self._thrust, self._attitude, self._side_force = 0.0, np.array([0.0, 0.0, self.places.yaw]), (0.0, 0.0)
-        plant = self._simulator.plant
-        self._free = float(plant.engine_model.dof_frictionloss[plant.hinge_velocity])
-        self._own_spring = float(plant.engine_model.jnt_stiffness[plant.engine_model.dof_jntid[plant.hinge_velocity]])
-        self._arm_rates = np.zeros(model.n_arm)
-        self._motors, self._grip = False, False
+        self._free = float(physics.dof_frictionloss[hinge])
+        self._own_spring = float(physics.jnt_stiffness[physics.dof_jntid[hinge]])
+        self._command: tuple[float, Array, tuple[float, float]] | None = None  # None while the motors stand still
+        self._arm_rates, self._grip = np.zeros(model.n_arm), False
         self._pilot = pilot
         if pilot is not None:
             self._simulator.set_rotors(None, pilot.directions)
@@ -99,18 +98,6 @@ class RigPlant(InThread):
         self._snapshot = self._look()
 
     # ------------------------------------------------------------ life
-
-    def open(self) -> None:
-        """Let time pass.
-
-        Raises:
-            BackendError: if it passes already.
-        """
-        super().open()
-
-    def stop(self) -> None:
-        """Let time stand still; may be called twice."""
-        super().stop()
 
     def _begin(self) -> None:
         if self._pilot is not None:
@@ -137,12 +124,12 @@ class RigPlant(InThread):
             side_force: Along the body's x and y axis [N].
         """
         with self.lock:
-            self._thrust, self._attitude, self._side_force, self._motors = thrust, attitude, side_force, True
+            self._command = thrust, attitude, side_force
 
     def stop_motors(self) -> None:
         """Let the motors stand still."""
         with self.lock:
-            self._thrust, self._motors = 0.0, False
+            self._command = None
 
     def move_arm(self, rates: Array) -> None:
         """Ask for joint rates.
@@ -164,8 +151,7 @@ class RigPlant(InThread):
     def reset(self) -> None:
         """Put vehicle, arm and door back to where they began, at rest; time goes on."""
         with self.lock:
-            self._grip, self._motors, self._thrust = False, False, 0.0
-            self._arm_rates = np.zeros(self.model.n_arm)
+            self._grip, self._command, self._arm_rates = False, None, np.zeros(self.model.n_arm)
             self._stand()
             self._snapshot = self._look()
 
@@ -231,13 +217,13 @@ class RigPlant(InThread):
         pilot = self._pilot
         rotors = None if pilot is None else pilot.thrusts(self._simulator.time)
         with self.lock:
+            idle = 0.0, self._snapshot.truth.attitude, (0.0, 0.0)
             if pilot is not None:
-                self._motors = rotors is not None
+                self._command = None if rotors is None else idle
                 self._simulator.set_rotors(rotors)
             self._simulator.set_grip(self._grip)
-            self._gains[: self._simulator.layout.count, 0] = float(self._motors)
-            attitude = self._attitude if self._motors else self._snapshot.truth.attitude
-            thrust, side = (self._thrust, self._side_force) if self._motors else (0.0, (0.0, 0.0))
+            self._simulator.plant.engine_model.actuator_gainprm[self._rotors, 0] = float(self._command is not None)
+            thrust, attitude, side = self._command or idle
             self._simulator.set_command(thrust, attitude, self._arm_rates, side)
             self._simulator.advance(self._steps)
             self._snapshot = self._look()
@@ -259,7 +245,7 @@ class RigPlant(InThread):
             at=self.epoch + truth.time,
             truth=truth,
             on_ground=self.gear.touches(float(truth.position[2])),
-            motors=self._motors,
+            motors=self._command is not None,
             arm_torques=plant.data.qfrc_actuator[plant.arm_velocities].copy(),
         )
 

@@ -40,7 +40,7 @@ def explain(root: type[BaseModel], error: ValidationError, path: Path | None = N
         said = first["msg"].removeprefix("Input should be ").removeprefix("Value error, ")
         words = _ALLOWED.get(first["type"]) or _range(first, unit_of(root, first["loc"])) or said
         return ScenarioError(f"wrong value{more}", file=path, field=field, given=first["input"], allowed=words)
-    if found_gone := gone(field, first["input"]):
+    if found_gone := gone(field, first["input"], root.__name__):
         key, words = found_gone
         return ScenarioError(f"the key '{key}' is gone: {words}{more}", file=path, field=key, allowed="no such key")
     section: type[BaseModel] = root

@@ -13,12 +13,15 @@ _FIXED = {
     "door": "search_yaw",
     "mission": "touch_distance retreat_speed touch_speed hold_time",
     "mission.time_out": "hover touch_frame touch recover take_back release retreat through approach",
-    "estimation": "sure loose_time slam_speed elsewhere seen_time blow_time swap_time frame_touch frame_track tip_force_noise "
-    "tip_force_offset",
-    "estimation.contact": "lasts friction_lasts held settles sticks brakes creeps ajar",
-    "estimation.switch": "make far lose leave follow slip jump calm throw stop",
-    "estimation.noise": "bounce gust_lasts drawn gives face_by_angle",
-    "estimation.start": "gust joint stop astray astray_rate log_inertia",
+    "estimation": "sure gate loose_time slam_speed elsewhere seen_time blow_time swap_time frame_touch frame_track "
+    "tip_force_noise tip_force_offset",
+    "estimation.contact": "gap_rate slip_rate inside lasts friction_lasts held settles sticks more brakes creeps ajar",
+    "estimation.switch": "near make far reach lose leave follow slip jump calm throw stop",
+    "estimation.noise": "bounce jump gust_lasts draught wind_turn rate throw thrown_along drawn gives inertia face "
+    "face_by_angle",
+    "estimation.start": "velocity draught wind_turn gust joint stop astray joint_rate astray_rate resistance log_inertia reach "
+    "friction",
+    "estimation.hinge": "by_chance in_wind moves",
     "safety": "thrust_share pose_age disobedience command_age",
     "simulation": "door_latch_angle door_seal_angle",
     "simulation.sensors": "swap_duration swap_turn",
@@ -56,11 +59,17 @@ GONE: Mapping[str, str] = {
 """By dotted key."""
 
 
-def gone(field: str, given: Any) -> tuple[str, str] | None:
-    """The key that went, and what replaces it; None for a key that never was. A table that went holds such keys."""
+def gone(field: str, given: Any, root: str) -> tuple[str, str] | None:
+    """The key that went, and what replaces it; None for a key that never was. A table that went holds such keys.
+
+    Of a section by itself, `root` is the class, and `field` lacks the names of the tables around it.
+    """
     if isinstance(given, Mapping):
         for key, value in given.items():
-            if found := gone(f"{field}.{key}", value):
+            if found := gone(f"{field}.{key}", value, root):
                 return found
-    names = [key for key in GONE if key == field or key.endswith(f".{field}") or field.endswith(f".{key}")]
-    return (names[0], GONE[names[0]]) if names else None
+    for key, words in GONE.items():
+        table = key.removesuffix(f".{field}").rpartition(".")[2].replace("_", "")
+        if f".{field}".endswith(f".{key}") or (key.endswith(f".{field}") and table in root.lower()):
+            return key, words
+    return None

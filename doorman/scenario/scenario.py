@@ -11,6 +11,7 @@ from pydantic import PrivateAttr, ValidationError, model_validator
 
 from doorman.bounds import check_tables
 from doorman.exceptions import ScenarioError
+from doorman.scenario.dotted import put
 from doorman.scenario.errors import explain
 from doorman.scenario.files import SCENARIO, SHIPPED, URDF, absolute, locate, read_tables
 from doorman.scenario.plain import plain
@@ -141,11 +142,22 @@ class Scenario(Section):
         Raises:
             ScenarioError: if a URDF does not exist.
         """
-        tables = self.tables(exclude_none=True)
+        return toml_text(self.portable(exclude_none=True))
+
+    def portable(self, **options: Any) -> dict[str, Any]:
+        """`tables` that mean the same in any directory: URDFs are shipped names or absolute paths.
+
+        Args:
+            **options: As those of `tables`.
+
+        Raises:
+            ScenarioError: if a URDF does not exist.
+        """
+        tables = self.tables(**options)
         for section, path in (("vehicle", self.vehicle_urdf), ("door", self.door_urdf)):
             if path != URDF.known().get(tables[section]["urdf"].removeprefix(SHIPPED)):
                 tables[section]["urdf"] = str(path)
-        return toml_text(tables)
+        return tables
 
     def tables(self, **options: Any) -> dict[str, Any]:
         """All values as nested tables, but for defaults that grow with the vehicle (`scenario.sized`).
@@ -199,7 +211,10 @@ class Scenario(Section):
     def _of(cls, tables: dict[str, Any], overrides: Mapping[str, Any], path: Path | None) -> Scenario:
         """Tables of a file with other values."""
         for key, value in _flat(cls, _mapping(overrides), ""):
-            _set(tables, key, absolute(value, Path.cwd()) if key in _URDFS and isinstance(value, str) else value, path)
+            value = absolute(value, Path.cwd()) if key in _URDFS and isinstance(value, str) else value
+            if wrong := put(tables, key, value):
+                allowed = "a dotted key of the scenario"
+                raise ScenarioError("not a table", file=path, field=key, given=wrong, allowed=allowed)
         check_tables(tables, ScenarioError, path)
         try:
             scenario = cls.model_validate(tables)
@@ -266,18 +281,6 @@ def _flat(section: Any, values: Mapping[str, Any], prefix: str) -> Iterator[tupl
             yield from _flat(below, _mapping(value), f"{prefix}{key}.")
         else:
             yield f"{prefix}{key}", plain(value)
-
-
-def _set(tables: dict[str, Any], key: str, value: Any, path: Path | None) -> None:
-    *sections, last = key.split(".")
-    table = tables
-    for section in sections:
-        table = table.setdefault(section, {})
-        if not isinstance(table, dict):
-            raise ScenarioError(
-                "not a table", file=path, field=key, given=section, allowed="a dotted key of the scenario"
-            )
-    table[last] = value
 
 
 def _absolute_choices(distribution: Distribution, folder: Path) -> Distribution:

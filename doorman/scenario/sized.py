@@ -48,6 +48,5 @@ def _sized(section: Section, ratios: Mapping[tuple[str, ...], float]) -> dict[st
         if () not in inner:
             changed[name] = value.model_copy(update=_sized(value, inner))
         elif name not in section.model_fields_set:
-            ratio = inner[()]
-            changed[name] = tuple(ratio * each for each in value) if isinstance(value, tuple) else ratio * value
+            changed[name] = inner[()] * value
     return changed

@@ -6,22 +6,22 @@ from collections.abc import Mapping
 
 FORCE, TORQUE, LENGTH, SPEED, RATE = "force", "torque", "length", "speed", "rate"
 RESISTANCE, STIFFNESS, HINGE = "resistance", "stiffness", "hinge"
-_AT_THE_LEAF = {
-    FORCE: "contact.pull noise.wind noise.jump noise.draught start.wind start.draught start.friction",
-    LENGTH: "contact.gap contact.inside switch.near switch.reach noise.face start.face start.reach",
-    SPEED: "contact.gap_rate contact.slip_rate noise.velocity noise.thrown_along start.velocity",
-    RATE: "noise.wind_turn noise.rate noise.throw start.wind_turn start.joint_rate hinge.moves",
+
+
+_ESTIMATION = {
+    FORCE: "tip_force contact.pull noise.wind start.wind",
+    LENGTH: "contact.gap start.face",
+    SPEED: "noise.velocity",
     STIFFNESS: "contact.stiffness",
-    RESISTANCE: "contact.more noise.resistance start.resistance",
+    RESISTANCE: "noise.resistance",
     HINGE: "hinge.damping hinge.damping_deviation hinge.friction hinge.friction_deviation hinge.stiffness "
-    "hinge.stiffness_deviation hinge.by_chance",
+    "hinge.stiffness_deviation",
 }
 SIZED: Mapping[str, str] = {
     "control.max_push": FORCE,
     "control.max_disturbance": FORCE,
     "control.max_door_disturbance": TORQUE,
     "planner.margin": LENGTH,
-    "estimation.tip_force": FORCE,
-    **{f"estimation.{name}": unit for unit, names in _AT_THE_LEAF.items() for name in names.split()},
+    **{f"estimation.{name}": unit for unit, names in _ESTIMATION.items() for name in names.split()},
 }
 """Unit by dotted key."""

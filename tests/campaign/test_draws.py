@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from doorman.campaign import Campaign
-from doorman.campaign.flights.orders import order_of
 from doorman.campaign.specification import draw
 from doorman.exceptions import ScenarioError
 from doorman.scenario import CampaignSection, Scenario
@@ -67,13 +66,6 @@ def test_flights_are_the_scenario_with_its_draws(campaign):
         assert flight.scenario.contact.kind == "push" and flight.duration == 0.2
     assert list(campaign.flights(2)) == flights[:2]
     assert [flight.draw.values["door.width"] == 0.5 for flight in flights] == [False, True, False, False, False]
-
-
-def test_an_order_is_the_flights_scenario(campaign):
-    flight = campaign.flights(1)[0]
-    sent = Scenario.model_validate(order_of(flight, {})["scenario"])
-    assert sent.model_dump(exclude={"vehicle", "door"}) == flight.scenario.model_dump(exclude={"vehicle", "door"})
-    assert (sent.vehicle_urdf, sent.door_urdf) == (flight.scenario.vehicle_urdf, flight.scenario.door_urdf)
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,6 @@ from urdf_variants import robot_data_vehicle
 
 from doorman import simulate
 from doorman.feasibility.swing.geometry import geometry_findings
-from doorman.feasibility.swing.rehearsal import DURATION
 from doorman.model import Model
 from doorman.scenario import Scenario
 
@@ -33,5 +32,5 @@ def test_borinot_opens_the_door_of_the_paper(seed: int) -> None:
 @pytest.mark.slow
 def test_an_arm_that_ends_within_its_rotors_disc_is_refused() -> None:
     """Hextilt's arm is 0.30 m long, its disc 0.43 m: no upright leaf is within reach."""
-    found = {one.name for one in geometry_findings(task_of("hextilt_flying_arm_5"), DURATION) if not one.ok}
+    found = {one.name for one in geometry_findings(task_of("hextilt_flying_arm_5")) if not one.ok}
     assert "reach" in found

@@ -9,11 +9,10 @@ from random_vehicle import RandomVehicle
 
 from doorman import simulate
 from doorman.feasibility import check
-from doorman.feasibility.inputs.plant import plant_findings
+from doorman.feasibility.inputs.plant import plant_finding
 from doorman.feasibility.inputs.setup import setup_findings
 from doorman.feasibility.report import Severity
 from doorman.feasibility.swing.geometry import geometry_findings
-from doorman.feasibility.swing.rehearsal import DURATION, scaled
 from doorman.model import Model
 
 DRAWS = 100
@@ -28,7 +27,7 @@ FEW = {16, 30, 75}
 
 def complaints(model: Model) -> list[str]:
     """Errors of the check that need no plan."""
-    found = [*setup_findings(model), *plant_findings(model), *geometry_findings(model, scaled(DURATION, model))]
+    found = [*setup_findings(model), plant_finding(model), *geometry_findings(model)]
     return [f"{one.name}: {one.message}" for one in found if one.severity is Severity.ERROR]
 
 

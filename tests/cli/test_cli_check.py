@@ -10,12 +10,6 @@ from command_line import run
 from doorman.feasibility import Finding, Report, Severity
 
 
-def test_check_says_that_the_paper_is_possible():
-    result = run("check", "--quick")
-    assert result.exit_code == 0, result.output
-    assert "possible" in result.stdout
-
-
 @pytest.mark.parametrize(
     ("start", "possible"),
     [pytest.param("contact", False), pytest.param("hover", False, marks=pytest.mark.slow), ("contact", True)],
@@ -38,18 +32,6 @@ def test_the_audit_is_made_where_it_is_asked_for(monkeypatch, words, asked):
     )
     assert run("check", "--quick", *words).exit_code == 0
     assert made == [asked]
-
-
-def test_check_says_why_a_task_is_not_possible():
-    result = run("check", "--set", "vehicle.radius=0.7", "--json")
-    assert result.exit_code == 1, result.output
-    report = json.loads(result.stdout)
-    assert report["possible"] is False
-    failed = [finding for finding in report["findings"] if finding["severity"] == "error"]
-    assert failed
-    for finding in failed:
-        assert finding["message"] and finding["advice"]
-        assert finding["value"] is not None and finding["limit"] is not None
 
 
 def test_check_prints_what_to_change_and_with_v_every_finding(monkeypatch):

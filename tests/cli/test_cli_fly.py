@@ -87,7 +87,7 @@ class Autopilot:
 @pytest.mark.parametrize(("written", "words"), [((), "No parameter could be written"), (("COM_A",), "COM_A. Reboot")])
 def test_parameters_that_were_to_be_written_ground_the_vehicle_whether_they_could_be_or_not(written, words, capsys):
     links = SimpleNamespace(autopilot=Autopilot(written))
-    result = _written(cast(VehicleLinks, links), "words")
+    result = _written(cast(VehicleLinks, links), print)
     assert result is not None and not result["ready"] and words in result["message"]
     assert "by hand: MIS_TAKEOFF_ALT" in capsys.readouterr().out
 

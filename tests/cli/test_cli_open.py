@@ -124,15 +124,6 @@ def test_the_seed_decides_and_pictures_that_do_not_fit_on_the_disk_change_nothin
     assert angles[0] == angles[1] != angles[2]
 
 
-def test_an_older_run_in_the_folder_is_replaced(tmp_path):
-    for name in RUN_FILES:
-        (tmp_path / name).write_text("old")
-    (tmp_path / "notes.txt").write_text("mine")
-    run("open", "--duration", "0.2", "--out", str(tmp_path))
-    assert (tmp_path / "notes.txt").read_text() == "mine"
-    assert all((tmp_path / name).read_bytes() != b"old" for name in RUN_FILES)
-
-
 def test_the_progress_bar_shows_the_door_and_the_time_left(monkeypatch):
     terminal = Console(file=StringIO(), force_terminal=True, width=100)
     monkeypatch.setattr("doorman.cli.terminal.display.Console", lambda **_: terminal)
@@ -147,15 +138,6 @@ def test_the_progress_bar_shows_the_door_and_the_time_left(monkeypatch):
     done, most = map(int, re.search(r"(\d+) of at most (\d+) kernels", text).groups())
     assert 0 < done < most
     assert "kernels" not in text[text.index("Flying") :], "nothing compiles in flight"
-
-
-@pytest.mark.parametrize(("shown", "is_terminal"), [(False, True), (True, False)])
-def test_there_is_no_progress_bar_for_programs(monkeypatch, shown, is_terminal):
-    terminal = Console(file=StringIO(), force_terminal=is_terminal, width=100)
-    monkeypatch.setattr("doorman.cli.terminal.display.Console", lambda **_: terminal)
-    with flight_progress(4.0, shown) as on_progress:
-        on_progress(4.0, 0.35)
-    assert terminal.file.getvalue() == ""
 
 
 def test_ctrl_c_keeps_what_was_flown(tmp_path):
@@ -178,17 +160,6 @@ def test_ctrl_c_keeps_what_was_flown(tmp_path):
     assert loaded["truth"].time[-1] > 0.1
     assert json.loads((tmp_path / "run" / "summary.json").read_text())["opened"] is False
     assert Scenario.load(tmp_path / "run" / "scenario.toml").contact.height == 0.8
-
-
-def test_ctrl_c_before_the_flight_is_a_sentence(tmp_path, monkeypatch):
-    def interrupted(*_: object, **__: object) -> None:
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr("doorman.model.Model", interrupted)
-    result = run("open", "--out", str(tmp_path / "run"))
-    assert result.exit_code == 1
-    assert result.stderr == "doorman: interrupted.\n"
-    assert not (tmp_path / "run").exists()
 
 
 def test_the_flight_is_served_while_it_is_flown(tmp_path):

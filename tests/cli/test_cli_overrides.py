@@ -3,13 +3,9 @@
 from __future__ import annotations
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from doorman.cli.values import parse_overrides
 from doorman.exceptions import ScenarioError
-from doorman.resources import urdf_directory
-from doorman.scenario import Scenario
 
 
 @pytest.mark.parametrize(
@@ -48,31 +44,3 @@ def test_what_is_no_override_is_an_error(text):
     assert caught.value.field.startswith("--set")
     assert caught.value.given is not None
     assert caught.value.allowed is not None
-
-
-@given(
-    height=st.floats(0.0, 1.6),
-    arm=st.none() | st.lists(st.floats(-3.0, 3.0), min_size=4, max_size=4),
-    kind=st.sampled_from(["grip", "push"]),
-    noise=st.floats(0.0, 1e-300) | st.floats(0.0, 1e300),
-    name=st.text(st.characters(exclude_categories=["Cs"]), min_size=1, max_size=8),
-)
-def test_the_effective_scenario_loads_as_the_same(tmp_path_factory, height, arm, kind, noise, name):
-    overrides = {"contact.height": height, "contact.kind": kind, "simulation.noise.position": noise, "door.leaf": name}
-    if arm is not None:
-        overrides["start.arm"] = arm
-    scenario = Scenario.load("paper", overrides)
-    path = tmp_path_factory.getbasetemp() / "effective.toml"
-    path.write_text(scenario.toml(), encoding="utf-8")
-    assert Scenario.load(path).model_dump() == scenario.model_dump()
-
-
-def test_the_effective_scenario_finds_its_urdfs_from_elsewhere(tmp_path):
-    (tmp_path / "here").mkdir()
-    (tmp_path / "there").mkdir()
-    (tmp_path / "here" / "my door.urdf").write_text((urdf_directory() / "hinged_door.urdf").read_text(encoding="utf-8"))
-    (tmp_path / "here" / "task.toml").write_text('[door]\nurdf = "my door.urdf"\n')
-    (tmp_path / "there" / "task.toml").write_text(Scenario.load(tmp_path / "here" / "task.toml").toml())
-    moved = Scenario.load(tmp_path / "there" / "task.toml")
-    assert moved.door_urdf == (tmp_path / "here" / "my door.urdf").resolve()
-    assert moved.vehicle.urdf == "hexarotor_arm"

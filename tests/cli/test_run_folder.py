@@ -41,20 +41,3 @@ def test_a_folder_is_given_to_one_at_a_time(tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ["mine.txt"]
     with pytest.raises(BlockingIOError, match="of the body"), run_folder(tmp_path, "paper", []):
         raise BlockingIOError("of the body")
-
-
-def test_a_lock_that_a_killed_run_has_left_is_taken_over(tmp_path):
-    (tmp_path / ".lock").write_text("")
-    with run_folder(tmp_path, "paper", []):
-        assert (tmp_path / ".lock").exists()
-    assert not (tmp_path / ".lock").exists()
-
-
-def test_a_lock_that_is_a_link_leaves_its_target_alone(tmp_path):
-    mine = tmp_path / "mine.txt"
-    mine.write_text("precious")
-    (tmp_path / "run").mkdir()
-    (tmp_path / "run" / ".lock").symlink_to(mine)
-    with pytest.raises(OSError, match=r"\.lock"), run_folder(tmp_path / "run", "paper", []):
-        pass
-    assert mine.read_text() == "precious"

@@ -14,7 +14,6 @@ import pytest
 from command_line import COMMAND, ROOT, run
 
 from doorman.cli.command import BAD_INPUT, FAULT, INTERRUPTED
-from doorman.cli.terminal.streams import lost_stream
 
 PRINT = """
 from doorman.cli.terminal.streams import steady_streams
@@ -160,8 +159,4 @@ def test_nobody_to_answer_is_a_no(monkeypatch):
 
     with open(os.devnull, encoding="utf-8") as nobody:
         monkeypatch.setattr(sys, "stdin", nobody)
-        assert flight._confirmed("quiet") is False
-
-
-def test_a_stream_that_works_is_not_lost():
-    assert lost_stream() == ""
+        assert flight.confirmed(True) is False

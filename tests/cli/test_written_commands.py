@@ -205,17 +205,3 @@ def test_the_way_from_a_urdf_to_a_flight_runs_as_far_as_it_needs_no_hardware(fol
 @pytest.mark.parametrize("line", ["--help", "--version", *(f"{name} --help" for name in sorted(COMMANDS.commands))])
 def test_help_and_version_run(line):
     assert run(*line.split()).exit_code == 0
-
-
-@pytest.mark.parametrize(
-    "line",
-    ["doorman veiw", "doorman view runs/paper-1 --fast", "doorman open paper --seed x", "doorman open papr", "doorman --verbose",
-     "doorman open paper --set contact.hight=0.9", "doorman fly paper", "doorman plot", "doorman open RUN"],
-)  # fmt: skip
-def test_a_command_that_does_not_work_would_be_noticed(line, here, tmp_path, monkeypatch):
-    if line == "doorman plot":
-        monkeypatch.chdir(tmp_path)
-        assert run("plot").exit_code == 2
-        return
-    with pytest.raises(Exception):  # noqa: B017
-        test_a_command_on_a_line_of_its_own_is_whole(line, here)

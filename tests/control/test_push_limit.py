@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from doorman.control.push_limit import force_in_world, limited
+from doorman.control.push_limit import limited
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import Model
 from doorman.planning.limits import largest_push
@@ -24,7 +24,7 @@ def beyond(command: Command, weight: float) -> np.ndarray:
 @given(st.floats(0.3, 2.5), angles, angles, st.floats(-7.0, 7.0), st.floats(5.0, 200.0), st.floats(0.5, 60.0))
 def test_no_command_pushes_harder_and_all_push_the_same_way(share, roll, pitch, yaw, weight, most):
     given = Command(share * weight, np.array([roll, pitch, yaw]), np.array([0.1, -0.2]), True)
-    wanted, command = beyond(given, weight), limited(given, force_in_world(given), weight, most)
+    wanted, command = beyond(given, weight), limited(given, weight, most)
     pushed = beyond(command, weight)
     assert np.linalg.norm(pushed) <= most * (1.0 + 1e-9) or command is given
     if np.linalg.norm(wanted) <= most:

@@ -21,8 +21,8 @@ RAIL_NOISE = np.array([0.0, 0.0, 0.2, 0.05, 0.05])
 
 
 @cache
-def puck_filter(rails: int = 1) -> Filter:
-    """Compiled once for all tests: each starts it anew. Without rails it is a plain extended Kalman filter."""
+def puck_filter() -> Filter:
+    """Compiled once for all tests: each starts it anew."""
     x, u, p = ca.SX.sym("x", 5), ca.SX.sym("u", 2), ca.SX.sym("p", 3)
     speed = ca.sqrt(x[2] ** 2 + x[3] ** 2 + 1e-4)
     free = ca.vertcat(x[2], x[3], u[0] - p[0] * speed * x[2] + x[4], u[1] - p[0] * speed * x[3], -0.5 * x[4])
@@ -41,11 +41,11 @@ def puck_filter(rails: int = 1) -> Filter:
         ProcessModel(x, u, free, p[1] * ca.DM(NOISE), parameters=p, lower=[-np.inf] * 4 + [-3.0]),
         measurements=[
             Measurement("radar", radar, MEASURED, gate=GATE),
-            Measurement("speed", speed, SPEED, under={"rail": 1.1 * speed} if rails else {}),
+            Measurement("speed", speed, SPEED, under={"rail": 1.1 * speed}),
         ],
-        hypotheses=hypotheses[: 1 + rails], switching=RATES if rails else None,
-        outputs=[Output("side_force", x[3] * x[4], under={"rail": 2 * x[4]} if rails else {})],
-        allowed={"table": ["free"], "rail": ["rail"], "anywhere": ["free", "rail"]} if rails else None,
+        hypotheses=hypotheses, switching=RATES,
+        outputs=[Output("side_force", x[3] * x[4], under={"rail": 2 * x[4]})],
+        allowed={"table": ["free"], "rail": ["rail"], "anywhere": ["free", "rail"]},
         parameters=NUMBERS, ticks=32,
     )  # fmt: skip
 

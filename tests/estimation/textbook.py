@@ -17,18 +17,15 @@ def jacobian(function, x):
 
 
 class TextbookBank:
-    def __init__(self, mean, deviations, names=NAMES):
-        self.names = names
-        self.x = [np.array(mean) for _ in names]
-        self.P = [np.diag(deviations**2) for _ in names]
-        self.p = np.full(len(names), 1 / len(names))
+    def __init__(self, mean, deviations):
+        self.x = [np.array(mean) for _ in NAMES]
+        self.P = [np.diag(deviations**2) for _ in NAMES]
+        self.p = np.full(2, 0.5)
         self.log_likelihood = 0.0
 
     def predict(self, h, u):
-        pi = np.eye(len(self.names))
-        if len(self.names) == 2:
-            away = 1 - np.exp(-h * np.array([RATES["free", "rail"], RATES["rail", "free"]]))
-            pi = np.array([[1 - away[0], away[0]], [away[1], 1 - away[1]]])
+        away = 1 - np.exp(-h * np.array([RATES["free", "rail"], RATES["rail", "free"]]))
+        pi = np.array([[1 - away[0], away[0]], [away[1], 1 - away[1]]])
         c = pi.T @ self.p
         mu = pi * self.p[:, None] / c
         x = [sum(mu[i, j] * self.x[i] for i in range(len(c))) for j in range(len(c))]
@@ -37,7 +34,7 @@ class TextbookBank:
             for j in range(len(c))
         ]
         logs = np.zeros(len(c))
-        for j, name in enumerate(self.names):
+        for j, name in enumerate(NAMES):
             F = np.eye(5) + h * jacobian(lambda z, name=name: rate(name, z, u), x[j])
             self.x[j], self.P[j] = (
                 x[j] + h * rate(name, x[j], u),
@@ -73,9 +70,9 @@ class TextbookBank:
 
     def measure(self, y, kind):
         R = np.diag(MEASURED**2) if kind == "radar" else np.array([[SPEED**2]])
-        logs, nis = np.zeros(len(self.names)), np.zeros(len(self.names))
-        for j in range(len(self.names)):
-            scale = 1.1 if self.names[j] == "rail" else 1.0
+        logs, nis = np.zeros(2), np.zeros(2)
+        for j, name in enumerate(NAMES):
+            scale = 1.1 if name == "rail" else 1.0
             h = radar if kind == "radar" else lambda z, scale=scale: scale * speed(z)
             nis[j], S = self._update(j, y, h, R)
             self.x[j][4] = max(self.x[j][4], -3.0)

@@ -41,9 +41,9 @@ def test_a_lever_that_is_pressed_is_held_for_no_next_step() -> None:
     written: dict[str, Any] = plain.first[0].model_dump(exclude_unset=True)
     pressed = written | {"contact": {"kind": "push", "frame": "lever_top"}}
     lever, leaf = stages(Scenario.load("lever_push", {"first": [pressed]}))
-    (found,) = hold_findings(lever, leaf, 12.0)
+    (found,) = hold_findings(lever, leaf)
     assert not found.ok and "grip" in found.advice
-    assert hold_findings(*stages(plain), 12.0) == []
+    assert hold_findings(*stages(plain)) == []
 
 
 def test_the_last_link_points_down_at_the_lever() -> None:

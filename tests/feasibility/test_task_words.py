@@ -25,7 +25,7 @@ from doorman.scenario import Scenario
     ],
 )
 def test_the_task_is_said_in_words(source: str, begins: str) -> None:
-    assert task_finding(Model(source), DURATION).message.startswith(begins)
+    assert task_finding(Model(source)).message.startswith(begins)
 
 
 @pytest.mark.parametrize("goal", ["opening", "shutting"])
@@ -43,7 +43,7 @@ def test_what_the_hinge_needs_at_the_handle(goal: str) -> None:
         "door.stiction": 0.2,
     }
     model = Model(Scenario.load("shipped:pull", {**ends, **hinge}))
-    finding = task_finding(model, DURATION)
+    finding = task_finding(model)
     moving = 0.6 + 0.4 * 1.0 / DURATION + 0.2
     torque = moving + (1.5 * 1.0 + 0.8 if goal == "opening" else -0.8)
     assert finding.value == pytest.approx(max(torque, 0.0) / 0.78, abs=1e-3)
@@ -59,9 +59,7 @@ def test_what_a_slide_needs_at_the_handle() -> None:
         "door.stiction": 0.2,
     }
     model = Model(Scenario.load("shipped:drawer", hinge))
-    assert task_finding(model, DURATION).value == pytest.approx(
-        2.0 + 6.0 * 0.3 / DURATION + 4.0 * 0.3 + 0.5 + 0.2, abs=1e-2
-    )
+    assert task_finding(model).value == pytest.approx(2.0 + 6.0 * 0.3 / DURATION + 4.0 * 0.3 + 0.5 + 0.2, abs=1e-2)
 
 
 def test_what_a_hatch_needs_at_the_handle() -> None:
@@ -69,4 +67,4 @@ def test_what_a_hatch_needs_at_the_handle() -> None:
     model = Model("shipped:hatch")
     turned = math.radians(40.0)
     torque = 1.2 * 9.81 * (0.35 * math.sin(turned) - 0.008 * math.cos(turned))
-    assert task_finding(model, DURATION).value == pytest.approx(torque / 0.62, rel=1e-3)
+    assert task_finding(model).value == pytest.approx(torque / 0.62, rel=1e-3)

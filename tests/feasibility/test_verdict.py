@@ -16,7 +16,7 @@ from urdf_variants import DOOR, VEHICLE, write_edited
 from doorman import simulate
 from doorman.exceptions import DoormanError, InfeasibleError
 from doorman.feasibility import FeasibilityWarning, Severity, check
-from doorman.feasibility.inputs.plant import plant_findings
+from doorman.feasibility.inputs.plant import plant_finding
 from doorman.flight import Verdict
 from doorman.flight.ground.judgements import judge_scenario
 from doorman.model import Model
@@ -155,6 +155,6 @@ def test_the_simulators_own_rules_are_those_of_the_check(urdfs: Path) -> None:
 
 def test_without_mujoco_the_check_says_what_it_has_not_seen(monkeypatch: pytest.MonkeyPatch, model: Model) -> None:
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
-    (finding,) = plant_findings(model)
+    finding = plant_finding(model)
     assert finding.severity is Severity.WARNING
     assert "not checked" in finding.message and "`sim`" in finding.advice

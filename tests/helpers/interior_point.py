@@ -35,39 +35,51 @@ class InteriorPointReference:
         options: More options of nlpsol, for example to generate and compile C.
     """
 
+    expand = True
+    """Whether IPOPT's functions are unrolled: quicker where the dynamics are short."""
+
     def __init__(self, model: Any, disturbance: float = 0.0, options: dict[str, Any] | None = None) -> None:
         self.model = model
         self.disturbance = disturbance
         planner = model.scenario.planner
         self.n, self.dt, self.margin = planner.horizon_steps, planner.time_step, planner.margin
-        self.nx, self.nu = model.nx, model.nu
-        start = ca.SX.sym("x0", self.nx)
-        states = [ca.SX.sym(f"x{k + 1}", self.nx) for k in range(self.n)]
-        inputs = [ca.SX.sym(f"u{k}", self.nu) for k in range(self.n)]
-        weights, limits = self._weights(), model.scenario.limits
-        cost, equal, bounded = 0.0, [], []
-        goal, hover = ca.DM(self._goal()), ca.DM(np.array(model.hover_input))
-        x = start
-        for k in range(self.n):
-            dx, du = x - goal, inputs[k] - hover
-            cost += 0.5 * self.dt * (ca.dot(weights[0] * dx, dx) + ca.dot(weights[2] * du, du))
-            equal.append(states[k] - self._rk4(x, inputs[k]))
-            tilt = [ca.cos(limits.tilt) - ca.cos(states[k][0]) * ca.cos(states[k][1])] if limits.enabled else []
-            bounded.append(ca.vertcat(self.constraints(states[k]) + self.margin, *tilt))
-            x = states[k]
-        cost += 0.5 * ca.dot(weights[1] * (x - goal), x - goal)
-        variables = ca.vertcat(*[ca.vertcat(u, x) for u, x in zip(inputs, states, strict=True)])
-        rows = ca.vertcat(*[ca.vertcat(e, b) for e, b in zip(equal, bounded, strict=True)])
-        nh = bounded[0].shape[0]
-        self._lower = np.tile(np.concatenate([np.zeros(self.nx), np.full(nh, -np.inf)]), self.n)
+        goals, weights, limits = self._goals(), self._weights(), model.scenario.limits
+        self.input_goal = goals[1]
+        self.nx, self.nu = (len(goal) for goal in goals)
+        x, u = ca.SX.sym("x", self.nx), ca.SX.sym("u", self.nu)
+        step = ca.Function("f", [x, u], [self._rk4(x, u)])
+        rows = ca.Function("h", [x], [ca.vertcat(*self._rows(x))])
+        start, variables = ca.MX.sym("x0", self.nx), ca.MX.sym("z", (self.nu + self.nx) * self.n)
+        nodes = ca.reshape(variables, self.nu + self.nx, self.n)
+        inputs, states = nodes[: self.nu, :], nodes[self.nu :, :]
+        before = ca.horzcat(start, states[:, :-1])
+        error, effort = (
+            each - ca.repmat(ca.DM(goal), 1, self.n) for each, goal in zip((before, inputs), goals, strict=True)
+        )
+        running = ca.dot(weights[0], ca.sum2(error**2)) + ca.dot(weights[2], ca.sum2(effort**2))
+        cost = 0.5 * (self.dt * running + ca.dot(weights[1], (states[:, -1] - ca.DM(goals[0])) ** 2))
+        kept = ca.vertcat(states - step.map(self.n)(before, inputs), rows.map(self.n)(states))
+        one = np.concatenate([np.zeros(self.nx), np.full(rows.size1_out(0), -np.inf)])
+        self._lower = np.tile(one, self.n)
         ends = self._limits() if limits.enabled else (np.full(self.nx + self.nu, end) for end in (-np.inf, np.inf))
         self._bounds = [np.tile(end, self.n) for end in ends]
         settings = {
             "ipopt.tol": 1e-9, "ipopt.constr_viol_tol": 1e-9, "ipopt.acceptable_tol": 1e-9, "ipopt.print_level": 0,
             "ipopt.max_iter": 500, "ipopt.bound_relax_factor": 0.0, "ipopt.sb": "yes", "print_time": False,
-            **(options or {}),
+            "expand": self.expand, **(options or {}),
         }  # fmt: skip
-        self._solver = ca.nlpsol("door", "ipopt", {"x": variables, "p": start, "f": cost, "g": rows}, settings)
+        problem = {"x": variables, "p": start, "f": cost, "g": ca.vec(kept)}
+        self._solver = ca.nlpsol("door", "ipopt", problem, settings)
+
+    def _goals(self) -> tuple[np.ndarray, np.ndarray]:
+        """Of states and inputs."""
+        return self._goal(), np.array(self.model.hover_input)
+
+    def _rows(self, x: ca.SX) -> list[ca.SX]:
+        """Collision constraints with margin, and the tilt."""
+        limits = self.model.scenario.limits
+        tilt = [ca.cos(limits.tilt) - ca.cos(x[0]) * ca.cos(x[1])] if limits.enabled else []
+        return [self.constraints(x) + self.margin, *tilt]
 
     def _goal(self) -> np.ndarray:
         """With the attitude whose thrust carries the weight and pushes with −τ_d/D_V along the door's normal."""
@@ -81,7 +93,7 @@ class InteriorPointReference:
     def solve(self, state: np.ndarray, guess: Reference | None = None) -> Reference:
         """Solve from hover inputs and the state held, or from a guess."""
         if guess is None:
-            inputs = np.tile(self.model.hover_input, (self.n, 1))
+            inputs = np.tile(self.input_goal, (self.n, 1))
             states = np.tile(state, (self.n, 1))
         else:
             inputs, states = guess.inputs, guess.states[1:]
@@ -142,20 +154,9 @@ class InteriorPointReference:
         return ca.vertcat(euler @ u[1:4], rate, acceleration, u[4:])
 
     def constraints(self, x: ca.SX) -> ca.SX:
-        """h(x), from the geometry: points of the arm by homogeneous transforms, the disc by its support function."""
-        arm, door, contact = self.model.vehicle.arm, self.model.door, self.model.scenario.contact
-        radius = self.model.vehicle.radius
-        placement, joints = (ca.SX.eye(3), ca.SX.zeros(3)), []
-        for i in range(self.model.n_arm):
-            turn, origin = placement
-            origin = origin + turn @ ca.DM(np.array(arm.links[i]))
-            turn = turn @ axis_rotation(np.array(arm.axes[i]), x[5 + i])
-            placement = (turn, origin)
-            joints.append(placement)
-        points = [
-            joints[parent][1] + joints[parent][0] @ ca.DM(np.array(offset))
-            for parent, offset in zip(arm.point_parents, arm.point_offsets, strict=True)
-        ]
+        """h(x), from the geometry, the disc by its support function."""
+        door, contact, radius = self.model.door, self.model.scenario.contact, self.model.vehicle.radius
+        points = self.points(x[5:])
         attitude, angle, tip = rotation(x[:3]), x[3], points[-1]
         normal = ca.vertcat(ca.sin(angle), -ca.cos(angle), 0)
         in_body = attitude.T @ normal
@@ -168,6 +169,18 @@ class InteriorPointReference:
             side - door.width + radius - across,
             across - side + radius,
         )
+
+    def points(self, angles: ca.SX) -> list[ca.SX]:
+        """Points of the arm in the body by homogeneous transforms, the tip last."""
+        arm, turn, origin, joints = self.model.vehicle.arm, ca.SX.eye(3), ca.SX.zeros(3), []
+        for i in range(self.model.n_arm):
+            origin = origin + turn @ ca.DM(np.array(arm.links[i]))
+            turn = turn @ axis_rotation(np.array(arm.axes[i]), angles[i])
+            joints.append((turn, origin))
+        return [
+            joints[parent][1] + joints[parent][0] @ ca.DM(np.array(offset))
+            for parent, offset in zip(arm.point_parents, arm.point_offsets, strict=True)
+        ]
 
 
 def rotation(attitude: ca.SX) -> ca.SX:

@@ -10,7 +10,6 @@ import pytest
 
 from doorman.control.at_the_leaf import SPEED_GAIN
 from doorman.control.estimation.estimator import Estimator, Tie
-from doorman.control.state_converter import StateConverter
 from doorman.gravity import GRAVITY
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.mission.feeler import Feeler
@@ -28,7 +27,7 @@ def felt(
 ) -> tuple[float | None, float, float]:
     """How far away the tip was stopped, when, and with which force it presses then; the wind is there for 2 s before."""
     rng, mass, none, into = np.random.default_rng(3), model.vehicle.mass, np.zeros(3), model.door.into
-    estimator = Estimator(model, StateConverter(model))
+    estimator = Estimator(model)
     feeler = Feeler(model, none, 0.0, into, 0.08, none)
     attitude = np.array([0.0, 0.0, model.start_yaw])
     back = rotation_body_to_world(attitude).T

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 import pytest
 
@@ -35,7 +33,7 @@ class Hovering:
         self.recorder = Recorder(None, {})
         self.schedule = PlanSchedule(planner, latency, self.recorder)
         converter = StateConverter(model)
-        self.flight, self.estimator = Following(converter, self.schedule), Estimator(model, converter)
+        self.flight, self.estimator = Following(converter, self.schedule), Estimator(model)
         self.tick, angle = 0, model.start_angle
         self.attitude = np.array([0.0, 0.0, model.start_yaw])
         self.normal = model.door.normal(angle)
@@ -53,13 +51,6 @@ class Hovering:
             command = self.flight.follow(known, seen, at_the_leaf, None, step)
             self.tick += 1
         return known, command
-
-
-def test_away_from_the_leaf_it_commands_nothing_and_knows_the_wind(planner: Planner) -> None:
-    hovering = Hovering(planner, 0.4)
-    known, command = hovering.fly(3.0, -0.8, at_the_leaf=False)
-    assert command is None and "plan" not in hovering.recorder.recording()
-    np.testing.assert_allclose(known.wind, 0.8 * hovering.normal, atol=0.1)
 
 
 def test_at_the_leaf_it_plans_once_a_period_and_flies_towards_it(planner: Planner) -> None:
@@ -81,14 +72,6 @@ def test_a_plan_is_used_when_it_would_be_known(planner: Planner) -> None:
     plans = hovering.recorder.recording()["plan"]
     late = plans["available_at"] - plans.time
     np.testing.assert_allclose(late[~plans["cold"]], 3.0 * hovering.schedule.period, atol=1e-9)
-
-
-def test_phases_decide_by_what_is_known_of_the_leaf(planner: Planner) -> None:
-    hovering = Hovering(planner, 0.0)
-    hovering.fly(2.0, 0.0, at_the_leaf=False)
-    known, _ = hovering.fly(1.0, 1.0, at_the_leaf=True)
-    assert known.touching and known.normal_force == pytest.approx(1.0, abs=0.2)
-    assert known.door_angle == pytest.approx(math.pi / 2, abs=0.01)
 
 
 def test_recorded_plans_are_made_again_to_the_bit(planner: Planner) -> None:

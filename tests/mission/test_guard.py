@@ -35,7 +35,7 @@ class AtTheLeaf:
     def __init__(self, planner: Planner) -> None:
         self.model, rest = planner.model, np.zeros(3)
         converter = StateConverter(self.model)
-        estimator = Estimator(self.model, converter)
+        estimator = Estimator(self.model)
         self.attempt = Attempt(self.model, converter, PlanSchedule(planner, 0, Recorder(None, {})), estimator)
         attitude, arm = self.model.start_state[:3], self.model.start_arm
         place = self.model.coupling.vehicle_position(attitude, self.model.start_angle, arm)

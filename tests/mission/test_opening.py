@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from doorman.control.estimation.estimator import Estimate, Estimator, Tie
-from doorman.control.state_converter import StateConverter
 from doorman.mission.opening import Opening
 from doorman.mission.schedule import PlanSchedule
 from doorman.model import Model
@@ -27,7 +26,7 @@ def seen(request: pytest.FixtureRequest) -> tuple[Model, PlanSchedule, Estimate]
     attitude, arm = model.start_state[:3], model.start_arm
     place = model.coupling.vehicle_position(attitude, model.start_angle, arm)
     measured = Measurement(0.0, place, np.zeros(3), attitude, np.zeros(3), arm, np.zeros(len(arm)), 0.0)
-    known = Estimator(model, StateConverter(model)).update(measured, Tie.GRIPPED, True, TICK)
+    known = Estimator(model).update(measured, Tie.GRIPPED, True, TICK)
     return model, PlanSchedule(Planner(model), 0, Recorder(None, {})), known
 
 

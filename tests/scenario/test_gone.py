@@ -30,6 +30,12 @@ def test_a_slip_of_the_pen_still_names_the_nearest_key() -> None:
         Scenario.load("push", {"goal.duratoin": 8.0})
     with pytest.raises(ScenarioError, match="control.arm_look_ahead"):
         ControlSection(arm_look_ahead=0.1)  # type: ignore[call-arg]
+    with pytest.raises(ScenarioError, match="nearest is 'goal'"):
+        Scenario.load("push", {"goa": 8.0})
+    with pytest.raises(
+        ScenarioError, match="nearest"
+    ):  # a number of the filter has that name, and no key of the controller
+        ControlSection(rate=0.1)  # type: ignore[call-arg]
 
 
 @pytest.mark.parametrize("duration", ["fast", 0.0, -1.0, True, float("inf")])

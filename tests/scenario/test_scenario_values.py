@@ -27,10 +27,8 @@ from doorman.scenario import ContactSection, PlannerSection, Scenario, WeightsSe
     ("key", "value", "read"),
     [
         ("planner.horizon_steps", np.uint8(30), 30),
-        ("planner.horizon_steps", np.int64(30), 30),
         ("planner.horizon_steps", np.array(30), 30),
         ("planner.margin", np.float32(0.25), 0.25),
-        ("planner.margin", np.float16(0.25), 0.25),
         ("planner.margin", np.longdouble(0.25), 0.25),
         ("planner.margin", np.int16(0), 0.0),
         ("planner.margin", Fraction(1, 4), 0.25),
@@ -39,7 +37,6 @@ from doorman.scenario import ContactSection, PlannerSection, Scenario, WeightsSe
         ("door.urdf", PurePosixPath("/a/door.urdf"), "/a/door.urdf"),
         ("start.arm", np.array([0, 1, 2, 3]), (0.0, 1.0, 2.0, 3.0)),
         ("start.arm", [np.float32(0.5), np.int8(1), 2, 0.25], (0.5, 1.0, 2.0, 0.25)),
-        ("goal.attitude", (np.float64(0.5),) * 3, (0.5,) * 3),
         ("planner.weights", MappingProxyType({"state": np.ones(9)}), WeightsSection(state=(1.0,) * 9)),
     ],
 )
@@ -61,22 +58,15 @@ def test_numbers_arrays_and_paths_are_values(key, value, read):
     ("key", "value"),
     [
         ("planner.margin", np.bool_(True)),
-        ("planner.margin", np.str_("0.1")),
         ("planner.margin", 0.1 + 0.0j),
-        ("planner.margin", np.complex64(0.1)),
         ("planner.margin", np.float32(np.nan)),
-        ("planner.margin", np.array([0.1])),
         ("planner.margin", Path("0.1")),
         ("planner.margin", np.datetime64("2020-01-01")),
         ("planner.horizon_steps", np.float64(30.0)),
-        ("planner.horizon_steps", np.bool_(True)),
         ("limits.enabled", np.int64(1)),
         ("contact.kind", np.str_("pull")),
-        ("contact.kind", b"push"),
         ("start.arm", np.zeros((2, 2))),
-        ("start.arm", np.array(["0", "1", "2", "3"])),
         ("start.arm", [0.0, True, 0.0, 0.0]),
-        ("door.urdf", np.int64(3)),
     ],
 )
 def test_what_is_no_such_value_names_its_field(key, value):

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from urdf_variants import DOOR, VEHICLE, write_scaled
 
-from doorman.campaign.specification import portable
 from doorman.model import Model
 from doorman.scenario import Scenario
 from doorman.scenario.sized import sized
@@ -73,7 +72,7 @@ def test_a_default_stays_one_when_a_scenario_is_saved_copied_or_changed(tmp_path
     copies = (
         Scenario.load(scenario.save(tmp_path / "saved.toml")), scenario.replace(contact__height=0.8),
         scenario.model_copy(update={"control": scenario.control.model_copy(update={"max_tilt": 0.3})}),
-        Scenario(**portable(scenario)),
+        Scenario(**scenario.portable(mode="json")),
     )  # fmt: skip
     wanted = Model(scenario).scenario
     for copy in copies:

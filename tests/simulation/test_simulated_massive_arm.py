@@ -20,17 +20,6 @@ def massive(flight, tmp_path: Path):
     return flight(vehicle__urdf=str(path), contact__kind="push", away=True)
 
 
-def test_the_plant_is_pinocchios_vehicle(massive) -> None:
-    engine, vehicle = massive.plant.engine_model, massive.model.vehicle
-    arm = massive.model.start_arm
-    root = engine.body("flight").id
-    carried = engine.body_subtreemass[root]
-    assert carried == pytest.approx(vehicle.mass, abs=1e-4) and vehicle.mass == pytest.approx(3.6)
-    massive.command(vehicle.mass * 9.81)
-    truth = massive.run(0.001)[-1]
-    np.testing.assert_allclose(massive.data.subtree_com[root] - truth.position, vehicle.center_of_mass(arm), atol=1e-5)
-
-
 def test_servos_hold_the_arms_weight(massive) -> None:
     massive.command(massive.model.vehicle.mass * 9.81)
     truth = massive.run(1.0, every=1000)[-1]

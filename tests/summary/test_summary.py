@@ -324,15 +324,6 @@ def test_a_door_that_is_flung_shut_behind_the_vehicle_counts(model: Model) -> No
     assert summarize(made_up(model, OPENING), model)["free_door_rate_deg_s_max"] is None
 
 
-def test_share_of_time_in_contact_of_a_door_that_stays_shut(model: Model) -> None:
-    touching = [False, True, True, False, False, True]
-    summary = summarize(made_up(model, np.full(6, math.pi / 2), touching=touching), model)
-    assert summary["contact_fraction"] == pytest.approx(0.6)
-    assert summary["opened"] is False and summary["time_to_open_s"] is None
-    good, sentence = verdict(summary)
-    assert not good and "not opened" in sentence and "60%" in sentence and "90.0°" in sentence
-
-
 @pytest.mark.parametrize(
     ("degrees", "expected"),
     [

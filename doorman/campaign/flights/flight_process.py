@@ -9,6 +9,7 @@ import sys
 import tempfile
 import threading
 from collections.abc import Mapping
+from contextlib import ExitStack
 from typing import IO, Any
 
 from doorman.resources import own_process
@@ -33,15 +34,13 @@ class FlightProcess:
         self._process: subprocess.Popen[str] | None = None
         self._prepared_for: object = _NOTHING
         self._answers: queue.SimpleQueue[str | None] = queue.SimpleQueue()
-        self._printed: IO[str] | None = None
-        self._folder: tempfile.TemporaryDirectory[str] | None = None
+        self._held = ExitStack()  # what ends with the process
 
     def fly(self, order: dict[str, Any], files: Mapping[str, str], time_out: float) -> dict[str, Any]:
         if self._process is None:
             try:
                 self._start()
             except OSError as error:
-                self.close()
                 return lost(f"no process could be started: {error.strerror or error}")
         if self._prepared_for != order.get("files"):
             ready = self._ask({**order, "prepare": True, "contents": dict(files)}, _PREPARATION_TIME)
@@ -53,33 +52,28 @@ class FlightProcess:
 
     def close(self) -> None:
         """Let the flight process go, whatever it does; may be called twice."""
-        process, self._process = self._process, None
-        if process is not None:
-            process.kill()
-            process.wait()
-            for stream in (process.stdin, process.stdout, self._printed):
-                if stream is not None:
-                    stream.close()
-        folder, self._folder = self._folder, None
-        if folder is not None:
-            folder.cleanup()
+        self._process = None
+        self._held.close()
 
     def _start(self) -> None:
-        self._folder = tempfile.TemporaryDirectory(prefix="doorman-flights-", ignore_cleanup_errors=True)
-        self._printed = tempfile.TemporaryFile("w+", encoding="utf-8", errors="replace")
-        self._process = subprocess.Popen(
-            [sys.executable, "-m", self._module], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self._printed,
-            env=own_process() | dict.fromkeys(_ONE_THREAD, "1"), cwd=self._folder.name, text=True,
-            encoding="utf-8", start_new_session=True,
-        )  # fmt: skip
-        self._answers = queue.SimpleQueue()
-        self._prepared_for = _NOTHING
-        threading.Thread(target=_read, args=(self._process.stdout, self._answers), daemon=True).start()
+        with ExitStack() as held:
+            folder = tempfile.TemporaryDirectory(prefix="doorman-flights-", ignore_cleanup_errors=True)
+            self._printed = held.enter_context(tempfile.TemporaryFile("w+", encoding="utf-8", errors="replace"))
+            process = subprocess.Popen(
+                [sys.executable, "-m", self._module], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self._printed,
+                env=own_process() | dict.fromkeys(_ONE_THREAD, "1"), cwd=held.enter_context(folder), text=True,
+                encoding="utf-8", start_new_session=True,
+            )  # fmt: skip
+            held.enter_context(process)  # closes its streams
+            held.callback(process.wait)
+            held.callback(process.kill)  # the last one first
+            self._held = held.pop_all()
+        self._process, self._answers, self._prepared_for = process, queue.SimpleQueue(), _NOTHING
+        threading.Thread(target=_read, args=(process.stdout, self._answers), daemon=True).start()
 
     def _ask(self, order: dict[str, Any], time_out: float) -> dict[str, Any]:
         process = self._process
-        if process is None or process.stdin is None:
-            raise AssertionError("there is a flight process to ask")
+        assert process is not None and process.stdin is not None, "there is a flight process to ask"
         try:
             process.stdin.write(json.dumps(order) + "\n")
             process.stdin.flush()
@@ -99,8 +93,6 @@ class FlightProcess:
         return answer
 
     def _last_words(self) -> str:
-        if self._printed is None:
-            return ""
         self._printed.seek(0)
         return " | ".join(self._printed.read().splitlines()[-_LAST_LINES:])
 

@@ -7,6 +7,7 @@ compiled or loaded. Of all flight processes of a machine one at a time prepares:
 from __future__ import annotations
 
 import ctypes
+import functools
 import json
 import os
 import queue
@@ -21,7 +22,7 @@ from doorman.campaign.flights.orders import OtherSoftware, check_software, unpac
 from doorman.compilation import cache_directory, kernel_counts
 from doorman.exceptions import DoormanError
 from doorman.locks import locked
-from doorman.mission import simulate
+from doorman.mission.simulate import prepare, simulate
 from doorman.model import Model
 from doorman.scenario import Scenario
 
@@ -29,12 +30,6 @@ _INFRASTRUCTURE = (OSError, MemoryError, ImportError)
 """What a flight is not to blame for."""
 _contents: dict[str, str] = {}
 """Files of the orders, as the last preparation brought them."""
-
-_last: list[tuple[Scenario, Model]] = []
-"""Scenario that was flown last, and its model: in a batch the next flight's, too."""
-
-_REHEARSAL = 0.1
-"""Length of a flight that only compiles [s]."""
 
 
 def main() -> None:
@@ -75,13 +70,6 @@ def answer(order: dict[str, Any]) -> dict[str, Any]:
     return result
 
 
-def prepare(scenario: Scenario) -> None:
-    """Compile or load what flights of a scenario run: short ones, from the air and from the door, where plans are made."""
-    for start in ("hover", "contact"):
-        mission = scenario.mission.model_copy(update={"start": start})
-        simulate(scenario.model_copy(update={"mission": mission}), _REHEARSAL, force=True)
-
-
 def give_back_memory() -> None:
     """Give the system what is free: glibc keeps the small blocks of a recording, and flight after flight takes more."""
     # Other C libraries have no such call.
@@ -95,10 +83,10 @@ def _fly(scenario: Scenario, order: dict[str, Any]) -> dict[str, Any]:
     return simulate(model, order["duration"], order["seed"], path=order.get("path"), force=True).summary
 
 
+@functools.lru_cache(maxsize=1)
 def _model(scenario: Scenario) -> Model:
-    if not _last or _last[0][0] != scenario:
-        _last[:] = [(scenario, Model(scenario))]
-    return _last[0][1]
+    """The model of the scenario that was flown last: in a batch it is the next flight's, too."""
+    return Model(scenario)
 
 
 def _listen(orders: queue.SimpleQueue[dict[str, Any]]) -> None:

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import doorman
-from doorman.campaign.specification import Flight, portable
+from doorman.campaign.specification import Flight
 from doorman.exceptions import DoormanError
 from doorman.scenario import Scenario
 
@@ -30,7 +30,7 @@ def order_of(flight: Flight, files: Mapping[str, bytes]) -> dict[str, Any]:
         "run": flight.draw.run,
         "seed": flight.draw.seed,
         "duration": flight.duration,
-        "scenario": portable(flight.scenario),
+        "scenario": flight.scenario.portable(mode="json"),
         "files": digests(files),
         "software": software(),
     }

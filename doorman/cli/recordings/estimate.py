@@ -12,7 +12,7 @@ from doorman.cli.options import Json, Run, folder
 from doorman.exceptions import DoormanError
 
 if TYPE_CHECKING:  # commands import what they run when they run it
-    from doorman.estimation.leaf.replay import LeafReplay
+    from doorman.control.estimation.replay import LeafReplay
     from doorman.recording import Recording
 
 
@@ -36,7 +36,7 @@ def estimate(
     """
     from doorman.cli.recordings.recorded import loaded_run, recorded_model
     from doorman.cli.terminal.display import print_result
-    from doorman.estimation.leaf.replay import replay_leaf
+    from doorman.control.estimation.replay import replay_leaf
     from doorman.visualization.figures.estimate import estimate_figure
     from doorman.visualization.style import save
 

@@ -2,21 +2,13 @@
 
 from __future__ import annotations
 
-from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
 from doorman.cli.command import LOOK, command
 from doorman.cli.options import Json, Run, folder
-
-
-class Viewer(StrEnum):
-    """Programs that doorman has a layout for."""
-
-    FOXGLOVE = "foxglove"
-    PLOTJUGGLER = "plotjuggler"
 
 
 @command(LOOK)
@@ -75,7 +67,9 @@ def plot(
 
 
 @command(LOOK)
-def layout(viewer: Annotated[Viewer, typer.Argument(help="Program that shows recordings.")]) -> int:
+def layout(
+    viewer: Annotated[Literal["foxglove", "plotjuggler"], typer.Argument(help="Program that shows recordings.")],
+) -> int:
     """Print a layout for a program that shows MCAP recordings: doorman layout foxglove > doorman.json.
 
     Its panels show the door's angle, the vehicle's position and attitude, the tip's force, the commands, and the planning
@@ -83,5 +77,5 @@ def layout(viewer: Annotated[Viewer, typer.Argument(help="Program that shows rec
     """
     from doorman.recording import layouts
 
-    typer.echo(layouts.foxglove() if viewer is Viewer.FOXGLOVE else layouts.plotjuggler(), nl=False)
+    typer.echo(layouts.foxglove() if viewer == "foxglove" else layouts.plotjuggler(), nl=False)
     return 0

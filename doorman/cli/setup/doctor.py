@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import json
-from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
@@ -13,23 +12,15 @@ from doorman.cli.command import VEHICLE, command
 from doorman.cli.options import Json, Vehicle, folder
 
 
-class SystemFileName(StrEnum):
-    """Files for the vehicle's system."""
-
-    UDEV = "udev"
-    LIMITS = "limits"
-    SERVICE = "service"
-
-
 @command(VEHICLE)
-def system(file: Annotated[SystemFileName, typer.Argument(help="Which file.")]) -> int:
+def system(file: Annotated[Literal["udev", "limits", "service"], typer.Argument(help="Which file.")]) -> int:
     """Print a file for the vehicle's Linux: udev rules for servo adapter and Pixhawk, limits, or a systemd unit.
 
     The first line of the file says where to put it: doorman system udev | sudo tee /etc/udev/rules.d/99-doorman.rules
     """
     from doorman.hardware.computer.doctor import SYSTEM_FILES
 
-    typer.echo(SYSTEM_FILES[file.value].text, nl=False)
+    typer.echo(SYSTEM_FILES[file].text, nl=False)
     return 0
 
 

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from enum import StrEnum
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
@@ -17,23 +16,9 @@ LONGEST_DELAY = 0.25
 """Longest delay that ArduPilot accepts [s]."""
 
 
-class Firmware(StrEnum):
-    """Autopilots that parameters are written for."""
-
-    PX4 = "px4"
-    ARDUPILOT = "ardupilot"
-
-
-class Reaction(StrEnum):
-    """What a vehicle does when it does not hear us any more."""
-
-    LAND = "land"
-    RETURN = "return"
-
-
 @command(VEHICLE)
 def parameters(
-    autopilot: Annotated[Firmware, typer.Argument(help="Firmware of the autopilot.")],
+    autopilot: Annotated[Literal["px4", "ardupilot"], typer.Argument(help="Firmware of the autopilot.")],
     scenario: Source = "paper",
     settings: Settings = None,
     vehicle: Vehicle = None,
@@ -46,9 +31,9 @@ def parameters(
         ),
     ] = None,
     on_loss: Annotated[
-        Reaction,
+        Literal["land", "return"],
         typer.Option(help="What the autopilot does when this computer is silent: land in place, or on its pad."),
-    ] = Reaction.LAND,
+    ] = "land",
     mocap_delay: Annotated[
         float | None,
         typer.Option(
@@ -93,7 +78,7 @@ def parameters(
         config = file.links_anywhere(model).pixhawk
     config = config if mocap is None else replace(config, mocap=mocap)
     port = Port(telem, baud, flow_control)
-    lines = parameter_lines(autopilot.value, config, figures, on_loss.value, mocap_delay, port)
-    title = f"doorman {__version__}: {autopilot.value} for scenario {model.scenario.name}, {model.vehicle.mass:.2f} kg"
-    typer.echo(as_text(autopilot.value, lines, title), nl=False)
+    lines = parameter_lines(autopilot, config, figures, on_loss, mocap_delay, port)
+    title = f"doorman {__version__}: {autopilot} for scenario {model.scenario.name}, {model.vehicle.mass:.2f} kg"
+    typer.echo(as_text(autopilot, lines, title), nl=False)
     return 0

@@ -79,31 +79,23 @@ def campaign(
 @contextmanager
 def _progress(runs: int, shown: bool) -> Iterator[Callable[[_Row, int, int], None]]:
     """A progress bar on stderr; failures as lines beside it, also where stderr is not a terminal."""
-    from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
     from rich.text import Text
 
-    console = Console(stderr=True, highlight=False)
+    from doorman.cli.terminal.display import on_terminal
+
     successes = 0
-
-    def note(row: _Row) -> None:
-        nonlocal successes
-        successes += row["success"]
-        if shown and not row["success"]:
-            console.print(Text(f"run {row['run']}: {row['reason']}"), soft_wrap=True)
-
-    if not (shown and console.is_terminal):
-        yield lambda row, known, total: note(row)
-        return
-    columns = (
+    with Progress(
         TextColumn("{task.completed:.0f} of {task.total:.0f} runs"), BarColumn(), TextColumn("{task.fields[good]}"),
-        TimeElapsedColumn(), TimeRemainingColumn(), TextColumn("left"),
-    )  # fmt: skip
-    with Progress(*columns, console=console, refresh_per_second=2) as progress:
+        TimeElapsedColumn(), TimeRemainingColumn(), TextColumn("left"), **on_terminal(shown, refresh_per_second=2),
+    ) as progress:  # fmt: skip
         task = progress.add_task("", total=runs, good="starting (the first run compiles)")
 
         def on_row(row: _Row, known: int, total: int) -> None:
-            note(row)
+            nonlocal successes
+            successes += row["success"]
+            if shown and not row["success"]:
+                progress.console.print(Text(f"run {row['run']}: {row['reason']}"), soft_wrap=True)
             progress.update(task, completed=known, good=f"{successes} new successes")
 
         yield on_row

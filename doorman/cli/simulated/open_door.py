@@ -15,7 +15,6 @@ from doorman.exceptions import DoormanError
 
 if TYPE_CHECKING:  # commands import what they run when they run it
     from doorman.feasibility import Report
-    from doorman.recording import Recording
 
 RUN_FILES = (
     "scenario.toml", "recording.mcap", "summary.json", "replay.html",
@@ -72,6 +71,7 @@ def open_door(
     from doorman.mission import simulate
     from doorman.model import Model
     from doorman.simulation.plant.engine import engine
+    from doorman.summary import verdict
     from doorman.visualization import PicturesMissing, write_pictures
     from doorman.visualization.pictures import picture_process
 
@@ -105,7 +105,10 @@ def open_door(
             write_pictures(recording, model, results, helper)
         except PicturesMissing as error:
             typer.echo(f"Warning: {error}", err=True)
-    good, sentence = _outcome(recording)
+    good, sentence = verdict(summary)
+    end = recording["mission"]
+    if end["message"][-1] == "interrupted":
+        good, sentence = False, f"Interrupted after {end.time[-1]:.1f} s. Until then: {sentence}"
     if as_json:
         typer.echo(text)
         typer.echo(sentence, err=True)
@@ -129,13 +132,3 @@ def _refused(report: Report, as_json: bool) -> int:
         typer.echo(json.dumps(report.as_dict(), indent=2))
     typer.echo(f"{report.sentence} It does not fly; --force flies it anyway.", err=True)
     return 1
-
-
-def _outcome(recording: Recording) -> tuple[bool, str]:
-    from doorman.summary import verdict
-
-    good, sentence = verdict(recording.summary)
-    end = recording["mission"]
-    if end["message"][-1] != "interrupted":
-        return good, sentence
-    return False, f"Interrupted after {end.time[-1]:.1f} s. Until then: {sentence}"

@@ -17,11 +17,6 @@ from doorman.resources import own_process
 if TYPE_CHECKING:  # commands import what they run when they run it
     from doorman.model import Model
 
-_PERIODS = 2
-"""Controller periods to simulate: the start, and one that moves on."""
-_FLIGHT_PERIODS = 3
-"""Planner periods to fly: a cold plan and warm ones."""
-
 
 @command(PREPARE)
 def warmup(scenarios: Sources = None, settings: Settings = None, vehicle: Vehicle = None, as_json: Json = False) -> int:
@@ -79,60 +74,31 @@ def _run_steps(models: Sequence[Model], shown: bool) -> None:
                 step(model)
 
 
-def _model(model: Model) -> None:
+def _flight(model: Model) -> None:
+    from doorman.control.estimation.estimator import Estimator
+    from doorman.control.state_converter import StateConverter
+    from doorman.exceptions import BackendError
+    from doorman.mission.simulate import prepare
+
+    StateConverter(model)
+    Estimator(model)
+    with suppress(
+        BackendError
+    ):  # MuJoCo is not installed, or cannot simulate this vehicle: no flight needs its kernels
+        prepare(model.scenario)
+
+
+def _check(model: Model) -> None:
+    from doorman.feasibility.swing.rehearsal import rehearse
+
     state = model.start_state
     model.constraints(state)
     model.constraint_jacobian(state)
     model.constraints_along(state[None])
-
-
-def _parts(model: Model) -> None:
-    from doorman.control.estimation.estimator import Estimator
-    from doorman.control.state_converter import StateConverter
-    from doorman.exceptions import BackendError
-    from doorman.simulation import SimulatedBackend
-
-    Estimator(model, StateConverter(model))
-    with suppress(
-        BackendError
-    ):  # MuJoCo is not installed, or cannot simulate this vehicle: no flight needs its kernels
-        with SimulatedBackend(model) as backend:
-            for _ in range(_PERIODS):
-                backend.read()
-
-
-def _planner(model: Model) -> None:
-    from doorman.planning.planner import Planner
-
-    planner = Planner(model)
-    planner.replan(planner.plan(planner.planning.start_state).states[1])
-
-
-def _flight(model: Model) -> None:
-    from doorman.exceptions import BackendError
-    from doorman.mission import Mission
-    from doorman.recording import Recorder
-    from doorman.simulation import SimulatedBackend
-
-    recorder = Recorder(None, {})
-    mission = Mission(model, recorder=recorder)
-    with suppress(BackendError):
-        mission.fly(SimulatedBackend(model, recorder=recorder), _FLIGHT_PERIODS / model.scenario.planner.rate)
-
-
-def _rehearsal(model: Model) -> None:
-    from doorman.feasibility.swing.rehearsal import rehearse
-
     rehearse(model, 2.0 * model.scenario.planner.time_step)
 
 
-_STEPS: dict[str, Callable[[Model], None]] = {
-    "constraints": _model,
-    "estimator and simulator": _parts,
-    "planner": _planner,
-    "flight": _flight,
-    "check": _rehearsal,
-}
+_STEPS: dict[str, Callable[[Model], None]] = {"flight": _flight, "check": _check}
 
 
 @contextmanager

@@ -31,22 +31,23 @@ _REFRESH_INTERVAL = 0.2
 """Between two pictures of the progress bar [s]."""
 
 
+def on_terminal(shown: bool, **options: Any) -> dict[str, Any]:
+    """Options of a `Progress` on stderr that is silent where stderr is not a terminal."""
+    console = Console(stderr=True, highlight=False)
+    return {"console": console, "disable": not (shown and console.is_terminal), **options}
+
+
 @contextmanager
 def flight_progress(duration: float, shown: bool) -> Iterator[OnProgress]:
-    """Kernels compiled before the flight, then a bar with the time left, on stderr; silent where stderr is not a terminal."""
+    """Kernels compiled before the flight, then a bar with the time left."""
     # In flight it is drawn from within the callback, never by a thread of its own that would take time away from the planner.
-    console = Console(stderr=True)
-    if not (shown and console.is_terminal):
-        yield lambda now, door_angle: None
-        return
-    columns = (
+    preparing = Progress(TextColumn("Preparing"), _CompiledColumn(kernel_counts), TimeElapsedColumn(),
+                         **on_terminal(shown, refresh_per_second=2, transient=True))  # fmt: skip
+    flying = Progress(
         TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[now]}"), TimeRemainingColumn(),
-        TextColumn("left"),
+        TextColumn("left"), **on_terminal(shown, auto_refresh=False),
     )  # fmt: skip
-    preparing = Progress(TextColumn("Preparing"), _CompiledColumn(kernel_counts), TimeElapsedColumn(), console=console,
-                         refresh_per_second=2, transient=True)  # fmt: skip
     preparing.add_task("")
-    flying = Progress(*columns, console=console, auto_refresh=False)
     task = flying.add_task("Flying", total=duration, now="")
     last_drawn = -math.inf
 
@@ -85,20 +86,13 @@ class _CompiledColumn(ProgressColumn):
 
 @contextmanager
 def warmup_progress(steps: int, counts: Callable[[], KernelCounts], shown: bool) -> Iterator[Callable[[str], None]]:
-    """A progress bar with kernels compiled, time taken and time left, on stderr; silent where stderr is not a terminal."""
-    console = Console(stderr=True)
-    if not (shown and console.is_terminal):
-        yield lambda name: None
-        return
-    columns = (TextColumn("{task.description}"), BarColumn(), _CompiledColumn(counts), TimeElapsedColumn(),
-               TimeRemainingColumn(), TextColumn("left"))  # fmt: skip
-    with Progress(*columns, console=console, refresh_per_second=4) as progress:
+    """A progress bar with kernels compiled, time taken and time left."""
+    with Progress(
+        TextColumn("{task.description}"), BarColumn(), _CompiledColumn(counts), TimeElapsedColumn(), TimeRemainingColumn(),
+        TextColumn("left"), **on_terminal(shown, refresh_per_second=4),
+    ) as progress:  # fmt: skip
         task = progress.add_task("Preparing", total=steps, completed=-1)
-
-        def on_step(name: str) -> None:
-            progress.update(task, description=name, advance=1, refresh=True)
-
-        yield on_step
+        yield lambda name: progress.update(task, description=name, advance=1, refresh=True)
         progress.update(task, advance=1)
 
 

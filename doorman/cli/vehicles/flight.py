@@ -6,8 +6,8 @@ import json
 import math
 import signal
 import sys
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import asdict
 from functools import partial
 from pathlib import Path
@@ -47,6 +47,8 @@ _LINES = 15
 
 Output = Literal["words", "json", "quiet"]
 """What goes to stdout."""
+Say = Callable[[str], None]
+"""Prints a sentence: to stdout, or to stderr where that is for programs."""
 
 
 def fly_mission(
@@ -66,42 +68,74 @@ def fly_mission(
         raise DoormanError("not a duration", field="--duration", given=duration, allowed="a number of seconds > 0")
     file = VehicleFile() if vehicle is None else VehicleFile.load(vehicle)
     model = Model(file.scenario(source, parse_overrides(settings)))
-    console = Console(stderr=True, highlight=False)
-    if dry_run and vehicle is None and not links.keys() >= NEEDED.keys():
-        return _say(without_links(model, check(model), links), output)
-    config = file.links(model, links)
+    aside = output != "words"
+    say = partial(typer.echo, err=aside)
     if dry_run:
-        return _dry_run(model, config, output)
-    console.print("Preparing planner and controller")
+        checks = _dry_run(model, file, links, vehicle is None)
+        _print_checks(checks, aside)
+        good = ready(checks)
+        words = "no check failed so far" if good else "the vehicle would not fly, see the lines marked 'no'"
+        result = _on_the_ground(good, f"Dry run: {words}. Nothing was sent.", say)
+    else:
+        checks, result = _on_the_vehicle(model, file.links(model, links), out, duration, yes, say, aside, feed)
+        good = result["completed"] and result["end"] == End.LANDED.value and not result["seen"]
+    if output == "json":
+        typer.echo(json.dumps({"checklist": _as_data(checks), **result}, indent=2))
+    return 0 if good else 1
+
+
+def _on_the_vehicle(
+    model: Model,
+    config: VehicleConfig,
+    out: Path | None,
+    duration: float | None,
+    yes: bool,
+    say: Say,
+    aside: bool,
+    feed: int | None,
+) -> tuple[list[Check], dict[str, Any]]:
+    """Checklist and result of a flight, or of one that stays on the ground."""
+    tell = Console(stderr=True, highlight=False).print
+    tell("Preparing planner and controller")
     planner, findings = Planner(model), check(model)
     rehearse(model, planner)
-    console.print("Opening the links")
+    tell("Opening the links")
     with real_time(), VehicleLinks(config, door=door_source(config)) as opened:
-        await_links(opened, console.print)
+        await_links(opened, tell)
         checks = preflight(model, opened, findings)
-        _print_checks(checks, output)
-        result = _written(opened, output) or _refusal(checks, yes, output)
+        _print_checks(checks, aside)
+        result = _written(opened, say) or _refusal(checks, yes, say, aside)
         if result is None and not yes:  # the answer may have taken its time
             checks = preflight(model, opened, findings)
             if not ready(checks):
-                _print_checks(checks, output)
-                result = _refusal(checks, yes, output)
+                _print_checks(checks, aside)
+                result = _refusal(checks, yes, say, aside)
         if result is None:
-            result = _fly(model, opened, planner, checks, _file(out, model), duration, output, feed)
-    _print_result(checks, result, output)
-    return 0 if result["completed"] and result["end"] == End.LANDED.value and not result["seen"] else 1
+            path = out or new_folder(f"fly-{model.scenario.name}") / "flight.mcap"
+            result = _fly(model, opened, planner, checks, path, duration, say, feed)
+    return checks, result
 
 
-def _print_result(checks: list[Check], result: dict[str, Any], output: Output) -> None:
-    if output == "json":
-        typer.echo(json.dumps({"checklist": _as_data(checks), **result}, indent=2))
+def _dry_run(model: Model, file: VehicleFile, links: Mapping[str, object], no_file: bool) -> list[Check]:
+    """Check what can be checked without sending anything."""
+    if no_file and not links.keys() >= NEEDED.keys():
+        return without_links(model, check(model), links)
+    config, findings = file.links(model, links), check(model)
+    Console(stderr=True).print("Listening to the links without sending")
+    return listen(model, config, findings)
 
 
 def _as_data(checks: list[Check]) -> list[dict[str, str]]:
     return [{**vars(one), "verdict": one.verdict.value} for one in checks]
 
 
-def _written(links: VehicleLinks, output: Output) -> dict[str, Any] | None:
+def _on_the_ground(good: bool, words: str, say: Say) -> dict[str, Any]:
+    """Result of a flight that stays on the ground, after a word why."""
+    say(words)
+    return {"ready": good, "completed": False, "message": words}
+
+
+def _written(links: VehicleLinks, say: Say) -> dict[str, Any] | None:
     """Result of a flight that may write parameters and has found wrong ones; None if there are none."""
     autopilot = links.autopilot
     if not autopilot.config.write_parameters or autopilot.state().armed or not autopilot.check_parameters():
@@ -111,47 +145,23 @@ def _written(links: VehicleLinks, output: Output) -> dict[str, Any] | None:
     by_hand = f"To be set by hand: {'; '.join(map(str, left))}." if left else ""
     done = f"Written and read back: {', '.join(written)}. Reboot the autopilot, then fly."
     words = f"{done if written else 'No parameter could be written.'} {by_hand}".strip()
-    typer.echo(words, err=output != "words")
-    return {"ready": False, "completed": False, "message": words, "written": list(written)}
+    return _on_the_ground(False, words, say) | {"written": list(written)}
 
 
-def _refusal(checks: list[Check], yes: bool, output: Output) -> dict[str, Any] | None:
+def _refusal(checks: list[Check], yes: bool, say: Say, aside: bool) -> dict[str, Any] | None:
     """Result of a flight that stays on the ground, and why; None if it is to be flown."""
     good = ready(checks)
     if not good:
-        words = "The vehicle does not fly: see the lines marked 'no'."
-    elif not yes and not _confirmed(output):
-        words = "Not flown."
-    else:
-        return None
-    typer.echo(words, err=output != "words")
-    return {"ready": good, "completed": False, "message": words}
+        return _on_the_ground(good, "The vehicle does not fly: see the lines marked 'no'.", say)
+    return None if yes or confirmed(aside) else _on_the_ground(good, "Not flown.", say)
 
 
-def _confirmed(output: Output) -> bool:
+def confirmed(aside: bool) -> bool:
     """Whether the operator wants to fly; no answer is a no."""
     try:
-        return typer.confirm("Arm and fly?", default=False, err=output != "words")
+        return typer.confirm("Arm and fly?", default=False, err=aside)
     except typer.Abort:
         return False
-
-
-def _dry_run(model: Model, config: VehicleConfig, output: Output) -> int:
-    """Check what can be checked without sending anything."""
-    findings = check(model)
-    Console(stderr=True, highlight=False).print("Listening to the links without sending")
-    return _say(listen(model, config, findings), output)
-
-
-def _say(checks: list[Check], output: Output) -> int:
-    """Print the rows of a dry run, and what they come to."""
-    _print_checks(checks, output)
-    good = ready(checks)
-    words = "no check failed so far" if good else "the vehicle would not fly, see the lines marked 'no'"
-    words = f"Dry run: {words}. Nothing was sent."
-    typer.echo(words, err=output != "words")
-    _print_result(checks, {"ready": good, "completed": False, "message": words}, output)
-    return 0 if good else 1
 
 
 def _fly(
@@ -161,15 +171,11 @@ def _fly(
     checks: list[Check],
     path: Path,
     duration: float | None,
-    output: Output,
+    say: Say,
     feed: int | None,
 ) -> dict[str, Any]:
-    header = recorded_header(model.scenario) | {
-        "version": __version__,
-        "links": asdict(links.config),
-        "checklist": _as_data(checks),
-    }
-    unwritten = ""
+    flown = {"version": __version__, "links": asdict(links.config), "checklist": _as_data(checks)}
+    header, unwritten = recorded_header(model.scenario) | flown, ""
     with BackgroundPrinter(sys.stderr) as printer, fed(feed) as listener:
         recorder = Recorder(path, header, listener, keep=False, attachments=carried_files(model.scenario))
         try:
@@ -186,9 +192,9 @@ def _fly(
                 unwritten = str(error)
                 printer.print(f"The recording is not whole: {unwritten}")
     loop, judged = (None, None) if unwritten else _measured(path, model)
-    _print_report(report, session, gap, path, loop, output)
+    _say_how_it_ended(report, session, gap, path, loop, say)
     if judged is not None:
-        typer.echo(sentence_by_the_leaf(judged), err=output != "words")
+        say(sentence_by_the_leaf(judged))
     return {
         "ready": True,
         "completed": report.completed,
@@ -208,15 +214,12 @@ def _fly(
 
 def _measured(path: Path, model: Model) -> tuple[AttitudeLoop | None, dict[str, Any] | None]:
     """Attitude loop of a recorded flight, and its figures by the measured leaf; None for what it did not measure."""
-    try:
+    loop, judged = None, None
+    with suppress(DoormanError):
         recording = Recording.load(path)
         loop = recorded_loop(recording)
-    except DoormanError:
-        return None, None
-    try:
-        return loop, summarize(recording, model) if has_measured_leaf(recording) else None
-    except DoormanError:
-        return loop, None
+        judged = summarize(recording, model) if has_measured_leaf(recording) else None
+    return loop, judged
 
 
 class _StatusLine:
@@ -255,18 +258,17 @@ def _ctrl_c(session: FlightSession) -> Iterator[None]:
             signal.signal(number, handler)
 
 
-def _print_checks(checks: list[Check], output: Output) -> None:
+def _print_checks(checks: list[Check], aside: bool) -> None:
     rows = (
         (Text(one.verdict.value, style=_COLORS[one.verdict]), one.name, with_advice(one.found, one.advice))
         for one in checks
     )
-    print_table(("", "checked", "found"), rows, err=output != "words")
+    print_table(("", "checked", "found"), rows, err=aside)
 
 
-def _print_report(
-    report: FlightReport, session: FlightSession, gap: float, path: Path, loop: AttitudeLoop | None, output: Output
+def _say_how_it_ended(
+    report: FlightReport, session: FlightSession, gap: float, path: Path, loop: AttitudeLoop | None, say: Say
 ) -> None:
-    say = partial(typer.echo, err=output != "words")
     ticks = session.backend.ticks
     done = "The mission was flown to its end" if report.completed else "The mission was not flown to its end"
     why = "" if not report.message else f": {report.message}"
@@ -284,9 +286,3 @@ def _print_report(
             f"The attitude begins to follow its setpoints after {loop.dead_time * 1e3:.0f} ms, and lags {loop.lag * 1e3:.0f} ms "
             "(doorman vehicle learn writes both)."
         )
-
-
-def _file(out: Path | None, model: Model) -> Path:
-    if out is not None:
-        return out
-    return new_folder(f"fly-{model.scenario.name}") / "flight.mcap"

@@ -47,7 +47,7 @@ def fly(
     frame = real_numbers(local_frame, "--local-frame", 4)
     given = {
         "pixhawk.connection": pixhawk, "servos.port": servos, "mocap.connection": mocap,
-        "pixhawk.setpoints": setpoints and setpoints.value, "pixhawk.signing_key": signing_key,
+        "pixhawk.setpoints": setpoints, "pixhawk.signing_key": signing_key,
         "pixhawk.local_frame": frame and {"origin": frame[:3], "yaw": frame[3]},
         "servos.ids": whole_numbers(servo_ids, "--servo-ids"),
         "servos.directions": whole_numbers(servo_directions, "--servo-directions"),

@@ -2,20 +2,11 @@
 
 from __future__ import annotations
 
-from enum import StrEnum
 from functools import partial
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
-
-
-class SetpointKind(StrEnum):
-    """What is sent to the autopilot."""
-
-    ATTITUDE = "attitude"
-    POSITION = "position"
-
 
 _FILE = "the vehicle file's"
 _SERVOS = "from base to tip, then the gripper's"
@@ -76,7 +67,9 @@ LinkKeys = Annotated[
         help="Any key of the links, such as pixhawk.vehicle_system=2 or servos.baud_rate=57600; may be repeated.",
     ),
 ]
-Setpoints = Annotated[SetpointKind | None, _key(help="pixhawk.setpoints: kind of setpoints for the autopilot.")]
+Setpoints = Annotated[
+    Literal["attitude", "position"] | None, _key(help="pixhawk.setpoints: kind of setpoints for the autopilot.")
+]
 LocalFrame = Annotated[
     str | None,
     _key(

@@ -8,9 +8,8 @@ import signal
 import sys
 import time
 from contextlib import nullcontext
-from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
@@ -22,37 +21,21 @@ _LOOK = 0.2
 """How often it is looked whether the rig is to end [s]."""
 
 
-class Autopilot(StrEnum):
-    """Who flies the rig's vehicle."""
-
-    PX4 = "px4"
-    ARDUPILOT = "ardupilot"
-    PX4_SITL = "px4-sitl"
-    ARDUPILOT_SITL = "ardupilot-sitl"
-
-
-class Motors(StrEnum):
-    """What the rig's motors make of their signal."""
-
-    LINEAR = "linear"
-    QUADRATIC = "quadratic"
-
-
 @command(VEHICLE)
 def rig(
     scenario: Source = "paper",
     settings: Settings = None,
     vehicle: Vehicle = None,
     autopilot: Annotated[
-        Autopilot,
+        Literal["px4", "ardupilot", "px4-sitl", "ardupilot-sitl"],
         typer.Option(help="Autopilot to emulate; for px4-sitl and ardupilot-sitl you start the autopilot's own code."),
-    ] = Autopilot.PX4,
+    ] = "px4",
     motors: Annotated[
-        Motors,
+        Literal["linear", "quadratic"],
         typer.Option(
             help="linear: the autopilot linearises the motors; quadratic: thrust is the signal squared, 40 ms late."
         ),
-    ] = Motors.LINEAR,
+    ] = "linear",
     pixhawk_port: Annotated[
         int | None,
         typer.Option(help="UDP port on loopback for the autopilot.", show_default="the vehicle file's, or 14540"),
@@ -91,13 +74,11 @@ def rig(
     if fly:
         if judge:
             raise typer.BadParameter("--fly judges the flight by itself", param_hint="--judge")
-        if autopilot in (Autopilot.PX4_SITL, Autopilot.ARDUPILOT_SITL):
-            raise typer.BadParameter(
-                f"you start {autopilot.value} yourself: run the rig without --fly", param_hint="--fly"
-            )
+        if autopilot.endswith("-sitl"):
+            raise typer.BadParameter(f"you start {autopilot} yourself: run the rig without --fly", param_hint="--fly")
         from doorman.cli.vehicles.rig_demo import fly_the_rig
 
-        return fly_the_rig(scenario, settings, autopilot.value, out, seed, as_json, vehicle, motors.value)
+        return fly_the_rig(scenario, settings, autopilot, out, seed, as_json, vehicle, motors)
     from doorman.cli.values import parse_overrides
     from doorman.cli.vehicles.served_links import other_links, served_device, served_port
     from doorman.flown import carried_files, recorded_header
@@ -113,11 +94,11 @@ def rig(
     task = file.scenario(scenario, parse_overrides(settings))
     model = Model(task)
     setup = RigSetup(
-        autopilot.value, served_port(file, PIXHAWK, pixhawk_port, 14540), served_port(file, MOCAP, mocap_port, 51001), None,
+        autopilot, served_port(file, PIXHAWK, pixhawk_port, 14540), served_port(file, MOCAP, mocap_port, 51001), None,
         vehicle=None if vehicle is None else file.links_anywhere(model), servos=served_device(file), seed=seed,
-        motors=motors.value,
+        motors=motors,
     )  # fmt: skip
-    header = recorded_header(task) | {"rig": autopilot.value, "motors": motors.value}
+    header = recorded_header(task) | {"rig": autopilot, "motors": motors}
     witness = Witness(model)
     signals: list[int] = []  # no Event: this thread would wait for its own lock where the signal finds it in `wait`
     for number in (signal.SIGINT, signal.SIGTERM):

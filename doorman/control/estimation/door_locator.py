@@ -12,6 +12,7 @@ turns on the leaf. A leaf that does not start at its joint's stop says nothing e
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
@@ -41,10 +42,10 @@ def place_of(model: Model) -> DoorPlace:
 class DoorLocator:
     """Pose of a door on a vertical hinge, against the map. Others stand where the map has them."""
 
-    def __init__(self, model: Model, place: DoorPlace | None = None) -> None:
+    def __init__(self, model: Model) -> None:
         settings = model.scenario.estimation
         self._model, self._door = model, model.door
-        self.known = place or place_of(model)
+        self.known = place_of(model)
         """Where the door stands, as far as it is known."""
         known = max(settings.door_place_deviation, settings.door_yaw_deviation) == 0.0
         self._start = model.start_angle
@@ -65,29 +66,19 @@ class DoorLocator:
         self._away, self._ended = 0.0, False
         self._offset, self._turned = np.zeros(2), 0.0  # as they are used
         self._moved, self._turn = False, np.eye(3)  # whether they are not zero, and the rotation of the map to the door
-        self._stated: tuple[Array | None, Array, Array] = None, np.zeros(3), np.zeros(3)
-        """The covariance of which state and deviations are known, and both."""
 
     @property
     def state(self) -> Array:
         """What is known, h and the turn, shape (3,): [m], [m], [rad]."""
-        return self._newest()[1]
+        return np.array([*self.known.offset, self.known.yaw])
 
     @property
     def deviations(self) -> Array:
         """Their standard deviations, against the place in the world in which the flight began."""
-        return self._newest()[2]
-
-    def _newest(self) -> tuple[Array | None, Array, Array]:
-        """Computed once a reading: every tick records them."""
-        known = self.known
-        if self._stated[0] is not known.covariance:
-            walked = 0.0
-            if not math.isnan(known.time):
-                walked = self._walk * max(known.time - (self._began or 0.0), 0.0)
-            deviations = np.sqrt(known.covariance.diagonal() + walked * np.array([1.0, 1.0, 0.0]))
-            self._stated = known.covariance, np.array([*known.offset, known.yaw]), deviations
-        return self._stated
+        known, walked = self.known, 0.0
+        if not math.isnan(known.time):
+            walked = self._walk * max(known.time - (self._began or 0.0), 0.0)
+        return np.sqrt(known.covariance.diagonal() + walked * np.array([1.0, 1.0, 0.0]))
 
     def angle_deviation(self, door_angle: float) -> float:
         r"""Standard deviation of α from that of the door's place, :math:`\delta\alpha = n_D^T\delta h/D - \delta\psi`.
@@ -108,7 +99,9 @@ class DoorLocator:
         if not self._works:
             return
         if self._ended or not (touches or grips):
-            self._lose(time_step)
+            self._sum, self._count, self._since = np.zeros(3), 0, 0.0
+            self._away += time_step
+            self._ended = self._ended or (self._goes_round and self._away > _LOST)
             return
         self._away = 0.0
         tips = self._model.coupling.tips(measured.attitude[None].copy(), measured.arm_angles[None].copy())
@@ -137,11 +130,8 @@ class DoorLocator:
         origin = self._door.hinge_position
         moved = measured.position - origin
         moved[:2] -= self._offset
-        return Measurement(
-            measured.time, origin + back @ moved, back @ measured.velocity, attitude, measured.body_rates,
-            measured.arm_angles, measured.arm_rates, measured.pose_time, measured.arm_time, measured.tip_force,
-            measured.leaf, measured.frame,
-        )  # fmt: skip
+        position, velocity = origin + back @ moved, back @ measured.velocity
+        return replace(measured, position=position, velocity=velocity, attitude=attitude)
 
     def told(self, command: Command) -> Command:
         """A command to the vehicle, from one for a door that stands where the map has it."""
@@ -149,7 +139,7 @@ class DoorLocator:
             return command
         attitude = np.array(command.attitude)
         attitude[2] += self._turned
-        return Command(command.thrust, attitude, command.arm_rates, command.grip, command.side_force)
+        return replace(command, attitude=attitude)
 
     def place(self, point: Array) -> Array:
         """Where a place beside the map's door truly is."""
@@ -176,8 +166,10 @@ class DoorLocator:
             return
         if not self._goes_round:
             off = self._door.hand * (self._angle(self._met) - self._start)
-            if not self._stands_closed(off):
-                self._ended = True  # open already: nothing says by how much the door is turned
+            # the map's doubt must explain where the leaf was met: one that stands open does not say how the door is turned
+            likely = math.hypot(self._doubt[0] / self._model.coupling.lever_length, self._doubt[1])
+            if not -_AJAR * likely < self._shuts * self._door.hand * off < _ELSEWHERE * likely:
+                self._ended = True
                 return
             self._goes_round = True
             self.known.met(now - 0.5 * _EVERY, self._met, off)
@@ -186,19 +178,6 @@ class DoorLocator:
     def _angle(self, tip: Array) -> float:
         """Angle about the map's hinge of the leaf on which a tip is [rad]."""
         return self._door.angle_of(np.array([*tip, 0.0]))
-
-    def _stands_closed(self, off: float) -> bool:
-        """Whether the map's doubt explains where the leaf was met, rather than a leaf that stands open."""
-        lever = self._model.coupling.lever_length
-        likely = math.hypot(self._doubt[0] / lever, self._doubt[1])
-        return -_AJAR * likely < self._shuts * self._door.hand * off < _ELSEWHERE * likely
-
-    def _lose(self, time_step: float) -> None:
-        self._sum, self._count, self._since = np.zeros(3), 0, 0.0
-        if not self._goes_round:
-            return
-        self._away += time_step
-        self._ended = self._ended or self._away > _LOST
 
     def _follow(self, time_step: float) -> None:
         """Use what is found, little by little."""

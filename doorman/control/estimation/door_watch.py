@@ -39,7 +39,7 @@ _TELLS = 3.0
 _BEYOND = math.radians(2.0)
 """By which a leaf may seem to be beyond its stop: its mark was put on by eye [rad]."""
 _APART = 0.02
-"""A tip that is so far from a measured leaf does not touch it [m]."""
+"""By which they may be apart then beside that [m]."""
 
 
 class DoorWatch:
@@ -70,12 +70,12 @@ class DoorWatch:
         if leaf is None:
             if self._was_there:
                 self._was_there = False
-                self._tell(measured.time, "the leaf is not measured any more")
+                self.messages.append((measured.time, "the leaf is not measured any more"))
             return measured
         if not self._was_there and not self.lied:
             self._was_there = True
             where = self._model.door.in_words(self._model.door.angle_of_joint(leaf.joint))
-            self._tell(measured.time, f"the leaf is measured, at {where}")
+            self.messages.append((measured.time, f"the leaf is measured, at {where}"))
         if leaf.time != self._time and not self.lied:
             self._time = leaf.time
             self._judge(measured, estimate, tie)
@@ -98,86 +98,53 @@ class DoorWatch:
             if not self.refused:
                 where = f"{1e2 * far:.0f} cm and {math.degrees(turned):.0f}° beside the map"
                 self.refused = f"the door's frame is measured {where}, beyond door.search"
-                self._tell(frame.time, self.refused)
+                self.messages.append((frame.time, self.refused))
             return None
         return off, yaw
 
-    def apart(self, measured: Measurement, estimate: Estimate) -> float | None:
-        """Distance by which tip and measured leaf are surely apart, beyond what they were apart in contact [m]; None if not."""
-        if measured.leaf is None:
-            return None
-        known = self._meets if self._meets is not None else 0.0
-        doubt = _UNLIKELY * self._lever * self._deviation(measured)
-        doubt += 0.0 if self._meets is not None else _TELLS * self._doubt
-        gap = self._gap(measured, self._tip(estimate)) - known
-        return gap if gap > _APART + doubt else None
-
     def _judge(self, measured: Measurement, estimate: Estimate | None, tie: Tie) -> None:
-        leaf = measured.leaf
+        leaf, door = measured.leaf, self._model.door
         assert leaf is not None
-        joint, time = leaf.joint, leaf.time
+        joint, time, deviation = leaf.joint, leaf.time, leaf.deviation / door.per_angle
         if self._last is not None:
             began = time if self._astray is None else self._astray
             lasted = max(began - self._last[1], 0.0) + _SLOWER * (time - began)
-            way = self._model.door.per_angle * _FASTEST * lasted
-            if abs(joint - self._last[0]) > way + _UNLIKELY * 1.5 * leaf.deviation:
-                self._astray = time if self._astray is None else self._astray
-                if time - self._astray > _JUMPED:
+            if abs(joint - self._last[0]) > door.per_angle * _FASTEST * lasted + _UNLIKELY * 1.5 * leaf.deviation:
+                self._astray = began
+                if time - began > _JUMPED:
                     self._lie(measured.time, "they have jumped farther than a leaf can move")
                 return
         step = 0.0 if self._last is None else time - self._last[1]
         self._astray, self._last = None, (joint, time)
-        if (beyond := self._beyond(joint)) > _BEYOND + _UNLIKELY * self._deviation(measured):
-            self._lie(measured.time, f"{self._model.door.way_in_words(beyond)} beyond where the joint ends")
+        angle = door.angle_of_joint(joint)
+        ends = not door.endless and door.lower_limit < door.upper_limit
+        beyond = max(door.lower_limit - angle, angle - door.upper_limit, 0.0) if ends else 0.0
+        if beyond > _BEYOND + _UNLIKELY * deviation:
+            self._lie(measured.time, f"{door.way_in_words(beyond)} beyond where the joint ends")
             return
         if estimate is None or tie is Tie.FREE or tie is Tie.LEAVING:
             self._inside_since = None
             return
-        gap = self._gap(measured, self._tip(estimate) + (leaf.time - estimate.time) * estimate.door_rate)
-        sure = estimate.touching or tie is Tie.GRIPPED
+        # where the map has the tip: the estimate's face is moved to where the leaf is measured
+        tip = estimate.tip_angle + self._model.coupling.angle_of_face(estimate.face_offset)
+        gap = self._lever * (tip + (time - estimate.time) * estimate.door_rate - angle)
+        sure, doubt = estimate.touching or tie is Tie.GRIPPED, _UNLIKELY * self._lever * deviation
         if self._meets is None:
-            if sure:
-                if abs(gap) > _TELLS * self._doubt + _APART + _UNLIKELY * self._lever * self._deviation(measured):
-                    self._lie(measured.time, f"the tip met the leaf {1e2 * abs(gap):.0f} cm from where it is measured")
-                else:
-                    self._meets = gap
+            if sure and abs(gap) > _TELLS * self._doubt + _APART + doubt:
+                self._lie(measured.time, f"the tip met the leaf {1e2 * abs(gap):.0f} cm from where it is measured")
+            elif sure:
+                self._meets = gap
             return
         off = self._meets - gap
-        share = min(step / _RELAXES, 1.0)
-        most = _INSIDE + _UNLIKELY * self._lever * self._deviation(measured)
-        lies = off > most or (tie is Tie.GRIPPED and -off > most)
         if sure or off > 0.0:
-            self._meets -= share * off
-        if not lies:
+            self._meets -= min(step / _RELAXES, 1.0) * off
+        if not (off > _INSIDE + doubt or (tie is Tie.GRIPPED and -off > _INSIDE + doubt)):
             self._inside_since = None
             return
         self._inside_since = time if self._inside_since is None else self._inside_since
         if time - self._inside_since > _LASTS:
             self._lie(measured.time, f"the leaf is measured {1e2 * abs(off):.1f} cm from where the tip has it")
 
-    def _tip(self, estimate: Estimate) -> float:
-        """Where the map has the tip [rad]: the estimate's face is moved to where the leaf is measured."""
-        return estimate.tip_angle + self._model.coupling.angle_of_face(estimate.face_offset)
-
-    def _gap(self, measured: Measurement, tip_angle: float) -> float:
-        """Gap between the tip and the measured leaf [m]."""
-        assert measured.leaf is not None
-        return self._lever * (tip_angle - self._model.door.angle_of_joint(measured.leaf.joint))
-
-    def _deviation(self, measured: Measurement) -> float:
-        assert measured.leaf is not None
-        return measured.leaf.deviation / self._model.door.per_angle
-
-    def _beyond(self, joint: float) -> float:
-        """By how much a joint value is beyond the leaf's range, as a difference of α [rad]."""
-        door, angle = self._model.door, self._model.door.angle_of_joint(joint)
-        if door.endless or not door.lower_limit < door.upper_limit:
-            return 0.0
-        return max(door.lower_limit - angle, angle - door.upper_limit, 0.0)
-
     def _lie(self, now: float, why: str) -> None:
         self.lied = True
-        self._tell(now, f"the leaf's readings are not believed any more: {why}")
-
-    def _tell(self, now: float, words: str) -> None:
-        self.messages.append((now, words))
+        self.messages.append((now, f"the leaf's readings are not believed any more: {why}"))

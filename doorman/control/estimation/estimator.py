@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum
 
@@ -11,7 +12,6 @@ import numpy as np
 from doorman.arrays import Array
 from doorman.control.kernels import estimate_step as step
 from doorman.control.kernels.tip import ARM
-from doorman.control.state_converter import StateConverter
 from doorman.estimation.leaf.acting import Acting
 from doorman.estimation.leaf.hinge_fit import HingeEstimate, HingeFit
 from doorman.estimation.leaf.hypotheses import RESTING, STOPPED, TOUCHING
@@ -25,8 +25,11 @@ from doorman.estimation.leaf.leaf_filter import (
 )
 from doorman.estimation.leaf.numbers import JOINT, PLACES, SIZE, leaf_numbers
 from doorman.estimation.leaf.running import LeafRun
+from doorman.kinematics.doors.leaf.leaf_kernels import leaf_numbers as door_numbers
 from doorman.kinematics.rotations import SMALLEST_COSINE, euler_rates
+from doorman.kinematics.vehicles.arms.arm import ArmParameters
 from doorman.model import Model
+from doorman.numba_types.handles import held
 from doorman.one_line import OneLine
 from doorman.position_noise import PositionNoise
 from doorman.signals import Measurement
@@ -147,21 +150,26 @@ class Estimator:
 
     Args:
         model: Model of the scenario.
-        converter: Its state converter.
+        changes: Other values of `leaf_numbers`, by name.
     """
 
-    def __init__(self, model: Model, converter: StateConverter) -> None:
-        self._model, self._converter = model, converter
+    def __init__(self, model: Model, changes: Mapping[str, float] | None = None) -> None:
+        self._model, coupling = model, model.coupling
+        self._arm, self._leaf = held(ArmParameters.of(model.vehicle.arm)), door_numbers(model.door)
+        self._contact = np.array([*model.door.up, coupling.distance_from_hinge, coupling.height])
         self._told = np.array([0.0, 0.0, model.vehicle.weight])
         self._acting = Acting(model.n_arm, self._told, model.start_yaw)
         self._noise, self._poses = PositionNoise(), 0
-        self._numbers = leaf_numbers(model, _FIRST_NOISE)
+        self._numbers = leaf_numbers(model, _FIRST_NOISE).replaced(changes or {})
+        self._listens = "sensor.pose" not in (changes or {})
         self._bank = leaf_filter(model, self._numbers)  # compiles while nothing is in flight
-        self._run: LeafRun | None = None
+        self.run: LeafRun | None = None
+        """The bank, from the first pose on."""
         n = model.n_arm
         self._measured, self._given, self._scratch = np.zeros(ARM + 2 * n), np.zeros(ARM + 2 * n), np.zeros(6)
         self._groups = np.array([[name in group for name in self._bank.hypotheses] for group in _BELIEVED], dtype=float)
         self._carry(np.zeros(3 * SIZE + len(self._bank.hypotheses)), 0.0)  # compiles, too
+        coupling.tips(np.zeros((1, 3)), np.zeros((1, n)))
         self._known: dict[str, tuple[Array, Array]] = {}
         self._face_is_known, self._leaf_time = False, -math.inf
         self._hinge = HingeFit(model)
@@ -174,8 +182,8 @@ class Estimator:
     @property
     def of_the_air(self) -> dict[str, tuple[Array, Array]]:
         """Wind and lift by name, with their deviations, as `go_on` takes them."""
-        assert self._run is not None
-        mean, deviations = self._run.estimate.mean, self._run.deviations
+        assert self.run is not None
+        mean, deviations = self.run.estimate.mean, self.run.deviations
         return {name: (mean[PLACES[name]], deviations[PLACES[name]]) for name in ("wind", "lift")}
 
     def go_on(self, tip_force: Array, of_the_air: dict[str, tuple[Array, Array]]) -> None:
@@ -201,38 +209,38 @@ class Estimator:
         parts = *motion, measured.arm_angles, measured.arm_rates
         np.concatenate(parts, out=self._measured)
         if not math.isfinite(sum(self._measured.tolist())):  # a sum of measurements does not overflow
-            self._converter.tip(*parts)  # says what
+            self._model.coupling.door_state(*parts)  # says what
         self._acting.note(measured, self._told)
-        situation = _situation(tie, closes)
+        situation = {Tie.GRIPPED: HELD, Tie.FREE: AWAY}.get(tie, CLOSING if closes else AT_THE_LEAF)
         if situation == AWAY and self._feels is not None:
             situation = AT_THE_FRAME
-        if self._run is None or measured.pose_time != self._run.time:
+        if self.run is None or measured.pose_time != self.run.time:
             self._take_pose(measured, situation, tie is Tie.LEAVING)
-        assert self._run is not None
-        return self._in_short(measured, self._run, time_step)
+        assert self.run is not None
+        return self._in_short(measured, self.run, time_step)
 
     def meet_leaf(self, tip_angle: float, wind: Array) -> None:
         """Learn that the tip touches the leaf where it is now, though that should be farther; its force passed for wind."""
-        if self._run is not None:
-            self._run.meet(tip_angle, wind)
+        if self.run is not None:
+            self.run.meet(tip_angle, wind)
 
     def feel(self, normal: Array | None) -> None:
         """Say into which face the tip feels its way, unit vector, shape (3,); None if into none."""
         changed, self._feels = normal is not self._feels, normal
-        if self._run is not None and changed:
-            self._run.feels(np.zeros(3) if normal is None else normal)
+        if self.run is not None and changed:
+            self.run.feels(np.zeros(3) if normal is None else normal)
 
     def know_the_face(self) -> None:
         """The door stands where it is believed: a leaf that is met elsewhere stands ajar."""
         self._face_is_known = True
-        if self._run is not None:
-            self._run.know_face()
+        if self.run is not None:
+            self.run.know_face()
 
     def lose_leaf(self) -> None:
         """Forget the leaf and its hinge: it may be anywhere, and what was learnt when something went wrong may be wrong."""
         self._hinge = HingeFit(self._model)
-        if self._run is not None:
-            self._run.meet(None)
+        if self.run is not None:
+            self.run.meet(None)
 
     def leaf_stays(self, angle: float) -> None:
         """The leaf has stood here with nothing at it."""
@@ -243,32 +251,31 @@ class Estimator:
         self._poses += 1
         self._noise.note(self._poses, measured.position)
         position, attitude = measured.position, measured.attitude
-        if self._run is not None:
-            position, swapped = self._run.unswapped(measured.pose_time, position)
+        if self.run is not None:
+            position, swapped = self.run.unswapped(measured.pose_time, position)
             attitude = self._acting.carried(measured.pose_time) if swapped else attitude
         inputs = self._acting.at(measured.pose_time, attitude)
-        if self._run is None:
-            self._run = LeafRun(self._model, self._numbers, measured.pose_time, position, inputs, self._bank)
+        if self.run is None:
+            self.run = LeafRun(self._model, self._numbers, measured.pose_time, position, inputs, self._bank)
             if self._known:
-                joint = np.array([self._held_at(measured)]), self._run.deviations[PLACES["joint"]]
-                self._run.go_on(self._known | {"joint": joint})
+                # the leaf may have come along in the step before
+                still, arm = np.zeros(3), measured.arm_angles
+                angle, _ = self._model.coupling.door_state(
+                    position, still, measured.attitude, still, arm, np.zeros(len(arm))
+                )
+                self.run.go_on(self._known | {"joint": (angle, self.run.deviations[PLACES["joint"]])})
             if self._face_is_known:  # a sensor has seen the frame before the first pose
-                self._run.know_face()
+                self.run.know_face()
             return
         if (leaf := measured.leaf) is not None and leaf.time != self._leaf_time:
             self._leaf_time, door = leaf.time, self._model.door
-            self._run.see_leaf(leaf.time, door.angle_of_joint(leaf.joint), leaf.deviation / door.per_angle)
-        if self._poses % _LISTENS == 0 and math.isfinite(noise := self._noise.deviation):
-            self._run.pose_deviation(noise)
-        self._run.leaves(leaves)
-        left = self._model.travel.left(float(self._run.estimate.mean[JOINT]))
-        self._run.is_to_move(int(left > _AT_THE_GOAL) - int(situation == HELD and left < -_AT_THE_GOAL))
-        self._run.step(measured.pose_time, position, inputs, situation, self._felt(measured, situation))
-
-    def _held_at(self, measured: Measurement) -> float:
-        """Angle of the leaf whose handle the tip holds: it may have come along in the step before [rad]."""
-        still, arm = np.zeros(3), np.asarray(measured.arm_angles)
-        return self._converter.tip(measured.position, still, measured.attitude, still, arm, np.zeros_like(arm))[0]
+            self.run.see_leaf(leaf.time, door.angle_of_joint(leaf.joint), leaf.deviation / door.per_angle)
+        if self._listens and self._poses % _LISTENS == 0 and math.isfinite(noise := self._noise.deviation):
+            self.run.pose_deviation(noise)
+        self.run.leaves(leaves)
+        left = self._model.travel.left(float(self.run.estimate.mean[JOINT]))
+        self.run.is_to_move(int(left > _AT_THE_GOAL) - int(situation == HELD and left < -_AT_THE_GOAL))
+        self.run.step(measured.pose_time, position, inputs, situation, self._felt(measured, situation))
 
     def _felt(self, measured: Measurement, situation: str) -> Array | None:
         """What the tip's sensor reads beyond what it reads in free flight, shape (1,) [N]."""
@@ -286,7 +293,7 @@ class Estimator:
             step.SINGLE : step.STATE + 5
         ].tolist()
         if not math.isfinite(tip_angle + tip_speed):
-            self._converter.tip(
+            model.coupling.door_state(
                 found[step.AT : step.MOVES], found[step.MOVES : step.TURNS], found[step.STATE : step.STATE + 3],
                 found[step.TURNS : step.WIND], found[step.STATE + 5 :], measured.arm_rates,
             )  # fmt: skip
@@ -324,8 +331,8 @@ class Estimator:
         """What is known of a pose, carried on by its age [s], as `estimate_step` has it."""
         found = np.empty(step.STATE + 5 + self._model.n_arm)
         flat = step.carry_on(
-            *self._converter.at_the_tip, *self._acting.ring, self._measured, told, self._groups, age, self._given,
-            self._scratch, found,
+            self._arm, self._leaf, self._contact, self._model.coupling.lever_length, *self._acting.ring, self._measured,
+            told, self._groups, age, self._given, self._scratch, found,
         )  # fmt: skip
         if abs(flat) < SMALLEST_COSINE:
             euler_rates(found[step.STATE : step.STATE + 3], self._measured[9:12])  # says what
@@ -338,12 +345,3 @@ class Estimator:
 
 _BELIEVED = TOUCHING, RESTING, (STOPPED,)
 _RESISTANCE, _INERTIA, _LIFT = (PLACES[name].start for name in ("resistance", "log_inertia", "lift"))
-
-
-def _situation(tie: Tie, closes: bool) -> str:
-    """Which hypotheses the mission leaves."""
-    if tie is Tie.GRIPPED:
-        return HELD
-    if tie is Tie.FREE:
-        return AWAY
-    return CLOSING if closes else AT_THE_LEAF

@@ -7,9 +7,8 @@ a gripped leaf may carry what is missing, and the scale stays.
 
 from __future__ import annotations
 
-import numpy as np
+from dataclasses import replace
 
-from doorman.arrays import Array
 from doorman.signals import Command
 
 _LEAST, _MOST = 0.7, 1.3
@@ -29,22 +28,9 @@ class LiftScale:
         self.scale = min(max(1.0 + lift, _LEAST), _MOST)
 
     def scaled(self, command: Command) -> Command:
-        """What to command for a force of the rotors."""
-        thrust = self.command(command.thrust)
+        """What to command for a force of the rotors, up to their limit."""
+        thrust = min(command.thrust / self.scale, max(self._max_thrust, command.thrust))
         if thrust == command.thrust:
             return command
-        (ahead, left), scale = command.side_force, self.scale
-        return Command(thrust, command.attitude, command.arm_rates, command.grip, (ahead / scale, left / scale))
-
-    def made(self, commanded: Array) -> Array:
-        """What the rotors make of a commanded force, which is less than was wanted where they can do no more, shape (3,) [N]."""
-        return np.asarray(self.scale * commanded)
-
-    @property
-    def reach(self) -> float:
-        """Share of the largest thrust that the rotors make of the largest command."""
-        return min(self.scale, 1.0)
-
-    def command(self, thrust: float) -> float:
-        """What to command for a thrust [N]."""
-        return min(thrust / self.scale, max(self._max_thrust, thrust))
+        ahead, left = command.side_force
+        return replace(command, thrust=thrust, side_force=(ahead / self.scale, left / self.scale))

@@ -9,7 +9,6 @@ import math
 
 from doorman.arrays import Array
 from doorman.compilation import kernel
-from doorman.control.kernels.on_leaf import DISTANCE, UP
 from doorman.control.kernels.tip import ARM, ATTITUDE, BODY_RATES, POSITION, VELOCITY, tip_on_leaf
 from doorman.control.kernels.under_way_step import rates_of_euler
 from doorman.estimation.leaf.kernels.acting_step import find_now
@@ -24,6 +23,8 @@ from doorman.kinematics.doors.leaf.leaf_kernels import (
 )
 from doorman.kinematics.vehicles.arms.arm import ArmParameters
 
+UP, DISTANCE = 0, 3
+"""Places in where the contact is: u of the door, D_V and D_H."""
 FORCE_OUT, WIND_OUT, GAIN_OUT, BORNE_OUT = 0, 1, 6, 9
 """Places among the outputs of the bank at the leaf."""
 FACE, FRICTION = PLACES["face"].start, PLACES["friction"].start

@@ -19,7 +19,6 @@ from doorman.estimation.leaf.kernels.acting_step import (
     POSED,
     carried,
     find_inputs,
-    find_now,
     note_tick,
 )
 from doorman.signals import Measurement
@@ -35,7 +34,7 @@ class Acting:
         self._times, self._rows = np.zeros(2 * _KEPT), np.zeros((2 * _KEPT, ARM + 2 * n_arm))
         self._memory = np.zeros(MEMORY)
         self._memory[FORCE:ATTITUDE], self._memory[ATTITUDE + 2], self._memory[POSED] = force, yaw, math.nan
-        self._inputs, self._now = np.zeros(12 + 2 * n_arm), np.zeros(3 + n_arm)
+        self._inputs = np.zeros(12 + 2 * n_arm)
         self._seen = np.zeros(6 + 2 * n_arm)
         self._compile()
 
@@ -43,7 +42,6 @@ class Acting:
         """Nothing compiles in flight."""
         note_tick(self._times, self._rows, self._memory.copy(), 0.0, self._seen, 0.0)
         find_inputs(self._times, self._rows, self._memory.copy(), 0.0, np.zeros(3), self._inputs)
-        find_now(self._times, self._rows, self._memory.copy(), self._now)
 
     def are_late(self, lateness: float) -> None:
         """Say how much later than the poses' attitudes the body rates come, by their filter and their link [s]."""
@@ -68,8 +66,3 @@ class Acting:
     def ring(self) -> tuple[Array, Array, Array]:
         """Times, rows and memory, as kernels read them."""
         return self._times, self._rows, self._memory
-
-    def now(self) -> tuple[Array, Array]:
-        """Φ, yaw without jumps, and H at the last tick, shapes (3,) and (n,) [rad]."""
-        find_now(self._times, self._rows, self._memory, self._now)
-        return self._now[:3].copy(), self._now[3:].copy()

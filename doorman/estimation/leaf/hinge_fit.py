@@ -20,6 +20,12 @@ from doorman.stored_at_once import stored_at_once
 
 _EVERY = 1.0
 """Between looks, over which what the leaf resists with by chance is a new one [s]."""
+_BY_CHANCE = 0.1
+"""Deviation of what a room door's hinge resists with beside b, τ_c and k, in still air [N m]."""
+_IN_WIND = 0.3
+"""Growth of that deviation with the wind on the vehicle [m]."""
+_MOVES = 0.02
+"""Rate of the shipped leaf below which it tells nothing [rad/s]."""
 
 
 @stored_at_once
@@ -44,7 +50,8 @@ class HingeFit:
 
     def __init__(self, model: Model) -> None:
         door, usual = model.door, model.scenario.estimation.hinge
-        self._door, self._sense, self._usual = door, model.travel.sense, usual
+        self._door, self._sense = door, model.travel.sense
+        self._by_chance, self._moves = _BY_CHANCE * model.ratios["hinge"], _MOVES * model.ratios["rate"]
         self._mean = np.array([
             door.damping or usual.damping, door.friction or usual.friction, door.stiffness or usual.stiffness
         ])  # fmt: skip
@@ -59,13 +66,13 @@ class HingeFit:
 
     def learn(self, now: float, angle: float, rate: float, resistance: float, deviation: float, wind: float) -> None:
         """Take in what a leaf that is pushed along resists with."""
-        if now < self._next or abs(rate) < self._usual.moves:
+        if now < self._next or abs(rate) < self._moves:
             return
         self._next = now + _EVERY
         way = math.copysign(1.0, rate)
         slope = np.array([abs(rate), 1.0, way * (angle - self._door.rest_angle)])
         felt = way * self._sense * resistance - way * self._door.closing_torque
-        noise = deviation**2 + (self._usual.by_chance + self._usual.in_wind * wind) ** 2
+        noise = deviation**2 + (self._by_chance + _IN_WIND * wind) ** 2
         spread = self._covariance @ slope
         variance = float(slope @ spread) + noise
         self._mean = np.maximum(self._mean + spread * ((felt - float(slope @ self._mean)) / variance), 0.0)

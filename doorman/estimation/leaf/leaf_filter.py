@@ -25,7 +25,6 @@ from doorman.estimation.leaf.hypotheses import (
     switching,
     thrown,
 )
-from doorman.estimation.leaf.leaf_sensor import LEAF
 from doorman.estimation.leaf.motion import LeafMotion
 from doorman.estimation.leaf.numbers import JOINT, PLACES, SIZE
 from doorman.estimation.measurement import Measurement
@@ -39,6 +38,8 @@ AWAY, AT_THE_FRAME, AT_THE_LEAF, CLOSING, HELD = "away", "at_the_frame", "at_the
 """Situations: nothing is near, the tip feels for the frame, it may touch the leaf, the gripper closes where it meets the leaf,
 it has closed."""
 
+LEAF = "leaf"
+"""Name of the measurement of the leaf's own angle. A gap that it tells is no contact: tip and face keep their distance in one."""
 WINDS, SLIPS = ("wind_x", "wind_y", "wind_z"), ("slip_along", "slip_up")
 """Outputs beside `normal_force`: the wind on the vehicle [N], and the tip's velocity on the face [m/s];"""
 GAINS, BORNE = ("gains_x", "gains_y", "gains_z"), "borne"

@@ -7,6 +7,7 @@ import math
 
 import numpy as np
 
+from doorman.estimation.leaf.constants import CONSTANTS
 from doorman.kinematics.numbers import Numbers
 from doorman.model import Model
 from doorman.scenario import EstimationSection
@@ -24,22 +25,23 @@ SIZE = sum(STATES.values())
 LEAST_NOISE = 1e-4
 """Least noise of a pose's position: the filter must stay able to learn [m]."""
 
-_TABLES = "contact", "switch", "noise", "start"
+_TABLES = "contact", "noise", "start"
 
 TUNED = (
-    "sensor.pose", "sensor.tip_force",
-    *(f"{table}.{key}" for table in _TABLES for key in getattr(EstimationSection(), table).numbers()),
+    "sensor.pose", "sensor.tip_force", *CONSTANTS,
+    *(f"{table}.{key}" for table in _TABLES for key, _ in getattr(EstimationSection(), table)),
 )  # fmt: skip
-"""Names of what is no fact of vehicle or door; all but the sensors' are those of `[estimation]`."""
+"""Names of what is no fact of vehicle or door: constants, and keys of `[estimation]`; the sensors' are of the flight."""
 
 _ON_LEVER = 0.05
 """Deviation of the tip's speed in the face where it holds a lever, which turns on the leaf: 0.12 m long, by 0.4 rad/s [m/s]."""
 
 
 def leaf_numbers(model: Model, pose_deviation: float) -> Numbers:
-    """Numbers of a scenario: those of `[estimation]`, and what follows from vehicle and door."""
+    """Numbers of a scenario: constants, those of `[estimation]`, and what follows from vehicle and door."""
     settings = model.scenario.estimation
-    tuned = {f"{table}.{key}": value for table in _TABLES for key, value in getattr(settings, table).numbers().items()}
+    tuned = {name: value * model.ratios.get(unit, 1.0) for name, (value, unit) in CONSTANTS.items()}
+    tuned |= {f"{table}.{key}": value for table in _TABLES for key, value in getattr(settings, table)}
     if model.scenario.door.beside and not model.door.in_plane:
         tuned["contact.slip_rate"] = _ON_LEVER * model.scale.speed
     if model.door.at_its_stop(model.start_angle):
@@ -47,24 +49,20 @@ def leaf_numbers(model: Model, pose_deviation: float) -> Numbers:
     if model.scenario.contact.kind == "push":
         turned = 0.0 if model.door.slides else model.coupling.lever_length * settings.door_yaw_deviation
         tuned["start.face"] = max(math.hypot(settings.door_place_deviation, turned), settings.start.face)
+    # an offset of a sensor in the tip is learnt in free flight
+    offset = settings.tip_force_offset if model.scenario.mission.start == "contact" else 0.0
     bodies = {} if model.vehicle.bodies.balanced else model.vehicle.bodies.numbers()
     return model.reduced.numbers.and_also({
         **bodies,
         "reference.sense": math.copysign(1.0, model.goal_state[3] - model.start_state[3]),
         "sensor.pose": max(pose_deviation, LEAST_NOISE),
-        "sensor.tip_force": math.hypot(settings.tip_force, *_of_the_sensor(model)),
+        "sensor.tip_force": math.hypot(settings.tip_force, settings.tip_force_noise, offset),
         "sensor.leaf": 1.0,  # readings come with their own
         "contact.borne": np.zeros(2),  # by a lever that the tip holds down, along leaf and hinge [N]
         "contact.way": 1.0,  # a leaf that stands is to go on, or back: -1
         "frame.normal": np.zeros(3),  # into what a tip feels for
         **tuned,
     })  # fmt: skip
-
-
-def _of_the_sensor(model: Model) -> tuple[float, float]:
-    """Deviations of what a sensor in the tip reads: noise, and an offset that no free flight shows [N]."""
-    doubt = model.scenario.estimation
-    return doubt.tip_force_noise, doubt.tip_force_offset if model.scenario.mission.start == "contact" else 0.0
 
 
 def first_state(model: Model, numbers: Numbers, position: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

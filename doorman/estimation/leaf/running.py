@@ -11,8 +11,7 @@ from doorman.arrays import Array
 from doorman.estimation.estimate import FilterEstimate
 from doorman.estimation.filter import Filter
 from doorman.estimation.leaf.hypotheses import FREE, HOLDING, STANDING, TOUCHING
-from doorman.estimation.leaf.leaf_filter import AT_THE_LEAF, AWAY, HELD, leaf_filter
-from doorman.estimation.leaf.leaf_sensor import LEAF
+from doorman.estimation.leaf.leaf_filter import AT_THE_LEAF, AWAY, HELD, LEAF, leaf_filter
 from doorman.estimation.leaf.numbers import JOINT, JOINT_RATE, LEAST_NOISE, PLACES, first_state
 from doorman.estimation.leaf.swapped import Swapped
 from doorman.estimation.status import Status
@@ -39,26 +38,25 @@ class LeafRun:
         self._bank = bank or leaf_filter(model, numbers)
         self._situation, self._inputs, self._numbers = situation, inputs, numbers
         self._mean, self._doubt = first_state(model, numbers, position)
-        self._drawn, self._stops = numbers.place("noise.drawn").start, numbers.place("switch.stop").start
-        self._drawn_at_most, self._more = numbers.one("noise.drawn"), numbers.one("contact.more")
-        self._stops_at_most = numbers.one("switch.stop")
-        names = "contact.more", "contact.way", "switch.lose", "switch.make", "sensor.pose"
-        self._more_at, self._way_at, self._lose_at, self._make_at, self._pose_at = (
-            numbers.place(name).start for name in names
-        )
         self._bank.start(time, self._mean, self._doubt, probabilities={first: 1.0}, inputs=inputs, situation=situation)
         self.estimate: FilterEstimate = self._bank.estimate()
         """At the last pose."""
         self.time = time
         """Time of the last pose [s]."""
+        self.status = Status.OK
+        """Of the last step: `LOST` where it began anew,"""
         self.lost = False
-        """Whether the last step left no hypothesis with a meaning."""
+        """and whether that was as no hypothesis had a meaning any more."""
         self._swapped = Swapped(model.scenario.safety.speed, self._settings.gate, self._settings.swap_time)
         self._seen_at = -math.inf
         self._taken, self._likelihood, self._fused, self._refused, self._innovation = time, 0.0, 0, 0, 0.0
 
     def step(self, time: float, position: Array, inputs: Array, situation: str, felt: Array | None = None) -> Status:
-        """Go on to a pose, (3,) [m], and what the tip feels, (1,) [N]; the worst that happened: `LOST` where it began anew."""
+        """Go on to a pose, (3,) [m], and what the tip feels, (1,) [N]; the status."""
+        self.status = self._step(time, position, inputs, situation, felt)
+        return self.status
+
+    def _step(self, time: float, position: Array, inputs: Array, situation: str, felt: Array | None) -> Status:
         bank = self._bank
         if situation != self._situation:
             self._situation = situation
@@ -85,7 +83,7 @@ class LeafRun:
         """A pose as the right markers would give it, shape (3,) [m], and whether the cameras see others; once for each pose."""
         mean, passed = self.estimate.mean, time - self.time
         expected = mean[PLACES["position"]] + passed * mean[PLACES["velocity"]]
-        deviation = float(self._bank.parameters[self._pose_at])
+        deviation = float(self._bank.parameters[self._numbers.place("sensor.pose")][0])
         seen = self._swapped.undone(time, position, expected, passed, deviation)
         return seen, self._swapped.now
 
@@ -94,17 +92,16 @@ class LeafRun:
 
         Where the leaf stands before the first touch is only presumed: one that nothing touches is where it is seen.
         """
-        off, start = abs(joint - float(self.estimate.mean[JOINT])), self._settings.start
+        off, number = abs(joint - float(self.estimate.mean[JOINT])), self._numbers.one
         if self._touches() < 1.0 - self._settings.sure and off > self._settings.gate * math.hypot(
             deviation, float(self.deviations[JOINT])
         ):
             rate = float(self.estimate.mean[JOINT_RATE])
-            self._knows({"joint": (joint, deviation), "joint_rate": (rate, start.astray_rate)}, {FREE: 1.0})
+            self._knows({"joint": (joint, deviation), "joint_rate": (rate, number("start.astray_rate"))}, {FREE: 1.0})
         self._seen_at = time
-        noise = self._settings.noise
-        wanders = max(noise.face, noise.face_by_angle * float(self._doubt[_FACE]))
-        self._bank.parameters[self._numbers.place("noise.face")] = wanders
-        self._bank.parameters[self._numbers.place("sensor.leaf")] = deviation
+        wanders = max(number("noise.face"), number("noise.face_by_angle") * float(self._doubt[_FACE]))
+        self._set("noise.face", wanders)
+        self._set("sensor.leaf", deviation)
         return self._bank.measure(LEAF, time, [joint])
 
     @property
@@ -131,24 +128,27 @@ class LeafRun:
 
     def pose_deviation(self, deviation: float) -> None:
         """Say how noisy positions are [m]; from the next step on."""
-        self._bank.parameters[self._pose_at] = max(deviation, LEAST_NOISE)
+        self._set("sensor.pose", max(deviation, LEAST_NOISE))
+
+    def _set(self, name: str, value: Array | float) -> None:
+        """Another value of a number of the bank."""
+        self._bank.parameters[self._numbers.place(name)] = value
 
     def is_to_move(self, way: int) -> None:
         """Say whether a leaf that stands is to go on, 1, or back, -1: one that is held, 0, tells nothing of its friction."""
-        parameters = self._bank.parameters
-        parameters[self._more_at] = self._more if way else -0.5 * self._more
-        parameters[self._way_at] = way or 1
+        more = self._numbers.one("contact.more")
+        self._set("contact.more", more if way else -0.5 * more)
+        self._set("contact.way", way or 1)
 
     def feels(self, normal: Array) -> None:
         """Say into which face the tip feels its way, unit vector, shape (3,); zeros if into none. No wind jumps just then."""
-        self._bank.parameters[self._numbers.place("frame.normal")] = normal
+        self._set("frame.normal", normal)
         self._restart(self.estimate.mean, self.estimate.covariance, {FREE: 1.0})
 
     def leaves(self, is_to: bool) -> None:
         """Say whether the tip is to come off the leaf."""
-        rates, parameters = self._settings.switch, self._bank.parameters
-        parameters[self._lose_at] = rates.leave if is_to else rates.lose
-        parameters[self._make_at] = rates.follow if is_to else rates.make
+        self._set("switch.lose", self._numbers.one("switch.leave" if is_to else "switch.lose"))
+        self._set("switch.make", self._numbers.one("switch.follow" if is_to else "switch.make"))
 
     def know_face(self) -> None:
         """The face stands where it is believed: what is met elsewhere is a leaf that stands ajar."""
@@ -157,7 +157,7 @@ class LeafRun:
 
     def go_on(self, values: Mapping[str, Known]) -> None:
         """Begin with other means and deviations of some states, by name; the tip goes on bearing its force in the face."""
-        self._bank.parameters[self._numbers.place("contact.borne")] = values["friction"][0]
+        self._set("contact.borne", values["friction"][0])
         self._knows(values, self.estimate.probabilities)
 
     def meet(self, joint: float | None, wind: Array | None = None) -> None:
@@ -177,27 +177,27 @@ class LeafRun:
         touches = self._touches()
         self._met = self._met or touches > self._settings.sure
         # an unopened leaf rests: a tip that may be in thin air does not move it
-        self._bank.parameters[self._drawn] = self._drawn_at_most if self._met else 0.0
-        self._bank.parameters[self._stops] = self._stops_at_most * (1.0 if self._met else touches)
+        self._set("noise.drawn", self._numbers.one("noise.drawn") if self._met else 0.0)
+        self._set("switch.stop", self._numbers.one("switch.stop") * (1.0 if self._met else touches))
         if situation != AT_THE_LEAF or touches > 1.0 - self._settings.sure:
             return
         coupling, n = self._model.coupling, self._model.n_arm
         mean, lever = self.estimate.mean, coupling.lever_length
         posture = self._inputs[3:6], self._inputs[6:9], self._inputs[12 : 12 + n], self._inputs[12 + n :]
-        tip, tip_rate = coupling.door_of(mean[PLACES["position"]], mean[PLACES["velocity"]], *posture)
+        tip, tip_rate = coupling.door_state(mean[PLACES["position"]], mean[PLACES["velocity"]], *posture)
         angle, joint, rate = tip - coupling.angle_of_face(float(mean[_FACE])), float(mean[JOINT]), mean[JOINT_RATE]
         doubt = math.hypot(lever * float(self.deviations[JOINT]), float(self.deviations[_FACE]))
         if lever * (joint - angle) <= self._settings.elsewhere * doubt:
             return
-        start = self._settings.start
+        number, known_face = self._numbers.one, self._settings.start.face
         if self.time - self._seen_at < self._settings.seen_time:  # the leaf is where it is seen: its face is elsewhere
-            parts: dict[str, Known] = {"face": (lever * (tip - joint), start.face)}
+            parts: dict[str, Known] = {"face": (lever * (tip - joint), known_face)}
         elif self._met:  # it flies ahead of the tip
             rate = min(float(rate), tip_rate)
-            parts = {"joint": (angle, start.astray), "joint_rate": (rate, start.astray_rate)}
+            parts = {"joint": (angle, number("start.astray")), "joint_rate": (rate, number("start.astray_rate"))}
         else:
             still = 0.0, float(self._doubt[JOINT_RATE])
-            parts = {"joint": (tip, start.astray), "joint_rate": still, "face": (0.0, start.face)}
+            parts = {"joint": (tip, number("start.astray")), "joint_rate": still, "face": (0.0, known_face)}
         self._knows(parts, {FREE: 1.0})
 
     def _touches(self) -> float:
@@ -218,13 +218,9 @@ class LeafRun:
         """Go on from the last pose with another mean and covariance."""
         self._count()
         self._bank.start(
-            self.estimate.time,
-            mean,
-            covariance,
-            probabilities=probabilities,
-            inputs=self._inputs,
+            self.estimate.time, mean, covariance, probabilities=probabilities, inputs=self._inputs,
             situation=self._situation,
-        )
+        )  # fmt: skip
         self.estimate = self._bank.estimate()
 
     def _count(self) -> None:

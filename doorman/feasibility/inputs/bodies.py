@@ -12,7 +12,7 @@ import numpy as np
 
 from doorman.arrays import Array
 from doorman.bounds import parse_numbers
-from doorman.feasibility.report import Finding, graded
+from doorman.feasibility.report import Finding, found
 from doorman.kinematics.urdf.shapes import read_collisions
 from doorman.kinematics.urdf.structure import check_structure
 from doorman.model import Model
@@ -43,11 +43,12 @@ class _Body:
         return float((largest - smallest - middle) / largest) if largest > 0.0 else 0.0
 
     @property
-    def gyration(self) -> float:
-        """Radius of gyration, as a share of the size: one of a body within that size is below 1."""
+    def excess(self) -> float:
+        """Radius of gyration as a share of the size, or density as one of osmium's, whichever is larger: a body's is below 1."""
+        largest = max(float(self.moments[2]), 0.0)
         if self.mass <= 0.0:
-            return math.inf if self.moments[2] > 0.0 else 0.0
-        return math.sqrt(max(float(self.moments[2]), 0.0) / self.mass) / self.size
+            return math.inf if largest > 0.0 else 0.0
+        return max(math.sqrt(largest / self.mass) / self.size, self.mass / (_DENSEST * self.size**3))
 
 
 def body_findings(model: Model) -> list[Finding]:
@@ -60,34 +61,30 @@ def body_findings(model: Model) -> list[Finding]:
 def _rigid(bodies: list[_Body]) -> Finding:
     r"""Principal moments of a rigid body are not negative, and fulfil :math:`A + B \ge C`."""
     worst = max(bodies, key=lambda body: body.missing if body.moments[0] >= 0.0 else math.inf)
-    ok = worst.moments[0] >= 0.0 and worst.missing <= _ROUNDING
     smallest, middle, largest = worst.moments
+    ok = smallest >= 0.0 and worst.missing <= _ROUNDING
     words = f"principal moments {smallest:.4g}, {middle:.4g} and {largest:.4g} kg m²"
-    if not ok:
-        fault = "one is negative" if smallest < 0.0 else "in a rigid body none is larger than the sum of the other two"
-        message = f"{worst.where}/inertial/inertia has {words}: {fault}"
-    else:
-        message = (
-            f"all {len(bodies)} links with mass can be rigid bodies; nearest to the limit is {worst.name}, with {words}"
-        )
-    return Finding(
-        "inertias", graded(ok), message, worst.missing, _ROUNDING, "",
-        "" if ok else "give moments about the link's centre of mass with A + B >= C, such as those of a box of its size",
+    fault = "one is negative" if smallest < 0.0 else "in a rigid body none is larger than the sum of the other two"
+    message = (
+        f"all {len(bodies)} links with mass can be rigid bodies; nearest to the limit is {worst.name}, with {words}"
+    )
+    return found(
+        "inertias", ok, message if ok else f"{worst.where}/inertial/inertia has {words}: {fault}", worst.missing, _ROUNDING, "",
+        "give moments about the link's centre of mass with A + B >= C, such as those of a box of its size",
     )  # fmt: skip
 
 
 def _magnitudes(bodies: list[_Body]) -> Finding:
     """No body's radius of gyration is larger than what its URDF describes, and none is denser than osmium."""
-    worst = max(bodies, key=lambda body: max(body.gyration, body.mass / (_DENSEST * body.size**3)))
-    value = max(worst.gyration, worst.mass / (_DENSEST * worst.size**3))
-    ok = value <= 1.0
+    worst = max(bodies, key=lambda body: body.excess)
+    ok = worst.excess <= 1.0
     message = (
         f"{worst.where} has {worst.mass:.4g} kg and {worst.moments[2]:.4g} kg m², and all shapes of its URDF fit into "
         f"{worst.size:.2f} m"
     )
-    return Finding(
-        "magnitudes", graded(ok), message if ok else f"{message}: no body of that size has such values", value, 1.0, "",
-        "" if ok else "check the units: mass in kg, inertia in kg m², lengths in m",
+    return found(
+        "magnitudes", ok, message if ok else f"{message}: no body of that size has such values", worst.excess, 1.0, "",
+        "check the units: mass in kg, inertia in kg m², lengths in m",
     )  # fmt: skip
 
 

@@ -8,13 +8,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
 import pinocchio
 
 from doorman.arrays import Array
-from doorman.feasibility.report import Finding, Severity
+from doorman.feasibility.report import Finding, found, warning_if
 from doorman.kinematics.doors.door import Door
 from doorman.kinematics.urdf.mesh_hull import convex_hull, mesh_triangles, mesh_vertices
 from doorman.kinematics.urdf.shapes import UrdfShape, read_collisions
@@ -34,64 +33,51 @@ _ALIGNED = 1e-3
 """Deviation of a rotation matrix from 0 and 1 up to which a box needs no rotation."""
 
 
-@dataclass(frozen=True, eq=False)
-class _Solid:
-    """A mesh or its hull, in the doorway: along `into`, `along` and `up` from P_h."""
-
-    triangles: Array  # shape (k, 3, 3) [m]
-
-    def depths(self, along: float, up: float) -> Array:
-        """Where a line along `into` passes the surface, in order [m]."""
-        flat = self.triangles[:, :, 1:] - [along, up]
-        near = np.flatnonzero((flat.min(axis=1) <= 0.0).all(axis=1) & (flat.max(axis=1) >= 0.0).all(axis=1))
-        a, b, c = flat[near].swapaxes(0, 1)
-        parts = np.column_stack([_cross(b, c), _cross(c, a), _cross(a, b)])
-        meets = (parts > 0.0).all(axis=1) | (parts < 0.0).all(axis=1)
-        weights = parts[meets] / parts[meets].sum(axis=1, keepdims=True)
-        return np.sort((weights * self.triangles[near[meets], :, 0]).sum(axis=1))
-
-    def fills(self, along: float, up: float, nearest: float, farthest: float) -> bool:
-        """Whether a part of a line is not free: the surface crosses it, or it begins inside."""
-        depths = self.depths(along, up)
-        return bool((depths < nearest).sum() % 2 or ((depths >= nearest) & (depths <= farthest)).any())
+def _depths(triangles: Array, along: float, up: float) -> Array:
+    """Where a line along `into` passes a surface in the doorway, in order [m]; triangles are of shape (k, 3, 3)."""
+    flat = triangles[:, :, 1:] - [along, up]
+    near = np.flatnonzero((flat.min(axis=1) <= 0.0).all(axis=1) & (flat.max(axis=1) >= 0.0).all(axis=1))
+    a, b, c = flat[near].swapaxes(0, 1)
+    parts = np.column_stack([_cross(b, c), _cross(c, a), _cross(a, b)])
+    meets = (parts > 0.0).all(axis=1) | (parts < 0.0).all(axis=1)
+    weights = parts[meets] / parts[meets].sum(axis=1, keepdims=True)
+    return np.sort((weights * triangles[near[meets], :, 0]).sum(axis=1))
 
 
 def hollow_findings(model: Model) -> list[Finding]:
     """Whether the hulls of the door's meshes leave the doorway open where the meshes do; nothing without such meshes."""
     door = model.door
-    shapes = [
-        shape
+    return [
+        _finding(model, shape)
         for shape in read_collisions(door.urdf)
         if shape.kind == "mesh" and door.links[shape.link].joint == 0 and shape.link != door.section.leaf
     ]
-    return [_finding(model, shape) for shape in shapes]
 
 
 def _finding(model: Model, shape: UrdfShape) -> Finding:
-    door = model.door
-    in_doorway = _placement(door, shape)
-    hull = convex_hull(door.urdf, shape)
-    solid = _Solid(_moved(in_doorway, hull.vertices)[hull.triangles])
-    lines = list(_lines(model))
-    parts = [_part(solid, *line) for line in lines]
-    closed = np.array([part is not None for part in parts])
-    mesh = solid
+    door, lines = model.door, list(_lines(model))
+    in_doorway, hull = _placement(door, shape), convex_hull(door.urdf, shape)
+    convex = _moved(in_doorway, hull.vertices)[hull.triangles]
+    parts = [_part(convex, *line) for line in lines]
+    mesh = convex
+    if any(parts):
+        mesh = _moved(in_doorway, mesh_vertices(door.urdf, shape))[mesh_triangles(door.urdf, shape)]
+    closed = np.array([part is not None and not _fills(mesh, *line[:2], *part)
+                       for line, part in zip(lines, parts, strict=True)])  # fmt: skip
+    share, advice = float(closed.mean()), ""
+    verb = "closes the doorway: it is" if closed.any() else "is"
     if closed.any():
-        mesh = _Solid(_moved(in_doorway, mesh_vertices(door.urdf, shape))[mesh_triangles(door.urdf, shape)])
-        filled = [part is not None and mesh.fills(*line[:2], *part) for line, part in zip(lines, parts, strict=True)]
-        closed &= ~np.array(filled)
-    share, what = float(closed.mean()), f"mesh '{shape.file}' of link '{shape.link}'"
-    if not closed.any():
-        message = f"the convex hull of {what} is in the way of 0 of {len(lines)} lines that the mesh leaves free"
-        return Finding(f"hull of {shape.name}", Severity.OK, message, 0.0, 0.0, "")
-    along, up = lines[int(np.flatnonzero(closed)[-1])][:2]
-    boxes = _boxes(mesh, along, up, shape.placement @ np.linalg.inv(in_doorway))
-    return Finding(
-        f"hull of {shape.name}", Severity.ERROR if closed[0] or share >= _MUCH else Severity.WARNING,
-        f"the convex hull of {what} closes the doorway: it is in the way of {closed.sum()} of {len(lines)} lines that the mesh "
-        "leaves free", share, 0.0, "",
-        f"collision shapes are convex: write these lines in link '{shape.link}' instead of the mesh, {' '.join(boxes)}, "
-        "or split it into convex meshes",
+        along, up = lines[int(np.flatnonzero(closed)[-1])][:2]
+        boxes = _boxes(mesh, along, up, shape.placement @ np.linalg.inv(in_doorway))
+        advice = (
+            f"collision shapes are convex: write these lines in link '{shape.link}' instead of the mesh, {' '.join(boxes)}, "
+            "or split it into convex meshes"
+        )
+    return found(
+        f"hull of {shape.name}", not closed.any(),
+        f"the convex hull of mesh '{shape.file}' of link '{shape.link}' {verb} in the way of {closed.sum()} of {len(lines)} "
+        "lines that the mesh leaves free",
+        share, 0.0, "", advice, warning_if(not closed[0] and share < _MUCH),
     )  # fmt: skip
 
 
@@ -117,40 +103,45 @@ def _lines(model: Model) -> Iterator[tuple[float, float, float, float]]:
         yield along, up, -offset - _NEAR, -offset - _THIN if before else -offset + _NEAR
 
 
-def _part(hull: _Solid, along: float, up: float, nearest: float, farthest: float) -> tuple[float, float] | None:
+def _part(hull: Array, along: float, up: float, nearest: float, farthest: float) -> tuple[float, float] | None:
     """Part of a line that a hull takes, from and to [m]."""
-    depths = hull.depths(along, up)
+    depths = _depths(hull, along, up)
     if len(depths) < 2:
         return None
     first, last = max(float(depths[0]), nearest), min(float(depths[-1]), farthest)
     return (first, last) if last - first > _THIN else None
 
 
-def _boxes(mesh: _Solid, along: float, up: float, link: Array) -> list[str]:
+def _fills(mesh: Array, along: float, up: float, nearest: float, farthest: float) -> bool:
+    """Whether a part of a line is not free: the surface crosses it, or it begins inside."""
+    depths = _depths(mesh, along, up)
+    return bool((depths < nearest).sum() % 2 or ((depths >= nearest) & (depths <= farthest)).any())
+
+
+def _boxes(mesh: Array, along: float, up: float, link: Array) -> list[str]:
     """What is beside, above and below a free line, as boxes of a link; `link`: from the doorway to it, shape (4, 4)."""
-    lowest, highest = mesh.triangles.min(axis=(0, 1)), mesh.triangles.max(axis=(0, 1))
-    (_, left, bottom), (_, right, top) = lowest.tolist(), highest.tolist()
-    inner_left, inner_right = (_edge(mesh, (along, up), (end, up)) for end in (left, right))
-    inner_bottom, inner_top = (_edge(mesh, (along, up), (along, end)) for end in (bottom, top))
+    (back, left, bottom), (front, right, top) = mesh.min(axis=(0, 1)).tolist(), mesh.max(axis=(0, 1)).tolist()
+    inner_left, inner_right = (_edge(mesh, (along, up), (end, up))[0] for end in (left, right))
+    inner_bottom, inner_top = (_edge(mesh, (along, up), (along, end))[1] for end in (bottom, top))
     sides = [
-        (left, inner_left[0], bottom, top), (inner_right[0], right, bottom, top),
-        (inner_left[0], inner_right[0], inner_top[1], top), (inner_left[0], inner_right[0], bottom, inner_bottom[1]),
+        (left, inner_left, bottom, top), (inner_right, right, bottom, top),
+        (inner_left, inner_right, inner_top, top), (inner_left, inner_right, bottom, inner_bottom),
     ]  # fmt: skip
-    found = []
+    boxes = []
     for a, b, low, high in sides:
-        size = np.array([highest[0] - lowest[0], b - a, high - low])
+        corners = np.array([[back, a, low], [front, b, high]])
+        size = corners[1] - corners[0]
         if size.min() > _THIN:
-            center = np.array([0.5 * (lowest[0] + highest[0]), 0.5 * (a + b), 0.5 * (low + high)])
-            found.append(_box(link, center, size))
-    return found
+            boxes.append(_box(link, corners.mean(axis=0), size))
+    return boxes
 
 
-def _edge(mesh: _Solid, free: tuple[float, float], end: tuple[float, float]) -> tuple[float, float]:
+def _edge(mesh: Array, free: tuple[float, float], end: tuple[float, float]) -> tuple[float, float]:
     """Where the mesh begins on the way from a free line to the mesh's end, along and up [m]."""
     inside, outside = np.array(free), np.array(end)
     for _ in range(_HALVINGS):
         middle = 0.5 * (inside + outside)
-        inside, outside = (inside, middle) if len(mesh.depths(*middle)) else (middle, outside)
+        inside, outside = (inside, middle) if len(_depths(mesh, *middle)) else (middle, outside)
     along, up = (0.5 * (inside + outside)).round(3).tolist()
     return along, up
 

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Collection
 
 import numpy as np
 
 from doorman.collision.rows.jambs import JAMBS
-from doorman.collision.rows.leaf import LEAF
-from doorman.collision.rows.wall import WALL
-from doorman.feasibility.report import Finding, Severity, graded
+from doorman.collision.rows.plane import LEAF, WALL
+from doorman.feasibility.report import Finding, Severity, found, warning_if
+from doorman.feasibility.swing.rehearsal import DURATION, scaled
 from doorman.feasibility.swing.room import Swing, best_swing
 from doorman.model import Model
 from doorman.planning.limits import largest_push
@@ -20,48 +21,50 @@ _TRACKING = 0.01
 """Room beyond the planner's margin for tracking errors, of the shipped vehicle [m]."""
 
 
-def geometry_findings(model: Model, duration: float) -> list[Finding]:
+def geometry_findings(model: Model) -> list[Finding]:
+    """What needs no plan: reach, room, force and time."""
     without_jambs = np.arange(len(model.vehicle.point_names) + 1)
     return [
         _reach(model, best_swing(model, without_jambs)),
         _room(model, best_swing(model)),
-        _force(model, duration),
+        _force(model),
         _time(model),
     ]
 
 
 def shortest_swing(model: Model) -> float:
     r"""Time of the swing at the largest push, to the middle and back to rest: :math:`2\sqrt{I\,|\Delta\alpha| / (F D_V)}`."""
-    lever, way = model.coupling.lever_length, abs(model.goal_angle - model.start_angle)
+    lever = model.coupling.lever_length
     torque = largest_push(model, model.scenario.control.max_tilt) * lever
     moving = model.door.inertia + model.vehicle.mass * lever**2
-    return 2.0 * math.sqrt(moving * way / torque) if torque > 0.0 else math.inf
+    return 2.0 * math.sqrt(moving * model.travel.length / torque) if torque > 0.0 else math.inf
 
 
-def force_needed(model: Model, duration: float) -> float:
-    """Force at the tip that moves the door steadily from start to goal, by the hinge that the planner knows [N].
+def force_needed(model: Model) -> float:
+    """Force at the tip that moves the door steadily from start to goal in `DURATION`, by the planner's hinge [N].
 
     Unknown friction may be the largest. A grip also holds a leaf that its weight drives on, as far as its friction does
     not.
     """
     travel, door = model.travel, model.door
-    rate, way = travel.ahead(travel.length) / duration, np.linspace(travel.start, travel.goal, 30)
-    unknown = 0.0 if model.friction.known else model.friction.largest
+    rate, way = travel.ahead(travel.length) / scaled(DURATION, model), np.linspace(travel.start, travel.goal, 30)
+    unknown = door.stiction + (0.0 if model.friction.known else model.friction.largest)
     torques = [travel.ahead(door.hinge_torque(angle, rate)) + unknown for angle in way]
-    driven = -min(travel.ahead(door.weight_torque(angle)) for angle in way) - door.friction
-    held = model.contact.tied * driven
     if door.in_plane:
-        return max(
-            _force_in_plane(model, angle, torque + door.stiction) for angle, torque in zip(way, torques, strict=True)
-        )
-    return max(0.0, max(torques) + door.stiction, held) / model.coupling.lever_length
+        return max(_force_in_plane(model, angle, torque) for angle, torque in zip(way, torques, strict=True))
+    driven = -min(travel.ahead(door.weight_torque(angle)) for angle in way) - door.friction
+    return max(0.0, *torques, model.contact.tied * driven) / model.coupling.lever_length
+
+
+def yaw_force(model: Model) -> float:
+    """Force to the side that the vehicle's yaw torque makes at the tip [N]."""
+    return yaw_torque(model) / math.hypot(*model.vehicle.tip_position(model.start_arm)[:2])
 
 
 def _force_in_plane(model: Model, door_angle: float, torque: float) -> float:
     """Force up or down that makes a torque in a lever's joint: one to the side turns a vehicle whose tip is ahead of it [N]."""
     lever = model.door.lever(door_angle, model.coupling.distance_from_hinge)
-    aside = yaw_torque(model) / math.hypot(*model.vehicle.tip_position(model.start_arm)[:2])
-    left = abs(torque) - aside * math.hypot(float(lever[0]), float(lever[1]))
+    left = abs(torque) - yaw_force(model) * math.hypot(float(lever[0]), float(lever[1]))
     if left <= 0.0:
         return 0.0
     return left / abs(float(lever[2])) if lever[2] else math.inf
@@ -70,14 +73,13 @@ def _force_in_plane(model: Model, door_angle: float, torque: float) -> float:
 def _reach(model: Model, swing: Swing) -> Finding:
     """Whether the arm, hanging below the rotors, holds the disc off the leaf; `swing` over rows without the jambs."""
     margin, room = model.scenario.planner.margin, float(swing.room[swing.narrowest])
-    ok = room >= margin
-    return Finding(
-        "reach", graded(ok),
+    return found(
+        "reach", room >= margin,
         f"with the arm below the rotors, the tip reaches {1e2 * abs(room):.1f} cm {'beyond' if room >= 0 else 'less than'} "
         f"the rim of the disc of {model.vehicle.radius:.2f} m radius; planner.margin is {1e2 * margin:.1f} cm",
         room, margin, "m",
-        "" if ok else f"use an arm longer by at least {1e2 * (margin - room):.1f} cm, a smaller disc (vehicle.radius) "
-        "or a smaller planner.margin",
+        f"use an arm longer by at least {1e2 * (margin - room):.1f} cm, a smaller disc (vehicle.radius) or a smaller "
+        "planner.margin",
     )  # fmt: skip
 
 
@@ -85,58 +87,52 @@ def _room(model: Model, swing: Swing) -> Finding:
     """Whether a level posture inside the constraints exists at every door angle, connected to its neighbours."""
     margin, k = model.scenario.planner.margin, swing.narrowest
     room, angle = float(swing.room[k]), model.door.in_words(float(swing.door_angles[k]), 0)
-    rows = " and ".join(f"'{model.constraint_names[row]}'" for row in swing.binding[k])
-    missing = (
-        f"breaks a constraint by {-1e2 * room:.1f} cm"
-        if room < 0.0
-        else f"keeps {1e2 * room:.1f} cm from all constraints"
-    )
+    names = [model.constraint_names[row] for row in swing.binding[k]]
+    keeps = f"keeps {1e2 * room:.1f} cm from all constraints"
     message = (
-        f"at {'' if model.door.slides else 'α = '}{angle}, the narrowest place of the way, the best posture {missing}, "
-        f"where planner.margin is {1e2 * margin:.1f} cm; the narrowest {'are' if len(swing.binding[k]) > 1 else 'is'} {rows}"
+        f"at {'' if model.door.slides else 'α = '}{angle}, the narrowest place of the way, the best posture "
+        f"{keeps if room >= 0.0 else f'breaks a constraint by {-1e2 * room:.1f} cm'}, where planner.margin is "
+        f"{1e2 * margin:.1f} cm; the narrowest {'are' if len(names) > 1 else 'is'} {' and '.join(map(repr, names))}"
     )
-    ok, advice = room >= margin and swing.connected, ""
+    more, tracking = f"use {room_to_gain(names)}", _TRACKING * model.scale.length
     if room < margin:
-        advice = f"{1e2 * (margin - room):.1f} cm are missing: use {_where_to_gain(model, swing.binding[k])}"
-    elif not ok:
+        more, worse = f"{1e2 * (margin - room):.1f} cm are missing: {more}", Severity.ERROR
+    elif not swing.connected:
         message += "; the way there from the start's posture has a jump"
-        advice = "choose another start.arm"
-    tracking = _TRACKING * model.scale.length
-    tight = ok and room < margin + tracking
-    if tight:
+        more, worse = "choose another start.arm", Severity.ERROR
+    else:
+        more, worse = f"fly it in simulation first, or {more}", Severity.WARNING
+    ok = worse is Severity.WARNING and room >= margin + tracking
+    if not ok and worse is Severity.WARNING:
         message += f"; tracking errors of {1e2 * tracking:.1f} cm come on top of that"
-        advice = f"fly it in simulation first, or use {_where_to_gain(model, swing.binding[k])}"
-    severity = Severity.WARNING if tight else graded(ok)
-    return Finding("room along the swing", severity, message, room, margin, "m", advice)
+    return found("room along the swing", ok, message, room, margin, "m", more, worse)
 
 
-def _where_to_gain(model: Model, binding: tuple[int, ...]) -> str:
-    names, (latch, hinge) = {model.constraint_names[row] for row in binding}, JAMBS
-    ways = []
-    if latch in names:
-        ways.append("a smaller contact.distance_from_hinge")
-    if hinge in names or WALL in names:
-        ways.append("a larger contact.distance_from_hinge")
-    if latch in names or hinge in names:
-        ways.append("a wider doorway")
-    if LEAF in names:
-        ways.append("a longer arm")
-    return ", ".join([*ways, "a smaller disc (vehicle.radius) or a smaller planner.margin"])
+def room_to_gain(names: Collection[str]) -> str:
+    """What gives room where these constraints bind."""
+    latch, hinge = (jamb in names for jamb in JAMBS)
+    ways = {
+        "another contact.distance_from_hinge": latch and hinge,
+        "a smaller contact.distance_from_hinge": latch and not hinge,
+        "a larger contact.distance_from_hinge": not latch and (hinge or WALL in names),
+        "a wider doorway": latch or hinge,
+        "a longer arm": LEAF in names,
+        "a smaller disc (vehicle.radius) or a smaller planner.margin": True,
+    }
+    return ", ".join(way for way, helps in ways.items() if helps)
 
 
-def _force(model: Model, duration: float) -> Finding:
+def _force(model: Model) -> Finding:
     """Force that moves the door steadily through the swing in a given time, against what tilt and thrust can give."""
-    needed, tilt = force_needed(model, duration), model.scenario.control.max_tilt
+    needed, tilt = force_needed(model), model.scenario.control.max_tilt
     available = largest_push(model, tilt)
-    severity = graded(needed <= _FORCE_RESERVE * available, Severity.WARNING if needed < available else Severity.ERROR)
     by_tilt = available < largest_push(model, math.pi / 2)
     what = f"the tilt limit of {math.degrees(tilt):.0f}°" if by_tilt else "the largest thrust"
-    return Finding(
-        "force on the door", severity,
+    return found(
+        "force on the door", needed <= _FORCE_RESERVE * available,
         f"friction, damping and spring of the hinge need {needed:.1f} N at the tip; {what} allows {available:.1f} N",
-        needed, available, "N",
-        "" if severity is Severity.OK else "raise contact.distance_from_hinge, control.max_tilt or the thrust, "
-        "or an easier hinge",
+        needed, available, "N", "raise contact.distance_from_hinge, control.max_tilt or the thrust, or an easier hinge",
+        warning_if(needed < available),
     )  # fmt: skip
 
 
@@ -148,11 +144,9 @@ def inertia_in_words(model: Model) -> str:
 def _time(model: Model) -> Finding:
     """Time that the inertia of leaf and vehicle takes at least, against the mission's patience."""
     least, limit = shortest_swing(model), model.scenario.mission.time_out.open
-    ok = least <= limit
-    return Finding(
-        "time for the swing", graded(ok),
+    return found(
+        "time for the swing", least <= limit,
         f"{inertia_in_words(model)} of leaf take {least:.1f} s at the largest push; the mission waits for {limit:g} s",
         least, limit, "s",
-        "" if ok else "use a lighter leaf, a larger contact.distance_from_hinge or control.max_tilt, or a longer "
-        "mission.time_out.open",
+        "use a lighter leaf, a larger contact.distance_from_hinge or control.max_tilt, or a longer mission.time_out.open",
     )  # fmt: skip

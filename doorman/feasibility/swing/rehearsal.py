@@ -53,7 +53,6 @@ class Rehearsal:
     inputs: Array  # reduced, [f_t, Ω, Ḣ_d], at each state, shape (m, 4 + n); the last is repeated
     normal_forces: Array
     """Force of the tip on the leaf along its normal, by the planner's model, at each state, shape (m,) [N]."""
-    unusable_plans: int  # plans that the planner itself calls not to be flown
     failure: str  # why the rehearsal broke off; empty if it ran to its end
 
     @property
@@ -115,14 +114,13 @@ def rehearse(model: Model, duration: float | None = None) -> Rehearsal:
     least = scaled(DURATION, model) if duration is None else duration
     duration = scaled(LONGEST, model) if duration is None else duration
     states, inputs = [planning.state(_begun(model), np.zeros(3))], []
-    flown, ahead, unusable, failure = None, 0, 0, ""
+    flown, ahead, failure = None, 0, ""
     for _ in range(max(1, math.ceil(duration / time_step))):
         try:
             plan = planner.plan(states[-1]) if flown is None else planner.replan(states[-1], elapsed=time_step)
         except SingularityError as error:
             failure = str(error)
             break
-        unusable += not plan.flyable
         flown, ahead = (plan, 0) if plan.flyable else (flown, ahead + 1)
         if flown is None or ahead >= len(flown.inputs):
             failure = f"no plan that may be flown ({plan.status.value})"
@@ -141,4 +139,4 @@ def rehearse(model: Model, duration: float | None = None) -> Rehearsal:
     times = np.arange(len(states), dtype=np.float64) * time_step
     moved, acted = np.array(states), np.array(inputs)
     forces = planning.normal_forces(planning.numbers, moved, acted)
-    return Rehearsal(times, *planning.reduced(moved, acted), forces, unusable, failure)
+    return Rehearsal(times, *planning.reduced(moved, acted), forces, failure)

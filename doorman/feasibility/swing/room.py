@@ -19,6 +19,7 @@ from doorman.model import Model
 from doorman.postures.minimax import minimise_largest
 
 ACTIVE = 1e-3
+_SPACING = math.radians(5.0)
 _RELATIVE_YAWS = (0.0, 0.6, -0.6, 1.2, -1.2)
 _SEARCHED = 4
 """Starting points that are searched from, of all that are tried: those that violate least."""
@@ -41,11 +42,11 @@ class Swing:
         return int(np.argmin(self.room))
 
 
-def best_swing(model: Model, rows: NDArray[np.int64] | None = None, spacing: float = math.radians(5.0)) -> Swing:
+def best_swing(model: Model, rows: NDArray[np.int64] | None = None) -> Swing:
     """Follow the best level posture from the start's door angle to the goal's."""
     rows = np.arange(model.n_constraints) if rows is None else rows
     start, goal = model.start_angle, model.goal_angle
-    angles = np.linspace(start, goal, max(2, math.ceil(abs(goal - start) / spacing) + 1))
+    angles = np.linspace(start, goal, max(2, math.ceil(abs(goal - start) / _SPACING) + 1))
     state = model.start_state.copy()
     state[5:] = np.clip(state[5:], model.vehicle.lower_limits, model.vehicle.upper_limits)
     states, room, binding, connected = [], [], [], True

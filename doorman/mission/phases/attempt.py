@@ -27,7 +27,7 @@ class Attempt:
         """Rate of the door that plans make [rad/s]."""
         self.touch_force = RESTING * model.scale.force
         """With which the tip presses after the touch [N]."""
-        self.leaf = AtTheLeaf(model, converter)
+        self.leaf = AtTheLeaf(model)
         self.opening = Opening(model, schedule)
         through = self.settings.then == "through" and has_doorway(model)
         self.passage = Passage(model) if through else None

@@ -25,7 +25,7 @@ class Hold(MissionPhase):
         super().__init__(attempt, estimate, before)
         self._goal = attempt.model.goal_angle
         self._waits = False
-        self._open_at = self.entered
+        self._open_at = self._rests_at = self.entered
         attempt.opening.resume(estimate.time)
 
     def step(self, estimate: Estimate, body_rates: Array, time_step: float) -> tuple[Setpoint, Then]:
@@ -47,7 +47,8 @@ class Hold(MissionPhase):
             if is_open and held >= settings.time_out.hold:
                 return GiveUp(f"the door did not stay by itself, and the vehicle let go after {held:.0f} s")
             return None
-        if held < settings.hold_open * (1.0 if is_open and estimate.rests else _PATIENCE):
+        self._rests_at = self._rests_at if is_open and estimate.rests else estimate.time
+        if estimate.time - self._rests_at < settings.hold_open and held < settings.hold_open * _PATIENCE:
             return None
         if not is_open:
             return GiveUp(f"the door could not be held at the goal, and is at {angle}", for_good=False)

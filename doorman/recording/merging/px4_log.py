@@ -8,26 +8,15 @@ from __future__ import annotations
 
 import re
 import struct
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from doorman.arrays import Array
 from doorman.bounds import DEEPEST, LARGEST_LOG, read_bytes
 from doorman.exceptions import RecordingError
-from doorman.recording.merging.flight_log import (
-    MICRO,
-    FlightLog,
-    LogRows,
-    LogTopic,
-    from_forward_right_down,
-    texts,
-    timed_topics,
-)
+from doorman.recording.merging.flight_log import FlightLog, LogRows, flight_log, texts
 
 _FILE_HEAD = 16
 _HEAD = struct.Struct("<HB")
@@ -50,12 +39,6 @@ _SEARCHED = 1 << 20
 """Behind damage, byte by byte [bytes]; farther on, reading resumes at PX4's own marks."""
 _MARK = _HEAD.pack(8, ord("S")) + b"\x2f\x73\x13\x20\x25\x0c\xbb\x12"
 _LEVELS = ("EMERGENCY", "ALERT", "CRITICAL", "ERROR", "WARNING", "NOTICE", "INFO", "DEBUG")
-_RATES = (
-    ("vehicle_angular_velocity", "xyz"),
-    ("sensor_combined", "gyro_rad"),
-    ("vehicle_angular_velocity_groundtruth", "xyz"),
-)
-"""Topics with body rates and their field, the best first."""
 
 
 @dataclass
@@ -80,11 +63,7 @@ def read_px4_log(file: Path) -> FlightLog:
     if found.words:
         stamps, words = zip(*found.words, strict=True)
         logged["px4/logged_messages"] = LogRows(np.array(stamps, dtype=np.uint64), {"message": texts(words)})
-    if not logged:
-        raise RecordingError("not a readable ULog: no message in it has a time", file=file)
-    topics, damaged = timed_topics(logged)
-    damaged |= {"the file": found.bad} if found.bad else {}
-    return FlightLog("px4", topics, *_rates(topics), _companion_offsets(topics), damaged)
+    return flight_log("px4", file, logged, found.bad)
 
 
 class _Reader:
@@ -106,7 +85,9 @@ class _Reader:
                 return start
         found = None
         if end is not None and self._fits(place, end):
-            found = None if self._makes_sense(end) else self._search(place + 1)
+            follows = self._end(end)
+            sane = end == len(self._content) or (follows is not None and self._fits(end, follows))
+            found = None if sane else self._search(place + 1)
             if found is None or found >= end:  # else it has swallowed a whole one
                 self.bad += not self._take(self._content[place + 2], self._content[place + _HEAD.size : end])
                 return end
@@ -131,10 +112,6 @@ class _Reader:
             return logged is not None and logged.dtype.itemsize <= end - body - 2 <= logged.largest
         return kind in _KINDS and end > body and (kind != ord("S") or self._content[place:end] == _MARK)
 
-    def _makes_sense(self, place: int) -> bool:
-        end = self._end(place)
-        return place == len(self._content) or (end is not None and self._fits(place, end))
-
     def _is_one(self, place: int) -> bool:
         """Whether a message stands there beyond doubt: its content says so too."""
         end = self._end(place)
@@ -158,7 +135,10 @@ class _Reader:
             logged = self.logged[int.from_bytes(body[:2], "little")]
             logged.messages.append(body[2 : 2 + logged.dtype.itemsize])
         elif kind == ord("F"):
-            return self._learn(body.decode(errors="replace"))
+            text = body.decode(errors="replace")
+            if (fields := _fields_of(text)) is None:
+                return False
+            self._formats[text.partition(":")[0]] = fields
         elif kind == ord("A"):
             return self._subscribe(body)
         elif kind == ord("L") and len(body) > 9:
@@ -167,12 +147,6 @@ class _Reader:
         elif kind == ord("B") and len(body) >= 40 and body[8] & 1:
             self._appended = [start for start in struct.unpack_from("<3Q", body, 16) if start > _FILE_HEAD]
         return True
-
-    def _learn(self, text: str) -> bool:
-        fields = _fields_of(text)
-        if fields is not None:
-            self._formats[text.partition(":")[0]] = fields
-        return fields is not None
 
     def _subscribe(self, body: bytes) -> bool:
         """Take in under which number a topic is logged."""
@@ -211,19 +185,3 @@ def _fields_of(text: str) -> list[tuple[str, int | None, str]] | None:
     found = _FORMAT.fullmatch(text)
     fields = [_FIELD.fullmatch(part) for part in found[2].split(";") if part] if found else [None]
     return None if None in fields else [(one[1], int(one[2]) if one[2] else None, one[3]) for one in fields if one]
-
-
-def _rates(topics: Mapping[str, LogTopic]) -> tuple[Array, Array]:
-    for name, one in _RATES:
-        topic = topics.get(f"px4/{name}_0")
-        if topic is not None and one in topic.fields and topic.fields[one].shape[1:] == (3,):
-            return topic.time, from_forward_right_down(topic.fields[one])
-    return np.empty(0), np.empty((0, 3))
-
-
-def _companion_offsets(topics: Mapping[str, LogTopic]) -> NDArray[np.float64]:
-    topic = topics.get("px4/timesync_status_0")
-    if topic is None or "estimated_offset" not in topic.fields:
-        return np.empty(0)
-    offsets = topic.fields["estimated_offset"].astype(np.float64) * MICRO
-    return np.asarray(offsets[offsets != 0.0])

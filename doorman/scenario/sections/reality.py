@@ -5,12 +5,13 @@ from __future__ import annotations
 import copy
 import functools
 import tomllib
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from typing import Any, Literal, get_args
 
 from pydantic import BaseModel
 
 from doorman.resources import scenario_directory, shipped
+from doorman.scenario.dotted import leaves, put
 from doorman.scenario.sections.campaign import distributions
 from doorman.scenario.values import Section
 
@@ -30,25 +31,21 @@ class RealitySection(Section):
 
 def under(tables: Any) -> Any:
     """The tables of a scenario with those of its preset beneath them."""
-    reality = _table(tables.get("reality")) if isinstance(tables, Mapping) else None
-    preset = None if reality is None else reality.get("preset")
-    if preset not in get_args(Preset):
-        return tables
-    base = copy.deepcopy(_read(str(preset)))
-    given = {name: _as_table(value) for name, value in tables.items()}
-    campaign = given.setdefault("campaign", {})
-    if not isinstance(campaign, dict):
-        return tables
-    named = {key for key, _ in _leaves(given)}
-    for key, value in _leaves(base["simulation"], "simulation."):
+    given = _as_table(tables)
+    match given:
+        case {"reality": {"preset": str(preset)}} if preset in get_args(Preset):
+            base = copy.deepcopy(_read(preset))
+        case _:
+            return tables
+    named = {key for key, _ in leaves(given)}
+    for key, value in leaves(base["simulation"], "simulation."):
         if key not in named:
-            _set(given, key, value)
-    vary = campaign.setdefault(_VARY, {})
+            put(given, key, value)  # where a table is none, its own check says so
+    campaign = given.setdefault("campaign", {})
+    vary = campaign.setdefault(_VARY, {}) if isinstance(campaign, dict) else None
     if isinstance(vary, dict):
-        drawn = distributions(vary)
-        for key, distribution in distributions(base[_VARY]).items():
-            if key not in named and key not in drawn:
-                vary[key] = distribution
+        drawn = named | set(distributions(vary))
+        vary |= {key: value for key, value in distributions(base[_VARY]).items() if key not in drawn}
     return given
 
 
@@ -58,32 +55,8 @@ def _read(preset: str) -> dict[str, Any]:
     return tomllib.loads(path.read_text(encoding="utf-8"))
 
 
-def _table(value: Any) -> Mapping[str, Any] | None:
-    table = _as_table(value)
-    return table if isinstance(table, Mapping) else None
-
-
 def _as_table(value: Any) -> Any:
     """A section as the table of what was set in it; a table as a copy of its own."""
     if isinstance(value, BaseModel):
         value = value.model_dump(exclude_unset=True)
     return {key: _as_table(item) for key, item in value.items()} if isinstance(value, Mapping) else value
-
-
-def _leaves(tables: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
-    """Values by dotted key."""
-    for name, value in tables.items():
-        if isinstance(value, Mapping):
-            yield from _leaves(value, f"{prefix}{name}.")
-        else:
-            yield prefix + name, value
-
-
-def _set(tables: dict[str, Any], key: str, value: Any) -> None:
-    """Set a dotted key; where a table is none, its own check says so."""
-    *sections, last = key.split(".")
-    for section in sections:
-        tables = tables.setdefault(section, {})
-        if not isinstance(tables, dict):
-            return
-    tables[last] = value

@@ -25,8 +25,6 @@ DeadTime = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=0.3
 """After which a set point begins to act [s]."""
 Catch = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=100)]
 """Torque of seal or latch [N m]: 100 N m are more than any vehicle here pushes with."""
-FirstDegrees = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0.002, le=0.35)]
-"""Opening up to which a seal or a latch acts, 0.1 to 20 degrees [rad]."""
 
 
 class NoiseSection(Section):

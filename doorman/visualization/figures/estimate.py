@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from doorman.arrays import Array
+from doorman.control.estimation.replay import LeafReplay
 from doorman.estimation.leaf.numbers import JOINT
-from doorman.estimation.leaf.replay import LeafReplay
 from doorman.model import Model
 from doorman.recording import Recording
 from doorman.visualization.style import BLACK, BLUE, CYCLE, Figure, flight_name

@@ -47,7 +47,9 @@ def visual_shapes(path: Path) -> tuple[VisualShape, ...]:
     for link in (str(link.get("name")) for link in root.findall("link")):
         own = [(shape, visual) for shape, visual in written if shape.link == link]
         primitives = [_primitive(path, shape, visual, named) for shape, visual in own if shape.kind != "mesh"]
-        shapes += primitives if primitives or not own else _rods(link, _joints_carried(root, link))
+        carried = [joint.find("origin") for joint in root.findall("joint") if joint.find("parent").get("link") == link]  # type: ignore[union-attr]
+        ends = [np.array(parse_numbers(one.get("xyz", "0 0 0"))) for one in carried if one is not None]
+        shapes += primitives if primitives or not own else _rods(link, ends)
     return tuple(shapes)
 
 
@@ -72,12 +74,6 @@ def _color(path: Path, material: ElementTree.Element) -> Color | None:
             allowed="four numbers from 0 to 1",
         ) from error  # fmt: skip
     return red, green, blue, opacity
-
-
-def _joints_carried(root: ElementTree.Element, link: str) -> list[Array]:
-    """Where the joints are that hang on a link, each of shape (3,), in the link [m]."""
-    origins = [joint.find("origin") for joint in root.findall("joint") if joint.find("parent").get("link") == link]  # type: ignore[union-attr]
-    return [np.array(parse_numbers(one.get("xyz", "0 0 0"))) for one in origins if one is not None]
 
 
 def _rods(link: str, ends: Sequence[Array]) -> list[VisualShape]:

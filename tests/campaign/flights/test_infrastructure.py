@@ -22,7 +22,7 @@ from doorman.campaign import Campaign, running
 from doorman.campaign.flights import flight_process, flight_program
 from doorman.campaign.flights.orders import digests, order_of, packed, software
 from doorman.campaign.folder import read_not_flown
-from doorman.campaign.results import read_parts, row_of, write_part
+from doorman.campaign.results import read_parts
 from doorman.cli import app
 from doorman.exceptions import DoormanError
 from doorman.flown import carried_files
@@ -92,15 +92,6 @@ def test_a_cluster_that_flies_nothing_ends_the_campaign(task: Path, tmp_path: Pa
     assert len(ordered) < 30
 
 
-def test_a_cluster_that_loses_every_second_flight_goes_on(task: Path, tmp_path: Path, monkeypatch) -> None:
-    def answers(order: dict[str, Any]) -> dict[str, Any]:
-        first = ordered.count(order["run"]) == 1
-        return flight_process.lost("no memory") if first else flight_process.failed("flown")
-
-    ordered = flown_by(monkeypatch, answers)
-    assert len(running.run_campaign(Campaign(str(task)), tmp_path, runs=30, workers=1)) == 30
-
-
 def order(task: Path) -> tuple[dict[str, Any], dict[str, str]]:
     flight = Campaign(str(task)).flight(0)
     files = carried_files(flight.scenario)
@@ -131,7 +122,7 @@ def test_faults_of_the_machine_are_not_the_flights(task: Path, tmp_path: Path, m
     def broken(*_: object, **__: object) -> None:
         raise fault
 
-    monkeypatch.setattr(flight_program, "simulate", broken)
+    monkeypatch.setattr(flight_program, "prepare", broken)
     assert flight_program.answer(given | {"prepare": True, "contents": contents})["lost"]
     monkeypatch.setattr(flight_program, "simulate", lambda *_, **__: 1 / 0)
     assert not flight_program.answer(given)["lost"]
@@ -156,12 +147,11 @@ def test_a_campaign_flies_with_the_clients_own_files(task: Path, tmp_path: Path)
     assert scenario.door_urdf.read_bytes() == door.encode() and scenario.door_urdf.parent == tmp_path / "worker"
 
 
-@pytest.mark.parametrize("content", [b"", b"PAR1", b"PAR1 not really PAR1"])
-def test_a_damaged_row_is_flown_again(task: Path, tmp_path: Path, monkeypatch, caplog, content: bytes) -> None:
+def test_a_damaged_row_is_flown_again(task: Path, tmp_path: Path, monkeypatch, caplog) -> None:
     flown_by(monkeypatch, lambda order: flight_process.failed("flown"))
     campaign = Campaign(str(task))
     running.run_campaign(campaign, tmp_path, runs=3, workers=1)
-    (tmp_path / "runs" / "run-0000001.parquet").write_bytes(content)
+    (tmp_path / "runs" / "run-0000001.parquet").write_bytes(b"PAR1 not really PAR1")
     ordered = flown_by(monkeypatch, lambda order: flight_process.failed("flown again"))
     rows = running.run_campaign(campaign, tmp_path, runs=3, workers=1)
     assert ordered == [1] and [row["error"] for row in rows] == ["flown", "flown again", "flown"]
@@ -252,8 +242,3 @@ def test_a_killed_client_leaves_no_process_on_the_cluster(task: Path, tmp_path: 
         client.wait()
         _, left = psutil.wait_procs(processes, timeout=10.0)
         assert not left
-
-
-def test_a_row_that_was_judged_before_stays(campaign: Campaign, tmp_path: Path) -> None:
-    write_part(row_of(campaign.flight(0), flight_process.failed("x")), tmp_path)
-    assert set(read_parts(tmp_path)) == {0}

@@ -95,16 +95,8 @@ def test_the_command_reports_what_was_flown(task, flown):
     assert json.loads(as_json.stdout)["all"]["runs"] == 5
 
 
-@pytest.mark.parametrize(
-    ("words", "field"),
-    [
-        (["--workers", "2", "--scheduler", "tcp://127.0.0.1:1"], "--workers"),
-        (["--set", "campaign.vary.a.b=3"], "campaign.vary"),
-        (["--set", "planner.rate=-1.0"], "planner.rate"),
-    ],
-)
-def test_bad_input_is_told_in_one_line(task, tmp_path, words, field):
+def test_a_cluster_has_its_own_workers(task, tmp_path):
+    words = ["--workers", "2", "--scheduler", "tcp://127.0.0.1:1"]
     outcome = CliRunner().invoke(app, ["campaign", str(task), "--out", str(tmp_path / "out"), *words])
     assert outcome.exit_code == 2
-    assert field in outcome.stderr and "Traceback" not in outcome.output
-    assert len(outcome.stderr.splitlines()) == 1
+    assert "--workers" in outcome.stderr and len(outcome.stderr.splitlines()) == 1

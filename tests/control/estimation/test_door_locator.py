@@ -113,7 +113,8 @@ def seen_at(model: Model, time: float, offset: tuple[float, float], yaw: float, 
 def test_a_frame_that_was_found_says_where_a_pushed_door_stands() -> None:
     model = model_of("push")
     door = model.door
-    locator = DoorLocator(model, seen_at(model, 0.0, (0.02, -0.01), 0.03))
+    locator = DoorLocator(model)
+    locator.known = seen_at(model, 0.0, (0.02, -0.01), 0.03)
     there = measured(model, door.hinge_position + np.array([0.02, -0.01, 0.0]), 0.0)
     for k in range(1000):  # little by little
         locator.update(replace(there, time=TICK * k), False, False, TICK)
@@ -134,7 +135,8 @@ def test_the_deviation_of_the_angle_is_that_of_what_it_is_measured_against(
     locator = DoorLocator(model)
     locator.update(measured(model, door.hinge_position, 0.0), True, False, TICK)
     assert math.isnan(locator.angle_deviation(angle))
-    locator = DoorLocator(model, seen_at(model, 0.0, (0.0, 0.0), 0.0))
+    locator = DoorLocator(model)
+    locator.known = seen_at(model, 0.0, (0.0, 0.0), 0.0)
     locator.update(measured(model, door.hinge_position, 0.0), True, False, TICK)
     away, angles = lever * door.leaf_direction(angle), []
     for x, y, yaw in rng.normal(size=(2000, 3)) * [0.002, 0.002, 0.003]:
@@ -145,7 +147,8 @@ def test_the_deviation_of_the_angle_is_that_of_what_it_is_measured_against(
 
 def test_the_deviation_of_the_angle_grows_as_the_frame_of_the_poses_walks() -> None:
     model = model_of("push", estimation__frame_walk=0.001)
-    locator, angle = DoorLocator(model, seen_at(model, 25.0, (0.0, 0.0), 0.0, walk=0.001)), 0.6
+    locator, angle = DoorLocator(model), 0.6
+    locator.known = seen_at(model, 25.0, (0.0, 0.0), 0.0, walk=0.001)
     here = measured(model, model.door.hinge_position, 0.0)
     locator.update(here, False, False, TICK)
     walked = math.hypot(0.002, 0.005)

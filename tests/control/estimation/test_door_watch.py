@@ -85,13 +85,6 @@ def test_one_that_ends_is_told_and_one_that_comes_back_is_believed():
 def test_a_leaf_that_runs_ahead_of_the_tip_is_a_gap_and_no_lie():
     watch, believed = flight(lambda time, angle: angle - 0.1 * max(time - 2.0, 0.0))
     assert believed.all() and not watch.lied
-    watch, _ = flight(lambda time, angle: angle)
-    leaf = LeafReading(DOOR.joint_value(1.0), 0.0, NOISE)
-    none = np.zeros(3)
-    measured = Measurement(4.0, none, none, none, none, np.zeros(4), np.zeros(4), 4.0, leaf=leaf)
-    apart, touching = (SimpleNamespace(tip_angle=angle, face_offset=0.0) for angle in (1.2, 1.0))
-    assert watch.apart(measured, apart) == pytest.approx(0.2 * MODEL.coupling.lever_length, rel=0.05)
-    assert watch.apart(measured, touching) is None
 
 
 def frame_at(position, yaw, time=0.0) -> FrameReading:

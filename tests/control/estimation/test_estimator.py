@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 
 from doorman.control.estimation.estimator import Estimate, Estimator, Tie
-from doorman.control.state_converter import StateConverter
 from doorman.exceptions import DoormanError
 from doorman.gravity import GRAVITY
 from doorman.model import Model
@@ -32,7 +31,7 @@ class Vehicle:
     """A level vehicle that moves as it is told, and what its estimator makes of that."""
 
     def __init__(self, model: Model, latency: float = 0.0) -> None:
-        self.model, self.estimator = model, Estimator(model, StateConverter(model))
+        self.model, self.estimator = model, Estimator(model)
         self.time, self.yaw, self.latency = 0.0, model.start_yaw, latency
         self.poses: list[tuple[float, Array]] = []
         self.leaf: float | None = None  # where a sensor sees it, as its joint counts, 20 ms late
@@ -251,7 +250,7 @@ from doorman.model import Model
 from doorman.signals import Measurement
 
 model = Model("push")
-estimator, n = Estimator(model, StateConverter(model)), model.n_arm
+estimator, n = Estimator(model), model.n_arm
 before = kernel_counts()
 for k in range(20):
     where = np.array([-1.0, 0.7, 1.3]), np.zeros(3), np.zeros(3), np.zeros(3), model.start_arm, np.zeros(n)

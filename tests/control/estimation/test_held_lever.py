@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from doorman.control.estimation.estimator import Estimate, Estimator, Tie
-from doorman.control.state_converter import StateConverter
 from doorman.model import Model
 from doorman.scenario import Scenario
 from doorman.signals import Measurement
@@ -26,7 +25,7 @@ def model() -> Model:
 
 def flown(model: Model, came_along: float, sinks: float = 0.0, seconds: float = 1.0) -> Estimate:
     """Level at rest, with a leaf that has come along in the step before, and a lever that turns on meanwhile by a way [m]."""
-    estimator, rng = Estimator(model, StateConverter(model)), np.random.default_rng(3)
+    estimator, rng = Estimator(model), np.random.default_rng(3)
     estimator.go_on(HELD, {"wind": (np.zeros(3), np.full(3, 0.1)), "lift": (np.zeros(1), np.full(1, 0.01))})
     estimator.tell(np.array([0.0, 0.0, model.vehicle.weight + HELD[2]]))
     attitude = np.array([0.0, 0.0, model.start_yaw])

@@ -11,23 +11,16 @@ from doorman.scenario import Scenario
 from doorman.signals import Command
 
 
-def test_what_rotors_make_at_their_limit_is_less_than_was_wanted():
-    lift = LiftScale(60.0)
-    lift.learn(-0.2)
-    near, far = (Command(thrust, np.zeros(3), np.zeros(0)) for thrust in (40.0, 60.0))
-    np.testing.assert_allclose(lift.made(lift.scaled(near).body_force), near.body_force)
-    assert lift.scaled(near).thrust == pytest.approx(50.0) and lift.reach == pytest.approx(0.8)
-    assert lift.made(lift.scaled(far).body_force)[2] == pytest.approx(48.0)
-
-
-def test_another_vehicle_is_not_believed():
-    lift = LiftScale(40.0)
-    lift.learn(2.0)
-    assert lift.scale == 1.3
-    lift.learn(-0.6)
-    assert lift.scale == 0.7
-    assert lift.command(38.0) == 40.0, "rotors have a limit"
-    assert lift.command(41.0) == 41.0
+@pytest.mark.parametrize(
+    ("lift", "wanted", "commanded"),
+    [(-0.2, 40.0, 50.0), (-0.2, 60.0, 60.0), (-0.2, 61.0, 61.0), (2.0, 39.0, 30.0), (-0.6, 35.0, 50.0)],
+)
+def test_commands_make_up_for_lift_as_far_as_rotors_and_belief_go(lift, wanted, commanded):
+    scale = LiftScale(60.0)
+    scale.learn(lift)
+    sent = scale.scaled(Command(wanted, np.zeros(3), np.zeros(0), False, (0.1 * wanted, 0.0)))
+    assert sent.thrust == pytest.approx(commanded)
+    assert sent.side_force[0] == pytest.approx(0.1 * wanted / (1.0 if wanted == commanded else scale.scale))
 
 
 @pytest.mark.slow

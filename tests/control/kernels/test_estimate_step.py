@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from attitude_matrices import body_rate_matrix, euler_rate_matrix
 from believed import geometry
 
 from doorman.control.estimation.estimator import Estimator, Tie
-from doorman.control.state_converter import StateConverter
 from doorman.estimation.leaf.numbers import JOINT, JOINT_RATE, PLACES
-from doorman.kinematics.rotations import body_rate_matrix, euler_rate_matrix
 from doorman.model import Model
 from doorman.signals import Measurement
 
@@ -19,7 +18,7 @@ AGE = 0.012
 @pytest.mark.parametrize("name", ["push", "drawer", "hatch", "knob_valve"])
 def test_an_estimate_is_the_last_pose_carried_on(name: str) -> None:
     model = Model(name)
-    estimator, rng = Estimator(model, StateConverter(model)), np.random.default_rng(3)
+    estimator, rng = Estimator(model), np.random.default_rng(3)
     attitude, rates = np.array([0.1, -0.2, model.start_yaw + 0.1]), np.array([0.3, -0.2, 0.4])
     arm, arm_rates = model.start_arm + 0.1, rng.uniform(-0.5, 0.5, model.n_arm)
     place = model.coupling.vehicle_position(attitude, model.start_angle, arm) + [0.05, -0.02, 0.03]
@@ -28,7 +27,7 @@ def test_an_estimate_is_the_last_pose_carried_on(name: str) -> None:
             0.004 * tick, place + 1e-3 * tick, np.zeros(3), attitude, rates, arm, arm_rates, 0.004 * tick - AGE
         )
         known = estimator.update(seen, Tie.PUSHING, False, 0.004)
-    run = estimator._run
+    run = estimator.run
     assert run is not None
     bank, mean = run.estimate, run.estimate.mean
     gains = np.array([bank.outputs[f"gains_{axis}"][0] for axis in "xyz"])

@@ -1,14 +1,13 @@
 """The tip's kernel against the coupling, and the leaf's kernels against the door."""
 
-import math
-
 import numpy as np
 import pytest
 
-from doorman.control.state_converter import StateConverter
-from doorman.exceptions import DimensionError
-from doorman.kinematics.doors.leaf.leaf_kernels import angle_of_point, leaf_normal, leaf_numbers, leaf_weight
+from doorman.control.kernels.tip import tip_on_leaf
+from doorman.kinematics.doors.leaf.leaf_kernels import angle_of_point, leaf_normal, leaf_numbers
+from doorman.kinematics.vehicles.arms.arm import ArmParameters
 from doorman.model import Model
+from doorman.numba_types.handles import held
 from doorman.scenario import Scenario
 from doorman.signals import Measurement
 
@@ -27,38 +26,20 @@ def measured(model: Model, random: np.random.Generator) -> Measurement:
 
 
 def test_the_tip_is_where_the_coupling_has_it(model: Model) -> None:
-    converter, random = StateConverter(model), np.random.default_rng(2)
+    arm, leaf, lever = held(ArmParameters.of(model.vehicle.arm)), leaf_numbers(model.door), model.coupling.lever_length
+    random = np.random.default_rng(2)
     for _ in range(50):
         seen, velocity = measured(model, random), random.normal(0.0, 0.5, 3)
         parts = seen.attitude, seen.body_rates, seen.arm_angles, seen.arm_rates
         expected = model.coupling.door_state(seen.position, velocity, *parts)
-        np.testing.assert_allclose(converter.tip(seen.position, velocity, *parts), expected, rtol=1e-12, atol=1e-12)
-
-
-def test_the_vehicle_is_where_the_coupling_has_it(model: Model) -> None:
-    converter, random = StateConverter(model), np.random.default_rng(6)
-    for _ in range(50):
-        state, rates = random.normal(0.5, 0.5, 5 + model.n_arm), random.normal(0.0, 0.4, (2, 3 + model.n_arm))
-        parts = rates[0, :3].copy(), rates[1, 3:].copy()
-        expected, found = model.coupling.motion_of(state, *parts), converter.on_leaf(state, *parts)
-        np.testing.assert_allclose(found.position, expected.position, rtol=1e-12, atol=1e-12)
-        np.testing.assert_allclose(found.velocity, expected.velocity, rtol=1e-12, atol=1e-12)
+        found = tip_on_leaf(arm, leaf, lever, np.concatenate((seen.position, velocity, *parts)), np.zeros(6))
+        np.testing.assert_allclose(found, expected, rtol=1e-12, atol=1e-12)
 
 
 def test_the_leaf_is_the_doors(model: Model) -> None:
     leaf, door = leaf_numbers(model.door), model.door
     for angle in np.linspace(door.lower_limit, door.upper_limit, 7).tolist():
         np.testing.assert_allclose(leaf_normal(leaf, angle), door.normal(angle), rtol=1e-12, atol=1e-12)
-        assert leaf_weight(leaf, angle) == pytest.approx(door.weight_torque(angle), rel=1e-12, abs=1e-12)
         point = door.contact_point(angle, 0.4, 0.3)
         expected = door.angle_of(point - door.hinge_position)
         assert angle_of_point(leaf, *point.tolist()) == pytest.approx(expected, rel=1e-12)
-
-
-@pytest.mark.parametrize("bad", [math.nan, math.inf])
-def test_what_is_not_finite_is_named(model: Model, bad: float) -> None:
-    seen = measured(model, np.random.default_rng(4))
-    seen.position[1] = bad
-    with pytest.raises(DimensionError, match="position"):
-        parts = seen.attitude, seen.body_rates, seen.arm_angles, seen.arm_rates
-        StateConverter(model).tip(seen.position, np.zeros(3), *parts)

@@ -6,7 +6,7 @@ import pytest
 
 from doorman.estimation.leaf.numbers import TUNED, leaf_numbers
 from doorman.model import Model
-from doorman.scenario import EstimationSection, Scenario
+from doorman.scenario import Scenario
 
 
 def numbers(source: str = "push", **given: float):
@@ -17,8 +17,8 @@ def numbers(source: str = "push", **given: float):
 
 @pytest.mark.parametrize("source", ["push", "push_small"])
 def test_what_a_scenario_gives_is_what_the_filter_goes_by(source: str) -> None:
-    known = numbers(source, estimation__noise__wind=0.3, estimation__contact__gap=2e-3, estimation__switch__near=8e-3)
-    assert [known.one(name) for name in ("noise.wind", "contact.gap", "switch.near")] == [0.3, 2e-3, 8e-3]
+    known = numbers(source, estimation__noise__wind=0.3, estimation__contact__gap=2e-3)
+    assert [known.one(name) for name in ("noise.wind", "contact.gap")] == [0.3, 2e-3]
 
 
 def test_lengths_forces_and_rates_grow_with_the_vehicle_and_shares_and_times_stay() -> None:
@@ -31,9 +31,7 @@ def test_lengths_forces_and_rates_grow_with_the_vehicle_and_shares_and_times_sta
         assert small.one(name) == pytest.approx(ratio * usual.one(name)), name
 
 
-def test_every_tuned_number_but_the_sensors_is_of_the_section() -> None:
-    section, known = EstimationSection(), numbers()
-    for name in TUNED:
-        assert known.one(name) > 0.0
-        table, _, key = name.partition(".")
-        assert table == "sensor" or getattr(getattr(section, table), key) > 0.0
+def test_every_tuned_number_is_known_and_no_key_is_a_constant_too() -> None:
+    known = numbers()
+    assert len(set(TUNED)) == len(TUNED)
+    assert all(known.one(name) > 0.0 for name in TUNED)

@@ -170,15 +170,6 @@ def test_bad_input_gives_a_status_and_the_filter_goes_on(model):
     assert np.isfinite(flown.run.estimate.mean).all() and np.isfinite(flown.run.estimate.deviations).all()
 
 
-def test_the_same_poses_give_the_same_bits(model):
-    one, other = Flown(model, 0.0), Flown(model, 0.0)
-    for flown in (one, other):
-        flown.hover(0.2)
-        flown.press(0.2)
-    assert one.run.estimate.mean.tobytes() == other.run.estimate.mean.tobytes()
-    assert one.run.estimate.covariance.tobytes() == other.run.estimate.covariance.tobytes()
-
-
 def test_a_leaf_that_breaks_loose_is_known_to_resist_no_more(model):
     """It bore 8 N; then it moves as if nothing but its own inertia held it."""
     flown, force = Flown(model, 0.0), 8.0

@@ -20,7 +20,7 @@ def advice_for(door_rate: float, **door: Any) -> str:
     states = np.tile(model.start_state, (40, 1))
     states[:, 3], states[:, 2], states[:, 4] = 1.5, 1.5 - np.pi / 2, door_rate
     inputs = np.tile(model.hover_input, (40, 1))
-    rehearsal = Rehearsal(np.linspace(0.0, 12.0, 40), states, inputs, np.zeros(40), 0, "")
+    rehearsal = Rehearsal(np.linspace(0.0, 12.0, 40), states, inputs, np.zeros(40), "")
     finding = Report("", tuple(flight_findings(model, rehearsal)))["goal reached"]
     assert not finding.ok
     return finding.advice

@@ -72,6 +72,13 @@ def test_codes_are_those_of_the_sdk():
     assert sdk_packets.ERRBIT_ALERT == ALERT
 
 
+@given(ids, treacherous)
+def test_parameters_that_look_like_headers_arrive(servo_id, parameters):
+    (heard,) = InstructionStream().feed(instruction_packet(servo_id, Instruction.WRITE, parameters))
+    assert (heard.servo_id, heard.parameters, heard.intact) == (servo_id, parameters, True)
+    assert parse(status_packet(servo_id, 0, parameters)) == [StatusPacket(servo_id, 0, parameters)]
+
+
 @given(st.binary(max_size=60))
 def test_crc_is_that_of_the_sdk(data):
     assert crc16(data) == checksum(data) == sdk_packets.Protocol2PacketHandler().updateCRC(0, data, len(data))
@@ -89,7 +96,9 @@ def test_a_lying_length_swallows_nothing_and_the_wait_ends_with_the_deadline():
 
 def test_echoed_instructions_are_passed_over():
     echo = instruction_packet(1, Instruction.READ, b"\x84\x00\x04\x00")
-    assert parse(echo + status_packet(1, 0, b"\x01\x02\x03\x04")) == [StatusPacket(1, 0, b"\x01\x02\x03\x04")]
+    (packet,) = parse(echo + status_packet(1, 0x87, b"\x01\x02\x03\x04"))
+    assert packet == StatusPacket(1, 0x87, b"\x01\x02\x03\x04")
+    assert packet.alert and packet.error_number == 7
 
 
 def test_silence_is_not_damage():
@@ -98,12 +107,6 @@ def test_silence_is_not_damage():
     parser.feed(status_packet(1, 0, b"\x01\x02\x03\x04"))
     assert parser.finish() == []
     assert parser.damaged == 0
-
-
-def test_alert_and_error_number():
-    (packet,) = parse(status_packet(1, 0x87))
-    assert packet.alert
-    assert packet.error_number == 7
 
 
 def test_the_buffer_does_not_grow():

@@ -35,6 +35,7 @@ FAULTS = {
     "packets duplicated": ({"duplicate": 1.0}, MocapFault.DUPLICATED, True, "twice"),
     "damaged packets, noise": ({"truncate": 0.3, "garbage": 0.3}, MocapFault.CORRUPT, True, ""),
     "NaN, infinity, kilometres": ({"not_finite": True}, MocapFault.CORRUPT, False, "impossible pose"),
+    "a stray frame number": ({"number_offset": 100_000}, MocapFault.NUMBERING, None, "after"),
     "the frame number stands still": ({"stuck_number": True}, MocapFault.DUPLICATED, False, "twice"),
 }
 """What the emulator is told, the fault, whether poses go on meanwhile, and words of the event, by row of the table."""

@@ -55,7 +55,7 @@ class Simulated:
         return math.inf
 
     def sample(self):
-        return self.pipeline.latest.at(self.now + self.slewed, CONFIG.stale_after, CONFIG.prediction_limit)
+        return self.pipeline.at(self.now + self.slewed)
 
     def check(self):
         """Whatever is wrong: a pose that becomes fresh was true at the time of its stamp, or later."""
@@ -74,50 +74,38 @@ class Simulated:
 
 
 def set_fault(**fields):
-    def switch(simulated):
-        for name, value in fields.items():
-            setattr(simulated.stream.faults, name, value)
-
-    return switch
+    return lambda simulated: [setattr(simulated.stream.faults, name, value) for name, value in fields.items()]
 
 
 def set_stream(**fields):
+    return lambda simulated: [setattr(simulated.stream, name, value) for name, value in fields.items()]
+
+
+def once(fault):
+    """A fault of a single packet."""
+
     def switch(simulated):
-        for name, value in fields.items():
-            setattr(simulated.stream, name, value)
+        setattr(simulated.stream.faults, fault, 1.0)
+        simulated.stream.expose(simulated.exposure)
+        simulated.exposure += CONFIG.period
+        setattr(simulated.stream.faults, fault, 0.0)
 
     return switch
 
 
-def lose_one(simulated):
-    simulated.stream.faults.loss = 1.0
-    simulated.stream.expose(simulated.exposure)
-    simulated.exposure += CONFIG.period
-    simulated.stream.faults.loss = 0.0
+def send_damaged(sender):
+    def switch(simulated):
+        simulated.extra = lambda now: simulated.pipeline.feed(b"\1" * 80, sender, now, now)
 
-
-def hold_one_back(simulated):
-    simulated.stream.faults.reorder = 1.0
-    simulated.stream.expose(simulated.exposure)
-    simulated.exposure += CONFIG.period
-    simulated.stream.faults.reorder = 0.0
-
-
-def send_damaged(simulated):
-    simulated.extra = lambda now: simulated.pipeline.feed(b"\1" * 80, SENDER, now, now)
-
-
-def send_foreign(simulated):
-    simulated.extra = lambda now: simulated.pipeline.feed(b"\1" * 80, ("10.0.0.9", 1), now, now)
+    return switch
 
 
 CASES = {
     **{row: (set_fault(**switch), fault) for row, (switch, fault, *_) in FAULTS.items()},
-    "packets lost": (lose_one, MocapFault.DROPPED),
-    "packets reordered": (hold_one_back, MocapFault.REORDERED),
-    "damaged packets, noise": (send_damaged, MocapFault.CORRUPT),
+    "packets lost": (once("loss"), MocapFault.DROPPED),
+    "packets reordered": (once("reorder"), MocapFault.REORDERED),
+    "damaged packets, noise": (send_damaged(SENDER), MocapFault.CORRUPT),
     "single outliers": (set_fault(outliers=1.0), MocapFault.OUTLIER),
-    "a stray frame number": (set_fault(number_offset=100_000), MocapFault.NUMBERING),
     "short gap": (set_fault(silent=True), MocapFault.STALE),
     "lasting jump: markers moved, or Tracker follows another body": (
         set_fault(jump=(0.0, 3.0, 0.0)),
@@ -127,7 +115,7 @@ CASES = {
     "frame numbers restart, ahead": (set_stream(frame_number=1_000_000), MocapFault.RESTARTED),
     "frame numbers restart, behind": (set_stream(frame_number=7), MocapFault.RESTARTED),
     "the rate changes by more than 2 %": (set_stream(rate=80.0), MocapFault.RATE),
-    "another sender, or one that the sender itself refuses": (send_foreign, MocapFault.FOREIGN),
+    "another sender, or one that the sender itself refuses": (send_damaged(("10.0.0.9", 1)), MocapFault.FOREIGN),
 }
 
 
@@ -141,16 +129,16 @@ def test_a_fault_is_told_within_the_time_of_the_table(row):
     assert taken <= milliseconds(row) / 1e3 + STEP
 
 
-@pytest.mark.parametrize(
-    "switch",
-    [
-        set_fault(silent=True), set_fault(frozen=True), set_fault(zeroed=True), set_fault(absent=True),
-        set_fault(not_finite=True), set_fault(stuck_number=True), set_fault(jump=(1.0, 0.0, 0.0)),
-        set_fault(delay=0.5), set_fault(loss=1.0), set_fault(wrong_name="wand"), set_stream(frame_number=9),
-    ],
-)  # fmt: skip
-def test_a_lasting_fault_ends_predictions_after_their_limit(switch):
-    """Counted from the last pose: at most a period and the latency before the fault."""
+LASTING = [
+    set_fault(silent=True), set_fault(frozen=True), set_fault(absent=True), set_fault(not_finite=True),
+    set_fault(jump=(1.0, 0.0, 0.0)), set_fault(wrong_name="wand"), set_fault(zeroed=True), set_fault(loss=1.0),
+    set_fault(stuck_number=True), set_fault(delay=0.5), set_stream(frame_number=9),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("switch", "ends"), [(switch, k < 8) for k, switch in enumerate(LASTING)])
+def test_a_lasting_fault_ends_predictions_after_their_limit(switch, ends):
+    """Counted from the last pose: at most a period and the latency before the fault. Poses are back soon after it."""
     simulated = Simulated()
     switch(simulated)
     stale = simulated.run(1.0, lambda: simulated.sample().quality is PoseQuality.PREDICTED)
@@ -158,20 +146,11 @@ def test_a_lasting_fault_ends_predictions_after_their_limit(switch):
     slack = STEP + CONFIG.period + CONFIG.latency
     assert CONFIG.stale_after - slack <= stale <= CONFIG.stale_after + slack
     assert stale + lost <= CONFIG.prediction_limit + slack
-
-
-@pytest.mark.parametrize(
-    "switch",
-    [set_fault(silent=True), set_fault(frozen=True), set_fault(absent=True), set_fault(not_finite=True),
-     set_fault(jump=(1.0, 0.0, 0.0)), set_fault(wrong_name="wand")],
-)  # fmt: skip
-def test_poses_are_back_soon_after_the_fault(switch):
-    simulated = Simulated()
-    switch(simulated)
-    simulated.run(0.5)
-    simulated.stream.faults = type(simulated.stream.faults)()
-    back = simulated.run(1.0, lambda: simulated.sample().fresh)
-    assert back <= CONFIG.acquire_frames * CONFIG.period + CONFIG.latency + CONFIG.prediction_limit + 2 * STEP
+    if ends:
+        simulated.run(0.5)
+        simulated.stream.faults = type(simulated.stream.faults)()
+        back = simulated.run(1.0, lambda: simulated.sample().fresh)
+        assert back <= CONFIG.acquire_frames * CONFIG.period + CONFIG.latency + CONFIG.prediction_limit + 2 * STEP
 
 
 @pytest.mark.parametrize("delay", [0.04, 0.2, 1.0])
@@ -212,14 +191,6 @@ def test_a_time_server_that_slews_the_clock_is_no_delay(slew, seconds):
     assert simulated.run(seconds, lambda: bool(simulated.pipeline.book.holds), step=0.004) == math.inf
     assert simulated.sample().fresh
     assert simulated.sample().age < CONFIG.latency + CONFIG.period + 0.006
-
-
-@pytest.mark.parametrize("rate", [80.0, 130.0])
-def test_a_wrong_rate_is_not_fresh(rate):
-    simulated = Simulated()
-    simulated.stream.rate = rate
-    simulated.run(1.5)
-    assert simulated.run(5.0, lambda: simulated.sample().fresh, step=0.004) == math.inf
 
 
 def test_a_rate_as_of_television_is_followed():

@@ -40,13 +40,25 @@ def seen(autopilot: Inertial) -> Iterator[Rig]:
     tracked.receiver = MocapReceiver(tracked.config, CLOCK, judge=tracked.doubt)
     try:
         with tracked.receiver:
+            tracked.until_fresh()
             yield tracked
     finally:
         tracked.emulator.stop()
 
 
+def stays_usable(seen: Rig) -> None:
+    for _ in range(20):
+        assert seen.receiver.wait(seen.receiver.read(), 1.0).usable
+
+
+def let_jump(seen: Rig, *by: float) -> None:
+    """Let the body jump, and wait until its track has begun anew."""
+    before = seen.receiver.read().track
+    seen.emulator.faults.jump = by
+    seen.until(lambda sample: sample.track > before)
+
+
 def test_a_vehicle_found_elsewhere_is_lost_until_it_is_found_where_it_is(seen: Rig) -> None:
-    seen.until_fresh()
     before = seen.receiver.read().count
     seen.emulator.faults.jump = (0.5, 0.3, 0.0)
     seen.until_lost()
@@ -68,11 +80,9 @@ def lose_and_find(seen: Rig) -> None:
 
 
 def test_the_error_of_dead_reckoning_is_no_reason_to_doubt(seen: Rig, autopilot: Inertial) -> None:
-    seen.until_fresh()
     autopilot.error = 0.8 * DOUBTED
     lose_and_find(seen)
-    for _ in range(20):
-        assert seen.until(lambda sample: sample.usable).usable
+    stays_usable(seen)
     autopilot.error = 1.3 * DOUBTED
     seen.until_lost()
     autopilot.error = 0.5 * (DOUBTED + BELIEVED)  # between the two: as before
@@ -88,24 +98,19 @@ def test_an_autopilot_that_goes_astray_while_the_cameras_follow_gets_their_poses
     """They are all that can bring it back; that both disagree is told to the supervisor by their distance."""
     seen.until_fresh()
     autopilot.error = 2.0 * DOUBTED
-    for _ in range(20):
-        assert seen.until(lambda sample: sample.usable).usable
+    stays_usable(seen)
     lose_and_find(seen)
     seen.until(lambda sample: seen.doubt.holds)
     assert not seen.receiver.read().usable
     autopilot.error = 0.0
     seen.until_fresh()
     autopilot.error = 2.0 * DOUBTED  # both have agreed since
-    for _ in range(20):
-        assert seen.until(lambda sample: sample.usable).usable
+    stays_usable(seen)
 
 
 def test_a_body_within_reach_that_is_taken_for_it_after_a_moment_is_doubted(seen: Rig) -> None:
     """The longer the vehicle is out of sight, the farther it may have flown."""
-    seen.until_fresh()
-    before = seen.receiver.read().track
-    seen.emulator.faults.jump = (0.3, 0.3, 0.0)
-    seen.until(lambda sample: sample.track > before)
+    let_jump(seen, 0.3, 0.3, 0.0)
     seen.until_lost()
     assert seen.doubt.holds
 
@@ -113,10 +118,7 @@ def test_a_body_within_reach_that_is_taken_for_it_after_a_moment_is_doubted(seen
 @pytest.mark.parametrize("jump", [(0.03, 0.0, 0.0), (0.0, 0.1, 0.0)])
 def test_poses_that_jump_are_lost_until_they_jump_back(seen: Rig, jump: tuple[float, float, float]) -> None:
     """They are near to where the autopilot is, and will be nearer once it has taken them in."""
-    seen.until_fresh()
-    before = seen.receiver.read().track
-    seen.emulator.faults.jump = jump
-    seen.until(lambda sample: sample.track > before)
+    let_jump(seen, *jump)
     end = CLOCK.now() + 1.0
     while CLOCK.now() < end:
         assert not seen.receiver.wait(seen.receiver.read(), 1.0).usable
@@ -126,12 +128,9 @@ def test_poses_that_jump_are_lost_until_they_jump_back(seen: Rig, jump: tuple[fl
 
 def test_a_vehicle_that_takes_off_after_a_jump_believes_its_cameras(seen: Rig, autopilot: Inertial) -> None:
     autopilot.armed = False
-    before = seen.receiver.read().track
-    seen.emulator.faults.jump = (0.1, 0.0, 0.0)
-    seen.until(lambda sample: sample.track > before)
+    let_jump(seen, 0.1, 0.0, 0.0)
     autopilot.armed = True
-    for _ in range(20):
-        assert seen.until(lambda sample: sample.usable).usable
+    stays_usable(seen)
 
 
 def test_poses_that_something_else_contradicts_are_lost_until_the_vehicle_stands(
@@ -151,8 +150,7 @@ def test_poses_that_something_else_contradicts_are_lost_until_the_vehicle_stands
 def test_a_vehicle_whose_markers_are_taken_for_each_other_is_lost(seen: Rig, autopilot: Inertial) -> None:
     """A hexarotor looks the same after a sixth of a turn."""
     autopilot.turn = 0.8 * BELIEVED_TURN
-    for _ in range(20):
-        assert seen.until(lambda sample: sample.usable).usable
+    stays_usable(seen)
     autopilot.turn = np.pi / 3.0
     seen.until_lost()
     autopilot.turn = 0.5 * (DOUBTED_TURN + BELIEVED_TURN)  # between the two: as before
@@ -167,5 +165,4 @@ def test_an_autopilot_that_does_not_know_contradicts_nobody(
     seen: Rig, autopilot: Inertial, armed: bool, status: SampleStatus
 ) -> None:
     autopilot.error, autopilot.armed, autopilot.status = 5.0, armed, status
-    for _ in range(20):
-        assert seen.until(lambda sample: sample.usable).usable
+    stays_usable(seen)

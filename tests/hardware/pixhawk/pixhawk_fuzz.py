@@ -11,6 +11,7 @@ import random
 import struct
 import sys
 import time
+from itertools import pairwise
 from typing import Any
 
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
@@ -68,8 +69,7 @@ class Fuzzer:
             known = [value for value in values.tolist() if not math.isnan(value)]
             assert len(known) in (0, len(values)) and all(abs(value) <= 1e6 for value in known), values
         assert sample.attitude_time <= time.monotonic() and sample.position_time <= time.monotonic()
-        begun = self.link._texts._begun
-        assert begun is None or len(begun.parts) <= 8
+        assert len(self.link._texts._parts) <= 8
         for splitter in self.link.codec._splitters.values():  # type: ignore[union-attr]
             assert len(splitter._buffer) < 300
 
@@ -114,19 +114,12 @@ class Fuzzer:
         return self.random.choice((low, high, 0, 1, self.random.randint(low, high)))
 
 
-def main() -> None:
-    """Fuzz with as many inputs as the first argument says, from the seed of the second."""
-    count = int(sys.argv[1]) if len(sys.argv) > 1 else 100_000
-    fuzzer = Fuzzer(int(sys.argv[2]) if len(sys.argv) > 2 else 0)
-    longest = 0.0
-    started = time.monotonic()
-    for _ in range(count):
-        before = time.monotonic()
-        fuzzer.once()
-        longest = max(longest, time.monotonic() - before)
-    counters = fuzzer.link.codec.counters  # type: ignore[union-attr]
-    print(f"{count} inputs in {time.monotonic() - started:.1f} s, the longest took {1e3 * longest:.1f} ms: {counters}")
-
-
 if __name__ == "__main__":
-    main()
+    count, seed = [*map(int, sys.argv[1:]), *(100_000, 0)[len(sys.argv) - 1 :]]
+    fuzzer, times = Fuzzer(seed), [time.monotonic()]
+    for _ in range(count):
+        fuzzer.once()
+        times.append(time.monotonic())
+    longest = max(after - before for before, after in pairwise(times))
+    counters = fuzzer.link.codec.counters  # type: ignore[union-attr]
+    print(f"{count} inputs in {times[-1] - times[0]:.1f} s, the longest took {1e3 * longest:.1f} ms: {counters}")

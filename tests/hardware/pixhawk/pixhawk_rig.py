@@ -96,30 +96,15 @@ class Rig:
             assert outcome.done, outcome
         return self
 
-    def happens(self, kind: EventKind, begins: bool = True, timeout: float = PATIENCE) -> Event:
+    def happens(self, kind: EventKind, begins: bool = True, words: str = "") -> Event:
         """Wait for an event and return it; it is an error if it does not come."""
-        found: list[Event] = []
 
-        def look() -> bool:
+        def look() -> list[Event]:
             self.seen += self.pilot.events()
-            found.extend(event for event in self.seen if event.kind is kind and event.begins is begins)
-            return bool(found)
+            return [one for one in self.seen if one.kind is kind and one.begins is begins and words in one.message]
 
-        assert wait_until(look, timeout, self.clock), (
-            f"no {kind}; seen: {[(event.kind.name, event.message) for event in self.seen]}"
-        )
-        return found[0]
-
-    def says(self, words: str, timeout: float = PATIENCE) -> None:
-        """Wait for a text of the autopilot; it is an error if it does not come."""
-
-        def look() -> bool:
-            self.seen += self.pilot.events()
-            return any(words in event.message for event in self.seen if event.kind is EventKind.STATUS_TEXT)
-
-        assert wait_until(look, timeout, self.clock), (
-            f"no text with '{words}'; seen: {[event.message for event in self.seen]}"
-        )
+        assert wait_until(look, clock=self.clock), f"no {kind} '{words}'; seen: {self.seen}"
+        return look()[0]
 
     def forget(self) -> None:
         """Forget the events so far."""

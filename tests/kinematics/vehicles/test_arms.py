@@ -115,6 +115,18 @@ def test_root_and_frames_have_any_names(tmp_path: Path) -> None:
             assert (vehicle.mass, vehicle.radius, len(vehicle.rotors)) == (shipped.mass, shipped.radius, 6)
 
 
+def test_a_tip_that_the_base_link_does_not_carry_is_refused(tmp_path: Path) -> None:
+    """A post beside a vehicle that floats in the same world."""
+    heavy = '<inertial><mass value="9"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial>'
+    post = f'<link name="post">{heavy}</link><joint name="stands" type="fixed"><parent link="world"/><child link="post"/></joint>'
+    world = (
+        '<link name="world"/><joint name="j" type="floating"><parent link="world"/><child link="base_link"/></joint>'
+    )
+    path = write_edited(tmp_path / "v.urdf", VEHICLE, ("</robot>", world + post + "</robot>"))
+    with pytest.raises(UrdfError, match="no chain of joints"):
+        Vehicle(path, VehicleSection(tip="post"))
+
+
 VIRTUAL = [
     ("prismatic", "1 0 0"),
     ("prismatic", "0 1 0"),

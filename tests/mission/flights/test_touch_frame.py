@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 from hands import aborted_in, flown, phases
 
-from doorman.estimation.leaf.replay import replay_leaf
+from doorman.control.estimation.replay import replay_leaf
 from doorman.mission import Mission, Phase
 
 FEELS: dict[str, Any] = {"mission__touch_frame": True}

@@ -54,20 +54,6 @@ def test_grip_pulls(flight):
     assert vehicle.gap() < 3e-3
 
 
-def test_the_largest_push_is_that_of_any_physics_step(flight):
-    """A tip that strikes the leaf pushes hardest between two ticks of the controller."""
-    vehicle = flight(contact__kind="push")
-    vehicle.data.qpos[0] -= 0.01
-    vehicle.data.qvel[0] = 0.5
-    coarse = vehicle.run(0.2, every=50)
-    again = flight(contact__kind="push")
-    again.data.qpos[0] -= 0.01
-    again.data.qvel[0] = 0.5
-    hardest = max(truth.tip_normal_force for truth in again.run(0.2))
-    assert hardest > 5.0
-    assert max(truth.max_push for truth in coarse) == hardest > max(truth.tip_normal_force for truth in coarse)
-
-
 @pytest.mark.parametrize("start", ["contact", "hover"])
 def test_a_gripper_that_does_not_close_only_pushes(flight, start):
     vehicle = flight(simulation__gripper_closes=False, mission__start=start)

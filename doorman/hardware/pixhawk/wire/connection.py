@@ -36,55 +36,36 @@ class Endpoint:
         return f"{self.transport.value}:{self.host}:{self.port}{own}"
 
 
+_SCHEMES = {
+    "udp": Transport.UDP_LISTEN,
+    "udpin": Transport.UDP_LISTEN,
+    "udpout": Transport.UDP_SEND,
+    "tcp": Transport.TCP,
+    "serial": Transport.SERIAL,
+}
+_NETWORK = re.compile(r"(?:([A-Za-z0-9.-]*):)?([0-9]+)(?::([0-9]+))?")
+"""Host, port, and our own port."""
+_SERIAL = re.compile(r"(.+?)(?::([0-9]+))?")
+"""Device and baud rate."""
+_PORTS, _BAUDS = range(1, 65536), range(1200, 12_000_001)
+
+
 def parse_connection(text: str) -> Endpoint:
     # `udp:` listens, on loopback unless a host is written: `udp:14540`, `udp:0.0.0.0:14540`. `udpout:` and `tcp:` call
     # an autopilot that listens; `udpout:` may name the port to send from, since PX4 answers only the first caller until
     # it is rebooted. `://` may stand for the first colon. A serial device is a path or a COM port.
     given = text.strip()
     scheme, _, rest = given.replace("://", ":", 1).partition(":")
-    kinds = {
-        "udp": Transport.UDP_LISTEN,
-        "udpin": Transport.UDP_LISTEN,
-        "udpout": Transport.UDP_SEND,
-        "tcp": Transport.TCP,
-        "serial": Transport.SERIAL,
-    }
-    kind = kinds.get(scheme.lower())
-    if kind is None and re.match(r"(/dev/|/|COM\d)", given):
+    kind = _SCHEMES.get(scheme.lower())
+    if kind is None and re.match(r"/|COM\d", given):
         kind, rest = Transport.SERIAL, given
-    if kind is None or not rest:
-        raise _malformed("not a connection string", text)
-    return _serial(rest, text) if kind is Transport.SERIAL else _network(kind, rest, text)
-
-
-def _network(kind: Transport, rest: str, text: str) -> Endpoint:
-    own_port = 0
-    if kind is Transport.UDP_SEND and rest.count(":") == 2:
-        rest, _, own_text = rest.rpartition(":")
-        own_port = _port(own_text, text)
-    host, _, port_text = rest.rpartition(":")
-    port = _port(port_text, text)
-    if host and not re.fullmatch(r"[A-Za-z0-9.-]+", host):
-        raise _malformed("no valid host", text)
-    if not host and kind is not Transport.UDP_LISTEN:
-        raise _malformed("no host to call", text)
-    return Endpoint(kind, host or LOOPBACK, port, own_port=own_port)
-
-
-def _port(digits: str, text: str) -> int:
-    if not digits.isascii() or not digits.isdigit() or not 0 < int(digits) < 65536:
-        raise _malformed("no valid port", text)
-    return int(digits)
-
-
-def _serial(rest: str, text: str) -> Endpoint:
-    device, colon, baud_text = rest.rpartition(":")
-    if not colon or not baud_text.isdigit():
-        device, baud_text = rest, str(DEFAULT_BAUD)
-    if not device or not 1200 <= int(baud_text) <= 12_000_000:
-        raise _malformed("no valid device or baud rate", text)
-    return Endpoint(Transport.SERIAL, device=device, baud=int(baud_text))
-
-
-def _malformed(message: str, text: str) -> BackendError:
-    return BackendError(message, field="pixhawk.connection", given=text, allowed=ALLOWED)
+    if kind is Transport.SERIAL and (found := _SERIAL.fullmatch(rest)):
+        baud = int(found[2] or DEFAULT_BAUD)
+        if baud in _BAUDS:
+            return Endpoint(kind, device=found[1], baud=baud)
+    elif kind is not None and (found := _NETWORK.fullmatch(rest)):
+        host, port, own = found[1] or "", int(found[2]), found[3]
+        ours = own is None or (kind is Transport.UDP_SEND and int(own) in _PORTS)
+        if port in _PORTS and ours and (host or kind is Transport.UDP_LISTEN):
+            return Endpoint(kind, host or LOOPBACK, port, own_port=int(own or 0))
+    raise BackendError("not a connection string", field="pixhawk.connection", given=text, allowed=ALLOWED)

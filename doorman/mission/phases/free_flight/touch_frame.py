@@ -105,14 +105,10 @@ class TouchFrame(MissionPhase):
 
     def _before(self, place: FramePlace, now: float) -> tuple[Array, float]:
         """O_B, shape (3,), world frame [m], and ψ [rad], with the tip before a place as far as that is doubted."""
-        model, (there, normal), yaw = self._model, self._placed(place), self._heading(place)
+        model, (there, normal), yaw = self._model, self._placed(place), self._model.start_yaw + place.turn
         away = self._doubt(place, now) + TOUCH_DISTANCE
         tip = model.coupling.tips(np.array([[0.0, 0.0, yaw]]), model.start_arm[None])[0]
         return np.asarray(there - away * normal - tip), yaw
-
-    def _heading(self, place: FramePlace) -> float:
-        """ψ at a place [rad]."""
-        return self._model.start_yaw + place.turn
 
     def _outside(self, target: tuple[Array, float]) -> tuple[Array, float]:
         """A target, back before the wall."""

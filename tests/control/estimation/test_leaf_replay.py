@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from command_line import assert_bad_input, run
 
+from doorman.control.estimation.replay import LeafReplay, replay_leaf
 from doorman.estimation.leaf.numbers import PLACES
-from doorman.estimation.leaf.replay import LeafReplay, replay_leaf
 from doorman.estimation.status import Status
 from doorman.exceptions import DoormanError
 from doorman.mission import simulate
