@@ -60,10 +60,8 @@ def rig(make_rig: Callable[..., Rig]) -> Rig:
 
 
 @pytest.fixture
-def client(make_emulator):
-    made = Client(make_emulator())
-    yield made
-    made.port.closePort()
+def client(connect):
+    return connect()[1]
 
 
 @pytest.fixture

@@ -229,3 +229,11 @@ def test_a_careless_adapter_would_be_noticed(monkeypatch, part, name, careless, 
     monkeypatch.setattr(part, name, careless)
     with pytest.raises(AssertionError, match=told):
         fuzz(2000, seed=1)
+
+
+def test_what_came_before_an_answer_out_of_order_is_not_believed(monkeypatch):
+    monkeypatch.setitem(KINDS, "honest", lambda line, packets: packets[2:] + packets[:2])
+    line = HostileLine(0)
+    line.begin("honest")
+    replies = Link(line, 1_000_000, CONFIG.latency, clock=lambda: line.now).sync_read(IDS, TELEMETRY)
+    assert [reply.ok for reply in replies] == [True, True, False, False]

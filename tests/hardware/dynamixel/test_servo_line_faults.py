@@ -109,32 +109,6 @@ def test_frozen_servo(rig):
     goes_on(rig)
 
 
-def test_nothing_old_is_passed_on_as_fresh(rig):
-    """Whatever the wire does, an entry is where the joint was at the entry's time."""
-    faults = rig.emulator.faults
-    truth: list[tuple[float, np.ndarray]] = []
-    said: list[dict[float, float]] = [{}, {}, {}, {}]
-    for cycle in range(60):
-        faults.delay = (0.0, 0.007, 0.015)[cycle // 10 % 3]
-        faults.drop = faults.corrupt = 0.1 * (cycle // 30 % 2)
-        rig.bus.command([1.0 if cycle // 30 % 2 else -1.0] * 4)
-        sample = rig.bus.wait(rig.bus.read(), 1.0)
-        with rig.emulator.lock:
-            now = CLOCK.now()
-            truth.append((now, rig.emulator.plant.motion(now).angles))
-        for joint in range(4):
-            said[joint][float(sample.times[joint])] = float(sample.angles[joint])
-    times = np.array([when for when, _ in truth])
-    for joint in range(4):
-        angles = np.array([angles[joint] for _, angles in truth])
-        inside = {when: angle for when, angle in said[joint].items() if times[0] < when < times[-1]}
-        assert len(inside) > 10
-        for when, angle in inside.items():
-            after = int(np.searchsorted(times, when))
-            near = angles[max(after - 2, 0) : after + 2]
-            assert near.min() - 0.008 <= angle <= near.max() + 0.008
-
-
 # ---------------------------------------------------------------- device, user, program
 
 
