@@ -89,7 +89,9 @@ def parse(datagram: bytes) -> FedMessage | None:
         read = {name: _value(fields[name], dimensions) for name, dimensions in FED[topic].items()}
     except (ValueError, KeyError, TypeError):
         return None
-    if type(wall_time) is not int or type(time) is not float or not 0 <= max(wall_time, 1e9 * time) < _END_OF_TIME:
+    if type(wall_time) is not int or type(time) is not float:
+        return None
+    if not all(0 <= at < _END_OF_TIME for at in (wall_time, 1e9 * time)):
         return None
     return FedMessage(topic, wall_time, read, time)
 
@@ -106,10 +108,7 @@ def _value(value: Any, dimensions: int) -> Any:
         return value
     if dimensions == NUMBER:
         return _floats(value, 0)
-    array = np.array(_floats(value, dimensions))
-    if array.ndim != dimensions:
-        raise ValueError
-    return array
+    return np.array(_floats(value, dimensions))
 
 
 def _floats(value: Any, depth: int) -> Any:

@@ -31,7 +31,7 @@ TOPIC = "/vrpn/vehicle/pose"
 EMPTY = b'"position":[],"velocity":[],"attitude":[],"body_rates":[],"arm_angles":[],"arm_rates":[]'
 GOOD = json.dumps({name: values.tolist() for name, values in measurement(1).items()}).encode()
 MISSION = b'{"state":"open","message":""}'
-STRANGE = [
+WRONG = [
     b'["measurement",1e400,{' + EMPTY + b"}]", b'["measurement",1,{' + EMPTY + b"}]", b"[" * 30_000,
     b'["mission",9223372036854775807,' + MISSION + b"]", b'["mission",99999999999999999999999,' + MISSION + b"]",
     b'["mission",-1,' + MISSION + b"]", b'["mission","5",' + MISSION + b"]", b'["mission",true,' + MISSION + b"]",
@@ -41,6 +41,10 @@ STRANGE = [
     b'["plan",1,{"states":[[1,2,3,4,5,6,7,8,9,10,11,12]]}]', b'["estimate",1,{"state":[0],"tip_force":[0,0,0]}]',
     b'["measurement",1,' + GOOD.replace(b"2.0", b'"2.0"') + b"]", b'["measurement",1,' + GOOD.replace(b"2.0", b"1e999") + b"]",
     b'["measurement",1,' + GOOD.replace(b"2.0", b"{}") + b"]", b'[["measurement"],1,{}]', b'{"a":1}', b'"abc"', b"\0" * 100,
+]  # fmt: skip
+"""Messages of which a part is wrong, but for their time."""
+STRANGE = [
+    *(data[:-1] + b",0.0]" if data.startswith(b'["') else data for data in WRONG),
     b"", b"[]", b'["truth", 1, {}]', b'["plan", 1, {}]', b"\xff", b'["plan", 1]', b"3",
 ]  # fmt: skip
 
