@@ -8,7 +8,7 @@ import os
 import numpy as np
 from numpy.typing import ArrayLike
 
-from doorman.arrays import Array
+from doorman.arrays import Array, frozen
 from doorman.checks import number, numbers, vector
 from doorman.collision.reduced_model import ReducedModel
 from doorman.collision.rows.listed import Surroundings, kinds_of
@@ -31,7 +31,6 @@ from doorman.kinematics.rotations import regular_state, regular_step
 from doorman.kinematics.scale import Scale
 from doorman.kinematics.task_numbers import task_numbers
 from doorman.kinematics.urdf.document import each_file_once
-from doorman.kinematics.urdf.robot import frozen
 from doorman.kinematics.vehicles.actuation import actuation_of
 from doorman.kinematics.vehicles.vehicle import Vehicle
 from doorman.postures.proposal import propose, start_arm

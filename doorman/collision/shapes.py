@@ -13,10 +13,9 @@ from typing import Any
 import fcl
 import numpy as np
 
-from doorman.arrays import Array
+from doorman.arrays import Array, frozen
 from doorman.kinematics.doors.door import Door
 from doorman.kinematics.urdf.mesh_hull import convex_hull
-from doorman.kinematics.urdf.robot import frozen
 from doorman.kinematics.urdf.shapes import UrdfShape, link_name, read_collisions, read_parents
 from doorman.kinematics.vehicles.vehicle import Vehicle
 

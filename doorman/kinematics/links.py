@@ -7,8 +7,7 @@ from typing import NamedTuple
 import numpy as np
 import pinocchio
 
-from doorman.arrays import Array
-from doorman.kinematics.urdf.robot import frozen
+from doorman.arrays import Array, frozen
 
 
 class Link(NamedTuple):

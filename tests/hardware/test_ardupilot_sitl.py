@@ -10,10 +10,10 @@ from contextlib import contextmanager
 import numpy as np
 import pytest
 
+from doorman.arrays import frozen
 from doorman.cli.vehicles.rig_demo import free_port
 from doorman.exceptions import BackendError
 from doorman.gravity import GRAVITY
-from doorman.kinematics.urdf.robot import frozen
 from doorman.kinematics.vehicles.rotor_layout import RotorLayout, rotor_layout
 from doorman.rig import Rig, RigSetup
 from doorman.rig.plant import RigPlant

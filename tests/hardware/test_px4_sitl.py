@@ -11,12 +11,12 @@ import numpy as np
 import pytest
 from pymavlink.dialects.v20 import common as mavlink
 
+from doorman.arrays import frozen
 from doorman.cli.vehicles.rig_demo import free_port
 from doorman.exceptions import BackendError
 from doorman.gravity import GRAVITY
 from doorman.hardware.pixhawk.dialect import PX4
 from doorman.hardware.pixhawk.thrust.tilted_rotors import TiltedRotors
-from doorman.kinematics.urdf.robot import frozen
 from doorman.kinematics.vehicles.rotor_layout import RotorLayout, rotor_layout
 from doorman.model import Model
 from doorman.rig import Rig, RigSetup

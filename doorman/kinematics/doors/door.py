@@ -10,7 +10,7 @@ import numpy as np
 import pinocchio
 from numpy.typing import ArrayLike
 
-from doorman.arrays import Array
+from doorman.arrays import Array, frozen
 from doorman.copying import PerThread
 from doorman.exceptions import UrdfError
 from doorman.gravity import weight_of
@@ -23,7 +23,7 @@ from doorman.kinematics.doors.urdf.leaf_on_slide import LeafOnSlide, read_leaf
 from doorman.kinematics.doors.variants.variant import write_door_variant
 from doorman.kinematics.links import joint_placements_along, links_of
 from doorman.kinematics.urdf.elements import read_joints
-from doorman.kinematics.urdf.robot import frozen, link_index, load_pinocchio, with_standing
+from doorman.kinematics.urdf.robot import link_index, load_pinocchio, with_standing
 from doorman.scenario import ContactSection, DoorSection
 
 Side = Literal["push", "pull"]

@@ -7,11 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from doorman.arrays import Array
+from doorman.arrays import Array, frozen
 from doorman.exceptions import ScenarioError
 from doorman.kinematics.doors.door import Door
 from doorman.kinematics.doors.urdf.beside import Box, boxes_along, fixed_boxes
-from doorman.kinematics.urdf.robot import frozen
 from doorman.scenario import Scenario
 
 _SHUT = 0.01

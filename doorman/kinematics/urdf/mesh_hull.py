@@ -10,11 +10,10 @@ import coal
 import numpy as np
 from numpy.typing import NDArray
 
-from doorman.arrays import Array
+from doorman.arrays import Array, frozen
 from doorman.exceptions import UrdfError
 from doorman.kinematics.urdf.mesh_checks import LARGEST_EXTENT, MOST_VERTICES
 from doorman.kinematics.urdf.mesh_paths import mesh_path
-from doorman.kinematics.urdf.robot import frozen
 from doorman.kinematics.urdf.shapes import UrdfShape
 
 _THINNEST = 1e-5

@@ -9,7 +9,6 @@ from pathlib import Path
 import pinocchio
 
 from doorman.arrays import Array
-from doorman.arrays import frozen as frozen
 from doorman.exceptions import UrdfError
 from doorman.kinematics.urdf.document import read_content
 from doorman.kinematics.urdf.mesh_checks import check_meshes

@@ -12,11 +12,10 @@ from pathlib import Path
 import numpy as np
 import pinocchio
 
-from doorman.arrays import Array
+from doorman.arrays import Array, frozen
 from doorman.bounds import parse_numbers
 from doorman.exceptions import UrdfError
 from doorman.kinematics.urdf.elements import read_joints
-from doorman.kinematics.urdf.robot import frozen
 from doorman.kinematics.urdf.structure import check_structure
 
 _SIZES = {"box": ("size",), "cylinder": ("radius", "length"), "sphere": ("radius",)}

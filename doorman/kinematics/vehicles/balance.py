@@ -11,9 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from doorman.arrays import Array
+from doorman.arrays import Array, frozen
 from doorman.exceptions import BackendError
-from doorman.kinematics.urdf.robot import frozen
 from doorman.kinematics.vehicles.rotor_layout import RotorLayout, rotor_layout
 from doorman.kinematics.vehicles.vehicle import Vehicle
 

@@ -8,8 +8,7 @@ from functools import cached_property
 import numpy as np
 import pinocchio
 
-from doorman.arrays import Array
-from doorman.kinematics.urdf.robot import frozen
+from doorman.arrays import Array, frozen
 
 _CENTERED = 1e-4
 """Distance from O_B up to which a centre of mass counts as there [m]."""

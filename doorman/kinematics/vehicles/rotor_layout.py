@@ -7,9 +7,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from doorman.arrays import Array
+from doorman.arrays import Array, frozen
 from doorman.exceptions import BackendError
-from doorman.kinematics.urdf.robot import frozen
 from doorman.kinematics.vehicles.vehicle import Vehicle
 
 RING_SIZE = 6

@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 import pinocchio
 
-from doorman.arrays import Array
+from doorman.arrays import Array, frozen
 from doorman.exceptions import UrdfError
 from doorman.kinematics.urdf.elements import UrdfJoint, read_joints
-from doorman.kinematics.urdf.robot import frame_index, frozen
+from doorman.kinematics.urdf.robot import frame_index
 
 _WORD = "rotor"
 """How the last part of the name of a rotor's joint begins."""

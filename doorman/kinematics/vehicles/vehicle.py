@@ -8,13 +8,13 @@ import numpy as np
 import pinocchio
 from numpy.typing import ArrayLike
 
-from doorman.arrays import Array
+from doorman.arrays import Array, frozen
 from doorman.checks import vector
 from doorman.copying import PerThread
 from doorman.exceptions import UrdfError
 from doorman.gravity import weight_of
 from doorman.kinematics.links import joint_placements_along, links_of
-from doorman.kinematics.urdf.robot import frame_index, frozen, link_index, load_pinocchio, with_standing
+from doorman.kinematics.urdf.robot import frame_index, link_index, load_pinocchio, with_standing
 from doorman.kinematics.vehicles.arms.arm_chain import arm_chain, check_followers, standing_joints
 from doorman.kinematics.vehicles.arms.arm_geometry import ArmGeometry
 from doorman.kinematics.vehicles.arms.joint_limits import joint_limits

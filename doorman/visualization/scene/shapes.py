@@ -10,10 +10,9 @@ from typing import Literal, TypeAlias, cast
 
 import numpy as np
 
-from doorman.arrays import Array
+from doorman.arrays import Array, frozen
 from doorman.bounds import parse_numbers
 from doorman.exceptions import UrdfError
-from doorman.kinematics.urdf.robot import frozen
 from doorman.kinematics.urdf.shapes import UrdfShape, read_visuals
 from doorman.kinematics.urdf.structure import check_structure
 

@@ -150,6 +150,11 @@ def _scenario(kind: Leaf, urdf: Path) -> Scenario:
     )  # fmt: skip
 
 
+def test_a_slide_is_closed_at_zero_where_its_range_holds_that(tmp_path: Path) -> None:
+    door = Door(write_leaf(tmp_path / "leaf.urdf", LEAVES["drawer"]))
+    assert (door.closed, door.closed_is_guessed) == (0.0, False)
+
+
 @pytest.mark.parametrize(("source", "words"), [("drawer", "0.120 m"), ("sliding", "0.120 m"), ("hatch", "96.9°")])
 def test_places_are_said_in_the_unit_of_the_joint(source: str, words: str) -> None:
     door = read_door(Scenario.load(f"shipped:{source}"))

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from urdf_variants import VEHICLE, write_edited, write_massive
 
-from doorman.kinematics.urdf.robot import frozen
+from doorman.arrays import frozen
 from doorman.kinematics.vehicles.balance import Balance, balance_numbers, balance_of
 from doorman.kinematics.vehicles.rotor_layout import RotorLayout, rotor_layout
 from doorman.kinematics.vehicles.vehicle import Vehicle

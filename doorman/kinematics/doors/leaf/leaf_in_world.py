@@ -7,10 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from doorman.arrays import Array
+from doorman.arrays import Array, frozen
 from doorman.kinematics.doors.leaf import leaf_motion as motion
 from doorman.kinematics.doors.leaf.joint_units import InJointUnits
-from doorman.kinematics.urdf.robot import frozen
 
 
 class LeafInWorld(InJointUnits):

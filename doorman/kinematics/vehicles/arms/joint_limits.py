@@ -10,10 +10,9 @@ import numpy as np
 import pinocchio
 from numpy.typing import NDArray
 
-from doorman.arrays import Array
+from doorman.arrays import Array, frozen
 from doorman.exceptions import UrdfError
 from doorman.kinematics.urdf.elements import read_joints
-from doorman.kinematics.urdf.robot import frozen
 
 
 class JointLimits(NamedTuple):
