@@ -7,16 +7,14 @@ Usage: python docs/make_settings.py
 
 from __future__ import annotations
 
-import ast
 import dataclasses
-import inspect
 import re
-import textwrap
 from pathlib import Path
 from typing import Any
 
 from pydantic import BaseModel
 
+from doorman.docstrings import field_docs
 from doorman.hardware.door import CameraConfig, DoorSensorConfig, Mark
 from doorman.hardware.dynamixel import ServoConfig
 from doorman.hardware.mocap import MocapConfig
@@ -79,7 +77,7 @@ def rows(table: str, section: type[BaseModel]) -> list[str]:
     Raises:
         SystemExit: if a key's docstring is missing, or not of the form.
     """
-    said, made = docstrings(section), []
+    said, made = field_docs(section), []
     for name, field in section.model_fields.items():
         if isinstance(field.default, BaseModel):
             continue
@@ -113,7 +111,7 @@ def link_rows(table: str, config: type[Any]) -> list[str]:
     Raises:
         SystemExit: if a field has no docstring.
     """
-    said, made = docstrings(config), []
+    said, made = field_docs(config), []
     whole = re.search(r"\[([^\]]+)\]\.\Z", str(config.__doc__).strip())
     for field in dataclasses.fields(config):
         if not field.init or field.name in ("timeouts", "rates"):
@@ -129,17 +127,6 @@ def link_rows(table: str, config: type[Any]) -> list[str]:
             f"| `{field.name}`{mark} | {default} | {unit} | {small(words['meaning']).replace('|', chr(92) + '|')} |"
         )
     return made
-
-
-def docstrings(section: type[Any]) -> dict[str, str]:
-    """Docstring by field, on one line."""
-    body = ast.parse(textwrap.dedent(inspect.getsource(section))).body[0].body  # type: ignore[attr-defined]
-    return {
-        field.target.id: " ".join(text.value.value.split())
-        for field, text in zip(body, body[1:], strict=False)
-        if isinstance(field, ast.AnnAssign) and isinstance(field.target, ast.Name)
-        if isinstance(text, ast.Expr) and isinstance(text.value, ast.Constant)
-    }
 
 
 def written(value: Any) -> str:

@@ -54,8 +54,7 @@ class InThread(Opened):
         self._thread: threading.Thread | None = None
 
     def open(self) -> None:
-        if self._thread is not None:
-            raise BackendError(f"the {self._name} runs already", allowed="stop() before another open()")
+        self._require_closed()
         self._stopping.clear()
         self._begin()
         self._thread = self._clock.thread(self._run, name=self._name)
@@ -75,6 +74,14 @@ class InThread(Opened):
     def alive(self) -> bool:
         """Whether the thread runs, and was not stopped."""
         return self._thread is not None and self._thread.is_alive()
+
+    def _require_open(self) -> None:
+        if self._thread is None:
+            raise BackendError(f"the {self._name} is not open", allowed="open() before anything else")
+
+    def _require_closed(self) -> None:
+        if self._thread is not None:
+            raise BackendError(f"the {self._name} is open already", allowed="stop() before another open()")
 
     def _begin(self) -> None:
         """Open what the thread uses."""

@@ -126,6 +126,13 @@ Positive = Annotated[float, Range(0.0, above=True)]
 NonNegative = Annotated[float, Range(0.0)]
 
 
+def check_rules(settings: Any, prefix: str, *rules: tuple[bool, str, str]) -> None:
+    """Refuse settings of which a rule does not hold: whether it does, the field that it is about, and what is allowed."""
+    for good, name, allowed in rules:
+        if not good:
+            raise BackendError("out of range", field=prefix + name, given=getattr(settings, name), allowed=allowed)
+
+
 def check_fields(settings: Any, prefix: str = "") -> None:
     """Hold the fields of a dataclass of settings against the ranges and choices in their types; None is allowed to be none."""
     kind: Any = type(settings)  # which mypy takes for hashable

@@ -47,7 +47,9 @@ def recorded_scenario(
             "the recording does not say which scenario was flown", file=folder, field="header.scenario"
         )
     urdfs = _urdfs(recording, folder)
-    tables = tables | {part: {**_table(tables, part), "urdf": urdf} for part, urdf in urdfs.items()}
+    for part, urdf in urdfs.items():
+        table = tables.get(part)
+        tables = tables | {part: {**(table if isinstance(table, dict) else {}), "urdf": urdf}}
     scenario, unknown = _validated(tables, folder)
     if unknown:
         warn(f"another version of doorman made the recording; ignored: {', '.join(unknown)}")
@@ -79,11 +81,6 @@ def _urdfs(recording: Recording, folder: Path | None) -> dict[str, str]:
     return {"vehicle": str(beside.vehicle_urdf), "door": str(beside.door_urdf)}
 
 
-def _table(tables: Mapping[str, Any], name: str) -> dict[str, Any]:
-    table = tables.get(name, {})
-    return table if isinstance(table, dict) else {}
-
-
 def _validated(tables: dict[str, Any], folder: Path | None) -> tuple[Scenario, list[str]]:
     """The scenario, and the keys that had to be left out."""
     unknown: list[str] = []
@@ -98,7 +95,11 @@ def _validated(tables: dict[str, Any], folder: Path | None) -> tuple[Scenario, l
             for keys in extra:
                 shorter = _without(shorter, keys)
             if not extra or shorter == tables:
-                raise _misfit(found[0], folder) from None
+                where = ".".join(map(str, ("header", "scenario", *found[0]["loc"])))
+                raise RecordingError(
+                    "the recorded scenario does not fit this version of doorman", file=folder, field=where,
+                    given=found[0]["input"], allowed=found[0]["msg"],
+                ) from None  # fmt: skip
             tables = shorter
             unknown += [".".join(keys) for keys in extra]
 
@@ -111,13 +112,6 @@ def _without(table: Any, keys: tuple[str, ...]) -> Any:
     if not rest:
         return {key: value for key, value in table.items() if key != first}
     return {**table, first: _without(table[first], tuple(rest))}
-
-
-def _misfit(first: Any, folder: Path | None) -> RecordingError:
-    return RecordingError(
-        "the recorded scenario does not fit this version of doorman", file=folder,
-        field=".".join(map(str, ("header", "scenario", *first["loc"]))), given=first["input"], allowed=first["msg"],
-    )  # fmt: skip
 
 
 @cache

@@ -6,6 +6,7 @@ A step has one joint that moves. The others stand where the steps before have le
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 from doorman.arrays import Array
 from doorman.dynamics.attitude_loop import AttitudeLoop
@@ -37,8 +38,12 @@ def stages(scenario: Scenario) -> tuple[Model, ...]:
     if not scenario.first:
         return (Model(scenario),)
     leaf = Door(scenario.door_urdf, scenario.door)
-    beside = {step.door.hinge: _beside(step) for step in scenario.first}
-    beside[scenario.door.hinge] = _leaf_beside(scenario, leaf)
+    beside = {}
+    for step in scenario.first:  # a lever before it is turned
+        closed, own = step.door.closed or 0.0, _torques(step.true, step.door)
+        beside[step.door.hinge] = BesideSection(joint=step.door.hinge, value=closed, closed=closed, **own)
+    own = _torques(scenario.simulation, scenario.door, "door_")
+    beside[scenario.door.hinge] = BesideSection(joint=scenario.door.hinge, value=leaf.closed, closed=leaf.closed, **own)
     made: list[Model] = []
     for step in scenario.first:
         model = Model(_step(scenario, step, beside, made))
@@ -83,35 +88,17 @@ def _others(beside: dict[str, BesideSection], own: str, first: str = "") -> tupl
     return tuple(sorted((each for name, each in beside.items() if name != own), key=lambda each: each.joint != first))
 
 
-def _beside(step: FirstSection) -> BesideSection:
-    """A lever before it is turned."""
-    closed = step.door.closed or 0.0
-    return BesideSection(joint=step.door.hinge, value=closed, closed=closed, **_torques(step))
-
-
-def _torques(step: FirstSection) -> dict[str, float]:
+def _torques(true: Any, planned: Any, prefix: str = "") -> dict[str, float]:
     """Torques of the plant's joint, as far as the file names them."""
-    true = {name: getattr(step.true, name) for name in _TRUE}
-    planned = {name: getattr(step.door, name) for name in _TRUE}
-    return {name: true[name] if true[name] is not None else planned[name]
-            for name in _TRUE if true[name] is not None or planned[name] is not None}  # fmt: skip
-
-
-def _leaf_beside(scenario: Scenario, leaf: Door) -> BesideSection:
-    """The leaf while its lever is turned."""
-    values = {}
-    for name in _TRUE:
-        true, planned = getattr(scenario.simulation, f"door_{name}"), getattr(scenario.door, name)
-        if true is not None or planned is not None:
-            values[name] = planned if true is None else true
-    return BesideSection(joint=scenario.door.hinge, value=leaf.closed, closed=leaf.closed, **values)
+    found = {name: getattr(planned, name) for name in _TRUE}
+    found |= {name: value for name in _TRUE if (value := getattr(true, prefix + name)) is not None}
+    return {name: value for name, value in found.items() if value is not None}
 
 
 def _simulated(scenario: Scenario, step: FirstSection) -> SimulationSection:
     """The plant of a step: of the door's keys, only where it stands is that of the whole task."""
     own, default = scenario.simulation, SimulationSection()
-    keys = [key for key in type(own).model_fields if key.startswith("door_") and key not in _PLACE]
-    values = {key: getattr(default, key) for key in keys}
+    values = {key: value for key, value in default if key.startswith("door_") and key not in _PLACE}
     return own.model_copy(update={**values, **{f"door_{name}": getattr(step.true, name) for name in _TRUE}})
 
 

@@ -118,12 +118,7 @@ _OUTSIDE = 4
 def analytic_constraints(coupling: Coupling) -> Constraints:
     """The planner's constraints as a function of many states."""
     numbers = task_numbers(coupling.vehicle, coupling.door, coupling.distance_from_hinge, coupling.height)
-    reduced = ReducedModel(coupling.vehicle, numbers, time_step=1.0)  # constraints know no time
-
-    def constraints(states: Array) -> Array:
-        return reduced.constraints_along(np.ascontiguousarray(states))
-
-    return constraints
+    return ReducedModel(coupling.vehicle, numbers, time_step=1.0).constraints_along  # constraints know no time
 
 
 def audit(

@@ -57,10 +57,8 @@ class ReducedModel:
     @property
     def _kernels(self) -> Any:
         """This thread's model for kernels, with memory of its own."""
-        return self._own.get(self._fresh)
-
-    def _fresh(self) -> Any:
-        return load(self._text).Model.of(self.time_step, self.numbers.vector.copy(), np.zeros((1, 0)))
+        numbers = self.numbers.vector
+        return self._own.get(lambda: load(self._text).Model.of(self.time_step, numbers.copy(), np.zeros((1, 0))))
 
     def constraints(self, state: Array) -> Array:
         """Values h(x) of the collision constraints; h ≤ 0 is allowed."""

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -42,40 +41,32 @@ class Shape:
         return float(np.linalg.norm(self.half_extents))
 
 
+_PRIMITIVES: dict[str, tuple[Callable[..., Any], Callable[..., tuple[float, float, float]]]] = {
+    "box": (fcl.Box, lambda x, y, z: (x, y, z)),
+    "cylinder": (fcl.Cylinder, lambda radius, length: (2 * radius, 2 * radius, length)),
+    "sphere": (fcl.Sphere, lambda radius: (2 * radius, 2 * radius, 2 * radius)),
+}
+"""What makes a primitive's geometry of its size, and the edges of its box [m]."""
+
+
 def read_shapes(path: Path) -> list[Shape]:
     """All collision shapes of a URDF."""
     return [_shape(path, written) for written in read_collisions(path)]
 
 
 def _shape(path: Path, written: UrdfShape) -> Shape:
-    placement, make = np.array(written.placement), _maker(written)
-    if make is not None:
-        half = _half_extents(written)
-    else:
+    placement = np.array(written.placement)
+    if written.kind == "mesh":
         hull = convex_hull(path, written)
-        vertices = hull.vertices
+        lowest, highest = hull.vertices.min(axis=0), hull.vertices.max(axis=0)
+        center, half = (lowest + highest) / 2, (highest - lowest) / 2
         faces = np.insert(hull.triangles, 0, 3, axis=1).ravel()  # FCL's form: 3, then three indices each
-        center = (vertices.min(axis=0) + vertices.max(axis=0)) / 2
-        half = (vertices.max(axis=0) - vertices.min(axis=0)) / 2
         placement[:3, 3] += placement[:3, :3] @ center
-        make = partial(fcl.Convex, vertices - center, len(hull.triangles), faces)
-    return Shape(written.name, written.link, frozen(placement), frozen(half), make())
-
-
-def _maker(written: UrdfShape) -> Callable[[], Any] | None:
-    """What makes the FCL geometry of a primitive; None for a mesh."""
-    primitives = {"box": fcl.Box, "cylinder": fcl.Cylinder, "sphere": fcl.Sphere}
-    return partial(primitives[written.kind], *written.size) if written.kind in primitives else None
-
-
-def _half_extents(written: UrdfShape) -> Array:
-    """Half the lengths of a primitive's box, shape (3,) [m]."""
-    if written.kind == "box":
-        return np.array(written.size) / 2
-    if written.kind == "cylinder":
-        radius, length = written.size
-        return np.array([radius, radius, length / 2])
-    return np.full(3, written.size[0])
+        geometry = fcl.Convex(hull.vertices - center, len(hull.triangles), faces)
+    else:
+        make, edges = _PRIMITIVES[written.kind]
+        geometry, half = make(*written.size), np.array(edges(*written.size)) / 2
+    return Shape(written.name, written.link, frozen(placement), frozen(half), geometry)
 
 
 _POINT = 1e-6

@@ -32,8 +32,6 @@ _MOST_TURNS = 20
 """Headings that are tried while the tip looks for the leaf."""
 _ROOM = 0.02
 """Distance to leaf and jambs beyond the planner's margin then [m]."""
-_NEAR_THE_DISC = 0.05
-"""A leaf that is nearer to the rotor disc is looked at: would it be met before the vehicle brakes [m]?"""
 _NO_ROOM = 0.004
 """Gap between disc and jamb below which a vehicle leaves the doorway [m]."""
 _WAY_OUT = 0.9
@@ -153,23 +151,27 @@ class AtTheLeaf:
             self.move(estimate, _HASTES * self._speed), arm_rates=arm_rates_to(posture[5:], estimate.arm_angles)
         )
 
-    def hits_the_rotors(self, estimate: Estimate, searching: bool) -> bool:
+    def hits_the_rotors(self, estimate: Estimate) -> bool:
         """Whether the vehicle flies its rotor disc, and not its tip, into the leaf where that is believed to be."""
-        gap = (
-            self._doorway.gap_to(*self._soon(estimate), estimate.contact_point, estimate.normal) - estimate.face_offset
-        )
-        closing = float(estimate.normal @ estimate.velocity)
-        closing += self._coupling.lever_length * estimate.door_rate
-        soon = min(DRIFTS * closing, _NEAR_THE_DISC) if searching and not estimate.touching else NO_GAP
-        return gap < max(soon, NO_GAP)
+        return min(self._gap(estimate, estimate.position, estimate.attitude), self._gap_soon(estimate)) < NO_GAP
 
-    def _soon(self, estimate: Estimate) -> tuple[Array, Array]:
-        """Position and upwards after `DRIFTS`, of a vehicle that turns on about a tip which touches; else as they are now."""
-        if not estimate.touching:
-            return estimate.position, estimate.rotation_body_to_world[:, 2]
+    def _gap_soon(self, estimate: Estimate) -> float:
+        """Gap after `DRIFTS`: the vehicle turns on about a tip that touches, or flies on, no farther than the tip lets it."""
         soon = estimate.attitude + DRIFTS * estimate.attitude_rates
-        now, then = self._coupling.tips(np.array([estimate.attitude, soon]), np.array([estimate.arm_angles] * 2))
-        return estimate.position + now - then, rotation_body_to_world(soon)[:, 2]
+        if estimate.touching:
+            now, then = self._coupling.tips(np.array([estimate.attitude, soon]), np.array([estimate.arm_angles] * 2))
+            return self._gap(estimate, estimate.position + now - then, soon)
+        closing = float(estimate.normal @ estimate.velocity) + self._coupling.lever_length * estimate.door_rate
+        before = float(estimate.normal @ (estimate.contact_point - estimate.tip)) - estimate.face_offset
+        meets = before > -NO_GAP  # else it has passed the leaf's edge
+        drift = min(DRIFTS * closing, max(before, 0.0)) if meets else DRIFTS * closing
+        return self._gap(estimate, estimate.position, soon) - drift
+
+    def _gap(self, estimate: Estimate, position: Array, attitude: Array) -> float:
+        """Between rotor disc and the leaf's face, of a vehicle that is there [m]."""
+        upwards = rotation_body_to_world(attitude)[:, 2]
+        gap = self._doorway.gap_to(position, upwards, estimate.contact_point, estimate.normal)
+        return gap - estimate.face_offset
 
     def meets_a_jamb(self, estimate: Estimate) -> bool:
         """Whether the rotor disc is about to touch a jamb."""

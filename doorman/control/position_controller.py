@@ -22,7 +22,7 @@ from doorman.arrays import Array
 from doorman.control.kernels.control_step import ACTING, FREE, GIVEN, MEMORY, wanted_force
 from doorman.control.observers.disturbance_observer import DisturbanceObserver
 from doorman.control.under_way import Later
-from doorman.kinematics.vehicles.actuation import Actuation, TiltedThrust
+from doorman.kinematics.vehicles.actuation import Actuation
 from doorman.kinematics.vehicles.actuation import attitude_of_force as attitude_of_force
 from doorman.kinematics.vehicles.actuation import saturate as saturate
 from doorman.one_line import OneLine
@@ -90,7 +90,7 @@ class PositionController:
         actuation: Actuation | None = None,
     ) -> None:
         self.mass = mass
-        self._actuation = actuation or TiltedThrust(max_thrust)
+        self._actuation = actuation or Actuation(max_thrust)
         self.settings = settings
         self.reach = 1.0
         """Share of the largest thrust that the rotors make."""

@@ -39,6 +39,9 @@ _AHEAD = 0.06
 """The onboard loop turns the vehicle at the rate that the plan has so much later [s]."""
 _MOST_TURN = 0.25
 """Largest lead of the commanded heading [rad]."""
+_MOST_SLOWER = 0.4
+"""Largest rate that the heading is behind plans by and that is added [rad/s]: rotors that hold against the contact are at their
+limits there, and more would turn the vehicle on once the contact ends."""
 _ARM_TIME = 0.1
 """Low-pass of the joint rates [s]: they differ from plan to plan by noise, which would rattle the tip until friction lets go."""
 _SIDE_TIME = 0.05
@@ -237,7 +240,7 @@ class WholeBodyController:
         later = min(int((time + _AHEAD) / plan.time_step), last)
         planned, gain = plan.inputs[at], self._model.scenario.control.yaw_gain
         slower = self._slower + gain * time_step * (float(plan.states[at, _YAW_RATE]) - yaw_rate)
-        self._slower = min(max(slower, -_MOST_TURN * gain), _MOST_TURN * gain)
+        self._slower = min(max(slower, -_MOST_SLOWER), _MOST_SLOWER)
         turning = (plan.states[later + 1, _YAW_RATE] + self._slower) / gain
         lead = min(max(float(turning), -_MOST_TURN), _MOST_TURN)
         self._followed = planned

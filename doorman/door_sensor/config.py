@@ -136,12 +136,16 @@ class DoorSensorConfig:
         if _PATTERN.fullmatch(self.source) is None:
             raise BackendError("no such source", field="door_sensor.source", given=self.source, allowed=_ALLOWED)
         check_fields(self, "door_sensor.")
-        if self.source in (CAMERAS, TAGS) and self.leaf is None and self.frame is None:
+        if self.source in (CAMERAS, TAGS) and not self.marks:
             raise BackendError("nothing to see", field="door_sensor.leaf", given=None, allowed="leaf, frame, or both")
         if self.source == TAGS:
-            for mark in (self.leaf, self.frame):
-                if mark is not None:
-                    mark.tag  # noqa: B018  # an error if it is none
+            for mark in self.marks.values():
+                mark.tag  # noqa: B018  # an error if it is none
+
+    @property
+    def marks(self) -> dict[str, Mark]:
+        """What can be seen, by where it is stuck: `leaf`, `frame`, or both."""
+        return {part: mark for part, mark in (("leaf", self.leaf), ("frame", self.frame)) if mark is not None}
 
 
 _QUARTER = 0.5 * math.pi

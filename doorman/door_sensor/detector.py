@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.arrays import Array
-from doorman.door_sensor.config import CameraConfig, DoorSensorConfig, Mark
+from doorman.door_sensor.config import CameraConfig, DoorSensorConfig
 from doorman.door_sensor.sensor import DoorSample, FrameSample, LeafSample, MarkPose
 from doorman.exceptions import BackendError, how_to_install
 from doorman.kinematics.quaternions import from_rotation, to_rotation
@@ -143,28 +143,22 @@ def _meeting(a: Array, b: Array, c: Array, d: Array) -> Array:
 
 class DoorByTags:
     def __init__(self, config: DoorSensorConfig) -> None:
-        self._config = config
+        self._marks = config.marks
         self._mounts = {
-            mark.tag: (np.array(mark.position), rotation_body_to_world(mark.attitude)) for mark in marks_of(config)
+            part: (np.array(mark.position), rotation_body_to_world(mark.attitude)) for part, mark in self._marks.items()
         }
 
     def sample(self, time: float, seen: dict[int, MarkPose], before: DoorSample) -> DoorSample:
         """What the tags of one picture say; what is not in it stays as before."""
-        leaf, frame = self._link(self._config.leaf, seen), self._link(self._config.frame, seen)
+        links = {part: self._link(part, seen[mark.tag]) for part, mark in self._marks.items() if mark.tag in seen}
         return DoorSample(
-            before.leaf if leaf is None else LeafSample(time, pose=leaf),
-            before.frame if frame is None else FrameSample(time, frame),
+            LeafSample(time, pose=links["leaf"]) if "leaf" in links else before.leaf,
+            FrameSample(time, links["frame"]) if "frame" in links else before.frame,
         )
 
-    def _link(self, mark: Mark | None, seen: dict[int, MarkPose]) -> MarkPose | None:
+    def _link(self, part: str, tag: MarkPose) -> MarkPose:
         """Pose of the link that a tag is stuck on."""
-        if mark is None or mark.tag not in seen:
-            return None
-        pose, (place, turn) = seen[mark.tag], self._mounts[mark.tag]
-        rotation = to_rotation(pose.quaternion) @ turn.T
-        x, y, z = (np.array(pose.position) - rotation @ place).tolist()
+        place, turn = self._mounts[part]
+        rotation = to_rotation(tag.quaternion) @ turn.T
+        x, y, z = (np.array(tag.position) - rotation @ place).tolist()
         return MarkPose((x, y, z), from_rotation(rotation), in_body=True)
-
-
-def marks_of(config: DoorSensorConfig) -> list[Mark]:
-    return [mark for mark in (config.leaf, config.frame) if mark is not None]

@@ -103,6 +103,7 @@ _MOST_OFF, _MOST_TURNED = 0.1, math.radians(10.0)
 """Largest error of a leaf's mark against every place of the leaf: that of the map, as `door.search` bounds it [m, rad]."""
 _BEYOND = 0.2
 """Tolerance beyond the joint's range, for marks that are stuck on by eye [rad, or m]."""
+_UNPLACED = "not a pose, or of a time at which the vehicle's own is not known"
 _NUMBERS = re.compile(r"[\d.+-]+")
 
 
@@ -129,7 +130,7 @@ class DoorSensor(Uncopied):
         self._poses: deque[_VehiclePose] = deque()
         self._events = EventLog[tuple[float, str]](_KEPT)
         self._faults = {"leaf": "", "frame": "", "": ""}
-        self._judged: tuple[LeafSample | None, LeafReading | None] = None, None
+        self._judged: tuple[LeafSample | None, LeafReading | str] = None, ""
         self._frame: FrameReading | None = None
 
     def note_pose(self, time: float, position: Array, attitude: Array) -> None:
@@ -162,91 +163,72 @@ class DoorSensor(Uncopied):
         except Exception as error:  # whatever it is: the vehicle flies without the sensor
             sample, fault = DoorSample(), f"{type(error).__name__}: {error}"
         self._tell("", now, fault)
-        frame = self._checked("frame", now, sample.frame)
-        if isinstance(frame, FrameSample):
-            self._frame = self._frame_of(frame, epoch, now)
-        leaf = self._checked("leaf", now, sample.leaf)
-        if not isinstance(leaf, LeafSample):
-            return None, self._frame if frame is not None else None
-        if leaf != self._judged[0]:
-            self._judged = leaf, self._leaf_of(leaf, epoch, now)
-        return self._judged[1], self._frame if frame is not None else None
+        frame: FrameReading | str = self._too_old("frame", now, sample.frame)
+        if sample.frame is not None and not frame:
+            frame = self._frame_of(sample.frame, epoch)
+            self._frame = None if isinstance(frame, str) else frame
+        self._tell("frame", now, frame)
+        leaf: LeafReading | str = self._too_old("leaf", now, sample.leaf)
+        if sample.leaf is not None and not leaf:
+            if sample.leaf != self._judged[0]:
+                self._judged = sample.leaf, self._leaf_of(sample.leaf, epoch)
+            leaf = self._judged[1]
+        self._tell("leaf", now, leaf)
+        return None if isinstance(leaf, str) else leaf, None if isinstance(frame, str) else frame
 
     def events(self) -> list[tuple[float, str]]:
         """Time and words of every change since the last call."""
         return self._events.take()
 
-    def _checked(
-        self, part: str, now: float, sample: LeafSample | FrameSample | None
-    ) -> LeafSample | FrameSample | None:
-        """The sample, unless it is none or old."""
+    def _too_old(self, part: str, now: float, sample: LeafSample | FrameSample | None) -> str:
+        """What is wrong with the time of a sample; nothing where none is expected."""
         if sample is None:
-            if self._faults[part] != "" or part in self._expected:
-                self._tell(part, now, "no reading")
-            return None
-        if not -1e-3 <= now - sample.time <= self.config.stale_after:
-            self._tell(part, now, "the reading is old" if sample.time < now else "the reading is of a time to come")
-            return None
-        return sample
+            expected = self.config.marks or ("leaf",)
+            return "no reading" if self._faults[part] or part in expected else ""
+        if -1e-3 <= now - sample.time <= self.config.stale_after:
+            return ""
+        return "the reading is old" if sample.time < now else "the reading is of a time to come"
 
-    @property
-    def _expected(self) -> tuple[str, ...]:
-        marks = {"leaf": self.config.leaf, "frame": self.config.frame}
-        named = tuple(part for part, mark in marks.items() if mark is not None)
-        return named or ("leaf",)
-
-    def _frame_of(self, sample: FrameSample, epoch: float, now: float) -> FrameReading | None:
+    def _frame_of(self, sample: FrameSample, epoch: float) -> FrameReading | str:
+        """The reading, or why there is none."""
         placed = self._in_world(sample.pose, sample.time)
         if placed is None:
-            self._tell("frame", now, "not a pose, or of a time at which the vehicle's own is not known")
-            return None
+            return _UNPLACED
         position, rotation = placed
         lean = math.acos(min(max(float(rotation[2, 2]), -1.0), 1.0))
         if lean > _MOST_TURNED:
-            self._tell(
-                "frame", now, f"the mark on the frame leans by {math.degrees(lean):.0f}°: another object, or turned"
-            )
-            return None
+            return f"the mark on the frame leans by {math.degrees(lean):.0f}°: another object, or turned"
         yaw = math.atan2(float(rotation[1, 0] - rotation[0, 1]), float(rotation[0, 0] + rotation[1, 1]))
         mark = np.zeros(3) if self.config.frame is None else np.array(self.config.frame.position)
         place = position + rotation @ mark  # where the mark is seen: its place is known better than its attitude
-        self._tell("frame", now, "")
         return FrameReading(
             place - rotation_body_to_world((0.0, 0.0, yaw)) @ mark, yaw, sample.time - epoch, self.config.place_deviation,
             self.config.turn_deviation,
         )  # fmt: skip
 
-    def _leaf_of(self, sample: LeafSample, epoch: float, now: float) -> LeafReading | None:
-        config, (low, high) = self.config, self._motion.limits
+    def _leaf_of(self, sample: LeafSample, epoch: float) -> LeafReading | str:
+        """The reading, or why there is none."""
+        config, motion, joint, deviation = self.config, self._motion, sample.joint, self.config.deviation
         if sample.pose is None:
-            joint, deviation = sample.joint, sample.deviation or config.deviation
             if joint is None or not math.isfinite(joint):
-                self._tell("leaf", now, f"the reading is {joint}")
-                return None
+                return f"the reading is {joint}"
         else:
             placed = self._in_world(sample.pose, sample.time)
             if placed is None:
-                self._tell("leaf", now, "not a pose, or of a time at which the vehicle's own is not known")
-                return None
-            position, rotation = placed
-            known, motion = self._frame, self._motion
+                return _UNPLACED
+            known = self._frame
             origin, yaw = (motion.door_position, motion.door_yaw) if known is None else (known.position, known.yaw)
             back = rotation_body_to_world((0.0, 0.0, -yaw))
-            position, rotation = back @ (position - np.array(origin)), back @ rotation
             mark = (0.0, 0.0, 0.0) if config.leaf is None else config.leaf.position
-            joint, own, off, turned = self._motion.joint(
-                position, rotation, mark, config.place_deviation, config.turn_deviation
-            )
-            deviation = sample.deviation or own
+            joint, deviation, off, turned = motion.joint(
+                back @ (placed[0] - np.array(origin)), back @ placed[1], mark, config.place_deviation, config.turn_deviation
+            )  # fmt: skip
             if off > _MOST_OFF or turned > _MOST_TURNED:
-                words = f"{1e2 * off:.0f} cm and {math.degrees(turned):.0f}° off its way: another object, or turned"
-                self._tell("leaf", now, f"the mark on the leaf is {words}")
-                return None
-        if not low - _BEYOND <= joint <= high + _BEYOND:
-            self._tell("leaf", now, f"the leaf is seen at {joint:.2f}, beyond its joint's range")
-            return None
-        self._tell("leaf", now, "")
-        return LeafReading(float(joint), sample.time - epoch, float(deviation))
+                words = f"{100.0 * off:.0f} cm and {math.degrees(turned):.0f}° off its way: another object, or turned"
+                return f"the mark on the leaf is {words}"
+        if not motion.limits[0] - _BEYOND <= joint <= motion.limits[1] + _BEYOND:
+            return f"the leaf is seen at {joint:.2f}, beyond its joint's range"
+        return LeafReading(float(joint), sample.time - epoch, float(sample.deviation or deviation))
 
     def _in_world(self, pose: MarkPose, time: float) -> tuple[Array, Array] | None:
         """Position and rotation in the world, if they are known."""
@@ -267,7 +249,9 @@ class DoorSensor(Uncopied):
         body = rotation_body_to_world(turn + share * change)
         return place + share * (place_after - place) + body @ position, body @ rotation
 
-    def _tell(self, part: str, now: float, fault: str) -> None:
+    def _tell(self, part: str, now: float, found: object) -> None:
+        """Write down what is wrong, or that nothing is; once."""
+        fault = found if isinstance(found, str) else ""
         kind = _NUMBERS.sub("", fault)  # what is wrong, not by how much
         if kind == self._faults[part]:
             return

@@ -1,10 +1,11 @@
-r"""The vehicle's attitude loop, by two numbers: its lag τ behind setpoints of roll and pitch, and its dead time d.
-
-The loop has the shape of a Pixhawk's with its default gains. Only its speed is the vehicle's:
+r"""The vehicle's attitude loop, by three numbers: its lag τ behind setpoints of roll and pitch, its dead time d, and its shape.
 
 .. math::
     \dot\omega(t) = \kappa_r\big(\kappa_a(\phi_d(t - d) - \phi(t)) - \omega(t)\big), \qquad
-    \kappa_a = \frac{1}{\tau}, \qquad \kappa_r = \frac{2.8}{\tau}
+    \kappa_a = \frac{1}{\tau}, \qquad \kappa_r = \frac{\varrho}{\tau}
+
+A Pixhawk's with default gains has ϱ = 2.8. One with less overshoots, and gives way to a moment more: its stiffness goes with
+ϱ/τ².
 
 The dead time is not lag: until it has passed, nothing happens. Link, estimator and motors of an autopilot make it.
 
@@ -18,8 +19,10 @@ from dataclasses import dataclass
 
 USUAL_LAG = 0.1
 """Lag of a Pixhawk with default gains on motors with a lag of 0.03 s [s]."""
-_RATE_GAIN = 2.8
-"""κ_r by κ_a."""
+USUAL_RATIO = 2.8
+"""κ_r by κ_a of a Pixhawk with default gains: 4ζ² with a damping ζ of 0.84."""
+_FOLLOWS = 2.5
+"""Stiffness by κ_a κ_r: the derivative, which the motors' lag asks for, is in the gain of the rates."""
 TESTED_LAG, TESTED_DEAD_TIME = 0.25, 0.1
 """Loops up to these were flown in contact, with what is believed of them measured in hover [s]; docs/decisions/016."""
 
@@ -34,6 +37,8 @@ class AttitudeLoop:
     """d [s]."""
     feedback: float = 0.0
     """Lag of its feedback, which alone answers a moment, where feed-forward makes it follow commands sooner [s]."""
+    ratio: float = USUAL_RATIO
+    """ϱ, κ_r by κ_a."""
 
     @property
     def shaping(self) -> float:
@@ -47,8 +52,8 @@ class AttitudeLoop:
     def planned(self, time_step: float) -> AttitudeLoop:
         """The loop with shaped commands, as steps of this length can follow it [s]: lag and dead time keep their sum."""
         lag = self.lag + self.shaping
-        resolved = max(lag, _RATE_GAIN * time_step)
-        return AttitudeLoop(resolved, max(self.dead_time + lag - resolved, 0.0))
+        resolved = max(lag, self.ratio * time_step)
+        return AttitudeLoop(resolved, max(self.dead_time + lag - resolved, 0.0), ratio=self.ratio)
 
     @property
     def quickness(self) -> float:
@@ -63,12 +68,12 @@ class AttitudeLoop:
     @property
     def rate_gain(self) -> float:
         """κ_r of the rate loop with the rotors' lag: angular acceleration by the rate's error [1/s]."""
-        return 10.0 * _RATE_GAIN * self.quickness
+        return 10.0 * self.ratio * self.quickness
 
     @property
     def stiffness(self) -> float:
         """Angular acceleration with which it answers an error that stays, per radian [1/s²]."""
-        return 700.0 * self.quickness**2
+        return _FOLLOWS * self.gain * self.rate_gain
 
     @property
     def acceleration_look_ahead(self) -> float:

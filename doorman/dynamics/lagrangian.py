@@ -62,11 +62,6 @@ class LagrangianTask(TiedTask):
         """The tip from the centre of mass, e, (3, 1) [m]."""
         return self.tip_in_body if self._bodies is None else self.tip_in_body - self.center_of_mass
 
-    @property
-    def _static_moment(self) -> Any:
-        """Moment of the thrust about the centre of mass, (3, 1) [N m]."""
-        return -ca.cross(self.center_of_mass, ca.vertcat(0, 0, self.thrust))
-
     @cached_property
     def _lever(self) -> Any:
         """J, body axes [m]."""
@@ -89,7 +84,7 @@ class LagrangianTask(TiedTask):
         gyroscopic = ca.cross(self.body_rates, self.inertia @ self.body_rates)
         moment = self.torque + ca.cross(tip, drift) - gyroscopic
         if self._bodies is not None:
-            moment += self._static_moment
+            moment -= ca.cross(self.center_of_mass, ca.vertcat(0, 0, self.thrust))
         torque = -ca.dot(self._lever, drift) - self.hinge_torque
         swing = 1 / (self.door.inertia + mass * (contact.distance_from_hinge**2 + contact.offset**2))
         coupling = mass * ca.cross(self._lever, tip)

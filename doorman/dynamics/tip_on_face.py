@@ -14,12 +14,6 @@ from doorman.kinematics.task import Task
 class TipOnFace(Task):
     """Named expressions of the contact between the tip of a vehicle that flies freely and the leaf. See `Task`."""
 
-    contact: Any
-    """Numbers of contact point and contact: `stiffness`, `damping`, `smoothing`, `friction`, `stick`, …, too."""
-
-    reference: Any
-    """Numbers of the goal: `sense` of the way there; of a plan all that it is drawn to, see `references`."""
-
     @cached_property
     def rate_to_goal(self) -> Any:
         """Rate of α towards the goal [rad/s]."""

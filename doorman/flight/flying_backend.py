@@ -210,18 +210,14 @@ def _ended_by_exceptions(may: Callable[[], bool]) -> Iterator[None]:
         if interrupted_at - before > SAME_INTERRUPT:
             signal.default_int_handler(number, frame)
 
-    taken: dict[signal.Signals, Any] = {}
-    handlers: tuple[tuple[signal.Signals, Any, Any], ...] = (
-        (signal.SIGTERM, signal.SIG_DFL, end),
-        (signal.SIGHUP, signal.SIG_DFL, end),
-        (signal.SIGQUIT, signal.SIG_DFL, end),
-        *((stopping, signal.SIG_DFL, signal.SIG_IGN) for stopping in STOPPING),
-        (signal.SIGINT, signal.default_int_handler, interrupt),
-    )
-    for number, own, handler in handlers:
-        if signal.getsignal(number) is own:
-            taken[number] = own
-            signal.signal(number, handler)
+    handlers: dict[signal.Signals, tuple[Any, Any]] = {
+        **dict.fromkeys((signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT), (signal.SIG_DFL, end)),
+        **dict.fromkeys(STOPPING, (signal.SIG_DFL, signal.SIG_IGN)),
+        signal.SIGINT: (signal.default_int_handler, interrupt),
+    }
+    taken = {number: own for number, (own, _) in handlers.items() if signal.getsignal(number) is own}
+    for number in taken:
+        signal.signal(number, handlers[number][1])
     try:
         yield
     finally:

@@ -25,7 +25,7 @@ from doorman.hardware.pixhawk import (
     PositionSetpoint,
     SampleStatus,
 )
-from doorman.hardware.pixhawk.autopilot import LEAST_HEIGHT, MOST_HEIGHT
+from doorman.hardware.pixhawk.sequences import LEAST_HEIGHT, MOST_HEIGHT
 from doorman.hardware.safety import Action, Fault, Observation, Observer, Supervisor
 from doorman.hardware.vehicle import Places, VehicleBackend, VehicleLinks
 from doorman.model import Model
@@ -226,6 +226,7 @@ class GuardedFlight(Uncopied):
 
     def _await_motors(self) -> End:
         """Wait until they stop, or as long as makes sense."""
+        autopilot = self.links.autopilot
         self.say("wait for the motors to stop")
         begin = ended = self.links.clock.now()
         stands_since: float | None = None
@@ -236,9 +237,11 @@ class GuardedFlight(Uncopied):
             waits = waits or (end is End.UNHEARD and self.supervisor.action is not Action.RELEASE)
             now = self.links.clock.now()
             ended = now if waits else ended
-            stands_since = (stands_since or now) if end is End.STILL_ARMED and self._stands() else None
+            landed = autopilot.state().landed is LandedState.ON_GROUND
+            stands = landed and end is End.STILL_ARMED and autopilot.status().authority is Authority.LANDING
+            stands_since = (stands_since or now) if stands else None
             if stands_since is not None and now - stands_since > _ON_GROUND:
-                self.links.autopilot.disarm()
+                autopilot.disarm()
                 stands_since = None
             if now - begin > _LANDING_PATIENCE or now - ended > _LAST_LOOK:
                 break
@@ -261,12 +264,6 @@ class GuardedFlight(Uncopied):
     def seen(self) -> str:
         """What cameras and tilt show of a vehicle that does not stand where it should, and of what it lay on in the air."""
         return "; ".join(filter(None, (self._carried.words, self._rest.words)))
-
-    def _stands(self) -> bool:
-        """Whether the vehicle has landed on our command."""
-        autopilot = self.links.autopilot
-        landing = autopilot.status().authority is Authority.LANDING
-        return landing and autopilot.state().landed is LandedState.ON_GROUND
 
     def _look(self) -> Observation:
         seen = self._observer.look()

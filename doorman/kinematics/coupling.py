@@ -1,9 +1,7 @@
-r"""The kinematic constraint between vehicle and door, its Jacobians, and the state conversion both ways.
+r"""The kinematic constraint between vehicle and door, and the state conversion both ways.
 
 :math:`P + R\,d = P_h + D_V c(\alpha) - o\,n_D + D_H e_3` (the paper's kinematic constraint, with o = 0 there), with the
 leaf's direction c, its normal n_D and the lever J as `Door` has them.
-With :math:`q = [\Phi,\ \alpha]`: :math:`\dot P = J_t\dot q - R\dot d`, :math:`\Omega = J_r\dot q`,
-:math:`\dot\alpha = J_\alpha\dot q`.
 """
 
 from __future__ import annotations
@@ -18,8 +16,7 @@ from doorman.arrays import Array
 from doorman.checks import vector
 from doorman.copying import PerThread
 from doorman.kinematics.doors.door import Door
-from doorman.kinematics.rotations import body_rate_matrix, rotation_body_to_world, skew
-from doorman.kinematics.vehicles.arms.arm import ArmParameters, tip_motion, tips_in_world
+from doorman.kinematics.vehicles.arms.arm import ArmParameters, tip_motion
 from doorman.kinematics.vehicles.vehicle import Vehicle
 from doorman.numba_types.handles import held
 from doorman.one_line import OneLine
@@ -32,9 +29,6 @@ ROOM_TO_LEVEL = 0.045
 back about its tip as it levels to let go [m]."""
 _GUSTS = 0.01
 """Room beyond that in which gusts move a vehicle at the leaf [m]."""
-
-JACOBIAN_OF_DOOR_ANGLE = np.array([[0.0, 0.0, 0.0, 1.0]])
-"""J_α of α̇ = J_α q̇, shape (1, 4)."""
 
 
 def distance_in_doorway(reach: float, room: float) -> float:
@@ -99,31 +93,14 @@ class Coupling:
         tip = self._tip_in_world(vector(attitude, 3, "attitude"), np.zeros(3), angles, np.zeros(n))
         return self.contact_point(float(door_angle)) - tip[:3]
 
-    def translation_jacobian(self, attitude: ArrayLike, door_angle: float, arm_angles: ArrayLike) -> Array:
-        r"""J_t of :math:`\dot P = J_t\dot q - R\dot d`: :math:`J_t = [R\,\hat d\,W^{-1},\ J]`."""
-        rotation = rotation_body_to_world(attitude)
-        jacobian = np.empty((3, 4))
-        jacobian[:, :3] = rotation @ skew(self.vehicle.tip_position(arm_angles)) @ body_rate_matrix(attitude)
-        jacobian[:, 3] = self.door.lever(door_angle, self.distance_from_hinge)
-        return jacobian
-
-    @staticmethod
-    def rotation_jacobian(attitude: ArrayLike) -> Array:
-        r"""J_r of :math:`\Omega = J_r\dot q`: :math:`J_r = [W^{-1}(\Phi),\ 0]`."""
-        return np.hstack([body_rate_matrix(attitude), np.zeros((3, 1))])
-
     def vehicle_motion(self, state: ArrayLike, body_rates: ArrayLike, arm_rates: ArrayLike) -> VehicleMotion:
         r"""Motion of the vehicle that belongs to a state: :math:`\dot P = \dot\alpha J - R(\Omega\times d) - R\dot d`."""
         n = self.vehicle.n_arm
         x = vector(state, 5 + n, "state")
-        return self.motion_of(x, vector(body_rates, 3, "body_rates"), vector(arm_rates, n, "arm_rates"))
-
-    def motion_of(self, state: Array, body_rates: Array, arm_rates: Array) -> VehicleMotion:
-        """Motion of the vehicle that belongs to a state, as `vehicle_motion` returns it, without a check of the arrays."""
-        angle = float(state[3])
-        tip = self._tip_in_world(state[:3], body_rates, state[5:], arm_rates)
-        lever = self.door.lever(angle, self.distance_from_hinge)
-        return VehicleMotion(self.contact_point(angle) - tip[:3], float(state[4]) * lever - tip[3:])
+        rates = vector(body_rates, 3, "body_rates"), vector(arm_rates, n, "arm_rates")
+        tip = self._tip_in_world(x[:3], rates[0], x[5:], rates[1])
+        lever = self.door.lever(float(x[3]), self.distance_from_hinge)
+        return VehicleMotion(self.contact_point(float(x[3])) - tip[:3], float(x[4]) * lever - tip[3:])
 
     def door_state(
         self,
@@ -140,29 +117,22 @@ class Coupling:
         :math:`\dot P + R(\Omega\times d) + R\,\dot d` (the paper's state conversion, without its singularity).
         """
         n = self.vehicle.n_arm
-        return self.door_of(
-            vector(position, 3, "position"),
-            vector(velocity, 3, "velocity"),
-            vector(attitude, 3, "attitude"),
-            vector(body_rates, 3, "body_rates"),
-            vector(arm_angles, n, "arm_angles"),
-            vector(arm_rates, n, "arm_rates"),
-        )
-
-    def door_of(
-        self, position: Array, velocity: Array, attitude: Array, body_rates: Array, arm_angles: Array, arm_rates: Array
-    ) -> tuple[float, float]:
-        """Door angle and rate from the tip, as `door_state` returns them, without a check of the arrays."""
-        relative = self._tip_in_world(attitude, body_rates, arm_angles, arm_rates)
-        tip = position + relative[:3] - self.door.hinge_position
-        angle = self.door.angle_of(tip)
-        return angle, -float(self.door.normal(angle) @ (velocity + relative[3:])) / self.lever_length
+        relative = self._tip_in_world(
+            vector(attitude, 3, "attitude"), vector(body_rates, 3, "body_rates"),
+            vector(arm_angles, n, "arm_angles"), vector(arm_rates, n, "arm_rates"),
+        )  # fmt: skip
+        angle = self.door.angle_of(vector(position, 3, "position") + relative[:3] - self.door.hinge_position)
+        speed = float(self.door.normal(angle) @ (vector(velocity, 3, "velocity") + relative[3:]))
+        return angle, -speed / self.lever_length
 
     def tips(self, attitudes: Array, arm_angles: Array) -> Array:
         r"""Tips of many postures relative to O_B, :math:`R\,d`."""
-        out = np.empty((len(attitudes), 3))
-        tips_in_world(self._arm, np.ascontiguousarray(attitudes), np.ascontiguousarray(arm_angles), out)
-        return out
+        still, arms = np.zeros(3 + self.vehicle.n_arm), np.ascontiguousarray(arm_angles)
+        tips = [
+            self._tip_in_world(attitude, still[:3], arm, still[3:])[:3]
+            for attitude, arm in zip(np.ascontiguousarray(attitudes), arms, strict=True)
+        ]
+        return np.array(tips).reshape(-1, 3)
 
     def _tip_in_world(self, attitude: Array, body_rates: Array, arm_angles: Array, arm_rates: Array) -> Array:
         """Position and velocity of the tip relative to O_B, world axes, shape (6,)."""

@@ -25,7 +25,7 @@ class Numbers:
         self._places = {name: slice(int(ends[i]), int(ends[i + 1])) for i, name in enumerate(self.sizes)}
 
     def __getitem__(self, name: str) -> Array:
-        return self.vector[self._place(name)]
+        return self.vector[self.place(name)]
 
     def named(self, vector: ArrayLike) -> dict[str, Array]:
         """Other numbers in the same order, by name."""
@@ -34,18 +34,14 @@ class Numbers:
 
     def one(self, name: str) -> float:
         """The number of a name that stands for one."""
-        return float(self.vector.item(self._place(name).start))
-
-    def place(self, name: str) -> slice:
-        """Where in the vector a name's numbers stand."""
-        return self._place(name)
+        return float(self.vector.item(self.place(name).start))
 
     def replaced(self, changes: Mapping[str, ArrayLike]) -> Numbers:
         """Numbers with others for some of the names."""
         changed = object.__new__(Numbers)
         changed.sizes, changed._places, changed.vector = self.sizes, self._places, self.vector.copy()
         for name, value in changes.items():
-            place = self._place(name)
+            place = self.place(name)
             if type(value) is float and self.sizes[name] == 1:  # most are, and are quickly written
                 changed.vector[place.start] = value
                 continue
@@ -65,7 +61,8 @@ class Numbers:
         """These numbers, with further names behind them."""
         return Numbers({**{name: self[name] for name in self.sizes}, **entries})
 
-    def _place(self, name: str) -> slice:
+    def place(self, name: str) -> slice:
+        """Where in the vector a name's numbers stand."""
         try:
             return self._places[name]
         except KeyError:

@@ -29,17 +29,6 @@ def rotation_body_to_world(attitude: ArrayLike) -> Array:
     ).reshape(3, 3)  # fmt: skip
 
 
-def rotations_of(attitudes: Array) -> Array:
-    """Rotation matrices of many attitudes, shape (m, 3, 3)."""
-    (cr, cp, cy), (sr, sp, sy) = np.cos(attitudes).T, np.sin(attitudes).T
-    rows = (
-        cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr,
-        sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr,
-        -sp, cp * sr, cp * cr,
-    )  # fmt: skip
-    return np.stack(rows, axis=-1).reshape(-1, 3, 3)
-
-
 def quaternion_of(attitude: ArrayLike) -> tuple[float, float, float, float]:
     """Unit quaternion [w, x, y, z] of Euler angles, body to world."""
     roll, pitch, yaw = components(attitude, 3, "attitude")
@@ -84,43 +73,18 @@ def regular_step(after: Array) -> Array:
 
 
 def body_rates_of(attitudes: Array, rates: Array) -> Array:
-    r"""Body rates :math:`\Omega = W^{-1}(\Phi)\,\dot\Phi` of many attitudes; one of them is `body_rate_matrix`."""
+    r"""Body rates :math:`\Omega = W^{-1}(\Phi)\,\dot\Phi` of many attitudes."""
     sr, cr, sp, cp = (f(angle) for angle in (attitudes[:, 0], attitudes[:, 1]) for f in (np.sin, np.cos))
     x, y, z = rates.T
     return np.column_stack([x - sp * z, cr * y + sr * cp * z, -sr * y + cr * cp * z])
 
 
-def euler_rate_matrix(attitude: ArrayLike) -> Array:
-    r"""Matrix W of :math:`\dot\Phi = W(\Phi)\,\Omega`."""
-    cr, sr, cp, tp = _regular(attitude)
-    return np.array((1.0, sr * tp, cr * tp, 0.0, cr, -sr, 0.0, sr / cp, cr / cp)).reshape(3, 3)
-
-
 def euler_rates(attitude: ArrayLike, body_rates: Array) -> tuple[float, float, float]:
     r"""Rates :math:`\dot\Phi = W(\Phi)\,\Omega` of one attitude: three numbers [rad/s]."""
-    cr, sr, cp, tp = _regular(attitude)
-    x, y, z = body_rates.tolist()
-    turning = sr * y + cr * z
-    return x + tp * turning, cr * y - sr * z, turning / cp
-
-
-def _regular(attitude: ArrayLike) -> tuple[float, float, float, float]:
-    """Cosine and sine of roll, cosine and tangent of a pitch that is not ±π/2."""
     roll, pitch, _ = components(attitude, 3, "attitude")
-    cp = math.cos(pitch)
+    cr, sr, cp = math.cos(roll), math.sin(roll), math.cos(pitch)
     if abs(cp) < SMALLEST_COSINE:
         raise SingularityError("Euler rates are singular", field="attitude[1]", given=pitch, allowed="|pitch| < π/2")
-    return math.cos(roll), math.sin(roll), cp, math.tan(pitch)
-
-
-def body_rate_matrix(attitude: ArrayLike) -> Array:
-    r"""Inverse of W: :math:`\Omega = W^{-1}(\Phi)\,\dot\Phi`, regular everywhere."""
-    roll, pitch, _ = vector(attitude, 3, "attitude")
-    cr, sr, cp, sp = math.cos(roll), math.sin(roll), math.cos(pitch), math.sin(pitch)
-    return np.array([[1.0, 0.0, -sp], [0.0, cr, sr * cp], [0.0, -sr, cr * cp]])
-
-
-def skew(v: ArrayLike) -> Array:
-    """Matrix â of the cross product: â b = a × b."""
-    x, y, z = np.asarray(v, dtype=np.float64)
-    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    x, y, z = body_rates.tolist()
+    turning = sr * y + cr * z
+    return x + math.tan(pitch) * turning, cr * y - sr * z, turning / cp

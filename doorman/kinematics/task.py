@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from functools import cached_property
 from types import MappingProxyType, SimpleNamespace
-from typing import Any, NoReturn
+from typing import Any
 
 import casadi as ca
 
@@ -48,50 +48,14 @@ NAMES: Mapping[str, str] = MappingProxyType({
 class Task:
     """Named CasADi expressions of vehicle and door, SI units, world frame unless the name says another.
 
-    Subclasses say what the state and the inputs are, and from them how they change. Points are the arm's, the tip last.
+    Subclasses say what state and inputs are, and from them how they change. Points are the arm's, the tip last. `vehicle`,
+    `door`, `contact`, `limits`, … are numbers, named as in `task_numbers`, in SI units.
     """
-
-    state: Any
-    """Symbols of x, (nx, 1)."""
-    inputs: Any
-    """Symbols of u, (nu, 1)."""
-    position: Any
-    """P of O_B, (3, 1) [m]."""
-    velocity: Any
-    """Ṗ of O_B, (3, 1) [m/s]."""
-    body_rates: Any
-    """Ω, (3, 1), body frame [rad/s]."""
-    tip_position: Any
-    """P_e, (3, 1) [m]."""
-    normal_force: Any
-    """Force of the tip on the door along its normal, positive where it presses [N]."""
-    position_from_hinge: Any
-    """P − P_h of O_B, (3, 1) [m]."""
-    before_leaf: Any
-    """Distance of O_B from the plane of the leaf's face, positive on the vehicle's side [m]."""
-    across_doorway: Any
-    r"""Distance of O_B from the hinge along the closed leaf, :math:`a^T(P-P_h)` [m]."""
-    into_doorway: Any
-    r"""Distance of O_B behind the hinge through the doorway, :math:`i^T(P-P_h)`, negative before it [m]."""
-    half_width: Any
-    """Half of what the rotor disc takes up across the doorway [m]."""
-    leaf: Any
-    """Geometry of the leaf, a `VerticalLeaf` or one of its kinds."""
-    tilt_rotation: Any
-    """Rotation of the body to the frame in which `leaf` has vectors `in_heading`, z up, (3, 3)."""
-    vehicle: Any
-    """Numbers of the vehicle: `mass`, `radius`, `max_thrust` [kg, m, N]."""
-    door: Any
-    """Numbers of the door: `width`, `height`, `inertia`, `hinge_position`, `damping`, `friction`, …, SI units."""
-    contact: Any
-    """Numbers of the contact point: `distance_from_hinge`, `height`, and `offset` before the hinge's axis [m]."""
-    limits: Any
-    """Numbers of the planner, `margin` [m] among them."""
 
     def __init__(self, pattern: ArmPattern, point_names: tuple[str, ...], numbers: Numbers) -> None:
         self.time = ca.SX.sym("time")
         """Time of the node since the plan's first one, plus the planner's time [s]."""
-        self.attitude = _symbols("roll", "pitch", "yaw")
+        self.attitude = ca.vertcat(*map(ca.SX.sym, ("roll", "pitch", "yaw")))
         """Φ, (3, 1) [rad]."""
         self.door_angle = ca.SX.sym("door_angle")
         """α: π/2 is closed [rad]."""
@@ -123,7 +87,7 @@ class Task:
         if "bodies.masses" in named:
             self._bodies = SymbolicBodies(pattern, named["arm"], self.arm_angles, _group("bodies", named))
 
-    def __getattr__(self, name: str) -> NoReturn:
+    def __getattr__(self, name: str) -> Any:
         raise AttributeError(f"a task has no '{name}'; it has {', '.join(self.names())}", name=name, obj=self)
 
     def names(self) -> list[str]:
@@ -177,6 +141,16 @@ class Task:
         """J, how the door's angle moves the contact point, (3, 1) [m]."""
         return self.leaf.lever
 
+    @cached_property
+    def across_doorway(self) -> Any:
+        r"""Distance of O_B from the hinge along the closed leaf, :math:`a^T(P-P_h)` [m]."""
+        return ca.dot(self.door.along, self.position_from_hinge)
+
+    @cached_property
+    def into_doorway(self) -> Any:
+        r"""Distance of O_B behind the hinge through the doorway, :math:`i^T(P-P_h)`, negative before it [m]."""
+        return ca.dot(self.door.into, self.position_from_hinge)
+
     @property
     def before_panel(self) -> Any:
         """Distance of O_B from the panel that a slide's handle stands on [m]."""
@@ -202,10 +176,6 @@ class Task:
         r"""What acts on a leaf that stands, but friction: :math:`k(\alpha-\alpha_0) + \tau_d + G(\alpha)` [N m]."""
         spring = self.door.stiffness * (self.door_angle - self.door.rest_angle)
         return spring + self.door.disturbance + self.leaf.weight_torque
-
-
-def _symbols(*names: str) -> Any:
-    return ca.vertcat(*(ca.SX.sym(name) for name in names))
 
 
 def _group(group: str, named: Mapping[str, Any]) -> SimpleNamespace:

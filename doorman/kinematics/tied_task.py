@@ -73,16 +73,6 @@ class TiedTask(Task, ABC):
         return ca.dot(self.tilt_rotation.T @ self.leaf.normal_in_heading, self.tip_in_body)
 
     @cached_property
-    def across_doorway(self) -> Any:
-        """Distance of O_B from the hinge along the closed leaf [m]."""
-        return self.leaf.across(self.rotation @ self.tip_in_body)
-
-    @cached_property
-    def into_doorway(self) -> Any:
-        """Distance of O_B behind the hinge through the doorway, negative before it [m]."""
-        return self.leaf.into(self.tilt_rotation @ self.tip_in_body)
-
-    @cached_property
     def half_width(self) -> Any:
         """R_A, as the paper takes the disc for level between the jambs [m]."""
         return self.vehicle.radius

@@ -14,7 +14,7 @@ from doorman.arrays import Array
 from doorman.checks import numbers
 from doorman.copying import Uncopied
 from doorman.exceptions import BackendError, DimensionError, DoormanError
-from doorman.learning.reward import Place, RewardWeights, Step, reward_terms
+from doorman.learning.reward import Place, RewardWeights, reward_terms
 from doorman.model import Model
 from doorman.scenario import Scenario
 from doorman.signals import Command, Measurement
@@ -28,37 +28,6 @@ FASTEST_DOOR = 10.0
 """Bound of the door's rate [rad/s]."""
 PAST_LIMIT = 0.5
 """By which arm angles may be beyond their limits, by noise, a blow, or the play of a servo [rad]."""
-
-
-class Observations:
-    """Entries of an observation: names, and bounds of shape (14 + 2 n,)."""
-
-    def __init__(self, model: Model, room: float) -> None:
-        vehicle = model.vehicle
-        self.names = (
-            "position_x [m]", "position_y [m]", "position_z [m]", "velocity_x [m/s]", "velocity_y [m/s]", "velocity_z [m/s]",
-            "roll [rad]", "pitch [rad]", "yaw [rad]", "body_rate_x [rad/s]", "body_rate_y [rad/s]", "body_rate_z [rad/s]",
-            *(f"{name} [rad]" for name in vehicle.joint_names), *(f"{name}_rate [rad/s]" for name in vehicle.joint_names),
-            "door_angle_from_goal [rad]", "door_rate [rad/s]",
-        )  # fmt: skip
-        door = max(math.pi, 2.0 * abs(model.start_angle - model.goal_angle))
-        lower, upper = _turns(vehicle.lower_limits), _turns(vehicle.upper_limits)
-        rates = 2.0 * np.asarray(vehicle.rate_limits)
-        symmetric = np.repeat([room, FASTEST, math.pi, FASTEST_TURN], 3)
-        low = np.concatenate([-symmetric, lower - PAST_LIMIT, -rates, [-door, -FASTEST_DOOR]])
-        high = np.concatenate([symmetric, upper + PAST_LIMIT, rates, [door, FASTEST_DOOR]])
-        self.low: NDArray[np.float32] = low.astype(np.float32)
-        self.high: NDArray[np.float32] = high.astype(np.float32)
-
-
-def action_names(model: Model) -> tuple[str, ...]:
-    """Entries of an action."""
-    return ("thrust", "roll", "pitch", "yaw", *(f"{name}_rate" for name in model.vehicle.joint_names))
-
-
-def _turns(limits: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Limits of joints; a joint without them is within a turn."""
-    return np.clip(np.asarray(limits, dtype=np.float64), -2.0 * math.pi, 2.0 * math.pi)
 
 
 Array32 = NDArray[np.float32]
@@ -133,13 +102,17 @@ class OpenDoorEnv(Uncopied, gymnasium.Env[Array32, Array32]):
         self._backend: SimulatedBackend | None = None
         self._yaw = 0.0
         self._place = Place(1.0, 1.0, 0.0)
-        observations = Observations(self._model, ROOM)
-        self.observation_names = observations.names
-        self.action_names = action_names(self._model)
-        self._low, self._high = observations.low, observations.high
+        joints = self._model.vehicle.joint_names
+        self.observation_names = (
+            "position_x [m]", "position_y [m]", "position_z [m]", "velocity_x [m/s]", "velocity_y [m/s]", "velocity_z [m/s]",
+            "roll [rad]", "pitch [rad]", "yaw [rad]", "body_rate_x [rad/s]", "body_rate_y [rad/s]", "body_rate_z [rad/s]",
+            *(f"{name} [rad]" for name in joints), *(f"{name}_rate [rad/s]" for name in joints),
+            "door_angle_from_goal [rad]", "door_rate [rad/s]",
+        )  # fmt: skip
+        self.action_names = ("thrust", "roll", "pitch", "yaw", *(f"{name}_rate" for name in joints))
+        self._low, self._high = _bounds(self._model)
         self._observation: Array32 = np.zeros(len(self.observation_names), np.float32)
-        self._action_shape = (len(self.action_names),)
-        self.action_space = gymnasium.spaces.Box(-1.0, 1.0, self._action_shape, np.float32)
+        self.action_space = gymnasium.spaces.Box(-1.0, 1.0, (len(self.action_names),), np.float32)
         self.observation_space = gymnasium.spaces.Box(self._low, self._high, dtype=np.float32)
 
     def reset(
@@ -180,7 +153,10 @@ class OpenDoorEnv(Uncopied, gymnasium.Env[Array32, Array32]):
         backend = self._backend
         if backend is None:
             raise BackendError("the episode has not begun", allowed="reset() before step()")
-        checked = np.clip(self._action(action), -1.0, 1.0)
+        given = numbers(action, "action")
+        if given.shape != self.action_space.shape:
+            raise DimensionError("wrong shape", field="action", given=given.shape, allowed=str(self.action_space.shape))
+        checked = np.clip(given, -1.0, 1.0)
         backend.command(self._command(checked))  # refuses what is not finite
         fallen = False
         try:
@@ -196,27 +172,14 @@ class OpenDoorEnv(Uncopied, gymnasium.Env[Array32, Array32]):
             self._backend.stop()
             self._backend = None
 
-    def _action(self, given: ArrayLike) -> Array:
-        action, shape = numbers(given, "action"), self._action_shape
-        if action.shape != shape:
-            raise DimensionError("wrong shape", field="action", given=action.shape, allowed=str(shape))
-        return action
-
     def _judge(self, action: Array, truth: Truth, fallen: bool) -> tuple[Array32, float, bool, bool, dict[str, Any]]:
         before, after = self._place, self._placed(truth, self._place.whole)
         failed = fallen or truth.collisions > 0 or math.dist(truth.position, self._contact) > ROOM
         opened = after.away < OPENED and not failed
-        rates = float(truth.body_rates @ truth.body_rates)
-        step = Step(before, after, float(action @ action), rates, self._duration, opened, failed)
-        terms = reward_terms(self._weights, step)
+        terms = reward_terms(self._weights, before, after, action, truth.body_rates, self._duration, opened, failed)
         self._place = after
-        info = {
-            "door_angle": truth.door_angle,
-            "opened": opened,
-            "collisions": truth.collisions,
-            "fallen": fallen,
-            "terms": terms,
-        }
+        info = {"door_angle": truth.door_angle, "opened": opened, "collisions": truth.collisions, "fallen": fallen,
+                "terms": terms}  # fmt: skip
         return self._observation, sum(terms.values()), opened or failed, False, info
 
     def _placed(self, truth: Truth, whole: float) -> Place:
@@ -237,6 +200,18 @@ class OpenDoorEnv(Uncopied, gymnasium.Env[Array32, Array32]):
         ])  # fmt: skip
         bounded: Array32 = np.clip(seen, self._low, self._high, dtype=np.float32, casting="same_kind")
         return bounded
+
+
+def _bounds(model: Model) -> tuple[Array32, Array32]:
+    """Of an observation; a joint without limits is within a turn."""
+    vehicle, turn = model.vehicle, 2.0 * math.pi
+    door = max(math.pi, 2.0 * abs(model.start_angle - model.goal_angle))
+    lower, upper = (np.clip(limits, -turn, turn) for limits in (vehicle.lower_limits, vehicle.upper_limits))
+    rates = 2.0 * np.asarray(vehicle.rate_limits)
+    symmetric = np.repeat([ROOM, FASTEST, math.pi, FASTEST_TURN], 3)
+    low = np.concatenate([-symmetric, lower - PAST_LIMIT, -rates, [-door, -FASTEST_DOOR]])
+    high = np.concatenate([symmetric, upper + PAST_LIMIT, rates, [door, FASTEST_DOOR]])
+    return low.astype(np.float32), high.astype(np.float32)
 
 
 def model_of(scenario: Scenario | Model | str, overrides: Mapping[str, Any] | None) -> Model:

@@ -18,6 +18,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import NamedTuple
 
+from doorman.arrays import Array
+
 REACH = 0.5
 """Distance of the tip from the contact point beyond which the potential falls no further [m]: an arm's length."""
 
@@ -56,25 +58,23 @@ class Place(NamedTuple):
     gap: float  # d, of the tip from the contact point [m]
 
 
-class Step(NamedTuple):
-    before: Place
-    after: Place
-    action_squared: float
-    rates_squared: float  # [rad²/s²]
-    duration: float  # T [s]
-    opened: bool
-    failed: bool
-
-
-def reward_terms(weights: RewardWeights, step: Step) -> dict[str, float]:
+def reward_terms(
+    weights: RewardWeights,
+    before: Place,
+    after: Place,
+    action: Array,
+    body_rates: Array,
+    duration: float,
+    opened: bool = False,
+    failed: bool = False,
+) -> dict[str, float]:
     """Terms of the reward by name; it is their sum."""
-    before, after = step.before, step.after
     return {
         "progress": weights.progress * (before.away - after.away) / before.whole,
         "contact": weights.contact * (min(before.gap / REACH, 1.0) - min(after.gap / REACH, 1.0)),
-        "time": -weights.time * step.duration,
-        "action": -weights.action * step.action_squared * step.duration,
-        "body_rates": -weights.body_rates * step.rates_squared * step.duration,
-        "opened": weights.opened * step.opened,
-        "failed": -weights.failed * step.failed,
+        "time": -weights.time * duration,
+        "action": -weights.action * float(action @ action) * duration,
+        "body_rates": -weights.body_rates * float(body_rates @ body_rates) * duration,
+        "opened": weights.opened * opened,
+        "failed": -weights.failed * failed,
     }

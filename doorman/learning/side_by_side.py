@@ -99,17 +99,13 @@ class OpenDoorVectorEnv(Uncopied, gymnasium.vector.VectorEnv[Array32, Array32, N
         Returns:
             Observations, shape (num_envs, 14 + 2 n), and the true door angles [rad].
         """
-        seeds = (
-            [None] * self.num_envs
-            if seed is None
-            else range(seed, seed + self.num_envs)
-            if isinstance(seed, int)
-            else seed
-        )
+        seed = [None] * self.num_envs if seed is None else seed
+        seeds = range(seed, seed + self.num_envs) if isinstance(seed, int) else seed
         if len(seeds) != self.num_envs:
             raise DimensionError("wrong length", field="seed", given=len(seeds), allowed=str(self.num_envs))
-        observations, infos = zip(*self._ask("reset", [{"seeds": seeds[share]} for share in self._shares]), strict=True)
-        return np.concatenate(observations), gathered([*itertools.chain(*infos)])
+        answers = self._ask("reset", [{"seed": list(seeds[share])} for share in self._shares])
+        observations, infos = zip(*answers, strict=True)
+        return np.concatenate(observations), self._gathered(infos)
 
     def step(self, actions: ArrayLike) -> _Answer:
         """Hold an action in every environment for a step.
@@ -132,12 +128,27 @@ class OpenDoorVectorEnv(Uncopied, gymnasium.vector.VectorEnv[Array32, Array32, N
         answers = self._ask("step", [{"actions": checked[share]} for share in self._shares])
         *parts, infos = zip(*answers, strict=True)
         observations, rewards, terminations, truncations = map(np.concatenate, parts)
-        return observations, rewards, terminations, truncations, gathered([*itertools.chain(*infos)])
+        return observations, rewards, terminations, truncations, self._gathered(infos)
 
     def close_extras(self, **_: Any) -> None:
         """End the processes."""
         for worker in self._workers:
             worker.close()
+
+    def _gathered(self, infos: Sequence[dict[str, Any]]) -> dict[str, Any]:
+        """Figures of all shares by name; zero where a share has none, as Gymnasium has it where an environment has none."""
+        found: dict[str, Any] = {}
+        for name in dict.fromkeys(itertools.chain(*infos)):
+            parts = [info.get(name) for info in infos]
+            known = next(part for part in parts if part is not None)
+            if isinstance(known, dict):
+                found[name] = self._gathered([part or {} for part in parts])
+            else:
+                none = [np.zeros(share.stop - share.start, known.dtype) for share in self._shares]
+                found[name] = np.concatenate(
+                    [zeros if part is None else part for part, zeros in zip(parts, none, strict=True)]
+                )
+        return found
 
     def _ask(self, name: str, arguments: Sequence[dict[str, Any]]) -> list[Any]:
         """Let all processes do something at the same time; their answers."""
@@ -148,20 +159,6 @@ class OpenDoorVectorEnv(Uncopied, gymnasium.vector.VectorEnv[Array32, Array32, N
             if isinstance(answer, Exception):
                 raise answer
         return answers
-
-
-def gathered(infos: Sequence[dict[str, Any]]) -> dict[str, Any]:
-    """Figures of many environments by name, as Gymnasium has them: `_name` says which have one; zero where one has none."""
-    found: dict[str, Any] = {}
-    for name in dict.fromkeys(itertools.chain(*infos)):
-        values = [info.get(name) for info in infos]
-        first = next(value for value in values if value is not None)
-        if isinstance(first, dict):
-            found[name] = gathered([value or {} for value in values])
-        else:
-            found[name] = np.array([0 if value is None else value for value in values], type(first))
-        found[f"_{name}"] = np.array([value is not None for value in values])
-    return found
 
 
 class _Worker:

@@ -12,16 +12,19 @@ import doorman.collision
 import doorman.dynamics
 import doorman.kinematics
 import doorman.planning
+from doorman.collision.rows.listed import Kinds
 from doorman.exceptions import SolverError
 from doorman.kinematics.numbers import Numbers
 from doorman.kinematics.vehicles.arms.arm_pattern import ArmPattern
 from doorman.model import Model
-from doorman.ocp.kernels.printed.printed_problem import kept_text
+from doorman.ocp.kernels.printed.printed_problem import kept_text, printed_problem
 from doorman.ocp.problem.columns import column
+from doorman.ocp.problem.costs import QuadraticCost
+from doorman.ocp.problem.problem import Bounds, Problem
 from doorman.ocp.problem.terms import Constraint, Cost, Residual
 
-MakeTask = Callable[[ArmPattern, tuple[str, ...], Numbers], Any]
-"""Makes a symbolic task; it imports CasADi, and is called where the text is not on disk yet."""
+Made = tuple[Any, list[Constraint], list[Residual]]
+"""A symbolic task, its rows and its costs."""
 
 
 @dataclass(frozen=True)
@@ -56,26 +59,28 @@ NOTHING: Mapping[str, Any] = MappingProxyType({})
 """No numbers that are given."""
 
 
-def task_text(
-    name: str, make_task: MakeTask, model: Model, numbers: Numbers, list_rows: Callable[[Any], list[Constraint]],
-    extras: Extras, list_costs: Callable[[Any], list[Residual]] = lambda task: [],
-) -> str:  # fmt: skip
-    """Text of a door problem."""
+def task_problem(
+    name: str, make: Callable[[ArmPattern, tuple[str, ...], Numbers, Kinds], Made], model: Model, numbers: Numbers,
+    cost: QuadraticCost, bounds: Bounds, extras: Extras,
+) -> Problem:  # fmt: skip
+    """Problem of a scenario's task. `make` imports CasADi, and is called where the problem's text is not on disk yet."""
     pattern, _ = ArmPattern.of(model.vehicle.arm)
-    points = model.vehicle.point_names
+    points, planner = model.vehicle.point_names, model.scenario.planner
 
-    def text() -> str:
+    def make_text() -> str:
         import casadi as ca
 
-        task = make_task(pattern, points, numbers)
-        constraints = [*list_rows(task), *(_resolved(each, task) for each in extras.constraints)]
-        costs = [*list_costs(task), *(_resolved(each, task) for each in extras.costs)]
+        task, rows, costs = make(pattern, points, numbers, model.kinds)
+        constraints = [*rows, *(_resolved(each, task) for each in extras.constraints)]
+        costs = [*costs, *(_resolved(each, task) for each in extras.costs)]
         timed = any(ca.depends_on(ca.SX(each.expression), task.time) for each in (*constraints, *costs))
         return str(task.symbolic_model(timed).text(constraints, costs))
 
     if extras.constraints or extras.costs:
-        return text()
-    return kept_text(f"{name} {pattern} {points} {numbers.sizes}", text, _MAKERS)
+        text = make_text()
+    else:
+        text = kept_text(f"{name} {model.kinds} {pattern} {points} {numbers.sizes}", make_text, _MAKERS)
+    return printed_problem(text, planner.horizon_steps, planner.time_step, cost, bounds, numbers.vector)
 
 
 def _resolved(term: Any, task: Any) -> Any:

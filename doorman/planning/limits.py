@@ -6,7 +6,6 @@ import math
 
 import numpy as np
 
-from doorman.arrays import Array
 from doorman.kinematics.vehicles.actuation import LEVEL
 from doorman.model import Model
 from doorman.ocp.problem.problem import Bounds
@@ -30,25 +29,18 @@ def reduced_bounds(model: Model) -> Bounds:
 
 
 def lagrangian_bounds(model: Model) -> Bounds:
-    """Bounds of [Φ, α, Φ̇, α̇, H] and [f_t, T, Ḣ_d]; the body rates are constraints there, see `largest_body_rates`."""
+    """Bounds of [Φ, α, Φ̇, α̇, H] and [f_t, T, Ḣ_d]; the body rates are constraints there."""
     if not model.scenario.limits.enabled:
         return Bounds()
     reduced = reduced_bounds(model)
-    lower, upper = np.asarray(reduced.input_lower).copy(), np.asarray(reduced.input_upper).copy()
+    lower, upper = np.array(reduced.input_lower), np.array(reduced.input_upper)
     lower[1:4], upper[1:4] = -np.inf, np.inf
-    arm, free = (np.asarray(reduced.state_lower)[5:], np.asarray(reduced.state_upper)[5:]), np.full(8, np.inf)
     return Bounds(
-        state_lower=np.concatenate([-free, arm[0]]),
-        state_upper=np.concatenate([free, arm[1]]),
+        state_lower=np.concatenate([np.full(3, -np.inf), np.asarray(reduced.state_lower)]),
+        state_upper=np.concatenate([np.full(3, np.inf), np.asarray(reduced.state_upper)]),
         input_lower=lower,
         input_upper=upper,
     )
-
-
-def largest_body_rates(model: Model) -> Array:
-    """Largest magnitudes of the body rates Ω, of `[limits]`, body frame [rad/s]."""
-    limits = model.scenario.limits
-    return np.array(limits.body_rates if limits.enabled else [], dtype=np.float64)
 
 
 _ALONG_THE_WAY = 5

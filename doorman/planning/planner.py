@@ -22,7 +22,7 @@ from doorman.ocp.solvers.options import SolverOptions
 from doorman.ocp.solvers.solution import PlanStatus, row_name
 from doorman.planning.composition import Extras
 from doorman.planning.hinge import Hinge
-from doorman.planning.own_motion import Motion
+from doorman.planning.model_base import Motion
 from doorman.planning.plan import Plan
 from doorman.planning.planning_model import planning_model
 from doorman.scenario import Scenario

@@ -151,16 +151,13 @@ def propose(scenario: Scenario, vehicle: Vehicle, door: Door, travel: Travel, re
     """Postures of start and goal."""
     finder = _Finder(scenario, vehicle, door, travel, reduced)
     ends = (("start", scenario.start, travel.start), ("goal", scenario.goal, travel.goal))
-    share = 1.0 if Contact.of(scenario).tied and not door.in_plane else _share_of_turn(door, travel)
+    cosine = float(door.away(travel.start) @ door.away(travel.goal))
+    share = min(math.acos(min(max(cosine, -1.0), 1.0)) / _WHOLE_TURN, 1.0)
+    if Contact.of(scenario).tied and not door.in_plane:
+        share = 1.0
     start, goal = (End.of(name, section, angle, door, vehicle.n_arm, share) for name, section, angle in ends)
     first, last = finder.ends(start, goal)
     return Postures(first, last, {**_open(start, first), **_open(goal, last)})
-
-
-def _share_of_turn(door: Door, travel: Travel) -> float:
-    """Turn of the leaf's face from start to goal, as a share of the paper's, at most 1."""
-    cosine = float(door.away(travel.start) @ door.away(travel.goal))
-    return min(math.acos(min(max(cosine, -1.0), 1.0)) / _WHOLE_TURN, 1.0)
 
 
 def start_arm(scenario: Scenario, vehicle: Vehicle, door: Door, travel: Travel, reduced: ReducedModel) -> Array:

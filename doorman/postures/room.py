@@ -57,7 +57,7 @@ class Room:
         self._counted = self._leaf + (reduced.n_rows - self._leaf if jambs else 1)
         span = vehicle.upper_limits - vehicle.lower_limits
         self._bounded = np.flatnonzero(np.isfinite(span) & (span > 0.0))
-        self._span = span[self._bounded]
+        self._lower, self._span = vehicle.lower_limits[self._bounded], span[self._bounded]
 
     def constraints(self, state: Array) -> Array:
         """Values h(x) of the constraints that count."""
@@ -120,16 +120,14 @@ class Room:
 
     def rough_widths(self, states: Array) -> Array:
         """Widths of many postures by constraints and joints alone."""
-        arms = states[:, 5 + self._bounded]
-        lower, upper = self.vehicle.lower_limits[self._bounded], self.vehicle.upper_limits[self._bounded]
-        shares = np.minimum(arms - lower, upper - arms) / self._span
+        shares = np.array(self._joints(states)).min(axis=0)
         widths = -(self.constraints_along(states).max(axis=1) + self.margin)
         return np.asarray(np.minimum(widths, shares.min(axis=1, initial=np.inf)))
 
-    def _joints(self, state: Array) -> tuple[Array, Array]:
-        arm = state[5 + self._bounded]
-        lower, upper = self.vehicle.lower_limits[self._bounded], self.vehicle.upper_limits[self._bounded]
-        return (arm - lower) / self._span, (upper - arm) / self._span
+    def _joints(self, states: Array) -> tuple[Array, Array]:
+        """Shares of the joints' ranges below and above one posture, or many."""
+        share = (states[..., 5 + self._bounded] - self._lower) / self._span
+        return share, 1.0 - share
 
     def _balanced(self, state: Array) -> Array:
         return np.zeros(0) if self._balance is None else self._balance.room(self.vehicle.center_of_mass(state[5:]))

@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 import csv
+import importlib
 import json
 import re
-from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any, Literal, TextIO
 
-import numpy as np
 from numpy.typing import NDArray
 
 from doorman.exceptions import DoormanError, RecordingError, how_to_install
 from doorman.recording.files.cdr import TIME
-from doorman.recording.files.messages import HEADER
+from doorman.recording.files.header import HEADER
 from doorman.recording.recording import Recording, Topic, columns
 
 Format = Literal["csv", "parquet"]
@@ -30,7 +30,7 @@ def export(recording: Recording, folder: str | Path, form: Format) -> dict[str, 
     """Write one file a topic, and the header as JSON; a text that a spreadsheet would take for a formula is quoted in CSV."""
     if form not in ("csv", "parquet"):
         raise DoormanError("no such format", field="form", given=form, allowed="csv, parquet")
-    write = _csv_writer() if form == "csv" else _parquet_writer()
+    write = _write_csv if form == "csv" else partial(_write_parquet, _pyarrow())
     folder = Path(folder)
     files = {topic: folder / f"{_UNSAFE.sub('_', topic)}.{form}" for topic in recording}
     if len({str(file).casefold() for file in files.values()}) < len(files):
@@ -43,15 +43,12 @@ def export(recording: Recording, folder: str | Path, form: Format) -> dict[str, 
     return {HEADER: header, **files}
 
 
-def _csv_writer() -> Callable[[Topic, Path], None]:
-    def write(topic: Topic, file: Path) -> None:
-        table = columns({TIME: topic.time, **topic})
-        with file.open("w", newline="", encoding="utf-8") as stream:
-            rows = csv.writer(_Rows(stream))
-            rows.writerow(map(_defused, table))
-            rows.writerows(zip(*map(_cells, table.values()), strict=True))
-
-    return write
+def _write_csv(topic: Topic, file: Path) -> None:
+    table = columns({TIME: topic.time, **topic})
+    with file.open("w", newline="", encoding="utf-8") as stream:
+        rows = csv.writer(_Rows(stream))
+        rows.writerow(map(_defused, table))
+        rows.writerows(zip(*map(_cells, table.values()), strict=True))
 
 
 class _Rows:
@@ -74,24 +71,21 @@ def _defused(text: str) -> str:
     return f"'{text}" if text.startswith(_FORMULA) and not _NUMBER.fullmatch(text) else text
 
 
-def _parquet_writer() -> Callable[[Topic, Path], None]:
+def _pyarrow() -> Any:
     try:
-        import pyarrow
-        from pyarrow import parquet
+        return importlib.import_module("pyarrow"), importlib.import_module("pyarrow.parquet")
     except ModuleNotFoundError as error:
         raise DoormanError(
             f"Parquet needs pyarrow, which is not installed; {how_to_install('campaign')}",
             field="form", given="parquet", allowed="csv without it",
         ) from error  # fmt: skip
 
-    def column(values: NDArray[Any]) -> Any:
-        array = pyarrow.array(values.reshape(-1))
+
+def _write_parquet(modules: Any, topic: Topic, file: Path) -> None:
+    pyarrow, parquet = modules
+    table = {}
+    for name, values in {TIME: topic.time, **topic}.items():
+        table[name] = pyarrow.array(values.reshape(-1))
         for size in reversed(values.shape[1:]):
-            array = pyarrow.FixedSizeListArray.from_arrays(array, size)
-        return array
-
-    def write(topic: Topic, file: Path) -> None:
-        columns = {TIME: column(topic.time)} | {name: column(np.asarray(values)) for name, values in topic.items()}
-        parquet.write_table(pyarrow.table(columns), file)
-
-    return write
+            table[name] = pyarrow.FixedSizeListArray.from_arrays(table[name], size)
+    parquet.write_table(pyarrow.table(table), file)

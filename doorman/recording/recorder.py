@@ -1,8 +1,8 @@
 """Recorder: writes what simulation and flight alike report, into an MCAP file that survives a crash, or into memory.
 
-Messages are gathered for a tenth of a second of their own time, or until a topic's rows are full, and then written out: what a
-killed process loses is less than that. A thread has the disk take what was written; a power cut costs little more. A message
-counts once its row is whole, and batches are written with SIGINT, SIGTERM and SIGHUP held back, so Ctrl-C never
+Messages are gathered for a tenth of a second of their own time, or until they are many, and then written out as one chunk: what a
+killed process loses is less than that. A thread has the disk take what was written; a power cut costs little more. Messages are
+encoded one by one, and batches are written with SIGINT, SIGTERM and SIGHUP held back, so Ctrl-C never
 leaves half a message. What is in the file is read back from there; only what no file takes stays in memory.
 """
 
@@ -16,25 +16,17 @@ from pathlib import Path
 from types import TracebackType
 from typing import IO, Any, TypeAlias
 
+from mcap.writer import Writer
+
 from doorman.bounds import LARGEST_CHUNK, LAST_TIME
 from doorman.copying import Uncopied
 from doorman.exceptions import RecordingError
 from doorman.recording.files.cdr import type_name
 from doorman.recording.files.disk import Syncer, claimed_stream, is_regular, sync_folder
+from doorman.recording.files.header import HEADER, header_json, header_schema, header_text
 from doorman.recording.files.held_signals import signals_held_back
-from doorman.recording.files.mcap_file import McapFile
-from doorman.recording.files.messages import (
-    HEADER,
-    Columns,
-    MessageType,
-    Value,
-    header_json,
-    header_schema,
-    header_text,
-    joined,
-)
+from doorman.recording.files.messages import Columns, MessageType, Value, joined, time_of
 from doorman.recording.files.reading import TOPIC, Contents, read_contents
-from doorman.recording.files.rows import Framed, Rows
 from doorman.recording.recording import Recording, Topic
 
 Listener: TypeAlias = Callable[[str, float, Mapping[str, Value]], None]
@@ -42,24 +34,19 @@ Listener: TypeAlias = Callable[[str, float, Mapping[str, Value]], None]
 
 _BATCH_TIME = 0.1
 """Longest stretch of message time that waits in memory [s]."""
+_MOST_BYTES = 1_000_000
+"""Most that waits there."""
+_PORTION = 16
+"""Messages that are framed at once: a tick of the controller waits for no more of them."""
 _PROFILE = "x-doorman"
 _MEDIA_TYPES = {".urdf": "application/xml", ".stl": "model/stl", ".obj": "model/obj", ".dae": "model/vnd.collada+xml"}
 
 
 class _Channel:
     def __init__(self, type_: MessageType) -> None:
-        self.rows = Rows(type_)  # what waits to be written
+        self.type = type_
+        self.number: int | None = None  # in the file
         self.kept: list[Columns] = []  # what no file has taken
-        self.file_id: int | None = None
-
-    def recorded(self) -> list[Columns]:
-        """What is in memory."""
-        return [*self.kept, self.rows.columns()] if self.rows else self.kept[:]
-
-    def join(self) -> None:
-        """Let one block take the place of the many that are kept: a recording shares it, and needs no memory of its own."""
-        if self.kept:
-            self.kept = [joined(self.kept)]
 
 
 class Recorder(Uncopied):
@@ -92,13 +79,14 @@ class Recorder(Uncopied):
         self.header: dict[str, Any] = json.loads(text)
         self._attachments = dict(attachments or {})
         self._channels: dict[str, _Channel] = {}
-        self._waiting: dict[str, _Channel] = {}  # topics with messages that are to be written
-        self._batch_start = 0.0
+        self._batch: list[tuple[_Channel, bytes]] = []  # messages that the operating system does not have yet
+        self._framed = 0  # so many of them are in the writer's chunk
+        self._batch_start, self._batch_size = 0.0, 0  # [s], [bytes]
         self._listener, self._keeps = listener, keep
         self._closed = False
         self._error: OSError | None = None
         self._stream: IO[bytes] | None = None
-        self._writer: McapFile | None = None
+        self._writer: Writer | None = None
         self._syncer: Syncer | None = None
         self._written = 0  # so much of the file is whole [bytes]
         if self.path is not None:
@@ -124,13 +112,18 @@ class Recorder(Uncopied):
         if not 0.0 <= time <= LAST_TIME:
             raise RecordingError("not a time", field=f"{topic}.time", given=time, allowed=f"0 to {LAST_TIME:g} s")
         channel = self._channels.get(topic) or self._new_channel(topic, fields)
-        if not self._waiting:
-            self._batch_start = time
-        self._waiting[topic] = channel
-        full = channel.rows.add(time, fields)
+        message = channel.type.encode(time, fields)
         self._channels[topic] = channel
-        if full or (self._writer is not None and abs(time - self._batch_start) >= _BATCH_TIME):
+        if not self._batch:
+            self._batch_start, self._batch_size = time, 0
+        self._batch.append((channel, message))
+        self._batch_size += len(message)
+        late = self._writer is not None and abs(time - self._batch_start) >= _BATCH_TIME
+        if late or self._batch_size > _MOST_BYTES:
             self.flush()
+        elif self._writer is not None and len(self._batch) - self._framed >= _PORTION:
+            with signals_held_back(), self._errors_remembered():
+                self._frame()
         if self._listener is not None:
             self._listener(topic, time, fields)
 
@@ -153,7 +146,7 @@ class Recorder(Uncopied):
             with self._errors_remembered():
                 self._hand_over()
                 if self._writer is not None and self._stream is not None:
-                    self._writer.finish()
+                    self._writer.finish()  # type: ignore[no-untyped-call]
                     self._stream.flush()
                     if self._syncer is not None:
                         self._written = self._stream.tell()
@@ -180,9 +173,9 @@ class Recorder(Uncopied):
         found = self._read_back()
         blocks = {topic: [columns] for topic, columns in found.topics.items()}
         for name, channel in list(self._channels.items()):
-            channel.join()
-            if parts := channel.recorded():
-                blocks.setdefault(name, []).extend(parts)
+            if channel.kept:  # the recording shares one block, and needs no memory of its own
+                channel.kept = [joined(channel.kept)]
+                blocks.setdefault(name, []).extend(channel.kept)
         topics = {name: Topic(name, *joined(parts)) for name, parts in blocks.items()}
         whole = self._error is None and not found.damaged_chunks
         return Recording(topics, self.header, whole, attachments=self._attachments, damaged_chunks=found.damaged_chunks)
@@ -213,21 +206,21 @@ class Recorder(Uncopied):
                 self._syncer = Syncer(self._stream.fileno())
                 weakref.finalize(self, self._syncer.stop)
                 sync_folder(path.parent)
-            self._writer = writer = McapFile(self._stream, _PROFILE)
+            self._writer = writer = Writer(self._stream, chunk_size=LARGEST_CHUNK)  # it ends chunks when it is told
+            writer.start(_PROFILE, "doorman")
             writer.add_metadata(HEADER, {k: header_text(v) for k, v in self.header.items()})
             for name, data in self._attachments.items():
                 kind = _MEDIA_TYPES.get(Path(name).suffix.lower(), "application/octet-stream")
-                writer.add_attachment(name, kind, data)
-            schema = json.dumps(header_schema(self.header)).encode()
-            channel = writer.add_channel(HEADER, "json", (HEADER, "jsonschema", schema))
-            writer.add_chunk([(channel, Framed.of(channel, header.encode()))])
+                writer.add_attachment(0, 0, name, kind, data)
+            schema = writer.register_schema(HEADER, "jsonschema", json.dumps(header_schema(self.header)).encode())
+            writer.add_message(writer.register_channel(HEADER, "json", schema), 0, header.encode(), 0)
             self._hand_over()
 
     def _new_channel(self, topic: str, fields: Mapping[str, Value]) -> _Channel:
         if topic == HEADER:
             raise RecordingError("the topic is taken by the recording's header", field="topic", given=topic)
         type_ = MessageType.of(topic, fields)
-        if type_.layout.dtype().itemsize > LARGEST_CHUNK // 2:
+        if type_.size > LARGEST_CHUNK // 2:
             raise RecordingError("too large a message", field=topic, allowed=f"up to {LARGEST_CHUNK // 2} bytes")
         return _Channel(type_)
 
@@ -237,42 +230,43 @@ class Recorder(Uncopied):
         if self._writer is None or self._stream is None or self._syncer is None:
             self._keep_batch()  # memory, or a device, from which nothing is read back
             return
-        self._stream.flush()
         self._written = self._stream.tell()
-        self._clear_batch()
+        self._batch, self._framed = [], 0
         self._syncer.request()
 
     def _write_batch(self) -> None:
-        if self._writer is None:
-            return
-        batch = []
-        for channel in (each for each in self._waiting.values() if each.rows):
-            if channel.file_id is None:
-                channel.file_id = self._register(self._writer, channel.rows.type)
-            batch.append((channel.file_id, channel.rows.framed(channel.file_id)))
-        if batch:
-            self._writer.add_chunk(batch)
+        if self._writer is not None:
+            self._frame()
+            self._writer.flush()  # type: ignore[no-untyped-call]
+
+    def _frame(self) -> None:
+        """Put what waits into the writer's chunk."""
+        assert self._writer is not None
+        for channel, message in self._batch[self._framed :]:
+            if channel.number is None:
+                channel.number = self._register(self._writer, channel.type)
+            nanoseconds = round(1e9 * time_of(message))
+            self._writer.add_message(channel.number, nanoseconds, message, nanoseconds)
+        self._framed = len(self._batch)
 
     @staticmethod
-    def _register(writer: McapFile, type_: MessageType) -> int:
+    def _register(writer: Writer, type_: MessageType) -> int:
         """Make a topic known to the file; its schema stands there twice."""
         topic, schema = type_.topic, type_.schema()
-        number = writer.add_channel(topic, "cdr", (type_name(topic), "ros2msg", schema.encode()))
+        number: int = writer.register_channel(
+            topic, "cdr", writer.register_schema(type_name(topic), "ros2msg", schema.encode())
+        )
         writer.add_metadata(TOPIC, {"id": str(number), "topic": topic, "schema": schema})
         return number
 
     def _keep_batch(self) -> None:
         """Keep in memory what the file has not taken."""
-        if self._keeps:
-            for channel in self._waiting.values():
-                channel.kept = channel.recorded()
-                channel.rows.clear()
-        self._clear_batch()
-
-    def _clear_batch(self) -> None:
-        for channel in self._waiting.values():
-            channel.rows.clear()
-        self._waiting.clear()
+        waiting: dict[_Channel, list[bytes]] = {}
+        for channel, message in self._batch if self._keeps else ():
+            waiting.setdefault(channel, []).append(message)
+        for channel, messages in waiting.items():
+            channel.kept.append(channel.type.columns(messages))
+        self._batch, self._framed = [], 0
 
     def _read_back(self) -> Contents:
         """What the file holds that was handed over whole."""

@@ -50,18 +50,6 @@ def _entry_names(field: str, shape: tuple[int, ...]) -> list[str]:
     return [f"{field}_{'_'.join(map(str, entry))}" for entry in itertools.product(*map(range, shape))]
 
 
-def data_frame(time: NDArray[Any], fields: Mapping[str, NDArray[Any]]) -> Any:
-    """A `pandas.DataFrame` with the time as index."""
-    try:
-        import pandas
-    except ModuleNotFoundError as error:
-        raise DoormanError(
-            f"a data frame needs pandas, which is not installed; {how_to_install('pandas')}",
-            allowed="the arrays without it",
-        ) from error
-    return pandas.DataFrame(columns(fields), index=pandas.Index(time, name="time"))
-
-
 _JUDGED = ("truth", "estimate", "mission")
 """Topics without which a run has no summary."""
 _MEASURED = "door_sensor"
@@ -128,7 +116,14 @@ class Topic(Mapping[str, NDArray[Any]]):
         Raises:
             DoormanError: if pandas is not installed.
         """
-        return data_frame(self.time, self)
+        try:
+            import pandas
+        except ModuleNotFoundError as error:
+            raise DoormanError(
+                f"a data frame needs pandas, which is not installed; {how_to_install('pandas')}",
+                allowed="the arrays without it",
+            ) from error
+        return pandas.DataFrame(columns(self), index=pandas.Index(self.time, name="time"))
 
 
 class Recording(Mapping[str, Topic]):

@@ -9,7 +9,7 @@ from contextlib import ExitStack
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any, Literal, cast
+from typing import Literal, cast
 
 from doorman.background import Opened
 from doorman.clocks import REAL_TIME, Clock
@@ -126,11 +126,6 @@ class RigSetup:
                                allowed="1 to 65535")  # fmt: skip
 
 
-def _autopilot_settings(link: PixhawkConfig) -> dict[str, Any]:
-    key = {} if link.signing_key is None else {"signing_key": load_key(link.signing_key)}
-    return key if link.vehicle_system is None else {"system_id": link.vehicle_system, **key}
-
-
 class Rig(Opened):
     """Everything that `doorman fly` needs but the hardware. The constructor opens nothing; `open` does, on loopback only.
 
@@ -164,29 +159,8 @@ class Rig(Opened):
         links = f"udp:{self.setup.pixhawk_port}", str(self._servos), f"udp:{self.setup.mocap_port or _UNUSED_PORT}"
         vehicle = self.setup.vehicle or vehicle_config(model, *links)
         self._with_mocap = self.setup.mocap_port > 0
-        self.autopilot: EmulatedAutopilot | None = None
+        self.autopilot = self._emulated_autopilot(vehicle.pixhawk, clock) if self.pilot is None else None
         """None where its own code flies."""
-        if self.setup.autopilot in _SAFE:
-            flavour = cast("Flavour", self.setup.autopilot)
-            self.autopilot = EmulatedAutopilot(
-                flavour,
-                RigVehicle(self.plant),
-                remote=(LOOPBACK, self.setup.pixhawk_port),
-                vision=self._with_mocap,
-                start_up=2.0,
-                heartbeat_rate=self.setup.heartbeat_rate,
-                hover_thrust=model.vehicle.weight / model.vehicle.max_thrust,
-                motors=self.setup.motors,
-                seed=self.setup.seed,
-                clock=clock,
-                **_autopilot_settings(vehicle.pixhawk),
-            )
-            for name, value in self._parameters(flavour).items():
-                self.autopilot.parameters[name] = value
-            if flavour == "px4" and model.actuation.fully:
-                rotors = rotor_layout(model.vehicle, model.scenario.simulation.torque_per_thrust)
-                moments = rotors.torque_per_thrust * rotors.directions
-                add_rotors(self.autopilot.parameters, rotors.positions, rotors.thrust_axes, moments)
         self.gripper = vehicle.gripper
         arm = RigArm(self.plant, self.gripper)
         self.servos = ServoEmulator(_servo_setups(vehicle.servos), arm, link=self._servos, clock=clock)
@@ -195,6 +169,29 @@ class Rig(Opened):
             (LOOPBACK, self.setup.mocap_port or _UNUSED_PORT), clock,
         )  # fmt: skip
         self._running: ExitStack | None = None
+
+    def _emulated_autopilot(self, link: PixhawkConfig, clock: Clock) -> EmulatedAutopilot:
+        setup, model = self.setup, self.model
+        flavour = cast("Flavour", setup.autopilot)
+        made = EmulatedAutopilot(
+            flavour,
+            RigVehicle(self.plant),
+            remote=(LOOPBACK, setup.pixhawk_port),
+            vision=self._with_mocap,
+            start_up=2.0,
+            heartbeat_rate=setup.heartbeat_rate,
+            hover_thrust=model.vehicle.weight / model.vehicle.max_thrust,
+            motors=setup.motors,
+            seed=setup.seed,
+            clock=clock,
+            system_id=link.vehicle_system or 1,
+            signing_key=None if link.signing_key is None else load_key(link.signing_key),
+        )
+        for name, value in {**(DIALECTS[flavour].mocap if self._with_mocap else {}), **_SAFE[flavour]}.items():
+            made.parameters[name] = value
+        if flavour == "px4" and model.actuation.fully:
+            add_rotors(made.parameters, rotor_layout(model.vehicle, model.scenario.simulation.torque_per_thrust))
+        return made
 
     def _temporary_folder(self) -> Path:
         folder = tempfile.mkdtemp(prefix="doorman-rig-")
@@ -243,7 +240,3 @@ class Rig(Opened):
         if setup.autopilot == "px4-sitl":
             return Px4Sitl(layout, setup.sitl_port or simulator_port(setup.pixhawk_port), setup.motors)
         return ArduPilotSitl(layout, setup.sitl_port or SERVO_PORT, setup.motors)
-
-    def _parameters(self, flavour: Flavour) -> dict[str, float]:
-        mocap = DIALECTS[flavour].mocap if self.setup.mocap_port > 0 else {}
-        return {**mocap, **_SAFE[flavour]}

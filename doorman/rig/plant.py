@@ -100,18 +100,6 @@ class RigPlant(InThread):
 
     # ------------------------------------------------------------ life
 
-    def open(self) -> None:
-        """Let time pass.
-
-        Raises:
-            BackendError: if it passes already.
-        """
-        super().open()
-
-    def stop(self) -> None:
-        """Let time stand still; may be called twice."""
-        super().stop()
-
     def _begin(self) -> None:
         if self._pilot is not None:
             self._pilot.open()

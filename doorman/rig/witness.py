@@ -26,45 +26,36 @@ EPOCH = "epoch"
 
 def judge(truth: Recording, flight: Recording, model: Model) -> dict[str, Any]:
     """Figures of a flight, as `doorman.summary.summarize` has them. What is touched on the way back and at the landing counts."""
-    later = truth["truth"].time + _epochs_along(truth) - _epoch(flight) > float(flight["mission"].time[-1])
+    later = _on_the_clock_of(flight, truth) > float(flight["mission"].time[-1])
     return summarize(together(truth, flight), model, int(truth["truth"]["collisions"][later].sum()))
 
 
 def together(truth: Recording, flight: Recording) -> Recording:
     """The flight's recording with the truth in it, on the flight's clock and for the time of the mission."""
-    begin, end = _epoch(flight), float(flight["mission"].time[-1])
-    time = truth["truth"].time + _epochs_along(truth) - begin
-    first = float(flight["estimate"].time[0])
-    during = (time >= first) & (time <= end)
+    time, estimate = _on_the_clock_of(flight, truth), flight["estimate"]
+    during = (time >= float(estimate.time[0])) & (time <= float(flight["mission"].time[-1]))
     if not during.any():
         raise RecordingError("the rig's recording does not cover the flight", field="truth")
-    topics: dict[str, Topic] = dict(flight)
-    topics["truth"] = _rows(truth["truth"], time, during)
-    ticks = topics["truth"].time
-    topics["estimate"] = _nearest(flight["estimate"], ticks)
+    ticks, rows = time[during], truth["truth"]
+    newest = _newest(estimate.time, ticks)  # summaries compare estimate and truth row by row
+    topics: dict[str, Topic] = {
+        **flight,
+        "truth": Topic("truth", ticks, {name: rows[name][during] for name in rows}),
+        "estimate": Topic("estimate", ticks, {name: estimate[name][newest] for name in estimate}),
+    }
     return Recording(topics, flight.header, truth.complete and flight.complete)
 
 
-def _epoch(recording: Recording) -> float:
-    return float(recording[EPOCH][EPOCH][0])
+def _on_the_clock_of(flight: Recording, truth: Recording) -> NDArray[np.float64]:
+    """Times of the truth; the plant's zero moves where the plant fell behind the clock."""
+    epochs, time = truth[EPOCH], truth["truth"].time
+    at: NDArray[np.float64] = time + epochs[EPOCH][_newest(epochs.time, time)] - float(flight[EPOCH][EPOCH][0])
+    return at
 
 
-def _epochs_along(truth: Recording) -> NDArray[np.float64]:
-    """When the plant's time was zero, at every tick: it moves where the plant fell behind the clock."""
-    epochs = truth[EPOCH]
-    newest = np.searchsorted(epochs.time, truth["truth"].time, side="right") - 1
-    values: NDArray[np.float64] = epochs[EPOCH][np.maximum(newest, 0)]
-    return values
-
-
-def _rows(topic: Mapping[str, NDArray[Any]], time: NDArray[np.float64], chosen: NDArray[np.bool_]) -> Topic:
-    return Topic("truth", time[chosen], {name: topic[name][chosen] for name in topic})
-
-
-def _nearest(topic: Topic, times: NDArray[np.float64]) -> Topic:
-    """The newest message at every time: summaries compare estimate and truth row by row."""
-    newest = np.maximum(np.searchsorted(topic.time, times, side="right") - 1, 0)
-    return Topic(topic.name, times, {name: topic[name][newest] for name in topic})
+def _newest(times: NDArray[np.float64], now: NDArray[np.float64]) -> NDArray[np.intp]:
+    """Rows of the newest messages."""
+    return np.maximum(np.searchsorted(times, now, side="right") - 1, 0)
 
 
 NOT_FLOWN, NOT_LANDED = "not flown", "not landed"
@@ -99,16 +90,12 @@ class Witness:
             for pair in str(truth["collision_pairs"]).split(", "):
                 first_and_time = self._touched.setdefault(pair, [time, 0.0])
                 first_and_time[1] += step if math.isfinite(step) else 0.0
-        self._note_height(time, float(truth["position"][2]), bool(truth["touching"]))
-
-    def _note_height(self, time: float, height: float, touching: bool) -> None:
-        """Sinking below the height at the first touch of every attempt."""
-        if touching:
+        if truth["touching"]:
             if time - self._touching_at > _AFTER_CONTACT:
-                self._height = height
+                self._height = float(truth["position"][2])
             self._touching_at = time
-        if time - self._touching_at <= _AFTER_CONTACT:
-            self._sinking = max(self._sinking, self._height - height)
+        if time - self._touching_at <= _AFTER_CONTACT:  # below the height at the first touch of every attempt
+            self._sinking = max(self._sinking, self._height - float(truth["position"][2]))
 
     def judged(self, end: Snapshot) -> dict[str, Any]:
         """Figures of the flight, with the names of `summary.json` where it has them."""
@@ -143,13 +130,9 @@ def verdict(figures: Mapping[str, Any]) -> tuple[bool, str]:
     """Whether the door was opened, nothing touched and the vehicle landed, and a sentence that says what happened."""
     if figures["outcome"] == NOT_FLOWN:
         return False, "Nothing was flown."
-    unit = "°" if figures["unit"] == "deg" else " m"
-    digits = 1 if figures["unit"] == "deg" else 3
-    at, goal = (
-        (figures["final_door_angle_deg"], figures["target_door_angle_deg"])
-        if figures["unit"] == "deg"
-        else (figures["final_opening"], figures["target_opening"])
-    )
+    turns = figures["unit"] == "deg"
+    unit, digits, name = ("°", 1, "door_angle_deg") if turns else (" m", 3, "opening")
+    at, goal = figures[f"final_{name}"], figures[f"target_{name}"]
     where = (
         f"the door ended at {at:.{digits}f}{unit}, {abs(figures['final_error']):.{digits}f}{unit} from the target of "
         f"{goal:.{digits}f}{unit}; at the leaf the vehicle sank by up to {100 * figures['max_sinking_m']:.0f} cm, pushed with up "

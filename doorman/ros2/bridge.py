@@ -17,13 +17,13 @@ from cyclonedds.util import duration
 
 from doorman.background import Closed
 from doorman.exceptions import BackendError
-from doorman.hardware.mocap import MocapEvent, MocapFault
+from doorman.hardware.mocap import MocapFault
 from doorman.model import Model
 from doorman.ros2 import types as ros
 from doorman.ros2.feed import BUFFER, LARGEST, PORT, parse
 from doorman.ros2.messages import Outgoing, Translator
 from doorman.ros2.relay import PoseRelay
-from doorman.ros2.topics import TOPICS, RosTopic
+from doorman.ros2.topics import TOPICS
 
 _DEPTH = 100
 """Messages that a slow subscriber may be behind."""
@@ -48,13 +48,22 @@ def dds_name(topic: str) -> str:
     return f"rt/{topic.strip('/')}"
 
 
+def seconds(stamp: Any) -> float:
+    """Time of a stamp [s]; 0 of one that is not set."""
+    return float(stamp.sec + 1e-9 * stamp.nanosec)
+
+
 class FlightPublisher(Closed):
     """Publishes what a `Feed` sends."""
 
     def __init__(self, model: Model, port: int = PORT, domain: int = 0, prefix: str = "doorman") -> None:
         self._translator = Translator(model)
         self._participant = DomainParticipant(domain)
-        self._writers = {topic.name: self._writer(topic, prefix) for topic in TOPICS}
+        self._writers: dict[str, Any] = {}
+        for topic in TOPICS:
+            dds = Topic(self._participant, dds_name(topic.under(prefix)), topic.type)
+            quality = _LATCHED if topic.latched else _OUT
+            self._writers[topic.name] = DataWriter(self._participant, dds, qos=quality)
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, BUFFER)
         try:
@@ -69,10 +78,6 @@ class FlightPublisher(Closed):
         self.port = int(self._socket.getsockname()[1])  # of the feed
         self.published = 0  # messages of the flight
         self.refusals: Counter[str] = Counter()  # what was left out, by its reason
-
-    @property
-    def refused(self) -> int:
-        return self.refusals.total()
 
     def step(self, timeout: float = _LONGEST_WAIT) -> None:
         """Publish what has come."""
@@ -102,16 +107,12 @@ class FlightPublisher(Closed):
     def _write(self, message: Outgoing) -> None:
         self._writers[message.topic].write(message.message)
 
-    def _writer(self, topic: RosTopic, prefix: str) -> Any:
-        dds = Topic(self._participant, dds_name(topic.under(prefix)), topic.type)
-        return DataWriter(self._participant, dds, qos=_LATCHED if topic.latched else _OUT)
-
 
 class PoseSubscriber(Closed):
     """Takes `geometry_msgs/PoseStamped` of one publisher and sends them on as a stream of cameras, see `PoseRelay`."""
 
     def __init__(self, topic: str, name: str, target: tuple[str, int], rate: float, domain: int = 0) -> None:
-        self._relay = PoseRelay(name, target, rate)
+        self.relay = PoseRelay(name, target, rate)
         self._participant = DomainParticipant(domain)
         self._reader = DataReader(
             self._participant, Topic(self._participant, dds_name(topic), ros.PoseStamped), qos=_IN
@@ -119,19 +120,6 @@ class PoseSubscriber(Closed):
         self._waiting = WaitSet(self._participant)
         condition = ReadCondition(self._reader, SampleState.NotRead | ViewState.Any | InstanceState.Any)
         self._waiting.attach(condition)
-
-    @property
-    def received(self) -> int:
-        """Poses that were sent on."""
-        return self._relay.received
-
-    @property
-    def refused(self) -> int:
-        return self._relay.refused
-
-    def events(self) -> list[MocapEvent]:
-        """What has begun or ended since the last call, oldest first."""
-        return self._relay.events()
 
     def step(self, timeout: float = _LONGEST_WAIT) -> None:
         """Send on what has come."""
@@ -142,22 +130,18 @@ class PoseSubscriber(Closed):
             except DDSException:
                 raise
             except Exception as error:  # whatever a stranger's bytes make of the parser; the sample is taken
-                self._relay.refuse(MocapFault.CORRUPT, time.monotonic(), f"no PoseStamped: {error}")
+                self.relay.refuse(MocapFault.CORRUPT, time.monotonic(), f"no PoseStamped: {error}")
                 continue
             if not samples:
                 break
-            if isinstance(samples[0], ros.PoseStamped):
-                self._take(samples[0])
-        self._relay.tick(time.monotonic())
-
-    def _take(self, sample: Any) -> None:
-        stamp, place, turn = sample.header.stamp, sample.pose.position, sample.pose.orientation
-        taken, now = stamp.sec + 1e-9 * stamp.nanosec, time.monotonic()
-        self._relay.take(
-            sample.sample_info.publication_handle, (place.x, place.y, place.z), (turn.w, turn.x, turn.y, turn.z),
-            taken if taken > 0.0 else None, now,
-        )  # fmt: skip
+            if isinstance(sample := samples[0], ros.PoseStamped):
+                taken, place, turn = seconds(sample.header.stamp), sample.pose.position, sample.pose.orientation
+                self.relay.take(
+                    sample.sample_info.publication_handle, (place.x, place.y, place.z), (turn.w, turn.x, turn.y, turn.z),
+                    taken if taken > 0.0 else None, time.monotonic(),
+                )  # fmt: skip
+        self.relay.tick(time.monotonic())
 
     def close(self) -> None:
-        self._relay.close()
+        self.relay.close()
         self._reader = self._waiting = self._participant = None

@@ -14,7 +14,7 @@ from doorman.copying import Uncopied
 from doorman.exceptions import BackendError
 from doorman.hardware.door import DoorSample, LeafSample
 from doorman.ros2 import types as ros
-from doorman.ros2.bridge import dds_name
+from doorman.ros2.bridge import dds_name, seconds
 
 _IN = Qos(
     Policy.Reliability.BestEffort,
@@ -60,7 +60,6 @@ class JointStateSource(Uncopied):
         if place >= len(values):
             raise BackendError("the joint is not in the messages", field="door_sensor.joint", given=self._joint,
                                allowed=", ".join(names) or "a message with a position")  # fmt: skip
-        stamp = message.header.stamp
-        taken = stamp.sec + 1e-9 * stamp.nanosec
+        taken = seconds(message.header.stamp)
         age = time.time() - taken if taken > 0.0 else 0.0
         return LeafSample(time.monotonic() - age, float(values[place]))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import pinocchio
@@ -13,7 +13,6 @@ from cyclonedds.idl import IdlStruct
 
 from doorman.arrays import Array
 from doorman.exceptions import BackendError
-from doorman.kinematics.links import Link
 from doorman.kinematics.rotations import quaternion_of, rotation_body_to_world
 from doorman.kinematics.urdf.mesh_paths import mesh_file
 from doorman.kinematics.urdf.structure import check_structure
@@ -27,42 +26,6 @@ DOOR = "door"
 """Prefix of the frames of the door's links, which may be named as the vehicle's."""
 
 
-class Frames:
-    """Transforms of a model's links: the vehicle's from its base link, the door's from the world."""
-
-    def __init__(self, model: Model) -> None:
-        self._model = model
-        self.base = model.vehicle.names.base_link
-        arm, leaf = model.start_state[5:], model.start_angle
-        vehicle, door = model.vehicle.link_placements(arm), model.door.link_placements(leaf)
-        vehicle.pop(self.base)
-        self._arm = [name for name in vehicle if _moves(model.vehicle.links, name)]
-        self._leaf = [name for name in door if _moves(model.door.links, name)]
-        never = ros.Time(0, 0)
-        self.standing = [
-            *(self._on_base(never, name, at) for name, at in vehicle.items() if name not in self._arm),
-            *(self._on_world(never, name, at) for name, at in door.items() if name not in self._leaf),
-        ]
-        """Transforms that never change."""
-
-    def arm(self, stamp: ros.Time, arm_angles: Array) -> list[ros.TransformStamped]:
-        """Transforms of the links that the arm's joints move."""
-        placed = self._model.vehicle.link_placements(arm_angles)
-        return [self._on_base(stamp, name, placed[name]) for name in self._arm]
-
-    def leaf(self, stamp: ros.Time, door_angle: float) -> list[ros.TransformStamped]:
-        """Transforms of the links that the door's joint moves."""
-        placed = self._model.door.link_placements(door_angle)
-        return [self._on_world(stamp, name, placed[name]) for name in self._leaf]
-
-    def _on_base(self, stamp: ros.Time, name: str, placement: Array) -> ros.TransformStamped:
-        return ros.TransformStamped(ros.Header(stamp, self.base), name, _transform(placement))
-
-    @staticmethod
-    def _on_world(stamp: ros.Time, name: str, placement: Array) -> ros.TransformStamped:
-        return ros.TransformStamped(ros.Header(stamp, WORLD), f"{DOOR}/{name}", _transform(placement))
-
-
 def description(urdf: Path) -> str:
     """Text of a URDF whose meshes any program on this computer finds."""
     root = check_structure(urdf)
@@ -72,14 +35,12 @@ def description(urdf: Path) -> str:
     return ElementTree.tostring(root, encoding="unicode")
 
 
-def _moves(links: Mapping[str, Link], name: str) -> bool:
-    return links[name].joint > 0
-
-
-def _transform(placement: Array) -> ros.Transform:
+def _placed(stamp: IdlStruct, parent: str, name: str, placement: Array) -> IdlStruct:
     x, y, z = placement[:3, 3].tolist()
     i, j, k, w = pinocchio.Quaternion(placement[:3, :3]).coeffs().tolist()
-    return ros.Transform(ros.Vector3(x, y, z), ros.Quaternion(i, j, k, w))
+    return ros.TransformStamped(
+        ros.Header(stamp, parent), name, ros.Transform(ros.Vector3(x, y, z), ros.Quaternion(i, j, k, w))
+    )
 
 
 _ARROW, _ADD = 0, 0
@@ -104,7 +65,7 @@ class Translator:
 
     def __init__(self, model: Model) -> None:
         self._model = model
-        self._frames = Frames(model)
+        self._base = model.vehicle.names.base_link
         self._simulated_until = -1
         self._sent: dict[str, int] = {}
         self._sizes = {"arm_angles": model.n_arm, "arm_rates": model.n_arm, "state": model.nx, "states": model.nx}
@@ -113,7 +74,9 @@ class Translator:
         """What is sent once, and kept for whoever comes late."""
         yield Outgoing("/robot_description", ros.String(description(self._model.vehicle.urdf)))
         yield Outgoing("door_description", ros.String(description(self._model.door.urdf)))
-        yield Outgoing("/tf_static", ros.TFMessage(self._frames.standing))
+        model, never = self._model, ros.Time(0, 0)
+        arm, leaf = model.start_state[5:], model.start_angle
+        yield Outgoing("/tf_static", ros.TFMessage(self._arm(never, arm, False) + self._leaf(never, leaf, False)))
 
     def translate(self, fed: FedMessage) -> Iterator[Outgoing]:
         """Messages for one of the flight's."""
@@ -128,43 +91,55 @@ class Translator:
             return
         simulated = fed.wall_time < self._simulated_until
         stamp = time_of(round(1e9 * fed.time) if simulated else fed.wall_time)
-        if fed.topic == "measurement":
-            yield from self._measurement(fed, stamp)
-        elif fed.topic == "estimate":
-            yield from self._estimate(fed, stamp)
-        elif fed.topic == "door_sensor":
-            names = [self._model.scenario.door.hinge]
-            yield Outgoing(
-                "door/measured_joint_states",
-                ros.JointState(ros.Header(stamp, WORLD), names, [fed.fields["joint"]], [], []),
-            )
-        elif fed.topic == "plan" and self._due("plan", fed.wall_time):
-            yield Outgoing("plan", self._path(fed.fields["states"], stamp))
-        elif fed.topic == "mission":
-            text = f"{fed.fields['state']}: {fed.fields['message']}" if fed.fields["message"] else fed.fields["state"]
-            yield Outgoing("mission", ros.String(text))
+        match fed.topic:
+            case "measurement":
+                yield from self._measurement(fed.fields, stamp)
+            case "estimate":
+                yield from self._estimate(fed, stamp)
+            case "door_sensor":
+                header, names = ros.Header(stamp, WORLD), [self._model.scenario.door.hinge]
+                joint = ros.JointState(header, names, [fed.fields["joint"]], [], [])
+                yield Outgoing("door/measured_joint_states", joint)
+            case "plan" if self._due("plan", fed.wall_time):
+                yield Outgoing("plan", self._path(fed.fields["states"], stamp))
+            case "mission":
+                state, message = fed.fields["state"], fed.fields["message"]
+                yield Outgoing("mission", ros.String(f"{state}: {message}" if message else state))
 
-    def _measurement(self, fed: FedMessage, stamp: ros.Time) -> Iterator[Outgoing]:
-        fields = fed.fields
-        turn = _rotation(fields["attitude"])
-        x, y, z = fields["position"].tolist()
-        velocity = (
-            rotation_body_to_world(fields["attitude"]).T @ fields["velocity"]
-        )  # a twist stands in the child's frame
-        twist = ros.Twist(_vector(velocity), _vector(fields["body_rates"]))
-        unknown = [0.0] * 36
-        header = ros.Header(stamp, WORLD)
-        base = self._frames.base
+    def _arm(self, stamp: IdlStruct, angles: Array, moved: bool) -> list[IdlStruct]:
+        """Transforms of the vehicle's links from its base: those that the arm's joints move, or all others."""
+        vehicle = self._model.vehicle
+        return [
+            _placed(stamp, self._base, name, at)
+            for name, at in vehicle.link_placements(angles).items()
+            if name != self._base and (vehicle.links[name].joint > 0) is moved
+        ]
+
+    def _leaf(self, stamp: IdlStruct, angle: float, moved: bool) -> list[IdlStruct]:
+        """Transforms of the door's links from the world: those that its joint moves, or all others."""
+        door = self._model.door
+        return [
+            _placed(stamp, WORLD, f"{DOOR}/{name}", at)
+            for name, at in door.link_placements(angle).items()
+            if (door.links[name].joint > 0) is moved
+        ]
+
+    def _measurement(self, fields: Mapping[str, Any], stamp: IdlStruct) -> Iterator[Outgoing]:
+        position, attitude, arm = fields["position"], fields["attitude"], fields["arm_angles"]
+        turn, (x, y, z) = _rotation(attitude), position.tolist()
+        velocity = rotation_body_to_world(attitude).T @ fields["velocity"]  # a twist stands in the child's frame
+        header, unknown = ros.Header(stamp, WORLD), [0.0] * 36
         pose = ros.PoseWithCovariance(ros.Pose(ros.Point(x, y, z), turn), unknown)
-        yield Outgoing("odometry", ros.Odometry(header, base, pose, ros.TwistWithCovariance(twist, unknown)))
-        if np.isfinite([*fields["position"], *fields["attitude"], *fields["arm_angles"]]).all():
-            placed = ros.TransformStamped(header, base, ros.Transform(ros.Vector3(x, y, z), turn))
-            yield Outgoing("/tf", ros.TFMessage([placed, *self._frames.arm(stamp, fields["arm_angles"])]))
-        names = list(self._model.vehicle.joint_names)
-        angles, rates = fields["arm_angles"].tolist(), fields["arm_rates"].tolist()
-        yield Outgoing("joint_states", ros.JointState(ros.Header(stamp, base), names, angles, rates, []))
+        twist = ros.TwistWithCovariance(ros.Twist(_vector(velocity), _vector(fields["body_rates"])), unknown)
+        yield Outgoing("odometry", ros.Odometry(header, self._base, pose, twist))
+        if np.isfinite([*position, *attitude, *arm]).all():
+            placed = ros.TransformStamped(header, self._base, ros.Transform(ros.Vector3(x, y, z), turn))
+            yield Outgoing("/tf", ros.TFMessage([placed, *self._arm(stamp, arm, True)]))
+        names, rates = list(self._model.vehicle.joint_names), fields["arm_rates"].tolist()
+        joints = ros.JointState(ros.Header(stamp, self._base), names, arm.tolist(), rates, [])
+        yield Outgoing("joint_states", joints)
 
-    def _estimate(self, fed: FedMessage, stamp: ros.Time) -> Iterator[Outgoing]:
+    def _estimate(self, fed: FedMessage, stamp: IdlStruct) -> Iterator[Outgoing]:
         header, force = ros.Header(stamp, WORLD), fed.fields["tip_force"]
         yield Outgoing("tip_force", ros.WrenchStamped(header, ros.Wrench(_vector(force), _vector(np.zeros(3)))))
         angle, rate = fed.fields["state"][3:5].tolist()
@@ -173,7 +148,7 @@ class Translator:
         door = self._model.door
         joint = [door.joint_value(angle)], [door.joint_rate(rate)]
         yield Outgoing("door/joint_states", ros.JointState(header, [self._model.scenario.door.hinge], *joint, []))
-        yield Outgoing("/tf", ros.TFMessage(self._frames.leaf(stamp, angle)))
+        yield Outgoing("/tf", ros.TFMessage(self._leaf(stamp, angle, True)))
         if self._due("markers", fed.wall_time) and np.isfinite(force).all():
             yield Outgoing("markers", ros.MarkerArray([self._arrow(header, angle, force)]))
 
@@ -184,14 +159,14 @@ class Translator:
         self._sent[name] = now
         return True
 
-    def _path(self, states: Array, stamp: ros.Time) -> ros.Path:
+    def _path(self, states: Array, stamp: IdlStruct) -> IdlStruct:
         header, poses = ros.Header(stamp, WORLD), []
         for state in states:
             x, y, z = self._model.coupling.vehicle_position(state[:3], state[3], state[5:]).tolist()
             poses.append(ros.PoseStamped(header, ros.Pose(ros.Point(x, y, z), _rotation(state[:3]))))
         return ros.Path(header, poses)
 
-    def _arrow(self, header: ros.Header, angle: float, force: Array) -> ros.Marker:
+    def _arrow(self, header: IdlStruct, angle: float, force: Array) -> IdlStruct:
         start = self._model.coupling.contact_point(angle)
         ends = [ros.Point(*map(float, end)) for end in (start, start + _METRES_PER_NEWTON * force)]
         nowhere = ros.Pose(ros.Point(0.0, 0.0, 0.0), ros.Quaternion(0.0, 0.0, 0.0, 1.0))
@@ -202,17 +177,17 @@ class Translator:
         )  # fmt: skip
 
 
-def time_of(wall_time: int) -> ros.Time:
+def time_of(wall_time: int) -> IdlStruct:
     seconds, rest = divmod(wall_time, 1_000_000_000)
     return ros.Time(seconds, rest)
 
 
-def _rotation(attitude: Array) -> ros.Quaternion:
+def _rotation(attitude: Array) -> IdlStruct:
     roll, pitch, yaw = attitude.tolist()
     w, x, y, z = quaternion_of((roll, pitch, yaw))
     return ros.Quaternion(x, y, z, w)
 
 
-def _vector(values: Array) -> ros.Vector3:
+def _vector(values: Array) -> IdlStruct:
     x, y, z = values.tolist()
     return ros.Vector3(x, y, z)

@@ -3,211 +3,53 @@
 DDS knows `geometry_msgs/msg/Point` as `geometry_msgs::msg::dds_::Point_`, and the topic `/a` as `rt/a`.
 """
 
-# Field annotations are values here, which the DDS library reads: no postponed annotations.
-from dataclasses import dataclass
-from typing import TypeVar
+from __future__ import annotations
 
-from cyclonedds.idl import IdlStruct
+from typing import Any
+
+from cyclonedds.idl import make_idl_struct
 from cyclonedds.idl.types import array, float32, float64, int32, sequence, uint8, uint32
 
-Message = TypeVar("Message", bound=IdlStruct)
+
+def _message(package: str, kind: str, /, **fields: Any) -> Any:
+    return make_idl_struct(kind, f"{package}.msg.dds_.{kind}_", fields)
 
 
-@dataclass
-class Time(IdlStruct, typename="builtin_interfaces.msg.dds_.Time_"):
-    sec: int32
-    nanosec: uint32
-
-
-@dataclass
-class Duration(IdlStruct, typename="builtin_interfaces.msg.dds_.Duration_"):
-    sec: int32
-    nanosec: uint32
-
-
-@dataclass
-class Clock(IdlStruct, typename="rosgraph_msgs.msg.dds_.Clock_"):
-    """Time of a simulation."""
-
-    clock: Time
-
-
-@dataclass
-class Header(IdlStruct, typename="std_msgs.msg.dds_.Header_"):
-    stamp: Time
-    frame_id: str
-
-
-@dataclass
-class String(IdlStruct, typename="std_msgs.msg.dds_.String_"):
-    data: str
-
-
-@dataclass
-class ColorRGBA(IdlStruct, typename="std_msgs.msg.dds_.ColorRGBA_"):
-    r: float32
-    g: float32
-    b: float32
-    a: float32
-
-
-@dataclass
-class Point(IdlStruct, typename="geometry_msgs.msg.dds_.Point_"):
-    x: float64
-    y: float64
-    z: float64
-
-
-@dataclass
-class Vector3(IdlStruct, typename="geometry_msgs.msg.dds_.Vector3_"):
-    x: float64
-    y: float64
-    z: float64
-
-
-@dataclass
-class Quaternion(IdlStruct, typename="geometry_msgs.msg.dds_.Quaternion_"):
-    x: float64
-    y: float64
-    z: float64
-    w: float64
-
-
-@dataclass
-class Pose(IdlStruct, typename="geometry_msgs.msg.dds_.Pose_"):
-    position: Point
-    orientation: Quaternion
-
-
-@dataclass
-class PoseStamped(IdlStruct, typename="geometry_msgs.msg.dds_.PoseStamped_"):
-    """A pose at a time."""
-
-    header: Header
-    pose: Pose
-
-
-@dataclass
-class PoseWithCovariance(IdlStruct, typename="geometry_msgs.msg.dds_.PoseWithCovariance_"):
-    pose: Pose
-    covariance: array[float64, 36]
-
-
-@dataclass
-class Twist(IdlStruct, typename="geometry_msgs.msg.dds_.Twist_"):
-    linear: Vector3
-    angular: Vector3
-
-
-@dataclass
-class TwistWithCovariance(IdlStruct, typename="geometry_msgs.msg.dds_.TwistWithCovariance_"):
-    twist: Twist
-    covariance: array[float64, 36]
-
-
-@dataclass
-class Wrench(IdlStruct, typename="geometry_msgs.msg.dds_.Wrench_"):
-    force: Vector3
-    torque: Vector3
-
-
-@dataclass
-class WrenchStamped(IdlStruct, typename="geometry_msgs.msg.dds_.WrenchStamped_"):
-    header: Header
-    wrench: Wrench
-
-
-@dataclass
-class Transform(IdlStruct, typename="geometry_msgs.msg.dds_.Transform_"):
-    translation: Vector3
-    rotation: Quaternion
-
-
-@dataclass
-class TransformStamped(IdlStruct, typename="geometry_msgs.msg.dds_.TransformStamped_"):
-    header: Header
-    child_frame_id: str
-    transform: Transform
-
-
-@dataclass
-class TFMessage(IdlStruct, typename="tf2_msgs.msg.dds_.TFMessage_"):
-    """Transforms, as `/tf` carries them."""
-
-    transforms: sequence[TransformStamped]
-
-
-@dataclass
-class Odometry(IdlStruct, typename="nav_msgs.msg.dds_.Odometry_"):
-    """Pose in the header's frame, twist in the child's."""
-
-    header: Header
-    child_frame_id: str
-    pose: PoseWithCovariance
-    twist: TwistWithCovariance
-
-
-@dataclass
-class Path(IdlStruct, typename="nav_msgs.msg.dds_.Path_"):
-    header: Header
-    poses: sequence[PoseStamped]
-
-
-@dataclass
-class JointState(IdlStruct, typename="sensor_msgs.msg.dds_.JointState_"):
-    """Joints by name [rad, rad/s]."""
-
-    header: Header
-    name: sequence[str]
-    position: sequence[float64]
-    velocity: sequence[float64]
-    effort: sequence[float64]
-
-
-@dataclass
-class CompressedImage(IdlStruct, typename="sensor_msgs.msg.dds_.CompressedImage_"):
-    header: Header
-    format: str
-    data: sequence[uint8]
-
-
-@dataclass
-class UVCoordinate(IdlStruct, typename="visualization_msgs.msg.dds_.UVCoordinate_"):
-    """A place on an image."""
-
-    u: float32
-    v: float32
-
-
-@dataclass
-class MeshFile(IdlStruct, typename="visualization_msgs.msg.dds_.MeshFile_"):
-    filename: str
-    data: sequence[uint8]
-
-
-@dataclass
-class Marker(IdlStruct, typename="visualization_msgs.msg.dds_.Marker_"):
-    header: Header
-    ns: str
-    id: int32
-    type: int32
-    action: int32
-    pose: Pose
-    scale: Vector3
-    color: ColorRGBA
-    lifetime: Duration
-    frame_locked: bool
-    points: sequence[Point]
-    colors: sequence[ColorRGBA]
-    texture_resource: str
-    texture: CompressedImage
-    uv_coordinates: sequence[UVCoordinate]
-    text: str
-    mesh_resource: str
-    mesh_file: MeshFile
-    mesh_use_embedded_materials: bool
-
-
-@dataclass
-class MarkerArray(IdlStruct, typename="visualization_msgs.msg.dds_.MarkerArray_"):
-    markers: sequence[Marker]
+Time = _message("builtin_interfaces", "Time", sec=int32, nanosec=uint32)
+Duration = _message("builtin_interfaces", "Duration", sec=int32, nanosec=uint32)
+Clock = _message("rosgraph_msgs", "Clock", clock=Time)
+Header = _message("std_msgs", "Header", stamp=Time, frame_id=str)
+String = _message("std_msgs", "String", data=str)
+ColorRGBA = _message("std_msgs", "ColorRGBA", r=float32, g=float32, b=float32, a=float32)
+Point = _message("geometry_msgs", "Point", x=float64, y=float64, z=float64)
+Vector3 = _message("geometry_msgs", "Vector3", x=float64, y=float64, z=float64)
+Quaternion = _message("geometry_msgs", "Quaternion", x=float64, y=float64, z=float64, w=float64)
+Pose = _message("geometry_msgs", "Pose", position=Point, orientation=Quaternion)
+PoseStamped = _message("geometry_msgs", "PoseStamped", header=Header, pose=Pose)
+PoseWithCovariance = _message("geometry_msgs", "PoseWithCovariance", pose=Pose, covariance=array[float64, 36])
+Twist = _message("geometry_msgs", "Twist", linear=Vector3, angular=Vector3)
+TwistWithCovariance = _message("geometry_msgs", "TwistWithCovariance", twist=Twist, covariance=array[float64, 36])
+Wrench = _message("geometry_msgs", "Wrench", force=Vector3, torque=Vector3)
+WrenchStamped = _message("geometry_msgs", "WrenchStamped", header=Header, wrench=Wrench)
+Transform = _message("geometry_msgs", "Transform", translation=Vector3, rotation=Quaternion)
+TransformStamped = _message("geometry_msgs", "TransformStamped", header=Header, child_frame_id=str, transform=Transform)
+TFMessage = _message("tf2_msgs", "TFMessage", transforms=sequence[TransformStamped])
+Odometry = _message(
+    "nav_msgs", "Odometry", header=Header, child_frame_id=str, pose=PoseWithCovariance, twist=TwistWithCovariance
+)
+Path = _message("nav_msgs", "Path", header=Header, poses=sequence[PoseStamped])
+JointState = _message(
+    "sensor_msgs", "JointState",
+    header=Header, name=sequence[str], position=sequence[float64], velocity=sequence[float64], effort=sequence[float64],
+)  # fmt: skip
+CompressedImage = _message("sensor_msgs", "CompressedImage", header=Header, format=str, data=sequence[uint8])
+UVCoordinate = _message("visualization_msgs", "UVCoordinate", u=float32, v=float32)
+MeshFile = _message("visualization_msgs", "MeshFile", filename=str, data=sequence[uint8])
+Marker = _message(
+    "visualization_msgs", "Marker",
+    header=Header, ns=str, id=int32, type=int32, action=int32, pose=Pose, scale=Vector3, color=ColorRGBA,
+    lifetime=Duration, frame_locked=bool, points=sequence[Point], colors=sequence[ColorRGBA], texture_resource=str,
+    texture=CompressedImage, uv_coordinates=sequence[UVCoordinate], text=str, mesh_resource=str, mesh_file=MeshFile,
+    mesh_use_embedded_materials=bool,
+)  # fmt: skip
+MarkerArray = _message("visualization_msgs", "MarkerArray", markers=sequence[Marker])

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import time
 from dataclasses import replace
+from functools import reduce
 
 from doorman.checks import vector
 from doorman.exceptions import BackendError, DimensionError
@@ -17,7 +18,7 @@ from doorman.simulation.gusts import Gust, together
 from doorman.simulation.hand import Hand
 from doorman.simulation.plant.onboard.attitude_loop import AttitudeGains
 from doorman.simulation.sensors import Sensors
-from doorman.simulation.simulator import Disturbance, DisturbanceSource, Simulator
+from doorman.simulation.simulator import DisturbanceSource, Simulator
 from doorman.simulation.truth import Truth
 
 
@@ -156,9 +157,6 @@ class SimulatedBackend(Backend):
         assert self._link is not None
         ahead, left = side_force.tolist()
         checked = Command(thrust, attitude, arm_rates, bool(command.grip), (ahead, left))
-        if self._link.is_plain:
-            self._take(simulator, checked)
-            return
         self._link.send(simulator.time, checked)
         self._follow(simulator)
 
@@ -171,12 +169,8 @@ class SimulatedBackend(Backend):
         """Take what the link has brought."""
         assert self._link is not None
         if (command := self._link.arrived(simulator.time)) is not None:
-            self._take(simulator, command)
-
-    @staticmethod
-    def _take(simulator: Simulator, command: Command) -> None:
-        simulator.set_command(command.thrust, command.attitude, command.arm_rates, command.side_force)
-        simulator.set_grip(command.grip)
+            simulator.set_command(command.thrust, command.attitude, command.arm_rates, command.side_force)
+            simulator.set_grip(command.grip)
 
     def _advance(self, simulator: Simulator, steps: int) -> None:
         """Physics steps; a command that comes between two ticks is taken then."""
@@ -191,25 +185,18 @@ class SimulatedBackend(Backend):
     def _disturbances(self) -> DisturbanceSource | None:
         """The caller's disturbance, the scenario's gusts and its hand together."""
         simulation, given = self.model.scenario.simulation, self._disturbance
-        wind, door = simulation.gust, self.model.true_door
-        if not wind.blows and simulation.hand.door_angle is None:
-            return given
-        gust = Gust(wind, door, self.seed) if wind.blows else None
-        hand = None if simulation.hand.door_angle is None else Hand(simulation.hand)
-
-        def disturbance(time: float) -> Disturbance:
-            plant = self._opened().plant
-            angle = plant.door_angle
-            acting = None if gust is None else gust.at(time, angle)
-            for more in (
-                None if hand is None else hand.at(time, angle, plant.door_rate),
-                None if given is None else given(time),
-            ):
-                if more is not None:
-                    acting = more if acting is None else together(acting, more)
-            return acting or Disturbance()
-
-        return disturbance
+        sources: list[DisturbanceSource] = []
+        if simulation.gust.blows:
+            gust = Gust(simulation.gust, self.model.true_door, self.seed)
+            sources.append(lambda time: gust.at(time, self._opened().plant.door_angle))
+        if simulation.hand.door_angle is not None:
+            hand = Hand(simulation.hand)
+            sources.append(lambda time: hand.at(time, (plant := self._opened().plant).door_angle, plant.door_rate))
+        if given is not None:
+            sources.append(given)
+        if len(sources) < 2:
+            return sources[0] if sources else None
+        return lambda time: reduce(together, (source(time) for source in sources))
 
     def _opened(self) -> Simulator:
         if self._simulator is None:

@@ -19,7 +19,7 @@ from doorman.scenario import NoiseSection, SensorsSection
 from doorman.signals import Measurement
 from doorman.simulation.chance import Dropouts
 from doorman.simulation.delay_line import ROUNDED
-from doorman.simulation.reality.seen_frame import SeenFrame, Swaps, seen_frame
+from doorman.simulation.reality.seen_frame import Swaps, seen_frame
 from doorman.simulation.truth import Truth
 
 _DROPOUTS = 1
@@ -80,7 +80,9 @@ class Sensors:
         position, velocity, attitude = truth.position, truth.velocity, truth.attitude
         sampled = self._samples(time)
         if sampled and self._frame is not None:
-            position, velocity, attitude = self._in_frame(self._frame, truth)
+            self._frame.advance(time)
+            position, velocity = self._frame.position(position), self._frame.velocity(velocity)
+            attitude = self._frame.attitude(attitude)
         if sampled and self._delivery.swap_rate > 0.0:
             off = self._swaps.off(time)
             position, attitude = position + off[:3], attitude + off[3:]
@@ -90,6 +92,10 @@ class Sensors:
             self._keep(self._poses, self._pose(time, seen, velocity))
         self._keep(self._arms, _Arm(time, seen[12 : 12 + n], seen[12 + n :]))
         pose, arm = self._delivered(self._poses, time), self._delivered(self._arms, time)
+        tip_force = None
+        if self._delivery.tip_force:
+            error = self._noise.tip_force * float(self._tip_noise.standard_normal())
+            tip_force = truth.tip_normal_force + self._delivery.tip_force_bias + error
         return Measurement(
             time=time,
             position=pose.position,
@@ -100,13 +106,8 @@ class Sensors:
             arm_rates=arm.rates,
             pose_time=pose.time,
             arm_time=arm.time,
-            tip_force=self._tip_force(truth) if self._delivery.tip_force else None,
+            tip_force=tip_force,
         )
-
-    def _tip_force(self, truth: Truth) -> float:
-        """What the tip's sensor reads [N]."""
-        noise = self._noise.tip_force * float(self._tip_noise.standard_normal())
-        return truth.tip_normal_force + self._delivery.tip_force_bias + noise
 
     def _spread(self, n: int) -> Array:
         """Deviations of everything that is measured, shape (12 + 2 n,)."""
@@ -124,24 +125,15 @@ class Sensors:
                 self._next_sample += 1.0 / rate
         return not self._dropouts.lost(time)
 
-    @staticmethod
-    def _in_frame(frame: SeenFrame, truth: Truth) -> tuple[Array, Array, Array]:
-        """Position, velocity and attitude as their frame has them."""
-        frame.advance(truth.time)
-        return frame.position(truth.position), frame.velocity(truth.velocity), frame.attitude(truth.attitude)
-
     def _pose(self, time: float, seen: Array, true_velocity: Array) -> _Pose:
         delay = self._delivery.jitter * float(self._jitter.uniform()) if self._delivery.jitter > 0.0 else 0.0
         position, velocity = seen[0:3], seen[3:6]
         if self._delivery.velocity != "measured":
-            velocity = sealed(self._differenced(time, position, true_velocity))
-        return _Pose(time, position, velocity, seen[6:9], delay)
-
-    def _differenced(self, time: float, position: Array, true_velocity: Array) -> Array:
-        if not self._poses:
-            return true_velocity.copy()  # at rest
-        last = self._poses[-1]
-        return np.asarray((position - last.position) / (time - last.time))
+            velocity = true_velocity.copy()  # at rest
+            if self._poses:
+                last = self._poses[-1]
+                velocity = (position - last.position) / (time - last.time)
+        return _Pose(time, position, sealed(velocity), seen[6:9], delay)
 
     def _behind_play(self, angles: Array) -> Array:
         """What the servos say: they follow the joints no closer than their play, shape (n,) [rad]."""

@@ -18,14 +18,14 @@ from doorman.kinematics.vehicles.rotor_layout import rotor_layout
 from doorman.model import Model
 from doorman.numba_types.handles import held
 from doorman.simulation.delay_line import DelayLine
-from doorman.simulation.plant.contact import TOUCH, ContactReader, Gripper
 from doorman.simulation.plant.engine import check_stability, engine
+from doorman.simulation.plant.gripper import TOUCH, ContactReader, Gripper
 from doorman.simulation.plant.hinge_torques import HingeTorques
 from doorman.simulation.plant.onboard.attitude_loop import AttitudeGains
 from doorman.simulation.plant.parameters import step_parameters
 from doorman.simulation.plant.plant import Plant, build_plant
 from doorman.simulation.plant.stepping import look, take_steps, truth_parts
-from doorman.simulation.reality.drag import drag
+from doorman.simulation.reality.drag import Drag
 from doorman.simulation.reality.latch import Latch
 from doorman.simulation.reality.true_thrust import true_thrust
 from doorman.simulation.truth import Truth
@@ -75,16 +75,12 @@ class Simulator(Uncopied):
         self._mujoco = engine()
         self.layout = rotor_layout(model.vehicle, model.scenario.simulation.torque_per_thrust)
         self.plant = build_plant(self._mujoco, model, self.layout, time_step)
-        data = self.plant.data
-        shapes = self.plant.tip_shapes, self.plant.leaf_shapes
-        true = model.scenario.simulation
-        self._gripper = Gripper(
-            self._mujoco, self.plant.engine_model, data, *shapes, true.gripper_closes, true.gripper_force
-        )
+        data, true = self.plant.data, model.scenario.simulation
+        self._gripper = Gripper(self._mujoco, self.plant, true.gripper_closes, true.gripper_force)
         at_door = model.scenario.mission.start == "contact"
         if self._gripper.closed and not at_door:
             self._gripper.set(False)
-        self._contacts = ContactReader(self._mujoco, self.plant.engine_model, data, *shapes, self._gripper)
+        self._contacts = ContactReader(self._mujoco, self.plant, self._gripper)
         self._hinge = HingeTorques(model, self.plant)
         self._tip_on_frame = _tip_on_frame(self.plant)
         gains = gains or simulated_gains(model)
@@ -97,7 +93,9 @@ class Simulator(Uncopied):
         self._parts = truth_parts(model.n_arm, self.layout.count)
         self._command[0] = model.vehicle.weight
         self._command[1:5] = quaternion_of(model.start_state[:3])
-        self._thrust, self._drag = true_thrust(model, self.plant, self.layout), drag(model, self.plant, self.layout)
+        self._thrust = true_thrust(model, self.plant, self.layout)
+        resisted = true.vehicle_drag > 0.0 or true.wash.wall > 0.0
+        self._drag = Drag(model, self.plant, self.layout) if resisted else None
         self._strains = true.gripper_force is not None
         latched = model.scenario.door.latch is not None and model.scenario.door.beside
         self._latch = Latch(model, self.plant.engine_model, data) if latched else None

@@ -15,7 +15,7 @@ import numpy as np
 from doorman.arrays import Array
 from doorman.collision.rows.kind import dot
 from doorman.collision.rows.listed import ARM, KINDS
-from doorman.kinematics.rotations import rotations_of
+from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import Model
 
 
@@ -58,8 +58,8 @@ def _flown(model: Model, position: Array, attitude: Array, door_angle: Array, ar
             width=door.width, frame_depth=door.frame_depth, frame_back=door.frame_back, frame_height=door.frame_height, **panel
         ),
         leaf=SimpleNamespace(normal_in_heading=normal, into_in_heading=door.into, up=door.up, in_heading=np.asarray),
-        tilt_rotation=rotations_of(attitude).transpose(1, 2, 0),
-        position_from_hinge=from_hinge, before_leaf=-dot(normal, from_hinge) - face - door.ways(door_angle),
+        tilt_rotation=np.stack([rotation_body_to_world(each) for each in attitude], axis=-1),
+        position_from_hinge=from_hinge, before_leaf=-dot(normal, from_hinge) - face - door.way(door_angle),
         across_doorway=dot(door.along, from_hinge), into_doorway=dot(door.into, from_hinge), half_width=vehicle.radius,
         before_panel=0.0 if door.panel is None else dot(panel["panel"], from_hinge) - door.panel[1],
         points_in_body=points, arm_side=1 if vehicle.arm.above else -1,

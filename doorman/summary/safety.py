@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from doorman.collision.scene import CollisionScene
 from doorman.collision.shapes import tip_and_frame
-from doorman.kinematics.rotations import rotations_of
+from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import Model
 from doorman.recording import Recording
 from doorman.summary.flown_constraints import flown_constraints
@@ -90,7 +90,7 @@ def min_clearance(recording: Recording, model: Model) -> float:
         if chosen.any():
             clearance = CollisionScene(model.vehicle, model.true_door, ignored).least_clearance(
                 truth["position"][chosen],
-                rotations_of(truth["attitude"][chosen]),
+                np.array([rotation_body_to_world(each) for each in truth["attitude"][chosen]]),
                 truth["arm_angles"][chosen],
                 truth["door_angle"][chosen],
             )

@@ -12,7 +12,7 @@ from contextlib import contextmanager, suppress
 from functools import partial
 from multiprocessing.connection import Connection
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING
 
 from doorman.cores import usable_cores
 from doorman.exceptions import DoormanError
@@ -24,48 +24,19 @@ from doorman.visualization.replay import replay_page
 if TYPE_CHECKING:  # matplotlib takes a second to import
     from matplotlib.figure import Figure
 
-Draw: TypeAlias = "Callable[[Recording, Model], Figure]"
 _SHARES = 2
 """Processes that draw at a time: four figures are soon drawn."""
-
-
-def _drawn_by(module: str, function: str) -> Draw:
-    """A function that draws a figure, whose module, and matplotlib with it, comes when it is called."""
-
-    def draw(recording: Recording, model: Model) -> Figure:
-        drawn: Figure = getattr(importlib.import_module(f"doorman.visualization.{module}"), function)(recording, model)
-        return drawn
-
-    return draw
-
-
-_DRAWN_BY = {
+_FIGURES = {
     "states": ("figures.states", "states_figure"),
     "constraints": ("figures.constraints", "constraints_and_forces_figure"),
     "swing": ("figures.swing", "swing_figure"),
     "planner_time": ("figures.timing", "planner_time_figure"),
 }
 """Module and function of every figure."""
-_FIGURES: dict[str, Draw] = {name: _drawn_by(module, function) for name, (module, function) in _DRAWN_BY.items()}
 
 
 class PicturesMissing(DoormanError):
     """Some pictures of a run could not be written, such as on a full disk; the others are there."""
-
-
-def import_figures() -> None:
-    """Import what draws, which takes a second or two, before there is anything to draw."""
-    for module, _ in _DRAWN_BY.values():
-        importlib.import_module(f"doorman.visualization.{module}")
-    for suffix in FORMATS:
-        importlib.import_module(f"matplotlib.backends.backend_{'agg' if suffix == 'png' else suffix}")
-
-
-class Drawing(NamedTuple):
-    """What came of some figures."""
-
-    figures: list[str]  # their names
-    missing: dict[str, str]  # names of files that could not be written, and why
 
 
 class PictureProcess:
@@ -80,16 +51,16 @@ class PictureProcess:
             self._process.start()
         theirs.close()
 
-    def begin(self, figures: Sequence[str], recording: Path, folder: Path) -> None:
+    def begin(self, recording: Path, folder: Path) -> None:
         with suppress(OSError):  # one that has died gives no answer either
-            self._answers.send((list(figures), recording, folder))
+            self._answers.send((recording, folder))
 
-    def answers(self) -> list[Drawing]:
-        """What was drawn, once all is; figures that are in none of the answers were not drawn."""
-        found: list[Drawing] = []
+    def answers(self) -> dict[str, dict[str, str]]:
+        """Figures that were drawn, once all are: names of their files that could not be written, and why."""
+        found: dict[str, dict[str, str]] = {}
         with suppress(EOFError, OSError):
             while True:
-                found.append(self._answers.recv())
+                found |= self._answers.recv()
         return found
 
     def close(self) -> None:
@@ -120,42 +91,44 @@ def write_pictures(
     """
     folder.mkdir(parents=True, exist_ok=True)
     if helper is not None:
-        helper.begin(list(_FIGURES), folder / "recording.mcap", folder)
-    page = Drawing([], {})
-    _write(partial(replay_page, recording, model), folder / "replay.html", page.missing)
-    drawn = [page, *(helper.answers() if helper is not None else [])]
-    done = {name for one in drawn for name in one.figures}
-    drawn.append(draw_figures([name for name in _FIGURES if name not in done], recording, model, folder))
-    missing = {name: reason for one in drawn for name, reason in one.missing.items()}
+        helper.begin(folder / "recording.mcap", folder)
+    missing = _write(partial(replay_page, recording, model), folder / "replay.html")
+    there = {} if helper is None else helper.answers()
+    for name in _FIGURES:
+        missing |= there[name] if name in there else _draw(name, recording, model, folder)
+    names = [*(f"{name}.{suffix}" for name in _FIGURES for suffix in FORMATS), "replay.html"]
     if missing:
-        names = [name for name in _file_names() if name in missing]
-        reasons = ", ".join(dict.fromkeys(missing[name] for name in names))
-        raise PicturesMissing(f"missing: {', '.join(names)}: {reasons}", file=folder)
-    return [folder / name for name in _file_names()]
+        lost = [name for name in names if name in missing]
+        reasons = ", ".join(dict.fromkeys(missing[name] for name in lost))
+        raise PicturesMissing(f"missing: {', '.join(lost)}: {reasons}", file=folder)
+    return [folder / name for name in names]
 
 
-def draw_figures(names: Sequence[str], recording: Recording, model: Model, folder: Path) -> Drawing:
-    """Draw some of the figures."""
-    drawn = Drawing(list(names), {})
-    for name in names:
-        figure = _FIGURES[name](recording, model)
-        lay_out(figure)
-        for suffix in FORMATS:
-            _write(partial(save_as, figure), folder / f"{name}.{suffix}", drawn.missing)
-    return drawn
+def figure_of(name: str, recording: Recording, model: Model) -> Figure:
+    """A figure; its module, and matplotlib with it, comes when it is drawn first."""
+    module, function = _FIGURES[name]
+    figure: Figure = getattr(importlib.import_module(f"doorman.visualization.{module}"), function)(recording, model)
+    return figure
 
 
-def _file_names() -> list[str]:
-    return [*(f"{name}.{suffix}" for name in _FIGURES for suffix in FORMATS), "replay.html"]
+def _draw(name: str, recording: Recording, model: Model, folder: Path) -> dict[str, str]:
+    """Write a figure in every format; names of files that could not be written, and why."""
+    figure = figure_of(name, recording, model)
+    missing: dict[str, str] = {}
+    lay_out(figure)
+    for suffix in FORMATS:
+        missing |= _write(partial(save_as, figure), folder / f"{name}.{suffix}")
+    return missing
 
 
-def _write(write: Callable[[Path], object], file: Path, missing: dict[str, str]) -> None:
+def _write(write: Callable[[Path], object], file: Path) -> dict[str, str]:
     try:
         write(file)
     except OSError as error:
-        missing[file.name] = error.strerror or str(error)
         with suppress(OSError):
             file.unlink()
+        return {file.name: error.strerror or str(error)}
+    return {}
 
 
 @contextmanager
@@ -173,25 +146,27 @@ def picture_process(model: Model) -> Iterator[PictureProcess | None]:
 
 
 def _serve(model: Model, connection: Connection, other_end: Connection) -> None:
-    """Get ready, wait for an order, and draw it, two shares at a time."""
+    """Import what draws, which takes a second or two, wait for an order, and draw it, two shares at a time."""
     other_end.close()  # so that the end of whoever ordered is noticed
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C ends the flight, and what was flown is drawn
-    import_figures()
+    for module, _ in _FIGURES.values():
+        importlib.import_module(f"doorman.visualization.{module}")
+    for suffix in FORMATS:
+        importlib.import_module(f"matplotlib.backends.backend_{'agg' if suffix == 'png' else suffix}")
     try:
-        figures, file, folder = connection.recv()
+        file, folder = connection.recv()
     except EOFError:
         return
     recording = Recording.load(file)
-    shares = [figures[index::_SHARES] for index in range(_SHARES)]
-    context = multiprocessing.get_context("fork")
-    others = [context.Process(target=_draw, args=(share, recording, model, folder, connection)) for share in shares[1:]]
+
+    def draw(names: Sequence[str]) -> None:
+        for name in names:
+            connection.send({name: _draw(name, recording, model, folder)})
+
+    own, *shares = (list(_FIGURES)[index::_SHARES] for index in range(_SHARES))
+    others = [multiprocessing.get_context("fork").Process(target=draw, args=(share,)) for share in shares]
     for other in others:
         other.start()
-    _draw(shares[0], recording, model, folder, connection)
+    draw(own)
     for other in others:
         other.join()
-
-
-def _draw(figures: list[str], recording: Recording, model: Model, folder: Path, connection: Connection) -> None:
-    for name in figures:
-        connection.send(draw_figures([name], recording, model, folder))

@@ -11,9 +11,6 @@ import os
 from contextlib import suppress
 from pathlib import Path
 
-import numpy as np
-
-from doorman.arrays import Array
 from doorman.recording import Recording
 from doorman.visualization.files import FORMATS, lay_out, save_as
 
@@ -39,8 +36,7 @@ from matplotlib.patches import Circle  # noqa: E402
 from matplotlib.ticker import FuncFormatter, MaxNLocator  # noqa: E402
 
 __all__ = [
-    "Axes", "Circle", "Figure", "FuncFormatter", "MaxNLocator", "colormaps", "flight_name", "not_recorded", "save", "true_states",
-    "widen",
+    "Axes", "Circle", "Figure", "FuncFormatter", "MaxNLocator", "colormaps", "flight_name", "not_recorded", "save", "widen",
 ]  # fmt: skip
 
 BLACK, ORANGE, SKY, GREEN, BLUE, RED, PURPLE = (
@@ -65,16 +61,6 @@ def widen(axes: Axes, least: float) -> None:
     middle, half = (low + high) / 2, max((high - low) / 2, least)
     axes.set_ylim(middle - half, middle + half)
     axes.grid(alpha=0.3)
-
-
-def true_states(recording: Recording) -> tuple[Array, Array] | None:
-    """Times and states of the simulator; None if there was none."""
-    if "truth" not in recording:
-        return None
-    truth = recording["truth"]
-    return truth.time, np.column_stack(
-        [truth["attitude"], truth["door_angle"], truth["door_rate"], truth["arm_angles"]]
-    )
 
 
 def save(figure: Figure, folder: str | Path, name: str) -> tuple[Path, Path]:

@@ -227,24 +227,26 @@ def test_rotors_that_fly_into_the_leaf_are_noticed_in_time(model: Model) -> None
         position = place - (radius + gap) * normal
         return changed(model, calm, position=position, velocity=speed * normal, state=state, touching=touching)
 
-    for searching in (True, False):
-        assert not leaf.hits_the_rotors(flying(0.04, 0.1), searching)
-        assert leaf.hits_the_rotors(flying(0.04, 0.2), searching) == searching
-        assert not leaf.hits_the_rotors(flying(0.06, 0.5), searching), "far enough to be braked"
-        assert not leaf.hits_the_rotors(flying(0.02, 0.0), searching)
-        assert leaf.hits_the_rotors(flying(0.01, -0.1), searching)
-        away = -0.2 / model.coupling.distance_from_hinge
-        assert not leaf.hits_the_rotors(flying(0.04, 0.2, door_rate=away), searching), "the leaf swings away as fast"
-        assert not leaf.hits_the_rotors(flying(0.02, 0.2, touching=True), searching), "the tip keeps it off"
-        assert leaf.hits_the_rotors(flying(0.01, 0.0, touching=True), searching)
-        nearer = replace(flying(0.03, 0.0), face_offset=0.015)
-        assert leaf.hits_the_rotors(nearer, searching), "the face stands before its place in the map"
-        turning = np.array([0.0, 0.0, np.radians(80.0)])  # about the tip, by which the vehicle comes nearer to the leaf
-        turned = flying(0.06, 0.0, touching=True)
-        assert not leaf.hits_the_rotors(replace(turned, attitude_rates=0.0 * turning), searching)
-        askew = changed(model, turned, state=turned.state + np.eye(len(turned.state))[2] * 0.6)
-        assert leaf.hits_the_rotors(replace(askew, attitude_rates=turning), searching), "it turns on"
-        assert not leaf.hits_the_rotors(replace(askew, attitude_rates=-turning), searching), "it turns back"
+    assert not leaf.hits_the_rotors(flying(0.06, 0.1))
+    assert leaf.hits_the_rotors(flying(0.06, 0.2)), "it cannot brake before"
+    assert not leaf.hits_the_rotors(flying(0.02, 0.0))
+    assert leaf.hits_the_rotors(flying(0.01, -0.1))
+    away = -0.2 / model.coupling.distance_from_hinge
+    assert not leaf.hits_the_rotors(flying(0.06, 0.2, door_rate=away)), "the leaf swings away as fast"
+    assert not leaf.hits_the_rotors(flying(0.02, 0.2, touching=True)), "the tip keeps it off"
+    assert leaf.hits_the_rotors(flying(0.01, 0.0, touching=True))
+    before = flying(0.06, 0.2)
+    before = replace(before, tip=before.contact_point - 0.01 * normal)
+    assert not leaf.hits_the_rotors(before), "the tip meets the leaf first"
+    assert leaf.hits_the_rotors(replace(flying(0.03, 0.0), face_offset=0.015)), (
+        "the face stands before its place in the map"
+    )
+    turning = np.array([0.0, 0.0, np.radians(80.0)])  # about the tip, by which the vehicle comes nearer to the leaf
+    turned = flying(0.06, 0.0, touching=True)
+    assert not leaf.hits_the_rotors(replace(turned, attitude_rates=0.0 * turning))
+    askew = changed(model, turned, state=turned.state + np.eye(len(turned.state))[2] * 0.6)
+    assert leaf.hits_the_rotors(replace(askew, attitude_rates=turning)), "it turns on"
+    assert not leaf.hits_the_rotors(replace(askew, attitude_rates=-turning)), "it turns back"
 
 
 @pytest.mark.parametrize("turned", [-0.3, 0.1])

@@ -25,7 +25,7 @@ from doorman.hardware.door import (
     MarkPose,
     UdpLineSource,
 )
-from doorman.hardware.door.sources import CameraObjects, objects_beside
+from doorman.hardware.door.sources import camera_objects, objects_beside
 from doorman.hardware.mocap import MocapConfig, MocapReceiver, PoseSource
 from doorman.hardware.vehicle import VehicleLinks, vehicle_config
 from doorman.hardware.vehicle_file import VehicleFile
@@ -189,7 +189,7 @@ def test_cameras_see_leaf_and_frame_as_further_objects():
         CLOCK,
     )  # fmt: skip
     receiver = MocapReceiver(cameras, CLOCK, objects_beside(cameras, config))
-    one = DoorSensor(CameraObjects(receiver), config)
+    one = DoorSensor(camera_objects(receiver), config)
     assert isinstance(one.source, DoorSource) and isinstance(receiver, PoseSource)
 
     def until(condition):

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pinocchio
-from lagrangian_in_numbers import LagrangianModel
+from lagrangian_in_numbers import LagrangianModel, rotation_jacobian, translation_jacobian
 from numpy.typing import NDArray
 
 from doorman.kinematics.rotations import rotation_body_to_world
@@ -60,8 +60,8 @@ def _configuration(model: LagrangianModel, state: Array, inputs: Array) -> tuple
     coupling, q, q_rate = model.coupling, state[:4], state[4:8]
     rotation = rotation_body_to_world(q[:3])
     place = pinocchio.SE3(rotation, coupling.vehicle_position(q[:3], q[3], state[8:]))
-    linear = rotation.T @ coupling.translation_jacobian(q[:3], q[3], state[8:]) @ q_rate
-    angular = coupling.rotation_jacobian(q[:3]) @ q_rate
+    linear = rotation.T @ translation_jacobian(coupling, q[:3], q[3], state[8:]) @ q_rate
+    angular = rotation_jacobian(q[:3]) @ q_rate
     hinge = -coupling.door.hinge_torque(q[3], q_rate[3]) - model.disturbance
     force = np.concatenate([[0.0, 0.0], inputs[:4], [hinge]])
     return (

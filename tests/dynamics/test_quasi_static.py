@@ -7,12 +7,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from attitude_matrices import euler_rate_matrix
 from finite_differences import central_difference
 from paper_door import door_normal
 from urdf_variants import write_arm_of
 
 from doorman.exceptions import DimensionError, SingularityError
-from doorman.kinematics.rotations import euler_rate_matrix, rotation_body_to_world
+from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import Model
 from doorman.scenario import DoorSection, Scenario, VehicleSection
 

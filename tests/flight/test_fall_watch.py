@@ -3,36 +3,32 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
+from itertools import repeat
 
-import numpy as np
 import pytest
 
 from doorman.flight.ends import FALLING, FallWatch
 
 PERIOD = 0.02
-GRAVITY = 9.81
-
-
-FALL = [GRAVITY * PERIOD * k for k in range(25)]
+FALL = [9.81 * PERIOD * k for k in range(25)]
 """From 1.2 m, half a second."""
 
 
-def watched(speed: np.ndarray, armed: np.ndarray, heard: np.ndarray | None = None) -> FallWatch:
+def watched(speeds: Iterable[float], armed: Iterable[bool], heard: Iterable[bool] = repeat(True)) -> FallWatch:
     watch = FallWatch()
-    hears = np.ones(speed.size, bool) if heard is None else heard
-    for k, (one, runs, hear) in enumerate(zip(speed, armed, hears, strict=True)):
-        watch.note(k * PERIOD, float(one), bool(runs), bool(hear))
+    for k, (speed, runs, hears) in enumerate(zip(speeds, armed, heard, strict=False)):
+        watch.note(k * PERIOD, speed, runs, hears)
     return watch
 
 
 def after_flight(seconds: float, speed: list[float], told_after: float, silent: bool = False) -> FallWatch:
     """Hover, then these speeds, then rest; motors are told to have stopped so long after the hover [s]."""
-    hover = np.full(round(seconds / PERIOD), 0.05)
-    rest = np.zeros(round(8.0 / PERIOD))
-    speeds = np.concatenate([hover, speed, rest])
-    times = PERIOD * (np.arange(speeds.size) - hover.size)
-    heard = (times < 0.0) | (times >= told_after) if silent else np.ones(times.size, bool)
-    return watched(speeds, times < told_after, heard)
+    hover = round(seconds / PERIOD)
+    speeds = [0.05] * hover + speed + [0.0] * round(8.0 / PERIOD)
+    times = [PERIOD * (k - hover) for k in range(len(speeds))]
+    heard = [not silent or at < 0.0 or at >= told_after for at in times]
+    return watched(speeds, [at < told_after for at in times], heard)
 
 
 @pytest.mark.parametrize("told_after", [0.02, 0.5, 1.2])
@@ -55,7 +51,6 @@ def test_a_blow_long_before_the_landing_is_no_fall() -> None:
 
 
 def test_nobody_has_fallen_who_is_armed_or_whose_speed_is_unknown() -> None:
-    fast = np.full(50, 5.0)
-    assert not watched(fast, np.ones(50, bool)).fell
-    assert not watched(np.full(50, math.nan), np.arange(50) < 10).fell
+    assert not watched([5.0] * 50, repeat(True)).fell
+    assert not watched([math.nan] * 50, [True] * 10 + [False] * 40).fell
     assert not FallWatch().fell

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import socket
 import struct
+from contextlib import contextmanager
 
 import numpy as np
 import pytest
@@ -14,18 +15,11 @@ from doorman.exceptions import BackendError
 from doorman.gravity import GRAVITY
 from doorman.kinematics.urdf.robot import frozen
 from doorman.kinematics.vehicles.rotor_layout import RotorLayout, rotor_layout
-from doorman.model import Model
 from doorman.rig import Rig, RigSetup
 from doorman.rig.plant import RigPlant
-from doorman.rig.sitl.ardupilot import EXPO, FRAMES, FULL, ArduPilotSitl, Wiring
-from doorman.scenario import Scenario
+from doorman.rig.sitl.ardupilot import EXPO, FRAMES, FULL, ArduPilotSitl, outputs_of
 
 MAGIC = 18458
-
-
-@pytest.fixture(scope="module")
-def model():
-    return Model(Scenario.load("paper"))
 
 
 @pytest.fixture(scope="module")
@@ -51,16 +45,19 @@ class Copter:
         return json.loads(self.socket.recv(4096))
 
 
+@contextmanager
+def flown_by(model, layout, motors="linear"):
+    """Plant and copter; the plant's time passes by `advance`, not by the clock."""
+    sitl = ArduPilotSitl(layout, free_port(), motors)
+    plant, copter = RigPlant(model, pilot=sitl), Copter(sitl._port)
+    with sitl, copter.socket:
+        yield plant, copter, sitl
+
+
 @pytest.fixture
 def flown(model, layout):
-    """Plant and copter; the plant's time passes by `advance`, not by the clock."""
-    sitl = ArduPilotSitl(layout, free_port())
-    plant = RigPlant(model, pilot=sitl)
-    copter = Copter(sitl._port)
-    sitl.open()
-    yield plant, copter, sitl
-    sitl.stop()
-    copter.socket.close()
+    with flown_by(model, layout) as made:
+        yield made
 
 
 def hover(layout, model):
@@ -126,28 +123,22 @@ def test_every_output_drives_its_own_rotor(flown, layout):
         assert np.count_nonzero(thrusts) == 1
         x, y, _ = layout.positions[rotor]
         assert np.degrees(np.arctan2(-y, x)) == pytest.approx(angle, abs=1.0) or abs(angle) == 180.0
-        assert sitl.wiring.directions[rotor] == sense
+        assert sitl.directions[rotor] == sense
 
 
 def test_quadratic_motors_make_the_square_of_their_signal(model, layout):
-    sitl = ArduPilotSitl(layout, free_port(), "quadratic")
-    plant, copter = RigPlant(model, pilot=sitl), Copter(sitl._port)
-    sitl.open()
-    try:
+    with flown_by(model, layout, "quadratic") as (plant, copter, sitl):
         plant.advance()
         for pwm in (1200, 1500, 1950):
             copter.send(pwm)
             assert sitl.thrusts(0.0) == pytest.approx(((pwm - 1000) / 950) ** 2 * layout.max_thrusts)
-    finally:
-        sitl.stop()
-        copter.socket.close()
 
 
 def test_yaw_torque_is_that_of_the_autopilots_frame(flown):
     """Outputs that turn clockwise push the body counter-clockwise, seen from above: yaw grows."""
     plant, copter, _ = flown
     gears = plant._simulator.plant.engine_model.actuator_gear[:6, 5]
-    assert (np.sign(gears) == -plant._pilot.wiring.directions).all()
+    assert (np.sign(gears) == -plant._pilot.directions).all()
 
 
 def test_motors_stop_when_the_autopilot_is_gone(flown, layout, model):
@@ -180,9 +171,9 @@ def test_packets_for_32_servos(flown, layout):
 def test_rotors_that_are_no_frame_of_the_autopilot(layout):
     turned = np.array([[np.cos(a), np.sin(a), 0.0] for a in np.arange(6) * np.pi / 3])
     with pytest.raises(BackendError, match="X frame"):
-        Wiring.of(RotorLayout(frozen(turned), layout.directions, layout.max_thrusts, 0.016))
+        outputs_of(RotorLayout(frozen(turned), layout.directions, layout.max_thrusts, 0.016))
     with pytest.raises(BackendError, match="4, 6, 8"):
-        Wiring.of(RotorLayout(frozen(np.zeros((5, 3))), frozen(np.ones(5)), frozen(np.ones(5)), 0.016))
+        outputs_of(RotorLayout(frozen(np.zeros((5, 3))), frozen(np.ones(5)), frozen(np.ones(5)), 0.016))
 
 
 def test_port_that_is_taken(layout):

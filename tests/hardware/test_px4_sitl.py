@@ -5,6 +5,7 @@ from __future__ import annotations
 import socket
 import threading
 import time
+from contextlib import contextmanager
 
 import numpy as np
 import pytest
@@ -24,11 +25,6 @@ from doorman.rig.sitl.px4 import SIMULATOR_PORT, STATE_RATE, Px4Sitl
 from doorman.scenario import Scenario
 
 ARMED = mavlink.MAV_MODE_FLAG_SAFETY_ARMED
-
-
-@pytest.fixture(scope="module")
-def model():
-    return Model(Scenario.load("paper"))
 
 
 @pytest.fixture(scope="module")
@@ -64,16 +60,21 @@ class Px4:
         self.say(mavlink.MAVLink_hil_actuator_controls_message(last - late, values, ARMED if armed else 0, 0))
 
 
+@contextmanager
+def flown_by(model, layout, motors="linear", lag=0.0):
+    """Plant and PX4; the plant's time passes by `advance`, not by the clock."""
+    sitl = Px4Sitl(layout, free_port(), motors)
+    plant = RigPlant(model, pilot=sitl, motor_lag=lag)
+    with sitl:
+        px4 = Px4(sitl._port)
+        with px4.socket:
+            yield plant, px4, sitl
+
+
 @pytest.fixture
 def flown(model, layout):
-    """Plant and PX4; the plant's time passes by `advance`, not by the clock."""
-    sitl = Px4Sitl(layout, free_port())
-    plant = RigPlant(model, pilot=sitl)
-    sitl.open()
-    px4 = Px4(sitl._port)
-    yield plant, px4, sitl
-    sitl.stop()
-    px4.socket.close()
+    with flown_by(model, layout) as made:
+        yield made
 
 
 def run(plant, px4, controls, steps, armed=True):
@@ -132,11 +133,7 @@ def test_every_output_drives_its_own_rotor(flown, layout):
 
 
 def test_quadratic_motors_make_the_square_of_their_signal(model, layout):
-    sitl = Px4Sitl(layout, free_port(), "quadratic")
-    plant = RigPlant(model, pilot=sitl, motor_lag=0.04)
-    sitl.open()
-    px4 = Px4(sitl._port)
-    try:
+    with flown_by(model, layout, "quadratic", 0.04) as (plant, px4, sitl):
         run(plant, px4, [0.0] * 6, 2)
         for signal in (0.2, 0.5, 1.0):
             run(plant, px4, [signal] * layout.count, 1)
@@ -144,9 +141,6 @@ def test_quadratic_motors_make_the_square_of_their_signal(model, layout):
         run(plant, px4, [1.0] * layout.count, round(0.04 * STATE_RATE))
         risen = plant.snapshot.truth.rotor_thrusts / layout.max_thrusts
         assert risen == pytest.approx(1.0 - np.exp(-1.0), abs=0.12), "after one time constant"
-    finally:
-        sitl.stop()
-        px4.socket.close()
 
 
 def test_motors_stand_still_while_it_is_disarmed(flown, layout, model):

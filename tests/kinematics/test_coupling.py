@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from attitude_matrices import euler_rate_matrix
 from finite_differences import central_difference
 from hypothesis import example, given
 from hypothesis import strategies as st
@@ -14,7 +15,7 @@ from urdf_variants import DOOR, VEHICLE
 from doorman.exceptions import DimensionError
 from doorman.kinematics.coupling import Coupling, distance_in_doorway
 from doorman.kinematics.doors.door import Door
-from doorman.kinematics.rotations import euler_rate_matrix, rotation_body_to_world, skew
+from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.kinematics.vehicles.vehicle import Vehicle
 
 PAPER = Coupling(Vehicle(VEHICLE), Door(DOOR), 0.7, 0.8)
@@ -59,24 +60,6 @@ def test_a_vehicle_behind_its_tip_just_fits_the_doorway(reach: float, room: floa
     angles, beside = np.linspace(0.0, math.pi / 2, 20001), math.radians(14.0)
     from_the_hinge = distance * np.sin(angles) + reach * np.cos(angles + beside)
     assert from_the_hinge.max() == pytest.approx(max(room, reach), abs=1e-6)
-
-
-def test_translation_jacobian(coupling: Coupling, rng: np.random.Generator) -> None:
-    for _ in range(5):
-        x = random_state(coupling.vehicle.n_arm, rng)
-        numeric = central_difference(lambda q, x=x: coupling.vehicle_position(q[:3], q[3], x[5:]), x[:4])
-        np.testing.assert_allclose(coupling.translation_jacobian(x[:3], x[3], x[5:]), numeric, atol=1e-9)
-
-
-def test_rotation_jacobian(rng: np.random.Generator) -> None:
-    for attitude in rng.uniform(-1.2, 1.2, (5, 3)):
-        partials = central_difference(rotation_body_to_world, attitude)
-        jacobian = Coupling.rotation_jacobian(attitude)
-        assert jacobian.shape == (3, 4)
-        for axis in range(3):
-            spin = rotation_body_to_world(attitude).T @ partials[..., axis]
-            np.testing.assert_allclose(skew(jacobian[:, axis]), spin, atol=1e-9)
-        np.testing.assert_array_equal(jacobian[:, 3], np.zeros(3))
 
 
 def test_vehicle_motion_is_the_derivative_of_the_position(coupling: Coupling, rng: np.random.Generator) -> None:

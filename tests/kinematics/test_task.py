@@ -5,13 +5,13 @@ from __future__ import annotations
 import casadi as ca
 import numpy as np
 import pytest
+from attitude_matrices import euler_rate_matrix
 
-from doorman.dynamics.lagrangian import LagrangianTask
 from doorman.dynamics.quasi_static import QuasiStaticTask
 from doorman.exceptions import DimensionError
 from doorman.kinematics.coupling import Coupling
 from doorman.kinematics.numbers import Numbers
-from doorman.kinematics.rotations import euler_rate_matrix, rotation_body_to_world
+from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.kinematics.task_numbers import task_numbers
 from doorman.kinematics.vehicles.arms.arm_pattern import ArmPattern
 
@@ -53,22 +53,6 @@ def test_the_velocity_is_the_positions_rate(coupling: Coupling, rng: np.random.G
             coupling.vehicle_position(moved[:3], moved[3], moved[5:]) for moved in (x + 1e-6 * rates, x - 1e-6 * rates)
         )
         np.testing.assert_allclose(np.array(value(x, u, numbers.vector))[:, 0], (ahead - behind) / 2e-6, atol=1e-8)
-
-
-def test_both_tasks_have_the_names_of_the_docs(coupling: Coupling) -> None:
-    numbers = task_numbers(coupling.vehicle, coupling.door, 0.65, 0.9).and_also({"vehicle.inertia": np.ones(6)})
-    pattern, _ = ArmPattern.of(coupling.vehicle.arm)
-    for kind in (QuasiStaticTask, LagrangianTask):
-        task = kind(pattern, coupling.vehicle.point_names, numbers)
-        for name in (
-            "time", "position", "velocity", "attitude", "rotation", "body_rates", "opening", "opening_rate", "arm_angles",
-            "tip_position", "points", "contact_point", "contact_normal", "normal_force", "thrust", "arm_rates", "vehicle",
-            "door",
-        ):  # fmt: skip
-            assert getattr(task, name) is not None
-        assert task.vehicle.mass.is_symbolic() and task.door.width.is_symbolic()
-        with pytest.raises(AttributeError, match="a task has no 'hight'; it has .*position, .*rotation"):
-            _ = task.hight
 
 
 def test_numbers_go_by_their_names() -> None:

@@ -14,7 +14,7 @@ from doorman import Model, Plan, Planner, PlanStatus, Scenario
 from doorman.kinematics.rotations import body_rates_of, rotation_body_to_world
 from doorman.kinematics.vehicles.arms.arm_pattern import ArmPattern
 from doorman.kinematics.vehicles.balance import balance_of
-from doorman.planning.grip.door_problem import door_numbers, door_rows, quasi_static_task
+from doorman.planning.grip.door_problem import door_numbers, quasi_static
 from doorman.planning.whole_body.numbers import whole_body_numbers, yaw_inertia
 from doorman.planning.whole_body.rows import constraints
 from doorman.planning.whole_body.task import WholeBodyTask
@@ -102,8 +102,7 @@ def test_plans_bound_the_static_moment(folder: Path, task: str, rng: np.random.G
         rows = constraints(symbolic)
     else:
         numbers = door_numbers(model)
-        symbolic = quasi_static_task(pattern, model.vehicle.point_names, numbers)
-        rows = door_rows(symbolic, model.kinds)
+        symbolic, rows, _ = quasi_static(pattern, model.vehicle.point_names, numbers, model.kinds)
     (row,) = [row for row in rows if row.name == "static moment"]
     arm = model.start_arm + rng.uniform(-0.5, 0.5, 4)
     x = np.concatenate([np.zeros(int(symbolic.state.numel()) - 4), arm])
@@ -114,8 +113,8 @@ def test_plans_bound_the_static_moment(folder: Path, task: str, rng: np.random.G
 
 def test_an_arm_without_mass_has_no_such_row(model: Model) -> None:
     pattern, _ = ArmPattern.of(model.vehicle.arm)
-    task = quasi_static_task(pattern, model.vehicle.point_names, door_numbers(model))
-    assert "static moment" not in {row.name for row in door_rows(task, model.kinds)}
+    _, rows, _ = quasi_static(pattern, model.vehicle.point_names, door_numbers(model), model.kinds)
+    assert "static moment" not in {row.name for row in rows}
 
 
 @pytest.mark.slow

@@ -2,6 +2,7 @@
 
 import json
 import math
+import tempfile
 from pathlib import Path
 
 import numpy as np
@@ -14,8 +15,6 @@ from recorded import HEADER, assert_same
 
 from doorman.exceptions import DoormanError, RecordingError
 from doorman.recording import Recorder, Recording
-from doorman.recording.files.messages import MessageType
-from doorman.recording.files.rows import Rows
 
 
 def test_every_type_survives_in_memory_and_in_the_file(tmp_path):
@@ -69,28 +68,17 @@ def test_every_type_survives_in_memory_and_in_the_file(tmp_path):
 )
 def test_a_round_trip_is_exact(array, integer, text):
     fields = {"array": array, "integer": integer, "text": text, "texts": [text, "", text], "on": True}
-    kind = MessageType.of("topic", fields)
-    twin = MessageType.from_schema("topic", kind.schema())
-    assert twin.fields == kind.fields
-    rows = Rows(kind)
-    rows.add(0.25, fields)
-    rows.add(0.5, fields)
-    for time, columns in (rows.columns(), _read(twin, rows)):
-        assert time.tolist() == [0.25, 0.5]
-        for k in range(2):
-            np.testing.assert_array_equal(columns["array"][k], array)
-            assert columns["integer"][k] == integer and columns["text"][k] == text and columns["on"][k]
-            assert columns["texts"][k].tolist() == [text, "", text]
-        assert columns["array"].shape == (2, *array.shape)
-
-
-def _read(kind, rows):
-    """Messages as a file has them, taken apart."""
-    framed, size = rows.framed(3), kind.layout.dtype().itemsize
-    ends = [*framed.places[1:].tolist(), len(framed.data)]
-    messages = [framed.data[int(start) + 31 : end] for start, end in zip(framed.places, ends, strict=True)]
-    fixed = np.frombuffer(b"".join(one[:size] for one in messages), kind.layout.dtype())
-    return kind.columns(fixed, [one[size:] for one in messages])
+    with tempfile.TemporaryDirectory() as folder:
+        with Recorder(Path(folder) / "run.mcap", {}) as recorder:
+            recorder.write("topic", 0.25, fields)
+            recorder.write("topic", 0.5, fields)
+        found = Recording.load(folder)
+    topic = found["topic"]
+    assert found.complete and topic.time.tolist() == [0.25, 0.5] and list(topic) == list(fields)
+    assert topic["array"].shape == (2, *array.shape) and topic["texts"].tolist() == 2 * [[text, "", text]]
+    for k in range(2):
+        np.testing.assert_array_equal(topic["array"][k], array)
+        assert topic["integer"][k] == integer and topic["text"][k] == text and topic["on"][k]
 
 
 def test_floats_of_32_bits_are_stored_so(tmp_path):
@@ -126,11 +114,7 @@ def test_file_is_standard_mcap_with_schemas_of_ros2(tmp_path):
             if channel.topic == "command":
                 assert message.log_time == message.publish_time == counts["command"] * 10_000_000
             counts[channel.topic] += 1
-        summary = reader.get_summary()
     assert counts == {"header": 1, "command": 300, "plan": 300}
-    assert summary.statistics.message_count == 601
-    assert summary.statistics.channel_message_counts == {1: 1, 2: 300, 3: 300}
-    assert (summary.statistics.message_start_time, summary.statistics.message_end_time) == (0, 2_990_000_000)
 
 
 def test_what_is_not_kept_in_memory_is_in_the_file_and_heard(tmp_path):

@@ -59,18 +59,13 @@ def recording(flight: Path) -> Recording:
     return Recording.load(flight / "recording.mcap")
 
 
-def changed(
-    recording: Recording, path: Path, change: Callable[[str, int, dict[str, Any]], dict[str, Any] | None]
-) -> Path:
-    """Copy of a recording whose messages went through `change`; None drops one."""
+def changed(recording: Recording, path: Path, change: Callable[[str, int, dict[str, Any]], dict[str, Any]]) -> Path:
+    """Copy of a recording whose messages went through `change`."""
     with Recorder(path, recording.header) as recorder:
         for name, topic in recording.items():
             for k, time in enumerate(topic.time):
-                values = {field: topic[field][k] for field in topic}
-                plain = {key: value.item() if np.ndim(value) == 0 else value for key, value in values.items()}
-                message = change(name, k, plain)
-                if message is not None:
-                    recorder.write(name, float(time), message)
+                message = {field: value.item() if np.ndim(value := topic[field][k]) == 0 else value for field in topic}
+                recorder.write(name, float(time), change(name, k, message))
     return path
 
 
@@ -367,8 +362,7 @@ def test_view_writes_a_page_elsewhere_without_a_browser(flight, tmp_path, monkey
     result = run("view", flight, "--out", tmp_path / "page.html")
     assert result.exit_code == 0, result.output
     assert result.stdout.split() == [str(tmp_path / "page.html")]
-    assert "const flight = " in (tmp_path / "page.html").read_text(encoding="utf-8")
-    assert not (tmp_path / "opened").exists()
+    assert (tmp_path / "page.html").is_file() and not (tmp_path / "opened").exists()
 
 
 # ---------------------------------------------------------------- replay
@@ -406,13 +400,16 @@ def test_changing_doors_and_cold_plans_are_replayed(planner):
     assert (found.plans, found.cold, found.identical, found.not_compared) == (6, 2, True, 0)
 
 
-def test_plans_that_the_clock_cut_short_are_not_compared_up_to_the_next_cold_one(recording, planner, tmp_path):
-    def change(topic: str, k: int, message: dict[str, Any]) -> dict[str, Any]:
-        if topic != "plan":
-            return message
-        return message | {"cut_short": k == 3, "cold": k in (0, 6), "cost": -1.0 if k in (4, 7) else message["cost"]}
+def of_plans(change: Callable[[int, dict[str, Any]], dict[str, Any]]) -> Callable[..., dict[str, Any]]:
+    """A change of messages that is one of plans alone."""
+    return lambda topic, k, message: message | change(k, message) if topic == "plan" else message
 
-    path = changed(recording, tmp_path / "changed.mcap", change)
+
+def test_plans_that_the_clock_cut_short_are_not_compared_up_to_the_next_cold_one(recording, planner, tmp_path):
+    cut = of_plans(
+        lambda k, plan: {"cut_short": k == 3, "cold": k in (0, 6), "cost": -1.0 if k in (4, 7) else plan["cost"]}
+    )
+    path = changed(recording, tmp_path / "changed.mcap", cut)
     found = replay_plans(Recording.load(path), planner)
     assert found.not_compared == 3
     numbers = [one.plan for one in found.differences]
@@ -420,16 +417,12 @@ def test_plans_that_the_clock_cut_short_are_not_compared_up_to_the_next_cold_one
     assert "3 not compared" in run("replay", path).stdout
 
 
-def test_the_last_bit_of_one_number_is_noticed(flight, recording, tmp_path):
-    def change(topic: str, k: int, message: dict[str, Any]) -> dict[str, Any]:
-        if topic == "plan" and k == 3:
-            message["input"] = message["input"].copy()
-            message["input"][0] = np.nextafter(message["input"][0], np.inf)
-        if topic == "plan" and k == 5:
-            message["status"] = "infeasible"
-        return message
+def test_the_last_bit_of_one_number_is_noticed(recording, tmp_path):
+    def change(k: int, plan: dict[str, Any]) -> dict[str, Any]:
+        nudged = [np.nextafter(plan["input"][0], np.inf), *plan["input"][1:]]
+        return {3: {"input": nudged}, 5: {"status": "infeasible"}}.get(k, {})
 
-    result = run("replay", changed(recording, tmp_path / "changed.mcap", change), "--json")
+    result = run("replay", changed(recording, tmp_path / "changed.mcap", of_plans(change)), "--json")
     assert result.exit_code == 1, result.output
     found = json.loads(result.stdout)
     assert found["identical"] is False
@@ -439,24 +432,13 @@ def test_the_last_bit_of_one_number_is_noticed(flight, recording, tmp_path):
     assert f"plan 3 at {recording['plan'].time[3]:.3f} s: input by" in words and "2 differ" in words
 
 
-def test_another_door_would_give_other_plans(recording, planner, tmp_path):
-    def change(topic: str, k: int, message: dict[str, Any]) -> dict[str, Any]:
-        if topic != "plan":
-            return message
-        friction, disturbance, *others = message["hinge"]
-        return message | {"hinge": [friction, disturbance - 0.5, *others]}
-
-    path = changed(recording, tmp_path / "changed.mcap", change)
-    assert len(replay_plans(Recording.load(path), planner).differences) > 20
-
-
-def test_plans_after_the_schedule_forgot_are_cold_again(flight, recording, planner, tmp_path):
-    def change(topic: str, k: int, message: dict[str, Any]) -> dict[str, Any]:
-        return message | {"cold": k in (0, 10)} if topic == "plan" else message
-
-    found = replay_plans(Recording.load(changed(recording, tmp_path / "changed.mcap", change)), planner)
-    assert found.cold == 2
-    assert found.differences[0].plan == 10
+def test_another_door_or_a_schedule_that_forgot_would_give_other_plans(recording, planner, tmp_path):
+    heavier = of_plans(lambda _, plan: {"hinge": [plan["hinge"][0], plan["hinge"][1] - 0.5, *plan["hinge"][2:]]})
+    found = replay_plans(Recording.load(changed(recording, tmp_path / "heavier.mcap", heavier)), planner)
+    assert len(found.differences) > 20
+    colder = changed(recording, tmp_path / "colder.mcap", of_plans(lambda k, _: {"cold": k in (0, 10)}))
+    found = replay_plans(Recording.load(colder), planner)
+    assert (found.cold, found.differences[0].plan) == (2, 10)
 
 
 def test_a_recording_that_does_not_say_enough_is_refused(recording, planner, tmp_path):

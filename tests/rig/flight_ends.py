@@ -2,11 +2,25 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from flight_rig import Flight, FlightRig, until
 
 from doorman.flight import End, FlightReport
 from doorman.hardware.safety import Fault
+
+Injection = Callable[[FlightRig, Flight], object]
+"""What makes a fault begin."""
+
+
+def put(path: str, value: object) -> Injection:
+    """Set an attribute of the rig."""
+    return lambda rig, _: rig.far.set(path, value)
+
+
+def call(path: str, *arguments: object) -> Injection:
+    return lambda rig, _: rig.far.call(path, *arguments)
 
 
 def at_hover(rig: FlightRig) -> Flight:
@@ -42,10 +56,14 @@ def assert_before_the_door(rig: FlightRig) -> None:
     assert rig.snapshot.truth.position[0] < rig.model.door.hinge_position[0] - disc - 0.1, "out of the doorway"
 
 
-def lands_on_the_pad(rig: FlightRig, flight: Flight) -> FlightReport:
-    """The flight to its end, which is on the pad."""
+def anywhere(_: FlightRig) -> None:
+    """It may land where it is."""
+
+
+def lands(rig: FlightRig, flight: Flight, place: Callable[[FlightRig], None] = assert_at_the_pad) -> FlightReport:
+    """The flight to its end, which is on the ground at a place."""
     report = flight.end()
     assert report.end is End.LANDED
     assert_down(rig)
-    assert_at_the_pad(rig)
+    place(rig)
     return report

@@ -1,19 +1,19 @@
 """Every fault at random times of a mission: it shows as promised, ends on the ground, and touches nothing but where it must land.
 
-One time each; DOORMAN_FAULT_TIMES=20 in the environment for twenty. What became of each flight is in pytest's --junitxml.
+One time each; DOORMAN_FAULT_TIMES=20 in the environment for twenty.
 """
 
 from __future__ import annotations
 
 import os
 import time
-from collections.abc import Callable
 from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from flight_ends import Injection, call, put
 from flight_rig import AUTOPILOT, SCENARIO, Flight, FlightRig, until
 
 from doorman.exceptions import DoormanError, RecordingError
@@ -26,16 +26,6 @@ from doorman.rig.emulators.servos.unit import ENCODER, OVERHEATING, OVERLOAD
 TIMES = int(os.environ.get("DOORMAN_FAULT_TIMES", "1"))
 LATEST = {"paper": 16.0, "push": 26.0}[SCENARIO]
 """After take-off; the missions take about 20 and 30 s."""
-Injection = Callable[[FlightRig, Flight], object]
-
-
-def put(path: str, value: object) -> Injection:
-    """Set an attribute of the rig."""
-    return lambda rig, _: rig.far.set(path, value)
-
-
-def call(path: str, *arguments: object) -> Injection:
-    return lambda rig, _: rig.far.call(path, *arguments)
 
 
 def line(name: str, value: object) -> Injection:
@@ -129,12 +119,7 @@ class Row:
     """It may show only after the flight, or do nothing where the door has been opened."""
 
     def judge(self, report: FlightReport, leaving: bool) -> str:
-        """What is not as promised; empty if all is.
-
-        Args:
-            report: Of the flight.
-            leaving: Whether the door was being left already, or had been, when the fault came.
-        """
+        """What is not as promised, where the door was being left already, or not; empty if all is."""
         shows = self.shows if isinstance(self.shows, tuple) else (self.shows,)
         found = [finding.fault for finding in report.findings]
         if not found and report.completed:
@@ -238,19 +223,17 @@ def down(rig: FlightRig) -> bool:
 
 @pytest.mark.parametrize("repetition", range(TIMES))
 @pytest.mark.parametrize("fault", FAULTS)
-def test_a_fault_at_any_time_ends_on_the_ground(
-    rig: FlightRig, fault: str, repetition: int, record_property: Callable[[str, object], None], tmp_path: Path
-) -> None:
+def test_a_fault_at_any_time_ends_on_the_ground(rig: FlightRig, fault: str, repetition: int, tmp_path: Path) -> None:
     seed = np.frombuffer(fault.encode(), np.uint8).sum() + 1000 * repetition
     when = float(np.random.default_rng(seed).uniform(0.2, LATEST))
     flight = rig.flight(tmp_path / "flight.mcap").begin().until_phase("hover", "approach")
     began = time.monotonic()
     until(lambda: time.monotonic() - began > when or flight.session.phase == "done", "the time of the fault")
-    phase, angle = flight.session.phase, float(rig.snapshot.truth.door_angle)
+    phase = flight.session.phase
     at_the_door, leaving = phase not in ("hover", "approach", "done"), phase in ("release", "retreat", "done")
     FAULTS[fault].inject(rig, flight)
     report = flight.end()
-    said = (report.end, report.message, round(when, 2), flight.told())
+    said = (report.end, report.message, round(when, 2), phase, flight.told())
     with pytest.raises(RecordingError, match="No space left") if fault == "disk full" else nullcontext():
         flight.recorder.close()
     allowed = {End.LANDED, End.TAKEN_OVER, End.UNHEARD} | SPECIAL_ENDS.get(fault, set())
@@ -261,11 +244,6 @@ def test_a_fault_at_any_time_ends_on_the_ground(
     assert report.end in allowed, said
     assert report.completed or report.message, said
     until(lambda: down(rig), f"down, motors off: {said}")
-    for name, value in {"when": round(when, 2), "phase": phase, "door": round(np.degrees(angle), 1),
-                        "action": action and action.name, "why": report.message, "end": report.end.name,
-                        "touched": sorted(rig.collided), "place": rig.snapshot.truth.position.round(2).tolist(),
-                        "findings": [finding.fault.name for finding in report.findings]}.items():  # fmt: skip
-        record_property(name, value)
     wrong = FAULTS[fault].judge(report, leaving)
     assert not wrong, (wrong, said)
     if fault not in MOTORS_OFF_ALOFT and not there:

@@ -8,7 +8,7 @@ from contextlib import contextmanager
 
 import numpy as np
 import pytest
-from flight_ends import assert_at_the_pad, assert_before_the_door, assert_down, at_hover, found, swinging
+from flight_ends import assert_at_the_pad, assert_before_the_door, assert_down, at_hover, found, lands, swinging
 from flight_rig import FlightRig, until
 
 from doorman.flight import End
@@ -70,12 +70,9 @@ def test_telemetry_is_silent_for_a_while(rig, longer):
     until(lambda: flight.session.supervisor.findings, "a finding")
     time.sleep(longer)
     rig.far.set("rig.autopilot.outgoing.cut", False)
-    report = flight.end()
-    assert report.end is End.LANDED
+    report = lands(rig, flight)
     assert Fault.TELEMETRY_GRIPPING in found(report), "the door is let go of first"
     assert found(report) <= {Fault.TELEMETRY, Fault.TELEMETRY_GRIPPING}, "it gives up, flown by what the cameras see"
-    assert_down(rig)
-    assert_at_the_pad(rig)
 
 
 def test_telemetry_is_silent_for_a_moment(rig):
@@ -93,12 +90,9 @@ def test_telemetry_stays_late(rig):
     """Heartbeats come, no state is fresh any more: the vehicle must not come down onto the sill."""
     flight = swinging(rig)
     rig.far.set("rig.autopilot.outgoing.delay", 0.8)
-    report = flight.end()
-    assert report.end is End.LANDED
+    report = lands(rig, flight, assert_before_the_door)
     assert Fault.TELEMETRY in found(report)
     assert Action.LAND not in {finding.action for finding in report.findings}
-    assert_down(rig)
-    assert_before_the_door(rig)
 
 
 def test_telemetry_has_gaps_on_the_way_back_without_cameras(rig):
@@ -111,10 +105,7 @@ def test_telemetry_has_gaps_on_the_way_back_without_cameras(rig):
         time.sleep(0.45)
         rig.far.set("rig.autopilot.outgoing.cut", False)
         time.sleep(0.05)
-    report = flight.end()
-    assert report.end is End.LANDED
-    assert_down(rig)
-    assert_before_the_door(rig)
+    lands(rig, flight, assert_before_the_door)
 
 
 def test_neither_heard_nor_seen_in_the_middle_of_the_way_back(rig):
@@ -130,7 +121,4 @@ def test_neither_heard_nor_seen_in_the_middle_of_the_way_back(rig):
     while rig.links.engaged:
         assert rig.snapshot.truth.position[0] < deepest + 0.05
         time.sleep(0.02)
-    report = flight.end()
-    assert report.end is End.LANDED
-    assert_down(rig)
-    assert_before_the_door(rig)
+    lands(rig, flight, assert_before_the_door)

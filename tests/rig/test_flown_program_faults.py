@@ -8,12 +8,13 @@ from collections.abc import Callable
 
 import pytest
 from flight_ends import (
+    anywhere,
     assert_at_the_pad,
     assert_before_the_door,
     assert_down,
     at_hover,
     found,
-    lands_on_the_pad,
+    lands,
     swinging,
 )
 from flight_rig import Flight, until
@@ -32,10 +33,8 @@ def test_controller_hangs_in_the_doorway(rig):
     until(lambda: flight.session.supervisor.action is Action.LAND, "the supervisor has flown it out, and lands")
     assert_before_the_door(rig)
     let_go.set()
-    report = flight.end()
-    assert report.end is End.LANDED
+    report = lands(rig, flight, anywhere)
     assert {Fault.CONTROLLER, Fault.SESSION} <= found(report)
-    assert_down(rig)
 
 
 def test_controller_hangs(rig):
@@ -48,11 +47,9 @@ def test_controller_hangs(rig):
             time.sleep(4.0)
 
     flight.on_progress = hang
-    report = flight.begin().end()
-    assert report.end is End.LANDED
+    report = lands(rig, flight.begin(), anywhere)
     (finding,) = [one for one in report.findings if one.fault is Fault.CONTROLLER]
     assert finding.time < hung_until[0], "landed while it hung"
-    assert_down(rig)
 
 
 def test_supervisor_hangs(rig):
@@ -64,10 +61,8 @@ def test_supervisor_hangs(rig):
         return real()
 
     flight.session.supervisor._look = hang
-    report = flight.end()
-    assert report.end is End.LANDED
+    report = lands(rig, flight, anywhere)
     assert "supervisor is silent" in report.message
-    assert_down(rig)
 
 
 @pytest.mark.parametrize("error", [DoormanError("made up"), RuntimeError("made up")])
@@ -94,11 +89,9 @@ def test_the_way_back_fails(rig, monkeypatch):
 
     monkeypatch.setattr(flight.session.flight.way_back, "fly", broken)
     flight.session.terminate()
-    report = flight.end()
-    assert report.end is End.LANDED
+    report = lands(rig, flight, anywhere)
     assert found(report) == {Fault.TERMINATED, Fault.SESSION}
     assert any("made up" in words for words in flight.said)
-    assert_down(rig)
 
 
 def give_up_and_stand_still(flight: Flight, monkeypatch: pytest.MonkeyPatch, meanwhile: Callable[[], None]) -> None:
@@ -125,12 +118,9 @@ def test_a_session_that_stands_still_on_its_way_back(rig, monkeypatch):
         until(lambda: not rig.links.autopilot.state().armed, "landed by the supervisor", flight.told)
 
     give_up_and_stand_still(flight, monkeypatch, until_landed)
-    report = flight.end()
-    assert report.end is End.LANDED
+    report = lands(rig, flight, assert_before_the_door)
     assert found(report) == {Fault.TERMINATED, Fault.SESSION_SILENT, Fault.SESSION}
     assert not rig.collided
-    assert_down(rig)
-    assert_before_the_door(rig)
 
 
 def test_a_session_that_stood_still_flies_on(rig, monkeypatch):
@@ -144,5 +134,5 @@ def test_a_session_that_stood_still_flies_on(rig, monkeypatch):
         time.sleep(supervisor_module.ACKNOWLEDGE_WITHIN + 0.5)
 
     give_up_and_stand_still(flight, monkeypatch, until_flown)
-    report = lands_on_the_pad(rig, flight)
+    report = lands(rig, flight)
     assert found(report) == {Fault.TERMINATED, Fault.SESSION_SILENT}

@@ -6,24 +6,19 @@ Only a gripper ties the tip to a circle: a drift is not told to a vehicle that p
 
 from __future__ import annotations
 
-import json
-import math
 import os
 import threading
 import time
-from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
 
-import numpy as np
 import pytest
+from flight_ends import Injection, call, put
 from flight_rig import SCENARIO, Flight, FlightRig, until
 
 from doorman.flight import End
 from doorman.hardware.safety import Fault
 
 GRIPS = SCENARIO == "paper"
-Injection = Callable[[FlightRig, Flight], object]
 JUMP = "rig.mocap.faults.jump"
 STOPS = "rig.servos.plant._gripper._stops"
 """Angles between which the fingers can move."""
@@ -34,7 +29,7 @@ HALF = 0.45
 
 def jump(*by: float) -> Injection:
     """The cameras see the vehicle elsewhere from now on [m]."""
-    return lambda rig, _: rig.far.set(JUMP, by)
+    return put(JUMP, by)
 
 
 def drift(*rate: float) -> Injection:
@@ -54,20 +49,7 @@ def drift(*rate: float) -> Injection:
 
 def turn(servo: int, degrees: float) -> Injection:
     """A servo has another zero from now on."""
-    return lambda rig, _: rig.far.call("set_register", servo, "homing offset", round(degrees / 360.0 * 4096))
-
-
-def late(seconds: float) -> Injection:
-    return lambda rig, _: rig.far.set("rig.mocap.faults.delay", seconds)
-
-
-def spring(current: float) -> Injection:
-    """A spring that the gripper's servo cannot work against [A]."""
-    return lambda rig, _: rig.far.call("set_spring", current)
-
-
-def stops(low: float, high: float) -> Injection:
-    return lambda rig, _: rig.far.set(STOPS, (low, high))
+    return call("set_register", servo, "homing offset", round(degrees / 360.0 * 4096))
 
 
 @dataclass(frozen=True)
@@ -102,7 +84,7 @@ def cases() -> dict[str, Lie]:
         when = ("swing", "touch", "release")[number % 3]
         made[f"servo {servo} {degrees:+g}°, {when}"] = Lie(turn(servo, degrees), *PHASES[when], Fault.SERVOS_JUMPED)
     for when in ("touch", "swing"):
-        made[f"poses 60 ms late, {when}"] = Lie(late(0.06), *PHASES[when], Fault.POSE_LATE)
+        made[f"poses 60 ms late, {when}"] = Lie(put("rig.mocap.faults.delay", 0.06), *PHASES[when], Fault.POSE_LATE)
     return made | grippers() if GRIPS else made
 
 
@@ -112,10 +94,10 @@ def grippers() -> dict[str, Lie]:
     return {
         "gripper +26°, swing": Lie(turn(5, 26.0), *PHASES["swing"], Fault.SERVOS_JUMPED),
         "gripper -26°, swing": Lie(turn(5, -26.0), *PHASES["swing"], Fault.SERVOS_JUMPED),
-        "gripper stuck open, touch": Lie(stops(0.0, 0.1), "approach", 0.0, stuck, loose),
-        "gripper opens, swing": Lie(spring(3.0), *PHASES["swing"], stuck, loose),
-        "gripper stuck half open, touch": Lie(stops(0.0, HALF), "approach", 0.0, stuck, loose),
-        "gripper stuck half open, swing": Lie(stops(HALF, 0.8), *PHASES["swing"], stuck),
+        "gripper stuck open, touch": Lie(put(STOPS, (0.0, 0.1)), "approach", 0.0, stuck, loose),
+        "gripper opens, swing": Lie(call("set_spring", 3.0), *PHASES["swing"], stuck, loose),
+        "gripper stuck half open, touch": Lie(put(STOPS, (0.0, HALF)), "approach", 0.0, stuck, loose),
+        "gripper stuck half open, swing": Lie(put(STOPS, (HALF, 0.8)), *PHASES["swing"], stuck),
     }
 
 
@@ -135,33 +117,15 @@ def fingers_as_they_were(rig: FlightRig):
         rig.far.set(STOPS, OPEN_STOPS)
 
 
-def down(rig: FlightRig) -> bool:
-    return not rig.snapshot.motors
-
-
 @pytest.mark.parametrize("name", LIES if ALL else [name for name in QUICK if name in LIES])
-def test_what_lies_is_told_and_nothing_is_touched(
-    rig: FlightRig, name: str, record_property: Callable[[str, object], None]
-) -> None:
+def test_what_lies_is_told_and_nothing_is_touched(rig: FlightRig, name: str) -> None:
     lie = LIES[name]
     flight = rig.flight().begin().until_phase(lie.phase)
     time.sleep(lie.after)
-    phase, angle, began = flight.session.phase, math.degrees(rig.snapshot.truth.door_angle), time.monotonic()
     lie.inject(rig, flight)
     report = flight.end()
-    until(lambda: down(rig), f"motors off: {flight.told()}")
-    truth = rig.snapshot.truth
-    row = {
-        "case": name, "phase": phase, "door": round(angle, 1), "end": report.end.name, "completed": report.completed,
-        "message": report.message, "findings": [(one.fault.name, round(one.time - began, 2)) for one in report.findings],
-        "touched": sorted(rig.collided), "place": truth.position.round(2).tolist(),
-        "door at the end": round(float(np.degrees(truth.door_angle)), 1),
-    }  # fmt: skip
-    for key, value in row.items():
-        record_property(key, value)
-    if table := os.environ.get("DOORMAN_LIES_TABLE"):
-        with Path(table).open("a", encoding="utf-8") as stream:
-            stream.write(json.dumps(row) + "\n")
+    until(lambda: not rig.snapshot.motors, f"motors off: {flight.told()}")
+    row = report, rig.collided, flight.told()
     assert not rig.collided, row
     assert report.end is End.LANDED, row
     assert not report.completed, row

@@ -12,6 +12,7 @@ import subprocess
 import sys
 import threading
 import time
+from collections.abc import Iterator
 from contextlib import ExitStack, suppress
 from pathlib import Path
 
@@ -34,19 +35,39 @@ ROOT = Path(__file__).parents[2]
 COMMAND = [sys.executable, "-c", "from doorman.cli import main; main()"]
 
 
-def run(*arguments: str) -> Result:
-    return CliRunner().invoke(app, list(arguments), env={"COLUMNS": "200", "TERM": "dumb"})
+ENVIRONMENT = {**os.environ, "PYTHONPATH": str(ROOT)}
+
+
+def run(*arguments: str, answer: str | None = None) -> Result:
+    return CliRunner().invoke(app, list(arguments), input=answer, env={"COLUMNS": "200", "TERM": "dumb"})
+
+
+def ran(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
+    """A command in a process of its own, to its end."""
+    return subprocess.run(
+        [*COMMAND, *arguments], cwd=folder, text=True, capture_output=True, check=False, timeout=400, env=ENVIRONMENT
+    )
+
+
+def begun(folder: Path, *arguments: str) -> subprocess.Popen[str]:
+    """A command in a process of its own."""
+    return subprocess.Popen([*COMMAND, *arguments], cwd=folder, text=True, stdout=subprocess.PIPE, env=ENVIRONMENT)
+
+
+@pytest.fixture
+def served(tmp_path: Path) -> Iterator[Rig]:
+    """A rig in this process."""
+    setup = RigSetup(pixhawk_port=free_port(), mocap_port=free_port(), folder=tmp_path)
+    with real_time(), Rig(Model(Scenario.load("paper")), setup) as rig:
+        yield rig
 
 
 @pytest.mark.parametrize("scenario", ["paper", "push"])
 def test_the_door_is_opened_over_real_links(tmp_path, scenario):
-    ran = subprocess.run(
-        [*COMMAND, "rig", scenario, "--fly", "--out", str(tmp_path / "truth.mcap")], cwd=tmp_path, text=True,
-        capture_output=True, check=False, timeout=400, env={**os.environ, "PYTHONPATH": str(ROOT)},
-    )  # fmt: skip
-    assert ran.returncode == 0, ran.stdout + ran.stderr
-    assert "The door was opened" in ran.stdout
-    assert "landed and disarmed" in ran.stdout
+    flown = ran(tmp_path, "rig", scenario, "--fly", "--out", str(tmp_path / "truth.mcap"))
+    assert flown.returncode == 0, flown.stdout + flown.stderr
+    assert "The door was opened" in flown.stdout
+    assert "landed and disarmed" in flown.stdout
     truth, flight = Recording.load(tmp_path / "truth.mcap"), Recording.load(tmp_path / "flight.mcap")
     assert not truth["truth"]["collisions"].any()
     assert truth["truth"]["position"][-1, 2] < 0.3, "it has landed"
@@ -58,10 +79,8 @@ def test_the_door_is_opened_over_real_links(tmp_path, scenario):
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a disk that is full")
-def test_a_full_disk_loses_the_recording_and_not_the_flight(tmp_path):
-    setup = RigSetup(pixhawk_port=free_port(), mocap_port=free_port(), folder=tmp_path)
-    with real_time(), Rig(Model(Scenario.load("paper")), setup) as rig:
-        result = run("fly", "paper", *rig.arguments, "--yes", "--json", "--duration", "2", "--out", "/dev/full")
+def test_a_full_disk_loses_the_recording_and_not_the_flight(served):
+    result = run("fly", "paper", *served.arguments, "--yes", "--json", "--duration", "2", "--out", "/dev/full")
     told = json.loads(result.stdout)
     assert told["end"] == "landed and disarmed", result.output
     assert "No space left" in told["unwritten"]
@@ -69,58 +88,48 @@ def test_a_full_disk_loses_the_recording_and_not_the_flight(tmp_path):
     assert result.exit_code == 0, "the flight itself went as asked"
 
 
-def test_dry_run_sends_nothing(tmp_path):
-    setup = RigSetup(pixhawk_port=free_port(), mocap_port=free_port(), folder=tmp_path)
-    with real_time(), Rig(Model(Scenario.load("paper")), setup) as rig:
-        heard = rig.autopilot.receiver.received
-        result = run(
-            "fly", "paper", *rig.arguments, "--dry-run", "--yes", "--json", "--out", str(tmp_path / "none.mcap")
-        )
-        assert result.exit_code == 0, result.output
-        assert "Nothing was sent" in result.stderr
-        found = json.loads(result.stdout)
-        assert found["ready"] is True and found["completed"] is False
-        assert {one["verdict"] for one in found["checklist"]} <= {verdict.value for verdict in Verdict}
-        assert not sum(heard.values()), heard
-        assert not any(rig.servos.servo(index).memory.get("torque enable") for index in range(1, 6))
-    assert not (tmp_path / "none.mcap").exists()
+def test_dry_run_sends_nothing(served, tmp_path):
+    out = tmp_path / "none.mcap"
+    result = run("fly", "paper", *served.arguments, "--dry-run", "--yes", "--json", "--out", str(out))
+    assert result.exit_code == 0, result.output
+    assert "Nothing was sent" in result.stderr
+    found = json.loads(result.stdout)
+    assert found["ready"] is True and found["completed"] is False
+    assert {one["verdict"] for one in found["checklist"]} <= {verdict.value for verdict in Verdict}
+    heard = served.autopilot.receiver.received
+    assert not sum(heard.values()), heard
+    assert not any(served.servos.servo(index).memory.get("torque enable") for index in range(1, 6))
+    assert not out.exists()
 
 
-def test_without_an_answer_the_vehicle_is_not_flown(tmp_path):
-    setup = RigSetup(pixhawk_port=free_port(), mocap_port=free_port(), folder=tmp_path)
-    with real_time(), Rig(Model(Scenario.load("paper")), setup) as rig:
-        result = CliRunner().invoke(app, ["fly", "paper", *rig.arguments], input="n\n", env={"COLUMNS": "200"})
-        assert result.exit_code == 1, result.output
-        assert "Not flown" in result.output
-        assert not rig.autopilot.brain.armed
+def test_without_an_answer_the_vehicle_is_not_flown(served):
+    result = run("fly", "paper", *served.arguments, answer="n\n")
+    assert result.exit_code == 1, result.output
+    assert "Not flown" in result.output
+    assert not served.autopilot.brain.armed
 
 
-def test_settings_of_servos_are_changed_on_request_only(tmp_path):
-    setup = RigSetup(pixhawk_port=free_port(), mocap_port=free_port(), folder=tmp_path)
-    with real_time(), Rig(Model(Scenario.load("paper")), setup) as rig:
-        memory = rig.servos.servo(2).memory
-        memory.set("return delay time", 200)
-        refused = run("fly", "paper", *rig.arguments, "--yes")
-        assert refused.exit_code == 2 and "return delay time" in refused.stderr and "--write-eeprom" in refused.stderr
-        assert memory.get("return delay time") == 200
-        words = ["fly", "paper", *rig.arguments, "--write-eeprom"]
-        result = CliRunner().invoke(app, words, input="n\n", env={"COLUMNS": "200"})
-        assert result.exit_code == 1, result.output
-        assert memory.get("return delay time") == 0
+def test_settings_of_servos_are_changed_on_request_only(served):
+    memory = served.servos.servo(2).memory
+    memory.set("return delay time", 200)
+    refused = run("fly", "paper", *served.arguments, "--yes")
+    assert refused.exit_code == 2 and "return delay time" in refused.stderr and "--write-eeprom" in refused.stderr
+    assert memory.get("return delay time") == 200
+    result = run("fly", "paper", *served.arguments, "--write-eeprom", answer="n\n")
+    assert result.exit_code == 1, result.output
+    assert memory.get("return delay time") == 0
 
 
-def test_parameters_are_written_on_request_and_then_nothing_is_flown(tmp_path):
-    setup = RigSetup(pixhawk_port=free_port(), mocap_port=free_port(), folder=tmp_path)
-    with real_time(), Rig(Model(Scenario.load("paper")), setup) as rig:
-        parameters = rig.autopilot.parameters
-        parameters["COM_OBL_RC_ACT"], parameters["COM_OF_LOSS_T"] = 0, 5.0
-        result = run("fly", "paper", *rig.arguments, "--write-parameters", "--yes", "--json")
-        assert result.exit_code == 1, result.output
-        found = json.loads(result.stdout)
-        assert sorted(found["written"]) == ["COM_OBL_RC_ACT", "COM_OF_LOSS_T"]
-        assert "Reboot the autopilot" in found["message"]
-        assert parameters["COM_OBL_RC_ACT"] == 4 and parameters["COM_OF_LOSS_T"] == pytest.approx(0.2)
-        assert not rig.autopilot.brain.armed
+def test_parameters_are_written_on_request_and_then_nothing_is_flown(served):
+    parameters = served.autopilot.parameters
+    parameters["COM_OBL_RC_ACT"], parameters["COM_OF_LOSS_T"] = 0, 5.0
+    result = run("fly", "paper", *served.arguments, "--write-parameters", "--yes", "--json")
+    assert result.exit_code == 1, result.output
+    found = json.loads(result.stdout)
+    assert sorted(found["written"]) == ["COM_OBL_RC_ACT", "COM_OF_LOSS_T"]
+    assert "Reboot the autopilot" in found["message"]
+    assert parameters["COM_OBL_RC_ACT"] == 4 and parameters["COM_OF_LOSS_T"] == pytest.approx(0.2)
+    assert not served.autopilot.brain.armed
 
 
 @pytest.mark.parametrize(
@@ -147,21 +156,8 @@ def test_links_that_are_not_there_are_named():
 
 
 def test_the_rig_prints_how_to_fly_and_ends_by_ctrl_c(tmp_path):
-    ports = [
-        "--pixhawk-port",
-        str(free_port()),
-        "--mocap-port",
-        "0",
-        "--set",
-        "contact.kind=push",
-        "--set",
-        "start.arm=[0, 1, -0.6, -0.4]",
-    ]
-    with subprocess.Popen(
-        [*COMMAND, "rig", "paper", *ports], cwd=tmp_path, text=True, stdout=subprocess.PIPE,
-        env={**os.environ, "PYTHONPATH": str(ROOT)},
-    ) as process:  # fmt: skip
-        assert process.stdout is not None
+    settings = ["--set", "contact.kind=push", "--set", "start.arm=[0, 1, -0.6, -0.4]"]
+    with begun(tmp_path, "rig", "paper", "--pixhawk-port", str(free_port()), "--mocap-port", "0", *settings) as process:
         lines = [process.stdout.readline(), process.stdout.readline()]
         process.send_signal(signal.SIGINT)
         assert process.wait(60) == 0
@@ -175,16 +171,12 @@ def test_the_rig_prints_how_to_fly_and_ends_by_ctrl_c(tmp_path):
 @pytest.mark.parametrize("autopilot", ["px4", "ardupilot"])
 def test_motors_whose_thrust_is_the_squared_signal_are_flown_by_the_slope_that_hover_measures(tmp_path, autopilot):
     folder = tmp_path / "flown"
-    ran = subprocess.run(
-        [*COMMAND, "rig", "paper", "--fly", "--autopilot", autopilot, "--motors", "quadratic", "--out", str(folder)],
-        cwd=tmp_path, text=True, capture_output=True, check=False, timeout=400, env={**os.environ, "PYTHONPATH": str(ROOT)},
-    )  # fmt: skip
-    assert ran.returncode == 0, ran.stdout + ran.stderr
-    assert ("THR_MDL_FAC is 0" in ran.stdout) is (autopilot == "px4"), "the checklist says so"
-    assert ran.stdout.rstrip().endswith(f"Results: {folder}") and {one.name for one in folder.iterdir()} == {
-        "truth.mcap",
-        "flight.mcap",
-    }
+    options = "--fly", "--autopilot", autopilot, "--motors", "quadratic", "--out", str(folder)
+    flown = ran(tmp_path, "rig", "paper", *options)
+    assert flown.returncode == 0, flown.stdout + flown.stderr
+    assert ("THR_MDL_FAC is 0" in flown.stdout) is (autopilot == "px4"), "the checklist says so"
+    assert flown.stdout.rstrip().endswith(f"Results: {folder}")
+    assert {one.name for one in folder.iterdir()} == {"truth.mcap", "flight.mcap"}
     hover = Recording.load(folder / "flight.mcap")["hover"]
     assert hover["slope"][-1] == pytest.approx(2.0 if autopilot == "px4" else 1.25, abs=0.15)
 
@@ -219,12 +211,8 @@ def call_as_px4(port: int) -> socket.socket:
 @pytest.mark.parametrize("autopilot", ["px4", "ardupilot", "px4-sitl", "ardupilot-sitl"])
 def test_ctrl_c_ends_the_rig_at_once_and_the_judge_has_seen_nothing(tmp_path, autopilot):
     port = free_port() if autopilot != "px4-sitl" else 14548
-    with subprocess.Popen(
-        [*COMMAND, "rig", "paper", "--judge", "--autopilot", autopilot, "--pixhawk-port", str(port), "--mocap-port",
-         str(free_port())],
-        cwd=tmp_path, text=True, stdout=subprocess.PIPE, env={**os.environ, "PYTHONPATH": str(ROOT)},
-    ) as process, ExitStack() as stack:  # fmt: skip
-        assert process.stdout is not None
+    ports = "--pixhawk-port", str(port), "--mocap-port", str(free_port())
+    with begun(tmp_path, "rig", "paper", "--judge", "--autopilot", autopilot, *ports) as process, ExitStack() as stack:
         while "doorman fly" not in process.stdout.readline():
             assert process.poll() is None
         if autopilot == "px4-sitl":
@@ -238,16 +226,10 @@ def test_ctrl_c_ends_the_rig_at_once_and_the_judge_has_seen_nothing(tmp_path, au
 @pytest.mark.slow
 def test_the_judge_agrees_with_the_one_that_flies_too(tmp_path):
     """Another process flies against a rig that judges; both say the same of the same truth."""
-    with subprocess.Popen(
-        [*COMMAND, "rig", "paper", "--judge", "--json", "--pixhawk-port", str(free_port()), "--mocap-port", str(free_port())],
-        cwd=tmp_path, text=True, stdout=subprocess.PIPE, env={**os.environ, "PYTHONPATH": str(ROOT)},
-    ) as process:  # fmt: skip
-        assert process.stdout is not None
+    ports = "--pixhawk-port", str(free_port()), "--mocap-port", str(free_port())
+    with begun(tmp_path, "rig", "paper", "--judge", "--json", *ports) as process:
         command = shlex.split(json.loads(process.stdout.readline())["command"])
-        flown = subprocess.run(
-            [*COMMAND, *command[1:], "--yes", "--json", "--out", str(tmp_path / "flight.mcap")], cwd=tmp_path, text=True,
-            capture_output=True, check=False, timeout=400, env={**os.environ, "PYTHONPATH": str(ROOT)},
-        )  # fmt: skip
+        flown = ran(tmp_path, *command[1:], "--yes", "--json", "--out", str(tmp_path / "flight.mcap"))
         process.send_signal(signal.SIGINT)
         figures, status = json.loads(process.stdout.readline()), process.wait(30)
     assert flown.returncode == 0, flown.stderr

@@ -94,16 +94,6 @@ def test_what_lies_is_found_first(hovering, lie, fault, within):
     assert found[0].time - began <= within
 
 
-def test_abort_asks_the_mission_and_leaves_it_the_vehicle(hovering):
-    asked: list[str] = []
-    supervisor = watching(hovering)
-    supervisor.watch_mission(asked.append)
-    supervisor.report(Fault.OPERATOR_ABORT)
-    assert asked == [Fault.OPERATOR_ABORT.value]
-    assert supervisor.action is Action.ABORT
-    assert hovering.links.inhibited is None
-
-
 def test_abort_without_a_mission_is_a_retreat(hovering):
     supervisor = watching(hovering)
     supervisor.report(Fault.OPERATOR_ABORT)

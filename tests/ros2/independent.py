@@ -10,12 +10,11 @@ import json
 import math
 import sys
 import time
-import types
 from typing import Any
 
 from cyclonedds.core import Policy, Qos
 from cyclonedds.domain import DomainParticipant
-from cyclonedds.idl import IdlStruct
+from cyclonedds.idl import make_idl_struct
 from cyclonedds.idl.types import array, float32, float64, int32, sequence, uint8, uint32
 from cyclonedds.pub import DataWriter
 from cyclonedds.sub import DataReader
@@ -46,13 +45,7 @@ def dds_type(name: str) -> Any:
     if name not in made:
         package, _, short = name.split("/")
         fields = {field: field_type(node) for field, node in STORE.fielddefs[name][1]}
-        space = {"__annotations__": fields, "__module__": __name__}
-        made[name] = types.new_class(
-            short, (IdlStruct,), {"typename": f"{package}.msg.dds_.{short}_"}, lambda body: body.update(space)
-        )
-        from dataclasses import dataclass
-
-        made[name] = dataclass(made[name])
+        made[name] = make_idl_struct(short, f"{package}.msg.dds_.{short}_", fields)
     return made[name]
 
 

@@ -140,15 +140,6 @@ def test_realtime_waits_for_the_wall_clock_and_never_runs_ahead(model, monkeypat
     assert sum(slept) == pytest.approx(24 * 0.004 - 0.01, abs=1e-9)
 
 
-def test_disturbance_acts(model):
-    push = Disturbance(force=(0.0, 3.0, 0.0), hinge_torque=-1.0)
-    with SimulatedBackend(model(contact__kind="push"), disturbance=lambda time: push) as backend:
-        for _ in range(101):
-            backend.read()
-        assert backend.truth.door_rate == pytest.approx(-1.0 / 5.28 * 0.4, rel=1e-3)
-        assert backend.truth.velocity[1] == pytest.approx(0.4, rel=0.05)
-
-
 def test_unstable_physics_is_an_error_and_leaves_no_log_file(model, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     blow = Disturbance(force=(1e20, 0.0, 0.0))

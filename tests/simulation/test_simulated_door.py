@@ -59,24 +59,6 @@ def test_spring_swings_at_its_frequency(flight):
         assert truth.door_angle == pytest.approx(expected, abs=3e-3)
 
 
-def test_truth_of_the_hinge_need_not_be_what_the_planner_is_told(model, flight):
-    told = model(door__damping=0.3, door__friction=0.4)
-    assert (told.door.damping, told.door.friction) == (0.3, 0.4)
-    believed = flight(door__damping=0.3, door__friction=0.4).plant
-    assert believed.engine_model.dof_damping[believed.hinge_velocity] == 0.3
-    assert believed.engine_model.dof_frictionloss[believed.hinge_velocity] == 0.4
-    true = flight(door__damping=0.3, simulation__door_damping=0.0, simulation__door_friction=0.7).plant
-    assert true.engine_model.dof_damping[true.hinge_velocity] == 0.0
-    assert true.engine_model.dof_frictionloss[true.hinge_velocity] == 0.7
-
-
-@pytest.mark.parametrize("torque", [0.0, 3.0], ids=["nothing", "a preload"])
-def test_a_closed_door_rests_at_its_stop(flight, torque):
-    end = loose(flight, hinge_torque=torque).run(2.0, every=2000)[-1]
-    assert end.door_angle == pytest.approx(math.pi / 2, abs=5e-4)
-    assert abs(end.door_rate) < 1e-4
-
-
 def test_a_door_that_is_slammed_stops_within_a_degree_and_is_not_thrown_back(flight):
     door = loose(flight, start__door_angle=1.2)
     door.data.qvel[door.plant.hinge_velocity] = 2.0
@@ -92,8 +74,3 @@ def test_an_open_door_stops_at_the_urdfs_other_limit(flight):
     end = loose(flight, hinge_torque=-8.0, start__door_angle=0.0, simulation__door_damping=5.0).run(4.0, every=4000)[-1]
     assert end.door_angle == pytest.approx(-1.5, abs=0.01)
     assert np.isfinite(end.door_rate)
-
-
-def test_closed_door_does_not_collide_with_its_own_frame(flight):
-    door = loose(flight)
-    assert not any(truth.collisions for truth in door.run(0.1))

@@ -45,13 +45,18 @@ def test_a_closer_that_nobody_told_of(flight):
     assert door.run(6.0, every=6000)[-1].door_angle == pytest.approx(0.7, abs=1e-3)
 
 
-def test_a_closer_rests_where_the_planner_is_told_by_default(flight):
-    plant = flight(contact__kind="push", simulation__door_stiffness=2.0).plant
-    joint = plant.hinge_position
-    assert plant.engine_model.jnt_stiffness[plant.engine_model.dof_jntid[plant.hinge_velocity]] == 2.0
-    assert plant.engine_model.qpos_spring[joint] == pytest.approx(math.pi / 2)
-
-
-def test_a_told_closer_need_not_exist(flight):
-    plant = flight(door__stiffness=2.0, simulation__door_stiffness=0.0).plant
-    assert plant.engine_model.jnt_stiffness[plant.engine_model.dof_jntid[plant.hinge_velocity]] == 0.0
+@pytest.mark.parametrize(
+    ("overrides", "damping", "friction", "stiffness"),
+    [
+        ({"door__damping": 0.3, "door__friction": 0.4, "door__stiffness": 2.0}, 0.3, 0.4, 2.0),
+        ({"door__damping": 0.3, "simulation__door_damping": 0.0, "simulation__door_friction": 0.7}, 0.0, 0.7, 0.0),
+        ({"door__stiffness": 2.0, "simulation__door_stiffness": 0.0, "door__damping": 0.3}, 0.3, 0.0, 0.0),
+        ({"simulation__door_stiffness": 2.0, "simulation__door_damping": 0.1}, 0.1, 0.0, 2.0),
+    ],
+)
+def test_the_hinges_torques_are_the_true_ones_or_else_the_told_ones(flight, overrides, damping, friction, stiffness):
+    plant = flight(contact__kind="push", **overrides).plant
+    engine, hinge = plant.engine_model, plant.hinge_velocity
+    found = engine.dof_damping[hinge], engine.dof_frictionloss[hinge], engine.jnt_stiffness[engine.dof_jntid[hinge]]
+    assert found == (damping, friction, stiffness)
+    assert engine.qpos_spring[plant.hinge_position] == pytest.approx(math.pi / 2), "a closer rests where it is told"

@@ -7,10 +7,11 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+from attitude_matrices import body_rate_matrix
 from paper_door import door_normal
 
 from doorman.gravity import GRAVITY
-from doorman.kinematics.rotations import body_rate_matrix, rotation_body_to_world
+from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import Model
 from doorman.recording import Recorder, Recording
 

@@ -33,16 +33,13 @@ def drawn_here(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     """Figures that are drawn at once, and the names of those that this process draws."""
     here, me = [], os.getpid()
 
-    def draw(name: str) -> pictures.Draw:
-        def figure(recording: Recording, model: Model) -> Figure:
-            assert len(recording["truth"].time) > 1 and model.n_arm
-            if os.getpid() == me:
-                here.append(name)
-            return Figure(figsize=(1, 1))
+    def draw(name: str, recording: Recording, model: Model) -> Figure:
+        assert len(recording["truth"].time) > 1 and model.n_arm
+        if os.getpid() == me:
+            here.append(name)
+        return Figure(figsize=(1, 1))
 
-        return figure
-
-    monkeypatch.setattr(pictures, "_FIGURES", {name: draw(name) for name in pictures._FIGURES})
+    monkeypatch.setattr(pictures, "figure_of", draw)
     return here
 
 
@@ -62,13 +59,18 @@ def test_what_a_process_that_dies_has_not_drawn_is_drawn_here(run, model, tmp_pa
     assert drawn_here == list(pictures._FIGURES) and all(file.is_file() for file in files)
 
 
-def test_files_that_cannot_be_written_are_told(run, model, tmp_path, drawn_here):
-    (tmp_path / "swing.pdf").symlink_to("/dev/full")
-    helper = PictureProcess(model)
-    with pytest.raises(PicturesMissing, match="missing: swing.pdf: No space left"):
+@pytest.mark.parametrize("helped", [True, False])
+def test_files_that_cannot_be_written_are_told_and_the_others_are_there(run, model, tmp_path, drawn_here, helped):
+    full = {"constraints.png", "swing.pdf", "replay.html"}
+    for name in full:
+        (tmp_path / name).symlink_to("/dev/full")
+    helper = PictureProcess(model) if helped else None
+    with pytest.raises(PicturesMissing) as error:
         write_pictures(run, model, tmp_path, helper)
-    helper.close()
-    assert {file.name for file in tmp_path.iterdir()} == {*NAMES, "replay.html", "recording.mcap"} - {"swing.pdf"}
+    if helper is not None:
+        helper.close()
+    assert str(error.value) == f"{tmp_path}: missing: constraints.png, swing.pdf, replay.html: No space left on device"
+    assert {file.name for file in tmp_path.iterdir()} == {*NAMES, "recording.mcap"} - full, "nor is a part of one"
 
 
 def test_a_process_without_an_order_goes_and_ctrl_c_is_not_its_own(model):

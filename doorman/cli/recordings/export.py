@@ -28,7 +28,7 @@ def export(
     from doorman.cli.recordings.recorded import loaded_run
     from doorman.cli.terminal.display import print_lines, print_result, print_table
     from doorman.recording.export import Format, export
-    from doorman.recording.files.messages import HEADER
+    from doorman.recording.files.header import HEADER
 
     if as_csv and as_parquet:
         raise DoormanError("one format at a time", field="--csv, --parquet", allowed="one of them")

@@ -69,7 +69,9 @@ def ros2(
         for part in parts:
             part.join(1.0)
         _print_news(publisher, subscriber, printed)
-        taken = "" if subscriber is None else f", took {subscriber.received} poses, left out {subscriber.refused}"
+        taken = ""
+        if subscriber is not None:
+            taken = f", took {subscriber.relay.received} poses, left out {subscriber.relay.refused}"
         typer.echo(f"Published {publisher.published} messages of the flight{taken}.")
         for part in parts:
             if part.error is not None:
@@ -81,7 +83,7 @@ def _print_news(publisher: FlightPublisher, subscriber: PoseSubscriber | None, p
     for reason in set(publisher.refusals) - printed:
         printed.add(reason)
         typer.echo(f"doorman: feed: left out: {reason}", err=True)
-    for event in [] if subscriber is None else subscriber.events():
+    for event in [] if subscriber is None else subscriber.relay.events():
         typer.echo(f"doorman: poses: {event.text}", err=True)
 
 

@@ -10,11 +10,9 @@ from doorman.collision.rows.arm import Arm
 from doorman.collision.rows.corners import Corners
 from doorman.collision.rows.jambs import Jambs
 from doorman.collision.rows.kind import Kind
-from doorman.collision.rows.leaf import Leaf
 from doorman.collision.rows.lintel import Lintel
 from doorman.collision.rows.lintel_edge import LintelEdge
-from doorman.collision.rows.panel import Panel
-from doorman.collision.rows.wall import Wall
+from doorman.collision.rows.plane import PLANES
 
 Surroundings = Literal["doorway", "corners", "wall", "panel", "face", "open"]
 """The vehicle is between the jambs all the way; it begins beside them; it stays before the wall; or beside what slides;
@@ -22,11 +20,8 @@ or before the face in whose plane a lever turns; or nothing stands around the le
 
 ARM = "arm"
 KINDS: Mapping[str, Kind] = MappingProxyType(
-    {
-        ARM: Arm(), "leaf": Leaf(), "doorway": Jambs(), "corners": Corners(), "wall": Wall(), "panel": Panel(),
-        "lintel": Lintel(), "lintel_edge": LintelEdge(),
-    }
-)  # fmt: skip
+    {ARM: Arm(), "doorway": Jambs(), "corners": Corners(), "lintel": Lintel(), "lintel_edge": LintelEdge(), **PLANES}
+)
 """Short name to rows. A new kind is a file beside `lintel`, a line here, and a word in `kinds_of`."""
 Kinds = tuple[str, ...]
 """Short names of the kinds that a task has, in their order."""

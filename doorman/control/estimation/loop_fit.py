@@ -1,10 +1,11 @@
-r"""Lag and dead time of the attitude loop from what roll and pitch did after known commands, by least squares.
+r"""Lag, dead time and shape of the attitude loop from what roll and pitch did after known commands, by least squares.
 
 .. math::
-    \min_{\tau, d, b}\ \sum_t \big(\phi(t) - b - \phi_\tau(t - d)\big)^2
+    \min_{\tau, \varrho, d, b}\ \sum_t \big(\phi(t) - b - \phi_{\tau\varrho}(t - d)\big)^2
 
-with :math:`\phi_\tau` the answer of `AttitudeLoop` of lag τ to the commands: a bank of loops runs along with the flight, and each
-tick compares what is seen with what each of them had a dead time ago. The deviations follow from the curvature of the sum.
+with :math:`\phi_{\tau\varrho}` the answer of `AttitudeLoop` of lag τ and shape ϱ to the commands: a bank of loops runs along with
+the flight, and each tick compares what is seen with what each of them had a dead time ago. Both axes have one shape. The
+deviations follow from the curvature of the sum.
 """
 
 from __future__ import annotations
@@ -15,10 +16,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from doorman.arrays import Array
-from doorman.dynamics.attitude_loop import AttitudeLoop
+from doorman.dynamics.attitude_loop import USUAL_RATIO, AttitudeLoop
 
 _LAGS = np.geomspace(0.015, 0.6, 24)
 """Lags of the bank's loops [s]."""
+_RATIOS = (USUAL_RATIO, 2.2, 1.75, 1.4, 1.1, 0.85)
+"""Their shapes, the usual one first: steps overshoot by 1 to 20 %."""
+_SURE = 8.0
+"""Log-likelihood by which another shape must be better than the usual one: chance makes 2."""
 _DELAYS = 0.01 * np.arange(21)
 """[s]."""
 _LATENESSES = 0.002 * np.arange(31)
@@ -39,11 +44,13 @@ class MeasuredLoop:
     dead_time_deviation: Array
     explained: Array
     """Share of what roll and pitch did that the fit explains, shape (2,)."""
+    ratio: float = USUAL_RATIO
+    """ϱ of both axes [1]."""
 
     @property
     def loop(self) -> AttitudeLoop:
         """One loop for both axes: their mean."""
-        return AttitudeLoop(float(self.lag.mean()), float(self.dead_time.mean()))
+        return AttitudeLoop(float(self.lag.mean()), float(self.dead_time.mean()), ratio=self.ratio)
 
 
 class LoopFit:
@@ -51,13 +58,13 @@ class LoopFit:
 
     def __init__(self, duration: float, rate: float) -> None:
         most = math.ceil(1.5 * duration * rate) + 2
-        self._times, self._answers = np.zeros(most), np.zeros((most, len(_LAGS), 2))
+        loops = [AttitudeLoop(float(lag), ratio=ratio) for ratio in _RATIOS for lag in _LAGS]
+        self._times, self._answers = np.zeros(most), np.zeros((most, len(loops), 2))
         self._count = self._compared = 0
-        loops = [AttitudeLoop(float(lag)) for lag in _LAGS]
         self._gain = np.array([[loop.gain] for loop in loops])
         self._rate_gain = np.array([[loop.rate_gain] for loop in loops])
-        self._rates, self._commanded = np.zeros((len(_LAGS), 2)), np.zeros(2)
-        self._off, self._square = np.zeros((2, len(_DELAYS), len(_LAGS), 2))
+        self._rates, self._commanded = np.zeros((len(loops), 2)), np.zeros(2)
+        self._off, self._square = np.zeros((2, len(_DELAYS), len(loops), 2))
         self._seen, self._seen_square, self._first = np.zeros(2), np.zeros(2), np.zeros(2)
         self._poses = 0
         self._pose_time = math.nan
@@ -101,9 +108,14 @@ class LoopFit:
         n = self._compared
         spread = self._square / n - (self._off / n) ** 2
         moved = self._seen_square / n - (self._seen / n) ** 2
-        rows = [_least(spread[:, :, axis], self._poses) for axis in (0, 1)]
+        shapes = np.maximum(spread, 1e-12).reshape(len(_DELAYS), len(_RATIOS), len(_LAGS), 2)
+        likelihood = -0.5 * self._poses * np.log(shapes.min(axis=(0, 2))).sum(axis=1)
+        best = int(likelihood.argmax())
+        best = best if likelihood[best] > likelihood[0] + _SURE else 0
+        rows = [_least(shapes[:, best, :, axis], self._poses) for axis in (0, 1)]
         lag, dead, lag_deviation, dead_deviation, least = np.array(rows).T
-        return MeasuredLoop(lag, dead, lag_deviation, dead_deviation, 1.0 - least / np.maximum(moved, 1e-12))
+        explained = 1.0 - least / np.maximum(moved, 1e-12)
+        return MeasuredLoop(lag, dead, lag_deviation, dead_deviation, explained, _RATIOS[best])
 
 
 def lateness(pose_times: Array, attitudes: Array, times: Array, rates: Array) -> float:

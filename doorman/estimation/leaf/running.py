@@ -184,7 +184,7 @@ class LeafRun:
         coupling, n = self._model.coupling, self._model.n_arm
         mean, lever = self.estimate.mean, coupling.lever_length
         posture = self._inputs[3:6], self._inputs[6:9], self._inputs[12 : 12 + n], self._inputs[12 + n :]
-        tip, tip_rate = coupling.door_of(mean[PLACES["position"]], mean[PLACES["velocity"]], *posture)
+        tip, tip_rate = coupling.door_state(mean[PLACES["position"]], mean[PLACES["velocity"]], *posture)
         angle, joint, rate = tip - coupling.angle_of_face(float(mean[_FACE])), float(mean[JOINT]), mean[JOINT_RATE]
         doubt = math.hypot(lever * float(self.deviations[JOINT]), float(self.deviations[_FACE]))
         if lever * (joint - angle) <= self._settings.elsewhere * doubt:

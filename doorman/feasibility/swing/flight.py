@@ -17,7 +17,7 @@ from doorman.feasibility.swing.rehearsal import Rehearsal, least_resistance
 from doorman.feasibility.swing.room import ACTIVE
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import Model
-from doorman.planning.own_motion import rotor_force
+from doorman.planning.grip.push import rotor_force
 from doorman.planning.pace import LONGEST, Pace, duration_held
 from doorman.planning.whole_body.references import BRAKES
 

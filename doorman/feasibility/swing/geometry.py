@@ -7,8 +7,7 @@ import math
 import numpy as np
 
 from doorman.collision.rows.jambs import JAMBS
-from doorman.collision.rows.leaf import LEAF
-from doorman.collision.rows.wall import WALL
+from doorman.collision.rows.plane import LEAF, WALL
 from doorman.feasibility.report import Finding, Severity, graded
 from doorman.feasibility.swing.room import Swing, best_swing
 from doorman.model import Model

@@ -8,8 +8,7 @@ import numpy as np
 
 from doorman.arrays import Array
 from doorman.collision.rows.jambs import JAMBS
-from doorman.collision.rows.leaf import LEAF
-from doorman.collision.rows.wall import WALL
+from doorman.collision.rows.plane import LEAF, WALL
 from doorman.feasibility.inputs.setup import joint_margin
 from doorman.feasibility.report import Finding, Severity, graded
 from doorman.model import Model

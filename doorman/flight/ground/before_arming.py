@@ -21,23 +21,23 @@ def try_gripper(links: VehicleLinks, say: Callable[[str], None]) -> str:
     say("try the gripper: close it, then let its spring open it")
     servos, rest = links.servos, np.zeros(links.config.n_arm)
 
-    def angle() -> float:
-        return float(servos.read().angles[-1])
+    def moves(patience: float, there: Callable[[float], bool], act: Callable[[], object]) -> float | None:
+        """The angle at which it stays on its way, or None."""
+        deadline = links.clock.now() + patience
+        while not there(angle := float(servos.read().angles[-1])):
+            if links.clock.now() > deadline:
+                return angle
+            act()
+            links.clock.sleep(0.01)
+        return None
 
-    deadline = links.clock.now() + CLOSES_WITHIN
-    while angle() < CLOSED:
-        if links.clock.now() > deadline:
-            return f"it does not close within {CLOSES_WITHIN:g} s; it has reached {angle():.2f} of {CLOSED:g} rad"
-        links.move_arm(rest, closed=True)
-        links.clock.sleep(0.01)
-    deadline = links.clock.now() + OPENS_WITHIN
-    while angle() > HALF_OPEN:
-        if links.clock.now() > deadline:
-            links.let_go()
-            return f"its spring opens it only to {angle():.2f} rad, not to {HALF_OPEN:g} rad; fit a stronger spring"
-        servos.command(rest, 0.0)
-        links.clock.sleep(0.01)
+    stuck = moves(CLOSES_WITHIN, lambda angle: angle >= CLOSED, lambda: links.move_arm(rest, closed=True))
+    if stuck is not None:
+        return f"it does not close within {CLOSES_WITHIN:g} s; it has reached {stuck:.2f} of {CLOSED:g} rad"
+    stuck = moves(OPENS_WITHIN, lambda angle: angle <= HALF_OPEN, lambda: servos.command(rest, 0.0))
     links.let_go()
+    if stuck is not None:
+        return f"its spring opens it only to {stuck:.2f} rad, not to {HALF_OPEN:g} rad; fit a stronger spring"
     return ""
 
 

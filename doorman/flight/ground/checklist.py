@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import TypeVar
 
 import numpy as np
@@ -60,18 +60,18 @@ def preflight(model: Model, links: VehicleLinks, findings: Report) -> list[Check
     Returns:
         All rows.
     """
-    groups = (
-        _autopilot(model, links),
-        _mocap(model, links),
-        _servos(model, links),
-        judge_limits(model),
-        measured_door(model, links),
+    return [
+        *_autopilot(model, links),
+        *_mocap(model, links),
+        *_servos(model, links),
+        *judge_limits(model),
+        *measured_door(model, links),
         _place(model, links),
-        _computer(),
-        judge_scenario(findings),
+        row("scheduling", is_real_time(), "real time" if is_real_time() else "ordinary",
+            "run as root or with the limit rtprio, so that no program delays it", Verdict.WARNING),
+        *judge_scenario(findings),
         _attitude_loop(model, links),
-    )
-    return [row for group in groups for row in group]
+    ]  # fmt: skip
 
 
 def _settled(links: VehicleLinks, read: Callable[[], Sample], good: Callable[[Sample], bool]) -> Sample:
@@ -124,18 +124,15 @@ def _telemetry(links: VehicleLinks) -> Check:
     if links.config.pixhawk.setpoints == "attitude":
         needed["ATTITUDE_TARGET"] = status.asked_rates["ATTITUDE_TARGET"]
 
-    def words(rates: Mapping[str, float]) -> str:
-        return ", ".join(f"{name} {status.rates.get(name, 0.0):.0f} of {rate:.0f}/s" for name, rate in rates.items())
+    def words(names: Iterable[str], wanted: Mapping[str, float]) -> str:
+        return ", ".join(f"{name} {status.rates.get(name, 0.0):.0f} of {wanted[name]:.0f}/s" for name in names)
 
-    low = {name: rate for name, rate in needed.items() if status.rates.get(name, 0.0) < _LEAST_RATE * rate}
+    low = [name for name, rate in needed.items() if status.rates.get(name, 0.0) < _LEAST_RATE * rate]
     if low:
-        return Check("telemetry", Verdict.BAD, words(low), "use a faster line, or ask for lower rates")
-    less = {name: status.wanted_rates[name] for name, rate in needed.items() if rate < status.wanted_rates[name]}
-    if less:
-        return Check(
-            "telemetry", Verdict.WARNING, words(less), "the autopilot refused the wanted rates: raise SCHED_LOOP_RATE"
-        )
-    return Check("telemetry", Verdict.GOOD, "rates as requested")
+        return Check("telemetry", Verdict.BAD, words(low, needed), "use a faster line, or ask for lower rates")
+    less = [name for name, rate in needed.items() if rate < status.wanted_rates[name]]
+    return row("telemetry", not less, words(less, status.wanted_rates) or "rates as requested",
+               "the autopilot refused the wanted rates: raise SCHED_LOOP_RATE", Verdict.WARNING)  # fmt: skip
 
 
 def _mocap(model: Model, links: VehicleLinks) -> Iterator[Check]:
@@ -173,24 +170,19 @@ def _servos(model: Model, links: VehicleLinks) -> Iterator[Check]:
     yield judge_posture(model, sample.angles)
 
 
-def _place(model: Model, links: VehicleLinks) -> Iterator[Check]:
+def _place(model: Model, links: VehicleLinks) -> Check:
     pad, state = Places.of(model).pad, links.autopilot.state()
     off = float(np.linalg.norm(state.position[:2] - pad[:2]))
-    yield row("place", off < _PLACE, f"{off:.2f} m from the pad at x {pad[0]:.2f}, y {pad[1]:.2f}",
+    return row("place", off < _PLACE, f"{off:.2f} m from the pad at x {pad[0]:.2f}, y {pad[1]:.2f}",
                f"put the vehicle within {_PLACE:g} m of the pad")  # fmt: skip
 
 
-def _attitude_loop(model: Model, links: VehicleLinks) -> Iterator[Check]:
+def _attitude_loop(model: Model, links: VehicleLinks) -> Check:
     """How roll and pitch are believed to follow commands, until the hover has measured it."""
     loop, mission = model.attitude_loop, model.scenario.mission
     measures = mission.measure_attitude and mission.start == "hover" and links.config.pixhawk.setpoints == "attitude"
-    yield row("attitude loop", loop.lag <= TESTED_LAG and loop.dead_time <= TESTED_DEAD_TIME,
+    return row("attitude loop", loop.lag <= TESTED_LAG and loop.dead_time <= TESTED_DEAD_TIME,
                f"believed: lag {1e3 * loop.lag:.0f} ms, dead time {1e3 * loop.dead_time:.0f} ms; "
                + ("the hover measures it before contact" if measures else "not measured in this flight"),
                f"tune the autopilot's attitude loop: tested are {1e3 * TESTED_LAG:.0f} and {1e3 * TESTED_DEAD_TIME:.0f} ms",
                Verdict.WARNING)  # fmt: skip
-
-
-def _computer() -> Iterator[Check]:
-    yield row("scheduling", is_real_time(), "real time" if is_real_time() else "ordinary",
-               "run as root or with the limit rtprio, so that no program delays it", Verdict.WARNING)  # fmt: skip

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
@@ -30,23 +31,17 @@ def measured_door(model: Model, links: VehicleLinks) -> Iterator[Check]:
         return
     leaf, frame = mean_readings(links)
     config = links.door.config
-    expects = config.frame is not None
     words = "; ".join(said for _, said in links.door.events()[-2:]) or "no reading"
     if frame is not None:
         yield _frame(model, frame)
-    elif expects:
-        yield Check(
-            "door's frame",
-            Verdict.WARNING,
-            words,
-            "show the frame's mark to the sensor, or fly without: the map counts",
-        )
+    elif config.frame is not None:
+        yield Check("door's frame", Verdict.WARNING, words,
+                    "show the frame's mark to the sensor, or fly without: the map counts")  # fmt: skip
     if leaf is not None:
         yield _leaf(model, leaf)
-    elif config.leaf is not None or not expects:
-        yield Check(
-            "leaf", Verdict.WARNING, words, "show the leaf's mark to the sensor, or fly without: the tip finds the leaf"
-        )
+    elif config.leaf is not None or config.frame is None:
+        yield Check("leaf", Verdict.WARNING, words,
+                    "show the leaf's mark to the sensor, or fly without: the tip finds the leaf")  # fmt: skip
 
 
 def mean_readings(links: VehicleLinks, duration: float = LISTENING) -> tuple[LeafReading | None, FrameReading | None]:
@@ -64,7 +59,13 @@ def mean_readings(links: VehicleLinks, duration: float = LISTENING) -> tuple[Lea
         if frame is not None and (not frames or frame.time != frames[-1].time):
             frames.append(frame)
         links.clock.sleep(_EVERY)
-    return _mean_leaf(leaves), _mean_frame(frames)
+    mean_leaf = mean_frame = None
+    if leaves:
+        mean_leaf = replace(leaves[-1], joint=float(np.mean([one.joint for one in leaves])))
+    if frames:
+        position, yaw = np.mean([one.position for one in frames], axis=0), float(np.mean([one.yaw for one in frames]))
+        mean_frame = replace(frames[-1], position=position, yaw=yaw)
+    return mean_leaf, mean_frame
 
 
 def _note_pose(links: VehicleLinks, sensor: DoorSensor) -> None:
@@ -77,20 +78,6 @@ def _note_pose(links: VehicleLinks, sensor: DoorSensor) -> None:
         at, position, attitude = pose.time, pose.position, pose.attitude
     if np.isfinite(position).all() and np.isfinite(attitude).all():
         sensor.note_pose(at, position, attitude)
-
-
-def _mean_leaf(readings: list[LeafReading]) -> LeafReading | None:
-    if not readings:
-        return None
-    return LeafReading(float(np.mean([one.joint for one in readings])), readings[-1].time, readings[-1].deviation)
-
-
-def _mean_frame(readings: list[FrameReading]) -> FrameReading | None:
-    if not readings:
-        return None
-    position = np.mean([one.position for one in readings], axis=0)
-    yaw, last = float(np.mean([one.yaw for one in readings])), readings[-1]
-    return FrameReading(position, yaw, last.time, last.position_deviation, last.yaw_deviation)
 
 
 def _frame(model: Model, frame: FrameReading) -> Check:

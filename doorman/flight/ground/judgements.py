@@ -69,12 +69,8 @@ def judge_age(latency: float, rate: float, limit: float) -> Check:
         f"{latency * 1e3:.1f} ms, up to {age * 1e3:.0f} ms old at {rate:.0f} frames/s; allowed: {limit * 1e3:.0f} ms"
     )
     if not age <= limit:
-        return Check(
-            "mocap's latency",
-            Verdict.BAD,
-            found,
-            "use faster cameras, or smaller control.position_gain and velocity_gain",
-        )
+        return Check("mocap's latency", Verdict.BAD, found,
+                     "use faster cameras, or smaller control.position_gain and velocity_gain")  # fmt: skip
     return row("mocap's latency", latency < _MOST_LATENCY, found, "use a wired network", Verdict.WARNING)
 
 
@@ -111,51 +107,35 @@ def judge_battery(battery: Battery, conditions: Set[EventKind], low: float) -> C
     if EventKind.BATTERY_SILENT in conditions:
         return Check("battery", Verdict.BAD, "the autopilot no longer reports it", "check the battery monitor")
     flat = battery.alarm or EventKind.BATTERY_LOW in conditions
-    if math.isfinite(charge):
-        words = f"{volts}, {charge:.0%}" + (", low" if flat else "")
+    known = math.isfinite(charge)
+    if known or flat:
+        words = volts + (f", {charge:.0%}" if known else "") + (", low" if flat else "")
         return row("battery", charge >= least and not flat, words, advice)
-    if flat:
-        return Check("battery", Verdict.BAD, f"{volts}, low", advice)
-    return Check(
-        "battery",
-        Verdict.WARNING,
-        f"{volts}, its charge is not reported",
-        "check the charge yourself: in flight only the autopilot or pixhawk.min_voltage notices a low battery",
-    )
+    advice = "check the charge yourself: in flight only the autopilot or pixhawk.min_voltage notices a low battery"
+    return Check("battery", Verdict.WARNING, f"{volts}, its charge is not reported", advice)
 
 
 def judge_setpoints(dialect: str, setpoints: str) -> Check:
     """Row about what is sent to the autopilot: position control of ArduPilot that is kept from its place winds up."""
     winds_up = dialect == ARDUPILOT.name and setpoints == "position"
-    found = (
-        f"{setpoints}: {dialect}'s position control winds up against a door and then throws the vehicle back"
-        if winds_up
-        else setpoints
-    )
-    return row("setpoints", not winds_up, found, "use --setpoints attitude", Verdict.WARNING)
+    why = f": {dialect}'s position control winds up against a door and then throws the vehicle back" if winds_up else ""
+    return row("setpoints", not winds_up, setpoints + why, "use --setpoints attitude", Verdict.WARNING)
 
 
 def judge_rotors(setpoints: str, missing: str) -> Check:
     """Row about rotors that push to the side, of a vehicle that has them."""
     if setpoints != "attitude":
-        return Check(
-            "rotors", Verdict.BAD, f"{setpoints} setpoints carry no force to the side", "use --setpoints attitude"
-        )
-    found = missing or "the autopilot knows how they are tilted"
-    return row(
-        "rotors", not missing, found, "use PX4 1.14 or newer, and set its CA_ROTOR parameters to the URDF's rotors"
-    )
+        found = f"{setpoints} setpoints carry no force to the side"
+        return Check("rotors", Verdict.BAD, found, "use --setpoints attitude")
+    return row("rotors", not missing, missing or "the autopilot knows how they are tilted",
+               "use PX4 1.14 or newer, and set its CA_ROTOR parameters to the URDF's rotors")  # fmt: skip
 
 
 def judge_limits(model: Model) -> Iterator[Check]:
     """Rows about the mission's start and fence."""
     start, limits = model.scenario.mission.start, model.scenario.safety
-    yield row(
-        "start",
-        start == "hover",
-        f"in {start}",
-        'set mission.start = "hover": a real vehicle takes off before it comes to the leaf',
-    )
+    yield row("start", start == "hover", f"in {start}",
+              'set mission.start = "hover": a real vehicle takes off before it comes to the leaf')  # fmt: skip
     outside = [place for place in _way(model) if ((place < limits.fence_low) | (place > limits.fence_high)).any()]
     words = f"; the way leads to {outside[0].round(2)}" if outside else ""
     yield row("fence", not outside, f"{limits.fence_low} to {limits.fence_high} m{words}",

@@ -17,6 +17,7 @@ from packaging.requirements import Requirement
 from doorman.compilation import cache_content
 from doorman.exceptions import how_to_install
 from doorman.hardware.mocap.connection import RECEIVE_BUFFER
+from doorman.hardware.scheduling import PRIORITY
 
 _FOLDER = Path(__file__).parent / "files"
 
@@ -37,10 +38,6 @@ SYSTEM_FILES = {
     "service": SystemFile("doorman.service", "/etc/systemd/system/doorman.service"),
 }
 """Files by short name."""
-
-
-REAL_TIME_PRIORITY = 20
-"""Priority requested in the real-time class."""
 
 
 @dataclass(frozen=True)
@@ -73,7 +70,7 @@ class Host:
     @staticmethod
     def real_time_allowed() -> bool:
         soft, _ = resource.getrlimit(resource.RLIMIT_RTPRIO)
-        return os.geteuid() == 0 or soft == resource.RLIM_INFINITY or soft >= REAL_TIME_PRIORITY
+        return os.geteuid() == 0 or soft == resource.RLIM_INFINITY or soft >= PRIORITY
 
     @staticmethod
     def free_space(folder: Path) -> int:

@@ -13,9 +13,9 @@ from dataclasses import replace
 from doorman.clocks import REAL_TIME, Clock
 from doorman.copying import Uncopied
 from doorman.door_sensor.config import CAMERAS, TAGS, DoorSensorConfig
-from doorman.door_sensor.sensor import DoorSample, DoorSource, FrameSample, LeafSample, MarkPose
+from doorman.door_sensor.sensor import CallableSource, DoorSample, DoorSource, FrameSample, LeafSample, MarkPose
 from doorman.exceptions import BackendError
-from doorman.hardware.mocap import MocapConfig, MocapReceiver, PoseSample
+from doorman.hardware.mocap import MocapConfig, MocapReceiver
 from doorman.hardware.mocap.connection import listen
 
 
@@ -23,46 +23,30 @@ def objects_beside(cameras: MocapConfig, sensor: DoorSensorConfig | None) -> dic
     """Further objects that a receiver follows, by `leaf` and `frame`."""
     if sensor is None or sensor.source != CAMERAS:
         return {}
-    marks = {"leaf": sensor.leaf, "frame": sensor.frame}
     return {
         part: replace(
             cameras, object_name=mark.name, object_position=mark.position, object_attitude=mark.attitude,
         )
-        for part, mark in marks.items() if mark is not None
+        for part, mark in sensor.marks.items()
     }  # fmt: skip
 
 
-class CameraObjects:
-    """What a receiver sees of the door; it is opened and stopped with the vehicle's poses."""
+def camera_objects(receiver: MocapReceiver) -> DoorSource:
+    """What a receiver sees of the door: newest poses of both; one that is not fresh is none. Who flies by it opens it."""
 
-    def __init__(self, receiver: MocapReceiver) -> None:
-        self._receiver = receiver
+    def pose(part: str) -> tuple[float, MarkPose] | None:
+        if part not in receiver.beside or not (sample := receiver.read_beside(part)).fresh:
+            return None
+        (x, y, z), (w, qx, qy, qz) = sample.position.tolist(), sample.quaternion.tolist()
+        return sample.time, MarkPose((x, y, z), (w, qx, qy, qz))
 
-    def open(self) -> None:
-        """Do nothing: the receiver is opened by who flies by it."""
-
-    def read(self) -> DoorSample:
-        """Newest poses of both; one that is not fresh is none."""
-        leaf, frame = self._pose("leaf"), self._pose("frame")
+    def read() -> DoorSample:
+        leaf, frame = pose("leaf"), pose("frame")
         return DoorSample(
-            None if leaf is None else LeafSample(leaf.time, pose=_of_link(leaf)),
-            None if frame is None else FrameSample(frame.time, _of_link(frame)),
+            None if leaf is None else LeafSample(leaf[0], pose=leaf[1]), None if frame is None else FrameSample(*frame)
         )
 
-    def stop(self) -> None:
-        """Do nothing."""
-
-    def _pose(self, part: str) -> PoseSample | None:
-        if part not in self._receiver.beside:
-            return None
-        sample = self._receiver.read_beside(part)
-        return sample if sample.fresh else None
-
-
-def _of_link(sample: PoseSample) -> MarkPose:
-    x, y, z = sample.position.tolist()
-    w, qx, qy, qz = sample.quaternion.tolist()
-    return MarkPose((x, y, z), (w, qx, qy, qz))
+    return CallableSource(read)
 
 
 _LARGEST = 1024
@@ -143,7 +127,7 @@ def source_of(config: DoorSensorConfig, cameras: MocapReceiver | None, clock: Cl
             raise BackendError(
                 "there are no cameras", field="door_sensor.source", given=CAMERAS, allowed="another source"
             )
-        return CameraObjects(cameras)
+        return camera_objects(cameras)
     if config.source == TAGS:
         from doorman.hardware.door.tags import TagSource
 

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from doorman.copying import Uncopied
 from doorman.door_sensor.config import CameraConfig, DoorSensorConfig
-from doorman.door_sensor.detector import DoorByTags, TagDetector, marks_of, opencv
+from doorman.door_sensor.detector import DoorByTags, TagDetector, opencv
 from doorman.door_sensor.sensor import DoorSample, MarkPose
 from doorman.exceptions import BackendError
 
@@ -83,7 +83,7 @@ class TagSource(Uncopied):
     def __init__(self, config: DoorSensorConfig, pictures: Pictures | None = None) -> None:
         camera = config.camera or CameraConfig()
         self._camera, self._pictures = camera, pictures or Video(camera)
-        self._sizes = {mark.tag: mark.size for mark in marks_of(config)}
+        self._sizes = {mark.tag: mark.size for mark in config.marks.values()}
         self._door, self._newest = DoorByTags(config), DoorSample()
         self._process: BaseProcess | None = None
         self._link: Connection | None = None
@@ -106,9 +106,10 @@ class TagSource(Uncopied):
                     self._words = found
                 else:
                     self._newest, self._words = self._door.sample(*found, self._newest), ""
+            alive = self._process.is_alive()
         except (EOFError, OSError):
-            self._words = self._words or "the detector's process has ended"
-        if not self._process.is_alive():
+            alive = False
+        if not alive:
             self._words = self._words or "the detector's process has ended"
             if time.monotonic() - self._started > _AGAIN_AFTER:
                 self._end()

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -12,12 +12,14 @@ from doorman.checks import vector
 from doorman.clocks import REAL_TIME, Clock
 from doorman.exceptions import BackendError, DimensionError
 from doorman.hardware.dynamixel.bus_thread import BusThread, Recovery
-from doorman.hardware.dynamixel.commissioning import Connection, ReadyServo, inspect, position
+from doorman.hardware.dynamixel.commissioning import Connection, ReadyServo
 from doorman.hardware.dynamixel.config import ServoConfig
 from doorman.hardware.dynamixel.cycle import ServoCommand
 from doorman.hardware.dynamixel.faults import BusState, BusStatistics, ServoEvent, ServoSample
-from doorman.hardware.dynamixel.settings import SettingFinding
+from doorman.hardware.dynamixel.registers import PRESENT_POSITION
+from doorman.hardware.dynamixel.settings import Servo, SettingFinding, check_settings
 
+T = TypeVar("T")
 STRONGEST_GRIP = 2.0
 """More than any of the servos takes [A]."""
 
@@ -46,8 +48,7 @@ class ServoBus(BusThread):
         Raises:
             BackendError: if the bus is open, the port cannot be opened, or a servo does not answer or is another model.
         """
-        with self._for_a_moment() as connection:
-            return tuple(finding for servo in connection.servos() for finding in inspect(servo))
+        return tuple(finding for findings in self._of_each(check_settings) for finding in findings)
 
     def positions(self) -> tuple[int, ...]:
         """Open the port, read every servo's present position, and close it; torque stays as it is, so that joints may be held.
@@ -58,8 +59,7 @@ class ServoBus(BusThread):
         Raises:
             BackendError: if the bus is open, the port cannot be opened, or a servo does not answer or is another model.
         """
-        with self._for_a_moment() as connection:
-            return tuple(position(servo) for servo in connection.servos())
+        return tuple(self._of_each(lambda servo: servo.read(PRESENT_POSITION)))
 
     def open(self) -> None:
         """Open the port, make every servo ready and start the thread; the arm stands still with torque on.
@@ -68,7 +68,6 @@ class ServoBus(BusThread):
             BackendError: if the port cannot be opened, or a servo does not answer, is another model, has settings that are not
                 relied on, has shut down or refuses.
         """
-        self._require_closed()
         super().open()
 
     def read(self) -> ServoSample:
@@ -175,23 +174,15 @@ class ServoBus(BusThread):
         """Command zero velocity, leave the servos at rest with torque on, and close the port; may be called twice."""
         super().stop()
 
-    def _require_closed(self) -> None:
-        if self._thread is not None:
-            raise BackendError("the servo bus is open already", allowed="stop() before another open()")
-
-    def _require_open(self) -> None:
-        if self._thread is None:
-            raise BackendError("the servo bus is not open", allowed="open() before read() and command()")
-
-    @contextmanager
-    def _for_a_moment(self) -> Iterator[Connection]:
-        """The port, closed again afterwards."""
+    def _of_each(self, ask: Callable[[Servo], T]) -> list[T]:
+        """What every servo answers, over a port that is closed again; nothing is changed but what lets them answer."""
         self._require_closed()
-        connection = Connection.open(self.config, self._clock)
-        try:
-            yield connection
-        finally:
-            connection.port.close()
+        answers = []
+        with Connection(self.config, self._clock) as connection:
+            for servo in connection.servos():
+                servo.make_answer()
+                answers.append(ask(servo))
+        return answers
 
 
 def _finite(values: ArrayLike, size: int, field: str) -> NDArray[np.float64]:

@@ -36,7 +36,7 @@ class BusThread(InThread):
     _patience = 3.0
 
     def __init__(self, config: ServoConfig, clock: Clock) -> None:
-        super().__init__("servo-bus", clock)
+        super().__init__("servo bus", clock)
         self.config = config
         self._log = EventLog[ServoEvent]()
         self._ready: tuple[ReadyServo, ...] = ()
@@ -48,7 +48,8 @@ class BusThread(InThread):
         self._request: Recovery | None = None
 
     def _begin(self) -> None:
-        connection = Connection.open(self.config, self._clock)
+        connection = Connection(self.config, self._clock)
+        connection.open()
         try:
             self._ready = connection.commission(self._log)
             self._cycle = cycle = ServoCycle(connection.quick, self._ready, self.config, self._log)
@@ -57,7 +58,7 @@ class BusThread(InThread):
                 raise BackendError("not every servo answers a sync read in time", field="servos.latency",
                                    given=self.config.latency, allowed="longer than adapter and computer take")  # fmt: skip
         except BaseException:
-            connection.port.close()
+            connection.stop()
             raise
         self._connection, self._latest = connection, cycle.sample(BusState.FOLLOWING)
         self._command, self._request = None, None
@@ -141,7 +142,7 @@ class BusThread(InThread):
 
     def _disconnect(self, why: str) -> None:
         if self._connection is not None:
-            self._connection.port.close()
+            self._connection.stop()
             self._connection = None
         self._cycle.bus_fault |= ServoFault.UNPLUGGED
         self._note(ServoFault.UNPLUGGED, True, why)
@@ -154,14 +155,13 @@ class BusThread(InThread):
         self._next = self._clock.now()
         if self._stopping.is_set():
             return
-        connection = None
+        connection = Connection(self.config, self._clock)
         try:
-            connection = Connection.open(self.config, self._clock)
+            connection.open()
             for servo, known in zip(connection.servos(connection.quick), self._cycle.ready, strict=True):
                 servo.identify((known.model,))
         except BackendError:  # not there yet, or not whole: tried again
-            if connection is not None:
-                connection.port.close()
+            connection.stop()
             return
         self._connection = connection
         self._cycle.use(connection.quick)
@@ -179,4 +179,4 @@ class BusThread(InThread):
                 text = f"the servo did not take zero velocity, its watchdog stops it: {failure}"
                 self._note(ServoFault.NONE, True, text)
         finally:
-            connection.port.close()
+            connection.stop()

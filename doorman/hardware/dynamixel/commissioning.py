@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from doorman.background import EventLog
+from doorman.background import EventLog, Opened
 from doorman.clocks import REAL_TIME, Clock
 from doorman.exceptions import BackendError
 from doorman.hardware.dynamixel import registers as reg
@@ -12,7 +12,7 @@ from doorman.hardware.dynamixel.config import ServoConfig
 from doorman.hardware.dynamixel.faults import ServoEvent
 from doorman.hardware.dynamixel.link import Link
 from doorman.hardware.dynamixel.port import PortLost, SerialPort
-from doorman.hardware.dynamixel.registers import CURRENT_UNITS, MAPPING, RETURN_DELAY_UNIT, joint_angle, whole_turns
+from doorman.hardware.dynamixel.registers import CURRENT_UNITS, RETURN_DELAY_UNIT, joint_angle, whole_turns
 from doorman.hardware.dynamixel.settings import (
     TOLERATED_RETURN_DELAY,
     Servo,
@@ -20,8 +20,6 @@ from doorman.hardware.dynamixel.settings import (
     check_settings,
     write_settings,
 )
-
-_MAPPED = "indirect addresses"
 
 
 @dataclass(frozen=True)
@@ -46,22 +44,11 @@ class ReadyServo:
         return CURRENT_UNITS[self.model]
 
 
-def inspect(servo: Servo) -> list[SettingFinding]:
-    """Identify a servo and compare its settings; changes nothing but what lets it answer."""
-    servo.make_answer()
-    return check_settings(servo)
-
-
-def position(servo: Servo) -> int:
-    """Present position of a servo [tick]; changes nothing but what lets it answer."""
-    servo.make_answer()
-    return servo.read(reg.PRESENT_POSITION)
-
-
 def commission(servo: Servo, log: EventLog[ServoEvent], *, write_eeprom: bool) -> ReadyServo:
     """Make a servo ready: identified, settings checked, telemetry block gathered, standing still with torque on."""
     # The bus watchdog is left off, since the next instruction may take a while: `arm_watchdog` sets it.
-    findings = inspect(servo)
+    servo.make_answer()
+    findings = check_settings(servo)
     _clear_errors(servo)
     if write_eeprom and findings:
         write_settings(servo, findings, log)
@@ -75,7 +62,7 @@ def commission(servo: Servo, log: EventLog[ServoEvent], *, write_eeprom: bool) -
     _gather_telemetry(servo)
     servo.write(reg.TORQUE_ENABLE, reg.TORQUE_ON)
     if servo.read(reg.TORQUE_ENABLE) != reg.TORQUE_ON:
-        raise _fault(servo, "the torque cannot be switched on", _errors(servo), "0")
+        raise servo.error("the torque cannot be switched on", _errors(servo), "0")
     servo.write(servo.goal, 0)
     config, index = servo.config, servo.index
     angle = joint_angle(servo.read(reg.PRESENT_POSITION), config.zeros[index], config.signs[index])
@@ -100,10 +87,6 @@ def rest(servo: Servo) -> None:
         servo.write(reg.TORQUE_ENABLE, reg.TORQUE_OFF)
 
 
-def _fault(servo: Servo, message: str, given: object, allowed: str) -> BackendError:
-    return BackendError(message, field=f"servo {servo.id}", given=given, allowed=allowed)
-
-
 def _errors(servo: Servo) -> str:
     bits = reg.HardwareError(servo.read(reg.HARDWARE_ERROR))
     return f"hardware error {int(bits)} ({bits.name or 'unknown'}), {servo.read(reg.PRESENT_TEMPERATURE)} °C"
@@ -115,11 +98,11 @@ def _clear_errors(servo: Servo) -> None:
         return
     temperature, hot = servo.read(reg.PRESENT_TEMPERATURE), servo.config.hot_temperature
     if temperature >= hot:
-        raise _fault(servo, "the servo is too hot to be rebooted", f"{temperature} °C", f"below {hot:g} °C")
+        raise servo.error("the servo is too hot to be rebooted", f"{temperature} °C", f"below {hot:g} °C")
     servo.reboot()
     servo.make_answer()
     if _shut_down(servo):
-        raise _fault(servo, "a hardware error persists after a reboot", _errors(servo), "no hardware error")
+        raise servo.error("a hardware error persists after a reboot", _errors(servo), "no hardware error")
 
 
 def _shut_down(servo: Servo) -> int:
@@ -140,13 +123,13 @@ def _stand_still(servo: Servo) -> None:
 def _gather_telemetry(servo: Servo) -> None:
     """Point the indirect addresses at the telemetry block; left alone where they do already."""
     # Torque goes off for that, as it is after power-up: some servos refuse them with torque on, which another program left.
-    if servo.read_bytes(reg.INDIRECT_ADDRESS, len(MAPPING), _MAPPED) == MAPPING:
+    if servo.read(reg.MAPPING) == reg.MAPPED:
         return
     servo.ensure(reg.TORQUE_ENABLE, reg.TORQUE_OFF)
-    servo.write_bytes(reg.INDIRECT_ADDRESS, MAPPING, _MAPPED)
-    if servo.read_bytes(reg.INDIRECT_ADDRESS, len(MAPPING), _MAPPED) != MAPPING:
-        raise _fault(
-            servo, "the servo did not keep the indirect addresses", None, "firmware with indirect addresses in RAM"
+    servo.write(reg.MAPPING, reg.MAPPED)
+    if servo.read(reg.MAPPING) != reg.MAPPED:
+        raise servo.error(
+            "the servo did not keep the indirect addresses", None, "firmware with indirect addresses in RAM"
         )
 
 
@@ -156,41 +139,39 @@ REST_TIMEOUT = 0.5
 """Time for leaving all servos at rest [s]."""
 
 
-@dataclass(frozen=True)
-class Connection:
-    """An open port, with a patient link for set-up and a quick one for cycles."""
+class Connection(Opened):
+    """A port, with a patient link for set-up and a quick one for cycles."""
 
-    config: ServoConfig
-    port: SerialPort
-    patient: Link
-    quick: Link
-    clock: Clock = REAL_TIME
+    def __init__(self, config: ServoConfig, clock: Clock = REAL_TIME) -> None:
+        self._config, self._clock = config, clock
+        self._port = port = SerialPort(config.port, config.baud_rate, clock)
+        self._patient = Link(port, config.baud_rate, config.setup_latency, clock=clock.now)
+        delay = TOLERATED_RETURN_DELAY * RETURN_DELAY_UNIT
+        self.quick = Link(port, config.baud_rate, config.latency, delay, clock.now)
 
-    @classmethod
-    def open(cls, config: ServoConfig, clock: Clock = REAL_TIME) -> Connection:
-        port = SerialPort(config.port, config.baud_rate, clock)
-        port.open()
-        timer = port.latency_timer
+    def open(self) -> None:
+        self._port.open()
+        timer = self._port.latency_timer
         if timer is not None and timer > LONGEST_LATENCY_TIMER:
-            port.close()
+            self.stop()
             raise BackendError("the USB adapter's latency timer is too slow", field="servos.port", given=f"{timer * 1e3:g} ms",
                                allowed="1 ms: write 1 to latency_timer of the device in /sys/bus/usb-serial/devices")  # fmt: skip
-        patient = Link(port, config.baud_rate, config.setup_latency, clock=clock.now)
-        delay = TOLERATED_RETURN_DELAY * RETURN_DELAY_UNIT
-        return cls(config, port, patient, Link(port, config.baud_rate, config.latency, delay, clock.now), clock)
+
+    def stop(self) -> None:
+        self._port.close()
 
     def servos(self, link: Link | None = None, timeout: float | None = None) -> list[Servo]:
         """Servos to talk with, by default at leisure."""
-        deadline = self.clock.now() + (self.config.open_timeout if timeout is None else timeout)
-        return [Servo(link or self.patient, self.config, index, deadline) for index in range(self.config.n)]
+        deadline = self._clock.now() + (self._config.open_timeout if timeout is None else timeout)
+        return [Servo(link or self._patient, self._config, index, deadline) for index in range(self._config.n)]
 
     def commission(self, log: EventLog[ServoEvent]) -> tuple[ReadyServo, ...]:
         """Make every servo ready, torque on, standing still under its watchdog."""
-        servos, config = self.servos(), self.config
+        servos = self.servos()
         for servo in servos:  # all there and of a known model, before anything is written anywhere
             servo.identify()
         try:
-            ready = tuple(commission(servo, log, write_eeprom=config.write_eeprom) for servo in servos)
+            ready = tuple(commission(servo, log, write_eeprom=self._config.write_eeprom) for servo in servos)
             for servo in servos:
                 arm_watchdog(servo)
         except BaseException:
@@ -199,6 +180,7 @@ class Connection:
         return ready
 
     def rest(self) -> list[str]:
+        """Leave all servos at rest; what failed."""
         failures = []
         for servo in self.servos(self.quick, REST_TIMEOUT):
             try:

@@ -10,8 +10,8 @@ from typing import Annotated, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from doorman.arrays import Array
-from doorman.checks import NonNegative, Positive, Range, check_fields, vector
+from doorman.arrays import Array, sealed
+from doorman.checks import NonNegative, Positive, Range, check_fields, check_rules, vector
 from doorman.exceptions import BackendError
 from doorman.hardware.dynamixel.registers import (
     BAUD_CODES,
@@ -105,23 +105,41 @@ class ServoConfig:
     """The same limits as read-only arrays."""
 
     def __post_init__(self) -> None:
-        self._make_whole("ids", "whole numbers from 0 to 252")
-        self._make_whole("directions", "1 or -1, as whole numbers")
-        self._make_whole("zero_positions", "whole numbers of ticks")
-        self._make_whole("homing_offsets", "whole numbers of ticks")
-        self._check_ids()
-        arrays = tuple(
-            vector(getattr(self, name), self.n, f"servos.{name}")
-            for name in ("lower_limits", "upper_limits", "rate_limits")
-        )
-        for array in arrays:
-            array.flags.writeable = False
-        object.__setattr__(self, "limits", JointLimits(*arrays))
-        lower, upper, rates = arrays
-        self._require(bool((upper > lower).all()), "upper_limits", "above the lower limits")
-        self._require(bool((rates > 0.0).all()), "rate_limits", "> 0 rad/s")
-        self._check_mounting()
-        self._check_times()
+        mounting = ("directions", "zero_positions", "homing_offsets")
+        for name in ("ids", *mounting):
+            self._make_whole(name)
+        known = set(self.models) <= set(MODELS) and len(self.models) > 0
+        check_rules(
+            self, "servos.",
+            (self.n > 0 or not np.size(self.lower_limits), "ids", "one for each joint of the arm"),
+            (len(set(self.ids)) == self.n, "ids", "distinct ids"),
+            (all(0 <= servo_id <= 252 for servo_id in self.ids), "ids", "0 … 252"),
+            (self.n_joints >= 1 or not self.gripper, "ids", "with a gripper, two at least"),
+            (known, "models", ", ".join(f"{number} ({name})" for number, name in MODELS.items())),
+            (self.baud_rate in BAUD_CODES, "baud_rate", ", ".join(map(str, BAUD_CODES))),
+            *((len(values) == self.n, name, f"{self.n} values") for name in mounting
+              if (values := getattr(self, name)) is not None),
+        )  # fmt: skip
+        names = ("lower_limits", "upper_limits", "rate_limits")
+        lower, upper, rates = (sealed(vector(getattr(self, name), self.n, f"servos.{name}")) for name in names)
+        object.__setattr__(self, "limits", JointLimits(lower, upper, rates))
+        check_fields(self, "servos.")
+        bound, counts = 255 * TICKS_PER_TURN, self.watchdog / WATCHDOG_UNIT
+        room = float(np.min(upper - lower, initial=math.inf))
+        check_rules(
+            self, "servos.",
+            (bool((upper > lower).all()), "upper_limits", "above the lower limits"),
+            (bool((rates > 0.0).all()), "rate_limits", "> 0 rad/s"),
+            (set(self.signs) <= {1, -1}, "directions", "1 or -1"),
+            (all(abs(zero) <= bound for zero in self.zeros), "zero_positions", f"up to {bound}"),
+            (all(abs(offset) < bound for offset in self.offsets), "homing_offsets", f"below {bound}"),
+            (self.missing_after > self.stale_after > self.period, "stale_after", "between period and missing_after"),
+            (any(abs(counts - whole) < 1e-6 for whole in range(1, WATCHDOG_LONGEST + 1)), "watchdog",
+             f"multiples of {WATCHDOG_UNIT} up to {WATCHDOG_LONGEST * WATCHDOG_UNIT} s"),
+            (self.watchdog > 4.0 * self.period, "watchdog", "more than four periods"),
+            (self.hot_temperature > self.warm_temperature, "hot_temperature", "above warm_temperature"),
+            (2.0 * self.limit_margin < room, "limit_margin", f"below {room / 2.0:g} rad"),
+        )  # fmt: skip
 
     @property
     def n(self) -> int:
@@ -158,48 +176,14 @@ class ServoConfig:
         """Content of the bus watchdog's register."""
         return round(self.watchdog / WATCHDOG_UNIT)
 
-    def _make_whole(self, name: str, allowed: str) -> None:
+    def _make_whole(self, name: str) -> None:
         """Make Python's integers of what counts as such: a float fits into no register."""
         values = getattr(self, name)
         if values is None:
             return
         try:
-            whole = tuple(operator.index(value) for value in values)
+            object.__setattr__(self, name, tuple(operator.index(value) for value in values))
         except TypeError as error:
-            raise BackendError("not whole numbers", field=f"servos.{name}", given=values, allowed=allowed) from error
-        object.__setattr__(self, name, whole)
-
-    def _check_ids(self) -> None:
-        self._require(self.n > 0 or not np.size(self.lower_limits), "ids", "one for each joint of the arm")
-        self._require(len(set(self.ids)) == self.n, "ids", "distinct ids")
-        self._require(all(0 <= servo_id <= 252 for servo_id in self.ids), "ids", "0 … 252")
-        self._require(self.n_joints >= 1 or not self.gripper, "ids", "with a gripper, two at least")
-        known = len(self.models) >= 1 and set(self.models) <= set(MODELS)
-        self._require(known, "models", ", ".join(f"{number} ({name})" for number, name in MODELS.items()))
-        self._require(self.baud_rate in BAUD_CODES, "baud_rate", ", ".join(str(rate) for rate in BAUD_CODES))
-
-    def _check_mounting(self) -> None:
-        for name in ("directions", "zero_positions", "homing_offsets"):
-            values = getattr(self, name)
-            self._require(values is None or len(values) == self.n, name, f"{self.n} values")
-        self._require(all(sign in (1, -1) for sign in self.signs), "directions", "1 or -1")
-        bound = 255 * TICKS_PER_TURN
-        self._require(all(abs(zero) <= bound for zero in self.zeros), "zero_positions", f"up to {bound}")
-        self._require(all(abs(offset) < bound for offset in self.offsets), "homing_offsets", f"below {bound}")
-
-    def _check_times(self) -> None:
-        check_fields(self, "servos.")
-        self._require(
-            self.missing_after > self.stale_after > self.period, "stale_after", "between period and missing_after"
-        )
-        counts = self.watchdog / WATCHDOG_UNIT if math.isfinite(self.watchdog) else 0.0
-        self._require(1 <= round(counts) <= WATCHDOG_LONGEST and abs(counts - round(counts)) < 1e-6, "watchdog",
-                      f"multiples of {WATCHDOG_UNIT} up to {WATCHDOG_LONGEST * WATCHDOG_UNIT} s")  # fmt: skip
-        self._require(self.watchdog > 4.0 * self.period, "watchdog", "more than four periods")
-        self._require(self.hot_temperature > self.warm_temperature, "hot_temperature", "above warm_temperature")
-        room = float(np.min(self.limits.upper - self.limits.lower, initial=math.inf))
-        self._require(2.0 * self.limit_margin < room, "limit_margin", f"below {room / 2.0:g} rad")
-
-    def _require(self, good: bool, name: str, allowed: str) -> None:
-        if not good:
-            raise BackendError("out of range", field=f"servos.{name}", given=getattr(self, name), allowed=allowed)
+            raise BackendError(
+                "not whole numbers", field=f"servos.{name}", given=values, allowed="whole numbers"
+            ) from error

@@ -6,30 +6,21 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-import numpy as np
-
+from doorman.arrays import frozen
 from doorman.background import EventLog
 from doorman.exceptions import BackendError
 from doorman.hardware.dynamixel import registers as reg
 from doorman.hardware.dynamixel.commissioning import ReadyServo, arm_watchdog, commission
 from doorman.hardware.dynamixel.config import ServoConfig
-from doorman.hardware.dynamixel.faults import (
-    LATCHED,
-    STOPPING,
-    BusState,
-    ServoEvent,
-    ServoFault,
-    ServoSample,
-    log_changes,
-)
-from doorman.hardware.dynamixel.link import Link, ServoReader
+from doorman.hardware.dynamixel.faults import LATCHED, STOPPING, BusState, ServoEvent, ServoFault, ServoSample
+from doorman.hardware.dynamixel.link import UNANSWERED, Link, ServoReader
 from doorman.hardware.dynamixel.monitor import ServoMonitor
 from doorman.hardware.dynamixel.port import PortLost
 from doorman.hardware.dynamixel.registers import VELOCITY_UNIT, VOLTAGE_UNIT, Telemetry, joint_angle
 from doorman.hardware.dynamixel.settings import Servo
 
 _ILL = STOPPING | LATCHED
-_UNHEARD = ServoFault.TIMEOUT | ServoFault.CORRUPT | ServoFault.LATE | ServoFault.REFUSED
+_UNHEARD = UNANSWERED | ServoFault.LATE | ServoFault.REFUSED
 
 
 @dataclass(frozen=True)
@@ -46,21 +37,15 @@ class ServoCycle:
     def __init__(
         self, link: Link, ready: tuple[ReadyServo, ...], config: ServoConfig, log: EventLog[ServoEvent]
     ) -> None:
-        self._config = config
-        self._log = log
-        self._ready = list(ready)
-        self._governor = RateGovernor(config, [servo.velocity_limit for servo in ready])
+        self._config, self._log = config, log
+        self.ready = list(ready)
+        self._governor = RateGovernor(config, self.ready)
         self._goals = [0.0] * config.n_joints
-        self._logged = [ServoFault.NONE] * config.n
-        self._logged_bus = ServoFault.NONE
+        self._logged = [ServoFault.NONE] * (config.n + 1)  # of every servo, and of the bus
         self.monitors = [ServoMonitor(config, link.now(), servo.model, joint) for joint, servo in enumerate(ready)]
         self.bus_fault = ServoFault.NONE  # what is wrong with the bus itself
         self.count = 0  # cycles until now
         self.use(link)
-
-    @property
-    def ready(self) -> tuple[ReadyServo, ...]:
-        return tuple(self._ready)
 
     def use(self, link: Link) -> None:
         """Go on over another link, as after the device was plugged in again."""
@@ -80,25 +65,21 @@ class ServoCycle:
             try:
                 ready = commission(servo, self._log, write_eeprom=False)
                 arm_watchdog(servo)
-                self._replace(joint, ready)
-                self._note(joint, "set up again")
             except PortLost:
                 raise
             except BackendError as error:
                 failures.append(str(error))
                 self._note(joint, f"not recovered: {error}")
+            else:  # it is well until it says otherwise
+                self.ready[joint] = ready
+                monitor.recovered()
+                self.reader.absent.discard(joint)
+                self._note(joint, "set up again")
             finally:
                 self.reader.excluded = None
         if not failures:
             self.bus_fault &= ~ServoFault.INTERNAL
         return failures
-
-    def _replace(self, joint: int, ready: ReadyServo) -> None:
-        """Take note that a servo was set up afresh: it is well until it says otherwise."""
-        self._ready[joint] = ready
-        self._governor = RateGovernor(self._config, [servo.velocity_limit for servo in self._ready])
-        self.monitors[joint].recovered()
-        self.reader.absent.discard(joint)
 
     def _note(self, joint: int, text: str) -> None:
         self._log.write(ServoEvent(self._link.now(), self._config.ids[joint], ServoFault.NONE, True, text))
@@ -144,21 +125,17 @@ class ServoCycle:
     def sample(self, state: BusState) -> ServoSample:
         """What is known of all servos, each entry with the time of its own measurement."""
         rows, signs = self._rows(), self._config.signs
-        times = np.array([monitor.time for monitor in self.monitors])
-        angles = np.array(self._angles())
-        rates = np.array([sign * row.velocity * VELOCITY_UNIT for sign, row in zip(signs, rows, strict=True)])
-        units = [servo.current_unit for servo in self._ready]
-        currents = np.array([sign * row.current * unit for sign, row, unit in zip(signs, rows, units, strict=True)])
-        temperatures = np.array([float(row.temperature) for row in rows])
-        voltages = np.array([row.voltage * VOLTAGE_UNIT for row in rows])
-        goals = np.array(self._goals)
-        for array in (times, angles, rates, currents, temperatures, voltages, goals):
-            array.flags.writeable = False
+        times = frozen([monitor.time for monitor in self.monitors])
+        units = [servo.current_unit for servo in self.ready]
         return ServoSample(
-            time=float(times.min()), angles=angles, rates=rates, currents=currents, temperatures=temperatures,
-            voltages=voltages, errors=tuple(row.hardware_error for row in rows), times=times,
-            faults=tuple(self._faults()), bus_fault=self.bus_fault, state=state, goals=goals, cycle=self.count,
-            age=0.0, fresh=False,
+            time=float(times.min()),
+            angles=frozen(self._angles()),
+            rates=frozen([sign * row.velocity * VELOCITY_UNIT for sign, row in zip(signs, rows, strict=True)]),
+            currents=frozen([sign * row.current * unit for sign, row, unit in zip(signs, rows, units, strict=True)]),
+            temperatures=frozen([row.temperature for row in rows]),
+            voltages=frozen([row.voltage * VOLTAGE_UNIT for row in rows]),
+            errors=tuple(row.hardware_error for row in rows), times=times, faults=tuple(self._faults()),
+            bus_fault=self.bus_fault, state=state, goals=frozen(self._goals), cycle=self.count, age=0.0, fresh=False,
         )  # fmt: skip
 
     def _rows(self) -> list[Telemetry]:
@@ -170,7 +147,7 @@ class ServoCycle:
         config = self._config
         return [
             joint_angle(row.position, zero, sign) + ready.turns
-            for row, zero, sign, ready in zip(self._rows(), config.zeros, config.signs, self._ready, strict=True)
+            for row, zero, sign, ready in zip(self._rows(), config.zeros, config.signs, self.ready, strict=True)
         ]
 
     def _faults(self) -> list[ServoFault]:
@@ -183,15 +160,14 @@ class ServoCycle:
         return faults
 
     def _report(self, now: float, faults: list[ServoFault]) -> None:
-        for joint, fault in enumerate(faults):
-            if fault != self._logged[joint]:
-                log_changes(self._log, now, self._config.ids[joint], self._logged[joint], fault)
-                self._logged[joint] = fault
-            if fault & ServoFault.MISSING:
-                self.reader.absent.add(joint)
-        if self.bus_fault != self._logged_bus:
-            log_changes(self._log, now, None, self._logged_bus, self.bus_fault)
-            self._logged_bus = self.bus_fault
+        """Write one event for every fault that began or ended."""
+        self.reader.absent.update(joint for joint, fault in enumerate(faults) if fault & ServoFault.MISSING)
+        whole = [*faults, self.bus_fault]
+        for who, before, after in zip((*self._config.ids, None), self._logged, whole, strict=True):
+            for fault in before ^ after if before != after else ():
+                name, began = str(fault.name).lower().replace("_", " "), bool(fault & after)
+                self._log.write(ServoEvent(now, who, fault, began, f"{name} {'began' if began else 'ended'}"))
+        self._logged = whole
 
     def _send(self, counts: list[int]) -> None:
         n = self._config.n_joints
@@ -206,7 +182,7 @@ class ServoCycle:
         return command.current if command.grip_time > self._released else 0.0
 
     def _grip(self, current: float) -> None:
-        servo = self._ready[-1]
+        servo = self.ready[-1]
         limit = servo.current_limit
         counts = self._config.signs[-1] * round(current / servo.current_unit)
         self._link.sync_write(reg.GOAL_CURRENT, {self._config.ids[-1]: min(max(counts, -limit), limit)})
@@ -214,7 +190,7 @@ class ServoCycle:
     def _welcome_back(self, joint: int) -> None:
         """Read a servo together with the others again, unless another model answers in its place."""
         answer = self._link.ping(self._config.ids[joint])
-        if answer.ok and int.from_bytes(answer.data[:2], "little") == self._ready[joint].model:
+        if answer.ok and int.from_bytes(answer.data[:2], "little") == self.ready[joint].model:
             self.reader.absent.discard(joint)
         elif answer.ok:
             self.monitors[joint].condemn(ServoFault.WRONG_MODEL)
@@ -224,9 +200,7 @@ class ServoCycle:
         for joint, monitor in enumerate(self.monitors):
             lost = monitor.latched & ServoFault.ENCODER and not monitor.fault & (ServoFault.TORQUE_OFF | _UNHEARD)
             if lost and joint != self.reader.excluded:
-                self._link.write(
-                    self._config.ids[joint], reg.TORQUE_ENABLE.address, reg.TORQUE_ENABLE.encode(reg.TORQUE_OFF)
-                )
+                self._link.write(self._config.ids[joint], reg.TORQUE_ENABLE, reg.TORQUE_OFF)
                 return
 
     def _revive_one(self) -> None:
@@ -234,12 +208,12 @@ class ServoCycle:
         for joint, monitor in enumerate(self.monitors):
             if not monitor.fault & ServoFault.WATCHDOG or monitor.fault & _UNHEARD or joint == self.reader.excluded:
                 continue
-            servo_id, counts = self._config.ids[joint], self._config.watchdog_counts
+            write, servo_id = self._link.write, self._config.ids[joint]
             goal = reg.GOAL_VELOCITY if joint < self._config.n_joints else reg.GOAL_CURRENT
             self._link.clear_watchdog(servo_id, goal)
-            cleared = self._link.write(servo_id, reg.BUS_WATCHDOG.address, reg.BUS_WATCHDOG.encode(reg.WATCHDOG_OFF)).ok
-            cleared = self._link.write(servo_id, goal.address, goal.encode(0)).ok and cleared
-            if cleared and self._link.write(servo_id, reg.BUS_WATCHDOG.address, reg.BUS_WATCHDOG.encode(counts)).ok:
+            cleared = write(servo_id, reg.BUS_WATCHDOG, reg.WATCHDOG_OFF).ok
+            cleared = write(servo_id, goal, 0).ok and cleared
+            if cleared and write(servo_id, reg.BUS_WATCHDOG, self._config.watchdog_counts).ok:
                 self._note(joint, "bus watchdog cleared and set again")
             return
 
@@ -262,32 +236,27 @@ def allowed_rate(
 
 
 class RateGovernor:
-    def __init__(self, config: ServoConfig, velocity_limits: Sequence[int]) -> None:
-        lower, upper, rates = config.limits
-        self._lower = [float(value) + config.limit_margin for value in lower]
-        self._upper = [float(value) - config.limit_margin for value in upper]
-        self._largest_counts = [
-            min(math.floor(float(rate) / VELOCITY_UNIT), limit)
-            for rate, limit in zip(rates[: config.n_joints], velocity_limits[: config.n_joints], strict=True)
-        ]
-        self._config = config
+    def __init__(self, config: ServoConfig, servos: Sequence[ReadyServo]) -> None:
+        self._config, self._servos = config, servos
         self._rests = [0.0] * config.n_joints  # of every joint's rate, which no whole count has made up for [count]
 
     def counts(self, rates: Sequence[float], angles: Sequence[float], ages: Sequence[float]) -> list[int]:
-        counts = []
-        for joint, sign in enumerate(self._config.signs[: self._config.n_joints]):
-            largest = self._largest_counts[joint]
+        config, counts = self._config, []
+        lower, upper, fastest = config.limits
+        for joint in range(config.n_joints):
+            largest = min(math.floor(float(fastest[joint]) / VELOCITY_UNIT), self._servos[joint].velocity_limit)
             rate = allowed_rate(
-                rates[joint], angles[joint], self._lower[joint], self._upper[joint], largest * VELOCITY_UNIT,
-                self._config.deceleration, self._config.reaction_time + ages[joint],
+                rates[joint], angles[joint], float(lower[joint]) + config.limit_margin,
+                float(upper[joint]) - config.limit_margin, largest * VELOCITY_UNIT, config.deceleration,
+                config.reaction_time + ages[joint],
             )  # fmt: skip
-            counts.append(sign * max(min(self._rounded(joint, rate), largest), -largest))
+            counts.append(config.signs[joint] * max(min(self._rounded(joint, rate), largest), -largest))
         return counts
 
     def halt(self) -> list[int]:
         """Goal velocities of a stop; nothing is carried over it."""
         self._rests = [0.0] * len(self._rests)
-        return [0] * self._config.n_joints
+        return [0] * len(self._rests)
 
     def _rounded(self, joint: int, rate: float) -> int:
         """Whole counts of a rate. What is left goes into the next cycle, so that a slow joint keeps its mean rate."""

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from enum import Enum, Flag, auto
+from functools import reduce
+from operator import or_
 
 from doorman.arrays import Array
-from doorman.background import EventLog
 
 
 class ServoFault(Flag):
@@ -117,16 +118,6 @@ class ServoEvent:
         return f"{who}: {self.text}"
 
 
-def log_changes(
-    log: EventLog[ServoEvent], time: float, servo_id: int | None, before: ServoFault, after: ServoFault
-) -> None:
-    """Write one event for every fault that began or ended."""
-    for fault in before ^ after:
-        began = bool(fault & after)
-        name = (fault.name or "").lower().replace("_", " ")
-        log.write(ServoEvent(time, servo_id, fault, began, f"{name} {'began' if began else 'ended'}"))
-
-
 class BusState(Enum):
     """What the adapter does with commands."""
 
@@ -174,10 +165,7 @@ class ServoSample:
     @property
     def fault(self) -> ServoFault:
         """Everything that is wrong, servos and bus together."""
-        union = self.bus_fault
-        for fault in self.faults:
-            union |= fault
-        return union
+        return reduce(or_, self.faults, self.bus_fault)
 
     def at(self, now: float, stale_after: float) -> ServoSample:
         """This sample with its age at a later time.

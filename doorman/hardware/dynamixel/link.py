@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from enum import Enum
 
 from doorman.hardware.dynamixel.config import ServoConfig
+from doorman.hardware.dynamixel.faults import ServoFault
 from doorman.hardware.dynamixel.packets import (
     BROADCAST_ID,
     OVERHEAD,
@@ -15,12 +15,11 @@ from doorman.hardware.dynamixel.packets import (
     StatusParser,
     instruction_packet,
 )
-from doorman.hardware.dynamixel.port import Port
+from doorman.hardware.dynamixel.port import SerialPort
 from doorman.hardware.dynamixel.registers import (
-    BLOCK_SIZE,
     BUS_WATCHDOG,
-    INDIRECT_DATA,
     RETURN_DELAY_UNIT,
+    TELEMETRY,
     WATCHDOG_OFF,
     Instruction,
     Register,
@@ -31,18 +30,12 @@ BITS_PER_BYTE = 10
 LONGEST_RETURN_DELAY = 254 * RETURN_DELAY_UNIT
 FLOOD = 64
 """Chunks after which a line is given up that does not fall silent."""
-
-
-class Outcome(Enum):
-    OK = "ok"
-    TIMEOUT = "no answer"
-    CORRUPT = "damaged answer"
-    REFUSED = "refused"
+UNANSWERED = ServoFault.TIMEOUT | ServoFault.CORRUPT
 
 
 @dataclass(frozen=True, slots=True)
 class Reply:
-    outcome: Outcome
+    fault: ServoFault  # `TIMEOUT`, `CORRUPT` or `REFUSED`; `NONE` if the instruction was carried out and its answer is whole
     sent: float  # just before the instruction was sent [s]: what the answer says is not older
     received: float  # just after the answer was read [s]
     error_number: int = 0  # why the servo refused
@@ -51,8 +44,7 @@ class Reply:
 
     @property
     def ok(self) -> bool:
-        """Whether the instruction was carried out and its answer is whole."""
-        return self.outcome is Outcome.OK
+        return self.fault is ServoFault.NONE
 
 
 class Link:
@@ -60,46 +52,39 @@ class Link:
 
     def __init__(
         self,
-        port: Port,
+        port: SerialPort,
         baud_rate: int,
         latency: float,
         return_delay: float = LONGEST_RETURN_DELAY,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
-        self._port = port
-        self._byte_time = BITS_PER_BYTE / baud_rate
-        self._latency = latency
-        self._return_delay = return_delay
-        self._clock = clock
+        self._port, self.now = port, clock
+        self._byte_time, self._latency, self._return_delay = BITS_PER_BYTE / baud_rate, latency, return_delay
         self._parser = StatusParser()
         self._owed = False
-
-    def now(self) -> float:
-        return self._clock()
 
     def ping(self, servo_id: int) -> Reply:
         return self._ask(servo_id, Instruction.PING, b"", 3)
 
-    def read(self, servo_id: int, address: int, length: int) -> Reply:
-        return self._ask(servo_id, Instruction.READ, _words(address, length), length)
+    def read(self, servo_id: int, register: Register) -> Reply:
+        return self._ask(servo_id, Instruction.READ, _place(register), register.size)
 
-    def write(self, servo_id: int, address: int, data: bytes) -> Reply:
-        return self._ask(servo_id, Instruction.WRITE, _words(address) + data, 0)
+    def write(self, servo_id: int, register: Register, value: int) -> Reply:
+        parameters = register.address.to_bytes(2, "little") + register.encode(value)
+        return self._ask(servo_id, Instruction.WRITE, parameters, 0)
 
     def reboot(self, servo_id: int) -> Reply:
         return self._ask(servo_id, Instruction.REBOOT, b"", 0)
 
-    def sync_read(self, servo_ids: Sequence[int], address: int, length: int) -> list[Reply]:
-        packet = instruction_packet(BROADCAST_ID, Instruction.SYNC_READ, _words(address, length) + bytes(servo_ids))
-        return self._exchange(packet, servo_ids, length)
+    def sync_read(self, servo_ids: Sequence[int], register: Register) -> list[Reply]:
+        packet = instruction_packet(BROADCAST_ID, Instruction.SYNC_READ, _place(register) + bytes(servo_ids))
+        return self._exchange(packet, servo_ids, register.size)
 
     def sync_write(self, register: Register, values: Mapping[int, int]) -> bool:
         """Write one register of several servos with one instruction, which no servo answers."""
-        parameters = _words(register.address, register.size)
-        for servo_id, value in values.items():
-            parameters += bytes((servo_id,)) + register.encode(value)
-        packet = instruction_packet(BROADCAST_ID, Instruction.SYNC_WRITE, parameters)
-        return self._port.send(packet, self._clock() + self._allowance(len(packet), 0, 0))
+        rows = (bytes((servo_id,)) + register.encode(value) for servo_id, value in values.items())
+        packet = instruction_packet(BROADCAST_ID, Instruction.SYNC_WRITE, _place(register) + b"".join(rows))
+        return self._port.send(packet, self.now() + self._allowance(len(packet), 0, 0))
 
     def clear_watchdog(self, servo_id: int, goal: Register) -> None:
         """Clear a servo's bus watchdog and zero its goal back to back; neither is answered, so look whether it was heard."""
@@ -118,67 +103,53 @@ class Link:
         # An answer out of order belongs to an earlier instruction: whatever came before it is not believed.
         self._settle()
         self._parser.restart(length)
-        sent = self._clock()
+        sent = self.now()
         allowance = self._allowance(len(packet), len(servo_ids), length)
-        answers: dict[int, tuple[StatusPacket, float]] = {}
+        answers: dict[int, tuple[StatusPacket | None, float]] = {}
         if self._port.send(packet, sent + allowance):
-            self._collect(self._clock() + allowance, servo_ids, answers)
+            for statuses, received in self._heard(self.now() + allowance):
+                for status in statuses:
+                    if status.servo_id in servo_ids:
+                        index = servo_ids.index(status.servo_id)
+                        answers = {known: answer for known, answer in answers.items() if known < index}
+                        answers[index] = status, received
+                if len(answers) == len(servo_ids):
+                    break
         self._owed = len(answers) < len(servo_ids)
-        return [self._reply(sent, answers.get(index), length) for index in range(len(servo_ids))]
+        return [self._reply(sent, *answers.get(index, (None, self.now())), length) for index in range(len(servo_ids))]
 
-    def _collect(
-        self, deadline: float, servo_ids: Sequence[int], answers: dict[int, tuple[StatusPacket, float]]
-    ) -> None:
-        """Take answers until all are there, or until the deadline has passed and nothing more lies ready."""
+    def _heard(self, deadline: float) -> Iterator[tuple[list[StatusPacket], float]]:
+        """Answers and when they were read, until the deadline has passed and nothing more lies ready."""
         # What arrived in time counts even if this thread was held up and looks only later.
         late = 0
-        while len(answers) < len(servo_ids):
+        while late <= FLOOD:
             data = self._port.receive(deadline)
-            now = self._clock()
-            for status in self._parser.feed(data):
-                self._sort_in(status, now, servo_ids, answers)
+            now = self.now()
+            yield self._parser.feed(data), now
             late += now >= deadline
-            if late > FLOOD or (late and not data):
+            if late and not data:
                 break
-        else:
-            return
-        for status in self._parser.finish():
-            self._sort_in(status, self._clock(), servo_ids, answers)
+        yield self._parser.finish(), self.now()
 
-    @staticmethod
-    def _sort_in(
-        status: StatusPacket, now: float, servo_ids: Sequence[int], answers: dict[int, tuple[StatusPacket, float]]
-    ) -> None:
-        if status.servo_id not in servo_ids:
-            return
-        index = servo_ids.index(status.servo_id)
-        for later in [known for known in answers if known >= index]:
-            del answers[later]
-        answers[index] = (status, now)
-
-    def _reply(self, sent: float, answer: tuple[StatusPacket, float] | None, length: int) -> Reply:
-        if answer is None:
-            missing = Outcome.CORRUPT if self._parser.damaged else Outcome.TIMEOUT
-            return Reply(missing, sent, self._clock())
-        status, received = answer
+    def _reply(self, sent: float, status: StatusPacket | None, received: float, length: int) -> Reply:
+        if status is None:
+            return Reply(ServoFault.CORRUPT if self._parser.damaged else ServoFault.TIMEOUT, sent, received)
         if status.error_number:
-            outcome = Outcome.REFUSED
-        else:
-            outcome = Outcome.OK if len(status.parameters) == length else Outcome.CORRUPT
-        data = status.parameters if outcome is Outcome.OK else b""
-        return Reply(outcome, sent, received, status.error_number, status.alert, data)
+            return Reply(ServoFault.REFUSED, sent, received, status.error_number, status.alert)
+        if len(status.parameters) != length:
+            return Reply(ServoFault.CORRUPT, sent, received, alert=status.alert)
+        return Reply(ServoFault.NONE, sent, received, alert=status.alert, data=status.parameters)
 
     def _settle(self) -> None:
         """Throw away what is left of earlier instructions; if one was not answered, wait until its answer is unlikely."""
-        quiet_until = self._clock() + (self._latency if self._owed else 0.0)
+        quiet_until = self.now() + (self._latency if self._owed else 0.0)
         for _ in range(FLOOD):
-            data = self._port.receive(quiet_until)
-            if not data and self._clock() >= quiet_until:
+            if not self._port.receive(quiet_until) and self.now() >= quiet_until:
                 return
 
 
-def _words(*values: int) -> bytes:
-    return b"".join(value.to_bytes(2, "little") for value in values)
+def _place(register: Register) -> bytes:
+    return register.address.to_bytes(2, "little") + register.size.to_bytes(2, "little")
 
 
 PROBE_INTERVAL = 0.05
@@ -190,30 +161,21 @@ class ServoReader:
     # one by one, and a servo that stays silent is left out and only looked for now and then.
 
     def __init__(self, link: Link, config: ServoConfig) -> None:
-        self._link = link
-        self._ids = config.ids
+        self._link, self._ids = link, config.ids
         self._next_probe = 0.0
         self.absent: set[int] = set()  # joints that are left out of the sync read and looked for
         self.excluded: int | None = None  # joint that is left alone altogether while it is being recovered
 
     def read(self) -> dict[int, Reply]:
         present = [joint for joint in range(len(self._ids)) if joint not in self.absent and joint != self.excluded]
+        alone: list[int] = []
         replies: dict[int, Reply] = {}
         if present:
-            answers = self._link.sync_read([self._ids[joint] for joint in present], INDIRECT_DATA, BLOCK_SIZE)
+            answers = self._link.sync_read([self._ids[joint] for joint in present], TELEMETRY)
             replies = dict(zip(present, answers, strict=True))
-            silent = [joint for joint in present if replies[joint].outcome in (Outcome.TIMEOUT, Outcome.CORRUPT)]
-            for joint in silent[1:]:
-                replies[joint] = self._read_one(joint)
-        return replies | self._probe()
-
-    def _probe(self) -> dict[int, Reply]:
-        wanted = sorted(self.absent - {self.excluded})
-        if not wanted or self._link.now() < self._next_probe:
-            return {}
-        joint = wanted[int(self._next_probe / PROBE_INTERVAL) % len(wanted)]
-        self._next_probe = self._link.now() + PROBE_INTERVAL
-        return {joint: self._read_one(joint)}
-
-    def _read_one(self, joint: int) -> Reply:
-        return self._link.read(self._ids[joint], INDIRECT_DATA, BLOCK_SIZE)
+            alone = [joint for joint in present if replies[joint].fault & UNANSWERED][1:]
+        absent = sorted(self.absent - {self.excluded})
+        if absent and self._link.now() >= self._next_probe:
+            alone.append(absent[int(self._next_probe / PROBE_INTERVAL) % len(absent)])
+            self._next_probe = self._link.now() + PROBE_INTERVAL
+        return replies | {joint: self._link.read(self._ids[joint], TELEMETRY) for joint in alone}

@@ -19,7 +19,7 @@ import math
 
 from doorman.hardware.dynamixel.config import ServoConfig
 from doorman.hardware.dynamixel.faults import LATCHED, ServoFault
-from doorman.hardware.dynamixel.link import Outcome, Reply
+from doorman.hardware.dynamixel.link import Reply
 from doorman.hardware.dynamixel.registers import (
     CURRENT_UNITS,
     RADIANS_PER_TICK,
@@ -77,18 +77,6 @@ HYSTERESIS = 5.0
 PLAY = math.radians(1.0)
 """Largest jump of an angle by play and noise, four times the maker's figure [rad]."""
 _ANGLE_LIES = ServoFault.ENCODER | ServoFault.JUMPED
-_OUTCOMES = {
-    Outcome.TIMEOUT: ServoFault.TIMEOUT,
-    Outcome.CORRUPT: ServoFault.CORRUPT,
-    Outcome.REFUSED: ServoFault.REFUSED,
-}
-_HARDWARE = {
-    HardwareError.VOLTAGE: ServoFault.VOLTAGE,
-    HardwareError.OVERHEATING: ServoFault.OVERHEATING,
-    HardwareError.ENCODER: ServoFault.ENCODER,
-    HardwareError.SHOCK: ServoFault.SHOCK,
-    HardwareError.OVERLOAD: ServoFault.OVERLOAD,
-}
 
 
 class ServoMonitor:
@@ -107,7 +95,7 @@ class ServoMonitor:
         self._strained_since: float | None = None
 
     def take(self, reply: Reply) -> Telemetry | None:
-        fault = _OUTCOMES.get(reply.outcome, ServoFault.NONE)
+        fault = reply.fault
         telemetry = Telemetry.decode(reply.data) if reply.ok else None
         if telemetry is not None and not telemetry.is_ours(self._config.watchdog_counts):
             telemetry = None
@@ -122,10 +110,11 @@ class ServoMonitor:
             if (fault | self.latched) & _ANGLE_LIES:  # what it tells of itself is so, but for its angle
                 telemetry = None
         if telemetry is not None:
-            self.telemetry, self.time = telemetry, reply.sent
-            self._before = telemetry
-        else:
-            fault |= self._lasting(reply.received)
+            self.telemetry = self._before = telemetry
+            self.time = reply.sent
+        elif reply.received - self.time > self._config.stale_after:
+            missing = reply.received - self.time > self._config.missing_after
+            fault |= ServoFault.STALE | ServoFault.MISSING if missing else ServoFault.STALE
         self.fault = fault | self.latched
         return telemetry
 
@@ -140,12 +129,6 @@ class ServoMonitor:
         self.latched |= fault
         self.fault |= fault
 
-    def _lasting(self, now: float) -> ServoFault:
-        age = now - self.time
-        if age > self._config.missing_after:
-            return ServoFault.STALE | ServoFault.MISSING
-        return ServoFault.STALE if age > self._config.stale_after else ServoFault.NONE
-
     def _latch(self, fault: ServoFault) -> ServoFault:
         """Latch what two answers in a row say: one damaged answer in 65536 has the right CRC."""
         self.latched |= fault & self._suspected
@@ -154,10 +137,8 @@ class ServoMonitor:
 
     def _health(self, telemetry: Telemetry, now: float) -> ServoFault:
         fault = ServoFault.NONE
-        if telemetry.hardware_error:
-            for bit, meaning in _HARDWARE.items():
-                if telemetry.hardware_error & bit:
-                    fault |= meaning
+        for bit in HardwareError(telemetry.hardware_error):
+            fault |= ServoFault[str(bit.name)]
         if not telemetry.torque_enable:
             fault |= ServoFault.TORQUE_OFF
         if not fault & ServoFault.ENCODER and self._jumps(telemetry, now):

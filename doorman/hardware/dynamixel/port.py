@@ -7,11 +7,10 @@ sleeping, which holds up every other thread of the process, and checks its time-
 from __future__ import annotations
 
 import contextlib
-import importlib
 import os
 import select
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 from doorman.clocks import REAL_TIME, Clock
 from doorman.exceptions import BackendError, how_to_install
@@ -25,28 +24,15 @@ class PortLost(BackendError):
     """The serial device is gone: unplugged, or closed under the adapter."""
 
 
-class Port(Protocol):
-    def send(self, data: bytes, deadline: float) -> bool:
-        """Send bytes."""
-
-    def receive(self, deadline: float) -> bytes:
-        """Wait for bytes."""
-
-    def close(self) -> None:
-        """Let go of the device; may be called twice."""
-
-
 class SerialPort:
     def __init__(self, path: str, baud_rate: int, clock: Clock = REAL_TIME) -> None:
-        self._path = path
-        self._baud_rate = baud_rate
+        self._path, self._baud_rate, self._clock = path, baud_rate, clock
         self._handler: Any = None
         self._descriptor = -1
-        self._clock = clock
 
     def open(self) -> None:
         try:
-            sdk = importlib.import_module("dynamixel_sdk")
+            import dynamixel_sdk as sdk
         except ImportError as error:
             raise BackendError(
                 f"the servos need dynamixel-sdk; {how_to_install('hardware')}", field="dynamixel_sdk"

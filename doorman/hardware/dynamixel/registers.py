@@ -18,6 +18,7 @@ import struct
 from dataclasses import dataclass
 from enum import IntEnum, IntFlag
 from types import MappingProxyType
+from typing import NamedTuple
 
 TICKS_PER_TURN = 4096
 CENTRE = 2048
@@ -111,15 +112,19 @@ PRESENT_POSITION = Register("present position", 132, 4, signed=True)
 PRESENT_VOLTAGE = Register("present input voltage", 144, 2)
 PRESENT_TEMPERATURE = Register("present temperature", 146, 1)
 
-REGISTERS = MappingProxyType({register.name: register for register in list(globals().values())
-                              if isinstance(register, Register)})  # fmt: skip
-"""All of them by name."""
-
-INDIRECT_ADDRESS = 168
-"""First of 28 two-byte addresses that choose what the indirect data show."""
-INDIRECT_DATA = 224
-"""First of 28 bytes, each showing the byte that its indirect address names."""
-INDIRECT_COUNT = 28
+BLOCK = (
+    PRESENT_POSITION, PRESENT_VELOCITY, PRESENT_CURRENT, HARDWARE_ERROR, PRESENT_TEMPERATURE,
+    PRESENT_VOLTAGE, TORQUE_ENABLE, BUS_WATCHDOG, REALTIME_TICK,
+)  # fmt: skip
+"""Registers of the telemetry block, in the order of their bytes."""
+_SIZE = sum(register.size for register in BLOCK)
+MAPPING = Register("indirect addresses", 168, 2 * _SIZE)
+"""Two-byte addresses, at most 28, that choose what the indirect data show."""
+TELEMETRY = Register("indirect data", 224, _SIZE)
+"""The telemetry block, once `MAPPING` holds `MAPPED`: each byte shows the one that its indirect address names."""
+MAPPED = MAPPING.decode(
+    b"".join((register.address + byte).to_bytes(2, "little") for register in BLOCK for byte in range(register.size))
+)
 
 MODELS = MappingProxyType({1000: "XH430-W350", 1010: "XH430-W210", 1040: "XH430-V350", 1050: "XH430-V210"})
 """Name by model number."""
@@ -164,6 +169,8 @@ class Instruction(IntEnum):
 
 
 class HardwareError(IntFlag):
+    """Bits of `hardware error status`, named as the faults that they are."""
+
     NONE = 0
     VOLTAGE = 0x01
     OVERHEATING = 0x04
@@ -174,26 +181,11 @@ class HardwareError(IntFlag):
 
 SHUTDOWN_NEEDED = HardwareError.OVERLOAD | HardwareError.SHOCK | HardwareError.OVERHEATING
 """Errors that must take the torque: the factory's choice."""
+_LAYOUT = struct.Struct("<iihBBHBBH")
 
 
-BLOCK: tuple[Register, ...] = (
-    PRESENT_POSITION, PRESENT_VELOCITY, PRESENT_CURRENT, HARDWARE_ERROR, PRESENT_TEMPERATURE,
-    PRESENT_VOLTAGE, TORQUE_ENABLE, BUS_WATCHDOG, REALTIME_TICK,
-)  # fmt: skip
-"""Registers of the telemetry block, in the order of their bytes."""
-BLOCK_SIZE = sum(register.size for register in BLOCK)
-assert BLOCK_SIZE <= INDIRECT_COUNT
-MAPPING = b"".join(
-    (register.address + offset).to_bytes(2, "little") for register in BLOCK for offset in range(register.size)
-)
-"""Content of the indirect addresses that gathers the block."""
-_CODES = {(1, False): "B", (2, False): "H", (2, True): "h", (4, True): "i"}
-_LAYOUT = struct.Struct("<" + "".join(_CODES[register.size, register.signed] for register in BLOCK))
-
-
-@dataclass(frozen=True, slots=True)
-class Telemetry:
-    """Registers of one servo at one time, as counts."""
+class Telemetry(NamedTuple):
+    """Registers of one servo at one time, as counts; in the order of `BLOCK`."""
 
     position: int
     velocity: int
@@ -207,7 +199,7 @@ class Telemetry:
 
     @classmethod
     def decode(cls, data: bytes) -> Telemetry:
-        return cls(*_LAYOUT.unpack(data))
+        return cls._make(_LAYOUT.unpack(data))
 
     def is_ours(self, watchdog_counts: int) -> bool:
         """Whether the block still shows what it was set up to show; a servo that restarted shows zeros."""

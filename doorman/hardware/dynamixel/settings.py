@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from doorman.background import EventLog
@@ -11,7 +11,7 @@ from doorman.exceptions import BackendError
 from doorman.hardware.dynamixel import registers as reg
 from doorman.hardware.dynamixel.config import ServoConfig
 from doorman.hardware.dynamixel.faults import ServoEvent, ServoFault
-from doorman.hardware.dynamixel.link import Link, Outcome, Reply
+from doorman.hardware.dynamixel.link import Link, Reply
 from doorman.hardware.dynamixel.registers import VELOCITY_UNIT
 
 ATTEMPTS = 8
@@ -32,10 +32,11 @@ class Servo:
     def __init__(
         self, link: Link, config: ServoConfig, index: int, deadline: float, between: Callable[[], None] = lambda: None
     ) -> None:
-        self.id, self.config, self.index, self.deadline = config.ids[index], config, index, deadline
+        self.id, self.config, self.index = config.ids[index], config, index
         self.model = self.firmware = 0
-        self.goal = reg.GOAL_VELOCITY if index < config.n_joints else reg.GOAL_CURRENT
-        self._link, self._between = link, between
+        self.is_joint = index < config.n_joints  # else the gripper
+        self.goal = reg.GOAL_VELOCITY if self.is_joint else reg.GOAL_CURRENT
+        self._link, self._deadline, self._between = link, deadline, between
 
     def identify(self, models: tuple[int, ...] = ()) -> None:
         """Ask who answers, one of some models; by default of those that are configured."""
@@ -43,31 +44,27 @@ class Servo:
         self.model, self.firmware = int.from_bytes(data[:2], "little"), data[2]
         if self.model not in models:
             names = ", ".join(f"{number} {reg.MODELS.get(number, '')}".strip() for number in models)
-            raise BackendError("wrong model", field=f"servo {self.id}", given=self.model, allowed=names)
+            raise self.error("wrong model", self.model, names)
         if self.firmware < reg.OLDEST_FIRMWARE:
-            raise BackendError("the firmware is too old for the bus watchdog", field=f"servo {self.id}", given=self.firmware,
-                               allowed=f">= {reg.OLDEST_FIRMWARE}; DYNAMIXEL Wizard updates it")  # fmt: skip
+            raise self.error("the firmware is too old for the bus watchdog", self.firmware,
+                             f">= {reg.OLDEST_FIRMWARE}; DYNAMIXEL Wizard updates it")  # fmt: skip
 
     def make_answer(self) -> None:
         """Identify the servo and let it answer everything, in RAM: below that level, reads stay unanswered."""
         self.identify()
-        register = reg.STATUS_RETURN_LEVEL
-        self._link.write(self.id, register.address, register.encode(reg.ANSWER_ALL))
+        self._link.write(self.id, reg.STATUS_RETURN_LEVEL, reg.ANSWER_ALL)
 
-    def now(self) -> float:
-        return self._link.now()
+    def error(self, message: str, given: object = None, allowed: str | None = None, of: str = "") -> BackendError:
+        return BackendError(message, field=f"servo {self.id}{of}", given=given, allowed=allowed)
+
+    def event(self, text: str) -> ServoEvent:
+        return ServoEvent(self._link.now(), self.id, ServoFault.NONE, True, text)
 
     def read(self, register: reg.Register) -> int:
-        return register.decode(self.read_bytes(register.address, register.size, register.name))
-
-    def read_bytes(self, address: int, length: int, name: str) -> bytes:
-        return self._insist(f"read {name}", lambda: self._link.read(self.id, address, length)).data
+        return register.decode(self._insist(f"read {register.name}", lambda: self._link.read(self.id, register)).data)
 
     def write(self, register: reg.Register, value: int) -> None:
-        self.write_bytes(register.address, register.encode(value), register.name)
-
-    def write_bytes(self, address: int, data: bytes, name: str) -> None:
-        self._insist(f"write {name}", lambda: self._link.write(self.id, address, data))
+        self._insist(f"write {register.name}", lambda: self._link.write(self.id, register, value))
 
     def ensure(self, register: reg.Register, value: int) -> None:
         if self.read(register) != value:
@@ -83,34 +80,35 @@ class Servo:
         """Restart a servo that has shut down, and wait until it answers again."""
         # It may go on answering for a while before it restarts: it has done so once it was silent, or shows no error any more.
         heard, silent, patience = self._link.reboot(self.id).ok, False, self.config.boot_timeout
-        end = min(self._link.now() + patience, self.deadline)
+        end = min(self._link.now() + patience, self._deadline)
         while True:
             self._between()
             answer = self._link.ping(self.id)
             if answer.ok and (silent or not answer.alert):
                 return
-            silent = silent or answer.outcome is Outcome.TIMEOUT
+            silent = silent or answer.fault is ServoFault.TIMEOUT
             if answer.ok and not heard:
                 heard = self._link.reboot(self.id).ok
             if self._link.now() > end:
-                raise BackendError("the servo did not come back after a reboot", field=f"servo {self.id}",
-                                   given=f"{patience:g} s", allowed="an answer to ping")  # fmt: skip
+                raise self.error("the servo did not come back after a reboot", f"{patience:g} s", "an answer to ping")
 
     def _insist(self, what: str, attempt: Callable[[], Reply]) -> Reply:
         tries = 0
         while True:
             self._between()
             reply, tries = attempt(), tries + 1
-            refused = reply.outcome is Outcome.REFUSED and reply.error_number != _DAMAGED_ON_THE_WAY
-            if reply.ok or refused or tries == ATTEMPTS or self._link.now() > self.deadline:
+            if reply.ok:
+                return reply
+            refused = reply.fault is ServoFault.REFUSED and reply.error_number != _DAMAGED_ON_THE_WAY
+            if refused or tries == ATTEMPTS or self._link.now() > self._deadline:
                 break
-        if reply.ok:
-            return reply
-        if reply.outcome is Outcome.REFUSED:
+        if reply.fault is ServoFault.REFUSED:
             why = REFUSALS.get(reply.error_number, f"error {reply.error_number}")
-            raise BackendError(f"the servo refuses to {what}: {why}", field=f"servo {self.id}")
-        raise BackendError(f"{reply.outcome.value} to {what}", field=f"servo {self.id}",
-                           allowed="a servo of this id, powered, at this baud rate, with sound cables")  # fmt: skip
+            raise self.error(f"the servo refuses to {what}: {why}")
+        words = "no answer" if reply.fault is ServoFault.TIMEOUT else "damaged answer"
+        raise self.error(
+            f"{words} to {what}", None, "a servo of this id, powered, at this baud rate, with sound cables"
+        )
 
 
 TOLERATED_RETURN_DELAY = 25
@@ -118,11 +116,11 @@ TOLERATED_RETURN_DELAY = 25
 MEASURED_SO = "zero and direction may depend on it: set it with DYNAMIXEL Wizard, then measure both again"
 """Why a setting on which the calibration rests is not written."""
 
-SETTINGS = (
+SETTINGS = {register.name: register for register in (
     reg.BAUD_RATE, reg.RETURN_DELAY, reg.DRIVE_MODE, reg.OPERATING_MODE, reg.SECONDARY_ID, reg.HOMING_OFFSET,
-    reg.TEMPERATURE_LIMIT, reg.PWM_LIMIT, reg.CURRENT_LIMIT, reg.VELOCITY_LIMIT, reg.SHUTDOWN,
-)  # fmt: skip
-"""EEPROM registers that are verified; `STARTUP_CONFIGURATION` where the firmware has it."""
+    reg.TEMPERATURE_LIMIT, reg.PWM_LIMIT, reg.CURRENT_LIMIT, reg.VELOCITY_LIMIT, reg.STARTUP_CONFIGURATION, reg.SHUTDOWN,
+)}  # fmt: skip
+"""EEPROM registers that are verified, by name; `STARTUP_CONFIGURATION` where the firmware has it."""
 
 
 @dataclass(frozen=True)
@@ -146,63 +144,61 @@ class SettingFinding:
 
 def check_settings(servo: Servo) -> list[SettingFinding]:
     """Compare a servo's EEPROM with what the adapter relies on; changes nothing."""
-    return [finding for finding in _findings(servo) if finding.given != finding.wanted]
+    known = [
+        register for register in SETTINGS.values()
+        if register is not reg.STARTUP_CONFIGURATION or servo.firmware >= reg.STARTUP_FIRMWARE
+    ]  # fmt: skip
+    given = {register: servo.read(register) for register in known}
+    return [
+        SettingFinding(servo.id, register.name, given[register], wanted, why, blocking, writable)
+        for register, wanted, why, blocking, writable in _wanted(servo, given)
+        if register in given and given[register] != wanted
+    ]
 
 
 def write_settings(servo: Servo, findings: list[SettingFinding], log: EventLog[ServoEvent]) -> None:
     """Change settings to what is wanted. Torque goes off for that, since it locks the EEPROM."""
     due = [finding for finding in findings if finding.writable]
-    if not due:
-        return
-    servo.write(reg.TORQUE_ENABLE, reg.TORQUE_OFF)
+    if due:
+        servo.write(reg.TORQUE_ENABLE, reg.TORQUE_OFF)
     for finding in due:
-        register = reg.REGISTERS[finding.register]
+        register = SETTINGS[finding.register]
         servo.write(register, finding.wanted)
-        text = f"{register.name} changed from {finding.given} to {finding.wanted}"
-        log.write(ServoEvent(servo.now(), servo.id, ServoFault.NONE, True, text))
+        log.write(servo.event(f"{register.name} changed from {finding.given} to {finding.wanted}"))
         if (now := servo.read(register)) != finding.wanted:
-            raise BackendError("the servo did not keep a setting", field=f"servo {servo.id}: {register.name}",
-                               given=now, allowed=str(finding.wanted))  # fmt: skip
+            raise servo.error("the servo did not keep a setting", now, str(finding.wanted), f": {register.name}")
 
 
-def _findings(servo: Servo) -> Iterator[SettingFinding]:
-    """Every setting with what is wanted, whether it differs or not."""
-    config, joint = servo.config, servo.index < servo.config.n_joints
-    given = {register: servo.read(register) for register in SETTINGS}
+def _wanted(servo: Servo, given: dict[reg.Register, int]) -> list[tuple[reg.Register, int, str, bool, bool]]:
+    """What every setting should be, what goes wrong otherwise, whether that keeps the arm from being used, and may be written."""
+    config, index = servo.config, servo.index
 
-    def setting(
-        register: reg.Register, wanted: int, why: str, blocking: bool = True, writable: bool = True
-    ) -> SettingFinding:
-        return SettingFinding(servo.id, register.name, given[register], wanted, why, blocking, writable)
+    def at_least(register: reg.Register, wanted: int, why: str) -> tuple[reg.Register, int, str, bool, bool]:
+        writable = register is reg.VELOCITY_LIMIT
+        return register, max(given[register], wanted), why, False, writable
 
-    def at_least(register: reg.Register, wanted: int, why: str, writable: bool = False) -> SettingFinding:
-        return setting(register, max(given[register], wanted), why, blocking=False, writable=writable)
-
-    speed = reg.BAUD_CODES[config.baud_rate]
-    yield setting(reg.BAUD_RATE, speed, "the bus runs at another speed", blocking=False, writable=False)
-    slow = given[reg.RETURN_DELAY] > TOLERATED_RETURN_DELAY
-    yield setting(reg.RETURN_DELAY, 0, "it delays every answer", blocking=slow)
-    yield setting(reg.DRIVE_MODE, given[reg.DRIVE_MODE] & reg.REVERSED, "profile and torque switch differ")
-    why = f"the servo counts and turns the other way round; {MEASURED_SO}"
-    yield setting(reg.DRIVE_MODE, given[reg.DRIVE_MODE] & ~reg.REVERSED, why, writable=False)
-    if joint:
-        yield setting(reg.OPERATING_MODE, reg.VELOCITY_MODE, "the servo does not follow velocities")
+    drive, secondary = given[reg.DRIVE_MODE], given[reg.SECONDARY_ID]
+    obeys_another = secondary in config.ids and secondary != servo.id
+    if servo.is_joint:
+        mode, why_mode = reg.VELOCITY_MODE, "the servo does not follow velocities"
+        needed = math.floor(float(config.limits.rates[index]) / VELOCITY_UNIT)
+        strength = at_least(reg.VELOCITY_LIMIT, needed, "the servo cannot turn as fast as the URDF's joint")
     else:
-        yield setting(reg.OPERATING_MODE, reg.CURRENT_MODE, "the gripper does not open by itself when commands stop")
-    why = f"every joint angle is wrong by the difference; {MEASURED_SO}"
-    yield setting(reg.HOMING_OFFSET, config.offsets[servo.index], why, writable=False)
-    if given[reg.SECONDARY_ID] in config.ids and given[reg.SECONDARY_ID] != servo.id:
-        yield setting(reg.SECONDARY_ID, 255, "the servo also obeys commands for another servo")
-    if joint:
-        needed = math.floor(float(config.limits.rates[servo.index]) / VELOCITY_UNIT)
-        yield at_least(reg.VELOCITY_LIMIT, needed, "the servo cannot turn as fast as the URDF's joint", writable=True)
-    else:
-        yield at_least(reg.CURRENT_LIMIT, reg.FACTORY_CURRENT_LIMITS[servo.model], "its grip is weaker")
-    yield at_least(reg.PWM_LIMIT, reg.FULL_PWM, "its motor is weaker")
-    shutdown = given[reg.SHUTDOWN] | int(reg.SHUTDOWN_NEEDED)
-    yield setting(reg.SHUTDOWN, shutdown, "the servo does not protect itself against overload, shock or heat")
-    hot = math.ceil(config.hot_temperature) + 1
-    yield at_least(reg.TEMPERATURE_LIMIT, hot, "the servo shuts down before doorman stops a hot arm")
-    if servo.firmware >= reg.STARTUP_FIRMWARE:
-        given[reg.STARTUP_CONFIGURATION] = servo.read(reg.STARTUP_CONFIGURATION)
-        yield setting(reg.STARTUP_CONFIGURATION, 0, "torque or goals come back by themselves after power-on")
+        mode, why_mode = reg.CURRENT_MODE, "the gripper does not open by itself when commands stop"
+        strength = at_least(reg.CURRENT_LIMIT, reg.FACTORY_CURRENT_LIMITS[servo.model], "its grip is weaker")
+    return [
+        (reg.BAUD_RATE, reg.BAUD_CODES[config.baud_rate], "the bus runs at another speed", False, False),
+        (reg.RETURN_DELAY, 0, "it delays every answer", given[reg.RETURN_DELAY] > TOLERATED_RETURN_DELAY, True),
+        (reg.DRIVE_MODE, drive & reg.REVERSED, "profile and torque switch differ", True, True),
+        (reg.DRIVE_MODE, drive & ~reg.REVERSED, f"the servo counts and turns the other way round; {MEASURED_SO}", True, False),
+        (reg.OPERATING_MODE, mode, why_mode, True, True),
+        (reg.HOMING_OFFSET, config.offsets[index], f"every joint angle is wrong by the difference; {MEASURED_SO}", True, False),
+        (reg.SECONDARY_ID, 255 if obeys_another else secondary, "the servo also obeys commands for another servo", True, True),
+        strength,
+        at_least(reg.PWM_LIMIT, reg.FULL_PWM, "its motor is weaker"),
+        (reg.SHUTDOWN, given[reg.SHUTDOWN] | int(reg.SHUTDOWN_NEEDED),
+         "the servo does not protect itself against overload, shock or heat", True, True),
+        at_least(reg.TEMPERATURE_LIMIT, math.ceil(config.hot_temperature) + 1,
+                 "the servo shuts down before doorman stops a hot arm"),
+        (reg.STARTUP_CONFIGURATION, 0, "torque or goals come back by themselves after power-on", True, True),
+    ]  # fmt: skip

@@ -8,9 +8,8 @@ from typing import Annotated
 
 from numpy.typing import ArrayLike
 
-from doorman.checks import Positive, Range, check_fields
-from doorman.exceptions import BackendError
-from doorman.hardware.mocap.connection import check_connection
+from doorman.checks import Positive, Range, check_fields, check_rules
+from doorman.hardware.mocap.connection import parse_connection
 from doorman.hardware.mocap.frames import Alignment
 from doorman.hardware.mocap.packets import NAME_SIZE
 
@@ -73,21 +72,19 @@ class MocapConfig:
     """A fault of single packets is reported as ended after this time without another [s]."""
 
     def __post_init__(self) -> None:
-        check_connection(self.connection)
-        size = len(self.object_name.encode())
-        self._require(0 < size <= NAME_SIZE and "\0" not in self.object_name, "object_name", "1 to 24 bytes")
-        if self.sender is not None:
-            try:
-                IPv4Address(self.sender)
-            except ValueError:
-                self._require(False, "sender", "an IPv4 address")
+        parse_connection(self.connection)
         self.alignment()
         check_fields(self, "mocap.")
-        least = self.latency + self.period
-        self._require(self.stale_after > least, "stale_after", f"above {least:g} s, latency and period")
-        self._require(self.prediction_limit >= self.stale_after, "prediction_limit", ">= stale_after")
-        self._require(self.velocity_window >= 2.0 * self.period, "velocity_window", "two periods at least")
-        self._require(self.silent_after > self.period, "silent_after", "above a period")
+        least, size = self.latency + self.period, len(self.object_name.encode())
+        check_rules(
+            self, "mocap.",
+            (0 < size <= NAME_SIZE and "\0" not in self.object_name, "object_name", "1 to 24 bytes"),
+            (self.sender is None or _is_address(self.sender), "sender", "an IPv4 address"),
+            (self.stale_after > least, "stale_after", f"above {least:g} s, latency and period"),
+            (self.prediction_limit >= self.stale_after, "prediction_limit", ">= stale_after"),
+            (self.velocity_window >= 2.0 * self.period, "velocity_window", "two periods at least"),
+            (self.silent_after > self.period, "silent_after", "above a period"),
+        )  # fmt: skip
 
     @property
     def period(self) -> float:
@@ -98,6 +95,9 @@ class MocapConfig:
         """Frames of these settings."""
         return Alignment(self.origin_position, self.origin_attitude, self.object_position, self.object_attitude)
 
-    def _require(self, good: bool, name: str, allowed: str) -> None:
-        if not good:
-            raise BackendError("out of range", field=f"mocap.{name}", given=getattr(self, name), allowed=allowed)
+
+def _is_address(text: str) -> bool:
+    try:
+        return bool(IPv4Address(text).packed)
+    except ValueError:
+        return False

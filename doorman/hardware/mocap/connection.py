@@ -8,9 +8,8 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Mapping
-from dataclasses import dataclass
 from types import MappingProxyType
-from typing import IO
+from typing import IO, NamedTuple
 
 from doorman.exceptions import BackendError
 
@@ -19,14 +18,14 @@ RECEIVE_BUFFER = 1 << 18
 """About a second of the stream's largest packets [byte]."""
 KINDS = MappingProxyType({"optitrack": "port_command", "qualisys": "port", "vicon": "", "vrpn": ""})
 """Cameras that the extra `mocap` speaks to, and the setting that takes their port; nothing where it stays with the host."""
-_UDP = "udp:[HOST:]PORT; loopback unless a host is written"
 _PATTERN = rf"({'|'.join(KINDS)}):(?://)?([A-Za-z0-9.-]+)(?::(\d{{1,5}}))?((?:,\w+=[\w.:-]+)*)"
-_CAMERAS = f"KIND:HOST[:PORT][,KEY=VALUE...] with KIND {', '.join(KINDS)}"
-_ALLOWED = f"{_UDP}; or {_CAMERAS}"
+_ALLOWED = (
+    "udp:[HOST:]PORT; loopback unless a host is written; "
+    f"or KIND:HOST[:PORT][,KEY=VALUE...] with KIND {', '.join(KINDS)}"
+)
 
 
-@dataclass(frozen=True)
-class CamerasLink:
+class CamerasLink(NamedTuple):
     kind: str  # one of `KINDS`
     settings: Mapping[str, str]  # as the wheel `motioncapture` takes them
 
@@ -43,13 +42,10 @@ def parse_cameras(text: str) -> CamerasLink | None:
     return CamerasLink(kind, MappingProxyType(settings))
 
 
-def check_connection(text: str) -> None:
-    """Refuse a string that is neither cameras nor an address to listen on."""
-    if parse_cameras(text) is None:
-        parse_connection(text)
-
-
 def parse_connection(text: str) -> tuple[str, int]:
+    """Address to listen on; for cameras with a client, any free port of loopback."""
+    if parse_cameras(text) is not None:
+        return LOOPBACK, 0
     found = re.fullmatch(r"udp:(?://)?(?:([A-Za-z0-9.-]+):)?(\d{1,5})", text.strip(), re.ASCII)
     if found is None or not 0 < int(found[2]) < 65536:
         raise BackendError("not an address to listen on", field="mocap.connection", given=text, allowed=_ALLOWED)
@@ -57,13 +53,13 @@ def parse_connection(text: str) -> tuple[str, int]:
 
 
 def listen(connection: str) -> socket.socket:
-    """Socket that receives the stream and never blocks; from cameras with a client, on a free port of loopback."""
-    host, port = (LOOPBACK, 0) if parse_cameras(connection) else parse_connection(connection)
+    """Socket that receives the stream and never blocks."""
+    address = parse_connection(connection)
     channel = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
     try:
         channel.setblocking(False)
         channel.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, RECEIVE_BUFFER)
-        channel.bind((host, port))
+        channel.bind(address)
     except OSError as error:
         channel.close()
         raise BackendError(f"cannot listen: {error.strerror or error}", field="mocap.connection", given=connection,

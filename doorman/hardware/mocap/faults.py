@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import statistics
 from collections import Counter, deque
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -11,6 +10,7 @@ from enum import Flag, auto
 
 import numpy as np
 
+from doorman.arrays import Array
 from doorman.background import EventLog
 from doorman.position_noise import PositionNoise
 
@@ -94,8 +94,7 @@ class FaultBook:
     """Faults that hold now. Those that strike single packets hold until they have not struck for a while."""
 
     def __init__(self, log: EventLog[MocapEvent], hold: float) -> None:
-        self._log = log
-        self._hold = hold
+        self._log, self._hold = log, hold
         self._ends: dict[MocapFault, float] = {}
         self.holds = MocapFault.NONE  # everything that is wrong now; replaced as a whole
         self.counts: Counter[MocapFault] = Counter()  # how often each has struck or begun
@@ -177,12 +176,8 @@ class Figures:
     """Collects what `MocapStatistics` tells; written by one thread."""
 
     def __init__(self) -> None:
-        self.packets = 0
-        self.frames = 0
-        self.poses = 0
-        self.dropped = 0
-        self._arrival: float | None = None
-        self._intervals: deque[float] = deque(maxlen=_KEPT)
+        self.packets = self.frames = self.poses = self.dropped = 0
+        self._arrivals: deque[float] = deque(maxlen=_KEPT + 1)
         self._delays: deque[float] = deque(maxlen=_KEPT)
         self._lags: deque[float] = deque(maxlen=_KEPT)
         self._noise = PositionNoise()
@@ -190,9 +185,7 @@ class Figures:
     def frame(self, arrival: float, delay: float, skipped: int) -> None:
         self.frames += 1
         self.dropped += skipped
-        if self._arrival is not None:
-            self._intervals.append(arrival - self._arrival)
-        self._arrival = arrival
+        self._arrivals.append(arrival)
         self._delays.append(delay)
 
     def pose(self, lag: float, frame: int, position: Sequence[float]) -> None:
@@ -201,15 +194,14 @@ class Figures:
         self._noise.note(frame, position)
 
     def statistics(self, counts: Mapping[MocapFault, int], frame_rate: float, latency: float) -> MocapStatistics:
-        intervals, delays, lags = list(self._intervals), list(self._delays), list(self._lags)
-        middle = _median(intervals)
-        late, latest = np.percentile(delays, (99.0, 100.0)) if delays else (math.nan, math.nan)
-        jitter = float(np.percentile(np.abs(np.array(intervals) - middle), 90.0)) if intervals else math.nan
+        intervals, delays = np.diff(list(self._arrivals)), list(self._delays) or [math.nan]
+        interval, (delay, late, latest) = _median(intervals), np.percentile(delays, (50.0, 99.0, 100.0)).tolist()
+        jitter = float(np.percentile(np.abs(intervals - interval), 90.0)) if len(intervals) else math.nan
         return MocapStatistics(
-            self.packets, self.frames, self.poses, self.dropped, dict(counts), frame_rate, middle, jitter,
-            _median(delays), float(late), float(latest), latency + _median(delays), _median(lags), self._noise.deviation,
+            self.packets, self.frames, self.poses, self.dropped, dict(counts), frame_rate, interval, jitter, delay, late,
+            latest, latency + delay, _median(self._lags), self._noise.deviation,
         )  # fmt: skip
 
 
-def _median(values: list[float]) -> float:
-    return statistics.median(values) if values else math.nan
+def _median(values: Sequence[float] | Array) -> float:
+    return float(np.median(list(values))) if len(values) else math.nan

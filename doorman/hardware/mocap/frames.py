@@ -51,29 +51,16 @@ class Alignment:
     """Where Vicon's axes stand in the world, and the tracked object in the body."""
 
     def __init__(
-        self,
-        origin_position: ArrayLike,
-        origin_attitude: ArrayLike,
-        object_position: ArrayLike,
-        object_attitude: ArrayLike,
-    ) -> None:
-        self._origin = _triple(origin_position, "origin_position")
-        self._world = quaternion_of(_triple(origin_attitude, "origin_attitude"))
-        self._offset = _triple(object_position, "object_position")
-        self._body = conjugate(quaternion_of(_triple(object_attitude, "object_attitude")))
+        self, origin_position: ArrayLike, origin_attitude: ArrayLike, object_position: ArrayLike, object_attitude: ArrayLike
+    ) -> None:  # fmt: skip
+        self._origin = vector(origin_position, 3, "mocap.origin_position").tolist()
+        self._world = quaternion_of(vector(origin_attitude, 3, "mocap.origin_attitude"))
+        self._offset = vector(object_position, 3, "mocap.object_position").tolist()
+        self._body = conjugate(quaternion_of(vector(object_attitude, 3, "mocap.object_attitude")))
 
     def body_pose(self, translation: Vector, rotation: Vector) -> tuple[Vector, Quaternion]:
         quaternion = multiply(multiply(self._world, object_quaternion(rotation)), self._body)
-        x, y, z = (METRES_PER_MILLIMETRE * value for value in translation)
-        placed = rotate(self._world, (x, y, z))
+        placed = rotate(self._world, [METRES_PER_MILLIMETRE * value for value in translation])
         lever = rotate(quaternion, self._offset)
-        return (
-            self._origin[0] + placed[0] - lever[0],
-            self._origin[1] + placed[1] - lever[1],
-            self._origin[2] + placed[2] - lever[2],
-        ), quaternion
-
-
-def _triple(values: ArrayLike, name: str) -> Vector:
-    x, y, z = (float(value) for value in vector(values, 3, f"mocap.{name}"))
-    return (x, y, z)
+        x, y, z = (a + b - c for a, b, c in zip(self._origin, placed, lever, strict=True))
+        return (x, y, z), quaternion

@@ -46,29 +46,27 @@ class ObjectPacket(NamedTuple):
     refused: tuple[MocapFault, ...] = ()  # why the sender has refused frames since its last packet, once for each
 
 
-class Malformed(NamedTuple):
-    """A datagram that is no packet of the object stream."""
-
-    reason: str
-
-
-def parse(datagram: bytes) -> ObjectPacket | Malformed:
+def parse(datagram: bytes) -> ObjectPacket | str:
+    """Content of a datagram, or why it is no packet of the object stream."""
     if len(datagram) < _HEADER.size:
-        return Malformed(f"{len(datagram)} bytes are no packet")
+        return f"{len(datagram)} bytes are no packet"
     frame_number, items = _HEADER.unpack_from(datagram)
     objects, refused = [], []
     offset = _HEADER.size
     for index in range(items):
+        which = f"item {index + 1} of {items}"
         if offset + _ITEM.size > len(datagram):
-            return Malformed(f"ends before item {index + 1} of {items}")
+            return f"ends before {which}"
         kind, size = _ITEM.unpack_from(datagram, offset)
         offset += _ITEM.size
         if offset + size > len(datagram):
-            return Malformed(f"ends inside item {index + 1} of {items}")
+            return f"ends inside {which}"
         if kind == OBJECT_ITEM:
             if size != _OBJECT.size:
-                return Malformed(f"item {index + 1} of {items} is no object: {size} bytes")
-            objects.append(_object(datagram, offset))
+                return f"{which} is no object: {size} bytes"
+            name, x, y, z, about_x, about_y, about_z = _OBJECT.unpack_from(datagram, offset)
+            text = name.split(b"\0", 1)[0].decode("utf-8", "replace")
+            objects.append(TrackedObject(text, (x, y, z), (about_x, about_y, about_z)))
         elif kind == REFUSED_ITEM and size == 1 and datagram[offset] < len(REFUSALS):
             refused.append(REFUSALS[datagram[offset]])
         offset += size
@@ -83,9 +81,3 @@ def pack(frame_number: int, objects: Sequence[TrackedObject], refused: Sequence[
     ]
     items += [_ITEM.pack(REFUSED_ITEM, 1) + bytes([REFUSALS.index(fault)]) for fault in refused]
     return _HEADER.pack(frame_number % (1 << 32), len(items)) + b"".join(items)
-
-
-def _object(datagram: bytes, offset: int) -> TrackedObject:
-    name, x, y, z, about_x, about_y, about_z = _OBJECT.unpack_from(datagram, offset)
-    text = name.split(b"\0", 1)[0].decode("utf-8", "replace")
-    return TrackedObject(text, (x, y, z), (about_x, about_y, about_z))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import math
-import os
 import socket
 from collections.abc import Callable, Mapping
 from importlib.util import find_spec
@@ -51,7 +50,7 @@ class MocapReceiver(InThread):
         self, config: MocapConfig, clock: Clock = REAL_TIME, beside: Mapping[str, MocapConfig] = MappingProxyType({}),
         judge: Judge = lambda pose: pose,
     ) -> None:  # fmt: skip
-        super().__init__("mocap", clock)
+        super().__init__("mocap receiver", clock)
         self.config, self.beside, self._judge = config, beside, judge
         self._log = EventLog[MocapEvent]()
         self._cameras = parse_cameras(config.connection)
@@ -69,8 +68,7 @@ class MocapReceiver(InThread):
             BackendError: if it is open already, the address cannot be listened on, the rate is another, or no pose comes; it
                 says what comes instead. Or if the cameras need an extra that is not installed.
         """
-        if self._thread is not None:
-            raise BackendError("the mocap receiver is open already", allowed="stop() before another open()")
+        self._require_closed()
         if self._cameras is not None and find_spec("motioncapture") is None:
             raise BackendError(f"these cameras need the package motioncapture; {how_to_install('mocap')}",
                                field="mocap.connection", given=self.config.connection)  # fmt: skip
@@ -88,8 +86,7 @@ class MocapReceiver(InThread):
             BackendError: if it is not open.
         """
         self._require_open()
-        sample = self._pipeline.latest
-        return self._judge(sample.at(self._clock.now(), self.config.stale_after, self.config.prediction_limit))
+        return self._judge(self._pipeline.at(self._clock.now()))
 
     def read_beside(self, part: str) -> PoseSample:
         """Newest pose of a further object, at once; what is wrong with it is in the sample alone.
@@ -101,8 +98,7 @@ class MocapReceiver(InThread):
             BackendError: if it is not open.
         """
         self._require_open()
-        config, sample = self.beside[part], self._pipelines[part].latest
-        return sample.at(self._clock.now(), config.stale_after, config.prediction_limit)
+        return self._beside[part].at(self._clock.now())
 
     def wait(self, sample: PoseSample, timeout: float) -> PoseSample:
         """Wait for a measurement that is newer than another.
@@ -137,10 +133,6 @@ class MocapReceiver(InThread):
         """End the thread and close the socket; may be called twice."""
         super().stop()
 
-    def _require_open(self) -> None:
-        if self._thread is None:
-            raise BackendError("the mocap receiver is not open", allowed="open() before read()")
-
     def _wait(self, condition: Callable[[Pipeline], bool], timeout: float) -> bool:
         with self._changed:
             return self._changed.wait_for(lambda: condition(self._pipeline), timeout)
@@ -152,7 +144,7 @@ class MocapReceiver(InThread):
             raise BackendError("the cameras send frames at another rate", field="mocap.rate", given=self.config.rate,
                                allowed=f"the stream's {rate:.1f} 1/s")  # fmt: skip
         if self._client_words or not pipeline.ready:
-            why = self._client_words or pipeline.diagnosis()
+            why = self._client_words or pipeline.stream.diagnosis()
             raise BackendError(
                 f"no pose of '{self.config.object_name}' within {timeout:g} s: {why}", field="mocap.connection",
                 given=self.config.connection,
@@ -164,19 +156,11 @@ class MocapReceiver(InThread):
     def _begin(self) -> None:
         self._channel = listen(self.config.connection)
         self._pipeline = Pipeline(self.config, self._log)  # only the thread may change it
-        self._pipelines = {part: Pipeline(one, EventLog()) for part, one in self.beside.items()}
+        self._beside = {part: Pipeline(one, EventLog()) for part, one in self.beside.items()}
         self._started, self._client_words = -math.inf, ""  # of the cameras' client, and why it ended last
-        self._wake_read, self._wake_write = os.pipe()
-
-    def _interrupt(self) -> None:
-        os.write(self._wake_write, b"!")
 
     def _stuck(self) -> None:
         raise BackendError("the mocap receiver does not stop", field="mocap.connection", given=self.config.connection)
-
-    def _end(self) -> None:
-        os.close(self._wake_read)
-        os.close(self._wake_write)
 
     def _run(self) -> None:
         try:
@@ -186,7 +170,7 @@ class MocapReceiver(InThread):
                 except Exception as error:  # the last line of defence: without the thread, no fault would be reported
                     now = self._clock.now()
                     self._pipeline.book.strike(MocapFault.INTERNAL, now, f"{type(error).__name__}: {error}")
-                    self._pause(INTERNAL_PAUSE)
+                    self._stopping.wait(INTERNAL_PAUSE)
                 with self._changed:
                     self._changed.notify_all()
         finally:
@@ -201,7 +185,7 @@ class MocapReceiver(InThread):
             if self._cameras is not None:
                 self._look_after_client(self._cameras, self._channel)
             self._receive(self._channel)
-        for pipeline in (self._pipeline, *self._pipelines.values()):
+        for pipeline in (self._pipeline, *self._beside.values()):
             pipeline.tick(self._clock.now())
 
     def _look_after_client(self, cameras: CamerasLink, channel: socket.socket) -> None:
@@ -230,13 +214,13 @@ class MocapReceiver(InThread):
             min(self._pipeline.deadline(now) - now, LONGEST_WAIT) + 1e-4
         )  # a little more: the deadline has passed
         try:
-            if channel not in self._clock.readable((channel, self._wake_read), max(patience, 0.0)):
+            if not self._clock.readable((channel,), max(patience, 0.0)):
                 return
             for _ in range(BATCH):
                 datagram, sender = channel.recvfrom(LARGEST)
                 arrival = self._clock.now()  # before the other one: what comes between makes poses older, not newer
                 raw = self._clock.raw()
-                for pipeline in (self._pipeline, *self._pipelines.values()):
+                for pipeline in (self._pipeline, *self._beside.values()):
                     pipeline.feed(datagram, sender, arrival, raw)
         except BlockingIOError:
             return
@@ -247,14 +231,8 @@ class MocapReceiver(InThread):
             words = str(getattr(error, "strerror", None) or error)
             self._pipeline.book.keep(MocapFault.SOCKET, True, self._clock.now(), words)
 
-    def _pause(self, duration: float) -> None:
-        """Wait, but not past `stop`."""
-        self._clock.readable([self._wake_read], duration)
-
     def _reopen(self) -> None:
-        self._pause(REOPEN_INTERVAL)
-        if self._stopping.is_set():
-            return
+        self._stopping.wait(REOPEN_INTERVAL)
         with contextlib.suppress(BackendError):  # not yet: tried again
             self._channel = listen(self.config.connection)
             self._pipeline.book.keep(MocapFault.SOCKET, False, self._clock.now(), "opened again")

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from doorman.hardware.mocap.config import MocapConfig
 from doorman.hardware.mocap.faults import FaultBook, Figures, MocapFault
-from doorman.hardware.mocap.packets import Malformed, TrackedObject, Vector, parse
+from doorman.hardware.mocap.packets import TrackedObject, Vector, parse
 from doorman.hardware.mocap.sequence import FrameClock, FrameSequence, Order, RateMonitor
 
 FARTHEST = 1e6
@@ -39,17 +39,13 @@ class Reading(NamedTuple):
 
 class StreamReader:
     def __init__(self, config: MocapConfig, book: FaultBook, figures: Figures) -> None:
-        self._config = config
-        self._book = book
-        self._figures = figures
+        self._config, self._book, self._figures = config, book, figures
         self._clock = FrameClock(config.rate, config.latency)
         self._sequence = FrameSequence(self._clock, config.rate)
         self._sender: Sender | None = None
         self._seen = True
-        self._absent = 0
-        self._repeats = 0
+        self._absent = self._repeats = self._era = 0
         self._poses: dict[tuple[Vector, Vector], None] = {}
-        self._era = 0
         self.names: dict[str, None] = {}  # objects that were in the stream
         self.monitor = RateMonitor(config.rate)
         self.last_packet: float | None = None  # when the newest packet came [s]
@@ -65,8 +61,8 @@ class StreamReader:
             self._book.strike(MocapFault.FOREIGN, arrival, f"packets from {sender[0]}:{sender[1]}")
             return None
         packet = parse(datagram)
-        if isinstance(packet, Malformed):
-            self._book.strike(MocapFault.CORRUPT, arrival, packet.reason)
+        if isinstance(packet, str):
+            self._book.strike(MocapFault.CORRUPT, arrival, packet)
             return None
         found = [one for one in packet.objects if one.name == self._config.object_name]
         if len(found) > 1:
@@ -74,8 +70,13 @@ class StreamReader:
             return None
         for fault in packet.refused:
             self._book.strike(fault, arrival, "refused by the sender of this stream")
-        self._hear(sender, bool(found), arrival)
-        self._remember([one.name for one in packet.objects])
+        if found and self._sender is None:
+            self._sender = sender
+        self.last_packet = arrival
+        self._book.keep(MocapFault.SILENT, False, arrival)
+        for one in packet.objects:
+            if len(self.names) < _NAMES_KEPT or one.name == self._config.object_name:
+                self.names[one.name] = None
         new = bool(found) and self._unseen(found[0])
         if not self._in_order(packet.frame_number, arrival, raw, bool(found)) or not found:
             return None
@@ -113,17 +114,6 @@ class StreamReader:
             return False
         return self._sender is None or sender == self._sender
 
-    def _hear(self, sender: Sender, found: bool, arrival: float) -> None:
-        if found and self._sender is None:
-            self._sender = sender
-        self.last_packet = arrival
-        self._book.keep(MocapFault.SILENT, False, arrival)
-
-    def _remember(self, names: list[str]) -> None:
-        for name in names:
-            if len(self.names) < _NAMES_KEPT or name == self._config.object_name:
-                self.names[name] = None
-
     def _unseen(self, found: TrackedObject) -> bool:
         """Whether a pose has not been on the wire before, in order or not."""
         pose = (found.translation, found.rotation)
@@ -139,22 +129,23 @@ class StreamReader:
         order = self._sequence.classify(number, raw)
         if order in (Order.NEXT, Order.RESTARTED):
             self._begin_frame(arrival, raw, order is Order.RESTARTED)
-        elif order is Order.STRANGE:
-            self._book.strike(MocapFault.NUMBERING, arrival, f"frame {number} after {self._sequence.newest}")
-            return False
-        elif order is Order.LATE:
-            self._book.strike(MocapFault.REORDERED, arrival, f"frame {number} after {self._sequence.newest}")
-            return False
         if order is Order.REPEATED or (order is Order.SAME and found and self._seen):
             self._book.strike(MocapFault.DUPLICATED, arrival, f"frame {number} twice")
             return False
-        if found:
-            self._seen = True
+        if order in (Order.STRANGE, Order.LATE):
+            fault = MocapFault.NUMBERING if order is Order.STRANGE else MocapFault.REORDERED
+            self._book.strike(fault, arrival, f"frame {number} after {self._sequence.newest}")
+            return False
+        self._seen = self._seen or found
         return True
 
     def _begin_frame(self, arrival: float, raw: float, restarted: bool) -> None:
         """A frame ends and a newer one begins: count what was missing, and look at the time."""
-        self._note_absence(arrival)
+        self._absent = 0 if self._seen else self._absent + 1
+        if self._absent >= self._config.missing_frames:
+            others = ", ".join(sorted(self.names.keys() - {self._config.object_name}))
+            self._book.keep(MocapFault.MISSING, True, arrival, f"the stream holds {others or 'no object'}")
+        self._seen = False
         frame, skipped = self._sequence.newest or 0, self._sequence.skipped
         if restarted:
             self._era += 1
@@ -167,21 +158,11 @@ class StreamReader:
         if delay > self._config.max_delay:
             self._book.strike(MocapFault.DELAYED, arrival, f"frame {frame} is {1e3 * delay:.0f} ms late")
         if self.monitor.observe(frame, raw):
-            self._judge_rate(arrival)
-
-    def _note_absence(self, arrival: float) -> None:
-        self._absent = 0 if self._seen else self._absent + 1
-        if self._absent >= self._config.missing_frames:
-            others = ", ".join(sorted(self.names.keys() - {self._config.object_name}))
-            self._book.keep(MocapFault.MISSING, True, arrival, f"the stream holds {others or 'no object'}")
-        self._seen = False
-
-    def _judge_rate(self, now: float) -> None:
-        wrong = self.monitor.wrong
-        text = f"{self.frame_rate:.2f} frames a second instead of {self._config.rate:g}" if wrong else ""
-        self._book.keep(MocapFault.RATE, wrong, now, text)
-        if self.monitor.learnt is not None:
-            self._clock.follow(self.monitor.learnt)
+            wrong = self.monitor.wrong
+            text = f"{self.frame_rate:.2f} frames a second instead of {self._config.rate:g}" if wrong else ""
+            self._book.keep(MocapFault.RATE, wrong, arrival, text)
+            if self.monitor.learnt is not None:
+                self._clock.follow(self.monitor.learnt)
 
     def _measurement(self, found: TrackedObject, new: bool, number: int, arrival: float, raw: float) -> Reading | None:
         """The object's pose, unless it is impossible or old."""

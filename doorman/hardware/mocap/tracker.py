@@ -25,6 +25,7 @@ from __future__ import annotations
 import math
 from collections import deque
 from dataclasses import replace
+from operator import add, mul, sub
 from typing import NamedTuple
 
 from doorman.background import EventLog
@@ -74,62 +75,45 @@ class VelocityFilter:
             poses.popleft()
         if len(poses) < 2:
             return
-        mean = sum(one.time - pose.time for one in poses) / len(poses)
-        back = conjugate(pose.quaternion)
-        spread = 0.0
-        sums = [0.0] * 6
-        for time, position, quaternion in poses:
-            tau = time - pose.time - mean
-            spread += tau * tau
-            turn = rotation_vector(multiply(back, quaternion))
-            for axis in range(3):
-                sums[axis] += tau * (position[axis] - pose.position[axis])
-                sums[3 + axis] += tau * turn[axis]
-        self.velocity = (sums[0] / spread, sums[1] / spread, sums[2] / spread)
-        self.body_rates = (sums[3] / spread, sums[4] / spread, sums[5] / spread)
-        self.lag = -mean
+        ages = [pose.time - one.time for one in poses]
+        self.lag = sum(ages) / len(ages)
+        taus, back = [self.lag - age for age in ages], conjugate(pose.quaternion)
+        self.velocity = _slope(taus, [tuple(map(sub, one.position, pose.position)) for one in poses])
+        self.body_rates = _slope(taus, [rotation_vector(multiply(back, one.quaternion)) for one in poses])
 
 
-class MotionGate:
-    """Limits of the vehicle's motion and of the poses' noise."""
+def _slope(taus: list[float], rows: list[tuple[float, ...]]) -> Vector:
+    spread = sum(tau * tau for tau in taus)
+    x, y, z = (sum(map(mul, taus, column)) / spread for column in zip(*rows, strict=True))
+    return (x, y, z)
 
-    def __init__(self, limits: MocapConfig) -> None:
-        self.limits = limits
 
-    def beyond_speed(self, former: TimedPose, pose: TimedPose) -> str:
-        """Whether the body would have had to move or turn too fast from pose to pose."""
-        elapsed = pose.time - former.time
-        distance = math.dist(former.position, pose.position)
-        if not distance <= self.limits.position_slack + self.limits.max_speed * elapsed:
-            return f"{distance:.3f} m in {1e3 * elapsed:.0f} ms"
-        angle = angle_between(former.quaternion, pose.quaternion)
-        if not angle <= self.limits.attitude_slack + self.limits.max_rotation_rate * elapsed:
-            return f"{math.degrees(angle):.0f}° in {1e3 * elapsed:.0f} ms"
-        return ""
+def too_fast(limits: MocapConfig, former: TimedPose, pose: TimedPose) -> str:
+    """How the body would have had to move or turn faster than it can from pose to pose; nothing if it would not."""
+    elapsed = pose.time - former.time
+    distance = math.dist(former.position, pose.position)
+    if not distance <= limits.position_slack + limits.max_speed * elapsed:
+        return f"{distance:.3f} m in {1e3 * elapsed:.0f} ms"
+    angle = angle_between(former.quaternion, pose.quaternion)
+    if not angle <= limits.attitude_slack + limits.max_rotation_rate * elapsed:
+        return f"{math.degrees(angle):.0f}° in {1e3 * elapsed:.0f} ms"
+    return ""
 
-    def beyond_limits(self, former: TimedPose, pose: TimedPose, velocity: Vector, lag: float) -> str:
-        """Whether the body would have had to move, turn or speed up too much since the last pose."""
-        too_fast = self.beyond_speed(former, pose)
-        if too_fast:
-            return too_fast
-        elapsed = pose.time - former.time
-        miss = math.dist(
-            pose.position, [place + elapsed * rate for place, rate in zip(former.position, velocity, strict=True)]
-        )
-        if not miss <= self.limits.position_slack + self.limits.max_acceleration * elapsed * (0.5 * elapsed + lag):
-            return f"{miss:.3f} m off its course in {1e3 * elapsed:.0f} ms"
-        return ""
+
+def impossible(limits: MocapConfig, former: TimedPose, pose: TimedPose, miss: float, lag: float) -> str:
+    """How the body would have had to move, turn or speed up too much since the last pose, by what it missed its course."""
+    elapsed = pose.time - former.time
+    if miss <= limits.position_slack + limits.max_acceleration * elapsed * (0.5 * elapsed + lag):
+        return too_fast(limits, former, pose)
+    return too_fast(limits, former, pose) or f"{miss:.3f} m off its course in {1e3 * elapsed:.0f} ms"
 
 
 class PoseTracker:
     """Follows the body from pose to pose; `acquire_frames` poses that agree begin a track after `prediction_limit`."""
 
     def __init__(self, config: MocapConfig, book: FaultBook, figures: Figures) -> None:
-        self._config = config
-        self._book = book
-        self._figures = figures
+        self._config, self._book, self._figures = config, book, figures
         self._alignment = config.alignment()
-        self._gate = MotionGate(config)
         self._filter = VelocityFilter(config.velocity_window)
         self._run: list[TimedPose] = []  # poses off the track that agree with each other
         self._leap: Vector | None = None  # by how much the first of them was off the course; None after a gap [m]
@@ -137,39 +121,32 @@ class PoseTracker:
         self._era = self._track = 0
 
     def take(self, reading: Reading) -> PoseSample | None:
+        config, now = self._config, reading.arrival
         if reading.era != self._era:
             self._era = reading.era
             self._filter.clear()
             self._run.clear()
-        pose = TimedPose(reading.frame * self._config.period,
-                         *self._alignment.body_pose(reading.translation, reading.rotation))  # fmt: skip
-        newest = self._filter.newest
-        over = newest is None or pose.time - newest.time > self._config.prediction_limit
-        if newest is not None and not over:
-            too_much = self._gate.beyond_limits(newest, pose, self._filter.velocity, self._filter.lag)
-            off = self._off_course(newest, pose)
-            beside = self._leap is not None and bool(self._run)
-            if not too_much and not (beside and math.dist(self._run[-1].position, pose.position) < math.hypot(*off)):
-                self._track += pose.time - newest.time > self._config.stale_after
-                self._run.clear()
-                self._filter.add(pose)
-                return self._sample(reading, pose)
-            self._book.strike(
-                MocapFault.OUTLIER, reading.arrival, too_much or f"{math.hypot(*off):.3f} m off its course"
-            )
-            self._collect(pose, off if pose.time - newest.time <= self._config.stale_after else None)
-            if self._leap is not None and len(self._run) >= self._config.acquire_frames:
-                self._book.strike(
-                    MocapFault.JUMPED, reading.arrival, f"object seen {math.hypot(*self._leap):.3f} m away at once"
-                )
-            return None
-        self._collect(pose, None)
-        begin = -math.inf if newest is None else newest.time + self._config.prediction_limit
-        found = [one for one in self._run if one.time > begin]
-        if len(found) < self._config.acquire_frames:
-            return None
-        self._acquire(newest, found[0], reading.arrival)
-        return self._sample(reading, pose)
+        pose = TimedPose(
+            reading.frame * config.period, *self._alignment.body_pose(reading.translation, reading.rotation)
+        )
+        last = self._filter.newest
+        if last is None or pose.time - last.time > config.prediction_limit:
+            self._collect(pose, None)
+            return self._sample(reading, pose) if self._acquire(last, now) else None
+        off = self._off_course(last, pose)
+        miss, seamless = math.hypot(*off), pose.time - last.time <= config.stale_after
+        why = impossible(config, last, pose, miss, self._filter.lag)
+        leaps = self._leap is not None and bool(self._run) and math.dist(self._run[-1].position, pose.position) < miss
+        if not why and not leaps:
+            self._track += not seamless
+            self._run.clear()
+            self._filter.add(pose)
+            return self._sample(reading, pose)
+        self._book.strike(MocapFault.OUTLIER, now, why or f"{miss:.3f} m off its course")
+        self._collect(pose, off if seamless else None)
+        if self._leap is not None and len(self._run) >= config.acquire_frames:
+            self._book.strike(MocapFault.JUMPED, now, f"object seen {math.hypot(*self._leap):.3f} m away at once")
+        return None
 
     def _off_course(self, former: TimedPose, pose: TimedPose) -> Vector:
         """From where the body would be at constant velocity to where it is seen [m]."""
@@ -182,26 +159,29 @@ class PoseTracker:
 
     def _collect(self, pose: TimedPose, leap: Vector | None) -> None:
         """Poses off the track, as long as they agree with each other."""
-        if self._run and (
-            pose.time - self._run[-1].time > self._config.prediction_limit
-            or self._gate.beyond_speed(self._run[-1], pose)
-        ):
-            self._run.clear()
+        if self._run:
+            before = self._run[-1]
+            if pose.time - before.time > self._config.prediction_limit or too_fast(self._config, before, pose):
+                self._run.clear()
         if not self._run:
             self._leap = leap
         self._run.append(pose)
 
-    def _acquire(self, lost: TimedPose | None, found: TimedPose, now: float) -> None:
+    def _acquire(self, lost: TimedPose | None, now: float) -> bool:
+        """Begin a track where enough poses agree."""
+        over = -math.inf if lost is None else lost.time + self._config.prediction_limit
+        found = [pose for pose in self._run if pose.time > over]
+        if len(found) < self._config.acquire_frames:
+            return False
         if self._leap is not None:
-            x, y, z = (before + leap for before, leap in zip(self._shift, self._leap, strict=True))
+            x, y, z = map(add, self._shift, self._leap)
             self._shift = (x, y, z)
         if lost is None:
             self._book.note(now, "object acquired")
         else:
-            moved = (
-                f"{math.dist(lost.position, found.position):.3f} m from where it was {found.time - lost.time:.2f} s ago"
-            )
-            if self._leap is not None or self._gate.beyond_speed(lost, found):
+            distance, gap = math.dist(lost.position, found[0].position), found[0].time - lost.time
+            moved = f"{distance:.3f} m from where it was {gap:.2f} s ago"
+            if self._leap is not None or too_fast(self._config, lost, found[0]):
                 self._book.strike(MocapFault.JUMPED, now, f"object acquired {moved}")
             else:
                 self._book.note(now, f"object acquired again, {moved}")
@@ -210,6 +190,7 @@ class PoseTracker:
         for pose in self._run:
             self._filter.add(pose)
         self._run.clear()
+        return True
 
     def _sample(self, reading: Reading, pose: TimedPose) -> PoseSample:
         self._figures.pose(self._filter.lag, reading.frame_number, pose.position)
@@ -220,51 +201,54 @@ class PoseTracker:
 
 
 class Pipeline:
+    """One object's way from datagrams to poses: the same for all cameras."""
+
     def __init__(self, config: MocapConfig, log: EventLog[MocapEvent]) -> None:
         self._config = config
-        self.book = FaultBook(log, config.hold)
-        self._figures = Figures()
-        self._stream = StreamReader(config, self.book, self._figures)
+        self.book, self._figures = FaultBook(log, config.hold), Figures()
+        self.stream = StreamReader(config, self.book, self._figures)
         self._tracker = PoseTracker(config, self.book, self._figures)
         self.latest = nothing_yet()  # newest measurement; replaced as a whole
 
     @property
     def ready(self) -> bool:
-        return self.latest.count > 0 and self._stream.monitor.near(RATE_AT_OPEN) is True
+        return self.latest.count > 0 and self.stream.monitor.near(RATE_AT_OPEN) is True
 
     @property
     def wrong_rate(self) -> float | None:
         """The measured rate, if it is far from the configured one [1/s]."""
-        return self._stream.frame_rate if self._stream.monitor.near(RATE_AT_OPEN) is False else None
+        return self.stream.frame_rate if self.stream.monitor.near(RATE_AT_OPEN) is False else None
 
     def feed(self, datagram: bytes, sender: Sender, arrival: float, raw: float) -> None:
-        reading = self._stream.read(datagram, sender, arrival, raw)
+        reading = self.stream.read(datagram, sender, arrival, raw)
         sample = None if reading is None else self._tracker.take(reading)
         if sample is not None:
             self.latest = replace(sample, fault=self.book.holds)
 
+    def at(self, now: float) -> PoseSample:
+        return self.latest.at(now, self._config.stale_after, self._config.prediction_limit)
+
     def tick(self, now: float) -> None:
-        self._stream.tick(now)
-        if self.latest.count:
-            age = now - self.latest.time
-            limits = (
-                (MocapFault.STALE, self._config.stale_after),
-                (MocapFault.LOST, self._config.prediction_limit),
-            )
-            for fault, limit in limits:
-                self.book.keep(fault, age > limit, now, f"no pose for {1e3 * limit:.0f} ms" if age > limit else "")
+        self.stream.tick(now)
+        for fault, limit in self._limits:
+            over = now - self.latest.time > limit
+            self.book.keep(fault, over, now, f"no pose for {1e3 * limit:.0f} ms" if over else "")
         self.book.tick(now)
         if self.latest.fault != self.book.holds:
             self.latest = replace(self.latest, fault=self.book.holds)
 
     def deadline(self, now: float) -> float:
         """When `tick` must be called next if nothing comes [s]; ∞ if there is nothing to wait for."""
-        ages = (self._config.stale_after, self._config.prediction_limit) if self.latest.count else ()
-        times = (*(self.latest.time + age for age in ages), self._stream.deadline, self.book.deadline)
+        ages = [self.latest.time + limit for _, limit in self._limits]
+        times = (*ages, self.stream.deadline, self.book.deadline)
         return min((time for time in times if time > now), default=math.inf)
 
-    def diagnosis(self) -> str:
-        return self._stream.diagnosis()
+    @property
+    def _limits(self) -> tuple[tuple[MocapFault, float], ...]:
+        """Ages of the newest pose that are faults; none before there is one."""
+        config = self._config
+        limits = (MocapFault.STALE, config.stale_after), (MocapFault.LOST, config.prediction_limit)
+        return limits if self.latest.count else ()
 
     def statistics(self) -> MocapStatistics:
-        return self._figures.statistics(self.book.counts, self._stream.frame_rate, self._config.latency)
+        return self._figures.statistics(self.book.counts, self.stream.frame_rate, self._config.latency)

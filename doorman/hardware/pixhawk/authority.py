@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from enum import Enum
 from threading import RLock
 
@@ -41,55 +42,40 @@ class AuthorityKeeper:
     """Follows the heartbeat's mode and stops the stream when it is not ours; asks for landing until it is confirmed."""
 
     def __init__(self, stream: SetpointStream, events: LinkLog) -> None:
-        self._stream = stream
-        self._events = events
-        self._lock = RLock()
+        self._stream, self._events, self._lock = stream, events, RLock()
         self.state = Authority.NONE
         self._mode: Mode | None = None
         self._armed = False
-        self._disarm_expected = False
+        self.disarm_expected = False  # whether we asked for it
         self.landing_requested = False
-        self._next_request = 0.0
-        self._requests = 0
+        self._next_request, self._requests = 0.0, 0
 
     def prepare(self) -> None:
         with self._lock:
             self.state = Authority.PREPARING
-            self.landing_requested = self._disarm_expected = False
+            self.landing_requested = self.disarm_expected = False
 
     def withdraw(self, now: float) -> None:
         with self._lock:
-            self._stream.stop()
-            self.state = Authority.NONE
-            self.landing_requested = False
-            self._end_conditions(now)
+            self._end(Authority.NONE, now)
 
-    def expect_disarm(self, expected: bool) -> None:
-        self._disarm_expected = expected
+    def if_engaged(self, act: Callable[[SetpointStream], None]) -> bool:
+        """Change the stream, if the vehicle is ours."""
+        with self._lock:
+            if self.state is Authority.ENGAGED:
+                act(self._stream)
+            return self.state is Authority.ENGAGED
 
     def hold(self, place: PositionSetpoint, *, latch: bool) -> bool:
-        with self._lock:
-            if self.state is not Authority.ENGAGED:
-                return False
-            self._stream.hold(place, latch=latch)
-            return True
-
-    def climb(self, place: PositionSetpoint, height: float, now: float) -> bool:
-        with self._lock:
-            if self.state is not Authority.ENGAGED:
-                return False
-            self._stream.climb(place, height, now)
-            return True
+        return self.if_engaged(lambda stream: stream.hold(place, latch=latch))
 
     def request_landing(self, place: PositionSetpoint | None) -> bool:
         """Ask to land at every chance until the heartbeat shows it; refused unless the vehicle is ours."""
         with self._lock:
-            if self.state is Authority.LANDING:
+            if self.state is Authority.LANDING or self.landing_requested:  # asked again and again as it is
                 return True
             if self.state is not Authority.ENGAGED:
                 return False
-            if self.landing_requested:  # asked again and again as it is
-                return True
             if place is not None:
                 self._stream.hold(place, latch=True)
             self.landing_requested, self._next_request, self._requests = True, 0.0, 0
@@ -120,33 +106,21 @@ class AuthorityKeeper:
             if system_status == _TERMINATED:
                 if self.state in _OURS:
                     self._lose("the motors were stopped: kill switch, or flight termination", now)
-            elif self.state in (Authority.PREPARING, Authority.LOST) and mode == dialect.companion_mode:
-                if self.state is Authority.PREPARING:
-                    self.state = Authority.ENGAGED
-                    self._events.condition(EventKind.CONTROL_LOST, False, now, "another mode")
+            elif self.state is Authority.PREPARING and mode == dialect.companion_mode:
+                self.state = Authority.ENGAGED
+                self._events.condition(EventKind.CONTROL_LOST, False, now, "another mode")
             elif self.state is Authority.ENGAGED and mode != dialect.companion_mode:
-                self._leave(mode, dialect, now)
-            elif (
-                self.state is Authority.LANDING and mode not in dialect.land_modes and armed
-            ):  # PX4 goes back when disarmed
-                self._lose(f"mode is {mode} while landing", now)
-            disarmed = self._armed and not armed
-            if disarmed and self.state is Authority.LANDING:
-                self.withdraw(now)
-            elif disarmed and self.state is Authority.ENGAGED:
-                if self._disarm_expected or self.landing_requested:
-                    self.withdraw(now)
+                if self.landing_requested and mode in dialect.land_modes:
+                    self._end(Authority.LANDING, now)
                 else:
-                    self._lose("the autopilot disarmed", now)
+                    self._lose(f"mode is {mode}", now)
+            elif self.state is Authority.LANDING and mode not in dialect.land_modes and armed:
+                self._lose(f"mode is {mode} while landing", now)  # disarmed, PX4 goes back to the mode before
+            if self._armed and not armed:
+                self._disarmed(now)
             self._armed, self._mode = armed, mode
-            critical = system_status in _FAILSAFE_STATUS
-            self._events.condition(
-                EventKind.AUTOPILOT_FAILSAFE,
-                critical,
-                now,
-                "the autopilot reports a critical state",
-                status=system_status,
-            )
+            critical, words = system_status in _FAILSAFE_STATUS, "the autopilot reports a critical state"
+            self._events.condition(EventKind.AUTOPILOT_FAILSAFE, critical, now, words, status=system_status)
 
     def rebooted(self, now: float) -> None:
         """Take in that the autopilot has started anew, and obeys nothing from before."""
@@ -155,23 +129,21 @@ class AuthorityKeeper:
                 self._lose("the autopilot rebooted", now)
             self._mode, self._armed = None, False
 
-    def _leave(self, mode: Mode, dialect: Dialect, now: float) -> None:
-        if self.landing_requested and mode in dialect.land_modes:
-            self.landing_requested = False
-            self.state = Authority.LANDING
-            self._stream.stop()
-            self._end_conditions(now)
-        else:
-            self._lose(f"mode is {mode}", now)
+    def _disarmed(self, now: float) -> None:
+        expected = self.disarm_expected or self.landing_requested
+        if self.state is Authority.LANDING or (self.state is Authority.ENGAGED and expected):
+            self._end(Authority.NONE, now)
+        elif self.state is Authority.ENGAGED:
+            self._lose("the autopilot disarmed", now)
 
     def _lose(self, why: str, now: float) -> None:
-        self._stream.stop()
-        self.state = Authority.LOST
-        self.landing_requested = False
-        self._end_conditions(now)
+        self._end(Authority.LOST, now)
         self._events.condition(EventKind.CONTROL_LOST, True, now, why)
 
-    def _end_conditions(self, now: float) -> None:
+    def _end(self, state: Authority, now: float) -> None:
+        """Command nothing any more."""
+        self._stream.stop()
+        self.state, self.landing_requested = state, False
         self._events.condition(EventKind.SETPOINT_STALE, False, now, "the stream is off")
 
     def _note_changes(self, mode: Mode, armed: bool, now: float) -> None:

@@ -6,33 +6,29 @@ from dataclasses import replace
 
 from numpy.typing import ArrayLike
 
-from doorman.background import Opened
-from doorman.clocks import REAL_TIME, Clock
 from doorman.exceptions import BackendError
-from doorman.hardware.pixhawk import sequences
-from doorman.hardware.pixhawk.config import PixhawkConfig
-from doorman.hardware.pixhawk.events import Event, Outcome
+from doorman.hardware.pixhawk.events import Event
 from doorman.hardware.pixhawk.link.link import Link
-from doorman.hardware.pixhawk.link.mocap import MocapPose
 from doorman.hardware.pixhawk.link.status import LinkStatus, link_status
 from doorman.hardware.pixhawk.parameters import protocol as parameters
-from doorman.hardware.pixhawk.parameters.protocol import Finding, prepare_attitude, side_force_missing
+from doorman.hardware.pixhawk.parameters.protocol import Finding, side_force_missing
 from doorman.hardware.pixhawk.parameters.rules import Rule, rules_for
 from doorman.hardware.pixhawk.sample import SampleStatus, VehicleSample
+from doorman.hardware.pixhawk.sequences import FlightSteps
 from doorman.hardware.pixhawk.setpoints import AttitudeSetpoint, PositionSetpoint, Setpoint
-from doorman.hardware.pixhawk.thrust.curve import ThrustCurve
-from doorman.hardware.pixhawk.thrust.slope import Slope, ThrustModel
+from doorman.hardware.pixhawk.thrust.curve import ThrustCurve, hover_curve
+from doorman.hardware.pixhawk.thrust.slope import BOB_TIME, Slope, ThrustModel, bob, measured_slope
 from doorman.hardware.pixhawk.wire.messages import mavlink
 
-LEAST_HEIGHT, MOST_HEIGHT = 0.2, 50.0
-"""Lowest and highest take-off [m]."""
 _REASONS_WITHIN, _REASONS_TOGETHER = 1.0, 0.2
 """Longest wait for the first reason why it would not arm, and for further ones [s]."""
+_BOB_PERIOD = 0.02
+"""Time between setpoints of a bob [s]."""
 _REMEMBERED = 40.0
 """ArduPilot repeats what keeps it from arming every 30 s [s]."""
 
 
-class Autopilot(Opened):
+class Autopilot(FlightSteps):
     """A PX4 or ArduPilot multirotor on a MAVLink connection. The constructor touches no device.
 
     `state`, `setpoint`, `mocap`, `events` and `status` never wait for the line; the steps of a flight do, with time-outs.
@@ -41,10 +37,6 @@ class Autopilot(Opened):
         config: Settings.
         clock: Clock of all its waits.
     """
-
-    def __init__(self, config: PixhawkConfig, clock: Clock = REAL_TIME) -> None:
-        self.config, self._clock = config, clock
-        self._link = Link(config, clock)
 
     def open(self) -> None:
         """Connect, and wait for heartbeat, attitude and clock.
@@ -57,19 +49,18 @@ class Autopilot(Opened):
         self._link = Link(self.config, self._clock)
         self._link.open()
         try:
-            sequences.await_autopilot(self._link)
+            self._await_autopilot()
         except BaseException:
             self._link.stop()
             raise
 
     def stop(self) -> None:
         """Land what still flies by our setpoints (`on_stop`), end the thread and close the line; may be called twice."""
-        link = self._link
         try:
-            if link.alive and link.identity is not None:
-                sequences.leave(link)
+            if self._link.alive and self._link.identity is not None:
+                self._leave()
         finally:
-            link.stop()
+            self._link.stop()
 
     def state(self) -> VehicleSample:
         """Newest state, with its status as of now: only `FRESH` may be flown on."""
@@ -115,7 +106,7 @@ class Autopilot(Opened):
         Raises:
             DimensionError: if it is not a pose.
         """
-        return self._link.mocap.offer(MocapPose.checked(time_of_capture, position, quaternion), self._clock.now())
+        return self._link.mocap.offer(time_of_capture, position, quaternion, self._clock.now())
 
     def events(self) -> tuple[Event, ...]:
         """Events since the last call, oldest first."""
@@ -164,76 +155,9 @@ class Autopilot(Opened):
         """
         return parameters.fix(self._link, self._rules())
 
-    def engage(self, *, unarmed: bool = False) -> Outcome:
-        """Enter the mode in which the autopilot obeys us: offboard or guided.
-
-        Before, everything that attitude setpoints need is looked up: the thrust curve and ArduPilot's options.
-
-        Args:
-            unarmed: Whether a vehicle that a person has armed by then is left to this person.
-
-        Returns:
-            DONE once the heartbeat shows the mode.
-        """
-        self._link.known_dialect  # noqa: B018  # an error if nothing was heard
-        if self.config.setpoints == "attitude":
-            outcome = prepare_attitude(self._link)
-            if not outcome.done:
-                return outcome
-        return sequences.engage(self._link, unarmed)
-
-    def arm(self, timeout: float | None = None) -> Outcome:
-        """Arm; refused, it is tried again until the time is over.
-
-        Args:
-            timeout: [s]; by default that of the settings.
-
-        Returns:
-            DONE once the heartbeat shows it; otherwise with the autopilot's reasons.
-        """
-        return sequences.arm(self._link, self.config.timeouts.arming if timeout is None else timeout)
-
-    def disarm(self) -> Outcome:
-        """Disarm on the ground."""
-        return sequences.disarm(self._link)
-
-    def take_off(self, height: float) -> Outcome:
-        """Climb and hold.
-
-        Args:
-            height: Above where the vehicle stands [m].
-
-        Returns:
-            DONE once the height is reached.
-
-        Raises:
-            BackendError: if the height is out of range.
-        """
-        if not LEAST_HEIGHT <= height <= MOST_HEIGHT:
-            allowed = f"{LEAST_HEIGHT:g} to {MOST_HEIGHT:g} m"
-            raise BackendError("not a height", field="height", given=height, allowed=allowed)
-        return sequences.take_off(self._link, height)
-
-    def hold(self, *, at: PositionSetpoint | None = None, latch: bool = False) -> Outcome:
-        """Stay where the vehicle is, or go to a place and stay there, by position setpoints.
-
-        Args:
-            at: Where; here if not given, which a position of the last second tells.
-            latch: Refuse the controller's setpoints until `resume`.
-        """
-        return sequences.hold(self._link, at, latch)
-
     def resume(self) -> None:
         """Let the controller's setpoints in again after a latched hold."""
         self._link.stream.release()
-
-    def land(self) -> Outcome:
-        """Land where the vehicle is, in the autopilot's own mode.
-
-        Returns:
-            DONE once it is disarmed; CONTROL_LOST if the vehicle is not ours.
-        """
-        return sequences.land(self._link)
 
     def request_landing(self) -> bool:
         """Ask for the landing mode without waiting; asked again until the heartbeat shows it.
@@ -242,6 +166,12 @@ class Autopilot(Opened):
             False if the vehicle is not ours.
         """
         return self._link.request_landing()
+
+    def _heard(self, duration: float) -> list[VehicleSample]:
+        """The samples of a while, as they come."""
+        samples: list[VehicleSample] = []
+        self._link.until(lambda: bool(samples.append(self._link.tracker.sample)), duration)  # type: ignore[func-returns-value]
+        return samples
 
     def calibrate_hover(
         self, hover_force: float, duration: float = 3.0, *, compensate_battery: bool = False
@@ -259,7 +189,14 @@ class Autopilot(Opened):
         Raises:
             BackendError: if the vehicle does not hover calmly.
         """
-        return sequences.measure_hover(self._link, hover_force, duration, compensate_battery=compensate_battery)
+        old = self._link.stream.curve
+        curve = hover_curve(self._heard(duration), hover_force, 0.0 if old is None else old.shape, compensate_battery)
+        if old is not None:
+            curve = replace(
+                old, hover_thrust=curve.hover_thrust, hover_force=hover_force, hover_voltage=curve.hover_voltage
+            )
+        self._link.stream.curve = curve
+        return curve
 
     def measure_slope(self, at: PositionSetpoint) -> Slope | None:
         """Measure how steeply thrust grows with its setpoint, by bobbing up and aside a little; the vehicle must hold.
@@ -270,7 +207,15 @@ class Autopilot(Opened):
         Returns:
             The slope, by the thrust curve in use; None if the vehicle is not ours, or too little was heard.
         """
-        return sequences.measure_slope(self._link, at)
+        link, samples, begin = self._link, list[VehicleSample](), self._clock.now()
+        curve = link.stream.curve
+        while (passed := self._clock.now() - begin) < BOB_TIME:
+            if not link.stream.offer(bob(at, passed), self._clock.now()):
+                return None
+            samples += self._heard(_BOB_PERIOD)
+        if not link.authority.hold(at, latch=False) or curve is None:
+            return None
+        return measured_slope(samples, curve.hover_thrust)
 
     @property
     def thrust_model(self) -> ThrustModel | None:

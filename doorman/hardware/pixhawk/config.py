@@ -127,16 +127,11 @@ class PixhawkConfig:
     def __post_init__(self) -> None:
         parse_connection(self.connection)
         check_fields(self, "pixhawk.")
-        if self.origin is not None:
-            _check_origin(self.origin)
+        latitude, longitude, altitude = self.origin or (0.0, 0.0, 1.0)
+        if not (abs(latitude) <= 90.0 and abs(longitude) <= 180.0 and 1.0 <= abs(altitude) <= 9000.0):
+            allowed = "latitude up to 90°, longitude up to 180°, altitude of 1 to 9000 m, or as deep"
+            raise BackendError("not a place on earth", field="pixhawk.origin", given=self.origin, allowed=allowed)
         if self.rates.setpoint < 10.0:
             raise BackendError(
                 "too slow: the autopilot would leave its mode", field="pixhawk.rates.setpoint", allowed=">= 10 1/s"
             )
-
-
-def _check_origin(origin: tuple[float, float, float]) -> None:
-    latitude, longitude, altitude = origin
-    if not (abs(latitude) <= 90.0 and abs(longitude) <= 180.0 and 1.0 <= abs(altitude) <= 9000.0):
-        raise BackendError("not a place on earth", field="pixhawk.origin", given=origin,
-                           allowed="latitude up to 90°, longitude up to 180°, altitude of 1 to 9000 m, or as deep")  # fmt: skip

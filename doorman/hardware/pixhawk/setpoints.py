@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -98,35 +99,30 @@ class StraightWay:
 
 
 def attitude_message(
-    setpoint: AttitudeSetpoint,
-    thrust: float,
-    frame: LocalFrame,
-    boot_ms: int,
-    system: int,
-    component: int,
-    *,
-    side: tuple[float, float] | None = None,
-) -> Message:
-    quaternion = frame.quaternion_to_ned(quaternion_of(setpoint.attitude.tolist()))
-    target, rest = (boot_ms, system, component), (quaternion.tolist(), 0.0, 0.0, 0.0, thrust)
+    setpoint: AttitudeSetpoint, thrust: float, frame: LocalFrame, boot_ms: int, target: tuple[int, int],
+    side: Sequence[float] | None,
+) -> Message:  # fmt: skip
+    """SET_ATTITUDE_TARGET with normalised thrust, and a normalised force to the side if there is one."""
+    quaternion = frame.quaternion_to_ned(quaternion_of(setpoint.attitude.tolist())).tolist()
     if side is None:
-        return mavlink.MAVLink_set_attitude_target_message(*target, ATTITUDE_AND_THRUST, *rest)
-    body = flu_to_frd([*side, thrust]).tolist()
-    return BodyThrustMessage(body, *target, ATTITUDE_AND_THRUST | THRUST_BODY_SET, *rest)
+        return mavlink.MAVLink_set_attitude_target_message(
+            boot_ms, *target, ATTITUDE_AND_THRUST, quaternion, 0.0, 0.0, 0.0, thrust
+        )
+    body, mask = flu_to_frd([*side, thrust]).tolist(), ATTITUDE_AND_THRUST | THRUST_BODY_SET
+    return BodyThrustMessage(body, boot_ms, *target, mask, quaternion, 0.0, 0.0, 0.0, thrust)
 
 
 def position_message(
-    setpoint: PositionSetpoint, frame: LocalFrame, boot_ms: int, system: int, component: int, *, hold: bool = False
+    setpoint: PositionSetpoint, frame: LocalFrame, boot_ms: int, target: tuple[int, int], *, hold: bool
 ) -> Message:
+    """SET_POSITION_TARGET_LOCAL_NED; of a hold, position and yaw alone count."""
     mask = POSITION_AND_YAW if hold else FULL_POSITION
-    values = [
-        *frame.position_to_ned(setpoint.position).tolist(),
-        *frame.vector_to_ned(setpoint.velocity).tolist(),
-        *frame.vector_to_ned(setpoint.acceleration).tolist(),
-    ]
+    position = frame.position_to_ned(setpoint.position).tolist()
+    velocity, acceleration = (frame.vector_to_ned(one).tolist() for one in (setpoint.velocity, setpoint.acceleration))
     return mavlink.MAVLink_set_position_target_local_ned_message(
-        boot_ms, system, component, mavlink.MAV_FRAME_LOCAL_NED, mask, *values, frame.yaw_to_ned(setpoint.yaw), 0.0
-    )
+        boot_ms, *target, mavlink.MAV_FRAME_LOCAL_NED, mask, *position, *velocity, *acceleration,
+        frame.yaw_to_ned(setpoint.yaw), 0.0,
+    )  # fmt: skip
 
 
 def _check_number(value: float, name: str) -> None:

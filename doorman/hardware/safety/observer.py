@@ -56,13 +56,12 @@ class ForceEstimator:
             self._force = np.zeros(3)
             return math.nan
         step = sample.position_time - last.position_time
-        if not 0.0 < step < _LONGEST_STEP:
-            if step != 0.0:
-                self._force = np.zeros(3)
-            return float(np.linalg.norm(self._force))
-        lift = thrust * rotation_body_to_world(sample.attitude)[:, 2] - np.array([0.0, 0.0, weight_of(self._mass)])
-        force = self._mass * (sample.velocity - last.velocity) / step - lift
-        self._force = self._force + (1.0 - math.exp(-step / FORCE_LAG)) * (force - self._force)
+        if 0.0 < step < _LONGEST_STEP:
+            lift = thrust * rotation_body_to_world(sample.attitude)[:, 2] - np.array([0.0, 0.0, weight_of(self._mass)])
+            force = self._mass * (sample.velocity - last.velocity) / step - lift
+            self._force = self._force + (1.0 - math.exp(-step / FORCE_LAG)) * (force - self._force)
+        elif step != 0.0:
+            self._force = np.zeros(3)
         return float(np.linalg.norm(self._force))
 
 
@@ -171,8 +170,8 @@ class Observer:
         since, missed, share = self._ticks
         if now - since >= _TICK_WINDOW:
             count = self._backend.missed_ticks
-            expected = (now - since) * self._backend.links.config.rate
-            share = (count - missed) / expected if math.isfinite(expected) and count >= missed else 0.0
+            expected = (now - since) * self._backend.links.config.rate  # infinite at first
+            share = max(count - missed, 0) / expected
             self._ticks = (now, count, share)
         return share
 

@@ -218,10 +218,6 @@ ACTIONS: dict[Fault, Action] = {rule.fault: rule.action for rule in RULES} | {
 """Action of every fault, of those too that no observation shows."""
 
 
-def finite(values: np.ndarray) -> bool:
-    return bool(np.isfinite(values).all())
-
-
 @dataclass(frozen=True)
 class Finding:
     """A fault that lasted for as long as it may."""

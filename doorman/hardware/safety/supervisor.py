@@ -5,13 +5,12 @@ from __future__ import annotations
 import contextlib
 import threading
 import traceback
-from collections import deque
 from collections.abc import Callable
 
 import numpy as np
 
 from doorman.arrays import Array
-from doorman.background import InThread
+from doorman.background import EventLog, InThread
 from doorman.exceptions import BackendError, DoormanError
 from doorman.hardware.pixhawk import Authority
 from doorman.hardware.pixhawk.setpoints import StraightWay
@@ -61,8 +60,7 @@ class Supervisor(InThread):
         refuge: Callable[[Array], Array] | None = None,
     ) -> None:
         super().__init__("supervisor", links.clock)
-        self._links, self._look, self._period = links, look, period
-        self._refuge = refuge
+        self._links, self._look, self._period, self._refuge = links, look, period, refuge
         self._leaving: StraightWay | None = None
         self._assessor = Assessor(limits or SafetySection())
         self._lock = self._clock.lock()
@@ -72,7 +70,7 @@ class Supervisor(InThread):
         self._ordered_at: float | None = None
         self._acknowledged = False
         self._alive_at: float | None = None
-        self._wishes: deque[Fault] = deque()
+        self._wishes = EventLog[Fault]()
         self._printed = False
         self.rising = False
         """Whether the vehicle has not reached its hover point yet: a retreat lands it where it is."""
@@ -117,8 +115,7 @@ class Supervisor(InThread):
         Args:
             fault: What.
         """
-        now = self._clock.now()
-        self._take(Finding(fault, ACTIONS[fault], now, 0.0))
+        self._take(Finding(fault, ACTIONS[fault], self._clock.now(), 0.0))
 
     def wish(self, fault: Fault) -> None:
         """Report a fault from a signal's handler, which may interrupt whoever holds a lock: it is heeded at the next look.
@@ -126,7 +123,7 @@ class Supervisor(InThread):
         Args:
             fault: What.
         """
-        self._wishes.append(fault)
+        self._wishes.write(fault)
 
     def acknowledge(self) -> None:
         """Say, again and again, that a session flies the vehicle back: without that a retreat ends in a landing."""
@@ -166,9 +163,8 @@ class Supervisor(InThread):
             threading.Thread(target=traceback.print_exception, args=(error,), daemon=True).start()
 
     def _heed(self) -> None:
-        with contextlib.suppress(IndexError):  # no more of them
-            while True:
-                self.report(self._wishes.popleft())
+        for fault in self._wishes.take():
+            self.report(fault)
 
     def look_once(self) -> None:
         """One look, and what follows from it."""
@@ -229,7 +225,6 @@ class Supervisor(InThread):
 
     def _leave(self, now: float, waited: float) -> None:
         """Fly straight to the refuge and land there: no session has acknowledged the retreat in the time waited [s]."""
-        autopilot = self._links.autopilot
         self._links.let_go()
         if self._links.holding:  # to fly away would pull on the door
             if waited > ACKNOWLEDGE_WITHIN + _LETTING_GO:
@@ -241,10 +236,8 @@ class Supervisor(InThread):
                 return
             if np.isfinite(where.position).all():
                 self._leaving = StraightWay(now, where.position, self._refuge(where.position), where.yaw, where.yaw)
-        leaving = self._leaving
-        if (
-            leaving is None
-            or now - leaving.since > leaving.duration + _SETTLING
-            or not autopilot.hold(at=leaving.setpoint(now), latch=True).done
-        ):
+        leaving, hold = self._leaving, self._links.autopilot.hold
+        if leaving is None or now - leaving.since > leaving.duration + _SETTLING:
+            self.report(Fault.SESSION)
+        elif not hold(at=leaving.setpoint(now), latch=True).done:
             self.report(Fault.SESSION)

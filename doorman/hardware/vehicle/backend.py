@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from doorman.checks import vector
+from doorman.checks import number, vector
 from doorman.clocks import REAL_TIME, Clock
 from doorman.exceptions import BackendError, DimensionError
 from doorman.gravity import weight_of
@@ -96,16 +96,12 @@ class VehicleBackend(Backend):
                                allowed=f"one for each of {model.n_arm} joints")  # fmt: skip
         self.model = model
         self.links = links
-        self._mass = model.vehicle.mass
         self._attitude_setpoints = links.config.pixhawk.setpoints == "attitude"
-        self._own_links = False
-        self._opened: float | None = None
+        self._own_links = self._is_open = False
         self.epoch = math.nan
         """When the backend's time was zero, by `time.monotonic`; kept after `stop` [s]."""
         self._ticker = Ticker(1.0 / links.config.rate, links.clock)
         self._measured: Measurement | None = None
-        self.measured_at = -math.inf
-        """When `read` returned last, by `time.monotonic` [s]."""
         self.commanded_at = -math.inf
         """When a command was sent last, by `time.monotonic` [s]."""
         self.began_at = -math.inf
@@ -114,20 +110,9 @@ class VehicleBackend(Backend):
         """Thrust that was commanded last [N]."""
 
     @property
-    def opened_at(self) -> float:
-        """When the backend's time was zero, by `time.monotonic` [s].
-
-        Raises:
-            BackendError: if it is not open.
-        """
-        if self._opened is None:
-            raise BackendError("the vehicle is not open", allowed="open() before read() and command()")
-        return self._opened
-
-    @property
     def commanding(self) -> bool:
         """Whether a mission flies it: it has measured, and not stopped since."""
-        return self._opened is not None and self._measured is not None
+        return self._measured is not None
 
     @property
     def missed_ticks(self) -> int:
@@ -150,7 +135,7 @@ class VehicleBackend(Backend):
         Raises:
             BackendError: if it is open already, or a link cannot be opened.
         """
-        if self._opened is not None:
+        if self._is_open:
             raise BackendError("the vehicle is open already", allowed="stop() before another open()")
         self._own_links = not self.links.is_open
         if self._own_links:
@@ -158,7 +143,7 @@ class VehicleBackend(Backend):
         self._ticker = Ticker(1.0 / self.links.config.rate, self.links.clock)
         self._measured, self.thrust = None, math.nan
         self.attitude = np.full(3, math.nan)
-        self._opened = self.epoch = self.links.clock.now()
+        self._is_open, self.epoch = True, self.links.clock.now()
 
     def read(self) -> Measurement:
         """Wait for the next tick and say what the links know then.
@@ -169,7 +154,6 @@ class VehicleBackend(Backend):
         Raises:
             BackendError: if it is not open, the mission may not command any more, or a link has nothing usable.
         """
-        self.opened_at  # noqa: B018  # an error if it is not open
         deadline = self.links.clock.now() + (_FIRST_PATIENCE if self._measured is None else 0.0)
         while True:
             now = self._ticker.wait()
@@ -182,7 +166,7 @@ class VehicleBackend(Backend):
                 continue
             if self._measured is None:
                 self.began_at = now
-            self._measured, self.measured_at = measured, now
+            self._measured = measured
             return measured
 
     def command(self, command: Command) -> None:
@@ -195,21 +179,14 @@ class VehicleBackend(Backend):
             BackendError: if it is not open or the command is not finite; if the mission may not command any more, or the
                 autopilot does not obey us.
         """
-        self.opened_at  # noqa: B018  # an error if it is not open
         self._require_permission()
         try:
-            thrust = float(command.thrust)
+            thrust, side = number(command.thrust, "command.thrust"), vector(command.side_force, 2, "command.side_force")
             attitude = vector(command.attitude, 3, "command.attitude")
             arm_rates = vector(command.arm_rates, self.model.n_arm, "command.arm_rates")
-        except (DimensionError, TypeError, ValueError) as error:
+        except DimensionError as error:
             raise BackendError(f"not a command: {error}", field="command") from error
-        if not math.isfinite(thrust):
-            raise BackendError("not finite", field="command.thrust", given=thrust, allowed="finite numbers")
-        if not np.isfinite(command.side_force).all():
-            raise BackendError(
-                "not finite", field="command.side_force", given=command.side_force, allowed="finite numbers"
-            )
-        if any(command.side_force) and not (self._attitude_setpoints and self.links.config.pixhawk.rotors):
+        if side.any() and not (self._attitude_setpoints and self.links.config.pixhawk.rotors):
             raise BackendError("setpoints carry no force to the side", field="command.side_force", given=command.side_force,
                                allowed="(0, 0), or attitude setpoints of a fully actuated vehicle")  # fmt: skip
         self.links.move_arm(arm_rates, command.grip)
@@ -222,9 +199,9 @@ class VehicleBackend(Backend):
 
     def stop(self) -> None:
         """Stop the arm, hold the place, and close the links if they were opened here; may be called twice."""
-        if self._opened is None:
+        if not self._is_open:
             return
-        self._opened = self._measured = None
+        self._is_open, self._measured = False, None
         self.links.rest_arm()
         with contextlib.suppress(BackendError):
             if self.links.inhibited is None and self.links.engaged:
@@ -242,9 +219,8 @@ class VehicleBackend(Backend):
         measured = self._measured
         if measured is None:
             raise BackendError("position setpoints start from a measurement", allowed="read() before command()")
-        acceleration = thrust / self._mass * rotation_body_to_world(attitude)[:, 2] - np.array(
-            [0.0, 0.0, weight_of(1.0)]
-        )
+        acceleration = thrust / self.model.vehicle.mass * rotation_body_to_world(attitude)[:, 2]
+        acceleration[2] -= weight_of(1.0)
         return PositionSetpoint(measured.position, float(attitude[2]), measured.velocity, acceleration)
 
     def _compose(self, now: float) -> Measurement:
@@ -253,9 +229,9 @@ class VehicleBackend(Backend):
         if links.door is not None:
             seen, at = (state, state.position_time) if pose is None else (pose, pose.time)
             links.door.note_pose(at, seen.position, seen.attitude)
-            leaf, frame = links.door.read(now, self.opened_at)
+            leaf, frame = links.door.read(now, self.epoch)
         return compose(
-            now, self.opened_at, state, links.servos.read(), pose, self.model.n_arm,
+            now, self.epoch, state, links.servos.read(), pose, self.model.n_arm,
             links.config.servo_patience, None if links.tip_force is None else links.tip_force.read(now), leaf, frame,
         )  # fmt: skip
 
@@ -271,6 +247,7 @@ class VehicleBackend(Backend):
         return replace(pose, time=min(pose.time - self.pose_delay, self.links.clock.now()))
 
     def _require_permission(self) -> None:
-        reason = self.links.inhibited
-        if reason is not None:
+        if not self._is_open:
+            raise BackendError("the vehicle is not open", allowed="open() before read() and command()")
+        if (reason := self.links.inhibited) is not None:
             raise BackendError(f"the supervisor took the vehicle from the mission: {reason}", field="safety")

@@ -178,22 +178,20 @@ def vehicle_config(
         mocap=None if mocap is None else MocapConfig("vehicle", mocap, stale_after=0.04, prediction_limit=0.2),
         door_sensor=_door_sensor(model, settings),
     )  # fmt: skip
-    return with_settings(config, {key: value for key, value in settings.items() if not _of_door_sensor(key)})
+    return with_settings(
+        config, {key: value for key, value in settings.items() if key.partition(".")[0] != DOOR_SENSOR}
+    )
 
 
 def _door_sensor(model: Model, links: Mapping[str, object]) -> DoorSensorConfig | None:
     """Sensor of the door, where anything is said of it."""
-    prefix, found = f"{DOOR_SENSOR}.", DoorSensorConfig(source=PROGRAM, motion=LeafGeometry.of(model.door))
-    given = {key.removeprefix(prefix): value for key, value in links.items() if key.startswith(prefix)}
-    if isinstance(whole := links.get(DOOR_SENSOR), Mapping):
-        given = {**{str(key): value for key, value in whole.items()}, **given}
+    prefix, whole = f"{DOOR_SENSOR}.", links.get(DOOR_SENSOR)
+    given = {str(key): value for key, value in whole.items()} if isinstance(whole, Mapping) else {}
+    given |= {key.removeprefix(prefix): value for key, value in links.items() if key.startswith(prefix)}
     if not given:
         return None
+    found = DoorSensorConfig(source=PROGRAM, motion=LeafGeometry.of(model.door))
     return with_settings(found, {"source": CAMERAS, **given}, prefix)
-
-
-def _of_door_sensor(key: str) -> bool:
-    return key == DOOR_SENSOR or key.startswith(f"{DOOR_SENSOR}.")
 
 
 def _tilted_rotors(model: Model) -> TiltedRotors | None:

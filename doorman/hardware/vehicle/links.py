@@ -13,10 +13,10 @@ from doorman.arrays import Array
 from doorman.background import InThread, Opened
 from doorman.clocks import REAL_TIME, Clock
 from doorman.exceptions import BackendError, DoormanError
-from doorman.hardware.door import DoorSensor, DoorSensorConfig, DoorSource
+from doorman.hardware.door import DoorSensor, DoorSource
 from doorman.hardware.door.sources import objects_beside, source_of
 from doorman.hardware.dynamixel import LATCHED, NoServos, ServoBus
-from doorman.hardware.mocap import MocapConfig, MocapReceiver, PoseSource
+from doorman.hardware.mocap import MocapReceiver, PoseSource
 from doorman.hardware.mocap.sources.polled import PolledReceiver
 from doorman.hardware.pixhawk import Authority, Autopilot, Outcome, PositionSetpoint, SampleStatus
 from doorman.hardware.pixhawk.link.stream import LONGEST_BLIND_HOLD
@@ -83,7 +83,11 @@ class VehicleLinks(Opened):
         self.doubt = Doubt(self.autopilot, 0.0 if config.mocap is None else config.mocap.position_slack)
         """Whether the cameras' poses are believed."""
         sensor = config.door_sensor if door is None else None
-        self.mocap = None if config.mocap is None else self._cameras(config.mocap, poses, sensor)
+        self.mocap: MocapReceiver | None = None
+        if config.mocap is not None and poses is not None:
+            self.mocap = PolledReceiver(config.mocap, poses, clock, self.doubt)
+        elif config.mocap is not None:
+            self.mocap = MocapReceiver(config.mocap, clock, objects_beside(config.mocap, sensor), self.doubt)
         if config.door_sensor is not None:
             self.door = DoorSensor(door or source_of(config.door_sensor, self.mocap, clock), config.door_sensor)
         elif door is not None:
@@ -94,13 +98,6 @@ class VehicleLinks(Opened):
         self._relay: _Relay | None = None
         self._grip_command: GripCommand | None = None
         self._open: ExitStack | None = None
-
-    def _cameras(
-        self, cameras: MocapConfig, poses: PoseSource | None, sensor: DoorSensorConfig | None
-    ) -> MocapReceiver:
-        if poses is not None:
-            return PolledReceiver(cameras, poses, self.clock, self.doubt)
-        return MocapReceiver(cameras, self.clock, objects_beside(cameras, sensor), self.doubt)
 
     # ------------------------------------------------------------ life
 

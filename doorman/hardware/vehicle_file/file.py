@@ -108,15 +108,18 @@ class VehicleFile:
         Raises:
             DoormanError: if a value is out of range, the links contradict each other, or a link is not named.
         """
-        given = dict(overrides or {})
+        given, most = dict(overrides or {}), model.n_arm + 1
         own = {
             key: value for key, value in self.values.items()
             if key.partition(".")[0] not in (VEHICLE, *GAINS) and not any(_covers(one, key) for one in given)
         }  # fmt: skip
+        if model.scenario.contact.kind != "grip":  # the gripper's servo is not used
+            own |= {key: own[key][:-1] for key in _PER_SERVO if key in own and len(own[key]) == most}
         try:
-            return self._links(model, self._cut_to(model, own), dict(given))
+            return self._links(model, own, dict(given))
         except DoormanError as error:
-            name = _whole_name(error.field)
+            first, _, rest = (error.field or "").partition(".")  # as the links name it, whose rate is `vehicle.rate`
+            name = rest if first == VEHICLE else error.field or ""
             file = None if any(_covers(one, name) for one in given) else self.path
             raise type(error)(
                 error.message, file=error.file or file, field=name or None, given=error.given, allowed=error.allowed
@@ -145,21 +148,11 @@ class VehicleFile:
             values = {"servos.port": "", **values}
         for key, option in OPTIONS.items():
             if key not in values:
-                raise BackendError(
-                    "the link's address or device is missing", field=key, allowed=f"in the vehicle file, or by {option}"
-                )
+                allowed = f"in the vehicle file, or by {option}"
+                raise BackendError("the link's address or device is missing", field=key, allowed=allowed)
         return vehicle_config(
             model, values.pop(PIXHAWK), values.pop(SERVOS), cameras, on_mocap_loss="report", links=values
         )
-
-    def _cut_to(self, model: Model, own: dict[str, Any]) -> dict[str, Any]:
-        """The values without those of a gripper's servo that the task has no use for."""
-        if model.scenario.contact.kind == "grip":
-            return own
-        n = model.n_arm
-        return {
-            key: value[:n] if key in _PER_SERVO and len(value) == n + 1 else value for key, value in own.items()
-        }  # fmt: skip
 
 
 def _leaves(section: Section, prefix: str) -> Iterator[tuple[str, Any]]:
@@ -186,12 +179,6 @@ def _with_whole_paths(leaves: Iterator[tuple[str, Any]], path: Path) -> Iterator
 def _covers(key: str, other: str) -> bool:
     """Whether a value of one key is, or holds, that of another, or the other way round."""
     return key == other or other.startswith(f"{key}.") or key.startswith(f"{other}.")
-
-
-def _whole_name(name: str | None) -> str:
-    """Dotted key of the vehicle file for a field as the links name it in their errors."""
-    first, _, rest = (name or "").partition(".")
-    return rest if first == VEHICLE else name or ""
 
 
 def write_values(path: Path, values: Mapping[str, object], tables: type[BaseModel] = TABLES) -> None:
@@ -250,8 +237,10 @@ _DEVICES = "doorman system udev | sudo tee /etc/udev/rules.d/99-doorman.rules"
 
 
 def devices(host: Host, file: VehicleFile) -> list[Row]:
-    rows = []
-    for key, device in (("pixhawk", _serial(file.values.get(PIXHAWK))), ("servos", file.values.get(SERVOS))):
+    rows, link = [], file.values.get(PIXHAWK)
+    endpoint = None if link is None else parse_connection(link)
+    serial = endpoint.device if endpoint is not None and endpoint.transport is Transport.SERIAL else None
+    for key, device in (("pixhawk", serial), ("servos", file.values.get(SERVOS))):
         if device is not None and Path(device).exists():
             rows.append(device_row(host, f"{key}: {device}", Path(device), "found; "))
         elif device is not None:
@@ -261,10 +250,3 @@ def devices(host: Host, file: VehicleFile) -> list[Row]:
         command = f"head -c 32 /dev/urandom > {key_file}"
         rows.append(judged("signing key", key_file.is_file(), "there", "not there", command, Complaint.MISSING))
     return rows
-
-
-def _serial(connection: str | None) -> str | None:
-    if connection is None:
-        return None
-    endpoint = parse_connection(connection)
-    return endpoint.device if endpoint.transport is Transport.SERIAL else None

@@ -184,14 +184,10 @@ def _tables() -> Iterator[tuple[str, _Keys]]:
     yield own
     yield from _walked(VEHICLE, VehicleSection, VehicleSection())
     yield from (one for one in links if not one[0].startswith(DOOR_SENSOR))
-    yield DOOR_SENSOR, {key: _without_default(*value) for key, value in door.items()}
+    told = {key: "" if default is None else f" By default {value_text(default)}." for key, (default, _) in door.items()}
+    yield DOOR_SENSOR, {key: (None, f"{doc}{told[key]}") for key, (_, doc) in door.items()}  # no sensor, no table
     for name, section in GAINS.items():
         yield from _walked(name, section, section())
-
-
-def _without_default(default: Any, doc: str) -> tuple[None, str]:
-    """Not set, whatever its default: without a sensor of the door there is no table."""
-    return None, doc if default is None else f"{doc} By default {value_text(default)}."
 
 
 def _walked(name: str, owner: type, values: Any) -> Iterator[tuple[str, _Keys]]:

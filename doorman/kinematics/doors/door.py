@@ -96,16 +96,12 @@ class Door(LeafInWorld):
         """Links that the tip may touch: the leaf, and levers on it that were turned first."""
         leaf_on_joint = read_leaf(urdf, self.model, self.section, contact)
         self.slides = isinstance(leaf_on_joint, LeafOnSlide)
-        """Whether the joint is a slide."""
         self.in_plane = isinstance(leaf_on_joint, LeafInPlane)
-        """Whether it turns in the plane of the face that it is mounted on, as a lever, a knob or a valve does."""
         self.endless = leaf_on_joint.endless
         """Whether the joint is continuous, and nothing stops it at the ends of its range."""
         self.turn, self.slide = (0.0, SLIDE_RADIUS) if self.slides else (1.0, 0.0)
         self.per_angle = self.turn + self.slide
-        """Change of the joint's value for one of α: 1, or metres."""
         self.unit = leaf_on_joint.unit
-        """Unit of the joint's value: `rad` or `m`."""
         lower, upper = leaf_on_joint.limits
         closed = leaf_on_joint.closed()
         self.closed, self._sense = closed.value, leaf_on_joint.sense(closed.value)
@@ -116,7 +112,6 @@ class Door(LeafInWorld):
         into = -self._turns * opens
         self._take_axes(into, along, leaf_on_joint.up(into, along))
         self.vertical = bool(self.up[2] == 1.0) and not self.slides
-        """Whether it is a hinge on a plumb axis, on which no weight acts."""
         self.lies = bool(abs(self.up[2]) < LEANS) and not self.slides
         """Whether it is a hinge that lies rather than stands, as a hatch's: the doorway has no jamb beside the latch."""
         self.along_in_leaf = frozen(leaf_on_joint.rotation(self.closed).T @ self.along)
@@ -124,10 +119,8 @@ class Door(LeafInWorld):
         self.upright = not (self.slides or self.lies)
         """Whether it is a hinge that stands, with a jamb on either side of the doorway."""
         self.hand = float(np.sign(np.cross(self.into, self.along) @ self.up))
-        """1 where the hinge is on the right of somebody who looks along `into`, else −1."""
         ahead = -self.up if self.in_plane else self.into
         self.azimuth = math.atan2(ahead[1], ahead[0])
-        """Azimuth of `into`, or of the face that a lever is mounted on, about z from the world's x axis [rad]."""
         shut = self.closed if self.section.preload > 0.0 else lower if self._sense > 0.0 else upper
         self.stop = self.angle_of_joint(shut)
         """α where the leaf shuts no farther: where its joint ends, or closed if a closer presses it into its frame [rad]."""
@@ -141,14 +134,12 @@ class Door(LeafInWorld):
         self.width, self.height, self.thickness, self.surface_offset = leaf_size.sides
         """`surface_offset`: how far the leaf's face to the vehicle lies before the hinge axis [m]."""
         self.hinge_position = frozen(leaf_size.corner)
-        """P_h, on the hinge's axis at the height of the leaf's lower edge, or a slide's lower corner, shape (3,), world [m]."""
         self.weight = frozen(self._weight(leaf_on_joint.center_of_mass(self.closed)))
         """Weight times place of the centre of mass along leaf and normal, or times `per_angle`, shape (2,) [N m]."""
         self._center = self.in_doorway(leaf_on_joint.center_of_mass(self.closed) - self.hinge_position)
         self.handle = None if contact is None or contact.named is None else self._handle(leaf_on_joint, contact)
         """Place of a contact that the URDF has: D_V, D_H, and how far it lies before the hinge axis [m]."""
         self.contact_offset = self._contact_offset(leaf_on_joint, contact)
-        """o, how far the contact point lies before the hinge axis, towards the vehicle [m]."""
         self.panel = self._panel(leaf_on_joint)
         """Plane beside the way of a slide's contact: normal in the doorway, and distance from P_h along it [m]; None without."""
         self.frame_depth, self.frame_back = leaf_on_joint.frame_depth(self.axes, leaf_size)

@@ -10,7 +10,7 @@ import numpy as np
 from doorman.arrays import Array
 from doorman.exceptions import ScenarioError
 from doorman.kinematics.doors.door import Door
-from doorman.kinematics.doors.urdf.beside import fixed_boxes
+from doorman.kinematics.doors.urdf.beside import Box, boxes_along, fixed_boxes
 from doorman.kinematics.urdf.robot import frozen
 from doorman.scenario import Scenario
 
@@ -46,23 +46,6 @@ class FramePlace:
     """By which the arm is turned from straight ahead [rad]."""
 
 
-@dataclass(frozen=True, eq=False)
-class _Box:
-    """A box beside the door, along `into`, `along` and `up` from P_h [m]."""
-
-    center: Array
-    half: Array
-
-    @property
-    def front(self) -> float:
-        return float(self.center[0] - self.half[0])
-
-    @property
-    def ends(self) -> tuple[float, float]:
-        """Along the closed leaf."""
-        return float(self.center[1] - self.half[1]), float(self.center[1] + self.half[1])
-
-
 def frame_places(door: Door, height: float, reach: float, radius: float) -> tuple[FramePlace, ...]:
     """Places that tell where a door stands: two on its front far apart, and one beside the hinge, where the frame is deep enough.
 
@@ -70,7 +53,8 @@ def frame_places(door: Door, height: float, reach: float, radius: float) -> tupl
     """
     if not (door.upright and door.vertical):
         return ()
-    boxes = [box for box in _boxes(door) if abs(box.center[2] - height) < box.half[2] - _ROOM]
+    drawn = boxes_along(fixed_boxes(door.urdf, door.model), door.axes, door.hinge_position)
+    boxes = [box for box in drawn if abs(box.center[2] - height) < box.half[2] - _ROOM]
     sides = (
         [box for box in boxes if box.ends[1] < _BORDER],
         [box for box in boxes if box.ends[0] > door.width - _BORDER],
@@ -119,16 +103,7 @@ def _place(
     return FramePlace(frozen(point), frozen(normal), room, clear, turn)
 
 
-def _boxes(door: Door) -> list[_Box]:
-    """Boxes of the frame and what it stands in."""
-    found = []
-    for placed, size in fixed_boxes(door.urdf, door.model):
-        center = door.in_doorway(placed[:3, 3] - door.hinge_position)
-        found.append(_Box(center, np.abs(door.axes @ placed[:3, :3]) @ size / 2))
-    return found
-
-
-def _on_the_front(side: list[_Box], towards: float) -> tuple[float, float, float] | None:
+def _on_the_front(side: list[Box], towards: float) -> tuple[float, float, float] | None:
     """Place on the widest face of one side, along `into` and `along`, and the room about it [m]."""
     for box in sorted(side, key=lambda box: -float(box.half[1])):
         along = float(box.center[1] + towards * max(box.half[1] - _FARTHEST, 0.0))
@@ -140,7 +115,7 @@ def _on_the_front(side: list[_Box], towards: float) -> tuple[float, float, float
     return None
 
 
-def _beside_the_hinge(side: list[_Box], depth: float, face: float) -> float | None:
+def _beside_the_hinge(side: list[Box], depth: float, face: float) -> float | None:
     """How far a tip is in the doorway beside the hinge's post, between its front and the leaf, along `into` [m]."""
     fronts = [box.front for box in side if abs(box.ends[1]) < _BORDER]
     into = min(fronts, default=0.0) + depth

@@ -38,8 +38,7 @@ def read_door(scenario: Scenario) -> Door:
         if not isinstance(leaf, LeafInPlane):
             _, outward = leaf.contact(contact, plain.closed, plain.into)
     if outward is None:
-        default = _side_of_slide(scenario, plain) if plain.slides else _side_of_ends(scenario)
-        return Door(urdf, scenario.door, contact.side or default, contact)
+        return Door(urdf, scenario.door, contact.side or _likely_side(scenario, plain), contact)
     side: Side = "push" if float(outward @ plain.normal(0.5 * math.pi)) < 0.0 else "pull"
     if contact.side not in (None, side):
         raise ScenarioError(
@@ -92,13 +91,11 @@ def _check_slide(scenario: Scenario) -> None:
                 )  # fmt: skip
 
 
-def _side_of_slide(scenario: Scenario, plain: Door) -> Side:
+def _likely_side(scenario: Scenario, plain: Door) -> Side:
     """A drawer is before the vehicle; a tip that can only push opens one that goes away from it."""
-    travel = read_travel(scenario, plain)
-    opens = plain.opening_of(travel.goal) > plain.opening_of(travel.start)
-    return "push" if scenario.contact.kind == "push" and opens else "pull"
-
-
-def _side_of_ends(scenario: Scenario) -> Side:
+    if plain.slides:
+        travel = read_travel(scenario, plain)
+        opens = plain.opening_of(travel.goal) > plain.opening_of(travel.start)
+        return "push" if scenario.contact.kind == "push" and opens else "pull"
     ends = (scenario.start.door_angle, scenario.goal.door_angle)
     return "pull" if any(end is not None and end > 0.5 * math.pi + _BEYOND for end in ends) else "push"

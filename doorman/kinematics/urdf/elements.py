@@ -22,6 +22,8 @@ class UrdfJoint:
     """`revolute`, `prismatic`, `fixed` and so on."""
     child: str
     """Link that it carries."""
+    parent: str
+    """Link that it hangs on."""
     axis: tuple[float, float, float]
     """In the child's frame at rest."""
     effort: float
@@ -48,6 +50,7 @@ def _joint(element: ElementTree.Element) -> UrdfJoint:
         name=element.get("name", ""),
         kind=element.get("type", ""),
         child=_text(element, "child", "link", ""),
+        parent=_text(element, "parent", "link", ""),
         axis=(x, y, z),
         effort=_numbers(element, "limit", "effort", "0")[0],
         limited=element.find("limit") is not None,

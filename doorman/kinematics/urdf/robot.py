@@ -26,10 +26,14 @@ def load_pinocchio(path: Path, endless: bool = True) -> pinocchio.Model:
     try:
         if not endless:
             _make_revolute(root)
-        model = pinocchio.buildModelFromXML(_text(root))  # what was checked: urdfdom knows no blanks but spaces
+        model = pinocchio.buildModelFromXML(ElementTree.tostring(root, encoding="unicode"))  # what was checked
     except (ValueError, RuntimeError) as error:
         raise UrdfError(
-            "not a valid URDF", file=path, field="/robot", given=_one_line(error), allowed="a URDF that Pinocchio reads"
+            "not a valid URDF",
+            file=path,
+            field="/robot",
+            given=" ".join(str(error).split()) or type(error).__name__,
+            allowed="a URDF that Pinocchio reads",
         ) from error
     if broken := _BROKEN_NAME.search(read_content(path)):
         raise UrdfError(
@@ -75,11 +79,3 @@ def _make_revolute(root: ElementTree.Element) -> None:
             limit = ElementTree.SubElement(joint, "limit", effort="0", velocity="0")
         limit.set("lower", "-1e6")
         limit.set("upper", "1e6")
-
-
-def _text(root: ElementTree.Element) -> str:
-    return ElementTree.tostring(root, encoding="unicode")
-
-
-def _one_line(error: BaseException) -> str:
-    return " ".join(str(error).split()) or type(error).__name__

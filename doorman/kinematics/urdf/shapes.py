@@ -15,6 +15,7 @@ import pinocchio
 from doorman.arrays import Array
 from doorman.bounds import parse_numbers
 from doorman.exceptions import UrdfError
+from doorman.kinematics.urdf.elements import read_joints
 from doorman.kinematics.urdf.robot import frozen
 from doorman.kinematics.urdf.structure import check_structure
 
@@ -55,17 +56,14 @@ def read_visuals(path: Path) -> list[UrdfShape]:
 
 
 def read_parents(path: Path) -> dict[str, tuple[str, str]]:
-    """Links that hang on a joint."""
-    joints = check_structure(path).findall("joint")
-    return {_link(joint, "child"): (joint.get("name", ""), _link(joint, "parent")) for joint in joints}
+    """Links that hang on a joint: its name, and the link above."""
+    return {joint.child: (joint.name, joint.parent) for joint in read_joints(path).values()}
 
 
 def link_name(path: Path, name: str) -> str:
     """The link of that name, or the child link of the joint of that name."""
-    root = check_structure(path)
-    if any(link.get("name") == name for link in root.findall("link")):
-        return name
-    return next(_link(joint, "child") for joint in root.findall("joint") if joint.get("name") == name)
+    links = (link.get("name") for link in check_structure(path).findall("link"))
+    return name if name in links else read_joints(path)[name].child
 
 
 def _read(path: Path, tag: str) -> list[UrdfShape]:
@@ -100,8 +98,3 @@ def _placement(element: ElementTree.Element) -> Array:
     rotation = pinocchio.rpy.rpyToMatrix(np.array(parse_numbers(origin.get("rpy", "0 0 0"))))
     position = np.array(parse_numbers(origin.get("xyz", "0 0 0")))
     return frozen(pinocchio.SE3(rotation, position).homogeneous)
-
-
-def _link(joint: ElementTree.Element, tag: str) -> str:
-    end = joint.find(tag)
-    return "" if end is None else end.get("link", "")

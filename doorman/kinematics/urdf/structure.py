@@ -36,7 +36,7 @@ _REQUIRED = {
     "sphere": ("radius",),
 }
 _POSITIVE = {("box", "size"), ("cylinder", "radius"), ("cylinder", "length"), ("sphere", "radius")}
-_NOT_NEGATIVE = {("limit", "effort"), ("dynamics", "damping"), ("dynamics", "friction")}
+_NOT_NEGATIVE = {("mass", "value"), ("limit", "effort"), ("dynamics", "damping"), ("dynamics", "friction")}
 _CHILDREN = {"inertial": ("mass", "inertia"), "visual": ("geometry",), "collision": ("geometry",)}
 _LENGTH, _MASS = 1e3, 1e5
 """Largest length [m], and mass [kg] or moment of inertia [kg m²]: ten times a hangar's door."""
@@ -69,8 +69,6 @@ def _checked(path: Path, content: bytes) -> ElementTree.Element:
         if element.tag in ("link", "joint"):
             _check_numbers(path, element, f"{top}/{element.tag}[{element.get('name')}]")
     links = _named(path, root, "link", top)
-    for name, link in links.items():
-        _check_mass(path, link, f"link {name}/inertial/mass")
     joints = _named(path, root, "joint", top)
     for name, joint in joints.items():
         _check_joint(path, joint, f"{top}/joint[{name}]")
@@ -141,13 +139,6 @@ def _named(path: Path, root: ElementTree.Element, tag: str, top: str) -> dict[st
             )  # fmt: skip
         found[name] = element
     return found
-
-
-def _check_mass(path: Path, link: ElementTree.Element, field: str) -> None:
-    for mass in link.findall("inertial/mass"):
-        value = float(mass.get("value", "0"))
-        if value < 0.0:
-            raise UrdfError("a negative mass", file=path, field=field, given=value, allowed=">= 0 kg")
 
 
 def _check_joint(path: Path, joint: ElementTree.Element, where: str) -> None:

@@ -10,7 +10,6 @@ without torque; a share of every rotor is kept for that.
 from __future__ import annotations
 
 import math
-from abc import ABC, abstractmethod
 from typing import NamedTuple
 
 import numpy as np
@@ -49,53 +48,34 @@ class RotorRoom(NamedTuple):
         return {f"actuation.{name}": np.ravel(value) for name, value in self._asdict().items()}
 
 
-class Actuation(ABC):
-    """What one kind of vehicle does to make a force."""
+class Actuation:
+    """What one kind of vehicle does to make a force: this one has thrust along the body's z axis alone, and tilts."""
 
-    lift: tuple[float, float]
-    """Least and largest thrust along the body's z axis of a plan, beside the settings' [N]."""
-    rotors: RotorRoom | None
+    rotors: RotorRoom | None = None
     """What bounds the force of a vehicle whose body stays level; None of one that tilts."""
-    push: float | None
+    push: float | None = None
     """Force to every side beside a hover, of a vehicle whose body stays level; None of one that tilts [N]."""
+
+    def __init__(self, max_thrust: float) -> None:
+        self.max_thrust = max_thrust
+        self.lift: tuple[float, float] = (0.0, max_thrust)
+        """Least and largest thrust along the body's z axis of a plan, beside the settings' [N]."""
 
     @property
     def fully(self) -> bool:
         """Whether the body stays level."""
         return self.push is not None
 
-    @abstractmethod
     def within_limits(self, force: Array, yaw: float, max_tilt: float) -> Array:
         """Nearest sensible force: height is kept first, then the horizontal part is cut."""
-
-    @abstractmethod
-    def attitude(self, force: Array, yaw: float) -> Array:
-        """Attitude with which a force is made."""
-
-    @abstractmethod
-    def body_force(self, force: Array, attitude: Array) -> Array:
-        """What the rotors are to make, shape (3,), body frame [N]."""
-
-
-class TiltedThrust(Actuation):
-    """Thrust along the body's z axis alone: the body tilts."""
-
-    push, rotors = None, None
-
-    def __init__(self, max_thrust: float) -> None:
-        self.max_thrust = max_thrust
-        self.lift = (0.0, max_thrust)
-
-    def within_limits(self, force: Array, yaw: float, max_tilt: float) -> Array:
-        """Force cut to thrust and tilt. See `Actuation`."""
         return saturate(force, self.max_thrust, max_tilt)
 
     def attitude(self, force: Array, yaw: float) -> Array:
-        """Attitude with the body's z axis along the force. See `Actuation`."""
+        """Attitude with which a force is made."""
         return attitude_of_force(force, yaw)
 
     def body_force(self, force: Array, attitude: Array) -> Array:
-        """All of the force along z. See `Actuation`."""
+        """What the rotors are to make, shape (3,), body frame [N]."""
         return np.array([0.0, 0.0, math.sqrt(force.dot(force))])
 
 
@@ -106,6 +86,7 @@ class BodyForce(Actuation):
         self._lift, self._side = layout.inverse[:, 0], layout.side_inverse
         self._least, self._most = _KEPT * layout.max_thrusts, (1.0 - _KEPT) * layout.max_thrusts
         self._lifts = float((self._least / self._lift).max()), float((self._most / self._lift).min())
+        super().__init__(float(layout.max_thrusts.sum()))
         self.lift = (max(_LIFTS[0] * weight, self._lifts[0]), min(_LIFTS[1] * weight, self._lifts[1]))
         self.push = max(float((self._room(weight) / np.linalg.norm(self._side, axis=1)).min()), 0.0)
         shares = np.column_stack([self._lift, self._side, self._least, self._most])
@@ -136,12 +117,11 @@ class BodyForce(Actuation):
 
 def actuation_of(vehicle: Vehicle, torque_per_thrust: float) -> Actuation:
     """What a vehicle's rotors can do."""
-    weight = vehicle.weight
     try:
         layout = rotor_layout(vehicle, torque_per_thrust)
     except BackendError:
-        return TiltedThrust(vehicle.max_thrust)
-    return BodyForce(layout, weight) if layout.fully_actuated else TiltedThrust(vehicle.max_thrust)
+        return Actuation(vehicle.max_thrust)
+    return BodyForce(layout, vehicle.weight) if layout.fully_actuated else Actuation(vehicle.max_thrust)
 
 
 def saturate(force: Array, max_thrust: float, max_tilt: float) -> Array:

@@ -28,7 +28,17 @@ def disc_radius(urdf: Path, model: pinocchio.Model, base: pinocchio.SE3) -> floa
         if shape.kind == "mesh":
             mesh_path(urdf, shape.file, shape.field)  # an address of another kind has an error of its own
     try:
-        body = max((_reach(urdf, shape, base.inverse() * _placed(urdf, model, shape)) for shape in shapes), default=0.0)
+        body = max(
+            (
+                _reach(
+                    urdf,
+                    shape,
+                    base.inverse() * _frame(urdf, model, shape.link).placement * pinocchio.SE3(shape.placement),
+                )
+                for shape in shapes
+            ),
+            default=0.0,
+        )
     except UrdfError as error:
         raise UrdfError(
             "collision meshes cannot be read; set vehicle.radius", file=urdf, field="vehicle.radius",
@@ -84,11 +94,6 @@ def _hubs(urdf: Path, model: pinocchio.Model, base: pinocchio.SE3) -> Array:
 
 def _frame(urdf: Path, model: pinocchio.Model, link: str) -> pinocchio.Frame:
     return model.frames[link_index(model, link, urdf, f"link {link}")]
-
-
-def _placed(urdf: Path, model: pinocchio.Model, shape: UrdfShape) -> pinocchio.SE3:
-    """Placement of a shape of a link that is fixed to the root, in the root frame."""
-    return _frame(urdf, model, shape.link).placement * pinocchio.SE3(shape.placement)
 
 
 def _reach(urdf: Path, shape: UrdfShape, placement: pinocchio.SE3) -> float:

@@ -14,10 +14,10 @@ from doorman.copying import PerThread
 from doorman.exceptions import UrdfError
 from doorman.gravity import weight_of
 from doorman.kinematics.links import joint_placements_along, links_of
-from doorman.kinematics.urdf.robot import frame_index, frozen, link_index, load_pinocchio
-from doorman.kinematics.vehicles.arms.arm_chain import arm_chain, carriers, check_followers, standing_joints
+from doorman.kinematics.urdf.robot import frame_index, frozen, link_index, load_pinocchio, with_standing
+from doorman.kinematics.vehicles.arms.arm_chain import arm_chain, check_followers, standing_joints
 from doorman.kinematics.vehicles.arms.arm_geometry import ArmGeometry
-from doorman.kinematics.vehicles.arms.joint_limits import position_limits, positive_rates, positive_torques, sliding
+from doorman.kinematics.vehicles.arms.joint_limits import joint_limits
 from doorman.kinematics.vehicles.bodies import Bodies
 from doorman.kinematics.vehicles.disc import disc_radius, propeller_reach
 from doorman.kinematics.vehicles.rotors import Rotor, read_rotors
@@ -27,7 +27,7 @@ __all__ = ["ArmGeometry", "Rotor", "Vehicle"]
 
 
 _LEVEL = 1e-3
-"""Height above the rotors up to which an arm's root counts as level with them [m]."""
+"""Height above the rotors up to which an arm's first joint, or the tip of a stick, counts as level with them [m]."""
 _WEIGHTLESS = 0.01
 """Share of the whole mass up to which what carries the base link only writes that it moves, and is no cart and no rail."""
 
@@ -55,10 +55,8 @@ class Vehicle:
         self.mass = self._positive_mass()
         self._heavy = [(k, body.mass, np.array(body.lever)) for k, body in enumerate(self.model.inertias) if body.mass]
         self.bodies = Bodies.of(self.model, self._data, self._base_placement())
-        self.slides = sliding(urdf, self.joint_names)
-        self.lower_limits, self.upper_limits = position_limits(urdf, self.model, self.joint_names)
-        self.rate_limits = positive_rates(urdf, self.model, self.joint_names)
-        self.torque_limits = positive_torques(urdf, self.model, self.joint_names, self.lower_limits, self.upper_limits)
+        limits = joint_limits(urdf, self.model, self.joint_names)
+        self.slides, self.lower_limits, self.upper_limits, self.rate_limits, self.torque_limits = limits
         self.rotors = read_rotors(urdf, self.model, self._base_placement(), self.names.rotors.assume)
         self.radius = float(self.names.radius or disc_radius(urdf, self.model, self._base_placement()))
         self.max_thrust = self._thrust_limit()
@@ -159,9 +157,9 @@ class Vehicle:
     def _on_virtual_joints(self, full: pinocchio.Model) -> pinocchio.Model:
         """With the joints at zero that carry the base link, and weigh nothing: a floating base may be written as six joints."""
         base = full.frames[link_index(full, self.names.base_link, self.urdf, "vehicle.base_link")].parentJoint
-        beside = sum(body.mass for index, body in enumerate(full.inertias) if base not in carriers(full, index))
+        beside = sum(body.mass for body, above in zip(full.inertias, full.supports, strict=True) if base not in above)
         virtual = base and beside <= _WEIGHTLESS * sum(body.mass for body in full.inertias)
-        return self._locked(full, carriers(full, base)) if virtual else full
+        return with_standing(full, list(full.supports[base])[1:], pinocchio.neutral(full)) if virtual else full
 
     def _arm_only(self, full: pinocchio.Model) -> tuple[pinocchio.Model, tuple[str, ...]]:
         """Lock every joint that is not on the chain from the base link to the tip."""
@@ -169,17 +167,8 @@ class Vehicle:
         names = tuple(full.names[i] for i in chain)
         check_followers(self.urdf, set(names))
         self.standing_joints = standing_joints(full, self.names.base_link, names)
-        return self._locked(full, [i for i in range(1, full.njoints) if i not in chain]), names
-
-    def _locked(self, full: pinocchio.Model, joints: list[int]) -> pinocchio.Model:
-        """With some joints at zero."""
-        try:
-            return pinocchio.buildReducedModel(full, joints, pinocchio.neutral(full)) if joints else full
-        except ValueError as error:  # a locked joint becomes a frame, which needs a name of its own
-            raise UrdfError(
-                "the arm cannot be identified: names repeat", file=self.urdf, field="/robot", given=str(error),
-                allowed="links and joints of different names",
-            ) from error  # fmt: skip
+        others = [i for i in range(1, full.njoints) if i not in chain]
+        return with_standing(full, others, pinocchio.neutral(full)), names
 
     def _servo_frames(self) -> list[int]:
         """Frames of joints 3 … n: named by the scenario, else `servo_k`, else the joint itself."""
@@ -237,15 +226,12 @@ class Vehicle:
         points = np.array([base.actInv(self._data.oMf[i].translation) for i in self._point_frames])
         origins = np.vstack([joints, np.zeros(3)])  # index −1: the body
         parents.flags.writeable = False
+        rotors = max([0.0, *(float(rotor.position[2]) for rotor in self.rotors)])  # the plane z = 0 without any
         return ArmGeometry(
             axes=frozen(axes),
             links=frozen(np.diff(np.vstack([np.zeros(3), joints]), axis=0)),
             slides=self.slides,
             point_parents=parents,
             point_offsets=frozen(points - origins[parents]),
-            above=self._is_above((joints if self.n_arm else points)[0]),
+            above=bool((joints if self.n_arm else points)[0][2] > rotors + _LEVEL),
         )
-
-    def _is_above(self, root: Array) -> bool:
-        """Whether the arm's first joint, or the tip of a stick, lies above the rotors; the plane z = 0 without rotors."""
-        return bool(root[2] > max([0.0, *(float(rotor.position[2]) for rotor in self.rotors)]) + _LEVEL)

@@ -10,7 +10,7 @@ from doorman.mission.phases.phase import GiveUp, MissionPhase, Phase
 from doorman.planning.pace import OPEN
 
 _DOUBT = 0.1
-"""For which rotors must seem to meet something [s], but a leaf that is looked for: a gap in the poses moves it by centimetres."""
+"""For which rotors must seem to meet something [s]."""
 _PAST = math.radians(10.0)
 """A leaf that is so far beyond the goal cannot be brought back by a push [rad]."""
 _SUNK = 0.1
@@ -32,10 +32,9 @@ class Guard:
 
     def judge(self, phase: MissionPhase, estimate: Estimate) -> GiveUp | None:
         """Whether the attempt must end now; once per tick."""
-        searching = phase.searches(estimate.time)
-        near, beside = self._nearness(estimate, searching, phase.tied)
+        near, beside = self._nearness(estimate, phase.tied)
         self._clear_at = self._clear_at if near or beside else estimate.time
-        if (near and searching) or estimate.time - self._clear_at > _DOUBT:
+        if estimate.time - self._clear_at > _DOUBT:
             what = "the leaf" if near else "a jamb"
             reason = f"the rotors come too near to {what} at {self._stands(estimate)}"
             return GiveUp(reason, for_good=False, at_once=not phase.tied)
@@ -67,11 +66,11 @@ class Guard:
             self._above = attempt.number, above
         return self._above[1] - above
 
-    def _nearness(self, estimate: Estimate, searching: bool, tied: bool) -> tuple[bool, bool]:
+    def _nearness(self, estimate: Estimate, tied: bool) -> tuple[bool, bool]:
         """Whether the rotors come near the leaf, and near a jamb."""
         leaf = self._attempt.leaf
         if tied and not estimate.rests:
             return False, False  # a leaf that swings meets a vehicle that lets go
-        near = leaf.hits_the_rotors(estimate, searching)
+        near = leaf.hits_the_rotors(estimate)
         beside = leaf.levels_into_a_jamb(estimate) if tied else leaf.meets_a_jamb(estimate)
         return near, beside

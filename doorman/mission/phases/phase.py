@@ -133,10 +133,6 @@ class MissionPhase(ABC):
         """Whether a gripper should hold the leaf by now, and is no longer pressed onto it."""
         return self.tied
 
-    def searches(self, now: float) -> bool:
-        """Whether the tip looks for the leaf away from where it last was."""
-        return False
-
     def speed_back(self, estimate: Estimate) -> float:
         """Speed with which the phase itself, or its plan, draws the tip back from the leaf [m/s].
 

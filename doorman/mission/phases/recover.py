@@ -11,8 +11,6 @@ from doorman.mission.phases.phase import GiveUp, MissionPhase, Next, Phase, Then
 _WHOLE_SEARCH = 3
 """A tip that follows a leaf which moves on by itself, or looks for it along its swing, may go on as long as it comes nearer to
 the goal, but for no more than so many time-outs."""
-_FAR = 1.0
-"""A tip that has looked for the leaf for longer is far from where it lost it [s]."""
 
 
 class Recover(MissionPhase):
@@ -24,10 +22,6 @@ class Recover(MissionPhase):
         super().__init__(attempt, estimate, before)
         attempt.leaf.begin(estimate.yaw, estimate)
         attempt.opening.resume(estimate.time)
-
-    def searches(self, now: float) -> bool:
-        """Whether the tip is far from where it lost the leaf, or not sure to have touched it."""
-        return now - self.entered > _FAR or self.attempt.unsure
 
     def expired(self, now: float) -> bool:
         """Whether the phase has lasted too long; progress gives more time."""

@@ -49,10 +49,6 @@ class Touch(MissionPhase):
         """Whether the tug has turned the force round."""
         return self._touched_at is not None and now - self._touched_at >= PRESSING + _TURNING_ROUND
 
-    def searches(self, now: float) -> bool:
-        """Whether the tip has not met the leaf yet."""
-        return self._touched_at is None
-
     def step(self, estimate: Estimate, body_rates: Array, time_step: float) -> tuple[Setpoint, Then]:
         """Move, press, tug; the opening follows."""
         self._feel(estimate)

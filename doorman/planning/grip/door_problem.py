@@ -2,23 +2,21 @@
 
 from __future__ import annotations
 
-from functools import partial
 from typing import Any
 
 import numpy as np
 
 from doorman.arrays import Array
-from doorman.collision.rows.listed import IN_A_DOORWAY, Kinds
+from doorman.collision.rows.listed import Kinds
 from doorman.exceptions import ScenarioError
 from doorman.kinematics.numbers import Numbers
 from doorman.kinematics.vehicles.arms.arm_pattern import ArmPattern
 from doorman.kinematics.vehicles.balance import balance_numbers
 from doorman.model import Model
-from doorman.ocp.kernels.printed.printed_problem import printed_problem
 from doorman.ocp.problem.costs import QuadraticCost
 from doorman.ocp.problem.problem import Problem
 from doorman.ocp.problem.terms import Constraint
-from doorman.planning.composition import NO_EXTRAS, Extras, task_text
+from doorman.planning.composition import NO_EXTRAS, Extras, Made, task_problem
 from doorman.planning.limits import least_cosine, reduced_bounds
 from doorman.planning.pace import time_constant_held
 
@@ -30,18 +28,8 @@ _SIDE_WEIGHT = 5.0
 
 def door_problem(model: Model, numbers: Numbers | None = None, extras: Extras = NO_EXTRAS) -> Problem:
     """Optimal control problem of a scenario: the paper's cost, dynamics and hard constraints."""
-    numbers = numbers or door_numbers(model)
-    rows = partial(door_rows, kinds=model.kinds)
-    text = task_text(f"quasi-static {model.kinds}", quasi_static_task, model, numbers, rows, extras)
-    return scenario_problem(model, text, numbers)
-
-
-def scenario_problem(model: Model, text: str, numbers: Numbers) -> Problem:
-    """Problem of reduced states and inputs with a scenario's horizon, cost and bounds."""
-    planner = model.scenario.planner
-    return printed_problem(
-        text, planner.horizon_steps, planner.time_step, door_cost(model), reduced_bounds(model), numbers.vector
-    )
+    cost, bounds = door_cost(model), reduced_bounds(model)
+    return task_problem("quasi-static", quasi_static, model, numbers or door_numbers(model), cost, bounds, extras)
 
 
 def door_numbers(model: Model) -> Numbers:
@@ -52,14 +40,15 @@ def door_numbers(model: Model) -> Numbers:
     return model.reduced.numbers.and_also({**limits, **side, **balance_numbers(model.vehicle)})
 
 
-def quasi_static_task(pattern: ArmPattern, point_names: tuple[str, ...], numbers: Numbers) -> Any:
-    """The task in symbols, with quasi-static dynamics."""
+def quasi_static(pattern: ArmPattern, point_names: tuple[str, ...], numbers: Numbers, kinds: Kinds) -> Made:
+    """The task with quasi-static dynamics."""
     from doorman.dynamics.quasi_static import QuasiStaticTask  # CasADi
 
-    return QuasiStaticTask(pattern, point_names, numbers)
+    task = QuasiStaticTask(pattern, point_names, numbers)
+    return task, door_rows(task, kinds), []
 
 
-def door_rows(task: Any, kinds: Kinds = IN_A_DOORWAY) -> list[Constraint]:
+def door_rows(task: Any, kinds: Kinds) -> list[Constraint]:
     """Collision constraints with margin, the tilt (angle between the body's and the world's z axis), and the rotors."""
     from doorman.collision.constraints import collision_constraints  # CasADi
     from doorman.planning.vehicle_rows import rotor_thrusts, static_moment  # CasADi

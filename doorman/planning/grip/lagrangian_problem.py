@@ -9,9 +9,6 @@ much they lag behind the door.
 
 from __future__ import annotations
 
-from functools import partial
-from typing import Any
-
 import numpy as np
 
 from doorman.arrays import Array
@@ -20,13 +17,12 @@ from doorman.kinematics.numbers import Numbers
 from doorman.kinematics.vehicles.arms.arm_pattern import ArmPattern
 from doorman.kinematics.vehicles.vehicle import Vehicle
 from doorman.model import Model
-from doorman.ocp.kernels.printed.printed_problem import printed_problem
 from doorman.ocp.problem.costs import QuadraticCost
 from doorman.ocp.problem.problem import Problem
 from doorman.ocp.problem.terms import Constraint
-from doorman.planning.composition import NO_EXTRAS, Extras, task_text
+from doorman.planning.composition import NO_EXTRAS, Extras, Made, task_problem
 from doorman.planning.grip.door_problem import chosen_weights, door_numbers, door_rows
-from doorman.planning.limits import lagrangian_bounds, largest_body_rates
+from doorman.planning.limits import lagrangian_bounds
 from doorman.planning.pace import time_constant_held
 
 _STATE_WEIGHTS = (5.0, 5.0, 3.0, 9.0, 5.0, 5.0, 13.5, 8.0)
@@ -36,23 +32,17 @@ _RATES = ("roll rate", "pitch rate", "yaw rate")
 
 def lagrangian_problem(model: Model, numbers: Numbers | None = None, extras: Extras = NO_EXTRAS) -> Problem:
     """Optimal control problem of a scenario with the full dynamics."""
-    numbers, planner = numbers or lagrangian_numbers(model), model.scenario.planner
-    limited = "limits.body_rates" in numbers.sizes
-    name = f"lagrangian {model.kinds}, body rates {'limited' if limited else 'free'}"
-    rows = partial(_limited_rows if limited else door_rows, kinds=model.kinds)
-    text = task_text(name, _lagrangian_task, model, numbers, rows, extras)
-    return printed_problem(
-        text, planner.horizon_steps, planner.time_step, lagrangian_cost(model), lagrangian_bounds(model), numbers.vector
-    )
+    cost, bounds = lagrangian_cost(model), lagrangian_bounds(model)
+    return task_problem("lagrangian", _lagrangian, model, numbers or lagrangian_numbers(model), cost, bounds, extras)
 
 
 def lagrangian_numbers(model: Model) -> Numbers:
     """Numbers of the scenario's task, by name: those of the door problem, inertias and the limits of the body rates."""
-    rates = largest_body_rates(model)
-    limits = {"limits.body_rates": rates} if rates.size else {}
+    limits = model.scenario.limits
+    rates = {"limits.body_rates": np.array(limits.body_rates)} if limits.enabled else {}
     numbers = door_numbers(model)
     of_inertia = {name: value for name, value in inertia_numbers(model.vehicle).items() if name not in numbers.sizes}
-    return numbers.and_also({**of_inertia, **limits})
+    return numbers.and_also({**of_inertia, **rates})
 
 
 def inertia_numbers(vehicle: Vehicle) -> dict[str, Array]:
@@ -62,21 +52,17 @@ def inertia_numbers(vehicle: Vehicle) -> dict[str, Array]:
     return {"vehicle.inertia": np.asarray(vehicle.inertia(np.zeros(vehicle.n_arm))[np.triu_indices(3)])}
 
 
-def _lagrangian_task(pattern: ArmPattern, point_names: tuple[str, ...], numbers: Numbers) -> Any:
-    """The task in symbols."""
+def _lagrangian(pattern: ArmPattern, point_names: tuple[str, ...], numbers: Numbers, kinds: Kinds) -> Made:
+    """The task with the door problem's constraints, and limits of the body rates, which are no inputs here."""
     from doorman.dynamics.lagrangian import LagrangianTask  # CasADi
 
-    return LagrangianTask(pattern, point_names, numbers)
-
-
-def _limited_rows(task: Any, kinds: Kinds) -> list[Constraint]:
-    """The door problem's constraints, and the body rates', which are no inputs here."""
-    return [*door_rows(task, kinds), *(_rate(task, i, sign) for i in range(3) for sign in (1, -1))]
-
-
-def _rate(task: Any, axis: int, sign: int) -> Constraint:
-    side = "above" if sign > 0 else "below"
-    return Constraint(f"{_RATES[axis]} {side}", sign * task.body_rates[axis] - task.limits.body_rates[axis])
+    task = LagrangianTask(pattern, point_names, numbers)
+    rows = door_rows(task, kinds)
+    for axis, rate in enumerate(_RATES if "limits.body_rates" in numbers.sizes else ()):
+        for side, sign in (("above", 1), ("below", -1)):
+            excess = sign * task.body_rates[axis] - task.limits.body_rates[axis]
+            rows.append(Constraint(f"{rate} {side}", excess))
+    return task, rows, []
 
 
 def lagrangian_cost(model: Model) -> QuadraticCost:

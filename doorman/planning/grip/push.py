@@ -8,6 +8,7 @@ import numpy as np
 
 from doorman.arrays import Array
 from doorman.kinematics.rotations import rotation_body_to_world
+from doorman.kinematics.vehicles.actuation import attitude_of_force
 from doorman.model import Model
 from doorman.ocp.solvers.solution import PlanStatus
 from doorman.planning.hinge import Hinge
@@ -19,18 +20,19 @@ _PLUMB = 0.5
 """Least share of a plumb force that counts along a lever's arc."""
 
 
+def rotor_force(inputs: Array, n_arm: int) -> Array:
+    """Force of the rotors, of reduced inputs."""
+    side = inputs[4 + n_arm :]
+    return np.array([*(side if len(side) else (0.0, 0.0)), inputs[0]])
+
+
 def push_along_normal(model: Model, states: Array, inputs: Array) -> Array:
     r"""Push of the rotors along the door's normal, :math:`n_D^T (f_t R e_3 - m_A g e_3)`."""
-    roll, pitch, yaw, angle = states[: len(inputs), :4].T
-    door, weight = model.door, model.vehicle.weight
-    normals = door.normals(angle)
-    ahead = np.cos(yaw) * normals[:, 0] + np.sin(yaw) * normals[:, 1]
-    left = np.cos(yaw) * normals[:, 1] - np.sin(yaw) * normals[:, 0]
-    level = np.cos(roll) * np.sin(pitch) * ahead - np.sin(roll) * left
-    push = inputs[:, 0] * (level + np.cos(roll) * np.cos(pitch) * normals[:, 2]) - weight * normals[:, 2]
-    for k, side in enumerate(inputs[:, 4 + model.n_arm :] if model.actuation.fully else ()):
-        push[k] += normals[k] @ rotation_body_to_world(states[k, :3])[:, : len(side)] @ side
-    return np.asarray(push)
+    of_rotors = [
+        rotation_body_to_world(x[:3]) @ rotor_force(u, model.n_arm) for x, u in zip(states, inputs, strict=False)
+    ]
+    forces = np.array(of_rotors) - [0.0, 0.0, model.vehicle.weight]
+    return np.asarray((forces * model.door.normals(states[: len(inputs), 3])).sum(axis=1))
 
 
 def resistance(model: Model, hinge: Hinge, angle: float) -> float:
@@ -39,29 +41,17 @@ def resistance(model: Model, hinge: Hinge, angle: float) -> float:
     return hinge.friction + math.copysign(torque, torque * (model.goal_angle - angle))
 
 
-class LargestPushes:
-    """Largest push of a vehicle at every angle of its door; about a vertical hinge that is one number, found once."""
-
-    def __init__(self, model: Model) -> None:
-        self._model, self._tilt = model, model.largest_tilt
-        self._everywhere = largest_push(model, self._tilt) if model.door.vertical else None
-
-    def at(self, angle: float) -> float:
-        """Force on the leaf along its normal, towards the goal [N]."""
-        return largest_push(self._model, self._tilt, angle) if self._everywhere is None else self._everywhere
-
-
-def too_stiff(model: Model, hinge: Hinge, angle: float, largest: LargestPushes) -> tuple[PlanStatus, str] | None:
+def too_stiff(model: Model, hinge: Hinge, angle: float) -> tuple[PlanStatus, str] | None:
     """Whether a door resists by more, here or on the way to the goal, than the vehicle can push."""
     goal, lever = model.goal_angle, model.coupling.lever_length
     if abs(angle - goal) < _AT_GOAL:
         return None
     ends = (angle, goal + math.copysign(_AT_GOAL, angle - goal))
-    missing = [resistance(model, hinge, end) - lever * largest.at(end) for end in ends]
+    missing = [resistance(model, hinge, end) - lever * largest_push(model, model.largest_tilt, end) for end in ends]
     if max(missing) <= 0.0:
         return None
     hardest = ends[missing.index(max(missing))]
-    worst, push = resistance(model, hinge, hardest), largest.at(hardest)
+    worst, push = resistance(model, hinge, hardest), largest_push(model, model.largest_tilt, hardest)
     words = f"the hinge resists with {worst:.2f} N m; the vehicle makes {push * lever:.2f} N m, {push:.1f} N at {lever:.2f} m"
     if model.door.slides:
         words = f"the slide resists with {model.door.torque_in_words(worst)}; the vehicle makes {push:.2f} N"
@@ -90,12 +80,8 @@ def push_state(model: Model, state: Array, push: float) -> Array:
     """
     if model.actuation.fully:
         return state
-    start, yaw, force = state.copy(), float(state[2]), plumb(model, push, float(state[3]))
-    forward = math.cos(yaw) * force[0] + math.sin(yaw) * force[1]
-    left = math.cos(yaw) * force[1] - math.sin(yaw) * force[0]
-    weight = model.vehicle.weight + force[2]
-    start[0] = math.atan2(-left, math.hypot(forward, weight))
-    start[1] = math.atan2(forward, weight)
+    start, force = state.copy(), plumb(model, push, float(state[3])) + [0.0, 0.0, model.vehicle.weight]
+    start[:2] = attitude_of_force(force, float(state[2]))[:2]
     return start
 
 

@@ -39,7 +39,7 @@ def depths_in_face(model: Model, positions: Array, attitudes: Array, door_angles
     door = model.door
     from_hinge = positions + model.coupling.tips(attitudes, arm_angles) - door.hinge_position
     return np.asarray(
-        (door.normals(door_angles) * from_hinge).sum(axis=1) + door.contact_offset + door.ways(door_angles)
+        (door.normals(door_angles) * from_hinge).sum(axis=1) + door.contact_offset + door.way(door_angles)
     )
 
 

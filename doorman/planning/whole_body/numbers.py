@@ -20,9 +20,9 @@ from doorman.kinematics.vehicles.rotor_layout import rotor_layout
 from doorman.model import Model
 from doorman.planning.pace import RESTING, STIFFNESS, Pace
 
-_YAW_SHARE, _SHIPPED_YAW_TORQUE = 0.65, 0.25
-"""Share of the rotors' torque about the vertical, around half thrust, that plans count on, as tilting takes
-the rest. Where no rotor is known, the torque of the shipped vehicle [N m]."""
+_YAW_SHARE, _SHIPPED_YAW_TORQUE = 0.65, 0.19
+"""Share of the rotors' torque about the vertical that plans count on, as tilting takes the rest. Where no rotor is known, the
+torque of the shipped vehicle [N m]."""
 ARM_WEIGHT = 50.0
 """Weight of joint rates beside the one that keeps step with the leaf, for the shipped vehicle. Cheaper arms rattle the tip:
 with a tenth of this, forces above 4.5 N grow to oscillations."""
@@ -138,12 +138,14 @@ def _side_numbers(model: Model) -> dict[str, Any]:
 
 
 def yaw_torque(model: Model) -> float:
-    """Largest torque about the vertical that a plan counts on: a share of what the rotors make around half thrust."""
+    """Largest torque about the vertical that a plan counts on: a share of what the rotors have to spare around hover."""
     try:
         layout = rotor_layout(model.vehicle, model.scenario.simulation.torque_per_thrust)
     except BackendError:
         return _SHIPPED_YAW_TORQUE * model.scale.torque
-    return float(_YAW_SHARE * layout.torque_authority[2])
+    hover = layout.inverse[:, 0] * model.vehicle.weight
+    spare = np.clip(layout.max_thrusts - hover, 0.0, hover)
+    return float(_YAW_SHARE * np.abs(layout.allocation[3]) @ spare)
 
 
 def yaw_inertia(model: Model) -> float:

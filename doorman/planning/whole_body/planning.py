@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -10,14 +10,13 @@ from numpy.typing import ArrayLike
 
 from doorman.arrays import Array
 from doorman.kinematics.numbers import Numbers
-from doorman.kinematics.rotations import body_rates_of, euler_rate_matrix, regular_state, rotation_body_to_world
+from doorman.kinematics.rotations import body_rates_of, euler_rates, rotation_body_to_world
 from doorman.model import Model
 from doorman.ocp.problem.problem import Problem
-from doorman.ocp.solvers.solution import PlanStatus
 from doorman.planning.composition import NO_EXTRAS, NOTHING, Extras
-from doorman.planning.grip.push import LargestPushes, plumb, too_stiff
+from doorman.planning.grip.push import plumb
 from doorman.planning.hinge import Hinge
-from doorman.planning.own_motion import Motion
+from doorman.planning.model_base import PlanningModel
 from doorman.planning.pace import RESTING
 from doorman.planning.whole_body.contact import contact_forces, depth_of, turned_by, whole_body_state
 from doorman.planning.whole_body.numbers import goal_numbers, whole_body_numbers
@@ -28,44 +27,31 @@ _TOUCHES = 0.25
 """A tip touches that presses with so much of what carries the leaf, or of what the vehicle's tip rests with, twice."""
 _TOLERANCE = 2e-3
 """Tolerance of hard limits [m, or 30 N]: one iteration leaves active rows within it."""
-_PITCH = 4
-"""Place of the pitch in the state."""
 _REDUCED = (3, 4, 5, 12, 13)
 """Places of [Φ, α, α̇] in the state; the arm's angles follow."""
 
 
-class WholeBodyPlanning:
+class WholeBodyPlanning(PlanningModel):
     """x = [P, Φ, V, Φ̇, α, α̇, H], u = [f_t, φ_c, θ_c, τ_z, Ḣ_d]; see `PlanningModel` and `whole_body`."""
 
+    headings = ((5, 11),)
+    tolerance = _TOLERANCE
+
     def __init__(self, model: Model) -> None:
-        self.model = model
-        joints = model.vehicle.joint_names
-        self.state_names = (
+        states = (
             "x", "y", "z", "roll", "pitch", "yaw", "velocity x", "velocity y", "velocity z",
-            "roll rate", "pitch rate", "yaw rate", "door angle", "door rate", *joints,
+            "roll rate", "pitch rate", "yaw rate", "door angle", "door rate",
         )  # fmt: skip
-        self.input_names = (
-            "thrust", "commanded roll", "commanded pitch", "yaw torque", *(f"rate of {j}" for j in joints),
-            *(("force ahead", "force to the left") if model.actuation.fully else ()),
-        )  # fmt: skip
-        self.numbers = whole_body_numbers(model)
-        self._largest = LargestPushes(model)
-        self._resting = model.contact.between(RESTING * model.scale.force, 0.0)
-        self.start_state = self.state(model.start_state, np.zeros(3))
-        self.goal_state = self.state(model.goal_state, np.zeros(3))
-        self.hover_input = np.concatenate([model.hover_input, np.zeros(2 if model.actuation.fully else 0)])
+        inputs = ("thrust", "commanded roll", "commanded pitch", "yaw torque")
+        numbers, self._resting = whole_body_numbers(model), model.contact.between(RESTING * model.scale.force, 0.0)
+        self._rests_at = depth_of(self._resting, numbers) if self._resting > 0.0 else 0.0
+        super().__init__(model, states, inputs, numbers)
         self.moved_mass = model.vehicle.mass
-        self.headings: tuple[tuple[int, int], ...] = ((5, 11),)
-        self.tolerance = _TOLERANCE
         self._follow_start = frozenset(self._fitting(self.numbers, Hinge.of(model.door), self.start_state))
 
-    def check_state(self, state: ArrayLike, field: str = "state") -> Array:
-        """A state as a contiguous float array. See `PlanningModel`."""
-        return regular_state(state, 14 + self.model.n_arm, field, pitch=_PITCH)
-
-    def problem(self, extras: Extras = NO_EXTRAS) -> Problem:
+    def problem(self, extras: Extras = NO_EXTRAS, numbers: Numbers | None = None) -> Problem:
         """The whole-body problem. See `PlanningModel`."""
-        return whole_body_problem(self.model, self.numbers, extras)
+        return whole_body_problem(self.model, numbers or self.numbers, extras)
 
     def fitted(
         self, hinge: Hinge, margin: float, start: Array, given: Mapping[str, ArrayLike] = NOTHING, door_angle: float | None = None
@@ -108,10 +94,6 @@ class WholeBodyPlanning:
         """The scenario's goal: residuals draw to where the leaf is to go, the quadratic cost only keeps equations regular."""
         return self.goal_state
 
-    def impossible(self, hinge: Hinge, start: Array) -> tuple[PlanStatus, str] | None:
-        """Whether the door resists by more than the vehicle can push. See `PlanningModel`."""
-        return too_stiff(self.model, hinge, float(start[12]), self._largest)
-
     def normal_forces(self, numbers: Numbers, states: Array, inputs: Array) -> Array:
         """Force of the contact's spring. See `PlanningModel`."""
         return contact_forces(numbers, self.model, states[: len(inputs)])
@@ -120,9 +102,8 @@ class WholeBodyPlanning:
         """State with the tip at the contact point, resting on the leaf or holding it, and moving with it. See `PlanningModel`."""
         x, omega = np.asarray(reduced, dtype=np.float64), np.asarray(body_rates, dtype=np.float64)
         motion = self.model.coupling.vehicle_motion(x, omega, np.zeros(self.model.n_arm))
-        depth = depth_of(self._resting, self.numbers) if self._resting > 0.0 else 0.0
-        pressed = depth * self.model.door.normal(float(x[3]))
-        rates = euler_rate_matrix(x[:3]) @ omega
+        pressed = self._rests_at * self.model.door.normal(float(x[3]))
+        rates = np.array(euler_rates(x[:3], omega))
         return whole_body_state(motion.position + pressed, x[:3], motion.velocity, rates, x[3], x[4], x[5:])
 
     def reduced(self, states: Array, inputs: Array) -> tuple[Array, Array]:
@@ -131,8 +112,3 @@ class WholeBodyPlanning:
         u[:, 1:4] = body_rates_of(x[: len(u), 3:6], x[: len(u), 9:12])
         reduced = x[:, [*_REDUCED, *range(14, x.shape[1])]]
         return (reduced if states.ndim == 2 else reduced[0]), u.reshape(inputs.shape)
-
-    def swing(self, disturbance: float) -> Callable[[Array, Array], Array]:
-        """The problem's own dynamics with the contact, without friction in the hinge. See `PlanningModel`."""
-        numbers = self.numbers.replaced({"door.disturbance": disturbance, "door.friction": 0.0})
-        return Motion(whole_body_problem(self.model, numbers))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -13,11 +12,9 @@ from doorman.kinematics.numbers import Numbers
 from doorman.kinematics.vehicles.actuation import LEVEL
 from doorman.kinematics.vehicles.arms.arm_pattern import ArmPattern
 from doorman.model import Model
-from doorman.ocp.kernels.printed.printed_problem import printed_problem
 from doorman.ocp.problem.costs import QuadraticCost
 from doorman.ocp.problem.problem import Bounds, Problem
-from doorman.ocp.problem.terms import Constraint, Residual
-from doorman.planning.composition import NO_EXTRAS, Extras, task_text
+from doorman.planning.composition import NO_EXTRAS, Extras, Made, task_problem
 from doorman.planning.whole_body.numbers import whole_body_numbers, yaw_torque
 
 ARM_RATE = 1.5
@@ -36,28 +33,16 @@ ARM_COST = 1.0
 
 def whole_body_problem(model: Model, numbers: Numbers | None = None, extras: Extras = NO_EXTRAS) -> Problem:
     """Optimal control problem of a scenario's vehicle, arm and door, from free flight to contact."""
-    numbers, planner = numbers or whole_body_numbers(model), model.scenario.planner
-    rows, costs = partial(_constraints, kinds=model.kinds), partial(_residuals, kinds=model.kinds)
-    text = task_text(f"whole body {model.kinds}", _task, model, numbers, rows, extras, costs)
-    return printed_problem(text, planner.horizon_steps, planner.time_step, _cost(model), _bounds(model), numbers.vector)
+    cost, bounds = _cost(model), _bounds(model)
+    return task_problem("whole body", _whole_body, model, numbers or whole_body_numbers(model), cost, bounds, extras)
 
 
-def _task(pattern: ArmPattern, point_names: tuple[str, ...], numbers: Numbers) -> Any:
-    from doorman.planning.whole_body.task import WholeBodyTask  # CasADi
+def _whole_body(pattern: ArmPattern, point_names: tuple[str, ...], numbers: Numbers, kinds: Kinds) -> Made:
+    from doorman.planning.whole_body.rows import constraints, residuals  # CasADi
+    from doorman.planning.whole_body.task import WholeBodyTask
 
-    return WholeBodyTask(pattern, point_names, numbers)
-
-
-def _constraints(task: Any, kinds: Kinds) -> list[Constraint]:
-    from doorman.planning.whole_body.rows import constraints  # CasADi
-
-    return constraints(task, kinds)
-
-
-def _residuals(task: Any, kinds: Kinds) -> list[Residual]:
-    from doorman.planning.whole_body.rows import residuals  # CasADi
-
-    return residuals(task, kinds)
+    task = WholeBodyTask(pattern, point_names, numbers)
+    return task, constraints(task, kinds), residuals(task, kinds)
 
 
 def _bounds(model: Model) -> Bounds:

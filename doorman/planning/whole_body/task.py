@@ -76,11 +76,6 @@ from doorman.ocp.symbolic_model import SymbolicModel
 class WholeBodyTask(TipOnFace):
     """Vehicle, arm, leaf and contact. See `Task`."""
 
-    plan: Any
-    """Numbers of the plan: `time_step` [s]."""
-    weights: Any
-    """Numbers by which residuals count."""
-
     def __init__(self, pattern: ArmPattern, point_names: tuple[str, ...], numbers: Numbers) -> None:
         super().__init__(pattern, point_names, numbers)
         symbol = ca.SX.sym
@@ -108,16 +103,6 @@ class WholeBodyTask(TipOnFace):
     def before_leaf(self) -> Any:
         """Distance of O_B from the plane of the leaf's face [m]."""
         return ca.dot(self.contact_normal, self.contact_point - self.position)
-
-    @cached_property
-    def across_doorway(self) -> Any:
-        """Distance of O_B from the hinge along the closed leaf [m]."""
-        return ca.dot(self.door.along, self.position_from_hinge)
-
-    @cached_property
-    def into_doorway(self) -> Any:
-        """Distance of O_B behind the hinge through the doorway [m]."""
-        return ca.dot(self.door.into, self.position_from_hinge)
 
     @cached_property
     def half_width(self) -> Any:

@@ -11,16 +11,15 @@ import math
 import re
 import struct
 from collections.abc import Iterable, Sequence
-from typing import Any, Literal, NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from doorman.bounds import LARGEST_CHUNK
 
 Kind = Literal["number", "single", "integer", "boolean", "string"]
 
-HEADER = b"\x00\x01\x00\x00"
+BEGIN = b"\x00\x01\x00\x00"
 """First bytes of every message: little-endian CDR."""
 
 TIME = "time"
@@ -55,21 +54,12 @@ class Layout:
         order = {kind: place for place, kind in enumerate(STORED)}
         self.stored = sorted((time, *self.fixed), key=lambda field: (order[field.kind], bool(field.shape)))
         """Fields as stored: time first, then by kind, single values before arrays."""
-
-    def dtype(self, before: int = 0) -> np.dtype[Any]:
-        """The fixed part of a message, its header included, as a row of an array."""
-        names, formats, offsets = [], [], []
-        place = before + len(HEADER)
-        for field in self.stored:
-            names.append(field.name)
-            formats.append((STORED[field.kind], field.shape))
-            offsets.append(place)
-            place += np.dtype(STORED[field.kind]).itemsize * field.entries
-        return np.dtype({"names": names, "formats": formats, "offsets": offsets, "itemsize": place})
+        self.dtype = np.dtype([(field.name, STORED[field.kind], field.shape) for field in self.stored])
+        """The fixed part of a message, behind its first bytes, as a row of an array."""
 
     def tail(self, texts: Iterable[str]) -> bytes:
         """What follows the fixed part."""
-        place = self.dtype().itemsize - len(HEADER)
+        place = self.dtype.itemsize
         parts = []
         for text in texts:
             data = text.encode("utf-8", "surrogatepass") + b"\x00"
@@ -80,7 +70,7 @@ class Layout:
 
     def read_tail(self, tail: bytes) -> list[str]:
         """The texts behind the fixed part of a message, as `tail` writes them."""
-        place, start = 0, self.dtype().itemsize - len(HEADER)
+        place, start = 0, self.dtype.itemsize
         texts = []
         for _ in range(sum(field.entries for field in self.texts)):
             place += -(start + place) % _LENGTH.size
@@ -141,9 +131,3 @@ def type_name(topic: str) -> str:
     words = re.findall(r"[0-9A-Za-z]+", topic)
     name = "".join(word[:1].upper() + word[1:] for word in words) or "Message"
     return f"doorman/msg/{name if name[0].isalpha() else f'T{name}'}"
-
-
-def native(rows: NDArray[Any], field: Field) -> NDArray[Any]:
-    """Values of a field in many rows, copied to an array of their own; single precision becomes double."""
-    dtype = np.float64 if field.kind == "single" else np.dtype(STORED[field.kind]).newbyteorder("=")
-    return np.array(rows[field.name], dtype=dtype, order="C")

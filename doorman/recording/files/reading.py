@@ -13,30 +13,29 @@ import struct
 import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from io import BytesIO
 from typing import IO, Any
 
-import numpy as np
-from mcap.opcode import Opcode
-from mcap.records import Channel, Metadata, Schema, Statistics
+from mcap.records import Attachment, Channel, Chunk, DataEnd, McapRecord, Message, Metadata, Schema, Statistics
+from mcap.stream_reader import StreamReader, breakup_chunk
 from mcap.writer import MCAP0_MAGIC as MAGIC
 
-from doorman.bounds import LARGEST_LOG, LAST_TIME
-from doorman.exceptions import RecordingError, shown
-from doorman.recording.files.cdr import HEADER as CDR
-from doorman.recording.files.mcap_file import COMPRESSION
-from doorman.recording.files.messages import HEADER, Columns, MessageType, header_value
-from doorman.recording.files.records import PREFIX, Record, records_of, stream_of
+from doorman.bounds import LARGEST_LOG
+from doorman.exceptions import RecordingError
+from doorman.recording.files.header import HEADER, header_value
+from doorman.recording.files.messages import Columns, MessageType, joined
+from doorman.recording.files.records import COMPRESSION, whole_record
 
 TOPIC = "topic"
 """Name of the metadata record that repeats a topic's schema."""
 
-_MESSAGE = struct.Struct("<HIQQ")
-"""Topic, sequence and times of a message before its data."""
+_PREFIX = struct.Struct("<BQ")
+"""Opcode and length of a record."""
 _COMPRESSION = struct.pack("<I", len(COMPRESSION)) + COMPRESSION.encode()
-_BEFORE_COMPRESSION = PREFIX.size + 28
+_BEFORE_COMPRESSION = _PREFIX.size + 28
 """Bytes of a chunk's record before the name of its compression."""
-_TIME = struct.Struct("<d")
-_FOOTER = struct.Struct("<BQQQI")
+_FOOTER = _PREFIX.size + 20
+"""Size of the footer's record [bytes]."""
 _BLOCK = 1 << 20
 """Read at once in the search for a chunk [bytes]."""
 
@@ -57,43 +56,7 @@ class _Known:
 
     topic: str
     type: MessageType | RecordingError | None  # none for the header; the error for what doorman has not written
-    size: int = 0  # of the fixed part of a message [bytes]
-    rows: list[bytes] = field(default_factory=list)  # fixed parts of the messages, chunk by chunk
-    tails: list[bytes] = field(default_factory=list)  # what follows each; nothing where the type has no texts
-    bad: int = 0  # messages that are none of this type
-
-    def __post_init__(self) -> None:
-        if isinstance(self.type, MessageType):
-            self.size = self.type.layout.dtype().itemsize
-        self._known_tails: dict[bytes, bytes | None] = {}
-
-    def take(self, messages: list[bytes]) -> None:
-        """Take in those messages of one chunk that are of this type."""
-        good = [one for one in messages if self._fits(one)]
-        self.bad += len(messages) - len(good)
-        self.rows.append(b"".join([one[: self.size] for one in good]))
-        if isinstance(self.type, MessageType) and self.type.layout.texts:
-            self.tails += [self._known_tails[one[self.size :]] or b"" for one in good]
-
-    def _fits(self, message: bytes) -> bool:
-        assert isinstance(self.type, MessageType)
-        if len(message) < self.size or not 0.0 <= _TIME.unpack_from(message, len(CDR))[0] <= LAST_TIME:
-            return False
-        if not self.type.layout.texts:
-            return len(message) == self.size
-        tail = message[self.size :]
-        if tail not in self._known_tails:  # most are like the one before
-            try:
-                self.type.layout.read_tail(tail)
-                self._known_tails[tail] = tail
-            except ValueError:
-                self._known_tails[tail] = None
-        return self._known_tails[tail] is not None
-
-    def columns(self) -> Columns:
-        """What was read, taken apart; at least one message."""
-        assert isinstance(self.type, MessageType)
-        return self.type.columns(np.frombuffer(b"".join(self.rows), self.type.layout.dtype()), self.tails)
+    blocks: list[Columns] = field(default_factory=list)  # chunk by chunk
 
 
 def read_contents(stream: IO[bytes], size: int | None = None) -> Contents:
@@ -106,9 +69,8 @@ class _Reader:
         self._stream, self._size = stream, size
         self._schemas: dict[int, Schema] = {}
         self._channels: dict[int, _Known] = {}
-        self._topics: dict[str, _Known] = {}  # those with messages, in the order of the first ones
         self._found = Contents()
-        self._whole = self._messages = self._bad = self._content = 0
+        self._chunks = self._messages = self._bad = self._content = 0
         self._foreign: RecordingError | None = None
 
     def read(self) -> Contents:
@@ -117,54 +79,45 @@ class _Reader:
             return found
         summary = self._summary()
         ended = False
-        for opcode, parsed in self._records():
-            ended = opcode == Opcode.DATA_END
-            self._take(opcode, parsed)
+        for record in self._records():
+            ended = isinstance(record, DataEnd)
+            self._take(record)
         if found.header is not None and self._foreign is not None:
             raise self._foreign
-        found.topics = {topic: known.columns() for topic, known in self._topics.items() if any(known.rows)}
-        found.damaged_messages = {topic: known.bad for topic, known in self._topics.items() if known.bad}
+        found.topics = {known.topic: joined(known.blocks) for known in self._channels.values() if known.blocks}
         found.damaged_chunks = self._bad
         if summary is not None:
-            found.damaged_chunks = max(self._bad, summary.chunk_count - self._whole)
-            all_there = self._messages == summary.message_count and not found.damaged_messages
-            all_there &= len(found.attachments) == summary.attachment_count
-            found.complete = ended and self._bad == 0 and found.damaged_chunks <= 0 and all_there
-        found.damaged_chunks = max(found.damaged_chunks, 0)
+            found.damaged_chunks = max(self._bad, summary.chunk_count - self._chunks)
+            whole = (self._messages, len(found.attachments)) == (summary.message_count, summary.attachment_count)
+            found.complete = ended and whole and not found.damaged_chunks and not found.damaged_messages
         return found
 
     # ---------------------------------------------------------------- records
 
-    def _records(self) -> Iterator[tuple[int, Any]]:
-        """Opcode and parsed content of the records of the data section, as far as they make sense."""
+    def _records(self) -> Iterator[McapRecord]:
+        """Records of the data section, as far as they make sense."""
         place: int | None = len(MAGIC)
         while place is not None and place < self._size:
-            record = self._record(place)
-            parsed = None if record is None else record.parsed()
-            if record is not None and parsed is not None:
-                yield record.opcode, parsed
-                if record.opcode == Opcode.DATA_END:
+            record, end = self._record(place)
+            if record is not None:
+                yield record
+                if isinstance(record, DataEnd):
                     return
-                place = record.end
-            else:
-                place = self._after_damage(place, record)
+                place = end
+            else:  # on where it says that it ends, or else at the next whole chunk
+                place = end if end is not None and self._record(end)[0] is not None else self._next_chunk(place + 1)
                 self._bad += place is not None  # else it was cut off here
 
-    def _after_damage(self, place: int, record: Record | None) -> int | None:
-        """Where to go on behind a record that makes no sense: where it says that it ends, or else at the next whole chunk."""
-        follows = None if record is None else self._record(record.end)
-        if record is not None and follows is not None and follows.parsed() is not None:
-            return record.end
-        return self._next_chunk(place + 1)
-
-    def _record(self, place: int) -> Record | None:
-        """The record at a place; None if none fits there."""
-        prefix = self._bytes(place, PREFIX.size)
-        if len(prefix) < PREFIX.size:
-            return None
-        opcode, length = PREFIX.unpack(prefix)
-        end = place + PREFIX.size + length
-        return Record(opcode, self._bytes(place + PREFIX.size, length), end) if end <= self._size else None
+    def _record(self, place: int) -> tuple[McapRecord | None, int | None]:
+        """The record at a place, if it is whole, and where it says that it ends, if the file is as long."""
+        prefix = self._bytes(place, _PREFIX.size)
+        if len(prefix) < _PREFIX.size:
+            return None, None
+        opcode, length = _PREFIX.unpack(prefix)
+        end = place + _PREFIX.size + length
+        if end > self._size:
+            return None, None
+        return whole_record(opcode, self._bytes(place + _PREFIX.size, length)), end
 
     def _next_chunk(self, place: int) -> int | None:
         """Where the next whole chunk begins."""
@@ -173,8 +126,7 @@ class _Reader:
             at = block.find(_COMPRESSION)
             while at >= 0:
                 start = place + at - _BEFORE_COMPRESSION
-                record = self._record(start) if start >= len(MAGIC) else None
-                if record is not None and record.opcode == Opcode.CHUNK and record.parsed() is not None:
+                if start >= len(MAGIC) and isinstance(self._record(start)[0], Chunk):
                     return start
                 at = block.find(_COMPRESSION, at + 1)
             place += max(len(block) - len(_COMPRESSION) + 1, 1)
@@ -186,23 +138,21 @@ class _Reader:
 
     # ---------------------------------------------------------------- what they hold
 
-    def _take(self, opcode: int, parsed: Any) -> None:
-        if opcode == Opcode.CHUNK:
-            self._content += len(parsed)
+    def _take(self, record: McapRecord) -> None:
+        if isinstance(record, Attachment):
+            self._found.attachments[record.name] = record.data
+        elif isinstance(record, Metadata):
+            self._take_metadata(record)
+        elif isinstance(record, Chunk):
+            self._content += len(record.data)
             try:
                 if self._content > LARGEST_LOG:
                     raise ValueError("more than a recording holds")
-                self._take_chunk(parsed)
+                self._take_chunk(record)
             except (RecordingError, OSError):
                 raise
-            except (
-                Exception
-            ):  # its checksum fits, and yet it holds no messages of ours: parsers raise whatever they meet
+            except Exception:  # its checksum fits, and yet it holds no messages of ours
                 self._bad += 1
-        elif opcode == Opcode.ATTACHMENT:
-            self._found.attachments[parsed.name] = parsed.data
-        elif opcode == Opcode.METADATA:
-            self._take_metadata(parsed)
 
     def _take_metadata(self, record: Metadata) -> None:
         try:
@@ -214,69 +164,59 @@ class _Reader:
         except (KeyError, ValueError):
             return  # a second copy
 
-    def _take_chunk(self, content: bytes) -> None:
+    def _take_chunk(self, chunk: Chunk) -> None:
         messages: dict[int, list[bytes]] = {}
-        for opcode, start, end in records_of(content):
-            if opcode == Opcode.MESSAGE:
-                (number, *_) = _MESSAGE.unpack_from(content, start)
-                if number in self._channels:
-                    messages.setdefault(number, []).append(content[start + _MESSAGE.size : end])
-            elif opcode == Opcode.SCHEMA:
-                schema = Schema.read(stream_of(content[start:end]))
-                self._schemas[schema.id] = schema
-            elif opcode == Opcode.CHANNEL:
-                self._learn_channel(Channel.read(stream_of(content[start:end])))
+        for record in breakup_chunk(chunk):
+            if not isinstance(record, Message):
+                self._learn_channel(record)
+            elif record.channel_id in self._channels:
+                messages.setdefault(record.channel_id, []).append(record.data)
         for number, block in messages.items():
             known = self._channels[number]
-            if isinstance(known.type, MessageType):
-                known.take(block)
-                self._topics.setdefault(known.topic, known)
-            elif known.type is None:
+            if known.type is None:
                 self._found.header = dict(json.loads(block[-1]))
-            else:
+            elif isinstance(known.type, RecordingError):
                 self._foreign = known.type
+            else:
+                good = [one for one in block if known.type.fits(one)]
+                if lost := len(block) - len(good):
+                    self._found.damaged_messages[known.topic] = self._found.damaged_messages.get(known.topic, 0) + lost
+                if good:
+                    known.blocks.append(known.type.columns(good))
             self._messages += len(block)
-        self._whole += 1
+        self._chunks += 1
 
-    def _learn_channel(self, channel: Channel) -> None:
-        schema = self._schemas.get(channel.schema_id)
-        self._learn(channel.id, channel.topic, b"{}" if schema is None else schema.data)
+    def _learn_channel(self, record: McapRecord) -> None:
+        """Take in a schema, or a channel, whose schema stands before it."""
+        if isinstance(record, Schema):
+            self._schemas[record.id] = record
+        elif isinstance(record, Channel):
+            schema = self._schemas.get(record.schema_id)
+            self._learn(record.id, record.topic, b"{}" if schema is None else schema.data)
 
     def _learn(self, number: int, topic: str, schema: bytes) -> None:
-        if number not in self._channels:
-            self._channels[number] = _Known(topic, None if topic == HEADER else _type(topic, schema))
+        if number in self._channels:
+            return
+        type_: MessageType | RecordingError | None = None
+        if topic != HEADER:
+            try:
+                type_ = MessageType.from_schema(topic, schema)
+            except RecordingError as error:
+                type_ = error
+        self._channels[number] = _Known(topic, type_)
 
     def _summary(self) -> Statistics | None:
         """Statistics of a file that was closed; topics that it names are known from then on."""
-        start = self._size - len(MAGIC) - _FOOTER.size
-        end = self._bytes(start, _FOOTER.size + len(MAGIC)) if start > 0 else b""
-        if len(end) != _FOOTER.size + len(MAGIC) or not end.endswith(MAGIC):
-            return None
-        opcode, length, place, _, checksum = _FOOTER.unpack_from(end)
-        if (opcode, length) != (Opcode.FOOTER, _FOOTER.size - PREFIX.size) or not len(MAGIC) <= place < start:
-            return None
-        if checksum and zlib.crc32(self._bytes(place, start - place) + end[: _FOOTER.size - 4]) != checksum:
-            return None
+        end = self._bytes(max(self._size - _FOOTER - len(MAGIC), 0), _FOOTER + len(MAGIC))
         statistics = None
-        while place < start and (record := self._record(place)) is not None:
-            try:
-                if record.opcode == Opcode.SCHEMA:
-                    schema = Schema.read(stream_of(record.content))
-                    self._schemas[schema.id] = schema
-                elif record.opcode == Opcode.CHANNEL:
-                    self._learn_channel(Channel.read(stream_of(record.content)))
-                elif record.opcode == Opcode.STATISTICS:
-                    statistics = Statistics.read(stream_of(record.content))
-            except Exception:  # a checksum of 0 is none: parsers raise whatever they meet
+        try:
+            footer: Any = next(StreamReader(BytesIO(end), skip_magic=True).records)
+            data = self._bytes(footer.summary_start, self._size - len(end) - footer.summary_start) + end
+            if zlib.crc32(data[: -len(MAGIC) - 4]) != footer.summary_crc:
                 return None
-            place = record.end
+            for record in StreamReader(BytesIO(data), skip_magic=True).records:
+                self._learn_channel(record)
+                statistics = record if isinstance(record, Statistics) else statistics
+        except Exception:  # parsers raise whatever they meet
+            return None
         return statistics
-
-
-def _type(topic: str, schema: bytes) -> MessageType | RecordingError:
-    try:
-        return MessageType.from_schema(topic, schema.decode())
-    except RecordingError as error:
-        return error
-    except ValueError:
-        return RecordingError("not a schema of doorman's", field=topic, given=shown(schema))

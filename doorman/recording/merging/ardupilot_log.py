@@ -16,23 +16,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from doorman.arrays import Array
 from doorman.bounds import LARGEST_LOG, read_bytes
 from doorman.exceptions import RecordingError
-from doorman.recording.merging.flight_log import (
-    FlightLog,
-    LogRows,
-    LogTopic,
-    from_forward_right_down,
-    texts,
-    timed_topics,
-)
+from doorman.recording.merging.flight_log import FlightLog, LogRows, flight_log, texts
 
 _HEAD = b"\xa3\x95"
 _FORMAT_KIND = 0x80
 _TIME = "TimeUS"
-_GYRO = ("GyrX", "GyrY", "GyrZ")
-_RATES = ("R", "P", "Y")
 _TYPES = {
     "a": "(32,)<i2", "b": "i1", "B": "u1", "g": "<f2", "h": "<i2", "H": "<u2", "i": "<i4", "I": "<u4", "f": "<f4", "d": "<f8",
     "n": "S4", "N": "S16", "Z": "S64", "c": "<i2", "C": "<u2", "e": "<i4", "E": "<u4", "L": "<i4", "M": "i1", "q": "<i8",
@@ -63,10 +53,7 @@ def read_ardupilot_log(file: Path) -> FlightLog:
     content = read_bytes(file, LARGEST_LOG, RecordingError)
     kinds, bad = _kinds(content)
     logged = {name: rows for kind in kinds for name, rows in _logged(kind, content)}
-    if not logged:
-        raise RecordingError("no message in the log has a time", file=file, allowed=f"messages with {_TIME}")
-    topics, damaged = timed_topics(logged)
-    return FlightLog("ardupilot", topics, *_rates(topics), np.empty(0), damaged | ({"the file": bad} if bad else {}))
+    return flight_log("ardupilot", file, logged, bad)
 
 
 def _kinds(content: bytes) -> tuple[list[_Kind], int]:
@@ -161,18 +148,3 @@ def _column(values: NDArray[Any], letter: str) -> NDArray[Any]:
     if values.dtype.kind == "S":
         return texts(values.tolist())
     return np.asarray(values / _DIVISORS[letter]) if letter in _DIVISORS else values
-
-
-def _rates(topics: Mapping[str, LogTopic]) -> tuple[Array, Array]:
-    """Body rates of the first gyroscope [rad/s], or the controller's, logged in degrees, where no gyroscope is logged."""
-    for name in ("ardupilot/IMU_0", "ardupilot/IMU"):
-        if name in topics and set(_GYRO) <= set(topics[name].fields):
-            return topics[name].time, _stacked(topics[name], _GYRO)
-    topic = topics.get("ardupilot/RATE")
-    if topic is not None and set(_RATES) <= set(topic.fields):
-        return topic.time, np.radians(_stacked(topic, _RATES))
-    return np.empty(0), np.empty((0, 3))
-
-
-def _stacked(topic: LogTopic, names: tuple[str, ...]) -> Array:
-    return from_forward_right_down(np.stack([topic.fields[name] for name in names], axis=1))

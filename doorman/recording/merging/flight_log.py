@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from bisect import bisect_right
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,8 +14,16 @@ from numpy.typing import NDArray
 
 from doorman.arrays import Array
 from doorman.bounds import LONGEST
+from doorman.exceptions import RecordingError
 
 MICRO = 1e-6
+_GYRO = ("GyrX", "GyrY", "GyrZ")
+_RATES = (
+    ("px4/vehicle_angular_velocity_0", ("xyz",), 1.0), ("px4/sensor_combined_0", ("gyro_rad",), 1.0),
+    ("px4/vehicle_angular_velocity_groundtruth_0", ("xyz",), 1.0), ("ardupilot/IMU_0", _GYRO, 1.0),
+    ("ardupilot/IMU", _GYRO, 1.0), ("ardupilot/RATE", ("R", "P", "Y"), math.radians(1.0)),
+)  # fmt: skip
+"""Topics with body rates, the best first: their fields, and these in rad/s; the controller's where no gyroscope is logged."""
 _JITTER = 5.0
 """Largest disorder of the times within one topic [s]."""
 _LARGEST = np.uint64(np.iinfo(np.int64).max)
@@ -46,12 +56,6 @@ class FlightLog:
     """How many messages were left out for their times, by topic; `the file`: how often what came was no message."""
 
 
-def from_forward_right_down(vectors: NDArray[Any]) -> NDArray[np.float64]:
-    r"""Vectors of a log, x forward, y right, z down, in this project's body frame: :math:`(x, -y, -z)`."""
-    with np.errstate(invalid="ignore"):  # NaN of single precision stays NaN
-        return np.asarray(vectors * np.array([1.0, -1.0, -1.0]))
-
-
 @dataclass(frozen=True)
 class LogRows:
     """Messages of one topic, in the order of the log."""
@@ -60,7 +64,30 @@ class LogRows:
     fields: Mapping[str, NDArray[Any]]  # by name, each of m rows
 
 
-def timed_topics(logged: Mapping[str, LogRows]) -> tuple[dict[str, LogTopic], dict[str, int]]:
+def flight_log(autopilot: str, file: Path, logged: Mapping[str, LogRows], bad: int) -> FlightLog:
+    """A log of what was read, and of how often what came was no message."""
+    if not logged:
+        raise RecordingError("no message in the log has a time", file=file, allowed="a log of an autopilot that flew")
+    topics, damaged = _timed_topics(logged)
+    clock, offsets = topics.get("px4/timesync_status_0"), np.empty(0)
+    if clock is not None and "estimated_offset" in clock.fields:
+        offsets = clock.fields["estimated_offset"].astype(np.float64) * MICRO
+    damaged |= {"the file": bad} if bad else {}
+    return FlightLog(autopilot, topics, *_body_rates(topics), offsets[offsets != 0.0], damaged)
+
+
+def _body_rates(topics: Mapping[str, LogTopic]) -> tuple[Array, Array]:
+    """Times and body rates, x forward, z up; a log has x forward, y right, z down."""
+    for name, fields, unit in _RATES:
+        if name in topics and set(fields) <= set(topics[name].fields):
+            rates = np.column_stack([topics[name].fields[field] for field in fields])
+            if rates.shape[1] == 3:
+                with np.errstate(invalid="ignore"):  # NaN of single precision stays NaN
+                    return topics[name].time, rates * np.array([unit, -unit, -unit])
+    return np.empty(0), np.empty((0, 3))
+
+
+def _timed_topics(logged: Mapping[str, LogRows]) -> tuple[dict[str, LogTopic], dict[str, int]]:
     """Topics in the order of their times, and how many messages of which were left out."""
     # A damaged time goes ahead of all that follow, or behind all before; or it is hours from the middle of the log.
     times = {name: rows.stamps.astype(np.float64) * MICRO for name, rows in logged.items()}

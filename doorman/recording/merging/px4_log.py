@@ -8,26 +8,15 @@ from __future__ import annotations
 
 import re
 import struct
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from doorman.arrays import Array
 from doorman.bounds import DEEPEST, LARGEST_LOG, read_bytes
 from doorman.exceptions import RecordingError
-from doorman.recording.merging.flight_log import (
-    MICRO,
-    FlightLog,
-    LogRows,
-    LogTopic,
-    from_forward_right_down,
-    texts,
-    timed_topics,
-)
+from doorman.recording.merging.flight_log import FlightLog, LogRows, flight_log, texts
 
 _FILE_HEAD = 16
 _HEAD = struct.Struct("<HB")
@@ -50,12 +39,6 @@ _SEARCHED = 1 << 20
 """Behind damage, byte by byte [bytes]; farther on, reading resumes at PX4's own marks."""
 _MARK = _HEAD.pack(8, ord("S")) + b"\x2f\x73\x13\x20\x25\x0c\xbb\x12"
 _LEVELS = ("EMERGENCY", "ALERT", "CRITICAL", "ERROR", "WARNING", "NOTICE", "INFO", "DEBUG")
-_RATES = (
-    ("vehicle_angular_velocity", "xyz"),
-    ("sensor_combined", "gyro_rad"),
-    ("vehicle_angular_velocity_groundtruth", "xyz"),
-)
-"""Topics with body rates and their field, the best first."""
 
 
 @dataclass
@@ -80,11 +63,7 @@ def read_px4_log(file: Path) -> FlightLog:
     if found.words:
         stamps, words = zip(*found.words, strict=True)
         logged["px4/logged_messages"] = LogRows(np.array(stamps, dtype=np.uint64), {"message": texts(words)})
-    if not logged:
-        raise RecordingError("not a readable ULog: no message in it has a time", file=file)
-    topics, damaged = timed_topics(logged)
-    damaged |= {"the file": found.bad} if found.bad else {}
-    return FlightLog("px4", topics, *_rates(topics), _companion_offsets(topics), damaged)
+    return flight_log("px4", file, logged, found.bad)
 
 
 class _Reader:
@@ -211,19 +190,3 @@ def _fields_of(text: str) -> list[tuple[str, int | None, str]] | None:
     found = _FORMAT.fullmatch(text)
     fields = [_FIELD.fullmatch(part) for part in found[2].split(";") if part] if found else [None]
     return None if None in fields else [(one[1], int(one[2]) if one[2] else None, one[3]) for one in fields if one]
-
-
-def _rates(topics: Mapping[str, LogTopic]) -> tuple[Array, Array]:
-    for name, one in _RATES:
-        topic = topics.get(f"px4/{name}_0")
-        if topic is not None and one in topic.fields and topic.fields[one].shape[1:] == (3,):
-            return topic.time, from_forward_right_down(topic.fields[one])
-    return np.empty(0), np.empty((0, 3))
-
-
-def _companion_offsets(topics: Mapping[str, LogTopic]) -> NDArray[np.float64]:
-    topic = topics.get("px4/timesync_status_0")
-    if topic is None or "estimated_offset" not in topic.fields:
-        return np.empty(0)
-    offsets = topic.fields["estimated_offset"].astype(np.float64) * MICRO
-    return np.asarray(offsets[offsets != 0.0])

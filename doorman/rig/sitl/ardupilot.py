@@ -12,7 +12,6 @@ import shlex
 import socket
 import struct
 import time
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -48,29 +47,20 @@ _LEAST_PWM = 1050.0
 _FARTHEST = 20.0
 
 
-@dataclass(frozen=True)
-class Wiring:
-    outputs: tuple[int, ...]  # of every rotor, from 0
-    directions: Array  # as ArduPilot's frame has them, +1 counter-clockwise seen from above, shape (m,)
-
-    @classmethod
-    def of(cls, layout: RotorLayout) -> Wiring:
-        """Match rotors and outputs by where they are."""
-        frame = FRAMES.get(layout.count)
-        if frame is None:
-            raise BackendError("ArduPilot has no such frame here", field="rotors", given=layout.count,
-                               allowed=", ".join(map(str, FRAMES)))  # fmt: skip
-        azimuths = np.degrees(np.arctan2(-layout.positions[:, 1], layout.positions[:, 0]))
-        outputs = []
-        for azimuth in azimuths:
-            off = [abs((azimuth - angle + 180.0) % 360.0 - 180.0) for angle, _ in frame]
-            nearest = int(np.argmin(off))
-            if off[nearest] > _FARTHEST or nearest in outputs:
-                raise BackendError("the rotors are not those of ArduPilot's X frame", field="rotors",
-                                   given=f"{', '.join(f'{one:.0f}' for one in azimuths)}° clockwise from the front",
-                                   allowed=", ".join(f"{angle:g}" for angle, _ in frame))  # fmt: skip
-            outputs.append(nearest)
-        return cls(tuple(outputs), np.array([float(frame[output][1]) for output in outputs]))
+def outputs_of(layout: RotorLayout) -> list[int]:
+    """ArduPilot's output of every rotor, from 0, matched by where they are."""
+    frame = FRAMES.get(layout.count)
+    if frame is None:
+        raise BackendError("ArduPilot has no such frame here", field="rotors", given=layout.count,
+                           allowed=", ".join(map(str, FRAMES)))  # fmt: skip
+    azimuths = np.degrees(np.arctan2(-layout.positions[:, 1], layout.positions[:, 0]))
+    off = np.abs((azimuths[:, None] - [angle for angle, _ in frame] + 180.0) % 360.0 - 180.0)
+    outputs: list[int] = off.argmin(axis=1).tolist()
+    if off.min(axis=1).max() > _FARTHEST or len(set(outputs)) < layout.count:
+        raise BackendError("the rotors are not those of ArduPilot's X frame", field="rotors",
+                           given=f"{', '.join(f'{one:.0f}' for one in azimuths)}° clockwise from the front",
+                           allowed=", ".join(f"{angle:g}" for angle, _ in frame))  # fmt: skip
+    return outputs
 
 
 class ArduPilotSitl(RotorPilot):
@@ -80,8 +70,8 @@ class ArduPilotSitl(RotorPilot):
 
     def __init__(self, layout: RotorLayout, port: int = SERVO_PORT, motors: MotorKind = "linear") -> None:
         super().__init__(port)
-        self.wiring = Wiring.of(layout)
-        self.directions = self.wiring.directions
+        self._outputs = outputs_of(layout)
+        self.directions = np.array([float(FRAMES[layout.count][output][1]) for output in self._outputs])
         self._limits = layout.max_thrusts
         self._expo = EXPO if motors == "linear" else 1.0
         self._peer: tuple[str, int] | None = None
@@ -100,7 +90,7 @@ class ArduPilotSitl(RotorPilot):
         if not self._listen(now):
             self._peer = None
             return None
-        outputs = self._pwm[list(self.wiring.outputs)]
+        outputs = self._pwm[self._outputs]
         if not (outputs > _LEAST_PWM).any():
             return None
         spin = np.clip((outputs - 1000.0) / 1000.0, 0.0, 1.0)

@@ -23,6 +23,7 @@ from doorman.hardware.pixhawk.wire.frames import flu_to_frd
 from doorman.hardware.pixhawk.wire.messages import mavlink
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.kinematics.vehicles.rotor_layout import RotorLayout
+from doorman.rig.emulators.autopilot.control import rotor_parameters
 from doorman.rig.emulators.autopilot.dialects import MotorKind
 from doorman.rig.sitl.rotor_pilot import RotorPilot
 from doorman.simulation.truth import Truth
@@ -140,28 +141,16 @@ class Px4Sitl(RotorPilot):
         if calls != self._port:
             raise BackendError("no instance of PX4 that sends to that pixhawk_port calls here", field="sitl_port",
                                given=self._port, allowed=str(calls))  # fmt: skip
-        given = PARAMETERS.read_text(encoding="utf-8").splitlines()
-        lines = [f"PX4_SYS_AUTOSTART={AIRFRAME}"]
-        curve = f"THR_MDL_FAC {1 if self._motors == 'linear' else 0}"
-        for line in [*given, curve, *self._rotor_parameters()]:
-            if line and not line.startswith("#"):
-                name, value = line.split()
-                lines.append(f"PX4_PARAM_{name}={value}")
+        lines = PARAMETERS.read_text(encoding="utf-8").splitlines()
+        parameters = dict(line.split() for line in lines if line and not line.startswith("#"))
+        parameters["THR_MDL_FAC"] = "1" if self._motors == "linear" else "0"
+        parameters["CA_ROTOR_COUNT"] = str(self._layout.count)
+        parameters |= {name: f"{value:.4f}" for name, value in rotor_parameters(self._layout).items()}
+        parameters |= {f"PWM_MAIN_FUNC{number + 1}": str(101 + number) for number in range(self._layout.count)}
+        words = [f"PX4_SYS_AUTOSTART={AIRFRAME}", *(f"PX4_PARAM_{name}={value}" for name, value in parameters.items())]
         file = folder / "px4.env"
-        file.write_text("\n".join(lines) + "\n", encoding="utf-8")
+        file.write_text("\n".join(words) + "\n", encoding="utf-8")
         return f"env $(cat {shlex.quote(str(file))}) px4 -d -i {pixhawk_port - PIXHAWK_PORT}"
-
-    def _rotor_parameters(self) -> list[str]:
-        """Places and directions of thrust, in PX4's axes, and senses of the rotors."""
-        layout = self._layout
-        lines = [f"CA_ROTOR_COUNT {layout.count}"]
-        rotors = zip(flu_to_frd(layout.positions), flu_to_frd(layout.thrust_axes), layout.directions, strict=True)
-        for index, (place, axis, direction) in enumerate(rotors):
-            lines += [f"CA_ROTOR{index}_{kind}{name} {value:.4f}" for kind, vector in (("P", place), ("A", axis))
-                      for name, value in zip("XYZ", vector, strict=True)]  # fmt: skip
-            lines += [f"CA_ROTOR{index}_KM {direction * layout.torque_per_thrust:.4f}",
-                      f"PWM_MAIN_FUNC{index + 1} {101 + index}"]  # fmt: skip
-        return lines
 
     def _measured(self, vector: Array, kind: str) -> list[float]:
         """In PX4's axes, x forward, y right, z down, with noise."""

@@ -6,36 +6,12 @@ import socket
 from abc import ABC, abstractmethod
 from pathlib import Path
 
-import numpy as np
-
 from doorman.arrays import Array
 from doorman.background import Opened
 from doorman.exceptions import BackendError
 from doorman.gravity import weight_of
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.simulation.truth import Truth
-
-
-def listener(kind: socket.SocketKind, port: int) -> socket.socket:
-    """Socket that takes what comes to a port on loopback, and never waits."""
-    one = socket.socket(socket.AF_INET, kind)
-    try:
-        if kind == socket.SOCK_STREAM:
-            one.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        one.bind(("127.0.0.1", port))
-        if kind == socket.SOCK_STREAM:
-            one.listen(1)
-    except OSError as error:
-        one.close()
-        raise BackendError(f"cannot listen: {error}", field="sitl port", given=port) from error
-    one.setblocking(False)
-    return one
-
-
-def specific_force(last: Truth, truth: Truth) -> Array:
-    """Acceleration that accelerometers feel between two states, gravity included."""
-    acceleration = (truth.velocity - last.velocity) / (truth.time - last.time)
-    return np.asarray(rotation_body_to_world(truth.attitude).T @ (acceleration + [0.0, 0.0, weight_of(1.0)]))
 
 
 class RotorPilot(Opened, ABC):
@@ -61,7 +37,19 @@ class RotorPilot(Opened, ABC):
         """Whether it has called, and not fallen silent since."""
 
     def open(self) -> None:
-        self._socket = listener(self._kind, self._port)
+        """Take what comes to the port on loopback, and never wait for it."""
+        one = socket.socket(socket.AF_INET, self._kind)
+        try:
+            if self._kind == socket.SOCK_STREAM:
+                one.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            one.bind(("127.0.0.1", self._port))
+            if self._kind == socket.SOCK_STREAM:
+                one.listen(1)
+        except OSError as error:
+            one.close()
+            raise BackendError(f"cannot listen: {error}", field="sitl port", given=self._port) from error
+        one.setblocking(False)
+        self._socket = one
 
     def stop(self) -> None:
         one, self._socket = self._socket, None
@@ -76,7 +64,8 @@ class RotorPilot(Opened, ABC):
         """Send what the autopilot's sensors are made of."""
         last, self._last = self._last, truth
         if self.connected and last is not None and truth.time > last.time:
-            self._send(truth, specific_force(last, truth))
+            acceleration = (truth.velocity - last.velocity) / (truth.time - last.time) + [0.0, 0.0, weight_of(1.0)]
+            self._send(truth, rotation_body_to_world(truth.attitude).T @ acceleration)
 
     @abstractmethod
     def _send(self, truth: Truth, force: Array) -> None:

@@ -230,8 +230,9 @@ class MissionSection(Section):
     """Whether the hover before the door measures age and noise of the poses, and gives up where contact would not bear
     them."""
     measure_attitude: bool = True
-    """Whether the hover before the door measures lag and dead time of the attitude loop, by steps of 1.7° in 4 s. Plans and
-    controllers count on them, in place of `vehicle.attitude_lag`; the flight gives up where they were never tested."""
+    """Whether the hover before the door measures lag, dead time and shape of the attitude loop, by steps of 1.7° in 4 s.
+    Plans and controllers count on them, in place of `vehicle.attitude_lag`; the flight gives up where they were never
+    tested."""
     approach_speed: Positive = 0.15
     """Speed of the approach [m/s]."""
     touch_speed: ClassVar = 0.04

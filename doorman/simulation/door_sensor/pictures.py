@@ -114,7 +114,8 @@ class PictureSensor:
 
     def colours(self) -> NDArray[np.uint8]:
         """The same without blur and noise, in colours, shape (height, width, 3)."""
-        mujoco, camera = self._mujoco, mujoco_camera(self._mujoco, self._compiled)
+        mujoco, camera = self._mujoco, self._mujoco.MjvCamera()
+        camera.type, camera.fixedcamid = mujoco.mjtCamera.mjCAMERA_FIXED, self._compiled.camera(CAMERA).id
         self._context.make_current()
         everything = mujoco.mjtCatBit.mjCAT_ALL
         self._data.qpos[:] = self._plant.data.qpos
@@ -140,10 +141,3 @@ class PictureSensor:
         """Let go of the renderer."""
         self._drawn.free()
         self._context.free()
-
-
-def mujoco_camera(mujoco: Any, compiled: Any) -> Any:
-    """The vehicle's camera, as the renderer takes it."""
-    camera = mujoco.MjvCamera()
-    camera.type, camera.fixedcamid = mujoco.mjtCamera.mjCAMERA_FIXED, compiled.camera(CAMERA).id
-    return camera

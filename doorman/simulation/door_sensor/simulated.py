@@ -77,7 +77,8 @@ class SimulatedDoorSensor:
     def take(self, time: float, leaf: LeafReading | None, frame: FrameReading | None) -> None:
         """Put a reading on its way."""
         if leaf is not None or frame is not None:
-            self._coming.append(_Reading(time + self._usual.latency, leaf, frame))
+            late = _LATE if self._faulty("late") else 0.0
+            self._coming.append(_Reading(time + self._usual.latency + late, leaf, frame))
 
     def measure(self, truth: Truth) -> tuple[LeafReading | None, FrameReading | None]:
         """What has come by now: the newest readings, held until the next ones, and none when they are old."""
@@ -102,22 +103,15 @@ class SimulatedDoorSensor:
         leaf = frame = None
         if seen.leaf and joint is not None:
             stamp = time + (_LATE if self._faulty("late") else 0.0)
-            leaf = LeafReading(joint + self.deviation * float(noise[0]), stamp, self.deviation)
+            joint += self.deviation * float(noise[0])
             if self._faulty("freeze"):
-                self._frozen = leaf.joint if self._frozen is None else self._frozen
-                leaf = LeafReading(self._frozen, stamp, self.deviation)
+                joint = self._frozen = joint if self._frozen is None else self._frozen
+            leaf = LeafReading(joint, stamp, self.deviation)
         if seen.frame and self._section.frame and self._section.kind != "encoder":
             usual, placed = self._usual, self._door.placement[:3, 3]
-            frame = FrameReading(
-                placed + usual.place * noise[1:4],
-                self._door.yaw + usual.turn * float(noise[4]),
-                time,
-                usual.place,
-                usual.turn,
-            )
-        late = self._usual.latency + (_LATE if self._faulty("late") else 0.0)
-        if leaf is not None or frame is not None:
-            self._coming.append(_Reading(time + late, leaf, frame))
+            yaw = self._door.yaw + usual.turn * float(noise[4])
+            frame = FrameReading(placed + usual.place * noise[1:4], yaw, time, usual.place, usual.turn)
+        self.take(time, leaf, frame)
 
     def _seen_joint(self, door_angle: float, time: float) -> float | None:
         """Joint value that the sensor sees, its fault included; None where it has ended."""

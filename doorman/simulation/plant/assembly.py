@@ -12,7 +12,6 @@ from doorman.arrays import Array
 from doorman.collision.shapes import tip_link, tip_shapes
 from doorman.exceptions import BackendError, ScenarioError
 from doorman.gravity import weight_of
-from doorman.kinematics.doors.door import Door
 from doorman.kinematics.urdf.shapes import link_name
 from doorman.kinematics.vehicles.rotor_layout import RotorLayout
 from doorman.model import Model
@@ -53,7 +52,8 @@ def assemble(mujoco: Any, model: Model, layout: RotorLayout, time_step: float) -
     root.explicitinertial = True
     root.add_freejoint(name=ROOT)
     spec.attach(vehicle, prefix=VEHICLE, frame=root.add_frame())  # first: its free joint leads qpos and qvel
-    spec.attach(door, prefix=DOOR, frame=_standing(spec, model.true_door))
+    turn = [math.cos(model.true_door.yaw / 2), 0, 0, math.sin(model.true_door.yaw / 2)]
+    spec.attach(door, prefix=DOOR, frame=spec.worldbody.add_frame(pos=model.true_door.placement[:3, 3], quat=turn))
     base = spec.body(VEHICLE + link_name(model.vehicle.urdf, model.vehicle.names.base_link))
     tip = spec.body(VEHICLE + tip_name)
     leaf = spec.body(DOOR + touched_link(model))
@@ -62,7 +62,8 @@ def assemble(mujoco: Any, model: Model, layout: RotorLayout, time_step: float) -
     if not tip.geoms:
         tip.add_geom(name="tip", type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[_TIP_RADIUS, 0, 0],
                      contype=_VEHICLE_BIT, conaffinity=_VEHICLE_BIT | _DOOR_BIT)  # fmt: skip
-    leaf.add_site(name="contact", pos=_contact_in_leaf(model))
+    placement = model.true_door.link_placements(model.start_angle)[touched_link(model)]
+    leaf.add_site(name="contact", pos=placement[:3, :3].T @ (first_contact(model) - placement[:3, 3]))
     _set_hinge(spec, model)
     for each in section.beside:
         set_beside(spec.joint(DOOR + each.joint), each)
@@ -127,13 +128,6 @@ def _round_inertia(body: Any, urdf: Path) -> None:
     body.fullinertia = [xx + lift, yy + lift, zz + lift, xy, xz, yz]
 
 
-def _standing(spec: Any, door: Door) -> Any:
-    """Frame in which a door stands, where its URDF's world is."""
-    return spec.worldbody.add_frame(
-        pos=door.placement[:3, 3], quat=[math.cos(door.yaw / 2), 0, 0, math.sin(door.yaw / 2)]
-    )
-
-
 def first_contact(model: Model) -> Array:
     """Where the tip meets the true leaf at the start: the contact point, or what is before or behind it on the true face."""
     angle = model.start_angle
@@ -155,12 +149,6 @@ def _check_first_contact(model: Model) -> None:
         )  # fmt: skip
 
 
-def _contact_in_leaf(model: Model) -> list[float]:
-    """The first contact in the leaf's frame, shape (3,)."""
-    placement = model.true_door.link_placements(model.start_angle)[touched_link(model)]
-    return [float(value) for value in placement[:3, :3].T @ (first_contact(model) - placement[:3, 3])]
-
-
 def _set_hinge(spec: Any, model: Model) -> None:
     """The hinge's true torques and the leaf's true mass: the simulation's, else the ones that the planner counts on."""
     hinge, door, true = spec.joint(DOOR + model.true_door.section.hinge), model.true_door, model.scenario.simulation
@@ -171,16 +159,11 @@ def _set_hinge(spec: Any, model: Model) -> None:
     hinge.springref = door.joint_value(door.rest_angle if true.door_rest_angle is None else true.door_rest_angle)
     pressed_shut = (door.section.preload if true.door_preload is None else true.door_preload) > 0.0
     hinge.limited = pressed_shut or (door.lower_limit < door.upper_limit and not door.endless)
-    if pressed_shut:
-        hinge.range = _closed_stop(door)
+    if pressed_shut:  # no farther than closed
+        hinge.range = sorted(door.joint_value(door.angle_of_opening(at)) for at in (0.0, door.largest_opening))
     harden(hinge)
     if true.door_mass is not None:
         scale_mass((hinge.parent, *hinge.parent.find_all("body")), true.door_mass / door.mass)
-
-
-def _closed_stop(door: Door) -> list[float]:
-    """Range of the joint of a door that its closer presses into the frame: no farther than closed."""
-    return sorted(door.joint_value(door.angle_of_opening(opening)) for opening in (0.0, door.largest_opening))
 
 
 def _add_rotors(spec: Any, mujoco: Any, base: Any, layout: RotorLayout, time_constant: float) -> None:

@@ -61,17 +61,13 @@ def _onboard_parameters(
 ) -> OnboardParameters:
     attitude = AttitudeParameters.of(model.vehicle_inertia, layout.torque_authority, time_step, gains)
     attitude.memory[0] = np.linalg.solve(attitude.inertia, hover_wrench(model)[1:])  # trimmed: a hover is at rest
+    servos = ServoParameters.of(model.vehicle, plant.arm_positions, plant.arm_velocities, time_step)
+    servos.limits[3] *= model.scenario.simulation.servo_torque_scale
     return OnboardParameters(
         attitude=attitude,
         mixer=MixerParameters.of(layout),
         root_to_base=plant.root_to_base_quaternion,
-        servos=_servos(model, plant, time_step),
+        servos=servos,
         quaternion=np.zeros(4),
         rates=np.zeros(3),
     )
-
-
-def _servos(model: Model, plant: Plant, time_step: float) -> ServoParameters:
-    servos = ServoParameters.of(model.vehicle, plant.arm_positions, plant.arm_velocities, time_step)
-    servos.limits[3] *= model.scenario.simulation.servo_torque_scale
-    return servos

@@ -69,7 +69,10 @@ def build_plant(mujoco: Any, model: Model, layout: RotorLayout, time_step: float
     compiled = copy.copy(made[time_step])  # a flight writes to its own
     plant = _addresses(mujoco, compiled, model, layout.count)
     _place(mujoco, plant, model)
-    _spin_up(plant, model, layout)
+    hover = np.clip(layout.inverse @ hover_wrench(model), 0.0, layout.max_thrusts)  # rotors that hold the vehicle
+    if compiled.na:
+        plant.data.act[:] = hover
+    plant.data.ctrl[: layout.count] = hover
     mujoco.mj_forward(compiled, plant.data)
     return plant
 
@@ -98,6 +101,7 @@ def _addresses(mujoco: Any, compiled: Any, model: Model, n_rotors: int) -> Plant
     hinge = compiled.joint(DOOR + model.true_door.section.hinge)
     bodies = {name: int(compiled.site(name).bodyid[0]) for name in ("tip", "contact")}
     shapes = {name: frozenset(np.flatnonzero(compiled.geom_bodyid == body).tolist()) for name, body in bodies.items()}
+    normal = model.true_door.normal(model.true_door.angle_of_joint(float(data.qpos[hinge.qposadr[0]])))
     return Plant(
         engine_model=compiled,
         data=data,
@@ -112,15 +116,9 @@ def _addresses(mujoco: Any, compiled: Any, model: Model, n_rotors: int) -> Plant
         tip_shapes=shapes["tip"],
         leaf_shapes=shapes["contact"],
         leaf_body=bodies["contact"],
-        normal_in_leaf=_normal_in_leaf(data, bodies["contact"], int(hinge.qposadr[0]), model.true_door),
+        normal_in_leaf=np.array(data.xmat[bodies["contact"]].reshape(3, 3).T @ normal),
         n_rotors=n_rotors,
     )
-
-
-def _normal_in_leaf(data: Any, leaf: int, hinge_position: int, door: Door) -> Array:
-    """n_D as the leaf's body has it, shape (3,)."""
-    normal = door.normal(door.angle_of_joint(float(data.qpos[hinge_position])))
-    return np.array(data.xmat[leaf].reshape(3, 3).T @ normal)
 
 
 def _place(mujoco: Any, plant: Plant, model: Model) -> None:
@@ -181,11 +179,3 @@ def hover_wrench(model: Model) -> Array:
     thrust = model.vehicle.weight
     center = model.vehicle.center_of_mass(model.start_arm)
     return np.array([thrust, *np.cross(center, [0.0, 0.0, thrust])])
-
-
-def _spin_up(plant: Plant, model: Model, layout: RotorLayout) -> None:
-    """Rotors at the thrusts that hold the vehicle at the start."""
-    hover = np.clip(layout.inverse @ hover_wrench(model), 0.0, layout.max_thrusts)
-    if plant.engine_model.na:
-        plant.data.act[:] = hover
-    plant.data.ctrl[: layout.count] = hover

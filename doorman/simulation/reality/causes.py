@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 
@@ -33,50 +32,30 @@ _OFF = 0.08
 
 def true_causes(recording: Recording, model: Model) -> list[str]:
     """What was true of a flight that may explain why it failed; the keys of `[simulation]` decide, and what happened."""
-    truth = recording["truth"]
-    return [*_of_gripper(truth, model), *_of_door(truth, model), *_of_air(truth, model), *_of_poses(truth, model)]
-
-
-def _of_gripper(truth: Any, model: Model) -> list[str]:
-    if model.scenario.contact.kind != "grip":
-        return []
-    never = [] if model.scenario.simulation.gripper_closes else [NEVER_CLOSED]
-    return never + ([SLIPPED] if "grip_slips" in truth and truth["grip_slips"][-1] > 0 else [])
-
-
-def _of_door(truth: Any, model: Model) -> list[str]:
-    true, door = model.scenario.simulation, model.true_door
+    truth, true, door = recording["truth"], model.scenario.simulation, model.true_door
+    grips, weight, duration = model.scenario.contact.kind == "grip", model.vehicle.weight, float(truth.time[-1])
     lowest, highest = float(truth["door_angle"].min()), float(truth["door_angle"].max())
-    farthest, found = max(door.opening_of(lowest), door.opening_of(highest)), []
+    farthest = max(door.opening_of(lowest), door.opening_of(highest))
     pushed = bool(np.any(truth["touching"]))  # a leaf that was never pushed was held by nothing
-    if pushed and true.door_latch > 0.0 and farthest < true.door_latch_angle:
-        found.append(LATCHED)
-    if pushed and true.door_seal > 0.0 and farthest < true.door_seal_angle:
-        found.append(SEALED)
-    if true.hand.door_angle is not None and lowest <= true.hand.door_angle:
-        found.append(HELD)
-    if math.hypot(*true.door_offset) > _FAR or abs(true.door_yaw) > _TURNED:
-        found.append(ELSEWHERE)
-    return found + ([AJAR] if abs(true.door_ajar) > _OPEN else [])
-
-
-def _of_air(truth: Any, model: Model) -> list[str]:
-    true, found = model.scenario.simulation, []
-    weight = model.vehicle.weight
-    if "outer_force" in truth and float(truth["outer_force"].max()) > _WIND_SHARE * weight:
-        found.append(WIND)
-    if max(abs(true.gust.draught_leaf), abs(true.gust.draught_vehicle)) > 0.5 * _WIND_SHARE * weight:
-        found.append(DRAUGHT)
     mass = model.vehicle.mass if true.vehicle_mass is None else true.vehicle_mass
-    left = true.thrust_scale * math.exp(-true.thrust_fall * float(truth.time[-1])) * model.vehicle.mass / mass
-    return found + ([WEAK] if abs(left - 1.0) > _OFF else [])
-
-
-def _of_poses(truth: Any, model: Model) -> list[str]:
-    sensors, duration = model.scenario.simulation.sensors, float(truth.time[-1])
+    left = true.thrust_scale * math.exp(-true.thrust_fall * duration) * model.vehicle.mass / mass
+    sensors = true.sensors
     jumps = sensors.jump if sensors.jump_rate * duration > 0.5 else 0.0
     turned = abs(sensors.turn_rate) * float(np.linalg.norm(truth["position"], axis=1).max())
-    found = [FRAME] if jumps + (sensors.drift + turned) * duration > _MOVED else []
     age = sensors.latency + sensors.jitter + (0.0 if sensors.rate is None else 1.0 / sensors.rate)
-    found += [LATE] if age > _LATE else []
-    return found + ([NOISY] if model.scenario.simulation.noise.position >= _NOISY else [])
+    causes = {
+        NEVER_CLOSED: grips and not true.gripper_closes,
+        SLIPPED: grips and "grip_slips" in truth and truth["grip_slips"][-1] > 0,
+        LATCHED: pushed and true.door_latch > 0.0 and farthest < true.door_latch_angle,
+        SEALED: pushed and true.door_seal > 0.0 and farthest < true.door_seal_angle,
+        HELD: true.hand.door_angle is not None and lowest <= true.hand.door_angle,
+        ELSEWHERE: math.hypot(*true.door_offset) > _FAR or abs(true.door_yaw) > _TURNED,
+        AJAR: abs(true.door_ajar) > _OPEN,
+        WIND: "outer_force" in truth and float(truth["outer_force"].max()) > _WIND_SHARE * weight,
+        DRAUGHT: max(abs(true.gust.draught_leaf), abs(true.gust.draught_vehicle)) > 0.5 * _WIND_SHARE * weight,
+        WEAK: abs(left - 1.0) > _OFF,
+        FRAME: jumps + (sensors.drift + turned) * duration > _MOVED,
+        LATE: age > _LATE,
+        NOISY: true.noise.position >= _NOISY,
+    }
+    return [cause for cause, holds in causes.items() if holds]

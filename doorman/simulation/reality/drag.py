@@ -48,9 +48,3 @@ def wall_force(door: Door, door_angle: float, rotors: Array, radius: float, most
     beside = (distances > 0.0) & (along >= 0.0) & (along <= door.width)
     near = radius / np.maximum(distances, radius)
     return np.asarray(most * float((near[beside] ** 2).sum()) * normal)
-
-
-def drag(model: Model, plant: Plant, layout: RotorLayout) -> Drag | None:
-    """The forces, or None where there are none."""
-    simulation = model.scenario.simulation
-    return Drag(model, plant, layout) if simulation.vehicle_drag > 0.0 or simulation.wash.wall > 0.0 else None

@@ -13,7 +13,6 @@ the air does between frame and leaf.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 
 import numpy as np
 
@@ -33,7 +32,8 @@ class TrueThrust:
     def __init__(self, simulation: SimulationSection, plant: Plant, layout: RotorLayout, radius: float) -> None:
         self._scale, self._fall, self._wash = simulation.thrust_scale, simulation.thrust_fall, simulation.wash
         self._radius, self._layout = radius, layout
-        self._heights = self._heights_of(plant)
+        self._sites = [plant.engine_model.site(f"rotor_{index + 1}").id for index in range(layout.count)]
+        self._places = plant.data.site_xpos
         self._gears = plant.engine_model.actuator_gear
         self._torques = np.array(self._gears[: layout.count, 5])
         self.act(0.0)
@@ -53,18 +53,12 @@ class TrueThrust:
         factor = np.ones(self._layout.count)
         if not self._wash.ground and self._wash.ceiling is None:
             return factor
-        heights, least = self._heights(), _NEAREST * self._radius
+        heights, least = self._places[self._sites, 2], _NEAREST * self._radius
         if self._wash.ground:
             factor *= ground_effect(self._radius / np.maximum(heights, least))
         if self._wash.ceiling is not None:
             factor *= ceiling_effect(self._radius / np.maximum(self._wash.ceiling - heights, least))
         return factor
-
-    def _heights_of(self, plant: Plant) -> Callable[[], Array]:
-        """What reads the rotors' heights, shape (m,) [m]."""
-        sites = [plant.engine_model.site(f"rotor_{index + 1}").id for index in range(self._layout.count)]
-        places = plant.data.site_xpos
-        return lambda: np.asarray(places[sites, 2])
 
 
 def ground_effect(nearness: Array) -> Array:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 
 from doorman.arrays import Array
@@ -73,10 +71,16 @@ def constraints_and_forces_figure(recording: Recording, model: Model) -> Figure:
 
 
 def _draw_constraints(axes: Axes, recording: Recording, model: Model, rows: range) -> None:
-    found = _constraints(recording, model)
-    if found is None:
+    if "truth" in recording:  # against the true door, else as the planner has them
+        truth = recording["truth"]
+        time = truth.time
+        h = flown_constraints(model, *(truth[name] for name in ("position", "attitude", "door_angle", "arm_angles")))
+        h = np.where(np.isfinite(h), h, np.nan)[:, rows.start : rows.stop]
+    elif "estimate" in recording:
+        time = recording["estimate"].time
+        h = model.constraints_along(recording["estimate"]["state"])[:, rows.start : rows.stop]
+    else:
         return
-    time, h = found[0], found[1][:, rows.start : rows.stop]
     h[~tied(recording, time)] = np.nan  # they are about a vehicle whose tip is at the door
     for k, name in enumerate(model.constraint_names[rows.start : rows.stop]):
         style = ("-", "--", "-.", ":")[k % 4]
@@ -89,18 +93,6 @@ def _draw_constraints(axes: Axes, recording: Recording, model: Model, rows: rang
     if margin > 0.0:
         axes.axhspan(-margin, 0.0, color=ORANGE, alpha=0.25, linewidth=0, label=f"planner's margin {margin:g} m")
     axes.set_ylim(low, high)
-
-
-def _constraints(recording: Recording, model: Model) -> tuple[Array, Array] | None:
-    """Times (m,) and rows h (m, rows): against the true door from true positions, else as the planner has them."""
-    if "truth" in recording:
-        truth = recording["truth"]
-        pose = (truth[name] for name in ("position", "attitude", "door_angle", "arm_angles"))
-        h = flown_constraints(model, *pose)
-        return truth.time, np.where(np.isfinite(h), h, np.nan)
-    if "estimate" in recording:
-        return recording["estimate"].time, model.constraints_along(recording["estimate"]["state"])
-    return None
 
 
 def _draw_user_rows(axes: Axes, recording: Recording) -> None:
@@ -172,12 +164,7 @@ def _draw_solve_time(axes: Axes, recording: Recording, model: Model) -> None:
         )
     axes.set_yscale("log")
     positive = milliseconds[milliseconds > 0.0]
-    if positive.size:
-        axes.set_ylim(
-            _decade(min(positive.min(), deadline), np.floor), _decade(max(positive.max(), 1.5 * deadline), np.ceil)
-        )
+    if positive.size:  # whole decades
+        low, high = np.log10(min(positive.min(), deadline)), np.log10(max(positive.max(), 1.5 * deadline))
+        axes.set_ylim(float(10.0 ** np.floor(low)), float(10.0 ** np.ceil(high)))
     axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-
-
-def _decade(value: float, rounded: Callable[[float], float]) -> float:
-    return float(10.0 ** rounded(np.log10(value)))

@@ -6,12 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from doorman.arrays import Array
 from doorman.exceptions import RecordingError
 from doorman.model import Model
 from doorman.recording import Recording
 from doorman.visualization.figures.phases import draw_phases
-from doorman.visualization.style import BLACK, GREEN, RED, SKY, Axes, Figure, flight_name, true_states, widen
+from doorman.visualization.style import BLACK, GREEN, RED, SKY, Axes, Figure, flight_name, widen
 
 LOOK_AHEAD = 0.2
 """The predicted curve is what each plan says about this long after its start [s]."""
@@ -21,7 +20,11 @@ _HORIZONS = 6
 """Whole horizons that are drawn."""
 _DOOR_ANGLE, _DOOR_RATE = 3, 4
 """Places of α and α̇ in the states."""
+_TRUE = ("attitude", "door_angle", "door_rate", "arm_angles")
+"""Of the truth, what the states are made of."""
 _PREFERRED = "preferred, one cost among others"
+_ORDER = ("measured", "truth", "sensor of the door", "predicted", "horizon", "desired", _PREFERRED)
+"""Of the curves in the legend."""
 _VISIBLE = np.radians(0.1)
 """Truth is drawn where it leaves the estimate by more [rad]."""
 
@@ -49,11 +52,14 @@ def states_figure(recording: Recording, model: Model) -> Figure:
     rows = -(-model.nx // 3)
     figure = Figure(figsize=(11.0, 0.6 + 2.1 * rows), layout="constrained")
     panels = figure.subplots(rows, 3, sharex=True, squeeze=False).ravel()
-    truth = true_states(recording)
+    truth = recording.get("truth")
+    true = () if truth is None else np.column_stack([truth[name] for name in _TRUE]).T
     for i, axes in enumerate(panels[: model.nx]):
         _draw_prediction(axes, recording, model, i)
-        if truth is not None and _differs(truth, estimate.time, estimate["state"], i):
-            axes.plot(truth[0], np.degrees(truth[1][:, i]), color=SKY, linewidth=0.8, label="truth", zorder=2.5)
+        if truth is not None:
+            off = np.interp(estimate.time, truth.time, true[i]) - estimate["state"][:, i]
+            if np.nanmax(np.abs(off)) > _VISIBLE:
+                axes.plot(truth.time, np.degrees(true[i]), color=SKY, linewidth=0.8, label="truth", zorder=2.5)
         axes.plot(estimate.time, np.degrees(estimate["state"][:, i]), color=BLACK, linewidth=1.3, label="measured")
         goal = float(np.degrees(model.goal_state[i]))
         if i in (_DOOR_ANGLE, _DOOR_RATE):
@@ -84,17 +90,8 @@ def _legend(figure: Figure, panels: Any) -> None:
     for axes in panels:
         for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
             entries.setdefault(label, handle)
-    order = [
-        name
-        for name in ("measured", "truth", "sensor of the door", "predicted", "horizon", "desired", _PREFERRED)
-        if name in entries
-    ]
+    order = [name for name in _ORDER if name in entries]
     figure.legend([entries[name] for name in order], order, loc="outside lower center", ncols=len(order), fontsize=9)
-
-
-def _differs(truth: tuple[Array, Array], time: Array, states: Array, index: int) -> bool:
-    there = np.interp(time, truth[0], truth[1][:, index])
-    return bool(np.nanmax(np.abs(there - states[:, index])) > _VISIBLE)
 
 
 def _draw_prediction(axes: Axes, recording: Recording, model: Model, index: int) -> None:
@@ -106,15 +103,8 @@ def _draw_prediction(axes: Axes, recording: Recording, model: Model, index: int)
     for k in np.unique(np.linspace(0, len(states) - 1, _HORIZONS).astype(int)):
         horizon = plan.time[k] + step * np.arange(states.shape[1])
         axes.plot(horizon, states[k], color=RED, linewidth=0.5, linestyle=(0, (4, 3)), alpha=0.7, label="horizon")
-    axes.plot(
-        plan.time + ahead * step,
-        states[:, ahead],
-        color=RED,
-        linestyle="--",
-        linewidth=0.8,
-        label="predicted",
-        zorder=3,
-    )
+    style: Any = {"color": RED, "linestyle": "--", "linewidth": 0.8, "zorder": 3}
+    axes.plot(plan.time + ahead * step, states[:, ahead], label="predicted", **style)
 
 
 _OF_BODY_AND_DOOR = (("φ", 0), ("θ", 1), ("ψ", 2), ("α", 3))

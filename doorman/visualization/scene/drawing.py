@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -44,7 +43,23 @@ class Drawing:
             "vehicle": visual_shapes(model.vehicle.urdf),
             "door": visual_shapes(model.true_door.urdf),
         }
-        self._nodes = self._moving_nodes()
+        drawn = {f"/scene/{group}/{shape.link}" for group, shapes in self._shapes.items() for shape in shapes}
+        self._still, moved = (  # between which everything moves that can
+            self._placements(np.full(3, value), np.full(3, value), value, model.start_arm + value)
+            for value in (0.0, 0.1)
+        )
+        self._nodes = [
+            node
+            for node, placement in self._still.items()
+            if node in {*drawn, "/scene/vehicle"} and not np.allclose(placement, moved[node], atol=1e-12)
+        ]
+        arm = model.vehicle.link_placements(model.start_arm)
+        self._rotors = {  # sense of rotation by link, for the links that sit where the vehicle has rotors
+            link: rotor.direction
+            for rotor in model.vehicle.rotors
+            for link, placement in arm.items()
+            if np.allclose(placement[:3, 3], rotor.position, atol=1e-9)
+        }
 
     def scene(self) -> Command:
         """Everything that a page needs to know before the first frame."""
@@ -58,7 +73,7 @@ class Drawing:
                 {"node": node.strip("/"), "name": name} for node, name in zip(surfaces, SURFACES, strict=True)
             ],
             "rotors": [
-                (f"scene/vehicle/{link}/turning", direction) for link, direction in self._rotors().items()
+                (f"scene/vehicle/{link}/turning", direction) for link, direction in self._rotors.items()
             ],
             "rotor_rate": _ROTOR_RATE,
             "camera": _camera(model),
@@ -69,8 +84,8 @@ class Drawing:
 
     def frame(self, moment: Moment) -> dict[str, Any]:
         model = self._model
-        body = self._body(moment)
-        placements = self._placements(moment, body)
+        placements = self._placements(moment.position, moment.attitude, moment.door_angle, moment.arm_angles)
+        body = placements["/scene/vehicle"]
         tip = body[:3, :3] @ model.vehicle.tip_position(moment.arm_angles) + moment.position
         force = moment.tip_force
         return {
@@ -85,58 +100,27 @@ class Drawing:
             "reason": moment.reason,
         }
 
-    def _body(self, moment: Moment) -> Array:
-        body = np.eye(4)
-        body[:3, :3] = rotation_body_to_world(moment.attitude)
-        body[:3, 3] = moment.position
-        return body
-
-    def _placements(self, moment: Moment, body: Array) -> dict[str, Array]:
+    def _placements(self, position: Array, attitude: Array, door_angle: float, arm_angles: Array) -> dict[str, Array]:
         """Placement of every node in its parent."""
-        arm = self._model.vehicle.link_placements(moment.arm_angles)
-        door = self._model.true_door.link_placements(moment.door_angle)
+        body = np.eye(4)
+        body[:3, :3], body[:3, 3] = rotation_body_to_world(attitude), position
+        arm = self._model.vehicle.link_placements(arm_angles)
+        door = self._model.true_door.link_placements(door_angle)
         return {
             "/scene/vehicle": body,
             **{f"/scene/vehicle/{link}": placement for link, placement in arm.items()},
             **{f"/scene/door/{link}": placement for link, placement in door.items()},
         }
 
-    def _two_moments(self) -> tuple[dict[str, Array], dict[str, Array]]:
-        """Placements of two moments between which everything moves that can."""
-        arms = self._model.start_arm, self._model.start_arm + 0.1
-        first, second = (
-            Moment(0.0, np.full(3, value), np.full(3, value), value, arm, None, None, "", "")
-            for value, arm in zip((0.0, 0.1), arms, strict=True)
-        )
-        return self._placements(first, self._body(first)), self._placements(second, self._body(second))
-
-    def _moving_nodes(self) -> list[str]:
-        first, second = self._two_moments()
-        drawn = {f"/scene/{group}/{shape.link}" for group, shapes in self._shapes.items() for shape in shapes}
-        drawn |= {"/scene/vehicle"}
-        return [node for node in first if node in drawn and not np.allclose(first[node], second[node], atol=1e-12)]
-
     def _commands(self) -> list[Command]:
-        placements, _ = self._two_moments()
-        commands = [place(node, placement) for node, placement in placements.items() if node not in self._nodes]
-        rotors = self._rotors()
+        commands = [place(node, placement) for node, placement in self._still.items() if node not in self._nodes]
         for group, shapes in self._shapes.items():
             for index, shape in enumerate(shapes):
-                turning = "/turning" if group == "vehicle" and shape.link in rotors else ""
+                turning = "/turning" if group == "vehicle" and shape.link in self._rotors else ""
                 commands += show(f"/scene/{group}/{shape.link}{turning}/shape_{index}", shape)
         for node, shape in surface_shapes(self._model).items():
             commands += show(node, shape)
         return commands
-
-    def _rotors(self) -> dict[str, float]:
-        """Sense of rotation by link, for the links that sit where the vehicle has rotors."""
-        placements: Mapping[str, Array] = self._model.vehicle.link_placements(self._model.start_arm)
-        return {
-            link: rotor.direction
-            for rotor in self._model.vehicle.rotors
-            for link, placement in placements.items()
-            if np.allclose(placement[:3, 3], rotor.position, atol=1e-9)
-        }
 
     def _ribbon(self, states: Array) -> list[list[float]] | None:
         """Lower and upper edge of the vehicle's planned path, as rows of six coordinates."""

@@ -70,3 +70,13 @@ def test_how_late_body_rates_come(late: float) -> None:
     seen = attitude(poses) + 5e-4 * random.standard_normal((len(poses), 2))
     rates = (attitude(ticks - late + 1e-3) - attitude(ticks - late - 1e-3)) / 2e-3
     assert lateness(poses, seen, ticks, rates) == pytest.approx(late, abs=0.003)
+
+
+@pytest.mark.parametrize("ratio", [1.4, 2.8])
+def test_the_shape_is_found_where_it_can_be_told(ratio: float) -> None:
+    """A loop that overshoots passes for one of less lag and more dead time where its shape is taken for the usual one."""
+    loop = AttitudeLoop(0.15, 0.06, ratio=ratio)
+    found = measured((loop, loop), 0.005, 250.0)
+    assert found.ratio == pytest.approx(ratio, rel=0.3)
+    assert found.lag == pytest.approx([loop.lag] * 2, rel=0.15)
+    assert found.loop.stiffness == pytest.approx(loop.stiffness, rel=0.35)

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from attitude_matrices import body_rate_matrix, euler_rate_matrix
 from believed import geometry
 
 from doorman.control.estimation.estimator import Estimator, Tie
 from doorman.estimation.leaf.numbers import JOINT, JOINT_RATE, PLACES
-from doorman.kinematics.rotations import body_rate_matrix, euler_rate_matrix
 from doorman.model import Model
 from doorman.signals import Measurement
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from doorman.control.kernels.tip import tip_on_leaf
-from doorman.kinematics.doors.leaf.leaf_kernels import angle_of_point, leaf_normal, leaf_numbers, leaf_weight
+from doorman.kinematics.doors.leaf.leaf_kernels import angle_of_point, leaf_normal, leaf_numbers
 from doorman.kinematics.vehicles.arms.arm import ArmParameters
 from doorman.model import Model
 from doorman.numba_types.handles import held
@@ -40,7 +40,6 @@ def test_the_leaf_is_the_doors(model: Model) -> None:
     leaf, door = leaf_numbers(model.door), model.door
     for angle in np.linspace(door.lower_limit, door.upper_limit, 7).tolist():
         np.testing.assert_allclose(leaf_normal(leaf, angle), door.normal(angle), rtol=1e-12, atol=1e-12)
-        assert leaf_weight(leaf, angle) == pytest.approx(door.weight_torque(angle), rel=1e-12, abs=1e-12)
         point = door.contact_point(angle, 0.4, 0.3)
         expected = door.angle_of(point - door.hinge_position)
         assert angle_of_point(leaf, *point.tolist()) == pytest.approx(expected, rel=1e-12)

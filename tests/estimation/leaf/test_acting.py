@@ -6,9 +6,9 @@ import math
 
 import numpy as np
 import pytest
+from attitude_matrices import euler_rate_matrix
 
 from doorman.estimation.leaf.acting import Acting
-from doorman.kinematics.rotations import euler_rate_matrix
 from doorman.signals import Measurement
 
 TICK, N = 0.004, 2

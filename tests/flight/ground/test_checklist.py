@@ -68,11 +68,7 @@ def test_no_flight_begins_with_little_more_than_it_is_given_up_at() -> None:
         ({}, None, ""),
         ({"mission.start": "contact"}, "start", "in contact"),
         ({"safety.fence_high": (3.0, 3.5, 0.8)}, "fence", "the way leads to"),
-        (
-            {"safety.fence_high": (-0.05, 3.5, 3.0)},
-            "fence",
-            "the way leads to",
-        ),  # what is swung through, not where it begins
+        ({"safety.fence_high": (-0.05, 3.5, 3.0)}, "fence", "the way leads to"),  # what is swung through
     ],
 )
 def test_what_a_scenario_has_for_a_flight(changes: dict[str, object], bad: str | None, words: str) -> None:

@@ -7,6 +7,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from virtual_time import CLOCK
 
 from doorman.flight.ground.door import measured_door
 from doorman.flight.ground.judgements import Verdict
@@ -28,26 +29,13 @@ from doorman.scenario import Scenario
 MODEL = Model(Scenario.load("push"))
 
 
-class Clock:
-    """Goes on while somebody sleeps."""
-
-    time = 10.0
-
-    def now(self) -> float:
-        return self.time
-
-    def sleep(self, duration: float) -> None:
-        self.time += duration
-
-
 def rows(joint: float | None, position=(0.0, 0.0, 0.0), yaw: float = 0.0, sees: bool = True):
     """Checks by name, of a leaf at a joint value and a frame at a place."""
-    clock = Clock()
     turn = (math.cos(0.5 * yaw), 0.0, 0.0, math.sin(0.5 * yaw))
 
     def read() -> DoorSample:
-        leaf = None if joint is None else LeafSample(clock.now(), joint)
-        return DoorSample(leaf, FrameSample(clock.now(), MarkPose(position, turn)) if sees else None)
+        leaf = None if joint is None else LeafSample(CLOCK.now(), joint)
+        return DoorSample(leaf, FrameSample(CLOCK.now(), MarkPose(position, turn)) if sees else None)
 
     config = DoorSensorConfig(
         source="program", leaf=Mark("leaf"), frame=Mark("frame"), motion=LeafGeometry.of(MODEL.door)
@@ -56,7 +44,7 @@ def rows(joint: float | None, position=(0.0, 0.0, 0.0), yaw: float = 0.0, sees: 
     links = SimpleNamespace(
         door=DoorSensor(CallableSource(read), config),
         mocap=None,
-        clock=clock,
+        clock=CLOCK,
         autopilot=SimpleNamespace(state=lambda: still),
     )
     return {check.name: check for check in measured_door(MODEL, links)}

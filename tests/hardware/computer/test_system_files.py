@@ -12,7 +12,8 @@ import typer.main
 from command_line import run as doorman
 
 from doorman.cli import app
-from doorman.hardware.computer.doctor import REAL_TIME_PRIORITY, SYSTEM_FILES
+from doorman.hardware.computer.doctor import SYSTEM_FILES
+from doorman.hardware.scheduling import PRIORITY
 
 
 def printed(name: str) -> str:
@@ -45,7 +46,7 @@ def test_the_unit_gives_what_a_flight_needs_and_never_starts_by_itself():
     unit.read_string(printed("service"))
     assert set(unit) == {"DEFAULT", "Unit", "Service"}  # no [Install]
     service = unit["Service"]
-    assert int(service["LimitRTPRIO"]) >= REAL_TIME_PRIORITY
+    assert int(service["LimitRTPRIO"]) >= PRIORITY
     assert service["KillSignal"] == "SIGTERM" and int(service["TimeoutStopSec"]) >= 60 and service["Restart"] == "no"
     assert "fly $FLIGHT" in service["ExecStart"]
 
@@ -59,4 +60,4 @@ def test_the_flight_of_the_unit_parses():
 
 def test_limits():
     rows = [line.split() for line in printed("limits").splitlines() if not line.startswith("#")]
-    assert ["@dialout", "-", "rtprio", str(REAL_TIME_PRIORITY)] in rows
+    assert ["@dialout", "-", "rtprio", str(PRIORITY)] in rows

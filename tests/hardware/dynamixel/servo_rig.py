@@ -30,6 +30,13 @@ class Rig:
     def servo(self, servo_id: int) -> EmulatedServo:
         return self.emulator.servo(servo_id)
 
+    def trip(self, servo_id: int, bits: int) -> None:
+        with self.emulator.lock:
+            self.servo(servo_id).trip(bits)
+
+    def rows(self, name: str) -> list[int]:
+        return [self.row(servo_id, name) for servo_id in self.config.ids]
+
     def row(self, servo_id: int, name: str) -> int:
         with self.emulator.lock:
             return self.servo(servo_id).memory.get(name)
@@ -92,7 +99,7 @@ def has(fault: ServoFault) -> Callable[[ServoSample], bool]:
     return lambda sample: bool(sample.fault & fault)
 
 
-def assert_stopped(rig):
+def assert_stopped(rig: Rig) -> None:
     """The joints come to rest and stay there, whatever is commanded."""
     rig.fly(SLOW, 0.12)
     at_rest = rig.true_angles()
@@ -100,6 +107,23 @@ def assert_stopped(rig):
     assert rig.true_angles() == pytest.approx(at_rest, abs=2e-4)
 
 
-def assert_moving(rig):
+def assert_moving(rig: Rig) -> None:
     rig.fly(SLOW, 0.12)
     assert rig.true_rates() == pytest.approx(SLOW, abs=2 * VELOCITY_UNIT)
+
+
+def stops_by(rig: Rig, fault: ServoFault) -> ServoSample:
+    """The first sample that tells a fault holds the arm, and the arm stops."""
+    sample = rig.until(has(fault), rates=SLOW)
+    assert holds(sample) and not sample.goals.any()
+    assert_stopped(rig)
+    return sample
+
+
+def goes_on(rig: Rig, recovered: bool = False) -> None:
+    """The arm follows again, by itself or once it is recovered."""
+    if recovered:
+        assert holds(rig.fly(SLOW, 0.05)[-1]), "latched"
+        assert rig.bus.recover() == ()
+    rig.until(follows, rates=SLOW)
+    assert_moving(rig)

@@ -384,6 +384,8 @@ def test_return_delay_and_baud_rate_take_their_time():
     assert [due for due, _ in wired.respond(5.0, read)] == pytest.approx([first, first + 508e-6 + status])
     faults.delay = 0.01
     assert quick.respond(5.0, read)[0][0] == pytest.approx(5.0 + 508e-6 + 0.01)
+    faults.silent.add(1)
+    assert quick.respond(5.1, read) == [], "those after a silent one stay silent, too"
 
 
 def test_a_silent_servo_silences_those_after_it(connect):
@@ -422,6 +424,6 @@ def test_misuse_is_refused():
         _ = emulator.port
     with pytest.raises(BackendError, match="no such servo.*allowed: 1, 2"):
         emulator.servo(3)
-    with emulator, pytest.raises(BackendError, match="runs already"):
+    with emulator, pytest.raises(BackendError, match="open already"):
         emulator.open()
     emulator.stop()

@@ -93,8 +93,7 @@ def test_currents_stay_below_the_servos_limit(make_hand, servos):
 @pytest.mark.parametrize("failed", [2, 4])
 def test_it_lets_go_when_a_servo_has_failed(hand, failed):
     grip(hand)
-    with hand.emulator.lock:
-        hand.servo(failed).trip(OVERLOAD)
+    hand.trip(failed, OVERLOAD)
     assert holds(hand.until(has(ServoFault.OVERLOAD), rates=(ARM, CLOSING)))
     hand.fly((ARM, CLOSING), 0.6)
     assert hand.true_rates()[:3] == pytest.approx(np.zeros(3), abs=2 * VELOCITY_UNIT)
@@ -109,8 +108,7 @@ def test_it_lets_go_when_a_servo_has_failed(hand, failed):
 def test_a_finger_whose_angle_is_lost_is_no_longer_driven(hand):
     """The servo goes on as if nothing had happened, and would close again: its current is taken, and its torque."""
     grip(hand)
-    with hand.emulator.lock:
-        hand.servo(4).trip(ENCODER)
+    hand.trip(4, ENCODER)
     hand.until(has(ServoFault.ENCODER), rates=(ARM, None))
     hand.fly((ARM, None), 0.1)
     assert hand.row(4, "goal current") == 0
@@ -134,13 +132,6 @@ def test_it_opens_when_the_adapter_fails_in_itself(hand, monkeypatch):
 
     monkeypatch.setattr(hand.bus._cycle, "_faults", failing)
     wait_until_open(hand)
-
-
-def test_unplugged_it_opens_by_itself(hand):
-    grip(hand)
-    hand.emulator.unplug()
-    wait_until_open(hand)
-    assert hand.row(4, "present current") == 0
 
 
 def test_it_opens_when_the_bus_is_stopped(hand):
@@ -179,14 +170,10 @@ def test_it_stays_open_after_its_watchdog_until_it_is_commanded_again(hand):
     hand.until(follows, rates=(ARM, None))
     stays_open(hand)
     grip(hand)
-
-
-def test_it_holds_on_when_the_watchdog_of_another_servo_fires(hand):
-    grip(hand)
     fired(hand, 2)
     hand.until(follows, rates=(ARM, None))
     hand.fly((ARM, None), 0.3)
-    assert fingers(hand) > CLOSED
+    assert fingers(hand) > CLOSED, "it holds on when that of another servo fires"
 
 
 def test_plugged_in_again_it_stays_open_until_it_is_commanded_again(make_rig, make_emulator, servos, tmp_path):
@@ -196,6 +183,7 @@ def test_plugged_in_again_it_stays_open_until_it_is_commanded_again(make_rig, ma
     grip(rig)
     rig.emulator.unplug()
     wait_until_open(rig)
+    assert rig.row(4, "present current") == 0
     rig.emulator.plug_in()
     rig.until(follows, rates=(ARM, None))
     stays_open(rig)
@@ -220,7 +208,7 @@ def test_recovered_it_stays_open_until_it_is_commanded_again(hand, monkeypatch, 
     grip(hand)
 
 
-@pytest.mark.parametrize("current", [np.nan, np.inf, "much", (1.0, 2.0), 1e300, -2.1])
+@pytest.mark.parametrize("current", [np.nan, "much", (1.0, 2.0), -2.1])
 def test_what_is_no_current_stops_the_arm_and_holds_on(hand, current):
     grip(hand)
     with pytest.raises(BackendError, match="grip") as caught:

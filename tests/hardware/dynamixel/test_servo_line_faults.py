@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from servo_rig import FASTEST, LOWER, SLOW, UPPER, assert_moving, assert_stopped, follows, has, holds
+from servo_rig import FASTEST, LOWER, SLOW, UPPER, assert_moving, follows, goes_on, has, holds, stops_by
 from virtual_time import CLOCK
 
 from doorman.clocks import REAL_TIME
@@ -33,72 +33,54 @@ def test_single_answers_lost_or_damaged(rig, kind, fault):
     rig.until(lambda sample: sample.fault is ServoFault.NONE, rates=SLOW)
 
 
-def test_noise_before_answers(rig):
-    rig.emulator.faults.noise = 0.5
-    start = rig.true_angles()
-    rig.fly(SLOW, 0.2)
-    assert (rig.true_angles() - start > 0.02).all()
-
-
-def test_instructions_damaged(rig):
-    rig.emulator.faults.deafness = 0.1
+@pytest.mark.parametrize(("kind", "share"), [("noise", 0.5), ("deafness", 0.1), ("echo", True)])
+def test_an_arm_goes_on(rig, kind, share):
+    """With noise before answers, instructions that are damaged, or an adapter that echoes."""
+    setattr(rig.emulator.faults, kind, share)
     start = rig.true_angles()
     rig.fly(SLOW, 0.3)
     assert (rig.true_angles() - start > 0.02).all()
     assert not any(event.fault in LATCHED for event in rig.events())
-
-
-def test_echo_of_the_adapter(rig):
-    rig.emulator.faults.echo = True
-    rig.until(lambda sample: sample.fault is ServoFault.NONE, rates=SLOW)
-    assert_moving(rig)
+    if kind == "echo":
+        rig.until(lambda sample: sample.fault is ServoFault.NONE, rates=SLOW)
+        assert_moving(rig)
 
 
 def test_flooded_bus(rig):
     rig.fly(SLOW, 0.05)
     rig.emulator.faults.mute.update({1, 2, 3, 4})
     rig.emulator.faults.babble = True
-    sample = rig.until(has(ServoFault.STALE), rates=SLOW)
-    assert holds(sample)
-    assert_stopped(rig)
+    stops_by(rig, ServoFault.STALE)
     rig.emulator.faults.babble = False
     rig.emulator.faults.mute.clear()
-    rig.until(follows, rates=SLOW)
-    assert_moving(rig)
+    goes_on(rig)
 
 
 def test_servo_that_hears_but_does_not_answer(rig):
     """The first of the chain, which silences all others in a sync read."""
-    joint = 0
     rig.fly(SLOW, 0.05)
-    rig.emulator.faults.mute.add(joint + 1)
-    sample = rig.until(has(ServoFault.STALE), rates=SLOW)
-    assert holds(sample)
-    assert not sample.goals.any()
+    rig.emulator.faults.mute.add(1)
+    stops_by(rig, ServoFault.STALE)
     sample = rig.until(has(ServoFault.MISSING), rates=SLOW)
     assert not sample.fresh
     sample = rig.until(lambda sample: sum(bool(f & STOPPING) for f in sample.faults) == 1, rates=SLOW)
-    assert sample.faults[joint] & ServoFault.MISSING, "the silent one and none of those that it silenced"
-    assert sample.times[joint] < sample.times.max() - 0.2
-    assert_stopped(rig)
+    assert sample.faults[0] & ServoFault.MISSING, "the silent one and none of those that it silenced"
+    assert sample.times[0] < sample.times.max() - 0.2
     rig.emulator.faults.mute.clear()
-    rig.until(follows, rates=SLOW)
-    assert_moving(rig)
+    goes_on(rig)
 
 
 def test_missing_servo(rig):
     """A broken cable: the servo hears nothing, so its own watchdog fires; it is set again when the servo is back."""
     rig.fly(SLOW, 0.05)
     rig.emulator.faults.silent.add(2)
-    rig.until(has(ServoFault.MISSING), rates=SLOW)
-    assert_stopped(rig)
-    assert rig.row(2, "bus watchdog") == 0xFF
-    assert rig.row(1, "bus watchdog") == rig.config.watchdog_counts
+    stops_by(rig, ServoFault.MISSING)
+    counts = rig.config.watchdog_counts
+    assert rig.rows("bus watchdog") == [counts, 0xFF, counts, counts]
     rig.emulator.faults.silent.clear()
-    rig.until(follows, rates=SLOW)
-    assert rig.row(2, "bus watchdog") == rig.config.watchdog_counts
+    goes_on(rig)
+    assert rig.row(2, "bus watchdog") == counts
     assert [event.servo_id for event in rig.events() if "cleared and set again" in event.text] == [2]
-    assert_moving(rig)
 
 
 def test_all_servos_missing(rig):
@@ -106,32 +88,25 @@ def test_all_servos_missing(rig):
     rig.emulator.faults.silent.update({1, 2, 3, 4})
     rig.until(lambda sample: all(fault & ServoFault.MISSING for fault in sample.faults), rates=SLOW)
     rig.emulator.faults.silent.clear()
-    rig.until(follows, rates=SLOW)
-    assert_moving(rig)
+    goes_on(rig)
 
 
 def test_answers_that_come_too_late(rig):
     rig.fly(SLOW, 0.05)
     rig.emulator.faults.delay = 0.03
-    sample = rig.until(has(ServoFault.STALE), rates=SLOW)
-    assert holds(sample)
+    stops_by(rig, ServoFault.STALE)
     rig.emulator.faults.delay = 0.0
-    rig.until(follows, rates=SLOW)
-    assert_moving(rig)
+    goes_on(rig)
 
 
 def test_frozen_servo(rig):
     """It repeats its last answer: right in every byte but old."""
     rig.fly(SLOW, 0.05)
     rig.emulator.faults.frozen.add(3)
-    sample = rig.until(has(ServoFault.STALE), rates=SLOW)
-    assert sample.faults[2] & ServoFault.LATE
-    assert holds(sample)
-    sample = rig.until(has(ServoFault.MISSING), rates=SLOW)
-    assert not sample.fresh
+    assert stops_by(rig, ServoFault.STALE).faults[2] & ServoFault.LATE
+    assert not rig.until(has(ServoFault.MISSING), rates=SLOW).fresh
     rig.emulator.faults.frozen.clear()
-    rig.until(follows, rates=SLOW)
-    assert_moving(rig)
+    goes_on(rig)
 
 
 def test_nothing_old_is_passed_on_as_fresh(rig):
@@ -163,50 +138,44 @@ def test_nothing_old_is_passed_on_as_fresh(rig):
 # ---------------------------------------------------------------- device, user, program
 
 
-def test_unplugged_and_plugged_in_again(make_rig, make_emulator, tmp_path):
+@pytest.fixture
+def unplugged(make_rig, make_emulator, tmp_path):
+    """A bus whose device was unplugged while the arm moved."""
     rig = make_rig(make_emulator(link=tmp_path / "servos"))
     rig.bus.open()
     rig.fly(SLOW, 0.05)
     rig.emulator.unplug()
-    sample = rig.until(has(ServoFault.UNPLUGGED), rates=SLOW)
-    assert sample.state is BusState.DISCONNECTED
+    assert rig.until(has(ServoFault.UNPLUGGED), rates=SLOW).state is BusState.DISCONNECTED
+    return rig
+
+
+def test_unplugged_and_plugged_in_again(unplugged):
     CLOCK.sleep(0.35)
-    assert not rig.bus.read().fresh
-    assert rig.bus.recover(0.2) != ()
-    assert rig.true_rates() == pytest.approx(0.0, abs=1e-3), "the servos' own watchdogs"
-    rig.emulator.plug_in()
-    rig.until(follows, rates=SLOW)
-    assert_moving(rig)
-    assert {event.servo_id for event in rig.events() if "cleared and set again" in event.text} == {1, 2, 3, 4}
+    assert not unplugged.bus.read().fresh
+    assert unplugged.bus.recover(0.2) != ()
+    assert unplugged.true_rates() == pytest.approx(0.0, abs=1e-3), "the servos' own watchdogs"
+    unplugged.emulator.plug_in()
+    goes_on(unplugged)
+    assert {event.servo_id for event in unplugged.events() if "cleared and set again" in event.text} == {1, 2, 3, 4}
 
 
-def test_unplugged_and_another_arm_plugged_in(make_rig, make_emulator, tmp_path):
-    rig = make_rig(make_emulator(link=tmp_path / "servos"))
-    rig.bus.open()
-    rig.emulator.unplug()
-    rig.until(has(ServoFault.UNPLUGGED))
-    rig.set_row(3, "model number", 1010)
-    rig.emulator.plug_in()
+def test_unplugged_and_another_arm_plugged_in(unplugged):
+    unplugged.set_row(3, "model number", 1010)
+    unplugged.emulator.plug_in()
     CLOCK.sleep(0.25)
-    assert rig.bus.read().state is BusState.DISCONNECTED
+    assert unplugged.bus.read().state is BusState.DISCONNECTED
 
 
-def test_power_lost_while_unplugged(make_rig, make_emulator, tmp_path):
+def test_power_lost_while_unplugged(unplugged):
     """The arm went limp: torque does not come back by itself."""
-    rig = make_rig(make_emulator(link=tmp_path / "servos"))
-    rig.bus.open()
-    rig.emulator.unplug()
-    rig.until(has(ServoFault.UNPLUGGED))
-    with rig.emulator.lock:
+    with unplugged.emulator.lock:
         for servo_id in (1, 2, 3, 4):
-            rig.servo(servo_id).reboot(CLOCK.now())
+            unplugged.servo(servo_id).reboot(CLOCK.now())
     CLOCK.sleep(0.15)
-    rig.emulator.plug_in()
-    sample = rig.until(has(ServoFault.RESTARTED), rates=SLOW)
-    assert holds(sample)
-    assert [rig.row(servo_id, "torque enable") for servo_id in (1, 2, 3, 4)] == [0, 0, 0, 0]
-    assert rig.bus.recover() == ()
-    rig.until(follows, rates=SLOW)
+    unplugged.emulator.plug_in()
+    assert holds(unplugged.until(has(ServoFault.RESTARTED), rates=SLOW))
+    assert unplugged.rows("torque enable") == [0, 0, 0, 0]
+    goes_on(unplugged, recovered=True)
 
 
 def test_user_that_falls_silent(make_rig):

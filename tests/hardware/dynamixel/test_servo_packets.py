@@ -72,6 +72,13 @@ def test_codes_are_those_of_the_sdk():
     assert sdk_packets.ERRBIT_ALERT == ALERT
 
 
+@given(ids, treacherous)
+def test_parameters_that_look_like_headers_arrive(servo_id, parameters):
+    (heard,) = InstructionStream().feed(instruction_packet(servo_id, Instruction.WRITE, parameters))
+    assert (heard.servo_id, heard.parameters, heard.intact) == (servo_id, parameters, True)
+    assert parse(status_packet(servo_id, 0, parameters)) == [StatusPacket(servo_id, 0, parameters)]
+
+
 @given(st.binary(max_size=60))
 def test_crc_is_that_of_the_sdk(data):
     assert crc16(data) == checksum(data) == sdk_packets.Protocol2PacketHandler().updateCRC(0, data, len(data))

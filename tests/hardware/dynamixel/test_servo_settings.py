@@ -97,11 +97,6 @@ def test_questionable_settings_are_reported(with_setting, name, given, wanted):
     assert rig.row(1, name) == given
 
 
-def test_a_servo_at_another_baud_rate_is_not_there(with_setting):
-    with pytest.raises(BackendError, match="servo 1: no answer to ping .*at this baud rate"):
-        with_setting("baud rate", 1).bus.open()
-
-
 def test_what_would_cut_the_servo_off_is_never_written(with_setting, monkeypatch):
     monkeypatch.setattr(servos, "LINE_RATES", {})  # as if a bridge on the way spoke to the servos at their rate
     rig = with_setting("baud rate", 1, write_eeprom=True)
@@ -133,19 +128,15 @@ def test_a_new_servo_needs_all_of_its_settings(make_rig, make_emulator):
     assert again.bus.servos[0].findings == ()
 
 
-def test_torque_that_another_program_left_on_does_not_keep_the_telemetry_from_being_gathered(with_setting):
+def test_what_another_program_left_behind_is_set_up_again(with_setting):
+    """Torque that is on does not keep the telemetry from being gathered; gains are as after power-on."""
     rig = with_setting("torque enable", 1)
+    rig.set_row(1, "velocity p gain", 7)
+    rig.set_row(1, "velocity i gain", 0)
     assert rig.row(1, "indirect address 168") == 224
     rig.bus.open()
     assert rig.row(1, "indirect address 168") != 224
     assert rig.row(1, "torque enable") == 1
-
-
-def test_gains_of_another_program_are_as_after_power_on_again(with_setting):
-    rig = with_setting("velocity p gain", 100)
-    rig.set_row(1, "velocity p gain", 7)
-    rig.set_row(1, "velocity i gain", 0)
-    rig.bus.open()
     assert [rig.row(1, f"velocity {which} gain") for which in "pi"] == [100, 1920]
 
 
@@ -154,9 +145,6 @@ def test_present_positions_without_torque(make_rig, make_emulator):
     rig = make_rig(make_emulator([1, 2], angles=[0.0, math.pi / 2]), ids=(1, 2))
     assert rig.bus.positions() == (2048, 3072)
     assert [rig.row(servo_id, "torque enable") for servo_id in (1, 2)] == [0, 0]
-    rig.bus.open()
-    with pytest.raises(BackendError, match="open already"):
-        rig.bus.positions()
 
 
 def test_old_firmware_has_no_startup_configuration(with_setting):
@@ -174,24 +162,37 @@ def test_wrong_model_is_refused_before_anything_is_written(with_setting):
         rig.bus.open()
     with pytest.raises(BackendError, match="wrong model"):
         rig.bus.inspect()
-    for servo_id in (1, 2):
-        assert rig.row(servo_id, "torque enable") == 0
-        assert rig.row(servo_id, "indirect address 168") == 224
+    assert rig.rows("torque enable") == [0, 0]
+    assert rig.rows("indirect address 168") == [224, 224]
 
 
-def test_too_old_firmware_is_refused(with_setting):
-    rig = with_setting("firmware version", 37)
-    with pytest.raises(
-        BackendError, match="servo 1: the firmware is too old for the bus watchdog .given 37; allowed: >= 38"
-    ):
+def trip(bits):
+    return lambda servo: servo.trip(bits)
+
+
+@pytest.mark.parametrize(
+    ("setups", "spoil", "words"),
+    [
+        ([ServoSetup(1, READY | {"firmware version": 37})], None,
+         "servo 1: the firmware is too old for the bus watchdog .given 37; allowed: >= 38"),
+        ([ServoSetup(1, READY | {"baud rate": 1})], None, "servo 1: no answer to ping .*at this baud rate"),
+        ([ServoSetup(7)], None, "servo 1: no answer to ping"),
+        ([ServoSetup(1)], lambda servo: servo.memory.set("present temperature", 85),
+         "servo 1: the servo is too hot to be rebooted .given '85 °C'; allowed: below 70 °C"),
+        ([ServoSetup(1)], lambda servo: setattr(servo, "lasting_errors", OVERHEATING),
+         "servo 1: a hardware error persists after a reboot"),
+        ([ServoSetup(1, boot_time=60.0)], trip(OVERLOAD), "servo 1: the servo did not come back after a reboot"),
+    ],
+    ids=["firmware", "baud rate", "missing", "hot", "lasting error", "no boot"],
+)  # fmt: skip
+def test_servos_that_cannot_be_made_ready_are_named(make_rig, make_emulator, setups, spoil, words):
+    rig = make_rig(make_emulator([*setups, ServoSetup(2)]), ids=(1, 2), boot_timeout=0.2)
+    if spoil is not None:
+        with rig.emulator.lock:
+            spoil(rig.servo(1))
+    with pytest.raises(BackendError, match=words):
         rig.bus.open()
-
-
-def test_a_missing_servo_is_named(make_rig, make_emulator):
-    rig = make_rig(make_emulator([1, 2, 4]))
-    with pytest.raises(BackendError, match="servo 3: no answer to ping"):
-        rig.bus.open()
-    assert rig.row(1, "torque enable") == 0
+    assert rig.row(2, "torque enable") == 0
 
 
 def test_a_noisy_bus_is_opened_all_the_same(make_rig):
@@ -203,19 +204,9 @@ def test_a_noisy_bus_is_opened_all_the_same(make_rig):
     assert [servo.model for servo in rig.bus.servos] == [1000] * 4
 
 
-def test_a_servo_that_shut_down_is_rebooted_at_open(make_rig):
-    rig = make_rig()
-    with rig.emulator.lock:
-        rig.servo(2).trip(OVERLOAD)
-    rig.bus.open()
-    assert rig.row(2, "hardware error status") == 0
-    assert rig.row(2, "torque enable") == 1
-    assert rig.bus.read().fault is ServoFault.NONE
-
-
-@pytest.mark.parametrize("lost", [1, 2])
-def test_a_reboot_that_the_servo_does_not_hear_is_asked_for_again(make_rig, monkeypatch, lost):
-    """It goes on answering then."""
+@pytest.mark.parametrize("lost", [0, 1, 2])
+def test_a_servo_that_shut_down_is_rebooted_at_open(make_rig, monkeypatch, lost):
+    """A reboot that it does not hear is asked for again: it goes on answering then."""
     rig = make_rig()
     servo = rig.servo(2)
     real, asked = servo.execute, []
@@ -232,40 +223,14 @@ def test_a_reboot_that_the_servo_does_not_hear_is_asked_for_again(make_rig, monk
         monkeypatch.setattr(servo, "execute", deaf)
     rig.bus.open()
     assert len(asked) == lost + 1
-    assert rig.row(2, "hardware error status") == 0
+    assert (rig.row(2, "hardware error status"), rig.row(2, "torque enable")) == (0, 1)
+    assert rig.bus.read().fault is ServoFault.NONE
 
 
 def test_a_servo_that_answers_on_before_it_reboots(make_rig, make_emulator):
     """Its answers do not say that it has."""
     rig = make_rig(make_emulator([ServoSetup(1), ServoSetup(2, reboot_delay=0.08)]), ids=(1, 2))
-    with rig.emulator.lock:
-        rig.servo(2).trip(OVERLOAD)
+    rig.trip(2, OVERLOAD)
     rig.bus.open()
     assert rig.row(2, "hardware error status") == 0
     assert rig.bus.read().fault is ServoFault.NONE
-
-
-def test_a_hot_servo_is_not_rebooted(make_rig):
-    rig = make_rig()
-    rig.set_row(3, "present temperature", 85)
-    with pytest.raises(
-        BackendError, match="servo 3: the servo is too hot to be rebooted .given '85 °C'; allowed: below 70 °C"
-    ):
-        rig.bus.open()
-
-
-def test_an_error_that_comes_back_is_reported(make_rig):
-    rig = make_rig()
-    with rig.emulator.lock:
-        rig.servo(3).lasting_errors = OVERHEATING
-    with pytest.raises(BackendError, match="servo 3: a hardware error persists after a reboot"):
-        rig.bus.open()
-
-
-def test_a_servo_that_does_not_come_back_is_reported(make_rig, make_emulator):
-    setups = [ServoSetup(1, boot_time=60.0)]
-    rig = make_rig(make_emulator(setups), ids=(1,), boot_timeout=0.2)
-    with rig.emulator.lock:
-        rig.servo(1).trip(OVERLOAD)
-    with pytest.raises(BackendError, match="servo 1: the servo did not come back after a reboot"):
-        rig.bus.open()

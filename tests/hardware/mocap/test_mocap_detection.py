@@ -55,7 +55,7 @@ class Simulated:
         return math.inf
 
     def sample(self):
-        return self.pipeline.latest.at(self.now + self.slewed, CONFIG.stale_after, CONFIG.prediction_limit)
+        return self.pipeline.at(self.now + self.slewed)
 
     def check(self):
         """Whatever is wrong: a pose that becomes fresh was true at the time of its stamp, or later."""

@@ -11,11 +11,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from doorman.exceptions import DimensionError
-from doorman.hardware.mocap.frames import Alignment, object_quaternion
+from doorman.hardware.mocap.frames import Alignment, object_angles, object_quaternion
 from doorman.hardware.mocap.packets import parse
 from doorman.kinematics.quaternions import angle_between, to_attitude
 from doorman.kinematics.rotations import quaternion_of
-from doorman.rig.emulators.mocap.emulator import BodyPose, TrackerSetup, TrackerStream, euler_xyz
+from doorman.rig.emulators.mocap.emulator import BodyPose, TrackerSetup, TrackerStream
 
 angle = st.floats(-3.1, 3.1)
 pitch = st.floats(-1.5, 1.5)
@@ -76,7 +76,7 @@ def test_what_the_emulator_sees_is_where_the_body_is(origin, axes, offset, mount
 
 @given(angles)
 def test_vicon_angles_and_back(rotation):
-    assert euler_xyz(matrix(object_quaternion(rotation))) == pytest.approx(rotation, abs=1e-9)
+    assert object_angles(object_quaternion(rotation)) == pytest.approx(rotation, abs=1e-9)
 
 
 def test_offsets_are_checked():

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import math
 import struct
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from doorman.hardware.mocap.packets import Malformed, ObjectPacket, TrackedObject, parse
-from doorman.rig.emulators.mocap.emulator import SIZES, item, packet
+from doorman.hardware.mocap.packets import ObjectPacket, TrackedObject, pack, parse
+from doorman.rig.emulators.mocap.emulator import SIZES
 
 HEADER = bytes.fromhex("0403020101")  # frame 0x01020304, one item
 ITEM = bytes.fromhex("004800") + b"quad" + bytes(20)
@@ -49,25 +48,24 @@ def test_names(name):
 
 @pytest.mark.parametrize("length", range(80))
 def test_every_truncation_is_told(length):
-    assert isinstance(parse((HEADER + ITEM + POSE)[:length]), Malformed)
+    assert isinstance(parse((HEADER + ITEM + POSE)[:length]), str)
 
 
 @pytest.mark.parametrize("size", [0, 1, 71, 73, 144, 65535])
 def test_wrong_sizes_are_told(size):
     data = HEADER + struct.pack("<BH", 0, size) + b"quad" + bytes(20) + POSE + bytes(200)
-    assert isinstance(parse(data), Malformed)
+    assert isinstance(parse(data), str)
 
 
 def test_more_items_promised_than_sent():
     found = parse(struct.pack("<IB", 7, 2) + ITEM + POSE)
-    assert isinstance(found, Malformed)
-    assert "ends before item 2 of 2" in found.reason
+    assert isinstance(found, str) and "ends before item 2 of 2" in found
 
 
 @given(st.binary(max_size=600))
 def test_any_bytes_have_an_answer(data):
     found = parse(data)
-    assert isinstance(found, ObjectPacket | Malformed)
+    assert isinstance(found, ObjectPacket | str)
     if isinstance(found, ObjectPacket):
         assert len(found.objects) <= len(data) // 75
 
@@ -76,16 +74,6 @@ finite = st.floats(allow_nan=False, allow_infinity=False)
 
 
 @given(st.integers(0, 2**32 - 1), st.lists(st.tuples(finite, finite, finite, finite, finite, finite), max_size=13))
-def test_what_the_emulator_packs_is_what_is_parsed(number, poses):
-    items = [item(f"object {index}", _array(pose[:3]), _array(pose[3:])) for index, pose in enumerate(poses)]
-    found = parse(packet(number, items))
-    assert isinstance(found, ObjectPacket)
-    assert found.frame_number == number
-    assert [(*one.translation, *one.rotation) for one in found.objects] == poses
-
-
-def _array(values):
-    import numpy as np
-
-    assert all(math.isfinite(value) for value in values)
-    return np.array(values)
+def test_what_is_packed_is_what_is_parsed(number, poses):
+    objects = tuple(TrackedObject(f"object {index}", pose[:3], pose[3:]) for index, pose in enumerate(poses))
+    assert parse(pack(number, objects)) == ObjectPacket(number, objects)

@@ -20,7 +20,7 @@ from doorman.exceptions import BackendError, DimensionError
 from doorman.hardware.mocap import MocapConfig, MocapFault, MocapReceiver, PoseQuality
 from doorman.hardware.mocap.connection import parse_connection
 from doorman.hardware.mocap.tracker import Pipeline
-from doorman.rig.emulators.mocap.emulator import BodyPose, MocapEmulator, TrackerSetup
+from doorman.rig.emulators.mocap.emulator import BodyPose, MocapEmulator, TrackedBody, TrackerSetup
 
 
 def test_poses_are_true_at_the_time_of_their_stamp(rig):
@@ -82,8 +82,8 @@ def test_figures_of_the_stream(rig):
 
 
 def test_many_objects_in_several_packets(make_rig):
-    others = {f"other {index}": BodyPose([float(index), 0.0, 0.0]) for index in range(5)}
-    rig = make_rig(emulator={"others": others, "block": 2})
+    others = {f"other {index}": TrackedBody(lambda at: BodyPose([at, 0.0, 0.0])) for index in range(5)}
+    rig = make_rig(emulator={"bodies": others})
     rig.receiver.open()
     rig.until_fresh()
     assert not rig.has(MocapFault.DUPLICATED)
@@ -97,7 +97,7 @@ def test_it_listens_on_loopback_only(rig):
 
 
 def threads() -> set[threading.Thread]:
-    return {one for one in threading.enumerate() if one.name == "mocap"}
+    return {one for one in threading.enumerate() if one.name == "mocap receiver"}
 
 
 def test_constructor_touches_no_device():
@@ -260,7 +260,7 @@ def test_emulator_sends_what_tracker_sends():
         assert emulator.sent >= 2
 
 
-@pytest.mark.parametrize("fields", [{"rate": 0.0}, {"block": 0}, {"latency": math.nan}])
+@pytest.mark.parametrize("fields", [{"rate": 0.0}, {"rate": 2001.0}, {"latency": math.nan}])
 def test_settings_of_the_emulator_are_checked(fields):
     with pytest.raises(BackendError, match=next(iter(fields))):
         TrackerSetup("quad", **fields)

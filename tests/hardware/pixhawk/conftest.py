@@ -6,16 +6,13 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 import pytest
-from autopilot_client import Client
 from autopilot_sandbox import Sandbox
 from pixhawk_parts import CONFIG
-from pixhawk_rig import Rig, free_port
-from virtual_time import CLOCK
+from pixhawk_rig import Rig
 
 from doorman.hardware.pixhawk import Authority
 from doorman.hardware.pixhawk.events import LinkLog
 from doorman.hardware.pixhawk.link.stream import SetpointStream
-from doorman.rig.emulators.autopilot import EmulatedAutopilot
 from doorman.rig.emulators.autopilot.dialects import ARDUPILOT, PX4
 
 
@@ -69,25 +66,6 @@ def events() -> LinkLog:
 def stream(events: LinkLog) -> SetpointStream:
     """A stream that notes its events in that log."""
     return SetpointStream(CONFIG, events)
-
-
-@pytest.fixture
-def clients() -> Iterator[Callable[..., Client]]:
-    """Makes emulated autopilots with a client each, which end with the test."""
-    made: list[Client] = []
-
-    def make(flavour: str, **settings: Any) -> Client:
-        port = free_port()
-        emulator = EmulatedAutopilot(flavour, remote=("127.0.0.1", port), heartbeat_rate=10.0, clock=CLOCK, **settings)  # type: ignore[arg-type]
-        emulator.open()
-        made.append(Client(emulator, port))
-        return made[-1]
-
-    yield make
-    for client in made:
-        client.emulator.stop()
-        client.emulator.stop()
-        client.socket.close()
 
 
 @pytest.fixture

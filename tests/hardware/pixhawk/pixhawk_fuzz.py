@@ -68,8 +68,7 @@ class Fuzzer:
             known = [value for value in values.tolist() if not math.isnan(value)]
             assert len(known) in (0, len(values)) and all(abs(value) <= 1e6 for value in known), values
         assert sample.attitude_time <= time.monotonic() and sample.position_time <= time.monotonic()
-        begun = self.link._texts._begun
-        assert begun is None or len(begun.parts) <= 8
+        assert len(self.link._texts._parts) <= 8
         for splitter in self.link.codec._splitters.values():  # type: ignore[union-attr]
             assert len(splitter._buffer) < 300
 

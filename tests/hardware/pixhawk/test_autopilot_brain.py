@@ -70,14 +70,6 @@ def test_the_pilot_wins(vehicle):
         vehicle.brain.pilot_mode("warp")
 
 
-def test_a_kill_switch_stops_the_motors_and_disarms_after_a_while(vehicle):
-    vehicle.fly()
-    vehicle.brain.kill(stop=True)
-    assert vehicle.step(1.0, vehicle.hold).task is Task.IDLE and vehicle.brain.armed
-    vehicle.step(5.0, vehicle.hold)
-    assert not vehicle.brain.armed
-
-
 def test_neither_arms_without_a_position_or_where_a_test_refuses(vehicle):
     refusal = vehicle.brain.dialect.refusal
     vehicle.valid = False
@@ -135,11 +127,6 @@ def test_ardupilot_takes_off_by_command_only(vehicle_ardupilot):
     assert vehicle_ardupilot.step(0.0).position[2] == pytest.approx(0.8), "a setpoint ends the take-off"
 
 
-def test_ardupilot_stays_where_its_take_off_ends(vehicle_ardupilot):
-    vehicle_ardupilot.fly()
-    assert vehicle_ardupilot.step(60.0).position[2] == 1.0
-
-
 @pytest.mark.parametrize(
     ("quaternion", "mask"), [(LEVEL, 7 | 64), (LEVEL, 7 | 128), (LEVEL, 0), (1.01 * LEVEL, 7), (math.nan * LEVEL, 7)]
 )
@@ -183,16 +170,6 @@ def test_ardupilot_forgets_an_attitude_but_never_a_position(vehicle_ardupilot):
 # ------------------------------------------------------------ failsafes
 
 
-@pytest.mark.parametrize(("action", "mode"), [(4, "land"), (0, "return"), (5, "loiter")])
-def test_px4_without_its_stream_does_what_its_parameter_says(vehicle_px4, action, mode):
-    vehicle_px4.parameters["COM_OBL_RC_ACT"] = action
-    vehicle_px4.fly()
-    vehicle_px4.step(0.9)
-    assert vehicle_px4.brain.is_in("companion"), "COM_OF_LOSS_T is one second"
-    vehicle_px4.step(0.8)
-    assert vehicle_px4.brain.is_in(mode) and vehicle_px4.brain.failsafe
-
-
 @pytest.mark.parametrize("chosen", [None, "position"])
 def test_px4_goes_back_to_offboard_when_its_stream_does_unless_somebody_chose_another_mode(vehicle_px4, chosen):
     vehicle_px4.parameters["COM_OBL_RC_ACT"] = 4
@@ -205,13 +182,6 @@ def test_px4_goes_back_to_offboard_when_its_stream_does_unless_somebody_chose_an
     assert vehicle_px4.brain.is_in(chosen or "companion")
 
 
-def test_both_land_when_their_position_is_lost(vehicle):
-    vehicle.fly()
-    vehicle.valid = False
-    vehicle.step(2.0, vehicle.hold)
-    assert vehicle.brain.is_in("land") and vehicle.brain.failsafe
-
-
 @pytest.mark.parametrize(("action", "mode"), [(2, "return"), (3, "land")])
 def test_px4_acts_on_the_loss_of_the_station(vehicle_px4, action, mode):
     vehicle_px4.parameters["NAV_DLL_ACT"] = action
@@ -219,16 +189,6 @@ def test_px4_acts_on_the_loss_of_the_station(vehicle_px4, action, mode):
     vehicle_px4.station_age = 11.0
     vehicle_px4.step(0.2, vehicle_px4.hold)
     assert vehicle_px4.brain.is_in(mode)
-
-
-def test_ardupilot_acts_on_the_loss_of_the_station(vehicle_ardupilot):
-    vehicle_ardupilot.fly()
-    vehicle_ardupilot.station_age = 6.0
-    vehicle_ardupilot.step(0.1)
-    assert vehicle_ardupilot.brain.is_in("companion"), "FS_GCS_ENABLE is 0 by default"
-    vehicle_ardupilot.parameters["FS_GCS_ENABLE"] = 5
-    vehicle_ardupilot.step(0.1)
-    assert vehicle_ardupilot.brain.is_in("land") and vehicle_ardupilot.brain.failsafe
 
 
 @pytest.mark.parametrize(("height", "most"), [(0.0, 1.2), (3.0, 3.0)])
@@ -259,17 +219,6 @@ def test_without_a_place_on_earth_px4_lands_instead_of_returning(vehicle_px4):
 
 
 # ------------------------------------------------------------ landing
-
-
-def test_a_landing_ends_disarmed_on_the_ground(vehicle):
-    vehicle.fly()
-    vehicle.brain.request_land()
-    vehicle.velocity[2] = -0.6
-    assert vehicle.step(5.0).task is Task.LAND and vehicle.brain.armed
-    assert vehicle.brain.request_arming(False, False) == vehicle.brain.dialect.refusal, "not in the air"
-    vehicle.position[2], vehicle.velocity[2] = 0.0, 0.0
-    vehicle.step(3.0)
-    assert not vehicle.brain.armed
 
 
 def test_a_landing_that_something_stops_is_over(vehicle):

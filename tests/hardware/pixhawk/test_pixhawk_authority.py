@@ -15,6 +15,7 @@ from doorman.hardware.pixhawk.dialect import ARDUPILOT, PX4, ardupilot_mode, px4
 from doorman.hardware.pixhawk.link.stream import Source
 
 OFFBOARD, LAND, MANUAL = PX4.companion_mode, PX4.land_mode, px4_mode(px4_number(3))
+DESCENT = px4_mode(px4_number(4, 20))
 
 
 @pytest.fixture
@@ -33,35 +34,59 @@ def engaged(keeper, stream):
     assert keeper.state is Authority.ENGAGED
 
 
-def test_the_heartbeat_alone_engages(keeper, stream):
-    keeper.prepare()
-    beat(keeper, MANUAL)
-    assert keeper.state is Authority.PREPARING
-    beat(keeper, OFFBOARD)
-    assert keeper.state is Authority.ENGAGED
+def land(keeper):
+    assert keeper.request_landing(None)
 
 
-def test_nobody_climbs_or_holds_whose_command_is_lost(keeper, stream):
-    place = PositionSetpoint(NO, 0.0)
+def expect(keeper):
+    keeper.disarm_expected = True
+
+
+def refused(keeper):
+    keeper.disarm_expected = False
+
+
+KILLED, SHOT = (OFFBOARD, True, 8), (LAND, True, 8)
+SCRIPTS = {
+    "the pilot's mode": ([MANUAL], Authority.LOST),
+    "the pilot's switch back is no permission": ([MANUAL, OFFBOARD], Authority.LOST),
+    "it is asked for again": ([MANUAL, AuthorityKeeper.prepare, MANUAL, OFFBOARD], Authority.ENGAGED),
+    "it lands": ([land, LAND], Authority.LANDING),
+    "PX4 without a height or place lands in a mode of another name": ([land, LAND, DESCENT], Authority.LANDING),
+    "it has landed": ([land, LAND, (LAND, False)], Authority.NONE),
+    "it has landed, and goes back to its mode": ([land, LAND, (OFFBOARD, False)], Authority.NONE),
+    "the pilot interrupts a request to land": ([land, MANUAL], Authority.LOST),
+    "the pilot interrupts a landing": ([land, LAND, MANUAL], Authority.LOST),
+    "a kill switch": ([KILLED], Authority.LOST),
+    "a kill switch that is switched back: it may lie on the floor": ([KILLED, OFFBOARD], Authority.LOST),
+    "a kill switch while it lands": ([land, LAND, SHOT], Authority.LOST),
+    "a kill switch while the mode is asked for": ([MANUAL, AuthorityKeeper.prepare, KILLED], Authority.LOST),
+    "it disarms by itself": ([(OFFBOARD, False)], Authority.LOST),
+    "it disarms as we asked": ([expect, (OFFBOARD, False)], Authority.NONE),
+    "it disarms after it has refused to": ([expect, refused, (OFFBOARD, False)], Authority.LOST),
+    "it disarms before it shows that it lands": ([land, (OFFBOARD, False)], Authority.NONE),
+    "it reboots": ([lambda keeper: keeper.rebooted(10.0)], Authority.LOST),
+}
+"""What happens to a vehicle that is ours, as heartbeats (mode, armed, status) and requests, and whose it is then."""
+
+
+@pytest.mark.parametrize("name", SCRIPTS)
+def test_whose_the_vehicle_is(keeper, stream, events, name):
+    steps, state = SCRIPTS[name]
     engaged(keeper, stream)
-    assert keeper.climb(place, 1.0, 10.0) and stream.source is Source.CLIMB
-    beat(keeper, MANUAL)
-    assert not keeper.climb(place, 1.0, 10.1)
-    assert not keeper.hold(place, latch=False)
-    assert stream.source is Source.OFF
-
-
-def test_another_mode_ends_all_commanding_until_it_is_asked_for_again(keeper, stream, events):
-    engaged(keeper, stream)
-    beat(keeper, MANUAL)
-    assert keeper.state is Authority.LOST and stream.source is Source.OFF
-    beat(keeper, OFFBOARD)
-    assert keeper.state is Authority.LOST, "the pilot's switch back is no permission"
-    assert EventKind.CONTROL_LOST in events.conditions
-    assert not keeper.request_landing(None)
-    keeper.prepare()
-    beat(keeper, OFFBOARD)
-    assert EventKind.CONTROL_LOST not in events.conditions
+    for step in steps:
+        if callable(step):
+            step(keeper)
+        else:
+            beat(keeper, *(step if isinstance(step, tuple) else (step,)))
+    assert keeper.state is state
+    assert (EventKind.CONTROL_LOST in events.conditions) is (state is Authority.LOST)
+    if state is Authority.ENGAGED:
+        return
+    assert stream.source is Source.OFF and keeper.requests(99.0, PX4, TARGET) == []
+    assert not keeper.if_engaged(lambda one: one.climb(PositionSetpoint(NO, 0.0), 1.0, 10.0))
+    assert not keeper.hold(PositionSetpoint(NO, 0.0), latch=False) and stream.source is Source.OFF
+    assert keeper.request_landing(None) is (state is Authority.LANDING)
 
 
 def test_landing_is_not_asked_for_again_before_a_heartbeat_can_show_it(keeper, stream):
@@ -78,9 +103,7 @@ def test_landing_is_not_asked_for_again_before_a_heartbeat_can_show_it(keeper, s
     assert not keeper.requests(14.0, PX4, TARGET)
 
 
-@pytest.mark.parametrize(
-    ("dialect", "mode"), [(PX4, LAND), (PX4, px4_mode(px4_number(4, 20))), (ARDUPILOT, ardupilot_mode(9))]
-)
+@pytest.mark.parametrize(("dialect", "mode"), [(PX4, LAND), (PX4, DESCENT), (ARDUPILOT, ardupilot_mode(9))])
 def test_landing_is_asked_for_until_it_is_seen(keeper, stream, dialect, mode):
     stream.hold(PositionSetpoint(NO, 0.0))
     keeper.prepare()
@@ -114,70 +137,6 @@ def test_the_controller_is_kept_out_of_a_landing(keeper, stream):
     beat(keeper, MANUAL)
     assert not keeper.hold(PositionSetpoint(NO, 0.0), latch=False)
     assert stream.source is Source.OFF
-
-
-def test_the_pilot_may_interrupt_a_landing(keeper, stream):
-    engaged(keeper, stream)
-    keeper.request_landing(None)
-    beat(keeper, LAND)
-    beat(keeper, MANUAL)
-    assert keeper.state is Authority.LOST and not keeper.landing_requested
-    engaged(keeper, stream)
-    keeper.request_landing(None)
-    beat(keeper, MANUAL)
-    assert keeper.state is Authority.LOST and keeper.requests(99.0, PX4, TARGET) == []
-
-
-def test_a_landing_may_become_a_descent(keeper, stream):
-    """PX4 without a height or place lands in a mode of another name."""
-    engaged(keeper, stream)
-    keeper.request_landing(None)
-    beat(keeper, LAND)
-    beat(keeper, px4_mode(px4_number(4, 20)))
-    assert keeper.state is Authority.LANDING
-
-
-@pytest.mark.parametrize("asked", [False, True])
-def test_a_kill_switch_ends_all_commanding(keeper, stream, events, asked):
-    """PX4 is armed, and in the mode that it had, for 5 s more."""
-    engaged(keeper, stream)
-    if asked:
-        keeper.request_landing(None)
-        beat(keeper, LAND)
-    beat(keeper, LAND if asked else OFFBOARD, status=8)
-    assert keeper.state is Authority.LOST and stream.source is Source.OFF
-    assert events.conditions >= {EventKind.CONTROL_LOST, EventKind.AUTOPILOT_FAILSAFE}
-    beat(keeper, OFFBOARD)
-    assert keeper.state is Authority.LOST, "switched back, it may lie on the floor"
-    keeper.prepare()
-    beat(keeper, OFFBOARD, status=8)
-    assert keeper.state is Authority.LOST
-
-
-def test_a_landed_vehicle_that_disarms_and_goes_back_to_its_mode_is_not_lost(keeper, stream, events):
-    engaged(keeper, stream)
-    keeper.request_landing(None)
-    beat(keeper, LAND)
-    beat(keeper, OFFBOARD, armed=False)
-    assert keeper.state is Authority.NONE
-    assert EventKind.CONTROL_LOST not in events.conditions
-
-
-def test_disarming_that_nobody_asked_for_is_a_loss_of_control(keeper, stream, events):
-    engaged(keeper, stream)
-    beat(keeper, OFFBOARD, armed=False)
-    assert keeper.state is Authority.LOST
-    engaged(keeper, stream)
-    keeper.expect_disarm(True)
-    beat(keeper, OFFBOARD, armed=True)
-    beat(keeper, OFFBOARD, armed=False)
-    assert keeper.state is Authority.NONE
-    engaged(keeper, stream)
-    beat(keeper, OFFBOARD, armed=True)
-    keeper.expect_disarm(True)
-    keeper.expect_disarm(False)  # it was refused
-    beat(keeper, OFFBOARD, armed=False)
-    assert keeper.state is Authority.LOST
 
 
 def test_a_critical_state_is_a_failsafe(keeper, events):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import socket
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -181,6 +182,14 @@ def test_foreign_systems_talk(rigs):
 POSITION = PX4.modes["position"]
 
 
+@pytest.fixture
+def key(tmp_path: Path) -> Path:
+    path = tmp_path / "key"
+    path.write_bytes(bytes(range(32)))
+    path.chmod(0o600)
+    return path
+
+
 class Impostor:
     """Another socket that speaks with ids of its choice."""
 
@@ -250,11 +259,8 @@ def test_another_address_is_refused_while_armed(rigs, monkeypatch):
         assert not any(event.values.get("taken") for event in rig.seen)
 
 
-def test_another_address_with_a_signature_is_taken(rigs, monkeypatch, tmp_path):
+def test_another_address_with_a_signature_is_taken(rigs, monkeypatch, key):
     monkeypatch.setattr(peer, "SILENCE", 0.1)
-    key = tmp_path / "key"
-    key.write_bytes(bytes(range(32)))
-    key.chmod(0o600)
     rig = rigs("px4", {"signing_key": key}, signing_key=bytes(range(32))).open()
     assert rig.pilot.engage().done and rig.pilot.arm().done
     rig.emulator.outgoing.cut = True
@@ -294,10 +300,7 @@ def test_other_vehicle_first(rigs):
         plane.pilot.open()
 
 
-def test_signature_missing(rigs, tmp_path):
-    key = tmp_path / "key"
-    key.write_bytes(bytes(range(32)))
-    key.chmod(0o600)
+def test_signature_missing(rigs, key):
     rig = rigs("px4", {"signing_key": key, "timeouts": replace(QUICK, open=0.3)})
     rig.emulator.open()
     with pytest.raises(BackendError, match="signatures.*PX4 before 1.17"):

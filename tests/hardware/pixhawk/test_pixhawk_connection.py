@@ -32,15 +32,12 @@ def test_connection_strings(text, expected):
     assert parse_connection(text) == expected
 
 
-def test_an_endpoint_reads_like_a_connection_string():
-    for text in (
-        "udpin:127.0.0.1:14540",
-        "udpout:10.0.0.1:14550:14555",
-        "tcp:localhost:5760",
-        "serial:/dev/ttyACM0:57600",
-    ):
-        assert str(parse_connection(text)) == text
-        assert parse_connection(str(parse_connection(text))) == parse_connection(text)
+@pytest.mark.parametrize(
+    "text",
+    ["udpin:127.0.0.1:14540", "udpout:10.0.0.1:14550:14555", "tcp:localhost:5760", "serial:/dev/ttyACM0:57600"],
+)
+def test_an_endpoint_reads_like_a_connection_string(text):
+    assert str(parse_connection(text)) == text
 
 
 @pytest.mark.parametrize(
@@ -53,10 +50,6 @@ def test_malformed_connection_strings_are_refused_with_what_is_allowed(text):
     with pytest.raises(BackendError, match="udpout:HOST:PORT") as caught:
         parse_connection(text)
     assert caught.value.field == "pixhawk.connection"
-
-
-def test_without_a_host_only_loopback_is_listened_on():
-    assert parse_connection("udp:14550").host == "127.0.0.1"
 
 
 @pytest.mark.parametrize(

@@ -38,14 +38,14 @@ def test_a_flood_of_events_is_cut_and_the_memory_is_bounded():
 
 def test_answers_that_are_older_than_the_question_do_not_count():
     exchange = Exchange(CLOCK)
-    exchange.post_acknowledgement(400, 0)
+    exchange.post(400, 0)
     asked = exchange.count
-    assert exchange.acknowledgement(400, asked) is None
-    assert exchange.wait(lambda: exchange.acknowledgement(400, asked), 0.01) is None
-    timer = Aside(lambda: exchange.post_acknowledgement(400, 4), after=0.02)
-    answer = exchange.wait(lambda: exchange.acknowledgement(400, asked), 5.0)
+    assert exchange.answer(400, asked) is None
+    assert exchange.wait(lambda: exchange.answer(400, asked), 0.01) is None
+    timer = Aside(lambda: exchange.post(400, 4), after=0.02)
+    answer = exchange.wait(lambda: exchange.answer(400, asked), 5.0)
     timer.result()
-    assert answer is not None and answer.result == 4
+    assert answer is not None and answer.value == 4
 
 
 def test_texts_come_once_each():
@@ -106,68 +106,43 @@ def test_the_charge_of_another_battery_is_not_missed_where_the_first_tells_none(
         assert EventKind.BATTERY_SILENT not in events.conditions
 
 
-def test_a_pose_that_stays_away_is_noticed(events):
-    watchdog = Watchdog(CONFIG, events)
-    watchdog.check(10.0, 10.0, sample(), ClockMap(), 9.7)
-    assert EventKind.MOCAP_LOST not in events.conditions
-    watchdog.check(10.0, 10.0, sample(), ClockMap(), 9.4)
-    assert EventKind.MOCAP_LOST in events.conditions
+@pytest.mark.parametrize(("pose", "lost"), [(None, False), (9.7, False), (9.4, True)])
+def test_a_pose_that_stays_away_is_noticed(events, pose, lost):
+    Watchdog(CONFIG, events).check(10.0, 10.0, sample(), ClockMap(), pose)
+    assert (EventKind.MOCAP_LOST in events.conditions) is lost
 
 
 LONG = "Arming denied: the quick brown fox has not calibrated its gyroscopes, and jumps over the lazy dog"
+WHOLE = LONG[:50]
 
 
-def parts(text: str, identifier: int, *, ends_empty: bool) -> list[mavlink.MAVLink_statustext_message]:
-    """What is sent; a whole last part is followed by an empty one where the autopilot is ArduPilot."""
-    chunks = [text[k : k + 50] for k in range(0, len(text), 50)]
-    if ends_empty and len(chunks[-1]) == 50:
-        chunks.append("")
-    return [
-        mavlink.MAVLink_statustext_message(4, chunk.encode(), identifier, number) for number, chunk in enumerate(chunks)
-    ]
+def part(text: str, number: int = 0, identifier: int = 3) -> mavlink.MAVLink_statustext_message:
+    return mavlink.MAVLink_statustext_message(4, text.encode(), identifier, number)
 
 
-def told(messages, texts: TextParts | None = None, now: float = 10.0) -> list[str]:
-    texts = texts or TextParts()
-    return [one.text for message in messages for one in texts.take(message, now)]
+FIRST, REST = part(WHOLE), part(LONG[50:], 1)
+TEXTS = {
+    "one part, as PX4 and ArduPilot tell it": ([(0.0, part("Disarmed by landing\t", 0, 0))], ["Disarmed by landing"]),
+    "one part of a numbered text": ([(0.0, part("Takeoff detected\t", 0, 7))], ["Takeoff detected"]),
+    "what cannot be printed": ([(0.0, part("a\x07b", 0, 0))], ["a?b"]),
+    "a long text is one": ([(0.0, FIRST), (0.0, REST)], [LONG]),
+    "in whatever order": ([(0.0, REST), (0.0, FIRST)], [LONG]),
+    "with copies": ([(0.0, FIRST), (0.0, FIRST), (0.0, REST), (0.1, REST), (2.0, None)], [LONG]),
+    "a full last part of ArduPilot": ([(0.0, FIRST), (0.0, part("", 1))], [WHOLE]),
+    "a full last part of PX4": ([(0.0, FIRST), (0.4, None), (0.5, None)], [WHOLE]),
+    "which may not be the last yet": ([(0.0, FIRST), (0.2, None)], []),
+    "the rest is lost": ([(0.0, FIRST), (0.1, part("next", 0, 4))], [WHOLE, "next"]),
+    "the beginning is lost": ([(0.0, REST), (1.0, None)], [LONG[50:]]),
+    "the rest is late": ([(0.0, FIRST), (0.4, None), (0.5, FIRST), (0.5, REST), (0.9, None)], [WHOLE, LONG[50:]]),
+    "the same number again": ([(0.0, FIRST), (0.4, None), (1.5, FIRST), (1.5, REST)], [WHOLE, LONG]),
+}
+"""Parts with the time at which they come, a look for late ones in between, and the texts that are told of them."""
 
 
-def test_a_text_of_one_part_is_told_at_once():
-    assert told(parts("Disarmed by landing\t", 0, ends_empty=False)) == ["Disarmed by landing"]
-    assert told(parts("Takeoff detected\t", 7, ends_empty=False)) == ["Takeoff detected"]
-    assert told([mavlink.MAVLink_statustext_message(4, b"a\x07b", 0, 0)]) == ["a?b"]
-
-
-def test_a_long_text_is_one():
-    assert told(parts(LONG, 3, ends_empty=False)) == [LONG]
-    assert told(reversed(parts(LONG, 3, ends_empty=False))) == [LONG]
-    twice = [part for part in parts(LONG, 3, ends_empty=False) for _ in range(2)]
-    texts = TextParts()
-    assert told(twice, texts) == [LONG]
-    assert texts.late(12.0) == []
-
-
-def test_a_text_whose_last_part_is_full_is_told_by_both():
-    text = LONG[:50]
-    assert told(parts(text, 3, ends_empty=True)) == [text]
-    texts = TextParts()
-    assert told(parts(text, 3, ends_empty=False), texts) == []
-    assert texts.late(10.2) == []
-    assert [(one.text, one.time) for one in texts.late(10.4)] == [(text, 10.4)]
-    assert texts.late(10.5) == []
-
-
-def test_what_came_is_told_where_the_rest_is_lost():
-    texts = TextParts()
-    assert told(parts(LONG, 3, ends_empty=False)[:1], texts) == []
-    assert told(parts("next", 4, ends_empty=False), texts) == [LONG[:50], "next"]
-    assert told(parts(LONG, 5, ends_empty=False)[1:], texts) == []
-    assert [one.text for one in texts.late(11.0)] == [LONG[50:]]
-
-
-def test_the_rest_is_told_however_late_it_comes():
-    texts, (first, second) = TextParts(), parts(LONG, 3, ends_empty=False)
-    assert told([first], texts, 10.0) == []
-    assert [one.text for one in texts.late(10.4)] == [LONG[:50]]
-    assert told([first, second], texts, 10.5) == []
-    assert [one.text for one in texts.late(10.9)] == [LONG[50:]]
+@pytest.mark.parametrize("name", TEXTS)
+def test_texts_that_come_in_parts(name):
+    steps, expected = TEXTS[name]
+    texts, told = TextParts(), []
+    for now, message in steps:
+        told += texts.late(10.0 + now) if message is None else texts.take(message, 10.0 + now)
+    assert [one.text for one in told] == expected

@@ -12,7 +12,6 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 from doorman.hardware.pixhawk import PixhawkConfig, PositionSetpoint
 from doorman.hardware.pixhawk.link.inbox import WANTED
 from doorman.hardware.pixhawk.link.link import Link
-from doorman.hardware.pixhawk.link.mocap import MocapPose
 from doorman.hardware.pixhawk.wire.codec import Codec
 from doorman.hardware.pixhawk.wire.messages import command_message
 
@@ -49,7 +48,7 @@ def test_a_busy_line_gets_neither_setpoints_nor_poses_that_would_be_old_when_the
     told: dict[bool, set[str]] = {}
     for busy in (True, False):
         line.busy, now = busy, time.monotonic() + (0.0 if busy else 0.1)
-        assert link.mocap.offer(MocapPose.checked(now, NO, [1.0, 0.0, 0.0, 0.0]), now)
+        assert link.mocap.offer(now, NO, [1.0, 0.0, 0.0, 0.0], now)
         line.taken.clear()
         link._send_due(line, now)
         told[busy] = {message.get_type() for message in line.taken}

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-import socket
 from dataclasses import replace
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
-from pixhawk_rig import HOVER, QUICK, Rig, fresh, landed, wait_until
-from virtual_time import CLOCK
+from pixhawk_rig import HOVER, QUICK, fresh, landed, wait_until
 
 from doorman.exceptions import BackendError
-from doorman.hardware.pixhawk import Authority, Autopilot, EventKind, SampleStatus
+from doorman.hardware.pixhawk import Authority, EventKind, SampleStatus
+from doorman.hardware.pixhawk.wire.transport import DeviceLost
 
 
 def test_messages_lost(rigs):
@@ -99,69 +99,13 @@ def test_autopilot_silent_from_the_start(rigs):
         rig.pilot.open()
 
 
-def test_device_lost(rigs):
-    """A TCP connection, as to a simulator or through a serial server, that breaks and comes back."""
-    rig = rigs("px4")
-    rig.emulator.open()
-    with socket.create_server(("127.0.0.1", 0)) as server, Bridge(server, rig) as bridge:
-        pilot = Autopilot(replace(rig.config, connection=f"tcp:127.0.0.1:{server.getsockname()[1]}"), CLOCK)
-        rig.pilot.stop()
-        rig.pilot = pilot
-        pilot.open()
-        assert fresh(rig)
-        bridge.break_connection()
-        rig.happens(EventKind.DEVICE_LOST)
-        rig.happens(EventKind.DEVICE_LOST, begins=False)
-        assert fresh(rig)
-        pilot.stop()
-
-
-class Bridge:
-    """Carries bytes between a TCP connection and the emulator's UDP, until it is told to break."""
-
-    def __init__(self, server: socket.socket, rig: Rig) -> None:
-        self._server, self._rig = server, rig
-        self._udp = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-        self._udp.bind(("127.0.0.1", rig.port))
-        self._udp.setblocking(False)
-        self._stop, self._break = CLOCK.event(), CLOCK.event()
-        self._thread = CLOCK.thread(self._run)
-
-    def __enter__(self) -> Bridge:
-        self._thread.start()
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._stop.set()
-        self._thread.join(6.0)
-        self._udp.close()
-
-    def break_connection(self) -> None:
-        self._break.set()
-
-    def _run(self) -> None:
-        while not self._stop.is_set():
-            if not CLOCK.readable([self._server], 5.0):
-                return
-            connection, _ = self._server.accept()
-            with connection:
-                connection.setblocking(False)
-                while not self._stop.is_set() and not self._break.is_set():
-                    self._carry(connection)
-            self._break.clear()
-
-    def _carry(self, connection: socket.socket) -> None:
-        CLOCK.readable([self._udp, connection], 0.05)
-        try:
-            connection.sendall(self._udp.recv(65536))
-        except (BlockingIOError, ConnectionError):
-            pass
-        try:
-            data = connection.recv(65536)
-        except (BlockingIOError, ConnectionError):
-            return
-        for start in range(0, len(data), 1000):
-            self._udp.sendto(data[start : start + 1000], self._rig.emulator.address)
+def test_device_lost(rigs, monkeypatch):
+    """As a cable that is pulled, or a connection that breaks; that lines notice it themselves is shown with them."""
+    rig = rigs("px4").open()
+    monkeypatch.setattr(rig.pilot._link._line, "receive", Mock(side_effect=DeviceLost("unplugged")))
+    assert "unplugged" in rig.happens(EventKind.DEVICE_LOST).message
+    rig.happens(EventKind.DEVICE_LOST, begins=False)
+    assert fresh(rig) and rig.pilot.engage().done
 
 
 def test_own_thread_fails(rigs, monkeypatch):

@@ -44,7 +44,7 @@ def layout(count: int = 6, tilt: float = 20.0, seed: int = 0) -> RotorLayout:
 
 def known(rotors: RotorLayout) -> ParameterStore:
     store = ParameterStore(PX4_DEFAULTS, bytewise=True)
-    add_rotors(store, rotors.positions, rotors.thrust_axes, rotors.torque_per_thrust * rotors.directions)
+    add_rotors(store, rotors)
     return store
 
 
@@ -129,7 +129,7 @@ def test_a_vehicle_s_configuration_has_its_rotors() -> None:
 def test_px4_hears_the_force_over_the_line(rigs) -> None:
     rotors = layout()
     rig = rigs("px4", config={"rotors": TiltedRotors.of(rotors)})
-    add_rotors(rig.emulator.parameters, rotors.positions, rotors.thrust_axes, 0.016 * rotors.directions)
+    add_rotors(rig.emulator.parameters, rotors)
     rig.fly()
     assert rig.pilot.side_force_missing() == ""
     assert rig.pilot.setpoint(AttitudeSetpoint(WEIGHT, np.zeros(3), (1.0, 2.0)))

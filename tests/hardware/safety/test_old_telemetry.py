@@ -114,22 +114,12 @@ def test_it_follows_with_its_lag():
     assert after_lag == pytest.approx(10.0 * (1.0 - math.exp(-1.0)), rel=0.02)
 
 
-def test_without_thrust_nothing_is_known():
-    estimator = ForceEstimator(MASS)
-    for k in range(10):
-        assert math.isnan(estimator.update(sample(0.01 * k, np.zeros(3), np.zeros(3)), math.nan))
-
-
-def test_a_gap_forgets_what_was_before():
-    estimator = ForceEstimator(MASS)
-    for k in range(100):
-        estimator.update(sample(0.01 * k, np.array([0.05 * k, 0.0, 0.0]), np.zeros(3)), WEIGHT)
-    assert estimator.update(sample(3.0, np.zeros(3), np.zeros(3)), WEIGHT) == 0.0
-
-
-def test_the_same_sample_again_changes_nothing():
-    estimator = ForceEstimator(MASS)
+def test_without_thrust_nothing_is_known_a_gap_forgets_and_the_same_sample_changes_nothing():
+    estimator, still = ForceEstimator(MASS), np.zeros(3)
     for k in range(50):
-        last = estimator.update(sample(0.01 * k, np.array([0.02 * k, 0.0, 0.0]), np.zeros(3)), WEIGHT)
-    again = [estimator.update(sample(0.49, np.array([0.98, 0.0, 0.0]), np.zeros(3)), WEIGHT) for _ in range(3)]
-    assert again == [last] * 3
+        assert math.isnan(estimator.update(sample(0.01 * k, still, still), math.nan))
+    for k in range(50, 100):
+        last = estimator.update(sample(0.01 * k, np.array([0.02 * k, 0.0, 0.0]), still), WEIGHT)
+    assert last > 0.0
+    assert estimator.update(sample(0.01 * 99, np.array([1.98, 0.0, 0.0]), still), WEIGHT) == last
+    assert estimator.update(sample(3.0, still, still), WEIGHT) == 0.0

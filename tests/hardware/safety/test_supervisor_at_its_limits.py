@@ -4,19 +4,27 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from observations import BROKEN, GOOD
-from safety_page import table
 
-from doorman.hardware.safety import Action, Fault, Observation, Supervisor
+from doorman.hardware.safety import RULES, Action, Fault, Observation, Supervisor
+from doorman.hardware.safety.rules import ACTIONS
 from doorman.hardware.vehicle import VehicleLinks, vehicle_config
 from doorman.model import Model
 from doorman.scenario import Scenario
 
-ROWS = {Fault[row[0]]: (float(row[3].removesuffix(" s")), Action[row[4]]) for row in table("Rules")}
+PAGE = (Path(__file__).parents[3] / "docs" / "hardware" / "safety.md").read_text(encoding="utf-8")
+TABLE = [
+    [cell.strip() for cell in line.strip("|").split("|")]
+    for line in PAGE.split("# Rules\n", 1)[1].split("\n## ", 1)[0].splitlines()
+    if line.startswith("|")
+][2:]
+"""Cells of the documented rules, row by row."""
+ROWS = {Fault[row[0]]: (float(row[3].removesuffix(" s")), Action[row[4]]) for row in TABLE}
 """Patience [s] and action of every rule, as documented."""
 AT = (-1.0, 0.7, 1.3)
 BOUNDS: list[tuple[Fault, str, Any, Any]] = [
@@ -79,8 +87,8 @@ def watch(links: VehicleLinks) -> Iterator[Watch]:
 
 
 def test_every_rule_is_documented():
-    assert set(ROWS) == set(BROKEN)
-    assert {fault for fault, *_ in BOUNDS} == {Fault[row[0]] for row in table("Rules") if row[2] != "–"}
+    assert set(ROWS) == set(BROKEN) == {rule.fault for rule in RULES} and set(ACTIONS) == set(Fault)
+    assert {fault for fault, *_ in BOUNDS} == {Fault[row[0]] for row in TABLE if row[2] != "–"}
 
 
 @pytest.mark.parametrize("fault", ROWS, ids=lambda fault: fault.name.lower())

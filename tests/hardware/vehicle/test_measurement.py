@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from attitude_matrices import euler_rate_matrix
 
 from doorman.exceptions import BackendError
 from doorman.hardware.dynamixel import BusState, ServoFault, ServoSample
@@ -14,7 +15,7 @@ from doorman.hardware.mocap.sample import measured
 from doorman.hardware.pixhawk import SampleStatus, VehicleSample
 from doorman.hardware.vehicle.backend import Ticker
 from doorman.hardware.vehicle.measurement import compose
-from doorman.kinematics.rotations import euler_rate_matrix, quaternion_of
+from doorman.kinematics.rotations import quaternion_of
 
 NOW, OPENED = 50.0, 40.0
 RATES = np.array([0.2, -0.3, 0.5])
@@ -29,14 +30,9 @@ SERVOS = ServoSample(
     times=np.full(5, NOW - 0.01), faults=(ServoFault.NONE,) * 5, bus_fault=ServoFault.NONE, state=BusState.FOLLOWING,
     goals=np.zeros(5), cycle=7, age=0.01, fresh=True,
 )  # fmt: skip
-POSE = measured(
-    NOW - 0.02,
-    (-1.0, 0.7, 1.3),
-    quaternion_of(ATTITUDE),
-    (0.1, 0.2, 0.3),
-    (0.0, 0.0, 0.0),
-    5,
-    9,
+POSE, TURNING = (
+    measured(NOW - 0.02, (-1.0, 0.7, 1.3), quaternion_of(ATTITUDE), (0.1, 0.2, 0.3), (0.0, 0.0, turn), 5, 9)
+    for turn in (0.0, 0.4)
 )
 
 
@@ -54,16 +50,7 @@ def test_position_is_that_of_the_cameras_with_its_own_time():
 
 
 def test_an_autopilot_that_is_not_heard_for_a_while_is_replaced_by_the_cameras():
-    turning = measured(
-        NOW - 0.02,
-        (-1.0, 0.7, 1.3),
-        quaternion_of(ATTITUDE),
-        (0.1, 0.2, 0.3),
-        (0.0, 0.0, 0.4),
-        5,
-        9,
-    )
-    measurement = at(vehicle=replace(VEHICLE, status=SampleStatus.STALE, body_rates=np.full(3, 9.0)), pose=turning)
+    measurement = at(vehicle=replace(VEHICLE, status=SampleStatus.STALE, body_rates=np.full(3, 9.0)), pose=TURNING)
     assert measurement.body_rates.tolist() == [0.0, 0.0, 0.4]
     assert measurement.attitude == pytest.approx(ATTITUDE) and measurement.pose_time == pytest.approx(
         NOW - OPENED - 0.02
@@ -137,11 +124,3 @@ def test_missed_ticks_are_counted_and_not_made_up_for():
     assert figures.longest >= 0.0525
     assert figures.missed == ticker.missed
     assert figures.ticks == 3
-
-
-def test_figures_of_even_ticks():
-    ticker = Ticker(0.01)
-    ticker.periods = [0.01] * 999 + [0.02]
-    figures = ticker.statistics()
-    assert figures.median == pytest.approx(0.01)
-    assert figures.longest == pytest.approx(0.02)

@@ -50,14 +50,12 @@ def test_the_contact_moves_with_the_leaf(door: Door) -> None:
         assert door.opening_of(angle) == pytest.approx(opening)
 
 
-def test_levers_and_bends_are_slopes(door: Door) -> None:
+def test_levers_are_slopes(door: Door) -> None:
     for opening in OPENINGS:
         angle, step = door.angle_of_opening(opening), 1e-6
         ahead, behind = (door.contact_point(angle + s, *PLACE) for s in (step, -step))
         np.testing.assert_allclose(door.lever(angle, PLACE[0]), (ahead - behind) / (2 * step), atol=1e-8)
         assert door.lever(angle, PLACE[0]) @ -door.normal(angle) == pytest.approx(door.lever_length(PLACE[0]))
-        bent = (door.normal(angle + step) - door.normal(angle - step)) / (2 * step)
-        np.testing.assert_allclose(door.bend(angle), bent, atol=1e-8)
 
 
 def test_the_face_that_is_touched_is_the_leafs(door: Door) -> None:

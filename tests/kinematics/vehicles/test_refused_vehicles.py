@@ -44,7 +44,8 @@ REFUSED = [
     (limit(-3.0, 3.0, 0.0), "joint eta_1/limit@effort", "cannot hold"),
     (limit(0.3, 0.3, 3.1), "joint eta_1/limit@upper", "no range"),
     ((END, FINGER.format('<mimic joint="eta_4"/>')), "joint finger/mimic", "follows the arm"),
-    (('<link name="rotor_3">', '<link name="rotor_3">' + WEIGHT), "link rotor_3/inertial/mass", "negative"),
+    (('<link name="rotor_3">', '<link name="rotor_3">' + WEIGHT),
+     "/robot[hexarotor_arm]/link[rotor_3]/inertial/mass@value", "negative"),
 ]  # fmt: skip
 
 

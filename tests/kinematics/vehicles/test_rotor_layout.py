@@ -12,7 +12,7 @@ from urdf_variants import VEHICLE, write_edited
 from doorman.exceptions import BackendError
 from doorman.gravity import GRAVITY
 from doorman.kinematics.rotations import rotation_body_to_world
-from doorman.kinematics.vehicles.actuation import BodyForce, TiltedThrust, actuation_of
+from doorman.kinematics.vehicles.actuation import actuation_of
 from doorman.kinematics.vehicles.rotor_layout import rotor_layout
 from doorman.kinematics.vehicles.vehicle import Vehicle
 from doorman.model import Model
@@ -61,7 +61,7 @@ def test_rotors_that_push_to_every_side_make_a_fully_actuated_vehicle(tmp_path: 
     vehicle = canted(tmp_path, *alternating(tilt))
     layout = rotor_layout(vehicle, 0.016)
     assert layout.fully_actuated is fully
-    assert isinstance(actuation_of(vehicle, 0.016), BodyForce if fully else TiltedThrust)
+    assert actuation_of(vehicle, 0.016).fully is fully
     level = np.array([vehicle.mass * GRAVITY, 0.0, 0.0, 0.0])
     np.testing.assert_allclose(layout.allocation @ layout.inverse @ level, level, atol=1e-9)
     assert abs(vehicle.max_thrust - 48.0 * math.cos(tilt)) < 0.1

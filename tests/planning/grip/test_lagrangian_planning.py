@@ -11,12 +11,12 @@ from typing import Any
 import numba
 import numpy as np
 import pytest
+from attitude_matrices import body_rate_matrix
 from lagrangian_in_numbers import in_numbers
 from lagrangian_interior_point import LagrangianReference
 
 from doorman import Model, Plan, Planner, PlanStatus, Scenario, simulate
 from doorman.exceptions import ScenarioError
-from doorman.kinematics.rotations import body_rate_matrix
 from doorman.numba_types.handles import Handle
 from doorman.ocp.kernels import functions
 from doorman.planning.grip.lagrangian_problem import lagrangian_numbers, lagrangian_problem

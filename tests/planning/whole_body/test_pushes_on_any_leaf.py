@@ -3,26 +3,20 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from typing import Any
 
 import casadi as ca
 import numpy as np
 import pytest
+from task_in_numbers import TaskInNumbers
 
 from doorman.gravity import GRAVITY
-from doorman.kinematics.numbers import Numbers
-from doorman.kinematics.vehicles.arms.arm_pattern import ArmPattern
 from doorman.model import Model
-from doorman.planning.grip.push import LargestPushes
 from doorman.planning.limits import largest_push
-from doorman.planning.whole_body.contact import tip_on_face, whole_body_state
-from doorman.planning.whole_body.numbers import whole_body_numbers
+from doorman.planning.whole_body.contact import tip_on_face
 from doorman.planning.whole_body.rows import constraints
-from doorman.planning.whole_body.task import WholeBodyTask
 from doorman.scenario import Scenario
 
-Array = np.ndarray
 FLAP = {"contact.kind": "push", "contact.frame": None, "contact.side": "pull", "contact.distance_from_hinge": 0.5,
         "start.opening": 0.5, "goal.opening": 0.0}  # fmt: skip
 GATE = {"contact.kind": "push", "start.opening": 0.0}
@@ -32,42 +26,22 @@ TASKS: dict[str, tuple[str, dict[str, Any]]] = {
 }  # fmt: skip
 
 
-class OnLeaf:
-    """Expressions of one task as functions of state and numbers, at hover."""
-
-    def __init__(self, name: str) -> None:
-        source, keys = TASKS[name]
-        self.model = Model(Scenario.load(f"shipped:{source}", keys))
-        self.numbers = whole_body_numbers(self.model)
-        pattern, _ = ArmPattern.of(self.model.vehicle.arm)
-        self.task = WholeBodyTask(pattern, self.model.vehicle.point_names, self.numbers)
-
-    def function(self, expression: object) -> Callable[[Array, Numbers], Array]:
-        task = self.task
-        compiled = ca.Function("f", [task.state, task.inputs, task.parameters], [expression])
-        hover = np.concatenate([[self.model.vehicle.mass * GRAVITY], np.zeros(3 + self.model.n_arm)])
-        return lambda x, numbers: np.array(compiled(x, hover, numbers.vector)).ravel()
-
-    def at(self, angle: float, depth: float = 0.0, attitude: Array | None = None, rate: float = 0.0) -> Array:
-        """With the tip this deep in the leaf at the contact point."""
-        posture = self.model.on_the_way(angle)
-        attitude = posture[:3] if attitude is None else attitude
-        place = self.model.coupling.vehicle_position(attitude, angle, posture[5:])
-        place = place + depth * self.model.door.normal(angle)
-        return whole_body_state(place, attitude, np.zeros(3), np.zeros(3), angle, rate, posture[5:])
+def on_leaf(name: str) -> TaskInNumbers:
+    source, keys = TASKS[name]
+    return TaskInNumbers(Model(Scenario.load(f"shipped:{source}", keys)))
 
 
 @pytest.fixture(scope="module", params=list(TASKS))
-def leaf(request: pytest.FixtureRequest) -> OnLeaf:
-    return OnLeaf(request.param)
+def leaf(request: pytest.FixtureRequest) -> TaskInNumbers:
+    return on_leaf(request.param)
 
 
-def test_a_push_lowers_the_leafs_angle(leaf: OnLeaf) -> None:
+def test_a_push_lowers_the_leafs_angle(leaf: TaskInNumbers) -> None:
     """Whatever the joint: the tip's force is the spring's along the normal, and makes its lever's torque."""
     model, angle = leaf.model, leaf.model.travel.start
     quiet = leaf.numbers.replaced({"contact.friction": 0.0, "contact.slip_damping": 0.0, "door.friction": 0.0})
     change = leaf.function(ca.vertcat(leaf.task.rates_of_change, leaf.task.normal_force))
-    pressed, free = change(leaf.at(angle, 0.002), quiet), change(leaf.at(angle, -50.0), quiet)
+    pressed, free = change(leaf.at_the_leaf(0.002, angle), quiet), change(leaf.at_the_leaf(-50.0, angle), quiet)
     force = pressed[7]
     np.testing.assert_allclose(
         model.vehicle.mass * (free[:3] - pressed[:3]), force * model.door.normal(angle), atol=1e-3
@@ -77,15 +51,15 @@ def test_a_push_lowers_the_leafs_angle(leaf: OnLeaf) -> None:
     assert model.door.inertia * (pressed[6] - free[6]) == pytest.approx(-force * lever, rel=1e-3)
 
 
-def test_a_leaf_that_nobody_touches_moves_by_its_weight(leaf: OnLeaf) -> None:
+def test_a_leaf_that_nobody_touches_moves_by_its_weight(leaf: TaskInNumbers) -> None:
     model, change = leaf.model, leaf.function(leaf.task.rates_of_change[6])
     quiet = leaf.numbers.replaced({"door.friction": 0.0})
     for angle in np.linspace(model.travel.start, model.travel.goal, 3):
-        found = float(change(leaf.at(float(angle), -50.0), quiet)[0])
+        found = float(change(leaf.at_the_leaf(-50.0, float(angle)), quiet))
         assert found == pytest.approx(-model.door.weight_torque(float(angle)) / model.door.inertia, abs=2e-4)
 
 
-def test_rows_beside_the_leaf_are_the_models_own(leaf: OnLeaf) -> None:
+def test_rows_beside_the_leaf_are_the_models_own(leaf: TaskInNumbers) -> None:
     """For a level disc, whose tip is on the contact point."""
     model, points = leaf.model, len(leaf.model.vehicle.point_names)
     margin, rows = leaf.numbers.one("limits.margin"), constraints(leaf.task, leaf.model.kinds)
@@ -95,15 +69,15 @@ def test_rows_beside_the_leaf_are_the_models_own(leaf: OnLeaf) -> None:
     for share in (0.0, 0.4, 1.0):
         angle = model.travel.start + share * (model.travel.goal - model.travel.start)
         attitude = np.array([0.0, 0.0, model.on_the_way(angle)[2] + generator.uniform(-0.2, 0.2)])
-        x = leaf.at(angle, attitude=attitude)
+        x = leaf.at_the_leaf(0.0, angle, attitude)
         own = model.constraints(np.concatenate([attitude, [angle, 0.0], x[14:]]))
         own[:points] += margin
         np.testing.assert_allclose(value(x, leaf.numbers)[:-1], own, atol=1e-5)
 
 
-def test_the_place_of_the_tip_is_on_two_directions_of_the_face(leaf: OnLeaf) -> None:
+def test_the_place_of_the_tip_is_on_two_directions_of_the_face(leaf: TaskInNumbers) -> None:
     model, angle = leaf.model, leaf.model.travel.start
-    place, x = leaf.function(leaf.task.place), leaf.at(leaf.model.travel.start, 0.001)
+    place, x = leaf.function(leaf.task.place), leaf.at_the_leaf(0.001, leaf.model.travel.start)
     along, up, normal = model.door.leaf_direction(angle), model.door.up, model.door.normal(angle)
     x[:3] += 0.02 * along - 0.03 * up + 0.01 * normal
     np.testing.assert_allclose(place(x, leaf.numbers), [0.02, -0.03], atol=1e-9)
@@ -115,20 +89,20 @@ def test_the_place_of_the_tip_is_on_two_directions_of_the_face(leaf: OnLeaf) -> 
 
 def test_a_light_leaf_stays_where_its_friction_holds_it() -> None:
     """A flap of 0.2 kg m²: friction by the rate at the beginning of a step would throw it to and fro."""
-    flap = OnLeaf("flap")
+    flap = on_leaf("flap")
     angle, step = flap.model.travel.start, flap.function(flap.task.next_state)
     weight = abs(flap.model.door.weight_torque(angle))
     assert weight > 1.5
     held = flap.numbers.replaced({"door.friction": 1.1 * weight, "door.sticks": 1.0})
-    x = flap.at(angle, -50.0)
+    x = flap.at_the_leaf(-50.0, angle)
     for _ in range(50):
         x = step(x, held)
     assert abs(x[12] - angle) < 2e-3
     loose = held.replaced({"door.friction": 0.6 * weight})
-    fallen = step(flap.at(angle, -50.0), loose)
+    fallen = step(flap.at_the_leaf(-50.0, angle), loose)
     time_step, inertia = flap.numbers.one("plan.time_step"), flap.model.door.inertia
     assert abs(fallen[13]) == pytest.approx(0.4 * weight * time_step / inertia, rel=0.02)
-    slow, rates = flap.at(angle, -50.0, rate=-0.3), []
+    slow, rates = flap.at_the_leaf(-50.0, angle, rate=-0.3), []
     for _ in range(10):
         slow = step(slow, held)
         rates.append(slow[13])
@@ -149,11 +123,3 @@ def test_the_largest_push_is_that_of_every_tilt_and_thrust(tilt: float) -> None:
             allowed = (size <= most) & (thrust[:, 2] >= math.cos(tilt) * size)
             largest = forces[int(np.argmin(allowed)) - 1]
             assert largest_push(model, tilt, angle) == pytest.approx(largest, abs=2e-3)
-
-
-@pytest.mark.parametrize("name", ["push", "hatch", "drawer_close"])
-def test_a_planner_knows_the_largest_push_at_every_angle(name: str) -> None:
-    model = Model(Scenario.load(f"shipped:{name}"))
-    tilt, pushes = min(model.scenario.limits.tilt, model.scenario.control.max_tilt), LargestPushes(model)
-    for angle in np.linspace(model.travel.start, model.travel.goal, 5).tolist():
-        assert pushes.at(angle) == largest_push(model, tilt, angle)

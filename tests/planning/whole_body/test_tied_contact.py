@@ -5,59 +5,37 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-import casadi as ca
 import numpy as np
 import pytest
+from task_in_numbers import TaskInNumbers
 
-from doorman.kinematics.numbers import Numbers
-from doorman.kinematics.vehicles.arms.arm_pattern import ArmPattern
 from doorman.model import Model
 from doorman.planning.planner import Planner
-from doorman.planning.whole_body.contact import contact_forces, whole_body_state
+from doorman.planning.whole_body.contact import contact_forces
 from doorman.planning.whole_body.numbers import whole_body_numbers, yaw_inertia
-from doorman.planning.whole_body.task import WholeBodyTask
 from doorman.scenario import Scenario
 
 Array = np.ndarray
 
 
-class Tied:
-    """Expressions of the task as functions, of a tip off its place on the leaf."""
-
-    def __init__(self) -> None:
-        self.model = Model("push")
-        quiet = {"contact.friction": 0.0, "contact.slip_damping": 0.0, "contact.damping": 0.0, "door.friction": 0.0}
-        self.numbers = whole_body_numbers(self.model, replace(self.model.contact, tied=1.0)).replaced(quiet)
-        pattern, _ = ArmPattern.of(self.model.vehicle.arm)
-        self.task = WholeBodyTask(pattern, self.model.vehicle.point_names, self.numbers)
-
-    def value(self, expression: object, x: Array, numbers: Numbers | None = None) -> Array:
-        task, hover = self.task, np.array([self.model.vehicle.weight, *[0.0] * (3 + self.model.n_arm)])
-        function = ca.Function("f", [task.state, task.inputs, task.parameters], [expression])
-        return np.array(function(x, hover, (numbers or self.numbers).vector)).squeeze()
-
-    def off_its_place(self, off: Array) -> Array:
-        posture = self.model.on_the_way(1.2)
-        place = self.model.coupling.vehicle_position(posture[:3], 1.2, posture[5:]) + off
-        return whole_body_state(place, posture[:3], np.zeros(3), np.zeros(3), 1.2, 0.0, posture[5:])
-
-
 @pytest.fixture(scope="module")
-def tied() -> Tied:
-    return Tied()
+def tied() -> TaskInNumbers:
+    model = Model("push")
+    quiet = {"contact.friction": 0.0, "contact.slip_damping": 0.0, "contact.damping": 0.0, "door.friction": 0.0}
+    return TaskInNumbers(model, whole_body_numbers(model, replace(model.contact, tied=1.0)).replaced(quiet))
 
 
-def test_a_grip_is_a_spring_on_vehicle_heading_and_leaf(tied: Tied) -> None:
+def test_a_grip_is_a_spring_on_vehicle_heading_and_leaf(tied: TaskInNumbers) -> None:
     """One potential, three equations of motion, whichever way the tip is off: pulled back, beside and below."""
     task, numbers, model = tied.task, tied.numbers, tied.model
-    x = tied.off_its_place(np.array([-0.004, 0.002, -0.003]))
+    x = tied.at_the_leaf(0.0, off=np.array([-0.004, 0.002, -0.003]))
 
     def energy(state: Array) -> float:
-        off = tied.value(task.off_place, state)
+        off = tied.function(task.off_place)(state)
         return 0.5 * numbers.one("contact.stiffness") * float(off @ off)
 
-    change = tied.value(task.rates_of_change, x)
-    free = tied.value(task.rates_of_change, x, numbers.replaced({"contact.stiffness": 0.0}))
+    change = tied.function(task.rates_of_change)(x)
+    free = tied.function(task.rates_of_change)(x, numbers.replaced({"contact.stiffness": 0.0}))
     masses = {
         0: model.vehicle.mass,
         1: model.vehicle.mass,
@@ -74,10 +52,10 @@ def test_a_grip_is_a_spring_on_vehicle_heading_and_leaf(tied: Tied) -> None:
 
 
 @pytest.mark.parametrize("off", [0.003, -0.003])
-def test_the_share_of_the_grip_joins_both_contacts(tied: Tied, off: float) -> None:
-    x = tied.off_its_place(off * tied.model.door.normal(1.2))
+def test_the_share_of_the_grip_joins_both_contacts(tied: TaskInNumbers, off: float) -> None:
+    x = tied.at_the_leaf(off)
     forces = [
-        float(tied.value(tied.task.normal_force, x, tied.numbers.replaced({"contact.tied": g}))) for g in (0, 0.5, 1)
+        float(tied.function(tied.task.normal_force)(x, tied.numbers.replaced({"contact.tied": g}))) for g in (0, 0.5, 1)
     ]
     assert forces[1] == pytest.approx(0.5 * (forces[0] + forces[2]))
     assert forces[0] > 0.0 and math.copysign(1.0, forces[2]) == math.copysign(1.0, off)

@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from pathlib import Path
 
 import casadi as ca
 import numpy as np
 import pytest
+from task_in_numbers import TaskInNumbers
 from urdf_variants import DOOR, write_mirrored, write_moved
 
-from doorman.gravity import GRAVITY
 from doorman.kinematics.numbers import Numbers
 from doorman.kinematics.rotations import rotation_body_to_world
-from doorman.kinematics.vehicles.arms.arm_pattern import ArmPattern
 from doorman.model import Model
 from doorman.ocp.solvers.hybrid import Hybrid
 from doorman.ocp.solvers.options import SolverOptions
@@ -22,43 +20,14 @@ from doorman.ocp.solvers.solution import PlanStatus
 from doorman.planning.whole_body.contact import depth_of, stick_place, whole_body_state
 from doorman.planning.whole_body.numbers import whole_body_numbers
 from doorman.planning.whole_body.problem import whole_body_problem
-from doorman.planning.whole_body.task import WholeBodyTask
 from doorman.scenario import Scenario
 
 Array = np.ndarray
 
 
-class Numeric:
-    """Expressions of the task as functions of state, input and numbers."""
-
-    def __init__(self) -> None:
-        self.model = Model("push")
-        self.numbers = whole_body_numbers(self.model)
-        pattern, _ = ArmPattern.of(self.model.vehicle.arm)
-        self.task = WholeBodyTask(pattern, self.model.vehicle.point_names, self.numbers)
-
-    def function(self, expression: object) -> Callable[..., Array]:
-        task = self.task
-        compiled = ca.Function("f", [task.state, task.inputs, task.parameters], [expression])
-        return lambda x, u, numbers: np.array(compiled(x, u, numbers.vector)).squeeze()
-
-    @property
-    def hover(self) -> Array:
-        return np.concatenate([[self.model.vehicle.mass * GRAVITY], np.zeros(3 + self.model.n_arm)])
-
-    def at_the_leaf(self, depth: float, angle: float = 1.2, attitude: Array | None = None) -> Array:
-        """At rest, with the tip this deep in the leaf at the contact point."""
-        model = self.model
-        posture = model.on_the_way(angle)
-        attitude = posture[:3] if attitude is None else attitude
-        normal = np.array([math.sin(angle), -math.cos(angle), 0.0])
-        place = model.coupling.vehicle_position(attitude, angle, posture[5:]) + depth * normal
-        return whole_body_state(place, attitude, np.zeros(3), np.zeros(3), angle, 0.0, posture[5:])
-
-
 @pytest.fixture(scope="module")
-def numeric() -> Numeric:
-    return Numeric()
+def numeric() -> TaskInNumbers:
+    return TaskInNumbers(Model("push"))
 
 
 def quiet(numbers: Numbers) -> Numbers:
@@ -66,13 +35,13 @@ def quiet(numbers: Numbers) -> Numbers:
     return numbers.replaced({"contact.friction": 0.0, "contact.slip_damping": 0.0, "door.friction": 0.0})
 
 
-def test_a_hover_in_free_air_is_at_rest(numeric: Numeric) -> None:
+def test_a_hover_in_free_air_is_at_rest(numeric: TaskInNumbers) -> None:
     x = numeric.at_the_leaf(-0.5)
     after = numeric.function(numeric.task.next_state)(x, numeric.hover, quiet(numeric.numbers))
     np.testing.assert_allclose(after, x, atol=5e-5)  # the spring's tail, 3 mN half a metre away
 
 
-def test_contact_force_is_the_slope_of_the_springs_energy(numeric: Numeric) -> None:
+def test_contact_force_is_the_slope_of_the_springs_energy(numeric: TaskInNumbers) -> None:
     """On vehicle, on its heading and on the leaf: one potential, three equations of motion."""
     numbers, task = quiet(numeric.numbers), numeric.task
     depth, change = numeric.function(task.depth), numeric.function(task.rates_of_change)
@@ -96,7 +65,7 @@ def test_contact_force_is_the_slope_of_the_springs_energy(numeric: Numeric) -> N
     assert mass * np.linalg.norm(felt[:3]) > 2.0
 
 
-def test_friction_stays_in_its_cone_and_holds_back(numeric: Numeric) -> None:
+def test_friction_stays_in_its_cone_and_holds_back(numeric: TaskInNumbers) -> None:
     task, numbers = numeric.task, numeric.numbers.replaced({"contact.friction": 0.5, "contact.slip_damping": 0.0})
     force, pressed = numeric.function(task.force), numeric.function(task.normal_force)
     held = numeric.function(ca.vertcat(ca.dot(task.leaf_direction, task.force), ca.dot(task.leaf.up, task.force)))
@@ -111,7 +80,7 @@ def test_friction_stays_in_its_cone_and_holds_back(numeric: Numeric) -> None:
     assert np.linalg.norm(force(x, numeric.hover, numbers)) == pytest.approx(float(pressed(x, numeric.hover, numbers)))
 
 
-def test_damping_only_acts_in_contact(numeric: Numeric) -> None:
+def test_damping_only_acts_in_contact(numeric: TaskInNumbers) -> None:
     pressed = numeric.function(numeric.task.normal_force)
     still, moving = numeric.at_the_leaf(0.002), numeric.at_the_leaf(0.002)
     moving[6:9] = 0.1 * np.array([math.sin(1.2), -math.cos(1.2), 0.0])
@@ -121,7 +90,7 @@ def test_damping_only_acts_in_contact(numeric: Numeric) -> None:
     assert abs(float(pressed(moving, numeric.hover, numeric.numbers))) < 0.05
 
 
-def test_roll_reaches_its_command_with_the_loops_lag(numeric: Numeric) -> None:
+def test_roll_reaches_its_command_with_the_loops_lag(numeric: TaskInNumbers) -> None:
     step, numbers = numeric.function(numeric.task.next_state), numeric.numbers
     x, u = numeric.at_the_leaf(-0.5), numeric.hover
     u[1] = 0.1
@@ -137,7 +106,7 @@ def test_roll_reaches_its_command_with_the_loops_lag(numeric: Numeric) -> None:
     )  # the rate has a lag of its own
 
 
-def test_a_push_beside_the_centre_turns_the_vehicle_against_a_bounded_torque(numeric: Numeric) -> None:
+def test_a_push_beside_the_centre_turns_the_vehicle_against_a_bounded_torque(numeric: TaskInNumbers) -> None:
     numbers = quiet(numeric.numbers)
     change = numeric.function(numeric.task.rates_of_change)
     x, u = numeric.at_the_leaf(0.004, attitude=np.array([0.0, 0.0, 0.2])), numeric.hover
@@ -147,7 +116,7 @@ def test_a_push_beside_the_centre_turns_the_vehicle_against_a_bounded_torque(num
     assert change(x, u, numbers)[5] * turns > 0.0
 
 
-def test_a_slow_leaf_rests_before_the_goal(numeric: Numeric) -> None:
+def test_a_slow_leaf_rests_before_the_goal(numeric: TaskInNumbers) -> None:
     """The claim of the module: with no more force than (1 − η) of the resistance allows, the leaf stays in S."""
     share, friction, step = 0.2, 0.8, 2e-3
     inertia, goal = numeric.numbers.one("door.inertia"), numeric.numbers.one("reference.joint")
@@ -171,7 +140,7 @@ def test_a_slow_leaf_rests_before_the_goal(numeric: Numeric) -> None:
 
 
 @pytest.mark.parametrize("force", [0.1, 1.0, 8.0])
-def test_a_plan_begins_with_the_force_that_is_felt(numeric: Numeric, force: float) -> None:
+def test_a_plan_begins_with_the_force_that_is_felt(numeric: TaskInNumbers, force: float) -> None:
     numbers, task = numeric.numbers, numeric.task
     x = numeric.at_the_leaf(depth_of(force, numbers))
     assert float(numeric.function(task.spring_force)(x, numeric.hover, numbers)) == pytest.approx(force, rel=1e-9)
@@ -204,7 +173,7 @@ def left(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactor
     return Model(Scenario.load("push", {"door.urdf": str(door)}))
 
 
-def test_the_plan_of_a_left_door_is_the_mirror_image(numeric: Numeric, left: Model) -> None:
+def test_the_plan_of_a_left_door_is_the_mirror_image(numeric: TaskInNumbers, left: Model) -> None:
     x, plans = numeric.at_the_leaf(-0.03, 1.4), []
     for model in (numeric.model, left):
         numbers = whole_body_numbers(model).replaced({"door.friction": 0.5})
@@ -220,7 +189,7 @@ def test_the_plan_of_a_left_door_is_the_mirror_image(numeric: Numeric, left: Mod
 
 @pytest.mark.parametrize("before", [-0.02, 0.04])
 def test_a_face_beside_the_hinges_axis_is_where_the_door_has_it(
-    numeric: Numeric, tmp_path: Path, before: float
+    numeric: TaskInNumbers, tmp_path: Path, before: float
 ) -> None:
     """Depth, lever and place of the tip are those of `Door`, whichever way the door stands."""
     proud, leaf = tmp_path / "proud.urdf", 'xyz="0.6 -0.02 0.8"'
@@ -243,7 +212,7 @@ def test_a_face_beside_the_hinges_axis_is_where_the_door_has_it(
 @pytest.mark.parametrize("attitude", [[0.0, 0.0, -0.3], [0.1, -0.05, 0.4]])
 def test_the_force_at_the_tip_turns_the_vehicle_beside_its_command(attitude: list[float]) -> None:
     """By its moment over the attitude loop's stiffness: what is commanded against it holds the vehicle still."""
-    numeric = Numeric()
+    numeric = TaskInNumbers(Model("push"))
     task, numbers = numeric.task, numeric.numbers
     x = numeric.at_the_leaf(0.001, attitude=np.array(attitude))
     turned = numeric.function(task.turned_by_contact)(x, numeric.hover, numbers)

@@ -5,9 +5,10 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 import pytest
+from attitude_matrices import skew
 
-from doorman.kinematics.rotations import attitude_from_rotation, skew
-from doorman.simulation.plant.contact import ContactReader
+from doorman.kinematics.rotations import attitude_from_rotation
+from doorman.simulation.plant.gripper import ContactReader
 from doorman.simulation.plant.onboard.step import onboard_step
 from doorman.simulation.plant.stepping import STANDS
 
@@ -16,9 +17,7 @@ def plain_steps(one, steps: int) -> dict[str, np.ndarray]:
     """The physics step by step in Python; forces of tip on leaf, and others' pairs, read contact by contact."""
     simulator, data, plant = one.simulator, one.data, one.plant
     own, frictions, hinge = simulator._own, plant.engine_model.dof_frictionloss, plant.hinge_velocity
-    reader = ContactReader(
-        mujoco, plant.engine_model, data, plant.tip_shapes, plant.leaf_shapes, simulator._gripper
-    )  # fmt: skip
+    reader = ContactReader(mujoco, plant, simulator._gripper)
     forces, along, others = [], [], 0
     for _ in range(steps):
         onboard_step(own.onboard, data.qpos, data.qvel, own.command, data.ctrl)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from urdf_variants import VEHICLE
+from urdf_variants import VEHICLE, write_massive
 
 from doorman.exceptions import BackendError, ScenarioError
 from doorman.scenario import SimulationSection
@@ -48,19 +48,14 @@ def test_inertia_goes_with_the_mass_and_by_its_own_scale(flight):
     assert rate(simulation__vehicle_inertia_scale=1.3) == pytest.approx(told / 1.3, rel=0.03)
 
 
-def heavy_arm(folder: Path) -> str:
-    """The shipped vehicle, whose third servo weighs half a kilogram."""
-    inertial = (
-        '<inertial><mass value="0.5"/><inertia ixx="1e-3" ixy="0" ixz="0" iyy="1e-3" iyz="0" izz="1e-3"/></inertial>'
-    )
-    link = '<link name="servo_3">'
-    (folder / "arm.urdf").write_text(VEHICLE.read_text().replace(link, link + inertial))
-    return str(folder / "arm.urdf")
+def arm_of(folder: Path, massive: bool) -> str:
+    """The shipped vehicle, or one whose third servo weighs half a kilogram."""
+    return str(write_massive(folder / "arm.urdf", {"servo_3": 0.5}) if massive else VEHICLE)
 
 
 @pytest.mark.parametrize("massive", [False, True])
 def test_the_centre_of_mass_is_elsewhere(flight, tmp_path, massive):
-    offset, urdf = (0.02, -0.01, 0.03), heavy_arm(tmp_path) if massive else str(VEHICLE)
+    offset, urdf = (0.02, -0.01, 0.03), arm_of(tmp_path, massive)
     told, true = (
         body(flight, vehicle__urdf=urdf, simulation__vehicle_mass=3.9, **more)
         for more in ({}, {"simulation__vehicle_com": offset})
@@ -95,7 +90,7 @@ def test_weaker_servos_give_way(flight):
 
 @pytest.mark.parametrize("massive", [False, True])
 def test_the_arm_has_its_mass_and_the_vehicle_keeps_its_own(flight, tmp_path, massive):
-    urdf = heavy_arm(tmp_path) if massive else str(VEHICLE)
+    urdf = arm_of(tmp_path, massive)
     told, true = (body(flight, vehicle__urdf=urdf, **more) for more in ({}, {"simulation__arm_mass": 0.8}))
     masses = [np.array(one.plant.engine_model.body_mass) for one in (told, true)]
     assert masses[1].sum() == pytest.approx(masses[0].sum(), abs=1e-3)

@@ -46,25 +46,24 @@ class PeerKeeper:
         self._events, self._signed = events, signed
         self._reported: dict[object, float] = {}
 
-    def heard_at(self, address: Address, line: Line, silent: float, armed: bool, now: float) -> None:
-        """Take in that a heartbeat with the autopilot's ids came from an address."""
+    def heard(self, address: Address, line: Line, beats: bool, silent: float, armed: bool, now: float) -> None:
+        """Take in that a message with the autopilot's ids, its heartbeat or another one, came from an address."""
         if address is None or address == line.peer:
             return
-        if line.peer is None or silent == float("inf"):
+        taken = beats and (line.peer is None or silent == float("inf"))
+        if not taken and line.peer is not None:
+            if armed and not self._signed:
+                what = "refused while armed"
+            elif not beats:
+                what = "ignored until a heartbeat comes from there"
+            else:
+                what = "ignored while the autopilot is heard" if silent <= SILENCE else _TAKEN
+            places = f"{address[0]}:{address[1]} instead of {line.peer[0]}:{line.peer[1]}"
+            words = f"the autopilot's ids come from {places}: {what}"
+            taken = what is _TAKEN
+            self._note((address, what), words, now, address=address, taken=taken)
+        if taken:
             line.peer = self.address = address
-        elif armed and not self._signed:
-            self._report("refused while armed", address, line.peer, now)
-        elif silent <= SILENCE:
-            self._report("ignored while the autopilot is heard", address, line.peer, now)
-        else:
-            self._report(_TAKEN, address, line.peer, now)
-            line.peer = self.address = address
-
-    def elsewhere(self, address: Address, line: Line, armed: bool, now: float) -> None:
-        """Take in that another message with the autopilot's ids came from an address that is not its: it is ignored."""
-        if address is not None and line.peer is not None and address != line.peer:
-            what = "refused while armed" if armed and not self._signed else "ignored until a heartbeat comes from there"
-            self._report(what, address, line.peer, now)
 
     def another(self, sender: tuple[int, int], identity: tuple[int, int], now: float) -> None:
         """Take in that another autopilot's heartbeat came from where ours speaks: it is never obeyed."""
@@ -72,10 +71,6 @@ class PeerKeeper:
             sender, f"refused: system {sender[0]}, component {sender[1]} sends from the address of system {identity[0]}", now,
             system=sender[0], component=sender[1], taken=False,
         )  # fmt: skip
-
-    def _report(self, what: str, address: tuple[str, int], before: tuple[str, int], now: float) -> None:
-        words = f"the autopilot's ids come from {address[0]}:{address[1]} instead of {before[0]}:{before[1]}: {what}"
-        self._note((address, what), words, now, address=address, taken=what is _TAKEN)
 
     def _note(self, what: object, words: str, now: float, **values: object) -> None:
         self._reported = {key: time for key, time in self._reported.items() if now - time < _REPORT_PERIOD}
@@ -116,9 +111,9 @@ class Inbox:
         self.last_message = float("-inf")  # when it was last heard [s]
         self.foreign = 0  # messages of others
         self.namesake = float("-inf")  # when somebody else's heartbeat with our system id came [s]
-        self._origins: dict[Dialect, Origin] = {}
-        if config.origin is not None and config.mocap:
-            self._origins = {ARDUPILOT: Origin(config.origin), PX4: CautiousOrigin(config.origin)}
+        self.origin: Origin | None = None  # gives it a place on earth; None where it needs none, or is not known yet
+        self._asks_estimator = False
+        """Whether positions are believed only where the autopilot says so: no camera would contradict them."""
         self._outgoing: deque[Message] = deque()
         self._noted = (0, 0, 0, 0)
         self._texts = TextParts()
@@ -135,16 +130,6 @@ class Inbox:
             raise BackendError("no autopilot has been heard yet", allowed="open() first")
         return self.dialect
 
-    @property
-    def origin(self) -> Origin | None:
-        """What gives this autopilot a place on earth; None where it needs none, or is not known yet."""
-        return None if self.dialect is None else self._origins.get(self.dialect)
-
-    @property
-    def _asks_estimator(self) -> bool:
-        """Whether positions are believed only where the autopilot says so: no camera would contradict them."""
-        return self.dialect is not None and self.dialect.says_what_is_valid and not self.config.mocap
-
     def receive(self, data: bytes, address: Address, line: Line) -> None:
         assert self.codec is not None
         now = self.time.now()
@@ -157,12 +142,11 @@ class Inbox:
 
     def _sort(self, message: Message, address: Address, line: Line, now: float) -> None:
         kind, sender = message.get_type(), (message.get_srcSystem(), message.get_srcComponent())
-        if kind == "HEARTBEAT":
-            self._meet(message, sender, address, line, now)
+        beats = kind == "HEARTBEAT" and self._meet(message, sender, address, line, now)
+        if sender == self.identity:
+            self.peer.heard(address, line, beats, now - self.last_message, self.tracker.sample.armed, now)
         if sender != self.identity or (address is not None and line.peer != address):
             self.foreign += 1
-            if sender == self.identity:
-                self.peer.elsewhere(address, line, self.tracker.sample.armed, now)
             self._note_stranger(message, sender, now)
             return
         if now - self.last_message > SILENCE and self.origin is not None:
@@ -190,32 +174,34 @@ class Inbox:
             words = f"messages of system {sender[0]} are ignored"
             self.events.happen_at_most(60.0, EventKind.FOREIGN, now, words, component=sender[1])
 
-    def _meet(self, message: Message, sender: tuple[int, int], address: Address, line: Line, now: float) -> None:
+    def _meet(self, message: Message, sender: tuple[int, int], address: Address, line: Line, now: float) -> bool:
+        """Take in a heartbeat; whether it is one of an autopilot that may be ours."""
         dialect = dialect_of(message.autopilot)
         if dialect is not None and self.identity not in (None, sender) and address == line.peer:
             self.peer.another(sender, self.identity, now)
-        wanted = self.config.vehicle_system
-        if (
-            dialect is None
-            or message.type not in MULTIROTORS
-            or sender[1] != mavlink.MAV_COMP_ID_AUTOPILOT1
-            or (wanted is not None and sender[0] != wanted)
-        ):
-            return
+        known = dialect is not None and message.type in MULTIROTORS and sender[1] == mavlink.MAV_COMP_ID_AUTOPILOT1
+        if not known or self.config.vehicle_system not in (None, sender[0]):
+            return False
         if self.identity is None:
-            self.identity, self.dialect, self.vehicle_type = sender, dialect, int(message.type)
-            if dialect.asks_time and self.config.mocap:
-                self.rates.want("TIMESYNC", _TIMESYNC_RATE)
-            if self._asks_estimator:
-                self.rates.want("ESTIMATOR_STATUS", _ESTIMATOR_RATE)
-                self.tracker.expect_estimator(now)
-            self.stream.angle_boost = dialect.angle_boost
-            self.stream.keeps_tilt = dialect.keeps_tilt
-            self.events.happen(
-                EventKind.CONNECTED, now, f"{dialect.name}, system {sender[0]}", dialect=dialect.name, system=sender[0]
-            )
-        if sender == self.identity:
-            self.peer.heard_at(address, line, now - self.last_message, self.tracker.sample.armed, now)
+            assert dialect is not None
+            self.identity, self.vehicle_type = sender, int(message.type)
+            self._set_up(dialect, now)
+            words = f"{dialect.name}, system {sender[0]}"
+            self.events.happen(EventKind.CONNECTED, now, words, dialect=dialect.name, system=sender[0])
+        return True
+
+    def _set_up(self, dialect: Dialect, now: float) -> None:
+        """Make ready for what this autopilot needs."""
+        config, self.dialect = self.config, dialect
+        if config.mocap and config.origin is not None:
+            self.origin = (CautiousOrigin if dialect is PX4 else Origin)(config.origin)
+        if config.mocap and dialect.asks_time:
+            self.rates.want("TIMESYNC", _TIMESYNC_RATE)
+        self._asks_estimator = dialect.says_what_is_valid and not config.mocap
+        if self._asks_estimator:
+            self.rates.want("ESTIMATOR_STATUS", _ESTIMATOR_RATE)
+            self.tracker.expect_estimator(now)
+        self.stream.angle_boost, self.stream.keeps_tilt = dialect.angle_boost, dialect.keeps_tilt
 
     def _handle(self, kind: str, message: Message, now: float) -> None:
         dialect = self.dialect
@@ -229,12 +215,12 @@ class Inbox:
         elif kind == "COMMAND_ACK":
             config = self.config
             if message.target_system in (0, config.system_id) and message.target_component in (0, config.component_id):
-                self.exchange.post_acknowledgement(message.command, message.result)
+                self.exchange.post(message.command, message.result)
                 if message.result == mavlink.MAV_RESULT_ACCEPTED:
                     self.authority.accepted(message.command, now)
         elif kind == "PARAM_VALUE":
             value = dialect.decode_parameter(message.param_value, message.param_type)
-            self.exchange.post_parameter(message.param_id, value, message.param_type)
+            self.exchange.post(message.param_id, value, message.param_type)
         elif kind == "STATUSTEXT":
             self._tell(self._texts.take(message, now))
         elif kind == "GPS_GLOBAL_ORIGIN":

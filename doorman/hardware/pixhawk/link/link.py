@@ -8,10 +8,9 @@ from collections.abc import Callable
 from doorman.background import InThread
 from doorman.clocks import REAL_TIME, Clock
 from doorman.exceptions import BackendError
-from doorman.hardware.pixhawk.authority import Authority
 from doorman.hardware.pixhawk.config import PixhawkConfig
 from doorman.hardware.pixhawk.events import EventKind, Outcome, OutcomeStatus
-from doorman.hardware.pixhawk.link.exchange import Acknowledgement
+from doorman.hardware.pixhawk.link.exchange import Answer
 from doorman.hardware.pixhawk.link.inbox import WANTED, Inbox
 from doorman.hardware.pixhawk.link.mocap import MocapOutlet
 from doorman.hardware.pixhawk.link.stream import here
@@ -33,13 +32,6 @@ _TEXT_WAIT = 0.3
 """Longest wait for the autopilot's reasons, which may follow its refusal [s]."""
 _LONGEST_PROGRESS, _NEXT_PROGRESS = 30.0, 2.0
 """Longest wait for a command in progress: in all, and until the next acknowledgement [s]."""
-_RESULTS = {
-    mavlink.MAV_RESULT_TEMPORARILY_REJECTED: "temporarily rejected",
-    mavlink.MAV_RESULT_DENIED: "denied",
-    mavlink.MAV_RESULT_UNSUPPORTED: "unsupported",
-    mavlink.MAV_RESULT_FAILED: "failed",
-    6: "cancelled",
-}
 
 
 class _Timer:
@@ -94,29 +86,32 @@ class Link(Inbox, InThread):
         for confirmation in range(tries):
             self.send(command_message(self.target, number, *parameters, confirmation=confirmation))
             if (answer := self._answer(number, start)) is not None:
-                return self._outcome(number, answer, started)
+                return self._outcome(number, int(answer.value), started)
             if not (self.alive and go_on()):
                 break
         text = f"command {number} was not acknowledged, sent {confirmation + 1} times"
         self.events.happen(EventKind.COMMAND_UNANSWERED, self.time.now(), text, command=number)
         return Outcome(OutcomeStatus.TIMED_OUT, text)
 
-    def _answer(self, number: int, after: int) -> Acknowledgement | None:
+    def _answer(self, number: int, after: int) -> Answer | None:
         """Final acknowledgement of a command; those that say "in progress" prolong the wait."""
         timeout, deadline = self.config.timeouts.answer, self.time.now() + _LONGEST_PROGRESS
         while True:
-            answer = self.exchange.wait(lambda after=after: self.exchange.acknowledgement(number, after), timeout)  # type: ignore[misc]
-            if answer is None or answer.result != mavlink.MAV_RESULT_IN_PROGRESS or self.time.now() > deadline:
+            answer = self.exchange.wait(lambda after=after: self.exchange.answer(number, after), timeout)  # type: ignore[misc]
+            if answer is None or answer.value != mavlink.MAV_RESULT_IN_PROGRESS or self.time.now() > deadline:
                 return answer
             after, timeout = answer.number, max(timeout, _NEXT_PROGRESS)
 
-    def _outcome(self, number: int, answer: Acknowledgement, started: float) -> Outcome:
-        if answer.result == mavlink.MAV_RESULT_ACCEPTED:
+    def _outcome(self, number: int, result: int, started: float) -> Outcome:
+        if result == mavlink.MAV_RESULT_ACCEPTED:
             return Outcome(OutcomeStatus.DONE)
         self.until(lambda: bool(self.exchange.texts(started)), _TEXT_WAIT)
-        words = _RESULTS.get(answer.result, f"result {answer.result}")
+        known = mavlink.enums["MAV_RESULT"].get(result)
+        words = (
+            f"result {result}" if known is None else known.name.removeprefix("MAV_RESULT_").lower().replace("_", " ")
+        )
         text = ": ".join(filter(None, (f"command {number} {words}", "; ".join(self.exchange.texts(started)))))
-        self.events.happen(EventKind.COMMAND_REFUSED, self.time.now(), text, command=number, result=answer.result)
+        self.events.happen(EventKind.COMMAND_REFUSED, self.time.now(), text, command=number, result=result)
         return Outcome(OutcomeStatus.REFUSED, text)
 
     def _begin(self) -> None:
@@ -172,7 +167,9 @@ class Link(Inbox, InThread):
         while self._outgoing:
             self._transmit(line, self._outgoing.popleft())
         if self._heartbeat.due(now):
-            self._transmit(line, self._own_heartbeat())
+            kind = mavlink.MAV_TYPE_GCS if self.config.ground_station else mavlink.MAV_TYPE_ONBOARD_CONTROLLER
+            state = mavlink.MAV_AUTOPILOT_INVALID, 0, 0, mavlink.MAV_STATE_ACTIVE, 3
+            self._transmit(line, mavlink.MAVLink_heartbeat_message(kind, *state))
         identity, dialect = self.identity, self.dialect
         if identity is None or dialect is None:
             self._setpoint.next = self._sync.next = now + _LONGEST_SLEEP
@@ -190,16 +187,14 @@ class Link(Inbox, InThread):
                 self._transmit(line, setpoint)
             elif self.stream.stranded and not dialect.needs_stream:
                 self.authority.request_landing(None)
-        if origin is not None:
-            for request in origin.messages(now, *identity, armed):
-                self._transmit(line, request)
         if self._sync.due(now):
             if not self.clock.synchronised:
                 self._sync.next = now + _FAST_SYNC_PERIOD
             self._transmit(line, mavlink.MAVLink_timesync_message(0, self.clock.ask(self.time.nanoseconds())))
-        for request in self.authority.requests(now, dialect, identity):
-            self._transmit(line, request)
-        for request in self.rates.requests(now, *identity):
+        requests = [] if origin is None else origin.messages(now, identity, armed)
+        for request in (
+            *requests, *self.authority.requests(now, dialect, identity), *self.rates.requests(now, identity)
+        ):  # fmt: skip
             self._transmit(line, request)
 
     def _transmit(self, line: Line, message: Message) -> None:
@@ -208,21 +203,14 @@ class Link(Inbox, InThread):
             return
         line.send(self.codec.encode(message))
 
-    def _own_heartbeat(self) -> Message:
-        kind = mavlink.MAV_TYPE_GCS if self.config.ground_station else mavlink.MAV_TYPE_ONBOARD_CONTROLLER
-        return mavlink.MAVLink_heartbeat_message(kind, mavlink.MAV_AUTOPILOT_INVALID, 0, 0, mavlink.MAV_STATE_ACTIVE, 3)
-
     def _watch(self, now: float) -> None:
         if self.identity is None or not self._look.due(now):
             return
-        mocap_time = None
-        if self.config.mocap and self.mocap.newest_time > float("-inf"):
-            mocap_time = self.mocap.newest_time
-        self._watchdog.check(now, self.last_message, self.tracker.sample, self.clock, mocap_time)
+        sample, pose = self.tracker.sample, self.mocap.newest_time if self.config.mocap else float("-inf")
+        self._watchdog.check(now, self.last_message, sample, self.clock, None if pose == float("-inf") else pose)
         lost = EventKind.MOCAP_LOST in self.events.conditions
-        if lost and self.config.on_mocap_loss == "land" and self.authority.state is Authority.ENGAGED:
-            if self.tracker.sample.armed and not self.authority.landing_requested:
-                self.request_landing()
+        if lost and self.config.on_mocap_loss == "land" and sample.armed and not self.authority.landing_requested:
+            self.request_landing()
 
     def _lose_device(self, error: Exception) -> None:
         now = self.time.now()

@@ -27,6 +27,9 @@ class Origin:
     patience = 20.0  # for one that never says that it has an origin: then poses are sent all the same [s]
     period = 1.0  # between two questions [s]
     settling = 2.0  # between the origin and the first pose [s]
+    questions: tuple[int, ...] = (
+        mavlink.MAVLINK_MSG_ID_GPS_GLOBAL_ORIGIN,
+    )  # identifiers of the messages that it is asked for
     forgetful = True  # whether it may lose an origin that it had, without a reboot
 
     def __init__(self, place: tuple[float, float, float]) -> None:
@@ -53,7 +56,7 @@ class Origin:
             return True
         return now > (self._heard + self.settling if self._heard <= now else self._began + self.patience)
 
-    def messages(self, now: float, system: int, component: int, armed: bool) -> list[Message]:
+    def messages(self, now: float, target: tuple[int, int], armed: bool) -> list[Message]:
         """Messages that are due: the origin, and the question whether the autopilot has one. Right after boot it has none."""
         self._began = min(self._began, now)
         if self.known and (armed or not self.forgetful):
@@ -66,21 +69,20 @@ class Origin:
             self._began = now
         self._next = now + self.period
         gives = not self.known and self._may_give(armed)
-        given = [mavlink.MAVLink_set_gps_global_origin_message(system, *self._place)] if gives else []
-        return [*given, *(_question(system, component, identifier) for identifier in self._questions())]
+        given = [mavlink.MAVLink_set_gps_global_origin_message(target[0], *self._place)] if gives else []
+        asked = (command_message(target, mavlink.MAV_CMD_REQUEST_MESSAGE, float(one)) for one in self.questions)
+        return [*given, *asked]
 
     def _may_give(self, armed: bool) -> bool:
         """Whether an origin does no harm now: ArduPilot keeps the one that it has."""
         return True
-
-    def _questions(self) -> tuple[int, ...]:
-        return (mavlink.MAVLINK_MSG_ID_GPS_GLOBAL_ORIGIN,)
 
 
 class CautiousOrigin(Origin):
     """PX4's: asks first, and gives none once poses may have gone out, or to an estimator that may have a position."""
 
     patience, period, settling, forgetful = 5.0, 0.5, 0.0, False
+    questions = (mavlink.MAVLINK_MSG_ID_GPS_GLOBAL_ORIGIN, mavlink.MAVLINK_MSG_ID_ESTIMATOR_STATUS)
 
     def __init__(self, place: tuple[float, float, float]) -> None:
         super().__init__((place[0], place[1], 0.0))
@@ -104,10 +106,3 @@ class CautiousOrigin(Origin):
         lost, self._lost = self._lost, False
         self._questions_sent += 1
         return self._questions_sent > _QUESTIONS and lost and not (armed or self._released)
-
-    def _questions(self) -> tuple[int, ...]:
-        return (mavlink.MAVLINK_MSG_ID_GPS_GLOBAL_ORIGIN, mavlink.MAVLINK_MSG_ID_ESTIMATOR_STATUS)
-
-
-def _question(system: int, component: int, identifier: int) -> Message:
-    return command_message((system, component), mavlink.MAV_CMD_REQUEST_MESSAGE, float(identifier))

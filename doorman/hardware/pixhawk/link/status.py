@@ -56,7 +56,7 @@ class LinkStatus:
 
 def link_status(link: Link, now: float) -> LinkStatus:
     counters = Counters() if link.codec is None else link.codec.counters
-    dialect = link.dialect
+    dialect, rates = link.dialect, link.rates.rates.items()
     return LinkStatus(
         dialect="" if dialect is None else dialect.name,
         feedback_lag=0.0 if dialect is None else dialect.feedback_lag,
@@ -66,9 +66,9 @@ def link_status(link: Link, now: float) -> LinkStatus:
         synchronised=link.clock.synchronised,
         clock_offset=link.clock.offset(now),
         round_trip=link.clock.round_trip,
-        rates=MappingProxyType(link.rates.measured),
-        wanted_rates=MappingProxyType(link.rates.wanted),
-        asked_rates=MappingProxyType(link.rates.asked),
+        rates=MappingProxyType({name: rate.measured for name, rate in rates}),
+        wanted_rates=MappingProxyType({name: rate.wanted for name, rate in rates}),
+        asked_rates=MappingProxyType({name: rate.asked for name, rate in rates}),
         messages=counters.messages,
         corrupted=counters.corrupted + counters.malformed,
         disordered=link.tracker.counters.disordered,

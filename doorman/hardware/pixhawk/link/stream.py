@@ -109,10 +109,16 @@ class SetpointStream:
         self._last_sent = now
         boot_ms, frame = seconds_to_boot_ms(now), self._config.local_frame
         if isinstance(setpoint, PositionSetpoint):
-            return position_message(setpoint, frame, boot_ms, *target, hold=hold)
-        thrust = self._normalised(setpoint, sample)
-        side = self._to_the_side(setpoint, thrust, sample)
-        return attitude_message(setpoint, thrust, frame, boot_ms, *target, side=side)
+            return position_message(setpoint, frame, boot_ms, target, hold=hold)
+        curve, force, voltage = self.curve, setpoint.thrust, sample.battery.voltage
+        assert curve is not None, "attitude setpoints are refused without a thrust curve"
+        if self.angle_boost:
+            force *= max(0.1, math.cos(float(setpoint.attitude[0])) * math.cos(float(setpoint.attitude[1])))
+        thrust, side = curve.normalised(force, voltage), None
+        if self._config.rotors is not None:
+            scales = zip(self._config.rotors.side_scale, setpoint.side_force, strict=True)
+            side = [scale * curve.beside(part, thrust, voltage) for scale, part in scales]
+        return attitude_message(setpoint, thrust, frame, boot_ms, target, side)
 
     def _current(self, now: float, sample: VehicleSample) -> tuple[Setpoint | None, bool]:
         if self.source is Source.HOLD:
@@ -151,27 +157,6 @@ class SetpointStream:
             return AttitudeSetpoint(self.curve.hover_force, np.array([0.0, 0.0, yaw]))
         self._leans = False
         return setpoint
-
-    def _normalised(self, setpoint: AttitudeSetpoint, sample: VehicleSample) -> float:
-        assert self.curve is not None, "attitude setpoints are refused without a thrust curve"
-        force = setpoint.thrust
-        if self.angle_boost:
-            tilt_cosine = math.cos(float(setpoint.attitude[0])) * math.cos(float(setpoint.attitude[1]))
-            force *= max(0.1, tilt_cosine)
-        return self.curve.normalised(force, sample.battery.voltage)
-
-    def _to_the_side(
-        self, setpoint: AttitudeSetpoint, thrust: float, sample: VehicleSample
-    ) -> tuple[float, float] | None:
-        rotors = self._config.rotors
-        if rotors is None:
-            return None
-        assert self.curve is not None, "attitude setpoints are refused without a thrust curve"
-        x, y = (
-            scale * self.curve.beside(force, thrust, sample.battery.voltage)
-            for scale, force in zip(rotors.side_scale, setpoint.side_force, strict=True)
-        )
-        return x, y
 
 
 def here(sample: VehicleSample) -> PositionSetpoint | None:

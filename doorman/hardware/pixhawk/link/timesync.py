@@ -40,7 +40,6 @@ class Sample(NamedTuple):
     local: float  # middle of the round trip on our clock
     offset: float
     round_trip: float
-    remote: float
 
 
 class SyncResult(Enum):
@@ -74,8 +73,7 @@ class ClockMap:
         for queue in (self._pending, self._samples, self._outliers):
             queue.clear()
         self._line: _Line | None = None
-        self._newest_remote: float | None = None
-        self._backwards = 0
+        self._newest_remote, self._backwards = float("-inf"), 0
         self.last_update, self.round_trip = float("-inf"), float("nan")  # other threads read these, not the queues
 
     @property
@@ -113,25 +111,18 @@ class ClockMap:
             return SyncResult.SLOW
         remote = tc1 * 1e-9
         local = ts1 * 1e-9 + 0.5 * round_trip
-        if self._started_anew(remote, round_trip):
-            self.reset()
-            self._accept(Sample(local, local - remote, round_trip, remote))
-            return SyncResult.REBOOTED
-        return self._take(Sample(local, local - remote, round_trip, remote))
-
-    def _started_anew(self, remote: float, round_trip: float) -> bool:
-        """Whether the autopilot's clock went backwards twice in a row: answers overtaking each other do not."""
-        newest = self._newest_remote
-        if newest is None or remote >= newest - round_trip - _GATE:
-            self._newest_remote = remote if newest is None else max(newest, remote)
-            self._backwards = 0
-            return False
+        sample = Sample(local, local - remote, round_trip)
+        if remote >= self._newest_remote - round_trip - _GATE:
+            self._newest_remote, self._backwards = max(self._newest_remote, remote), 0
+            return self._take(sample)
         self._backwards += 1
-        return self._backwards >= 2
+        if self._backwards < 2:  # answers that overtake each other do not go backwards twice in a row
+            return SyncResult.OUTLIER
+        self.reset()
+        self._accept(sample)
+        return SyncResult.REBOOTED
 
     def _take(self, sample: Sample) -> SyncResult:
-        if self._backwards:
-            return SyncResult.OUTLIER
         line = self._line
         if line is None or abs(sample.offset - line.at(sample.local)) <= _gate(sample):
             self._accept(sample)

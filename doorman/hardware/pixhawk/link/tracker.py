@@ -6,22 +6,17 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from doorman.arrays import frozen, sealed
 from doorman.hardware.pixhawk.dialect import Dialect
 from doorman.hardware.pixhawk.link.timesync import ClockMap
-from doorman.hardware.pixhawk.sample import Battery, LandedState, VehicleSample
+from doorman.hardware.pixhawk.sample import Battery, LandedState, VehicleSample, unknown
 from doorman.hardware.pixhawk.wire.frames import LocalFrame, frd_to_flu
 from doorman.hardware.pixhawk.wire.messages import (
     Message,
     boot_ms_difference,
     cells_to_volts,
-    centiamperes_to_amperes,
+    figure,
     mavlink,
-    millivolts_to_volts,
-    ms_to_seconds,
-    percent_to_share,
 )
 from doorman.kinematics.quaternions import to_attitude
 
@@ -99,12 +94,12 @@ class Tracker:
         """Believe no position before the autopilot has said that it does itself, for a while."""
         self._doubts, self._unsaid_until = _DOUBTS - 1, now + _UNSAID
 
-    def _newer(self, message: Message, now: float) -> bool:
-        """Whether a stamped message is newer than the last of its kind, and not from the future."""
+    def _when(self, message: Message, now: float) -> float | None:
+        """When a message was true [s]; None if it is not newer than the last of its kind, or from the future."""
         kind, stamp = message.get_type(), int(message.time_boot_ms)
-        if self._clock.ahead(ms_to_seconds(stamp), now) > _MAX_AHEAD:
+        if self._clock.ahead(1e-3 * stamp, now) > _MAX_AHEAD:
             self.counters.invalid += 1
-            return False
+            return None
         last = self._stamps.get(kind)
         if last is not None and boot_ms_difference(stamp, last) <= 0:
             self.counters.disordered += 1
@@ -112,13 +107,13 @@ class Tracker:
             count = count + 1 if boot_ms_difference(stamp, previous) > 0 else 1
             self._behind[kind] = (count, stamp)
             if count < _STAMPS_ANEW:
-                return False
+                return None
         self._behind.pop(kind, None)
         self._stamps[kind] = stamp
-        return True
+        return self._clock.to_local(1e-3 * stamp, now)
 
-    def _plausible(self, values: list[float]) -> bool:
-        if all(math.isfinite(value) and abs(value) <= _LARGEST for value in values):
+    def _plausible(self, values: list[float], possible: bool = True) -> bool:
+        if possible and all(abs(value) <= _LARGEST for value in values):
             return True
         self.counters.invalid += 1
         return False
@@ -126,18 +121,13 @@ class Tracker:
     def _attitude(self, message: Message, now: float) -> None:
         raw = [message.q1, message.q2, message.q3, message.q4]
         rates = [message.rollspeed, message.pitchspeed, message.yawspeed]
-        if not self._plausible(raw + rates):
-            return
-        norm = math.sqrt(sum(value * value for value in raw))
-        if abs(norm - 1.0) > 0.05:
-            self.counters.invalid += 1
-            return
-        if not self._newer(message, now):
+        norm = math.hypot(*raw)
+        if not self._plausible([*raw, *rates], abs(norm - 1.0) <= 0.05) or (when := self._when(message, now)) is None:
             return
         quaternion = self._frame.quaternion_to_world([value / norm for value in raw])
         self.sample = replace(
             self.sample,
-            attitude_time=self._clock.to_local(ms_to_seconds(message.time_boot_ms), now),
+            attitude_time=when,
             quaternion=sealed(quaternion),
             attitude=frozen(to_attitude(quaternion.tolist())),
             body_rates=sealed(frd_to_flu(rates)),
@@ -145,13 +135,13 @@ class Tracker:
 
     def _position(self, message: Message, now: float) -> None:
         position, velocity = [message.x, message.y, message.z], [message.vx, message.vy, message.vz]
-        if not self._plausible(position + velocity) or not self._newer(message, now):
+        if not self._plausible(position + velocity) or (when := self._when(message, now)) is None:
             return
         if self._doubts >= _DOUBTS or now < self._unsaid_until:
             return
         self.sample = replace(
             self.sample,
-            position_time=self._clock.to_local(ms_to_seconds(message.time_boot_ms), now),
+            position_time=when,
             position=sealed(self._frame.position_to_world(position)),
             velocity=sealed(self._frame.vector_to_world(velocity)),
         )
@@ -161,14 +151,14 @@ class Tracker:
         if now - self._battery_time > _BATTERY_SILENT:
             battery = replace(
                 battery,
-                voltage=millivolts_to_volts(message.voltage_battery),
-                current=centiamperes_to_amperes(message.current_battery),
-                remaining=percent_to_share(message.battery_remaining),
+                voltage=figure(message.voltage_battery, 1e-3),
+                current=figure(message.current_battery, 1e-2),
+                remaining=figure(message.battery_remaining, 1e-2),
                 time=now,
                 id=None,
             )
         elif not self._cells:
-            battery = replace(battery, voltage=millivolts_to_volts(message.voltage_battery))
+            battery = replace(battery, voltage=figure(message.voltage_battery, 1e-3))
         enabled = bool(message.onboard_control_sensors_enabled & _PREARM_BIT)
         ready = bool(message.onboard_control_sensors_health & _PREARM_BIT) if enabled else None
         self.sample = replace(self.sample, battery=battery, ready_to_arm=ready)
@@ -176,42 +166,40 @@ class Tracker:
     def _battery(self, message: Message, now: float) -> None:
         if message.id > self._battery_id and now - self._battery_time < _BATTERY_SILENT:
             return  # the first battery flies the vehicle, whatever its number
-        old = self.sample.battery
-        voltage = cells_to_volts([*message.voltages, *(cell for cell in message.voltages_ext if cell)])
-        if math.isnan(voltage) and math.isnan(percent_to_share(message.battery_remaining)):
+        voltage, remaining = (
+            cells_to_volts([*message.voltages, *filter(None, message.voltages_ext)]),
+            figure(message.battery_remaining, 1e-2),
+        )
+        if math.isnan(voltage) and math.isnan(remaining):
             return  # a socket that nothing is plugged into
         self._battery_id, self._battery_time = message.id, now
         self._cells = not math.isnan(voltage)
-        self.sample = replace(
-            self.sample,
-            battery=Battery(
-                voltage=old.voltage if math.isnan(voltage) else voltage,
-                current=centiamperes_to_amperes(message.current_battery),
-                remaining=percent_to_share(message.battery_remaining),
-                alarm=message.charge_state in _LOW_CHARGE_STATES,
-                time=now,
-                id=int(message.id),
-            ),
+        battery = Battery(
+            voltage=voltage if self._cells else self.sample.battery.voltage,
+            current=figure(message.current_battery, 1e-2),
+            remaining=remaining,
+            alarm=message.charge_state in _LOW_CHARGE_STATES,
+            time=now,
+            id=int(message.id),
         )
+        self.sample = replace(self.sample, battery=battery)
 
     def _extended(self, message: Message, now: float) -> None:
         known = {state.value: state for state in LandedState}
         self.sample = replace(self.sample, landed=known.get(message.landed_state, LandedState.UNKNOWN))
 
     def _attitude_target(self, message: Message, now: float) -> None:
-        if self._plausible([message.thrust]) and 0.0 <= message.thrust <= 1.0 and self._newer(message, now):
-            norm = math.sqrt(sum(value * value for value in message.q))
-            target = np.full(3, math.nan)
-            if 0.9 < norm < 1.1:
-                target = np.array(
-                    to_attitude(self._frame.quaternion_to_world([value / norm for value in message.q]).tolist())
-                )
-            self.sample = replace(
-                self.sample,
-                thrust_target=float(message.thrust),
-                thrust_target_time=self._clock.to_local(ms_to_seconds(message.time_boot_ms), now),
-                attitude_target=sealed(target),
-            )
+        if not self._plausible([message.thrust]) or not 0.0 <= message.thrust <= 1.0:
+            return
+        if (when := self._when(message, now)) is None:
+            return
+        norm, target = math.hypot(*message.q), unknown(3)
+        if 0.9 < norm < 1.1:
+            quaternion = self._frame.quaternion_to_world([value / norm for value in message.q])
+            target = frozen(to_attitude(quaternion.tolist()))
+        self.sample = replace(
+            self.sample, thrust_target=float(message.thrust), thrust_target_time=when, attitude_target=target
+        )
 
 
 TELEMETRY: Mapping[str, Callable[[Tracker, Message, float], None]] = {

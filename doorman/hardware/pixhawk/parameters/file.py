@@ -81,19 +81,14 @@ def parameter_lines(
         value = values.get(first, rule.value(_FACTORY.get(first, 0.0)))
         values[first] = value
         older = f"; {', '.join(rule.names[1:])} in older firmware" if rule.names[1:] else ""
-        lines.append(Line(first, value, f"{rule.wanted}, {_for(rule.when)}{rule.why}{older}"))
+        when = "" if rule.when is When.ALWAYS else f"for {rule.when.value}: "
+        lines.append(Line(first, value, f"{rule.wanted}, {when}{rule.why}{older}"))
     return [*lines, *_port(autopilot, port), *_vehicle(autopilot, figures)]
 
 
-def _for(when: When) -> str:
-    return "" if when is When.ALWAYS else f"for {when.value}: "
-
-
 def _port(autopilot: AutopilotName, port: Port) -> Iterator[Line]:
-    number, wired = (
-        port.telem,
-        "RTS and CTS are wired" if port.flow_control else "without RTS and CTS it would wait for them",
-    )
+    number = port.telem
+    wired = "RTS and CTS are wired" if port.flow_control else "without RTS and CTS it would wait for them"
     if number == 0:
         return
     if autopilot == "px4":

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 
 from doorman.exceptions import BackendError
 from doorman.hardware.pixhawk.dialect import PX4
-from doorman.hardware.pixhawk.events import Outcome, OutcomeStatus
 from doorman.hardware.pixhawk.link.link import Link
 from doorman.hardware.pixhawk.parameters.rules import THRUST_MODEL, Rule, Severity
 from doorman.hardware.pixhawk.thrust.curve import ThrustCurve
@@ -52,19 +51,22 @@ def _read_any(link: Link, groups: Sequence[tuple[str, ...]], tries: int = _TRIES
     start, missing = link.exchange.count, list(dict.fromkeys(groups))
 
     def answered(group: tuple[str, ...]) -> bool:
-        return any(link.exchange.parameter(name, start) is not None for name in group)
+        return any(link.exchange.answer(name, start) is not None for name in group)
 
     for _ in range(tries):
         for first in range(0, len(missing), _BATCH):
             batch = missing[first : first + _BATCH]
             for name in (name for group in batch for name in group):
-                _check_name(name)
+                if not name.isascii() or not 0 < len(name) <= _MAX_NAME:
+                    raise BackendError(
+                        "not a parameter", field="name", given=name, allowed=f"1 to {_MAX_NAME} characters of ASCII"
+                    )
                 link.send(mavlink.MAVLink_param_request_read_message(*link.target, name.encode(), -1))
             link.exchange.wait(lambda batch=batch: True if all(map(answered, batch)) else None, _WAIT)  # type: ignore[misc]
         missing = [group for group in missing if not answered(group)]
         if not missing:
             break
-    answers = {name: link.exchange.parameter(name, start) for group in groups for name in group}
+    answers = {name: link.exchange.answer(name, start) for group in groups for name in group}
     return {name: answer.value for name, answer in answers.items() if answer is not None}
 
 
@@ -77,13 +79,13 @@ def write_parameter(link: Link, name: str, value: float) -> bool:
     before = link.exchange.count
     if name not in read_parameters(link, [name]):
         return False
-    known = link.exchange.parameter(name, before)
+    known = link.exchange.answer(name, before)
     kind = mavlink.MAV_PARAM_TYPE_REAL32 if known is None else known.kind
     for _ in range(_TRIES):
         start = link.exchange.count
         field = link.known_dialect.encode_parameter(value, kind)
         link.send(mavlink.MAVLink_param_set_message(*link.target, name.encode(), field, kind))
-        answer = link.exchange.wait(lambda start=start: link.exchange.parameter(name, start), _WAIT)  # type: ignore[misc]
+        answer = link.exchange.wait(lambda start=start: link.exchange.answer(name, start), _WAIT)  # type: ignore[misc]
         if answer is not None and math.isclose(answer.value, value, rel_tol=1e-5, abs_tol=1e-6):
             return True  # otherwise it may be a late answer to the read
     return False
@@ -125,42 +127,29 @@ def fix(link: Link, rules: Iterable[Rule]) -> tuple[str, ...]:
     return tuple(written)
 
 
-def _check_name(name: str) -> None:
-    if not name.isascii() or not 0 < len(name) <= _MAX_NAME:
-        raise BackendError("not a parameter", field="name", given=name, allowed=f"1 to {_MAX_NAME} characters of ASCII")
-
-
 THRUST_AS_THRUST = 1 << 3
 """Bit of ArduPilot's GUID_OPTIONS."""
 
 
-def prepare_attitude(link: Link) -> Outcome:
-    """Look up what attitude setpoints need, and set the stream up with it."""
+def prepare_attitude(link: Link) -> str:
+    """Look up what attitude setpoints need, and set the stream up with it; returns what is missing."""
     dialect, config = link.known_dialect, link.config
     if link.vehicle_type not in dialect.takes_thrust:
-        return Outcome(
-            OutcomeStatus.NOT_READY,
-            f"{dialect.name} takes no thrust setpoints for MAV_TYPE {link.vehicle_type}; use position setpoints",
-        )
+        return f"{dialect.name} takes no thrust setpoints for MAV_TYPE {link.vehicle_type}; use position setpoints"
     if why := side_force_missing(link):
-        return Outcome(OutcomeStatus.NOT_READY, f"no force to the side: {why}")
+        return f"no force to the side: {why}"
     options = ("GUID_OPTIONS", "ATC_ANGLE_BOOST") if dialect.angle_boost else ()
     model = THRUST_MODEL[dialect.name]
     values = read_parameters(link, [dialect.hover_parameter, model, *options])
     link.stream.thrust_model = ThrustModel(model, values[model]) if model in values else None
     if dialect.angle_boost:
         if not round(values.get("GUID_OPTIONS", 0.0)) & THRUST_AS_THRUST:
-            return Outcome(
-                OutcomeStatus.NOT_READY,
-                "GUID_OPTIONS lacks bit 3 (8): ArduPilot would take thrust for a climb rate; set it, or use position setpoints",
-            )
+            return "GUID_OPTIONS lacks bit 3 (8): ArduPilot would take thrust for a climb rate; set it, or use position setpoints"
         link.stream.angle_boost = round(values.get("ATC_ANGLE_BOOST", 1.0)) != 0
     hover = values.get(dialect.hover_parameter)
     if link.stream.curve is None and config.hover_force is not None and hover is not None:
         link.stream.curve = ThrustCurve(hover, config.hover_force)
-    if link.stream.curve is None:
-        return Outcome(OutcomeStatus.NOT_READY, "no thrust curve: give thrust_curve or hover_force")
-    return Outcome(OutcomeStatus.DONE)
+    return "no thrust curve: give thrust_curve or hover_force" if link.stream.curve is None else ""
 
 
 def side_force_missing(link: Link) -> str:

@@ -56,38 +56,39 @@ class Rule:
         }[self.when]
 
 
-def equal(
-    names: str, value: float, severity: Severity, why: str, *, optional: bool = False, near: float = 1e-4
-) -> Rule:
-    """Rule of a parameter that has one right value."""
-    return _rule(names, f"{value:g}", lambda given: abs(given - value) <= near, value, severity, why, optional)
-
-
-def within(
-    names: str, low: float, high: float, best: float, severity: Severity, why: str, *, optional: bool = False
-) -> Rule:
+def within(names: str, low: float, high: float, best: float, severity: Severity, why: str, wanted: str = "") -> Rule:
     """Rule of a parameter with a range."""
-    return _rule(names, f"{low:g} to {high:g}", lambda given: low <= given <= high, best, severity, why, optional)
+    wanted = wanted or f"{low:g} to {high:g}"
+    return Rule(tuple(names.split()), wanted, lambda given: low <= given <= high, lambda _: best, severity, why)
 
 
-def one_of(names: str, values: tuple[int, ...], severity: Severity, why: str, *, optional: bool = False) -> Rule:
+def equal(names: str, value: float, severity: Severity, why: str, near: float = 1e-4) -> Rule:
+    """Rule of a parameter that has one right value."""
+    return within(names, value - near, value + near, value, severity, why, f"{value:g}")
+
+
+def one_of(name: str, values: tuple[int, ...], severity: Severity, why: str) -> Rule:
     """Rule of a parameter with a few right values, the best of them first."""
-    wanted = " or ".join(map(str, values))
-    return _rule(names, wanted, lambda given: round(given) in values, float(values[0]), severity, why, optional)
+    wanted, best = " or ".join(map(str, values)), float(values[0])
+    return Rule((name,), wanted, lambda given: round(given) in values, lambda _: best, severity, why)
 
 
 def bit(name: str, bit: int, severity: Severity, why: str) -> Rule:
     """Rule of a parameter with a bit that must be set; its other bits stay."""
-    mask = 1 << bit
-    rule = _rule(name, f"bit {bit} ({mask}) set", lambda given: bool(round(given) & mask), 0.0, severity, why)
-    return replace(rule, value=lambda given: float(round(given) | mask))
+    wanted, mask = f"bit {bit} ({1 << bit}) set", 1 << bit
+    return Rule(
+        (name,),
+        wanted,
+        lambda given: bool(round(given) & mask),
+        lambda given: float(round(given) | mask),
+        severity,
+        why,
+    )
 
 
-def _rule(
-    names: str, wanted: str, accepts: Callable[[float], bool], best: float, severity: Severity, why: str,
-    optional: bool = False,
-) -> Rule:  # fmt: skip
-    return Rule(tuple(names.split()), wanted, accepts, lambda _: best, severity, why, optional=optional)
+def optional(*rules: Rule) -> tuple[Rule, ...]:
+    """Rules of parameters that not every firmware has."""
+    return tuple(replace(rule, optional=True) for rule in rules)
 
 
 def where(other: str, value: int, *rules: Rule) -> tuple[Rule, ...]:
@@ -128,7 +129,7 @@ PX4_RULES = (
     one_of("NAV_DLL_ACT", (0, 3), _W, "without a ground station the vehicle must land or go on, not climb to return"),
     one_of("NAV_RCL_ACT", (3, 1, 7), _W, "without the radio the vehicle must land or hold, not climb to return"),
     one_of("COM_LOW_BAT_ACT", (2, 0), _W, _LOW_BATTERY),
-    *when(When.OWN_COMPENSATION, equal("MC_BAT_SCALE_EN", 0, _E, _COMPENSATED, optional=True)),
+    *when(When.OWN_COMPENSATION, *optional(equal("MC_BAT_SCALE_EN", 0, _E, _COMPENSATED))),
     *when(
         When.MOCAP,
         equal("EKF2_EV_CTRL", 11, _E, "position, height and yaw are fused from mocap"),
@@ -153,8 +154,8 @@ ARDUPILOT_RULES = (
            "ArduPilot holds position setpoints for ever: without doorman it must land, in place (5) or on its pad (1)"),
     *where(
         "FS_GCS_ENABLE", 1,
-        within("RTL_ALT", 0.0, 50.0, 30.0, _E, _NO_CLIMB, optional=True),
-        within("RTL_ALT_M", 0.0, 0.5, 0.3, _E, _NO_CLIMB, optional=True),
+        *optional(within("RTL_ALT", 0.0, 50.0, 30.0, _E, _NO_CLIMB)),
+        *optional(within("RTL_ALT_M", 0.0, 0.5, 0.3, _E, _NO_CLIMB)),
         equal("RTL_CLIMB_MIN_M RTL_CLIMB_MIN", 0, _E, _NO_CLIMB),
         equal("RTL_ALT_FINAL_M RTL_ALT_FINAL", 0, _E, "the vehicle must land"),
         one_of("WP_YAW_BEHAVIOR", (2, 0), _W, _KEEPS_HEADING),
@@ -164,23 +165,23 @@ ARDUPILOT_RULES = (
         bit("FS_OPTIONS", 3, _E, "a vehicle that lands already must go on landing, not fly to its pad"),
     ),
     one_of("FS_THR_ENABLE", (3, 0, 7), _W, "without the radio the vehicle must land or go on, not climb to return"),
-    one_of("BATT_FS_LOW_ACT", (1, 0), _W, _LOW_BATTERY, optional=True),
-    one_of("BATT_FS_CRT_ACT", (1, 0), _W, "as above", optional=True),
+    *optional(one_of("BATT_FS_LOW_ACT", (1, 0), _W, _LOW_BATTERY)),
+    *optional(one_of("BATT_FS_CRT_ACT", (1, 0), _W, "as above")),
     one_of("FS_EKF_ACTION", (1, 3), _W, "without an estimate the vehicle must land"),
     *when(When.OWN_COMPENSATION, equal("MOT_BAT_VOLT_MAX", 0, _E, _COMPENSATED)),
     *when(
         When.MOCAP,
         equal("GPS1_TYPE GPS_TYPE", 0, _E, "no GPS indoors"),
         equal("COMPASS_USE", 0, _E, _STEEL),
-        equal("COMPASS_USE2", 0, _E, "as above", optional=True),
-        equal("COMPASS_USE3", 0, _E, "as above", optional=True),
+        *optional(equal("COMPASS_USE2", 0, _E, "as above")),
+        *optional(equal("COMPASS_USE3", 0, _E, "as above")),
         equal("EK3_SRC1_POSXY", 6, _E, "position comes from mocap"),
         equal("EK3_SRC1_POSZ", 6, _E, "height comes from mocap"),
         equal("EK3_SRC1_YAW", 6, _E, "yaw comes from mocap"),
         equal("EK3_SRC1_VELXY", 0, _E, "mocap sends no velocity"),
         equal("EK3_SRC1_VELZ", 0, _E, "mocap sends no velocity"),
         equal("VISO_TYPE", 1, _E, "poses come by MAVLink"),
-        one_of("VISO_QUAL_MIN", (0, -1), _E, "poses carry no quality: with another value ArduPilot drops them", optional=True),
+        *optional(one_of("VISO_QUAL_MIN", (0, -1), _E, "poses carry no quality: with another value ArduPilot drops them")),
     ),
 )  # fmt: skip
 """Rules for ArduPilot; that of the ground station's id and those of delays depend on the set-up."""
@@ -198,55 +199,44 @@ _EARLIER = 0.2
 def rules_for(dialect: Dialect, config: PixhawkConfig, mocap_delay: float | None = None) -> tuple[Rule, ...]:
     thrust = thrust_model_rule(dialect, 0.0 if config.thrust_curve is None else config.thrust_curve.shape)
     if dialect is PX4:
-        rules = [*PX4_RULES, thrust, delay_rule(dialect, 0.0)]  # stamps carry the delay, once TIMESYNC has converged
-    else:
-        rules = [*ARDUPILOT_RULES, thrust, *voltage_rules(config.min_voltage), station_rule(config.system_id)]
-        if mocap_delay is not None:  # it removes a constant lag from the stamps, and needs it as a parameter
-            rules.append(delay_rule(dialect, mocap_delay))
+        rules = [*PX4_RULES, thrust]
+        mocap_delay = 0.0  # stamps carry the delay, once TIMESYNC has converged
+    else:  # it acts on the loss of one station's heartbeat only
+        why = "doorman's system id: otherwise ArduPilot does not notice when doorman stops"
+        station = equal("MAV_GCS_SYSID SYSID_MYGCS", config.system_id, _E, why)
+        rules = [*ARDUPILOT_RULES, thrust, *voltage_rules(config.min_voltage), station]
+    if mocap_delay is not None:  # ArduPilot removes a constant lag from the stamps, and needs it as a parameter
+        name, near = MOCAP_DELAY[dialect.name]
+        rules += when(When.MOCAP, equal(name, round(1e3 * mocap_delay), _W, "delay of the pose [ms]", near))
     return tuple(rule for rule in rules if rule.applies(config))
 
 
 def thrust_model_rule(dialect: Dialect, shape: float) -> Rule:
     """Thrust that is bent by the autopilot, by the curve here, or by both a little, but not by neither or by both wholly."""
     low, high = max(0.0, _LEAST_BENT - shape), min(1.0, 1.0 + _LEAST_BENT - shape)
-    return Rule(
-        (THRUST_MODEL[dialect.name],),
-        f"{low:g} to {high:g}",
-        lambda given: low - 1e-4 <= given <= high + 1e-4,
-        None,
-        _W,
-        "the thrust of real motors grows with the square of their signal; doorman measures it in hover, but the "
-        "autopilot's own loops act more strongly than they were tuned for",
-        When.ATTITUDE,
+    why = (
+        "the thrust of real motors grows with the square of their signal; doorman measures it in hover, but the autopilot's own "
+        "loops act more strongly than they were tuned for"
     )
+    rule = within(THRUST_MODEL[dialect.name], low - 1e-4, high + 1e-4, low, _W, why, f"{low:g} to {high:g}")
+    return replace(rule, value=None, when=When.ATTITUDE)
 
 
 def voltage_rules(min_voltage: float | None) -> tuple[Rule, ...]:
     """Rules of ArduPilot's own battery failsafe: it must not land in the doorway before the mission is given up."""
-    most = 0.0 if min_voltage is None else min_voltage - _EARLIER
-
-    def rule(name: str, action: str) -> Rule:
-        return Rule(
-            (name,),
-            "0, or below pixhawk.min_voltage",
-            lambda given: given <= max(most, 0.0),
-            None,
-            _W,
-            "the autopilot would land in the doorway: the mission must be given up first, at a higher voltage",
-            optional=True,
-            only_with=(action, 1),
+    most = max(0.0 if min_voltage is None else min_voltage - _EARLIER, 0.0)
+    why = "the autopilot would land in the doorway: the mission must be given up first, at a higher voltage"
+    return optional(
+        *(
+            Rule(
+                (name,),
+                "0, or below pixhawk.min_voltage",
+                lambda given: given <= most,
+                None,
+                _W,
+                why,
+                only_with=(action, 1),
+            )
+            for name, action in (("BATT_LOW_VOLT", "BATT_FS_LOW_ACT"), ("BATT_CRT_VOLT", "BATT_FS_CRT_ACT"))
         )
-
-    return rule("BATT_LOW_VOLT", "BATT_FS_LOW_ACT"), rule("BATT_CRT_VOLT", "BATT_FS_CRT_ACT")
-
-
-def station_rule(system_id: int) -> Rule:
-    """Rule of the ground station's id: ArduPilot acts on the loss of one station's heartbeat only."""
-    why = "doorman's system id: otherwise ArduPilot does not notice when doorman stops"
-    return equal("MAV_GCS_SYSID SYSID_MYGCS", system_id, _E, why)
-
-
-def delay_rule(dialect: Dialect, delay: float) -> Rule:
-    """Rule of the delay that the autopilot's estimator assumes for poses."""
-    name, near = MOCAP_DELAY[dialect.name]
-    return replace(equal(name, round(1e3 * delay), _W, "delay of the pose [ms]", near=near), when=When.MOCAP)
+    )

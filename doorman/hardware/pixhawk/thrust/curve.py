@@ -17,6 +17,8 @@ from dataclasses import dataclass
 from statistics import median
 from typing import Annotated
 
+import numpy as np
+
 from doorman.checks import Range, check_fields
 from doorman.exceptions import BackendError
 from doorman.hardware.pixhawk.sample import VehicleSample
@@ -112,7 +114,11 @@ def hover_curve(
     samples: Sequence[VehicleSample], hover_force: float, shape: float = 0.0, compensate_battery: bool = False
 ) -> ThrustCurve:
     """Curve from what the autopilot commands its mixer while it hovers by itself; readings count that are slow and level."""
-    calm = {one.thrust_target_time: one for one in samples if _is_calm(one)}.values()
+    calm = {
+        one.thrust_target_time: one
+        for one in samples
+        if one.armed and one.thrust_target > 0.05 and _speed(one) <= _CALM_SPEED and _tilt(one) <= _CALM_TILT
+    }.values()
     if len(calm) < _ENOUGH_READINGS:
         raise BackendError(
             "too few calm readings to calibrate hover",
@@ -126,17 +132,12 @@ def hover_curve(
     return ThrustCurve(median(one.thrust_target for one in calm), hover_force, shape, voltage)
 
 
-def _is_calm(sample: VehicleSample) -> bool:
-    slow, level = _speed(sample) <= _CALM_SPEED, _tilt(sample) <= _CALM_TILT
-    return slow and level and sample.armed and sample.thrust_target > 0.05
-
-
 def _speed(sample: VehicleSample) -> float:
-    return math.sqrt(float(sum(sample.velocity**2)))
+    return math.hypot(*sample.velocity)
 
 
 def _tilt(sample: VehicleSample) -> float:
-    return max(abs(float(sample.attitude[0])), abs(float(sample.attitude[1])))
+    return float(np.abs(sample.attitude[:2]).max())
 
 
 def _restlessness(samples: Sequence[VehicleSample]) -> str:

@@ -75,7 +75,8 @@ def measured_slope(samples: Sequence[VehicleSample], hover_thrust: float) -> Slo
     times, velocities = seen[inside, 0], seen[inside, 1]
     if len(times) < _ENOUGH_READINGS:
         return None
-    gained = np.concatenate([[0.0], np.cumsum(np.diff(given[:, 0]) * _middles(given[:, 1] / hover_thrust - 1.0))])
+    excess = given[:, 1] / hover_thrust - 1.0
+    gained = np.concatenate([[0.0], np.cumsum(0.5 * np.diff(given[:, 0]) * (excess[1:] + excess[:-1]))])
     fits = [
         _fit(times, velocities, weight_of(1.0) * np.interp(times - delay, given[:, 0], gained)) for delay in _DELAYS
     ]
@@ -93,10 +94,6 @@ def bob(at: PositionSetpoint, passed: float) -> PositionSetpoint:
         rate * math.sin(angle) * way,
         rate**2 * math.cos(angle) * way,
     )
-
-
-def _middles(values: Array) -> Array:
-    return np.asarray(0.5 * (values[1:] + values[:-1]))
 
 
 def _fit(times: Array, velocities: Array, pushed: Array) -> tuple[float, float, float]:

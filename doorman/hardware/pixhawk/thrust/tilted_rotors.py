@@ -12,6 +12,7 @@ ArduPilot reads thrust along the body's z axis alone (`GCS_MAVLink_Copter.cpp`).
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -54,12 +55,12 @@ class TiltedRotors:
             return f"{dialect.name} takes thrust along the body's z axis alone"
         if COUNT not in values or not round(values.get(OLD_SWITCH, 1.0)):
             return "PX4 before 1.14 makes thrust along the body's z axis alone"
-        known, farthest = allocated(values), float(np.linalg.norm(self.positions, axis=1).max())
+        known, same_place = allocated(values), _SAME_PLACE * float(np.linalg.norm(self.positions, axis=1).max())
         for position, axis in zip(self.positions, self.axes, strict=True):
-            near = [
-                one for place, one in known if np.linalg.norm(np.subtract(place, position)) < _SAME_PLACE * farthest
-            ]
-            if not any(np.linalg.norm(np.subtract(one, axis)) < _SAME_AXIS for one in near):
+            if not any(
+                math.dist(place, position) < same_place and math.dist(direction, axis) < _SAME_AXIS
+                for place, direction in known
+            ):
                 x, y, z = flu_to_frd(axis)
                 a, b, _ = flu_to_frd(position)
                 return f"no CA_ROTOR at PX {a:.2f}, PY {b:.2f} with AX {x:.2f}, AY {y:.2f}, AZ {z:.2f}"

@@ -16,6 +16,7 @@ import time
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 from doorman.exceptions import BackendError
 from doorman.hardware.pixhawk.wire.messages import Message, mavlink
@@ -52,30 +53,6 @@ def signing_time() -> int:
     return int((time.time() - _EPOCH_2015) * _TICKS_PER_SECOND)
 
 
-class SignatureCheck:
-    def __init__(self, key: bytes) -> None:
-        self._key = key
-        self._newest: dict[tuple[int, int, int], int] = {}
-        self.newest = 0  # newest stamp of any that was accepted: ours must not be older
-        self.outdated = False  # whether the last packet had the right key, and an old stamp
-
-    def accepts(self, packet: bytes | bytearray, system: int, component: int) -> bool:
-        # The stamp is looked at only after the signature has been verified: a forged one must not shut out the real stream.
-        self.outdated = False
-        expected = hashlib.sha256(self._key + bytes(packet[:-6])).digest()[:6]
-        if not hmac.compare_digest(expected, bytes(packet[-6:])):
-            return False
-        stamp = int.from_bytes(packet[-12:-6], "little")
-        stream = (packet[-13], system, component)
-        oldest = self._newest.get(stream, signing_time() - _NEW_STREAM_WINDOW)
-        if stamp <= oldest:
-            self.outdated = True
-            return False
-        self._newest[stream] = stamp
-        self.newest = max(self.newest, stamp)
-        return True
-
-
 _STARTS = _START_V1, _START_V2 = 0xFE, 0xFD
 _SIGNED = 0x01
 _SIGNATURE_BYTES = 13
@@ -87,10 +64,40 @@ class Counters:
 
     messages: int = 0
     corrupted: int = 0
-    """Frames of a kind that is read whose checksum is wrong: of others an autopilot may have another definition than we."""
-    skipped_bytes: int = 0  # bytes that belong to no valid frame
+    """Frames of a kind that is read that are not whole: of others an autopilot may have another definition than we."""
     bad_signatures: int = 0
     malformed: int = 0  # frames with a right checksum that cannot be decoded
+
+
+class _Header(NamedTuple):
+    length: int  # of the whole frame
+    identifier: int  # of the message
+    sender: tuple[int, int]  # system and component
+    flags: int
+
+    @property
+    def end(self) -> int:
+        """Bytes of the frame behind its payload: checksum, and signature."""
+        return 2 + (_SIGNATURE_BYTES if self.flags & _SIGNED else 0)
+
+
+def _header(data: bytearray) -> _Header | None:
+    """What a frame begins with; None while that is incomplete."""
+    if data[0] == _START_V1:
+        return _Header(data[1] + 8, data[5], (data[3], data[4]), 0) if len(data) >= 6 else None
+    if len(data) < 10:
+        return None
+    signature = _SIGNATURE_BYTES if data[2] & _SIGNED else 0
+    return _Header(data[1] + 12 + signature, int.from_bytes(data[7:10], "little"), (data[5], data[6]), data[2])
+
+
+def _whole(header: _Header, frame: bytearray) -> bool:
+    kind = mavlink.mavlink_map.get(header.identifier)
+    if kind is None or header.flags & ~_SIGNED:
+        return False
+    body = frame[1 : -header.end]
+    body.append(kind.crc_extra)
+    return bool(mavlink.x25crc(body).crc == int.from_bytes(frame[-header.end :][:2], "little"))
 
 
 class FrameSplitter:
@@ -104,64 +111,29 @@ class FrameSplitter:
         self._counters = counters
         self._read = read
 
-    def push(self, data: bytes) -> Iterator[bytearray]:
+    def push(self, data: bytes) -> Iterator[tuple[_Header, bytearray]]:
         """Take bytes and yield the frames that they complete."""
-        buffer = self._buffer
+        buffer, start = self._buffer, 0
         buffer += data
-        start = 0
         while start < len(buffer):
             if buffer[start] not in _STARTS:
                 start += 1
-                self._counters.skipped_bytes += 1
                 continue
-            length = _frame_length(buffer, start)
-            if length == 0 or start + length > len(buffer):
+            header = _header(buffer[start : start + 10])
+            if header is None or (end := start + header.length) > len(buffer):
                 break  # the rest is still to come
-            frame = buffer[start : start + length]
-            if self._valid(frame):
-                start += length
-                yield frame
+            frame = buffer[start:end]
+            if _whole(header, frame):
+                start = end
+                yield header, frame
+            elif header.identifier in self._read:
+                self._counters.corrupted += 1
+                start += 1
+            elif end == len(buffer):
+                break  # what follows will tell
             else:
-                end = start + length
-                unread = not self._is_read(frame)
-                if unread and end == len(buffer):
-                    break  # what follows will tell
-                whole = unread and buffer[end] in _STARTS
-                self._counters.skipped_bytes += length if whole else 1
-                start += length if whole else 1
+                start = end if buffer[end] in _STARTS else start + 1
         del buffer[:start]
-
-    def _is_read(self, frame: bytearray) -> bool:
-        return _identifier(frame) in self._read
-
-    def _valid(self, frame: bytearray) -> bool:
-        second = frame[0] == _START_V2
-        identifier = _identifier(frame)
-        if second and frame[2] & ~_SIGNED:
-            return False
-        kind = mavlink.mavlink_map.get(identifier)
-        if kind is None:
-            return False
-        end = 2 + (_SIGNATURE_BYTES if second and frame[2] & _SIGNED else 0)
-        body = frame[1:-end]
-        body.append(kind.crc_extra)
-        right = bool(mavlink.x25crc(body).crc == int.from_bytes(frame[-end:][:2], "little"))
-        self._counters.corrupted += not right and self._is_read(frame)
-        return right
-
-
-def _frame_length(buffer: bytearray, start: int) -> int:
-    """Length of the frame that begins at `start`; 0 while its header is incomplete."""
-    if len(buffer) - start < 3:
-        return 0
-    payload = buffer[start + 1]
-    if buffer[start] == _START_V1:
-        return payload + 8
-    return payload + 12 + (_SIGNATURE_BYTES if buffer[start + 2] & _SIGNED else 0)
-
-
-def _identifier(frame: bytearray) -> int:
-    return int.from_bytes(frame[7:10], "little") if frame[0] == _START_V2 else frame[5]
 
 
 class Codec:
@@ -169,19 +141,18 @@ class Codec:
         self.counters = Counters()
         self.outdated = False
         """Whether somebody with the key has sent old stamps only: a newer one of ours sets its clock."""
-        self._wanted = wanted
+        self._wanted, self._key = wanted, key
         self._mav = mavlink.MAVLink(None, system_id, component_id)
-        self._check = None if key is None else SignatureCheck(key)
+        self._newest: dict[tuple[int, int, int], int] = {}  # stamp by stream
         self._splitters: dict[object, FrameSplitter] = {}
         if key is not None:
             signing = self._mav.signing
             signing.secret_key, signing.sign_outgoing, signing.link_id = key, True, 0
-            signing.timestamp = signing_time()
             self._mav.check_signature = lambda packet, system, component: True  # checked before decoding
 
     def encode(self, message: Message) -> bytes:
-        if self._check is not None:
-            self._mav.signing.timestamp = max(self._mav.signing.timestamp, signing_time(), self._check.newest)
+        if self._key is not None:
+            self._mav.signing.timestamp = max(self._mav.signing.timestamp, signing_time())
         data: bytes = message.pack(self._mav)
         self._mav.seq = (self._mav.seq + 1) % 256
         return data
@@ -192,24 +163,32 @@ class Codec:
             if len(self._splitters) >= 16:  # strangers must not fill the memory
                 self._splitters.clear()
             self._splitters[source] = FrameSplitter(self.counters, self._wanted)
-        messages = (self._message(frame) for frame in self._splitters[source].push(data))
+        messages = (self._message(header, frame) for header, frame in self._splitters[source].push(data))
         return [message for message in messages if message is not None]
 
-    def _message(self, frame: bytearray) -> Message | None:
-        second = frame[0] == _START_V2
-        identifier = _identifier(frame)
-        if self._check is not None:
-            system, component = (frame[5], frame[6]) if second else (frame[3], frame[4])
-            signed = second and bool(frame[2] & _SIGNED)
-            if not signed or not self._check.accepts(frame, system, component):
-                self.counters.bad_signatures += 1
-                self.outdated = self.outdated or (signed and self._check.outdated)
-                return None
+    def _message(self, header: _Header, frame: bytearray) -> Message | None:
+        if self._key is not None and not self._signed(self._key, header, frame):
+            self.counters.bad_signatures += 1
+            return None
         self.counters.messages += 1
-        if identifier not in self._wanted:
+        if header.identifier not in self._wanted:
             return None
         try:
             return self._mav.decode(frame)
         except Exception:  # noqa: BLE001  # whatever pymavlink stumbles over, the frame is worth nothing
             self.counters.malformed += 1
             return None
+
+    def _signed(self, key: bytes, header: _Header, frame: bytearray) -> bool:
+        """Whether the signature is right, and the stamp in it newer than the last one."""
+        # The stamp is looked at only after the signature has been verified: a forged one must not shut out the real stream.
+        expected = hashlib.sha256(key + frame[:-6]).digest()[:6]
+        if not header.flags & _SIGNED or not hmac.compare_digest(expected, bytes(frame[-6:])):
+            return False
+        stamp, stream = int.from_bytes(frame[-12:-6], "little"), (frame[-13], *header.sender)
+        if stamp <= self._newest.get(stream, signing_time() - _NEW_STREAM_WINDOW):
+            self.outdated = True
+            return False
+        self._newest[stream] = stamp
+        self._mav.signing.timestamp = max(self._mav.signing.timestamp, stamp)  # ours must not be older
+        return True

@@ -19,15 +19,10 @@ from numpy.typing import ArrayLike
 
 from doorman.arrays import Array
 from doorman.checks import vector
-from doorman.kinematics.quaternions import multiply, rotate, wrap
+from doorman.kinematics.quaternions import Quaternion, multiply, rotate, wrap
 
 _HALF_TURN: Array = np.array([1.0, -1.0, -1.0])
 _HALF_TURN_QUATERNION: Array = np.array([1.0, 1.0, -1.0, -1.0])
-
-
-def _plain(values: ArrayLike) -> list[float]:
-    numbers: list[float] = np.asarray(values, dtype=np.float64).tolist()
-    return numbers
 
 
 def half_turned(values: ArrayLike) -> Array:
@@ -54,16 +49,14 @@ class LocalFrame:
     """World frame [m]."""
     yaw: float = 0.0
     """Yaw of north about the world's z axis [rad]; 0 where north is the world's x, as with poses sent by this project."""
-    _turn: Array = field(init=False, repr=False, compare=False)
-    _back: Array = field(init=False, repr=False, compare=False)
+    _turn: Quaternion = field(init=False, repr=False, compare=False)
+    _back: Quaternion = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         vector([*self.origin, self.yaw], 4, "pixhawk.local_frame")
-        turn = np.array([math.cos(0.5 * self.yaw), 0.0, 0.0, math.sin(0.5 * self.yaw)])
-        back = turn * np.array([1.0, -1.0, -1.0, -1.0])
-        for name, value in (("_turn", turn), ("_back", back)):
-            value.flags.writeable = False
-            object.__setattr__(self, name, value)
+        w, z = math.cos(0.5 * self.yaw), math.sin(0.5 * self.yaw)
+        object.__setattr__(self, "_turn", (w, 0.0, 0.0, z))
+        object.__setattr__(self, "_back", (w, 0.0, 0.0, -z))
 
     @classmethod
     def through(cls, position: ArrayLike, yaw: float, position_in_ned: ArrayLike, yaw_in_ned: float) -> LocalFrame:
@@ -90,7 +83,7 @@ class LocalFrame:
         Returns:
             Shape (3,), world frame, in the same unit.
         """
-        return np.array(rotate(_plain(self._turn), _plain(ned_to_world(values))))
+        return np.array(rotate(self._turn, ned_to_world(values).tolist()))
 
     def vector_to_ned(self, values: ArrayLike) -> Array:
         """Direction, velocity or acceleration in NED.
@@ -101,7 +94,7 @@ class LocalFrame:
         Returns:
             Shape (3,), NED, in the same unit.
         """
-        return world_to_ned(rotate(_plain(self._back), _plain(values)))
+        return world_to_ned(rotate(self._back, np.asarray(values, dtype=np.float64).tolist()))
 
     def position_to_world(self, values: ArrayLike) -> Array:
         """Position in the world.
@@ -134,7 +127,7 @@ class LocalFrame:
         Returns:
             [w, x, y, z], shape (4,).
         """
-        return np.array(multiply(_plain(self._turn), _plain(quaternion_ned_to_world(quaternion))))
+        return np.array(multiply(self._turn, quaternion_ned_to_world(quaternion).tolist()))
 
     def quaternion_to_ned(self, quaternion: ArrayLike) -> Array:
         """Attitude of the body in NED, FRD → NED.
@@ -145,7 +138,7 @@ class LocalFrame:
         Returns:
             [w, x, y, z], shape (4,).
         """
-        return quaternion_world_to_ned(multiply(_plain(self._back), _plain(quaternion)))
+        return quaternion_world_to_ned(multiply(self._back, np.asarray(quaternion, dtype=np.float64).tolist()))
 
     def yaw_to_ned(self, yaw: float) -> float:
         """Yaw from north, clockwise, in (−π, π] [rad].

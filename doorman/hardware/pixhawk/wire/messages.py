@@ -32,17 +32,11 @@ class BodyThrustMessage(ardupilotmega.MAVLink_set_attitude_target_message):  # t
 
     def pack(self, mav: Any, force_mavlink1: bool = False) -> bytes:
         """Bytes of the message; an extension follows its fields, and is no part of its checksum's seed."""
-        fields = (
-            self.time_boot_ms,
-            *self.q,
-            self.body_roll_rate,
-            self.body_pitch_rate,
-            self.body_yaw_rate,
-            self.thrust,
-        )
-        payload = self.unpacker.pack(*fields, self.target_system, self.target_component, self.type_mask)
-        payload += struct.pack("<3f", *self.thrust_body)
-        data: bytes = self._pack(mav, self.crc_extra, payload, force_mavlink1=force_mavlink1)
+        rates = self.body_roll_rate, self.body_pitch_rate, self.body_yaw_rate
+        target = self.target_system, self.target_component, self.type_mask
+        payload = self.unpacker.pack(self.time_boot_ms, *self.q, *rates, self.thrust, *target)
+        extended = payload + struct.pack("<3f", *self.thrust_body)
+        data: bytes = self._pack(mav, self.crc_extra, extended, force_mavlink1=force_mavlink1)
         return data
 
 
@@ -52,16 +46,8 @@ def command_message(target: tuple[int, int], number: int, *parameters: float, co
     return mavlink.MAVLink_command_long_message(*target, number, confirmation, *padded)
 
 
-_UNKNOWN_VOLTAGE = 0xFFFF
+_UNKNOWN = 0xFFFF
 _WRAP_MS = 1 << 32
-
-
-def seconds_to_us(seconds: float) -> int:
-    return round(seconds * 1e6)
-
-
-def ms_to_seconds(milliseconds: int) -> float:
-    return milliseconds * 1e-3
 
 
 def seconds_to_boot_ms(seconds: float) -> int:
@@ -74,28 +60,13 @@ def boot_ms_difference(newer: int, older: int) -> int:
     return (newer - older + _WRAP_MS // 2) % _WRAP_MS - _WRAP_MS // 2
 
 
-def millivolts_to_volts(millivolts: int) -> float:
-    """Voltage of SYS_STATUS [V]; NaN where the autopilot does not know it."""
-    return math.nan if millivolts == _UNKNOWN_VOLTAGE else millivolts * 1e-3
+def figure(raw: int, unit: float) -> float:
+    """Figure of a battery, of a field in such units; NaN where the autopilot does not know it."""
+    return raw * unit if 0 <= raw < _UNKNOWN else math.nan
 
 
 def cells_to_volts(cells: list[int]) -> float:
     """Sum of the cells' voltages of BATTERY_STATUS [V]; NaN where no cell is known."""
     # A pack of more than 65.5 V is sent as several full "cells", which this adds up too.
-    known = [cell for cell in cells if cell != _UNKNOWN_VOLTAGE]
+    known = [cell for cell in cells if cell != _UNKNOWN]
     return sum(known) * 1e-3 if known else math.nan
-
-
-def centiamperes_to_amperes(centiamperes: int) -> float:
-    """Current [A]; NaN where the autopilot does not know it."""
-    return math.nan if centiamperes < 0 else centiamperes * 1e-2
-
-
-def percent_to_share(percent: int) -> float:
-    """Remaining charge as a share; NaN where the autopilot does not know it."""
-    return math.nan if percent < 0 else percent * 1e-2
-
-
-def interval_us(rate: float) -> int:
-    """Period [µs] of a rate [1/s], as SET_MESSAGE_INTERVAL takes it."""
-    return round(1e6 / rate)

@@ -6,7 +6,6 @@ import array
 import contextlib
 import errno
 import fcntl
-import importlib
 import os
 import select
 import socket
@@ -15,7 +14,9 @@ from abc import ABC, abstractmethod
 from dataclasses import replace
 from typing import Any
 
-from doorman.exceptions import BackendError, how_to_install
+import serial
+
+from doorman.exceptions import BackendError
 from doorman.hardware.pixhawk.wire.connection import Endpoint, Transport
 
 Address = tuple[str, int] | None
@@ -37,18 +38,24 @@ class DeviceLost(Exception):
 
 
 class Line(ABC):
+    """A socket or a port; what is known of it."""
+
     peer: Address = None  # where to send on a line with several senders; set once the autopilot is known
-    endpoint: Endpoint
-    """Endpoint to reopen where this line is lost: the same host without a new look-up, from the same port."""
+
+    def __init__(self, device: Any, endpoint: Endpoint) -> None:
+        self._device = device
+        self.endpoint = endpoint
+        """Endpoint to reopen where this line is lost: the same host without a new look-up, from the same port."""
+        os.set_blocking(device.fileno(), False)
 
     @property
     def busy(self) -> bool:
         """Whether what is sent now would wait: better send something newer later."""
         return False
 
-    @abstractmethod
     def fileno(self) -> int:
         """Descriptor to wait on."""
+        return int(self._device.fileno())
 
     @abstractmethod
     def receive(self) -> list[tuple[bytes, Address]]:
@@ -58,39 +65,20 @@ class Line(ABC):
     def send(self, data: bytes) -> bool:
         """Send without waiting."""
 
-    @abstractmethod
     def close(self) -> None:
         """Let go of the device; may be called twice."""
+        with contextlib.suppress(OSError):
+            self._device.close()
 
 
 class _UdpLine(Line):
     """Datagrams; only `peer` is answered."""
 
-    def __init__(self, endpoint: Endpoint) -> None:
-        self.endpoint = endpoint
-        self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-        try:
-            self._socket.setblocking(False)
-            if endpoint.transport is Transport.UDP_LISTEN:
-                self._socket.bind((endpoint.host, endpoint.port))
-            else:
-                found = socket.getaddrinfo(endpoint.host, endpoint.port, socket.AF_INET, socket.SOCK_DGRAM)
-                host, port = found[0][4][:2]
-                self.peer = (str(host), int(port))
-                self._socket.bind(("127.0.0.1" if str(host).startswith("127.") else "0.0.0.0", endpoint.own_port))
-                self.endpoint = replace(endpoint, host=str(host), own_port=self._socket.getsockname()[1])
-        except BaseException:
-            self._socket.close()
-            raise
-
-    def fileno(self) -> int:
-        return self._socket.fileno()
-
     def receive(self) -> list[tuple[bytes, Address]]:
         datagrams: list[tuple[bytes, Address]] = []
         for _ in range(_BATCH):
             try:
-                data, address = self._socket.recvfrom(_CHUNK)
+                data, address = self._device.recvfrom(_CHUNK)
             except (BlockingIOError, InterruptedError):
                 break
             except ConnectionError:
@@ -104,7 +92,7 @@ class _UdpLine(Line):
         if self.peer is None:
             return False
         try:
-            self._socket.sendto(data, self.peer)
+            self._device.sendto(data, self.peer)
         except (BlockingIOError, InterruptedError, ConnectionError):
             return False
         except OSError as error:
@@ -113,30 +101,38 @@ class _UdpLine(Line):
             raise DeviceLost(str(error)) from error
         return True
 
-    def close(self) -> None:
-        self._socket.close()
+
+def _udp_line(endpoint: Endpoint) -> Line:
+    device = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    try:
+        if endpoint.transport is Transport.UDP_LISTEN:
+            device.bind((endpoint.host, endpoint.port))
+            return _UdpLine(device, endpoint)
+        found = socket.getaddrinfo(endpoint.host, endpoint.port, socket.AF_INET, socket.SOCK_DGRAM)
+        host, port = str(found[0][4][0]), int(found[0][4][1])
+        device.bind(("127.0.0.1" if host.startswith("127.") else "0.0.0.0", endpoint.own_port))
+        line = _UdpLine(device, replace(endpoint, host=host, own_port=device.getsockname()[1]))
+        line.peer = host, port
+        return line
+    except BaseException:
+        device.close()
+        raise
 
 
 class _StreamLine(Line):
-    """A stream of bytes; what the device does not take at once waits here."""
+    """A stream of bytes, by TCP or a serial port; what the device does not take at once waits here."""
 
-    _queue_request: int
-
-    def __init__(self) -> None:
+    def __init__(self, device: Any, endpoint: Endpoint, queue_request: int) -> None:
+        super().__init__(device, endpoint)
+        self._queue_request = queue_request
         self._waiting = bytearray()
 
     @property
     def busy(self) -> bool:
-        return len(self._waiting) + self._queued() > _BUSY
-
-    def _queued(self) -> int:
-        """Bytes that the system has, and has not sent; 0 where it does not say."""
-        count = array.array("i", [0])
-        try:
-            fcntl.ioctl(self.fileno(), self._queue_request, count)
-        except OSError:
-            return 0
-        return count[0]
+        queued = array.array("i", [0])  # bytes that the system has, and has not sent; 0 where it does not say
+        with contextlib.suppress(OSError):
+            fcntl.ioctl(self.fileno(), self._queue_request, queued)
+        return len(self._waiting) + queued[0] > _BUSY
 
     def send(self, data: bytes) -> bool:
         if len(self._waiting) + len(data) > _BACKLOG:
@@ -148,10 +144,7 @@ class _StreamLine(Line):
     def _flush(self) -> None:
         try:
             while self._waiting:
-                taken = self._write(bytes(self._waiting))
-                if taken <= 0:
-                    return
-                del self._waiting[:taken]
+                del self._waiting[: os.write(self.fileno(), self._waiting)]
         except (BlockingIOError, InterruptedError):
             return
         except OSError as error:
@@ -160,86 +153,27 @@ class _StreamLine(Line):
     def receive(self) -> list[tuple[bytes, Address]]:
         self._flush()
         try:
-            data = self._read()
+            if not select.select([self], [], [], 0.0)[0]:  # a serial port without data would look like one that is gone
+                return []
+            data = os.read(self.fileno(), _CHUNK)
         except (BlockingIOError, InterruptedError):
             return []
         except OSError as error:
             raise DeviceLost(str(error)) from error
-        return [(data, None)] if data else []
-
-    @abstractmethod
-    def _write(self, data: bytes) -> int: ...
-
-    @abstractmethod
-    def _read(self) -> bytes: ...
-
-
-class _TcpLine(_StreamLine):
-    _queue_request = _NOT_SENT
-
-    def __init__(self, endpoint: Endpoint, timeout: float) -> None:
-        super().__init__()
-        self._socket = socket.create_connection((endpoint.host, endpoint.port), timeout)
-        self.endpoint = replace(endpoint, host=str(self._socket.getpeername()[0]))
-        self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        self._socket.setblocking(False)
-
-    def fileno(self) -> int:
-        return self._socket.fileno()
-
-    def _read(self) -> bytes:
-        data = self._socket.recv(_CHUNK)
         if not data:
-            raise DeviceLost("the other end closed the connection")
-        return data
-
-    def _write(self, data: bytes) -> int:
-        return self._socket.send(data)
-
-    def close(self) -> None:
-        self._socket.close()
-
-
-class _SerialLine(_StreamLine):
-    """A serial port; set up by pyserial, then read and written as a file."""
-
-    _queue_request = termios.TIOCOUTQ
-
-    def __init__(self, endpoint: Endpoint) -> None:
-        super().__init__()
-        self.endpoint = endpoint
-        serial = importlib.import_module("serial")  # needs the extra `hardware`
-        self._port: Any = serial.Serial(endpoint.device, endpoint.baud, timeout=0, write_timeout=0, exclusive=True)
-        os.set_blocking(self._port.fileno(), False)
-
-    def fileno(self) -> int:
-        return int(self._port.fileno())
-
-    def _read(self) -> bytes:
-        ready, _, _ = select.select([self], [], [], 0.0)
-        if not ready:
-            return b""
-        data = os.read(self.fileno(), _CHUNK)
-        if not data:
-            raise DeviceLost("the port returns nothing though it is ready: unplugged?")
-        return data
-
-    def _write(self, data: bytes) -> int:
-        return os.write(self.fileno(), data)
-
-    def close(self) -> None:
-        with contextlib.suppress(OSError):
-            self._port.close()
+            raise DeviceLost("there is nothing to read though it is ready: closed by the other end, or unplugged")
+        return [(data, None)]
 
 
 def open_line(endpoint: Endpoint, timeout: float) -> Line:
     try:
         if endpoint.transport is Transport.SERIAL:
-            return _SerialLine(endpoint)
+            port = serial.Serial(endpoint.device, endpoint.baud, timeout=0, write_timeout=0, exclusive=True)
+            return _StreamLine(port, endpoint, termios.TIOCOUTQ)
         if endpoint.transport is Transport.TCP:
-            return _TcpLine(endpoint, timeout)
-        return _UdpLine(endpoint)
-    except ImportError as error:
-        raise BackendError("serial ports need pyserial", allowed=how_to_install("hardware")) from error
+            connection = socket.create_connection((endpoint.host, endpoint.port), timeout)
+            connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+            return _StreamLine(connection, replace(endpoint, host=str(connection.getpeername()[0])), _NOT_SENT)
+        return _udp_line(endpoint)
     except (OSError, ValueError, termios.error) as error:  # a device that goes again while it is opened: the last
         raise BackendError(f"cannot be opened: {error}", field="pixhawk.connection", given=str(endpoint)) from error

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 
@@ -65,10 +66,6 @@ class LeafInWorld(InJointUnits):
         angles = motion.turned(self.turn, door_angles)
         return np.stack(motion.leaf_in_doorway(np.cos(angles), np.sin(angles)), axis=-1) @ self.axes[:2]
 
-    def bend(self, door_angle: float) -> Array:
-        """Change of the normal with α, dn_D/dα."""
-        return self.turn * self.leaf_direction(door_angle)
-
     def _in_world(self, components: tuple[float, float]) -> Array:
         """A level vector from its components along `into` and `along`; without NumPy's sums, because every step calls it."""
         into, along = components
@@ -122,17 +119,13 @@ class LeafInWorld(InJointUnits):
         leaf, normal, before = self.leaf_direction(door_angle), self.normal(door_angle), self.way(door_angle) - into
         return np.asarray(self.hinge_position + motion.contact_from_hinge(along, before, up, leaf, normal, self.up))
 
-    def way(self, door_angle: float) -> float:
-        """How far a slide's face has moved towards the vehicle, from closed; 0 for a hinge [m]."""
-        return float(motion.way(self.slide, door_angle))
-
-    def ways(self, door_angles: Array) -> Array:
-        """The same at many angles."""
-        return np.asarray(motion.way(self.slide, door_angles))
+    def way(self, door_angle: Any) -> Any:
+        """How far a slide's face has moved towards the vehicle, from closed, at one angle or many; 0 for a hinge [m]."""
+        return motion.way(self.slide, door_angle)
 
     def _before(self, door_angle: float) -> float:
         """How far the contact point lies before the hinge's axis [m]."""
-        return self.contact_offset + self.way(door_angle)
+        return float(self.contact_offset + self.way(door_angle))
 
     def lever(self, door_angle: float, distance_from_hinge: float) -> Array:
         r"""How α moves the contact point, :math:`J = -D_V n_D - o\,c`, or :math:`-r\,i` of a slide."""

@@ -11,34 +11,20 @@ from doorman.compilation import kernel
 from doorman.kinematics.doors.door import Door
 from doorman.kinematics.doors.leaf import leaf_motion
 
-TURN, SLIDE, OPENS, PER_ANGLE, INTO, ALONG, WEIGHT, BALANCED, HINGE, OFFSET, MIDDLE = (
-    0,
-    1,
-    2,
-    3,
-    4,
-    7,
-    10,
-    12,
-    13,
-    16,
-    17,
-)
-"""Places in the vector: t and s of `leaf_motion`, sense of α as the door opens, `per_angle`, i, a, `weight`, whether no weight
-acts, P_h, `contact_offset`, and the middle of the range of α."""
+TURN, SLIDE, INTO, ALONG, HINGE, OFFSET, MIDDLE = 0, 1, 2, 5, 8, 11, 12
+"""Places in the vector: t and s of `leaf_motion`, i, a, P_h, `contact_offset`, and the middle of the range of α."""
 
 _turned, _way, lever = kernel(leaf_motion.turned), kernel(leaf_motion.way), kernel(leaf_motion.lever)
 _leaf, _normal = kernel(leaf_motion.leaf_in_doorway), kernel(leaf_motion.normal_in_doorway)
-_weight_torque, _angle_of = kernel(leaf_motion.weight_torque), kernel(leaf_motion.angle_of)
-_angle_of_face, contact_from_hinge = kernel(leaf_motion.angle_of_face), kernel(leaf_motion.contact_from_hinge)
+_angle_of, _angle_of_face = kernel(leaf_motion.angle_of), kernel(leaf_motion.angle_of_face)
+contact_from_hinge = kernel(leaf_motion.contact_from_hinge)
 
 
 def leaf_numbers(door: Door) -> Array:
-    """What the kernels read of a door, shape (18,)."""
-    opens = door.opening_of(0.5 * math.pi + 1.0) / door.per_angle
-    moves = door.turn, door.slide, opens, door.per_angle, *door.into, *door.along, *door.weight, door.vertical
+    """What the kernels read of a door, shape (13,)."""
     middle = 0.5 * (door.lower_limit + door.upper_limit)
-    return np.array([*moves, *door.hinge_position, door.contact_offset, middle], dtype=np.float64)
+    axes = *door.into, *door.along
+    return np.array([door.turn, door.slide, *axes, *door.hinge_position, door.contact_offset, middle], dtype=np.float64)
 
 
 @kernel
@@ -69,15 +55,6 @@ def leaf_direction(leaf: Array, door_angle: float) -> tuple[float, float, float]
 def leaf_before(leaf: Array, door_angle: float) -> float:
     """How far the contact point lies before the hinge's axis, the way of a slide included [m]."""
     return float(leaf[OFFSET] + _way(leaf[SLIDE], door_angle))
-
-
-@kernel
-def leaf_weight(leaf: Array, door_angle: float) -> float:
-    """Torque G(α) of the leaf's weight, in the sense of damping [N m]."""
-    if leaf[BALANCED] != 0.0:
-        return 0.0
-    direction, normal = leaf_direction(leaf, door_angle), leaf_normal(leaf, door_angle)
-    return float(_weight_torque(leaf[WEIGHT], leaf[WEIGHT + 1], direction[2], normal[2]))
 
 
 @kernel

@@ -36,28 +36,32 @@ class VerticalLeaf:
         """β of the leaf, about z from the world's x axis [rad]."""
         return self._door.azimuth + self._door.hand * self._angle
 
+    def _seen(self, yaw: Any) -> tuple[Any, Any]:
+        """Direction c and normal n_D, (3, 1) each, as seen along a heading."""
+        turn = self.azimuth - yaw
+        cosine, sine = ca.cos(turn), ca.sin(turn)
+        leaf = ca.vertcat(*motion.leaf_in_doorway(cosine, sine), 0)
+        return leaf, self._door.hand * ca.vertcat(*motion.normal_in_doorway(cosine, sine), 0)
+
     @cached_property
     def normal_in_heading(self) -> Any:
         """n_D, (3, 1)."""
-        turn = self.azimuth - self._yaw
-        return self._door.hand * ca.vertcat(*motion.normal_in_doorway(ca.cos(turn), ca.sin(turn)), 0)
+        return self._seen(self._yaw)[1]
 
     @cached_property
     def leaf_in_heading(self) -> Any:
         """c, (3, 1)."""
-        turn = self.azimuth - self._yaw
-        return ca.vertcat(*motion.leaf_in_doorway(ca.cos(turn), ca.sin(turn)), 0)
+        return self._seen(self._yaw)[0]
 
-    @property
+    @cached_property
     def leaf_direction(self) -> Any:
         """c, (3, 1), world frame."""
-        return ca.vertcat(*motion.leaf_in_doorway(ca.cos(self.azimuth), ca.sin(self.azimuth)), 0)
+        return self._seen(0)[0]
 
-    @property
+    @cached_property
     def normal(self) -> Any:
         """n_D, (3, 1), world frame."""
-        cosine, sine = ca.cos(self.azimuth), ca.sin(self.azimuth)
-        return self._door.hand * ca.vertcat(*motion.normal_in_doorway(cosine, sine), 0)
+        return self._seen(0)[1]
 
     @property
     def up(self) -> Any:
@@ -96,21 +100,6 @@ class VerticalLeaf:
     def lever_in_heading(self) -> Any:
         """J, (3, 1) [m]."""
         return self._lever(self.leaf_in_heading, self.normal_in_heading)
-
-    def across(self, tip: Any) -> Any:
-        """Distance of O_B from the hinge along the closed leaf [m]."""
-        return self._contact_in_doorway[1] - ca.dot(self._door.along, tip)
-
-    def into(self, tip_in_heading: Any) -> Any:
-        """Distance of O_B behind the hinge through the doorway, negative before it [m]."""
-        return self._contact_in_doorway[0] - ca.dot(self.into_in_heading, tip_in_heading)
-
-    @property
-    def _contact_in_doorway(self) -> list[Any]:
-        """The contact point from P_h, through the closed leaf and along it [m]."""
-        contact, turned = self._contact, (ca.cos(self._angle), ca.sin(self._angle))
-        parts = zip(motion.leaf_in_doorway(*turned), motion.normal_in_doorway(*turned), strict=True)
-        return [motion.contact_from_hinge(contact.distance_from_hinge, contact.offset, 0, *part, 0) for part in parts]
 
     def in_heading(self, vector: Any) -> Any:
         """Components of a vector in the frame that looks along the vehicle's heading, z up."""
@@ -173,14 +162,6 @@ class AnyLeaf(VerticalLeaf):
     def lever_in_heading(self) -> Any:
         """J, (3, 1) [m]."""
         return self.in_heading(self.lever)
-
-    def across(self, tip: Any) -> Any:
-        """Distance of O_B from the hinge along the closed leaf [m]. See `VerticalLeaf`."""
-        return ca.dot(self._door.along, self.contact_from_hinge - tip)
-
-    def into(self, tip_in_heading: Any) -> Any:
-        """Distance of O_B behind the hinge through the doorway, negative before it [m]. See `VerticalLeaf`."""
-        return ca.dot(self._door.into, self.contact_from_hinge) - ca.dot(self.into_in_heading, tip_in_heading)
 
     def lift(self, weight: Any) -> Any:
         r"""Torque :math:`w\,J_z` of a weight w that hangs on the lever, in the sense of damping [N m]."""

@@ -3,18 +3,37 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import pinocchio
 
 from doorman.arrays import Array
-from doorman.kinematics.doors.urdf.convention import FixedBox
 from doorman.kinematics.doors.urdf.leaf_shape import oriented_box
 from doorman.kinematics.urdf.shapes import read_collisions
 
 _OVERLAP, _BORDER = 0.05, 0.3
 """A box borders on a doorway that reaches over its edge by less than the first, and is farther by less than the second [m]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Box:
+    """What does not move with the leaf, as its extent along three axes, such as `into`, `along` and `up` from P_h."""
+
+    center: Array
+    """Shape (3,) [m]."""
+    half: Array
+    """Shape (3,) [m]."""
+
+    @property
+    def front(self) -> float:
+        return float(self.center[0] - self.half[0])
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """Along the second axis."""
+        return float(self.center[1] - self.half[1]), float(self.center[1] + self.half[1])
 
 
 def fixed_boxes(urdf: Path, model: pinocchio.Model) -> Iterator[tuple[Array, Array]]:
@@ -32,42 +51,28 @@ def fixed_boxes(urdf: Path, model: pinocchio.Model) -> Iterator[tuple[Array, Arr
             yield placements[shape.link] @ placed, size
 
 
-def extents(boxes: Iterable[tuple[Array, Array]]) -> list[FixedBox]:
-    """Extents of boxes along the world's axes."""
-    return [FixedBox(placed[:3, 3], np.abs(placed[:3, :3]) @ size / 2) for placed, size in boxes]
+def boxes_along(boxes: Iterable[tuple[Array, Array]], axes: Array, origin: Array) -> list[Box]:
+    """Extents of boxes along axes, the rows of (3, 3), from a place in the world."""
+    return [Box(axes @ (placed[:3, 3] - origin), np.abs(axes @ placed[:3, :3]) @ size / 2) for placed, size in boxes]
 
 
-def depth_beside(
-    boxes: Iterable[tuple[Array, Array]], axes: Array, corner: Array, size: tuple[float, float], upright: bool
-) -> tuple[float, float]:
-    """How far boxes beside the doorway reach before and behind the hinge axis [m]."""
-    nearest, farthest = [0.0], [0.0]
-    for placed, lengths in boxes:
-        center = axes @ (placed[:3, 3] - corner)
-        half = np.abs(axes @ placed[:3, :3]) @ lengths / 2
-        if _is_beside(center, half, size, upright):
-            nearest.append(float(center[0] - half[0]))
-            farthest.append(float(center[0] + half[0]))
-    return -min(nearest), max(farthest)
+def depth_beside(boxes: Iterable[Box], size: tuple[float, float], upright: bool) -> tuple[float, float]:
+    """How far boxes beside the doorway, along its axes from P_h, reach before and behind the hinge axis [m]."""
+    beside = [box for box in boxes if _is_beside(box, size, upright)]
+    back = max((float(box.center[0] + box.half[0]) for box in beside), default=0.0)
+    return -min([0.0, *(box.front for box in beside)]), max(back, 0.0)
 
 
-def height_below_lintel(
-    boxes: Iterable[tuple[Array, Array]], axes: Array, corner: Array, size: tuple[float, float]
-) -> float | None:
+def height_below_lintel(boxes: Iterable[Box], size: tuple[float, float]) -> float | None:
     """Height of an upright door's opening, from the leaf's lower edge to the lowest box over it; None without one [m]."""
-    over = []
-    for placed, lengths in boxes:
-        center = axes @ (placed[:3, 3] - corner)
-        half = np.abs(axes @ placed[:3, :3]) @ lengths / 2
-        if not _is_beside(center, half, size, upright=True) and center[2] - half[2] > 0.5 * size[1]:
-            over.append(float(center[2] - half[2]))
-    return min(over, default=None)
+    lowest = (float(box.center[2] - box.half[2]) for box in boxes if not _is_beside(box, size, upright=True))
+    return min((low for low in lowest if low > 0.5 * size[1]), default=None)
 
 
-def _is_beside(center: Array, half: Array, size: tuple[float, float], upright: bool) -> bool:
+def _is_beside(box: Box, size: tuple[float, float], upright: bool) -> bool:
     """Whether a box is beside the doorway: of an upright door all that does not span it, else what borders on it."""
     if upright:
-        return bool(abs(center[1] - 0.5 * size[0]) > half[1])
+        return bool(abs(box.center[1] - 0.5 * size[0]) > box.half[1])
     middle = 0.5 * np.array(size)
-    gap = float((np.abs(center[1:] - middle) - half[1:] - middle).max())
+    gap = float((np.abs(box.center[1:] - middle) - box.half[1:] - middle).max())
     return -_OVERLAP < gap < _BORDER

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from doorman.arrays import Array
+from doorman.kinematics.doors.urdf.beside import Box
 
 _NEAR = 0.15
 """Farthest gap between the leaf's free edge and the jamb that it closes at, as a share of its width."""
@@ -20,16 +21,8 @@ _AT_END = 0.05
 
 _ROUNDED = 2e-3
 """By which files round a right angle [rad]."""
-
-
-@dataclass(frozen=True)
-class FixedBox:
-    """A box beside the leaf that stands still, as its extent along the world's axes."""
-
-    center: Array
-    """Shape (3,), world frame [m]."""
-    half: Array
-    """Shape (3,) [m]."""
+_INSIDE = 1e-3
+"""By which 0 is inside of a range that does not end there [rad or m]."""
 
 
 @dataclass(frozen=True)
@@ -53,9 +46,8 @@ def closed_value(limits: tuple[float, float], at_a_jamb: Callable[[float], bool]
     lower, upper = limits
     at_zero = [end for end in limits if abs(end) <= _AT_END]
     ends = sorted(limits, key=abs)
-    beside = [
-        end for end in limits if _ROUNDED < abs(end - 0.5 * math.pi) <= _AT_END
-    ]  # a range ends where the door is shut
+    # a range ends where the door is shut
+    beside = [end for end in limits if _ROUNDED < abs(end - 0.5 * math.pi) <= _AT_END]
     likely = [
         value for value in (*at_zero, *beside, 0.5 * math.pi, 0.0, *ends) if lower - _AT_END <= value <= upper + _AT_END
     ]
@@ -68,7 +60,15 @@ def closed_value(limits: tuple[float, float], at_a_jamb: Callable[[float], bool]
     return Closed(likely[0] if at_zero or (upright and likely[0] == 0.5 * math.pi) else ends[0], guessed=True)
 
 
-def meets(boxes: Iterable[FixedBox], edge: Array, along: Array, width: float) -> bool:
+def closed_near_zero(limits: tuple[float, float]) -> Closed:
+    """Where a slide or a lever is closed: 0, or the end of the range that is nearer to it."""
+    lower, upper = limits
+    inside = lower + _INSIDE < 0.0 < upper - _INSIDE
+    known = lower - _INSIDE < 0.0 < upper + _INSIDE
+    return Closed(0.0 if inside else min(limits, key=abs), guessed=not known)
+
+
+def meets(boxes: Iterable[Box], edge: Array, along: Array, width: float) -> bool:
     """Whether a box stands just beyond a leaf's free edge."""
     for box in boxes:
         gap = float(np.linalg.norm(np.maximum(np.abs(edge - box.center) - box.half, 0.0)))

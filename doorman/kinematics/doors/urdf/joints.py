@@ -52,13 +52,13 @@ def standing_joints(
         kind = joints[name].kind
         if name in known or known & _leaders(joints, name):
             continue
-        if hinge in _ancestors(model, index) and not unlatched:
+        if hinge in model.supports[index] and not unlatched:
             raise UrdfError(
                 "a joint on the leaf moves, such as a lever or a bolt: pushing does not open a latched door",
                 file=urdf, field=f"joint {name}", given=kind,
                 allowed="door.latch and what turns its lever first, or door.latched = false for a door that is not latched",
             )  # fmt: skip
-        if index in _ancestors(model, hinge) and _stands_on_something(urdf, model, index):
+        if index in model.supports[hinge] and _stands_on_something(urdf, model, index):
             raise UrdfError(
                 "the hinge hangs on another joint that moves", file=urdf, field=f"joint {name}", given=kind,
                 allowed=f"one moving joint, '{own}', between world and leaf",
@@ -101,15 +101,9 @@ def places(full: pinocchio.Model, values: dict[str, float]) -> Array:
 
 def _stands_on_something(urdf: Path, model: pinocchio.Model, index: int) -> bool:
     """Whether anything is below a joint; the joints of a base that floats or rolls have only empty links there."""
-    below = {0, *_ancestors(model, index)} - {index}
+    below = set(model.supports[index]) - {index}
     links = {frame.name for frame in model.frames if frame.parentJoint in below}
     return any(shape.link in links for shape in read_collisions(urdf))
-
-
-def _ancestors(model: pinocchio.Model, index: int) -> Iterator[int]:
-    while index != 0:
-        index = int(model.parents[index])
-        yield index
 
 
 def _leaders(joints: dict[str, UrdfJoint], name: str) -> set[str]:

@@ -9,7 +9,7 @@ import numpy as np
 import pinocchio
 
 from doorman.arrays import Array
-from doorman.kinematics.doors.urdf.convention import Closed
+from doorman.kinematics.doors.urdf.convention import Closed, closed_near_zero
 from doorman.kinematics.doors.urdf.leaf_on_joint import LEANS, LeafOnJoint, LeafSize
 from doorman.scenario import ContactSection, DoorSection
 
@@ -19,8 +19,6 @@ _PLATE = 3.0
 """Least length of a plate's sides, as a multiple of its thickness: a leaf, a wall or a panel, and no jamb."""
 _ALONG = math.cos(math.radians(5.0))
 """Least cosine between the axis and a contact's normal that looks away from the face."""
-_INSIDE = 1e-3
-"""By which 0 is inside of a range that does not end there [rad]."""
 
 
 class LeafInPlane(LeafOnJoint):
@@ -43,11 +41,11 @@ class LeafInPlane(LeafOnJoint):
         rotation = self.rotation(value)
         if self._contact_section is not None:
             along = self._contact_place(value) - self.origin
-        elif self._shape.along is not None:
-            along = rotation @ self._shape.along
+        elif self.shape.along is not None:
+            along = rotation @ self.shape.along
         else:
-            along = rotation @ np.array([*np.roll(np.eye(3), 1, axis=0)[np.argmax(np.abs(self._shape.axis))]])
-        along = along - (self._axis @ along) * self._axis
+            along = rotation @ np.array([*np.roll(np.eye(3), 1, axis=0)[np.argmax(np.abs(self.shape.axis))]])
+        along = along - (self.axis @ along) * self.axis
         return np.asarray(np.round(along, 9) / np.linalg.norm(np.round(along, 9)))
 
     def up(self, into: Array, along: Array) -> Array:
@@ -58,7 +56,7 @@ class LeafInPlane(LeafOnJoint):
         """Reach from the axis, length along it, and thickness."""
         into, along, up = axes @ self.rotation(closed)
         lowest, highest = self._whole(up)
-        width, (front, back) = self._whole(along)[1], self._shape.extent(into)
+        width, (front, back) = self._whole(along)[1], self.shape.extent(into)
         if self._contact_section is not None:  # a round rim is read as a polygon
             _, far, high = axes @ (self._contact_place(closed) - self.origin)
             width, lowest, highest = max(width, float(far)), min(lowest, float(high)), max(highest, float(high))
@@ -73,15 +71,11 @@ class LeafInPlane(LeafOnJoint):
         """Plane of the face: of what stands still behind the contact, else of the back of what turns."""
         normal = axes[2]
         behind = float(normal @ self.origin) + self._whole(self.rotation(closed).T @ normal)[0]
-        planes = [
-            float(normal @ placed[:3, 3] + np.abs(normal @ placed[:3, :3]) @ size / 2)
-            for placed, size in self.fixed_boxes
-        ]
-        return normal, max((plane for plane in planes if plane < float(normal @ point)), default=behind)
+        return normal, max(self._planes_behind(normal, point), default=behind)
 
     def _whole(self, direction: Array) -> tuple[float, float]:
         """From where to where all parts reach along a unit vector [m]."""
-        reaches = np.array([part.extent(direction) for part in self._shape.parts])
+        reaches = np.array([part.extent(direction) for part in self.shape.parts])
         return float(reaches[:, 0].min()), float(reaches[:, 1].max())
 
     def _contact_place(self, value: float) -> Array:
@@ -93,35 +87,29 @@ class LeafInPlane(LeafOnJoint):
         """Where what the axis passes stands, or what is nearest; without anything, ahead of a vehicle that looks along x."""
         closed = self.closed().value
         if self._contact_section is not None:
-            at = float(self._axis @ (self._contact_place(closed) - self.origin))
+            at = float(self.axis @ (self._contact_place(closed) - self.origin))
         else:
-            at = 0.5 * sum(self._whole(self.rotation(closed).T @ self._axis))
+            at = 0.5 * sum(self._whole(self.rotation(closed).T @ self.axis))
         plates = [
             (abs(middle - at) - half, middle - at)
-            for middle, half in (self._along_axis(*box) for box in self._passed())
+            for middle, half in (
+                self._along_axis(*box) for box in self.fixed_boxes if passes(self.origin, self.axis, *box)
+            )
         ]
-        side = min(plates)[1] if plates else float(self._axis[0]) or 1.0
-        return np.asarray(math.copysign(1.0, side) * self._axis)
-
-    def _passed(self) -> list[tuple[Array, Array]]:
-        """Boxes that the axis passes."""
-        return [box for box in self.fixed_boxes if passes(self.origin, self._axis, *box)]
+        side = min(plates)[1] if plates else float(self.axis[0]) or 1.0
+        return np.asarray(math.copysign(1.0, side) * self.axis)
 
     def _along_axis(self, placed: Array, size: Array) -> tuple[float, float]:
         """Middle and half length of a box along the axis, from the joint [m]."""
-        middle = float(self._axis @ (placed[:3, 3] - self.origin))
-        return middle, float(np.abs(self._axis @ placed[:3, :3]) @ size / 2)
+        middle = float(self.axis @ (placed[:3, 3] - self.origin))
+        return middle, float(np.abs(self.axis @ placed[:3, :3]) @ size / 2)
 
     def _turn(self) -> tuple[float, float]:
         closed = self._section.closed or 0.0
         return closed - math.pi, closed + math.pi
 
     def _likely_closed(self) -> Closed:
-        """0, or the end of the range that is nearer to it [rad]."""
-        lower, upper = self.limits
-        inside = lower + _INSIDE < 0.0 < upper - _INSIDE
-        known = lower - _INSIDE < 0.0 < upper + _INSIDE
-        return Closed(0.0 if inside else min(self.limits, key=abs), guessed=not known)
+        return closed_near_zero(self.limits)
 
 
 def turns_in_plane(leaf: LeafOnJoint, contact: ContactSection | None) -> bool:

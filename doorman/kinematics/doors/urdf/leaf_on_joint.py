@@ -12,7 +12,7 @@ import pinocchio
 
 from doorman.arrays import Array
 from doorman.exceptions import UrdfError
-from doorman.kinematics.doors.urdf.beside import depth_beside, extents, fixed_boxes, height_below_lintel
+from doorman.kinematics.doors.urdf.beside import boxes_along, depth_beside, fixed_boxes, height_below_lintel
 from doorman.kinematics.doors.urdf.convention import Closed, closed_value, meets
 from doorman.kinematics.doors.urdf.leaf_shape import LeafShape, read_shape
 from doorman.kinematics.urdf.elements import read_joints
@@ -48,8 +48,10 @@ class LeafOnJoint:
         """Origin of the joint, shape (3,), world frame [m]."""
         self.endless = read_joints(urdf)[section.hinge].kind == "continuous"
         """Whether the joint is continuous: its range is one turn about closed, and nothing stops it at the ends."""
-        self._axis = self._axis_in_world()
-        self._shape = self._read_shape()
+        self.axis = self._axis_in_world()
+        """Unit vector of hinge or slide, shape (3,), world frame."""
+        self.shape = read_shape(urdf, model, self.rotation(0.0).T @ self.axis, section.leaf)
+        """All that the joint carries."""
 
     @cached_property
     def limits(self) -> tuple[float, float]:
@@ -57,19 +59,9 @@ class LeafOnJoint:
         return self._turn() if self.endless else self._range()
 
     @property
-    def axis(self) -> Array:
-        """Unit vector of hinge or slide, shape (3,), world frame."""
-        return self._axis
-
-    @property
-    def shape(self) -> LeafShape:
-        """All that the joint carries."""
-        return self._shape
-
-    @property
     def _upright(self) -> bool:
         """Whether the hinge stands rather than lies."""
-        return bool(abs(self._axis[2]) >= LEANS)
+        return bool(abs(self.axis[2]) >= LEANS)
 
     def rotation(self, value: float) -> Array:
         """Rotation of the leaf's joint frame into the world."""
@@ -78,15 +70,15 @@ class LeafOnJoint:
 
     def direction(self, value: float) -> Array:
         """Unit vector along the leaf, away from the hinge and at a right angle to it."""
-        along = self._shape.along
+        along = self.shape.along
         if along is None:
             raise UrdfError(
                 "the leaf does not stand upright", file=self._urdf, field=f"link {self._section.leaf}/collision",
                 given="no shape with edges along the hinge and across it",
-                allowed=f"a leaf with edges along the hinge, {self._axis.round(3).tolist()}",
+                allowed=f"a leaf with edges along the hinge, {self.axis.round(3).tolist()}",
             )  # fmt: skip
         direction = self.rotation(value) @ along
-        direction -= (self._axis @ direction) * self._axis
+        direction -= (self.axis @ direction) * self.axis
         return np.round(direction, 9) / np.linalg.norm(np.round(direction, 9))
 
     def closed(self) -> Closed:
@@ -110,12 +102,12 @@ class LeafOnJoint:
     def directions(self, closed: float, sense: float) -> tuple[Array, Array]:
         """Direction along the closed leaf from hinge to latch, and the one in which the leaf moves as it opens."""
         along = self.direction(closed)
-        return along, sense * np.cross(self._axis, along)
+        return along, sense * np.cross(self.axis, along)
 
     def up(self, into: Array, along: Array) -> Array:
         """Unit vector along the hinge's axis: upwards, or to the right of a vehicle that looks into the doorway."""
-        right = float(into[1] * self._axis[0] - into[0] * self._axis[1])
-        return np.asarray(self._axis * np.sign(self._axis[2] if abs(self._axis[2]) >= LEANS else right))
+        right = float(into[1] * self.axis[0] - into[0] * self.axis[1])
+        return np.asarray(self.axis * np.sign(self.axis[2] if abs(self.axis[2]) >= LEANS else right))
 
     def center_of_mass(self, value: float) -> Array:
         """Centre of mass of what the joint carries."""
@@ -136,13 +128,13 @@ class LeafOnJoint:
     def size(self, axes: Array, closed: float) -> LeafSize:
         """Size of the leaf."""
         into, along, up = axes @ self.rotation(closed)
-        (_, width), (lowest, highest) = self._shape.extent(along), self._shape.extent(up)
-        front, back = self._shape.extent(into)
-        if width <= 0.0 or back - front > width - self._shape.extent(along)[0]:
+        (_, width), (lowest, highest) = self.shape.extent(along), self.shape.extent(up)
+        front, back = self.shape.extent(into)
+        if width <= 0.0 or back - front > width - self.shape.extent(along)[0]:
             raise UrdfError(
                 "the leaf turns in the plane of its face, or does not reach away from its hinge", file=self._urdf,
                 field=f"link {self._section.leaf}/collision",
-                given=f"{back - front:.3f} m across, {self._shape.width(along):.3f} m along, {highest - lowest:.3f} m up",
+                given=f"{back - front:.3f} m across, {self.shape.width(along):.3f} m along, {highest - lowest:.3f} m up",
                 allowed="a leaf that is longer than thick and lies beside the hinge",
             )  # fmt: skip
         sides = float(width), float(highest - lowest), float(back - front), 0.0 - front
@@ -151,7 +143,7 @@ class LeafOnJoint:
     def face_offset(self, axes: Array, closed: float, place: tuple[float, float]) -> float:
         """How far the face to the vehicle lies before the hinge axis, along and up from P_h, on the panel there [m]."""
         into, along, up = axes @ self.rotation(closed)
-        return 0.0 - self._shape.face(into, along, up, (place[0], self._shape.extent(up)[0] + place[1]))
+        return 0.0 - self.shape.face(into, along, up, (place[0], self.shape.extent(up)[0] + place[1]))
 
     @cached_property
     def fixed_boxes(self) -> tuple[tuple[Array, Array], ...]:
@@ -160,15 +152,24 @@ class LeafOnJoint:
 
     def frame_depth(self, axes: Array, leaf: LeafSize) -> tuple[float, float]:
         """How far boxes beside the doorway, that do not move with the leaf, reach before and behind the hinge axis [m]."""
-        return depth_beside(self.fixed_boxes, axes, leaf.corner, leaf.sides[:2], self._upright)
+        return depth_beside(boxes_along(self.fixed_boxes, axes, leaf.corner), leaf.sides[:2], self._upright)
 
     def frame_height(self, axes: Array, leaf: LeafSize) -> float | None:
         """Height of the opening above the leaf's lower edge; None where nothing of the frame is over it [m]."""
-        return height_below_lintel(self.fixed_boxes, axes, leaf.corner, leaf.sides[:2]) if self._upright else None
+        boxes = boxes_along(self.fixed_boxes, axes, leaf.corner) if self._upright else []
+        return height_below_lintel(boxes, leaf.sides[:2])
 
     def beside(self, axes: Array, closed: float, point: Array) -> tuple[Array, float] | None:
         """Plane beside the way of a contact point, which the vehicle stays before; a hinged leaf has none."""
         return None
+
+    def _planes_behind(self, normal: Array, point: Array) -> list[float]:
+        """How far boxes that stand still reach along a normal in the world, of those that a point is beyond [m]."""
+        reaches = (
+            float(normal @ placed[:3, 3] + np.abs(normal @ placed[:3, :3]) @ size / 2)
+            for placed, size in self.fixed_boxes
+        )
+        return [reach for reach in reaches if reach < float(normal @ point)]
 
     def contact(self, contact: ContactSection, closed: float, into: Array) -> tuple[Array, Array | None]:
         """Where a tip touches, as the section names it, and the unit vector away from the leaf there, if it names one."""
@@ -184,16 +185,16 @@ class LeafOnJoint:
     def _on_link(self, name: str, closed: float, into: Array) -> tuple[Array, Array]:
         """Middle of the outer side of what a link has on one side of the leaf."""
         self._placement(name, "contact.link", closed)
-        rotation, parts = self.rotation(closed), [part for part in self._shape.parts if part.link == name]
+        rotation, parts = self.rotation(closed), [part for part in self.shape.parts if part.link == name]
         if not parts:
             raise UrdfError(
                 "the contact's link has no collision shape", file=self._urdf, field="contact.link", given=name,
                 allowed="a link with a shape on the leaf, or contact.point",
             )  # fmt: skip
-        handle = LeafShape(tuple(parts), self._shape.axis)
-        (front, back), ends = self._shape.extent(rotation.T @ into), handle.extent(rotation.T @ into)
+        handle = LeafShape(tuple(parts), self.shape.axis)
+        (front, back), ends = self.shape.extent(rotation.T @ into), handle.extent(rotation.T @ into)
         outward = -into if front - ends[0] >= ends[1] - back else into
-        across = np.cross(self._axis if not self.unit == "m" else np.array([0.0, 0.0, 1.0]), outward)
+        across = np.cross(self.axis if not self.unit == "m" else np.array([0.0, 0.0, 1.0]), outward)
         axes = np.array([outward, across, np.cross(outward, across)])
         reaches = np.array([handle.extent(rotation.T @ axis) for axis in axes])
         at = np.array([reaches[0, 1], *reaches[1:].mean(axis=1)])
@@ -225,9 +226,6 @@ class LeafOnJoint:
             )  # fmt: skip
         return lower, upper
 
-    def _read_shape(self) -> LeafShape:
-        return read_shape(self._urdf, self._model, self.rotation(0.0).T @ self._axis, self._section.leaf)
-
     def _axis_in_world(self) -> Array:
         """Unit vector about which the leaf turns, world frame; plainly vertical where it is nearly so."""
         change: Array = self.rotation(0.5) @ self.rotation(0.0).T
@@ -237,7 +235,7 @@ class LeafOnJoint:
 
     def _inertia_along_the_joint(self) -> float:
         """About its axis [kg m²]."""
-        axis = self.rotation(0.0).T @ self._axis
+        axis = self.rotation(0.0).T @ self.axis
         return float(axis @ self._model.inertias[1].matrix()[3:, 3:] @ axis)
 
     def _likely_closed(self) -> Closed:
@@ -248,12 +246,12 @@ class LeafOnJoint:
 
     def _at_a_jamb(self, limits: tuple[float, float], upright: bool) -> Closed:
         lower, upper = limits
-        axis, boxes = self.rotation(0.0).T @ self._axis, extents(self.fixed_boxes)
-        middle = self.origin + 0.5 * sum(self._shape.extent(axis)) * self._axis
+        axis, boxes = self.rotation(0.0).T @ self.axis, boxes_along(self.fixed_boxes, np.eye(3), np.zeros(3))
+        middle = self.origin + 0.5 * sum(self.shape.extent(axis)) * self.axis
 
         def at_a_jamb(value: float) -> bool:
             along = self.direction(value)
-            width = self._shape.extent(self.rotation(value).T @ along)[1]
+            width = self.shape.extent(self.rotation(value).T @ along)[1]
             return meets(boxes, middle + width * along, along, width)
 
         closed = closed_value(limits, at_a_jamb, upright)

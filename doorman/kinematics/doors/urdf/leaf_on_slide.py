@@ -10,7 +10,7 @@ import pinocchio
 
 from doorman.arrays import Array
 from doorman.exceptions import UrdfError
-from doorman.kinematics.doors.urdf.convention import Closed
+from doorman.kinematics.doors.urdf.convention import Closed, closed_near_zero
 from doorman.kinematics.doors.urdf.leaf_in_plane import LeafInPlane, turns_in_plane
 from doorman.kinematics.doors.urdf.leaf_on_joint import LeafOnJoint, LeafSize
 from doorman.scenario import ContactSection, DoorSection
@@ -18,8 +18,6 @@ from doorman.scenario import ContactSection, DoorSection
 _UP = np.array([0.0, 0.0, 1.0])
 _STEEPEST = math.sin(math.radians(30.0))
 """Largest upward component of a slide that is moved by tilting."""
-_INSIDE = 1e-3
-"""By which 0 is inside of a range that does not end there [m]."""
 
 
 class LeafOnSlide(LeafOnJoint):
@@ -30,12 +28,12 @@ class LeafOnSlide(LeafOnJoint):
 
     def direction(self, value: float) -> Array:
         """Horizontal unit vector across the slide, in the face."""
-        across = np.cross(_UP, self._axis)
+        across = np.cross(_UP, self.axis)
         return np.asarray(across / np.linalg.norm(across))
 
     def directions(self, closed: float, sense: float) -> tuple[Array, Array]:
         """Direction across the slide, and the one in which the leaf moves as it opens."""
-        return self.direction(closed), sense * self._axis
+        return self.direction(closed), sense * self.axis
 
     def up(self, into: Array, along: Array) -> Array:
         """Unit vector in the face, at a right angle to `along`, upwards."""
@@ -51,8 +49,8 @@ class LeafOnSlide(LeafOnJoint):
     def face_offset(self, axes: Array, closed: float, place: tuple[float, float]) -> float:
         """How far the face lies before P_h, along and up from it [m]."""
         into, along, up = axes @ self.rotation(closed)
-        at = place[0] + self._shape.extent(along)[0], place[1] + self._shape.extent(up)[0]
-        return self._shape.extent(into)[0] - self._shape.face(into, along, up, at)
+        at = place[0] + self.shape.extent(along)[0], place[1] + self.shape.extent(up)[0]
+        return self.shape.extent(into)[0] - self.shape.face(into, along, up, at)
 
     def beside(self, axes: Array, closed: float, point: Array) -> tuple[Array, float] | None:
         """Plane beside the way of a contact point that lies before the leaf's side, or above it, and not on its front.
@@ -66,17 +64,13 @@ class LeafOnSlide(LeafOnJoint):
         if outside[side] <= 0.0:
             return None
         normal = np.sign(away[side]) * axes[side]
-        planes = [float(np.sign(away[side]) * middle[side] + reach[side])]
-        for placed, size in self.fixed_boxes:
-            plane = float(normal @ placed[:3, 3] + np.abs(normal @ placed[:3, :3]) @ size / 2)
-            if plane < float(normal @ point):
-                planes.append(plane)
-        return normal, max(planes)
+        own = float(np.sign(away[side]) * middle[side] + reach[side])
+        return normal, max([own, *self._planes_behind(normal, point)])
 
     def _placed(self, axes: Array, closed: float) -> tuple[Array, Array]:
         """Centre from the world's origin and half lengths of the leaf along the doorway's axes, (3,) each [m]."""
         into, along, up = axes @ self.rotation(closed)
-        reaches = np.array([self._shape.extent(into), self._shape.extent(along), self._shape.extent(up)])
+        reaches = np.array([self.shape.extent(into), self.shape.extent(along), self.shape.extent(up)])
         reaches += (axes @ np.array(self._data.oMi[1].translation))[:, None]
         return reaches.mean(axis=1), 0.5 * np.ptp(reaches, axis=1)
 
@@ -100,11 +94,7 @@ class LeafOnSlide(LeafOnJoint):
         return float(self._model.inertias[1].mass)
 
     def _likely_closed(self) -> Closed:
-        """0, or the end of the range that is nearer to it [m]."""
-        lower, upper = self.limits
-        inside = lower + _INSIDE < 0.0 < upper - _INSIDE
-        known = lower - _INSIDE < 0.0 < upper + _INSIDE
-        return Closed(0.0 if inside else min(self.limits, key=abs), guessed=not known)
+        return closed_near_zero(self.limits)
 
 
 def read_leaf(

@@ -23,6 +23,8 @@ from doorman.compilation.cache_place import fresh_directory
 from doorman.exceptions import UrdfError
 from doorman.kinematics.urdf.structure import check_structure
 
+_INERTIA = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
+
 
 def write_door_variant(
     urdf: Path, leaf: str, hinge: Array, along_leaf: Array, along_frame: Array, width: float, new_width: float | None,
@@ -116,22 +118,16 @@ def _spread_inertial(link: ElementTree.Element, ratios: Array, new_mass: float |
     if inertial is None or mass is None or inertia is None:
         return  # a leaf without mass is refused when the door is read
     center, rotation = _placement(inertial)
-    xx, xy, xz, yy, yz, zz = (float(inertia.get(name, "0")) for name in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz"))
-    matrix = rotation @ np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) @ rotation.T
+    upper, matrix = np.triu_indices(3), np.zeros((3, 3))
+    matrix[upper] = matrix.T[upper] = [float(inertia.get(name, "0")) for name in _INERTIA]
+    matrix = rotation @ matrix @ rotation.T
     spread = np.diag(ratios)
     second_moments = spread @ (np.trace(matrix) / 2 * np.eye(3) - matrix) @ spread
     old_mass = float(mass.get("value", "0"))
     scale = 1.0 if new_mass is None or old_mass == 0.0 else new_mass / old_mass
     new = scale * (np.trace(second_moments) * np.eye(3) - second_moments)
-    for name, (row, column) in {
-        "ixx": (0, 0),
-        "ixy": (0, 1),
-        "ixz": (0, 2),
-        "iyy": (1, 1),
-        "iyz": (1, 2),
-        "izz": (2, 2),
-    }.items():
-        inertia.set(name, _text([new[row, column]]))
+    for name, value in zip(_INERTIA, new[upper], strict=True):
+        inertia.set(name, _text([value]))
     mass.set("value", _text([scale * old_mass]))
     origin = _origin(inertial)
     origin.set("xyz", _text(spread @ center))

@@ -113,21 +113,6 @@ def point_derivative(arm: ArmParameters, point: int, joint: int) -> tuple[float,
 
 
 @kernel
-def tips_in_world(arm: ArmParameters, attitudes: Array, angles: Array, out: Array) -> None:
-    r"""Tips of many postures relative to O_B in world axes, :math:`R\,d`."""
-    tip = arm.points.shape[0] - 1
-    for k in range(attitudes.shape[0]):
-        arm_kinematics(arm, angles[k])
-        dx, dy, dz = arm.points[tip, 0], arm.points[tip, 1], arm.points[tip, 2]
-        sr, cr = sincos(attitudes[k, 0])
-        sp, cp = sincos(attitudes[k, 1])
-        sy, cy = sincos(attitudes[k, 2])
-        out[k, 0] = cy * cp * dx + (cy * sp * sr - sy * cr) * dy + (cy * sp * cr + sy * sr) * dz
-        out[k, 1] = sy * cp * dx + (sy * sp * sr + cy * cr) * dy + (sy * sp * cr - cy * sr) * dz
-        out[k, 2] = -sp * dx + cp * sr * dy + cp * cr * dz
-
-
-@kernel
 def tip_motion(arm: ArmParameters, attitude: Array, body_rates: Array, angles: Array, rates: Array, out: Array) -> None:
     r"""Tip relative to O_B in world axes: :math:`R\,d` into `out[:3]`, :math:`R(\Omega\times d + J_d\dot H)` into `out[3:]`."""
     arm_kinematics(arm, angles)

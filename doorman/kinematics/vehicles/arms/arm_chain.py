@@ -18,19 +18,16 @@ MOST_JOINTS = 7
 def arm_chain(full: pinocchio.Model, base_link: str, tip: str, urdf: Path) -> list[int]:
     """Joints from the base link to the tip; none where the tip is fixed to the base link."""
     base = full.frames[link_index(full, base_link, urdf, "vehicle.base_link")].parentJoint
-    end = frame_index(full, tip, urdf, "vehicle.tip")
-    joint, chain = full.frames[end].parentJoint, list[int]()
-    while joint not in (base, 0):
-        chain.insert(0, joint)
-        joint = full.parents[joint]
+    carrying = list(full.supports[full.frames[frame_index(full, tip, urdf, "vehicle.tip")].parentJoint])
     written = read_joints(urdf)
-    carried = all(written[full.names[index]].kind == "floating" for index in carriers(full, base))
+    floats = all(written[full.names[index]].kind == "floating" for index in list(full.supports[base])[1:])
     rotor = is_rotor(tip) or tip in rotor_links(urdf)
-    if joint != base or tip == base_link or rotor or not carried:
+    if base not in carrying or tip == base_link or rotor or not floats:
         raise UrdfError(
             "no chain of joints leads from the base link to the tip", file=urdf, field="vehicle.tip", given=tip,
             allowed=f"a link that '{base_link}' carries; '{base_link}' is the root, fixed to it, or floats on it",
         )  # fmt: skip
+    chain = carrying[carrying.index(base) + 1 :]
     for index in chain:
         kind = written[full.names[index]].kind
         if kind not in _KINDS:
@@ -46,18 +43,9 @@ def arm_chain(full: pinocchio.Model, base_link: str, tip: str, urdf: Path) -> li
     return chain
 
 
-def carriers(full: pinocchio.Model, joint: int) -> list[int]:
-    """A joint and those above it, without the root."""
-    found: list[int] = []
-    while joint:
-        found.append(joint)
-        joint = full.parents[joint]
-    return found
-
-
 def standing_joints(full: pinocchio.Model, base_link: str, arm: tuple[str, ...]) -> tuple[str, ...]:
     """Joints that could move, are neither of the arm nor rotors, and stand at zero."""
-    above = carriers(full, full.frames[full.getFrameId(base_link, pinocchio.FrameType.BODY)].parentJoint)
+    above = list(full.supports[full.frames[full.getFrameId(base_link, pinocchio.FrameType.BODY)].parentJoint])
     others = (str(full.names[i]) for i in range(1, full.njoints) if i not in above)
     return tuple(name for name in others if name not in arm and not is_rotor(name))
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import pinocchio
@@ -15,44 +16,45 @@ from doorman.kinematics.urdf.elements import read_joints
 from doorman.kinematics.urdf.robot import frozen
 
 
-def sliding(urdf: Path, names: Sequence[str]) -> NDArray[np.bool_]:
-    """Whether joints are prismatic, shape (n,), read-only."""
+class JointLimits(NamedTuple):
+    """Of n joints, in the units of each."""
+
+    slides: NDArray[np.bool_]
+    """Whether joints are prismatic."""
+    lower: Array
+    """Least values; a continuous joint has none, whatever its `<limit>` says."""
+    upper: Array
+    rates: Array
+    torques: Array
+
+
+def joint_limits(urdf: Path, model: pinocchio.Model, names: Sequence[str]) -> JointLimits:
+    """Limits of joints that can move, hold something, and have a range."""
     joints = read_joints(urdf)
-    slides = np.array([joints[name].kind == "prismatic" for name in names], dtype=np.bool_)
+    slides, endless = (
+        np.array([joints[name].kind == kind for name in names], dtype=np.bool_) for kind in ("prismatic", "continuous")
+    )
     slides.flags.writeable = False
-    return slides
-
-
-def position_limits(urdf: Path, model: pinocchio.Model, names: Sequence[str]) -> tuple[Array, Array]:
-    """Lower and upper limits of the joints; a continuous one has none, whatever its `<limit>` says."""
-    joints = read_joints(urdf)
-    endless = np.array([joints[name].kind == "continuous" for name in names], dtype=np.bool_)
-    lower, upper = model.lowerPositionLimit, model.upperPositionLimit
-    return frozen(np.where(endless, -np.inf, lower)), frozen(np.where(endless, np.inf, upper))
-
-
-def positive_rates(urdf: Path, model: pinocchio.Model, names: Sequence[str]) -> Array:
-    """Largest rates of the joints."""
-    for name, rate in zip(names, model.velocityLimit, strict=True):
-        if not rate > 0.0:
-            raise UrdfError(
-                "a joint of the arm cannot move", file=urdf, field=f"joint {name}/limit@velocity",
-                given=float(rate), allowed="> 0 rad/s, or m/s of a prismatic joint",
-            )  # fmt: skip
-    return frozen(model.velocityLimit)
-
-
-def positive_torques(urdf: Path, model: pinocchio.Model, names: Sequence[str], lower: Array, upper: Array) -> Array:
-    """Largest torques of the joints."""
-    for name, torque, least, most in zip(names, model.effortLimit, lower, upper, strict=True):
-        if not torque > 0.0:
-            raise UrdfError(
-                "a joint of the arm cannot hold anything", file=urdf, field=f"joint {name}/limit@effort",
-                given=float(torque), allowed="> 0 N m, or N of a prismatic joint",
-            )  # fmt: skip
-        if not least < most:
-            raise UrdfError(
-                "a joint of the arm has no range", file=urdf, field=f"joint {name}/limit@upper",
-                given=float(most), allowed=f"> {least:g}, or type=\"fixed\"",
-            )  # fmt: skip
-    return frozen(model.effortLimit)
+    lower, upper = (
+        np.where(endless, -np.inf, model.lowerPositionLimit),
+        np.where(endless, np.inf, model.upperPositionLimit),
+    )
+    for name, rate, torque, least, most in zip(
+        names, model.velocityLimit, model.effortLimit, lower, upper, strict=True
+    ):
+        for holds, what, field, given, allowed in (
+            (rate > 0.0, "a joint of the arm cannot move", "velocity", rate, "> 0 rad/s, or m/s of a prismatic joint"),
+            (
+                torque > 0.0,
+                "a joint of the arm cannot hold anything",
+                "effort",
+                torque,
+                "> 0 N m, or N of a prismatic joint",
+            ),
+            (least < most, "a joint of the arm has no range", "upper", most, f'> {least:g}, or type="fixed"'),
+        ):
+            if not holds:
+                raise UrdfError(
+                    what, file=urdf, field=f"joint {name}/limit@{field}", given=float(given), allowed=allowed
+                )
+    return JointLimits(slides, frozen(lower), frozen(upper), frozen(model.velocityLimit), frozen(model.effortLimit))

@@ -14,7 +14,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 from doorman.rig.emulators.autopilot.control import Demand, Task
 from doorman.rig.emulators.autopilot.dialects import ACCEPTED, DENIED, UNSUPPORTED, Dialect, ParameterStore
 from doorman.rig.emulators.autopilot.estimator import NOTHING, Estimate
-from doorman.rig.emulators.autopilot.way_home import GroundWatch, WayHome
+from doorman.rig.emulators.autopilot.way_home import WayHome
 
 _KILLED = 5.0
 """Time after which a vehicle whose motors a switch has stopped is disarmed [s]."""
@@ -24,6 +24,10 @@ _OFF_GROUND = 0.03
 """A position setpoint that much above is a take-off [m]."""
 _TAKEN_OFF, _STILL = 0.05, 0.25
 """A take-off is over within this distance [m], below this speed [m/s]."""
+_STANDING, _STUCK = 0.1, 1.0
+"""A landing that sinks more slowly [m/s] for this time [s] has stopped, as land detectors find it."""
+_LAND_DETECTION = 1.0
+"""Time from touching the ground in a landing to disarming, where no parameter gives it [s]."""
 _OFFBOARD_LOST = {4: "land", 5: "loiter"}
 """Mode by COM_OBL_RC_ACT without a radio; all other values return."""
 
@@ -49,7 +53,8 @@ class Brain:
         self._hold: Demand | None = None
         self._return: WayHome | None = None
         self._taking_off_to: float | None = None
-        self._ground = GroundWatch(parameters)
+        self._halted_since = self._stands_since = math.inf
+        """Since when a landing has stopped, and has stood on the ground [s]."""
         self._lost_at = self._killed_at = math.inf
         """When the stream ended that it needs, and when a switch stopped its motors [s]."""
         self._goes_back = False  # whether it left `companion` for want of setpoints: it is back as soon as they are
@@ -129,10 +134,7 @@ class Brain:
 
     def update(self, now: float, estimate: Estimate, on_ground: bool, station_age: float) -> Demand:
         self._now, self._estimate, self._station_age = now, estimate, station_age
-        task, climb = self.demand.task, float(estimate.velocity[2])
-        self.landed = self._ground.landed(now, self.armed, self.landed, on_ground, task, climb)
-        if self._ground.is_over(now, self.armed and self.landed and task is Task.LAND):
-            self.disarm()
+        self._watch_ground(on_ground)
         if self.armed:
             self._watch_links()
         demand = self._decide()
@@ -140,6 +142,18 @@ class Brain:
             self.disarm()
         self.demand = demand if self.armed and not self.killed else Demand(Task.IDLE)
         return self.demand
+
+    def _watch_ground(self, on_ground: bool) -> None:
+        """It is landed on the ground, or stuck in a landing, and not about to leave; a landing that has stood is over."""
+        task = self.demand.task
+        halted = self.armed and task is Task.LAND and abs(float(self._estimate.velocity[2])) <= _STANDING
+        self._halted_since = min(self._halted_since, self._now) if halted else math.inf
+        down = on_ground or self._now - self._halted_since > _STUCK
+        self.landed = down and (task in (Task.IDLE, Task.LAND) or not self.armed or self.landed)
+        stands = self.armed and self.landed and task is Task.LAND
+        self._stands_since = min(self._stands_since, self._now) if stands else math.inf
+        if self._now - self._stands_since > self.parameters.get("COM_DISARM_LAND", _LAND_DETECTION):
+            self.disarm()
 
     def _decide(self) -> Demand:
         if self.is_in("companion"):

@@ -26,6 +26,7 @@ from doorman.arrays import Array
 from doorman.gravity import weight_of
 from doorman.kinematics.quaternions import multiply
 from doorman.kinematics.rotations import quaternion_of
+from doorman.kinematics.vehicles.rotor_layout import RotorLayout
 from doorman.rig.emulators.autopilot.dialects import ParameterStore
 from doorman.rig.emulators.autopilot.estimator import FLIP, LEVEL, NOTHING, Estimate
 
@@ -46,12 +47,21 @@ def normalised_thrust(share: float, k: float) -> float:
     return k * share + (1.0 - k) * math.sqrt(share)
 
 
-def add_rotors(parameters: ParameterStore, positions: Array, axes: Array, moments: Array) -> None:
-    parameters.add("CA_ROTOR_COUNT", len(positions), whole=True)
-    rows = np.column_stack([positions * FLIP, axes * FLIP, moments])
-    for i, row in enumerate(rows.tolist()):
-        for name, value in zip(("PX", "PY", "PZ", "AX", "AY", "AZ", "KM"), row, strict=True):
-            parameters.add(f"CA_ROTOR{i}_{name}", value)
+def rotor_parameters(rotors: RotorLayout) -> dict[str, float]:
+    """Places, directions of thrust, and moments of a vehicle's rotors, by name of PX4's parameters."""
+    moments = rotors.torque_per_thrust * rotors.directions
+    rows = np.column_stack([rotors.positions * FLIP, rotors.thrust_axes * FLIP, moments])
+    return {
+        f"CA_ROTOR{i}_{name}": value
+        for i, row in enumerate(rows.tolist())
+        for name, value in zip(("PX", "PY", "PZ", "AX", "AY", "AZ", "KM"), row, strict=True)
+    }
+
+
+def add_rotors(parameters: ParameterStore, rotors: RotorLayout) -> None:
+    parameters.add("CA_ROTOR_COUNT", rotors.count, whole=True)
+    for name, value in rotor_parameters(rotors).items():
+        parameters.add(name, value)
 
 
 def side_force(parameters: ParameterStore, share: tuple[float, float], full: float) -> tuple[float, float]:

@@ -5,10 +5,8 @@ Written from the protocols' documents, not from the adapter. What only the autop
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any
 
-import numpy as np
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from doorman.background import InThread
@@ -87,11 +85,6 @@ class EmulatedAutopilot(InThread):
     def pilot_disarms(self) -> None:
         with self.lock:
             self.brain.disarm()
-
-    def lead_astray(self, offset: Sequence[float]) -> None:
-        """Let the position estimate be wrong by more, until poses put it right."""
-        with self.lock:
-            self.estimator.error = self.estimator.error + np.asarray(offset, dtype=np.float64)
 
     def reboot(self, silence: float = 0.5) -> None:
         """Start anew: disarmed, default mode and rates, clock and sequence numbers from the start."""

@@ -109,7 +109,7 @@ class Receiver:
         most = _SHARE_OF_LOOP * self._parameters.get("SCHED_LOOP_RATE", math.inf)
         if interval_us > 0.0 and 1e6 / interval_us > most:
             return self._dialect.refusal
-        return ACCEPTED if self._telemetry.schedule.set_interval(identifier, interval_us) else DENIED
+        return ACCEPTED if self._telemetry.set_interval(identifier, interval_us) else DENIED
 
     # ------------------------------------------------------------ parameters, clock and poses
 

@@ -12,7 +12,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from doorman.rig.emulators.autopilot.brain import Brain
 from doorman.rig.emulators.autopilot.control import Task
-from doorman.rig.emulators.autopilot.dialects import Build, Dialect
+from doorman.rig.emulators.autopilot.dialects import Build
 from doorman.rig.emulators.autopilot.estimator import FLIP, FLIP_QUATERNION, Estimator
 from doorman.rig.emulators.autopilot.line import BootClock
 
@@ -21,33 +21,6 @@ _EPOCH_2015 = 1_420_070_400
 """Zero of the time stamps of signatures [s]."""
 _SHORTEST_PERIOD = 0.002
 """Shortest period of a message [s]."""
-
-
-class Schedule:
-    """When which message is due."""
-
-    def __init__(self, dialect: Dialect, heartbeat_rate: float = 1.0) -> None:
-        rates = {**dialect.rates, mavlink.MAVLINK_MSG_ID_HEARTBEAT: heartbeat_rate}
-        self._on_request = dialect.on_request
-        self._periods = {identifier: 1.0 / rate for identifier, rate in rates.items()}
-        self._next: dict[int, float] = {}
-
-    def set_interval(self, identifier: int, interval_us: float) -> bool:
-        if identifier not in self._on_request:
-            return False
-        self._periods.pop(identifier, None)
-        if interval_us > 0.0:
-            self._periods[identifier] = max(_SHORTEST_PERIOD, interval_us * 1e-6)
-        return True
-
-    def due(self, now: float) -> list[int]:
-        due = []
-        for identifier, period in self._periods.items():
-            at = self._next.get(identifier, now)
-            if now >= at:
-                self._next[identifier] = at + period if now - at < 3.0 * period else now + period
-                due.append(identifier)
-        return due
 
 
 @dataclass
@@ -74,7 +47,9 @@ class Telemetry:
         """Whether heartbeats are left out, and whether its state is not numbers; may be set at any time."""
         self.steered, self.normalised = estimator.estimate.quaternion, 0.0
         """Attitude by which the controller steers, shape (4,), and thrust that it asks of the mixer, 0 … 1."""
-        self.schedule = Schedule(build.dialect, build.heartbeat_rate)
+        rates = {**build.dialect.rates, mavlink.MAVLINK_MSG_ID_HEARTBEAT: build.heartbeat_rate}
+        self._periods = {identifier: 1.0 / rate for identifier, rate in rates.items()}
+        self._next: dict[int, float] = {}  # when which message is due
         self.mav = mavlink.MAVLink(None, build.system_id, mavlink.MAV_COMP_ID_AUTOPILOT1)  # reads and writes messages
         self.mav.robust_parsing = True
         if build.signing_key is not None:
@@ -84,12 +59,25 @@ class Telemetry:
         self._type, self._transmit, self._px4 = build.vehicle_type, transmit, brain.dialect.heeds_stream
 
     def speak(self) -> None:
-        for identifier in self.schedule.due(self._clock.uptime):
+        now = self._clock.uptime
+        for identifier, period in self._periods.items():
+            at = self._next.get(identifier, now)
+            if now < at:
+                continue
+            self._next[identifier] = at + period if now - at < 3.0 * period else now + period
             if identifier != mavlink.MAVLINK_MSG_ID_HEARTBEAT or not self.heartbeats_stopped:
                 self._send_if_any(identifier, self._estimator.estimate.position_valid)
         for severity, text in self._brain.texts:
             self.send(mavlink.MAVLink_statustext_message(severity, text.encode()[:50]))
         self._brain.texts.clear()
+
+    def set_interval(self, identifier: int, interval_us: float) -> bool:
+        if identifier not in self._brain.dialect.on_request:
+            return False
+        self._periods.pop(identifier, None)
+        if interval_us > 0.0:
+            self._periods[identifier] = max(_SHORTEST_PERIOD, interval_us * 1e-6)
+        return True
 
     def tell(self, identifier: int) -> bool:
         known = identifier in self._brain.dialect.on_request

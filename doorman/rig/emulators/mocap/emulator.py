@@ -10,52 +10,29 @@ Noise is added to every pose, as cameras do: a pose that repeats to the last bit
 
 from __future__ import annotations
 
-import heapq
 import math
 import socket
-import struct
-from collections.abc import Callable, Mapping, Sequence
+from collections import deque
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Annotated
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from doorman.arrays import Array
 from doorman.background import InThread
 from doorman.checks import NonNegative, Range, check_fields, vector
 from doorman.clocks import REAL_TIME, Clock
-from doorman.kinematics.quaternions import to_rotation
+from doorman.hardware.mocap.frames import METRES_PER_MILLIMETRE, object_angles
+from doorman.hardware.mocap.packets import TrackedObject, pack
+from doorman.kinematics.quaternions import from_rotation, to_rotation
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.rig.emulators.mocap.faults import StreamFaults
 
 SIZES = (256, 512, 1024)
 """Sizes of packets [byte]; zeros fill what the items leave."""
-_OBJECT_ID = 0
-_BODY = struct.Struct("<24sdddddd")
-
-
-def euler_xyz(rotation: Array) -> Array:
-    """Angles (a, b, c) of R = Rx(a) Ry(b) Rz(c)."""
-    return np.array(
-        [
-            np.arctan2(-rotation[1, 2], rotation[2, 2]),
-            np.arcsin(np.clip(rotation[0, 2], -1.0, 1.0)),
-            np.arctan2(-rotation[0, 1], rotation[0, 0]),
-        ]
-    )
-
-
-def item(name: str, translation: Array, rotation: Array) -> bytes:
-    body = _BODY.pack(name.encode(), *translation.tolist(), *rotation.tolist())
-    return struct.pack("<BH", _OBJECT_ID, len(body)) + body
-
-
-def packet(frame_number: int, items: Sequence[bytes], size: int | None = SIZES[0]) -> bytes:
-    content = struct.pack("<IB", frame_number % (1 << 32), len(items)) + b"".join(items)
-    if size is None:
-        return content
-    return content.ljust(min((fit for fit in SIZES if fit >= max(size, len(content))), default=len(content)), b"\0")
+_BLOCK = 3
+"""Objects in a packet at most; a frame takes as many packets as it needs."""
 
 
 @dataclass(frozen=True)
@@ -87,10 +64,7 @@ class TrackerSetup:
     origin_attitude: ArrayLike = (0.0, 0.0, 0.0)  # attitude Φ of Vicon's axes in the world, shape (3,) [rad]
     object_position: ArrayLike = (0.0, 0.0, 0.0)  # origin of the tracked object, shape (3,), body frame [m]
     object_attitude: ArrayLike = (0.0, 0.0, 0.0)  # attitude Φ of the tracked object in the body, shape (3,) [rad]
-    others: Mapping[str, BodyPose] = field(default_factory=dict)
-    """Poses of further objects, as Vicon sees them; they stand still."""
     bodies: Mapping[str, TrackedBody] = field(default_factory=dict)  # further objects that move, by name
-    block: Annotated[int, Range(1, 13)] = 3  # objects in a packet at most; a frame takes as many packets as it needs
     packet_size: int | None = SIZES[0]  # to which packets are padded at least [byte]; None pads nothing
 
     def __post_init__(self) -> None:
@@ -108,18 +82,20 @@ class TrackerStream:
         self.faults = StreamFaults()
         self._origin = vector(setup.origin_position, 3, "origin_position")
         self._axes = rotation_body_to_world(setup.origin_attitude)
-        self._own = TrackedBody(source, setup.object_position, setup.object_attitude)
+        self._bodies = {
+            **setup.bodies,
+            setup.object_name: TrackedBody(source, setup.object_position, setup.object_attitude),
+        }
         self._mounts = {
             name: (vector(one.position, 3, "object_position"), rotation_body_to_world(one.attitude))
-            for name, one in {"": self._own, **setup.bodies}.items()
-        }  # fmt: skip
+            for name, one in self._bodies.items()
+        }
         self.faults_of = {name: StreamFaults() for name in setup.bodies}
         """Faults of single further objects: `absent`, `frozen`, `zeroed`, `wrong_name`, `jump`, `outliers`, `not_finite`."""
-        self._queue: list[tuple[float, int, bytes]] = []
-        self._queued = 0
+        self._queue: deque[tuple[float, bytes]] = deque()
         self._due = -math.inf
         self._held: list[bytes] = []
-        self._last_seen: dict[str, tuple[Array, Array]] = {}
+        self._last_seen: dict[str, TrackedObject] = {}
         self._last_number = setup.first_frame
         self._frames = 0
 
@@ -148,43 +124,42 @@ class TrackerStream:
                 self._held.append(datagram)
                 continue
             if faults.strike(faults.garbage):
-                self._put(faults.random_bytes())
+                self._queue.append((self._due, faults.random_bytes()))
             for _ in range(1 + faults.strike(faults.duplicate)):
-                self._put(faults.spoil(datagram))
-        for datagram in held:
-            self._put(datagram)
+                self._queue.append((self._due, faults.spoil(datagram)))
+        self._queue.extend((self._due, datagram) for datagram in held)
 
     def take(self, now: float) -> list[bytes]:
         """Packets that have left by now, in order."""
         taken = []
         while self._queue and self._queue[0][0] <= now:
-            taken.append(heapq.heappop(self._queue)[2])
+            taken.append(self._queue.popleft()[1])
         return taken
-
-    def _put(self, datagram: bytes) -> None:
-        self._queued += 1
-        heapq.heappush(self._queue, (self._due, self._queued, datagram))
 
     def _frame(self, at: float) -> list[bytes]:
         """Packets of the next frame, as faults of cameras and Tracker leave them."""
-        faults, size = self.faults, self.setup.block
+        faults = self.faults
         number = self._last_number if faults.stuck_number else self.frame_number
         self._last_number = number
         self.frame_number += 1
-        items = [item(name, *_still(pose)) for name, pose in self.setup.others.items()]
-        for name, body in self.setup.bodies.items():
-            own = self.faults_of[name]
+        objects = []
+        for name, body in self._bodies.items():
+            own = self.faults_of.get(name, faults)
             if not own.absent:
-                items.append(item(own.wrong_name or name, *self._see(body.source(at), own, name)))
-        if not faults.absent:
-            items.append(item(faults.wrong_name or self.setup.object_name, *self._see(self.source(at), faults)))
-        blocks = [items[start : start + size] for start in range(0, len(items), size)] or [[]]
-        return [packet(number + faults.number_offset, block, self.setup.packet_size) for block in blocks]
+                objects.append(self._see(name, body.source(at), own)._replace(name=own.wrong_name or name))
+        blocks = [objects[start : start + _BLOCK] for start in range(0, len(objects), _BLOCK)] or [[]]
+        return [self._padded(pack(number + faults.number_offset, block)) for block in blocks]
 
-    def _see(self, body: BodyPose, faults: StreamFaults, name: str = "") -> tuple[Array, Array]:
-        """Pose of an object in Vicon's axes, [mm] and [rad]."""
+    def _padded(self, content: bytes) -> bytes:
+        least = self.setup.packet_size
+        if least is None:
+            return content
+        return content.ljust(min((fit for fit in SIZES if fit >= max(least, len(content))), default=0), b"\0")
+
+    def _see(self, name: str, body: BodyPose, faults: StreamFaults) -> TrackedObject:
+        """An object in Vicon's axes."""
         if faults.zeroed:
-            return np.zeros(3), np.zeros(3)
+            return TrackedObject(name, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
         if faults.frozen and name in self._last_seen:
             return self._last_seen[name]
         offset, mounting = self._mounts[name]
@@ -195,13 +170,11 @@ class TrackerStream:
             seen = seen + faults.outlier_distance * np.array(faults.direction())
         if faults.not_finite:
             seen[0] = np.nan
-        angles = euler_xyz(self._axes.T @ rotation @ mounting) + faults.noise(self.setup.attitude_noise)
-        self._last_seen[name] = (1e3 * seen, angles)
+        turned = object_angles(from_rotation(self._axes.T @ rotation @ mounting))
+        x, y, z = (seen / METRES_PER_MILLIMETRE).tolist()
+        a, b, c = (np.array(turned) + faults.noise(self.setup.attitude_noise)).tolist()
+        self._last_seen[name] = TrackedObject(name, (x, y, z), (a, b, c))
         return self._last_seen[name]
-
-
-def _still(pose: BodyPose) -> tuple[Array, Array]:
-    return 1e3 * vector(pose.position, 3, "position"), euler_xyz(to_rotation(pose.quaternion))
 
 
 BEHIND = 0.5

@@ -6,7 +6,7 @@ import math
 import random
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
-from typing import Protocol, TypeGuard
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -123,12 +123,6 @@ RETURN_DELAY_UNIT = 2e-6
 """One count of the return delay time [s]."""
 
 
-@dataclass(frozen=True)
-class _Answer:
-    servo: EmulatedServo  # who begins it
-    packet: bytes
-
-
 class ServoBusLogic:
     def __init__(
         self, servos: Sequence[EmulatedServo], plant: ServoPlant, faults: BusFaults, baud_rate: int | None
@@ -162,60 +156,48 @@ class ServoBusLogic:
                 servo.hear(now)
         start = max(now, self._line_free) + self._byte_time * (len(instruction.parameters) + 10)
         replies = []
-        for answer in self._answers(now, instruction, listening):
-            start += answer.servo.memory.get("return delay time") * RETURN_DELAY_UNIT
-            start += self._byte_time * len(answer.packet) + self._faults.delay
+        for servo, error, data in self._answers(now, instruction, listening):
+            packet = self._said(instruction.code, servo.servo_id, status_packet(servo.servo_id, error, data))
+            start += servo.memory.get("return delay time") * RETURN_DELAY_UNIT
+            start += self._byte_time * len(packet) + self._faults.delay
             if not self._faults.strike(self._faults.drop):
-                replies.append((start, self._faults.spoil(answer.packet)))
+                replies.append((start, self._faults.spoil(packet)))
         self._line_free = start if self._byte_time else now
         return replies
 
-    def _answer(self, code: int, servo: EmulatedServo, error: int, data: bytes) -> _Answer:
+    def _said(self, code: int, servo_id: int, packet: bytes) -> bytes:
         """A status packet, or what a frozen servo says instead."""
-        key, packet = (servo.servo_id, code), status_packet(servo.servo_id, error, data)
-        if servo.servo_id in self._faults.frozen:
-            packet = self._last_packets.get(key, packet)
-        self._last_packets[key] = packet
-        return _Answer(servo, packet)
+        if servo_id not in self._faults.frozen:
+            self._last_packets[servo_id, code] = packet
+        return self._last_packets.setdefault((servo_id, code), packet)
 
-    def _speaks(self, servo: EmulatedServo | None) -> TypeGuard[EmulatedServo]:
-        return (
-            servo is not None
-            and servo.memory.get("status return level") >= 1
-            and servo.servo_id not in self._faults.mute
-        )
-
-    def _answers(self, now: float, instruction: Instruction, listening: list[EmulatedServo]) -> Iterator[_Answer]:
-        to_all = instruction.servo_id == BROADCAST
+    def _answers(
+        self, now: float, instruction: Instruction, listening: list[EmulatedServo]
+    ) -> Iterator[tuple[EmulatedServo, int, bytes]]:
+        """Who answers, with error byte and data; servos that are mute obey in silence."""
         if instruction.code in (SYNC_READ, SYNC_WRITE):
-            if instruction.intact and to_all:
-                by_id = {servo.servo_id: servo for servo in listening}
-                parameters = instruction.parameters
-                address, length = (int.from_bytes(parameters[at : at + 2], "little") for at in (0, 2))
-                if instruction.code == SYNC_READ:
-                    yield from self._read_many(address, length, parameters[4:], by_id)
-                else:
-                    self._write_many(address, length, parameters[4:], by_id)
+            if instruction.intact and instruction.servo_id == BROADCAST:
+                yield from self._for_many(instruction, {servo.servo_id: servo for servo in listening})
             return
         for servo in sorted(listening, key=lambda servo: servo.servo_id):
-            if to_all or servo.servo_id == instruction.servo_id:
-                yield from self._execute(now, instruction, servo)
+            if instruction.servo_id in (BROADCAST, servo.servo_id):
+                status = servo.execute(now, instruction)
+                if status is not None and servo.servo_id not in self._faults.mute:
+                    yield servo, *status
 
-    def _execute(self, now: float, instruction: Instruction, servo: EmulatedServo) -> Iterator[_Answer]:
-        status = servo.execute(now, instruction)
-        if status is not None and servo.servo_id not in self._faults.mute:
-            yield self._answer(instruction.code, servo, *status)
-
-    def _read_many(self, address: int, length: int, ids: bytes, by_id: dict[int, EmulatedServo]) -> Iterator[_Answer]:
-        for servo_id in ids:
+    def _for_many(
+        self, instruction: Instruction, by_id: dict[int, EmulatedServo]
+    ) -> Iterator[tuple[EmulatedServo, int, bytes]]:
+        address, length = (int.from_bytes(instruction.parameters[at : at + 2], "little") for at in (0, 2))
+        rest = instruction.parameters[4:]
+        if instruction.code == SYNC_WRITE:
+            for start in range(0, len(rest) - length, length + 1):
+                if rest[start] in by_id:
+                    by_id[rest[start]].write(address, rest[start + 1 : start + 1 + length])
+            return
+        for servo_id in rest:
             servo = by_id.get(servo_id)
-            if not self._speaks(servo):
+            if servo is None or servo.memory.get("status return level") < 1 or servo_id in self._faults.mute:
                 return  # those after it stay silent, too
             error, data = servo.memory.read(address, length)
-            yield self._answer(SYNC_READ, servo, servo.error_byte(error), data)
-
-    @staticmethod
-    def _write_many(address: int, length: int, rows: bytes, by_id: dict[int, EmulatedServo]) -> None:
-        for start in range(0, len(rows) - length, length + 1):
-            if rows[start] in by_id:
-                by_id[rows[start]].write(address, rows[start + 1 : start + 1 + length])
+            yield servo, servo.error_byte(error), data

@@ -1,46 +1,31 @@
 """Bytes on the servos' side of the bus: instruction packets in, status packets out (DYNAMIXEL protocol 2.0).
 
-Written from the protocol's description alone and sharing nothing with the adapter, so that neither forgives the other.
+Written from the protocol's description and ROBOTIS's SDK, sharing nothing with the adapter, so that neither forgives the other.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
+from dynamixel_sdk.protocol2_packet_handler import Protocol2PacketHandler
+
 HEADER = b"\xff\xff\xfd\x00"
 BROADCAST = 0xFE
 STATUS = 0x55
 MAX_LENGTH = 1024
-
-POLYNOMIAL = 0x8005
-"""CRC-16: x¹⁶ + x¹⁵ + x² + 1, most significant bit first, initial value 0, nothing reflected."""
-
-
-def _remainder(byte: int) -> int:
-    register = byte << 8
-    for _ in range(8):
-        register = ((register << 1) ^ POLYNOMIAL if register & 0x8000 else register << 1) & 0xFFFF
-    return register
-
-
-_REMAINDERS = tuple(_remainder(byte) for byte in range(256))
+_PATTERN, _STUFFED = b"\xff\xff\xfd", b"\xff\xff\xfd\xfd"
+"""Bytes of a header, and what a body has in their place."""
+_SDK = Protocol2PacketHandler()
 
 
 def checksum(data: bytes) -> int:
     """CRC-16 over a packet without its last two bytes."""
-    register = 0
-    for byte in data:
-        register = (register << 8 & 0xFFFF) ^ _REMAINDERS[register >> 8 ^ byte]
-    return register
+    return int(_SDK.updateCRC(0, data, len(data)))
 
 
 def status_packet(servo_id: int, error: int, parameters: bytes = b"") -> bytes:
-    body = bytearray((STATUS, error))
-    for byte in parameters:
-        body.append(byte)
-        if body[-3:] == b"\xff\xff\xfd":
-            body.append(0xFD)
-    packet = HEADER + bytes((servo_id,)) + (len(body) + 2).to_bytes(2, "little") + bytes(body)
+    body = (bytes((STATUS, error)) + parameters).replace(_PATTERN, _STUFFED)
+    packet = HEADER + bytes((servo_id,)) + (len(body) + 2).to_bytes(2, "little") + body
     return packet + checksum(packet).to_bytes(2, "little")
 
 
@@ -63,7 +48,8 @@ class InstructionStream:
         heard = []
         while (packet := self._next()) is not None:
             if packet[7] != STATUS:
-                heard.append(self._decode(packet))
+                intact = checksum(packet[:-2]) == int.from_bytes(packet[-2:], "little")
+                heard.append(Instruction(packet[4], packet[7], packet[8:-2].replace(_STUFFED, _PATTERN), intact))
         return heard
 
     def idle(self) -> None:
@@ -71,16 +57,10 @@ class InstructionStream:
         self._bytes.clear()
 
     def _next(self) -> bytes | None:
-        while True:
-            start = self._bytes.find(HEADER)
-            if start < 0:
-                del self._bytes[:-3]
-                return None
+        while (start := self._bytes.find(HEADER)) >= 0:
             del self._bytes[:start]
-            if len(self._bytes) < 7:
-                return None
             length = int.from_bytes(self._bytes[5:7], "little")
-            if not 3 <= length <= MAX_LENGTH:
+            if len(self._bytes) >= 7 and not 3 <= length <= MAX_LENGTH:
                 del self._bytes[:4]
                 continue
             if len(self._bytes) < 7 + length:
@@ -88,14 +68,5 @@ class InstructionStream:
             packet = bytes(self._bytes[: 7 + length])
             del self._bytes[: 7 + length]
             return packet
-
-    @staticmethod
-    def _decode(packet: bytes) -> Instruction:
-        parameters = bytearray()
-        begun = False
-        for byte in packet[8:-2]:
-            if not (begun and byte == 0xFD):
-                parameters.append(byte)
-            begun = not (begun and byte == 0xFD) and parameters[-3:] == b"\xff\xff\xfd"
-        intact = checksum(packet[:-2]) == int.from_bytes(packet[-2:], "little")
-        return Instruction(packet[4], packet[7], bytes(parameters), intact)
+        del self._bytes[:-3]
+        return None

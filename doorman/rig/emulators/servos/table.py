@@ -6,7 +6,6 @@ Source: ROBOTIS e-Manual, XH430-W350-T/R, "Control Table of EEPROM Area" and "Co
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import IntEnum
 
@@ -35,6 +34,10 @@ class Item:
     @property
     def writable(self) -> bool:
         return self.low is not None
+
+    @property
+    def signed(self) -> bool:
+        return (self.low is not None and self.low < 0) or self.name.startswith("present ")
 
 
 _EEPROM = [
@@ -151,8 +154,7 @@ class ServoMemory:
     def get(self, name: str) -> int:
         """Value of a row, negative where the row may be and its sign bit is set."""
         item = ITEMS[name]
-        signed = (item.low is not None and item.low < 0) or name.startswith("present ")
-        return int.from_bytes(self._bytes[item.address : item.address + item.size], "little", signed=signed)
+        return int.from_bytes(self._bytes[item.address : item.address + item.size], "little", signed=item.signed)
 
     def set(self, name: str, value: int) -> None:
         """Put a value into a row, past all rules."""
@@ -182,30 +184,23 @@ class ServoMemory:
         if not data or any(place not in ITEM_AT for place in written):
             return PacketError.ACCESS, []
         for item in dict.fromkeys(ITEM_AT[place] for place in written):
-            if not item.writable:
-                return PacketError.ACCESS, []
             places = range(item.address, item.address + item.size)
-            if any(place not in written for place in places):
+            if item.writable and any(place not in written for place in places):
                 return PacketError.DATA_LENGTH, []
-            signed = item.low is not None and item.low < 0
-            value = int.from_bytes(bytes(written[place] for place in places), "little", signed=signed)
+            value = int.from_bytes(bytes(written.get(place, 0) for place in places), "little", signed=item.signed)
             if (error := self._forbidden(item, value)) is not PacketError.NONE:
                 return error, []
             changes.append((item, value))
         return PacketError.NONE, changes
 
-    def store(self, changes: Iterable[tuple[Item, int]]) -> None:
-        for item, value in changes:
-            self.set(item.name, value)
-
     def _forbidden(self, item: Item, value: int) -> PacketError:
-        watchdog_error = self.get("bus watchdog") == WATCHDOG_ERROR
         if item.low is None or item.high is None:
             return PacketError.ACCESS
         locked = item.address < EEPROM_END or item.name.startswith("indirect address")  # the latter with some servos
         if locked and self.get("torque enable"):
             return PacketError.ACCESS
-        if watchdog_error and (item.name in GOALS or (item.name == "bus watchdog" and value != 0)):
+        stopped = item.name in GOALS or (item.name == "bus watchdog" and value != 0)
+        if stopped and self.get("bus watchdog") == WATCHDOG_ERROR:
             return PacketError.DATA_RANGE
         if not item.low <= value <= item.high or (item.name == "operating mode" and value not in OPERATING_MODES):
             return PacketError.DATA_RANGE

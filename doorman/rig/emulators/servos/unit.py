@@ -130,17 +130,14 @@ class EmulatedServo:
 
     def _carry_out(self, instruction: Instruction) -> tuple[PacketError, bytes]:
         memory, parameters = self.memory, instruction.parameters
-        address = int.from_bytes(parameters[:2], "little")
         if not instruction.intact:
             return PacketError.CRC, b""
+        address, length = int.from_bytes(parameters[:2], "little"), int.from_bytes(parameters[2:], "little")
         match instruction.code:
-            case 0x01:
-                model, firmware = memory.get("model number"), memory.get("firmware version")
-                return PacketError.NONE, model.to_bytes(2, "little") + bytes((firmware,))
-            case 0x02 if len(parameters) == 4:
-                return memory.read(address, int.from_bytes(parameters[2:], "little"))
+            case 0x01:  # model number and firmware version
+                return PacketError.NONE, memory.read(0, 2)[1] + memory.read(6, 1)[1]
             case 0x02:
-                return PacketError.DATA_LENGTH, b""
+                return memory.read(address, length) if len(parameters) == 4 else (PacketError.DATA_LENGTH, b"")
             case 0x03:
                 return self.write(address, parameters[2:]), b""
             case 0x08:
@@ -152,19 +149,19 @@ class EmulatedServo:
         return int(error) | (ALERT if self.memory.get("hardware error status") else 0)
 
     def write(self, address: int, data: bytes) -> PacketError:
-        error, changes = self.memory.check_write(address, data)
-        for item, value in changes:
-            if item.name == "torque enable" and value and self._is_shut_down():
+        memory = self.memory
+        error, changes = memory.check_write(address, data)
+        changed = {item.name: value for item, value in changes}
+        if changed.get("torque enable"):
+            if self._is_shut_down():
                 return PacketError.RESULT_FAIL  # only a reboot brings torque back
-            if item.name == "torque enable" and value and not self.memory.get("torque enable"):
-                self.memory.set("goal velocity", 0)
-                self.memory.set("goal current", 0)
-        self.memory.store(changes)
-        if any(item.name == "operating mode" for item, _ in changes):
-            self.memory.set("profile velocity", 0)
-            self.memory.set("profile acceleration", 0)
-            self.memory.set("goal pwm", self.memory.get("pwm limit"))
-            self.memory.set("goal current", self.memory.get("current limit"))
+            if not memory.get("torque enable"):
+                changed = {"goal velocity": 0, "goal current": 0} | changed
+        if "operating mode" in changed:
+            limits = {"goal pwm": memory.get("pwm limit"), "goal current": memory.get("current limit")}
+            changed |= {"profile velocity": 0, "profile acceleration": 0, **limits}
+        for name, value in changed.items():
+            memory.set(name, value)
         return error
 
     def reboot(self, time: float) -> None:
@@ -209,9 +206,8 @@ class EmulatedServo:
 
     def _watch_bus(self, time: float) -> None:
         allowed = self.memory.get("bus watchdog")
-        if not self.memory.get("torque enable") or not 1 <= allowed <= 127:
-            return
-        if time - self._heard > allowed * WATCHDOG_UNIT:
+        watches = self.memory.get("torque enable") and 1 <= allowed <= 127
+        if watches and time - self._heard > allowed * WATCHDOG_UNIT:
             # It stops; that its goal becomes zero, the manual does not say.
             self.memory.set("bus watchdog", WATCHDOG_ERROR)
 
@@ -220,11 +216,8 @@ class EmulatedServo:
         bits = self.lasting_errors
         if memory.get("present temperature") > memory.get("temperature limit"):
             bits |= OVERHEATING
-        if (
-            not memory.get("min voltage limit")
-            <= memory.get("present input voltage")
-            <= memory.get("max voltage limit")
-        ):
+        low, high = memory.get("min voltage limit"), memory.get("max voltage limit")
+        if not low <= memory.get("present input voltage") <= high:
             bits |= VOLTAGE
         if bits or self._is_shut_down():
             self.trip(bits)

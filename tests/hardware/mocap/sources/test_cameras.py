@@ -15,7 +15,7 @@ from natnet import NatNetBody, NatNetEmulator
 
 from doorman.exceptions import BackendError
 from doorman.hardware.mocap import MocapConfig, MocapFault, MocapReceiver, PoseQuality, PoseSender, PoseSource
-from doorman.hardware.mocap.connection import CamerasLink, ClientProcess, check_connection, parse_cameras
+from doorman.hardware.mocap.connection import CamerasLink, ClientProcess, parse_cameras, parse_connection
 from doorman.hardware.mocap.receiver import RESTART_INTERVAL
 from doorman.hardware.mocap.sources import client
 from doorman.rig.emulators.mocap.emulator import BodyPose
@@ -153,7 +153,7 @@ def test_the_receiver_is_a_pose_source():
 )
 def test_cameras_are_parsed(text, kind, settings):
     assert parse_cameras(text) == CamerasLink(kind, settings)
-    check_connection(text)
+    assert parse_connection(text) == ("127.0.0.1", 0)
 
 
 @pytest.mark.parametrize(
@@ -161,7 +161,7 @@ def test_cameras_are_parsed(text, kind, settings):
 )
 def test_malformed_cameras_are_refused_with_what_is_allowed(text):
     with pytest.raises(BackendError, match="KIND:HOST"):
-        check_connection(text)
+        parse_connection(text)
 
 
 def test_a_stateless_client_sends_only_frames_with_poses(monkeypatch):

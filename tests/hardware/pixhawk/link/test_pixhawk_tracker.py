@@ -62,25 +62,20 @@ def test_a_local_frame_turns_and_moves_the_state():
     assert tracker.sample.attitude[2] == pytest.approx(math.pi / 2)
 
 
-def test_copies_and_overtaken_messages_are_left_out(tracker):
-    tracker.take(position(stamp=9990), NOW)
-    tracker.take(position(stamp=9990, place=(7.0, 7.0, 7.0)), NOW)
-    tracker.take(position(stamp=9980, place=(8.0, 8.0, 8.0)), NOW)
-    assert tracker.sample.position.tolist() == [1.0, -2.0, 3.0]
-    assert tracker.counters.disordered == 2
-
-
-def test_one_wrong_stamp_does_not_shut_out_the_rest(tracker):
-    tracker.take(position(stamp=10_100), NOW)
-    for stamp in range(9970, 9990):
-        tracker.take(position(stamp=stamp, place=(5.0, 0.0, 0.0)), NOW)
-    assert tracker.sample.position[0] == 5.0
-
-
-def test_a_stamp_from_the_future_is_left_out(tracker):
-    tracker.take(position(stamp=20_000), NOW)
-    assert tracker.sample.position_time == -math.inf
-    assert tracker.counters.invalid == 1
+@pytest.mark.parametrize(
+    ("stamps", "taken", "disordered", "invalid"),
+    [
+        ([9990, 9990, 9980], 9990, 2, 0),
+        ([20_000], None, 0, 1),
+        ([10_100, *range(9970, 9990)], 9989, 5, 0),
+    ],
+    ids=["copies and overtaken ones", "from the future", "one wrong stamp does not shut out the rest"],
+)
+def test_messages_count_in_the_order_of_their_stamps(tracker, stamps, taken, disordered, invalid):
+    for stamp in stamps:
+        tracker.take(position(stamp, place=(stamp, 0.0, 0.0)), NOW)
+    assert (tracker.counters.disordered, tracker.counters.invalid) == (disordered, invalid)
+    assert np.isnan(tracker.sample.position[0]) if taken is None else tracker.sample.position[0] == taken
 
 
 @pytest.mark.parametrize(
@@ -133,28 +128,25 @@ def system_status(voltage: int, remaining: int):
     return mavlink.MAVLink_sys_status_message(0, 0, 0, 0, voltage, 100, remaining, 0, 0, 0, 0, 0, 0)
 
 
-def test_the_first_battery_need_not_have_the_number_zero(tracker):
-    tracker.take(battery_status(123, 60), NOW)
-    assert tracker.sample.battery.remaining == 0.6
-    tracker.take(battery_status(1, 50), NOW)
-    tracker.take(battery_status(123, 60), NOW + 1.0)
-    assert tracker.sample.battery.remaining == 0.5
-    tracker.take(battery_status(123, 60), NOW + 6.0)
-    assert tracker.sample.battery.remaining == 0.6, "the other one is not told of any more"
+NO_CELL = 0xFFFF
 
 
-def test_what_is_said_of_all_batteries_does_not_mix_with_what_is_said_of_the_first(tracker):
-    tracker.take(system_status(15000, 40), NOW)
-    assert (tracker.sample.battery.voltage, tracker.sample.battery.remaining) == (15.0, 0.4)
-    tracker.take(battery_status(0, 60), NOW)
-    tracker.take(system_status(15000, 40), NOW + 0.1)
-    assert (tracker.sample.battery.voltage, tracker.sample.battery.remaining) == (15.6, 0.6)
-    tracker.take(battery_status(0, 60, 0xFFFF), NOW + 0.2)
-    tracker.take(system_status(15000, 40), NOW + 0.3)
-    assert (tracker.sample.battery.voltage, tracker.sample.battery.remaining) == (15.0, 0.6), "it has no voltage"
-    tracker.take(battery_status(0, -1, 0xFFFF), NOW + 4.0)  # nothing is plugged in there
-    tracker.take(system_status(14000, 30), NOW + 6.0)
-    assert (tracker.sample.battery.voltage, tracker.sample.battery.remaining) == (14.0, 0.3)
+@pytest.mark.parametrize(
+    "rows",
+    [
+        [(0.0, battery_status(123, 60), 15.6, 0.6), (0.0, battery_status(1, 50), 15.6, 0.5),
+         (1.0, battery_status(123, 60), 15.6, 0.5), (6.0, battery_status(123, 60), 15.6, 0.6)],
+        [(0.0, system_status(15000, 40), 15.0, 0.4), (0.0, battery_status(0, 60), 15.6, 0.6),
+         (0.1, system_status(15000, 40), 15.6, 0.6), (0.2, battery_status(0, 60, NO_CELL), 15.6, 0.6),
+         (0.3, system_status(15000, 40), 15.0, 0.6), (4.0, battery_status(0, -1, NO_CELL), 15.0, 0.6),
+         (6.0, system_status(14000, 30), 14.0, 0.3)],
+    ],
+    ids=["the first one need not have the number zero", "what is said of all does not mix with what is said of the first"],
+)  # fmt: skip
+def test_one_battery_counts(tracker, rows):
+    for after, message, voltage, remaining in rows:
+        tracker.take(message, NOW + after)
+        assert (tracker.sample.battery.voltage, tracker.sample.battery.remaining) == (voltage, remaining), after
 
 
 def test_a_battery_of_twelve_cells(tracker):
@@ -201,13 +193,6 @@ def test_landed_states(tracker):
         assert tracker.sample.landed is LandedState(number)
     tracker.take(mavlink.MAVLink_extended_sys_state_message(0, 77), NOW)
     assert tracker.sample.landed is LandedState.UNKNOWN
-
-
-def test_a_reset_forgets_everything(tracker):
-    tracker.take(attitude(), NOW)
-    tracker.take(position(), NOW)
-    tracker.reset()
-    assert tracker.sample.age(NOW) == math.inf
 
 
 @pytest.mark.parametrize(
