@@ -78,8 +78,8 @@ class StateConverter:
 
     def _motion(self, plan: Plan, time: float) -> VehicleMotion:
         """Position and velocity of O_B at a time of the plan."""
-        state, inputs = self._at(plan, time)  # kernels take writable arrays
-        return self._coupling.vehicle_motion(state, inputs[1:4].copy(), inputs[4 : 4 + self.model.n_arm].copy())
+        state, inputs = self._at(plan, time)
+        return self._coupling.vehicle_motion(state, inputs[1:4], inputs[4 : 4 + self.model.n_arm])
 
     def _acceleration(self, plan: Plan, time: float) -> Array:
         """Acceleration of O_B at a time of the plan, by central differences over four steps, fewer at its ends.

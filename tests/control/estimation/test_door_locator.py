@@ -86,6 +86,20 @@ def test_a_leaf_that_the_tug_draws_through_the_closed_door_says_nothing(tmp_path
     assert not any(locator.state) and locator.heading(0.0) == 0.0
 
 
+@pytest.mark.parametrize(("away", "ends"), [(0.1, False), (0.4, True)])
+def test_a_tip_that_comes_back_to_the_leaf_goes_on_only_after_a_moment(away: float, ends: bool) -> None:
+    """Later it may be at another point of the leaf, 1 mm beside its circle here."""
+    model = model_of()
+    locator, tip = located(model, (0.0, 0.0), 0.0, noise=0.0), np.array([0.701, 0.0, 0.8])
+    last = measured(model, model.door.hinge_position + tip, 10.0)
+    for _ in range(round(away / TICK)):
+        locator.update(last, False, False, TICK)
+    before = locator.state
+    for k in range(100):
+        locator.update(replace(last, time=11.0 + TICK * k), True, True, TICK)
+    assert (locator.state == before).all() == ends
+
+
 def test_what_is_seen_and_told_is_turned_back_in_the_map() -> None:
     model = model_of()
     locator = located(model, (0.03, -0.02), 0.03)
