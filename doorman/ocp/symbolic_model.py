@@ -198,14 +198,14 @@ class SymbolicModel:
         at: dict[str, list[tuple[Any, Any]]] = {"stages": [], "end": []}
         for term in costs:
             at[term.at].append((term, self._expression(term.name, term.expression, inputs=term.at == "stages")))
+        h, g, h_end = (ca.densify(ca.vertcat(ca.SX(0, 1), *(row for row, _ in each))) for each in rows.values())
         every = [row for each in rows.values() for _, row in each]
         return Expressions(
             self.x, self.u, self.time_step, self.parameters, self.node_parameters, ca.densify(self._rate),
             ca.densify(self.step), ca.densify(self._checked_step),
-            *(ca.densify(ca.vertcat(ca.SX(0, 1), *(scaled for scaled, _ in each))) for each in rows.values()),
-            names=tuple(row.name for row in every), equalities=tuple(row.equality for row in every),
-            stage_cost=Expansion.of(at["stages"], ca.vertcat(self.x, self.u), self.time_step) if costs else None,
-            end_cost=Expansion.of(at["end"], self.x, ca.SX(1)) if costs else None,
+            h, g, h_end, tuple(row.name for row in every), tuple(row.equality for row in every),
+            Expansion.of(at["stages"], ca.vertcat(self.x, self.u), self.time_step) if costs else None,
+            Expansion.of(at["end"], self.x, ca.SX(1)) if costs else None,
         )  # fmt: skip
 
     def _end(self, name: str, given: Any) -> Any:
