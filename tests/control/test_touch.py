@@ -134,6 +134,15 @@ def test_a_tip_that_rests_on_the_leaf_is_kept_from_leaving_and_not_from_pressing
     assert coming == pressing < leaving
 
 
+def test_a_tip_beside_the_contact_point_is_held_where_it_is(model: Model) -> None:
+    leaf, last = AtTheLeaf(model), hovering(model, 0.0, 1.0, 1.0)[-1]
+    along, up = model.door.face(last.door_angle)
+    beside = changed(model, last, position=last.position + 0.03 * along - 0.02 * up)
+    leaf.begin(beside.yaw, beside)
+    off = leaf.push(beside, 1.0).position - beside.position
+    assert [along @ off, up @ off] == pytest.approx([0.0, 0.0], abs=1e-3)
+
+
 def test_a_slammed_door_is_not_given_way_to_faster_than_the_supervisor_allows(model: Model) -> None:
     last = at_rest(model, np.zeros(3))
 

@@ -157,11 +157,11 @@ def _ties(recording: Recording, times: Array) -> list[tuple[Tie, bool]]:
     mission, command = recording["mission"], recording["command"]
     flown = mission["state"] != "end"  # says why the run ended, and is no phase
     phases, began = mission["state"][flown], mission.time[flown]
-    at = np.searchsorted(began, times, side="right") - 1
+    at = np.maximum(np.searchsorted(began, times - 1e-9) - 1, 0)  # a phase is known from the tick after it began
     held = command["grip"].astype(bool)[np.clip(np.searchsorted(command.time, times) - 1, 0, None)]
     found = []
     for i, closes in zip(at.tolist(), held.tolist(), strict=True):
-        phase = phases[i] if i >= 0 else ""
+        phase = phases[i]
         tie = Tie.FREE
         if phase in _AT_THE_LEAF:
             tie = Tie.LEAVING if phase == "retreat" else Tie.PUSHING

@@ -73,6 +73,13 @@ def test_the_angle_and_the_touch_are_true(recording, found):
     assert np.isfinite(found.log_likelihood) and np.isfinite(found.deviations).all()
 
 
+def test_what_is_replayed_is_what_was_flown_to_the_bit(recording, found):
+    flown = recording["estimate"]
+    at = np.searchsorted(flown.time, found.time - 1e-9)
+    np.testing.assert_array_equal(found.joint, flown["state"][at, 3])
+    np.testing.assert_array_equal(found.normal_force[:, 0], flown["normal_force"][at])
+
+
 def test_a_door_on_the_left_is_estimated_as_its_image(recording, found):
     image = with_topics(recording, **{
         name: Topic(name, recording[name].time, {
@@ -102,6 +109,7 @@ def test_a_grip_from_the_start_holds_the_leaf():
 def test_another_number_changes_what_is_believed(recording, model, found):
     doubted = replay_leaf(recording, model, {"noise.wind": 3.0})
     assert (doubted.deviations[-1, PLACES["wind"]][:2] > 2.0 * found.deviations[-1, PLACES["wind"]][:2]).all()
+    assert replay_leaf(recording, model, {"sensor.pose": 5e-3}).mean_nis < 0.5 * found.mean_nis
 
 
 def test_the_command_prints_figures_and_draws(folder, found, tmp_path):
