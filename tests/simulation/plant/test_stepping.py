@@ -71,6 +71,8 @@ def test_it_flies_and_feels_as_its_plain_twin(flight, name):
         for key, value in expected.items():
             np.testing.assert_allclose(found[key], value, atol=most, err_msg=f"{key} after {steps} steps")
         touched += int(expected["others"])
+        if touched:
+            break  # from the crash on, the last bits decide, and with them the processor
     assert (touched > 0) == (name == "into the leaf")
 
 
