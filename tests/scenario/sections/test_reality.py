@@ -39,7 +39,7 @@ def test_each_preset_is_rougher_than_the_one_before():
     sections = [Scenario.load("push", {"reality.preset": preset}).simulation for preset in PRESETS]
     for figure in (
         lambda one: abs(math.log(one.thrust_scale)), lambda one: math.hypot(*one.door_offset), lambda one: one.door_seal,
-        lambda one: one.gust.vehicle, lambda one: one.sensors.latency, lambda one: one.servo_backlash,
+        lambda one: one.sensors.latency, lambda one: one.servo_backlash,
         lambda one: -one.gripper_force, lambda one: one.noise.position,
     ):  # fmt: skip
         figures = [figure(one) for one in sections]
