@@ -113,6 +113,7 @@ WAND = moved((2.0, 1.0, 0.3), 1.0)
         (lambda: DoorSample(LeafSample(NOW - 0.4, 0.4)), "old"),
         (lambda: DoorSample(LeafSample(NOW + 0.1, 0.4)), "time to come"),
         (lambda: DoorSample(LeafSample(NOW, 9.0)), "range"),
+        (lambda: DoorSample(LeafSample(NOW, -9.0)), "range"),
         (lambda: DoorSample(LeafSample(NOW, pose=pose_of(UPSIDE_DOWN))), "180° off its way"),
         (lambda: DoorSample(LeafSample(NOW, pose=pose_of(WAND))), "another object"),
         (lambda: DoorSample(LeafSample(NOW, pose=MarkPose((math.nan, 0, 0), (1, 0, 0, 0)))), "not a pose"),

@@ -75,6 +75,7 @@ def test_the_leafs_link_follows_from_its_tag():
     pose = MarkPose(tuple(tag[0].tolist()), from_rotation(tag[1]), in_body=True)
     sample = DoorByTags(config).sample(5.0, {3: pose}, DoorSample())
     assert sample.frame is None and sample.leaf.time == 5.0
+    assert DoorByTags(config).sample(6.0, {}, sample) == sample, "what is not in a picture stays as before"
     np.testing.assert_allclose(sample.leaf.pose.position, place, atol=1e-12)
     np.testing.assert_allclose(to_rotation(sample.leaf.pose.quaternion), turn, atol=1e-12)
 
