@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 
@@ -50,6 +50,9 @@ class Hybrid(Replanner):
     their result a trajectory that satisfies dynamics and nonlinear constraints. With `hessian="gauss-newton"` careful
     iterations take the place of the search: they need no second derivatives, and lead back where a start is outside.
     """
+
+    _interior: Interior
+    """Memory of the search, where it takes part."""
 
     def _solve(self, state: Array, max_iterations: int, deadline: float) -> tuple[PlanStatus, int]:
         solve = self._solve_thoroughly if self._is_curved else self._solve_fast
@@ -246,7 +249,8 @@ class Hybrid(Replanner):
         return self._attempt(state, 1, 0.0) != cold_start.INVALID_START
 
     def _compile(self) -> None:
-        self._interior: Any = held(Interior.of(self._work)) if self._is_curved else None
+        if self._is_curved:
+            self._interior = held(Interior.of(self._work))
         self._is_exact = functions.is_implemented(functions.curve_horizon, type(self._problem.model))
         if is_last_first():
             self._set_guess(self._problem.cost.state_goal.copy(), None, "held", None)

@@ -19,6 +19,7 @@ from doorman.numba_types.handles import Handle, HandleType
 from doorman.numba_types.lanes import load, store
 from doorman.numba_types.matrix_rows import multiply_rows
 from doorman.ocp.solvers.memory.parts import Sizes
+from doorman.ocp.solvers.sweeps.node_bounds import mark_bounds
 from doorman.ocp.solvers.sweeps.node_elimination import eliminate_inputs
 
 _ROW, _MATRIX = types.Array(types.float64, 1, "C"), types.Array(types.float64, 2, "C")
@@ -191,24 +192,6 @@ def diagonal_cost(shape: Any, k: int, work: Any, states: Array, inputs: Array) -
         error = states[n, i] - weights.state_goal[i]
         total += weights.terminal[i] * error * error
     return 0.5 * total
-
-
-@kernel
-def mark_bounds(
-    k: int, size: Any, values: Array, lower: Array, upper: Array, multipliers: Array, scale: float, active: Any,
-    proposal: Array,
-) -> tuple[int, bool]:  # fmt: skip
-    """Bounds lower ≤ v ≤ upper of one node: active 1 at the upper end and −1, with a negative multiplier, at the lower one."""
-    count, flipped = 0, 0
-    for i in range(len(size)):
-        above = multipliers[k, i] + scale * (values[i] - upper[i])
-        below = multipliers[k, i] + scale * (values[i] - lower[i])
-        side = int(above > 0.0) - int(below < 0.0)
-        proposal[k, i] = (0.0 if above < 0.0 else above) + (0.0 if below > 0.0 else below)  # NaN stays
-        flipped |= active[k, i] ^ side
-        count += side * side
-        active[k, i] = side
-    return count, flipped != 0
 
 
 @_entry(_ROW, _ROW, types.float64, types.float64, returns=types.boolean)
