@@ -14,6 +14,7 @@ from doorman.control.estimation.estimator import Estimate, Estimator, Tie
 from doorman.control.state_converter import StateConverter
 from doorman.mission.phases.attempt import Attempt
 from doorman.mission.phases.guard import Guard
+from doorman.mission.phases.hold import Hold
 from doorman.mission.phases.open import Open
 from doorman.mission.phases.phase import GiveUp
 from doorman.mission.schedule import PlanSchedule
@@ -107,3 +108,25 @@ def test_rotors_that_come_to_a_jamb_end_the_attempt(there: AtTheLeaf) -> None:
     assert there.judged((room - 0.05) * door.along) is None
     verdict = there.judged(aside)
     assert verdict is not None and verdict.at_once and "come too near to a jamb" in verdict.reason
+
+
+def test_a_held_door_counts_once_it_has_rested_at_the_goal_for_long_enough(there: AtTheLeaf) -> None:
+    """A leaf that is drawn back and stands for a moment may go on: only `hold_open` of rest ends the mission."""
+    there.attempt.opening.update(there.known)
+    hold, state = Hold(there.attempt, there.known, None), there.known.state.copy()
+    state[3] = there.model.goal_angle
+    long = there.model.scenario.mission.hold_open
+
+    def held(until: float, rests: bool) -> float | None:
+        """When the phase ends before that, of a leaf that rests or creeps."""
+        while there.time < until:
+            there.time += TICK
+            seen = changed(there.model, there.known, time=there.time, state=state, rests=rests)
+            if hold.step(seen, np.zeros(3), TICK)[1] is not None:
+                return there.time
+        return None
+
+    began = there.time
+    assert held(began + 1.5 * long, rests=False) is None
+    stands = there.time
+    assert held(stands + 2.0 * long, rests=True) == pytest.approx(stands + long, abs=3 * TICK)
