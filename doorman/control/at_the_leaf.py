@@ -153,23 +153,24 @@ class AtTheLeaf:
 
     def hits_the_rotors(self, estimate: Estimate) -> bool:
         """Whether the vehicle flies its rotor disc, and not its tip, into the leaf where that is believed to be."""
-        return min(self._gap(estimate, estimate.position, estimate.attitude), self._gap_soon(estimate)) < NO_GAP
+        now = self._gap(estimate, estimate.position, estimate.rotation_body_to_world[:, 2])
+        return min(now, self._gap_soon(estimate)) < NO_GAP
 
     def _gap_soon(self, estimate: Estimate) -> float:
         """Gap after `DRIFTS`: the vehicle turns on about a tip that touches, or flies on, no farther than the tip lets it."""
         soon = estimate.attitude + DRIFTS * estimate.attitude_rates
+        upwards = rotation_body_to_world(soon)[:, 2]
         if estimate.touching:
             now, then = self._coupling.tips(np.array([estimate.attitude, soon]), np.array([estimate.arm_angles] * 2))
-            return self._gap(estimate, estimate.position + now - then, soon)
+            return self._gap(estimate, estimate.position + now - then, upwards)
         closing = float(estimate.normal @ estimate.velocity) + self._coupling.lever_length * estimate.door_rate
         before = float(estimate.normal @ (estimate.contact_point - estimate.tip)) - estimate.face_offset
         meets = before > -NO_GAP  # else it has passed the leaf's edge
         drift = min(DRIFTS * closing, max(before, 0.0)) if meets else DRIFTS * closing
-        return self._gap(estimate, estimate.position, soon) - drift
+        return self._gap(estimate, estimate.position, upwards) - drift
 
-    def _gap(self, estimate: Estimate, position: Array, attitude: Array) -> float:
+    def _gap(self, estimate: Estimate, position: Array, upwards: Array) -> float:
         """Between rotor disc and the leaf's face, of a vehicle that is there [m]."""
-        upwards = rotation_body_to_world(attitude)[:, 2]
         gap = self._doorway.gap_to(position, upwards, estimate.contact_point, estimate.normal)
         return gap - estimate.face_offset
 
