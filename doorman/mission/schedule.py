@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from concurrent.futures import Future, ThreadPoolExecutor, wait
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any
@@ -13,7 +12,7 @@ import numpy as np
 
 from doorman.arrays import Array
 from doorman.control.wanted import Wanted
-from doorman.hardware.scheduling import give_way
+from doorman.mission.planning_thread import PlanningThread
 from doorman.planning.plan import Plan
 from doorman.planning.planner import Planner
 from doorman.planning.planning_model import planning_model
@@ -23,8 +22,6 @@ _SILENT = 0.5
 """A planner that makes one plan for so long is given up; what is flown meanwhile is the last plan, which is longer [s]."""
 _LONGEST = 0.2
 """For one plan where time does not wait: a goal that cannot be reached from a state may take seconds to be given up [s]."""
-_LAST_WAIT = 2.0
-"""Longest wait for a plan that is still being made when the mission ends [s]."""
 
 
 @dataclass(frozen=True)
@@ -88,11 +85,7 @@ class PlanSchedule:
     _started: bool = False
     _epoch: int = 0
     _planned: float = 0.0
-    _executor: ThreadPoolExecutor | None = None
-    """The thread, if there is one."""
-    _future: Future[_Answer] | None = None
-    """Of an answer that has not been taken."""
-    _asked_at: float = 0.0
+    _thread: PlanningThread[_Order, _Answer] | None = None
 
     def __post_init__(self) -> None:
         self._planning = planning_model(self.planner.model)
@@ -112,14 +105,11 @@ class PlanSchedule:
         if not in_background:
             yield
             return
-        # begun with the first order, the thread is scheduled as the controller is, and gives way to it
-        self._executor = executor = ThreadPoolExecutor(1, "planner", initializer=give_way)
-        try:
-            yield
-        finally:
-            late = wait([self._future] if self._future else [], _LAST_WAIT).not_done
-            executor.shutdown(wait=not late)
-            self._executor = self._future = None
+        with PlanningThread(self._carry_out) as self._thread:
+            try:
+                yield
+            finally:
+                self._thread = None
 
     def update(self, now: float, wanted: Callable[[], Wanted]) -> TimedPlan | None:
         """Plan if it is time to, and return the plan to follow now.
@@ -136,19 +126,18 @@ class PlanSchedule:
         Raises:
             DoormanError: what the planner raised, in whichever thread.
         """
-        future, executor = self._future, self._executor
-        if future is not None and future.done():
-            self._future = None
-            self._take(future.result(), now)
-        if now >= self._next - 1e-9 and self._future is None:
+        thread = self._thread
+        if thread is not None and (answer := thread.take()) is not None:
+            self._take(answer, now)
+        if now >= self._next - 1e-9 and (thread is None or not thread.busy):
             self._next = max(self._next + self.period, now)
-            margin, limit = self.planner.settings.margin, math.inf if executor is None else _LONGEST
+            margin, limit = self.planner.settings.margin, math.inf if thread is None else _LONGEST
             order = _Order(now, wanted(), margin, not self._started, limit, self._epoch)
             self._started = True
-            if executor is None:
+            if thread is None:
                 self._take(self._carry_out(order), now + (0.0 if order.cold else self.latency_periods * self.period))
             else:
-                self._future, self._asked_at = executor.submit(self._carry_out, order), now
+                thread.begin(order, now)
         while self._waiting and self._waiting[0].available_at <= now + 1e-9:
             self.current = self._waiting.pop(0)
         return self.current
@@ -159,7 +148,7 @@ class PlanSchedule:
         Args:
             now: [s].
         """
-        return 0.0 if self._future is None or self._future.done() else now - self._asked_at
+        return 0.0 if self._thread is None else self._thread.at_work(now)
 
     def is_silent(self, now: float) -> bool:
         """Whether that is too long."""
