@@ -23,6 +23,7 @@ from numba.core.typing.templates import AttributeTemplate, infer_getattr
 from numpy.typing import NDArray
 
 from doorman.numba_types.function_tables import FunctionTable
+from doorman.numba_types.records import Record
 
 T = TypeVar("T")
 
@@ -130,6 +131,8 @@ def _append(words: list[int], content: Any) -> None:
         words.append(struct.unpack("q", struct.pack("d", content))[0])
     elif isinstance(content, FunctionTable):
         words += [content.address, 0]
+    elif isinstance(content, Record):
+        words.append(content.address)
     else:
         words.append(int(content))
 

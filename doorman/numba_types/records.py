@@ -1,0 +1,133 @@
+"""Records: named numbers and vectors of fixed length that kernels and Python both read and write.
+
+A NamedTuple in a handle is what a kernel works on; a record is what it remembers. A record is passed as one pointer, also as a
+field of a handle's NamedTuple, and has the same attributes in kernels and in Python.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, ClassVar, Self, get_args, get_origin, get_type_hints
+
+import numpy as np
+from llvmlite import ir
+from numba.core import types
+from numba.core.extending import models, register_model, unbox
+from numba.core.imputils import lower_getattr_generic, lower_setattr_generic
+from numba.core.pythonapi import NativeValue
+from numba.core.typing.templates import AttributeTemplate, infer_getattr, signature
+from numba.np import numpy_support
+from numba.np.arrayobj import record_getattr, record_setattr
+
+from doorman.arrays import Array
+
+Vector3 = Annotated[Array, 3]
+"""Three numbers of a record."""
+
+
+class RecordType(types.Type):
+    """numba's type of a record; `content` is numba's own type of its memory."""
+
+    def __init__(self, name: str, content: Any) -> None:
+        self.content = content
+        super().__init__(name=f"Record({name}, {content})")
+
+
+@register_model(RecordType)
+class _RecordModel(models.PrimitiveModel):
+    def __init__(self, dmm: Any, fe_type: RecordType) -> None:
+        super().__init__(dmm, fe_type, ir.IntType(8).as_pointer())
+
+
+class Record:
+    """Base of records: a subclass annotates its fields as `float`, `int` or `Annotated[Array, length]`; all begin as zeros.
+
+    Args:
+        values: Fields that begin as something else.
+    """
+
+    __slots__ = ("address", "memory")
+    dtype: ClassVar[np.dtype[np.void]]
+    _numba_type_: ClassVar[RecordType]
+
+    def __init_subclass__(cls) -> None:
+        kinds = {name: hint for name, hint in get_type_hints(cls, include_extras=True).items() if name not in _OWN}
+        cls.dtype = np.dtype([(name, *_layout(hint)) for name, hint in kinds.items()])
+        cls._numba_type_ = RecordType(f"{cls.__module__}.{cls.__qualname__}", numpy_support.from_dtype(cls.dtype))
+        for name in kinds:
+            setattr(cls, name, _field(name))
+
+    def __init__(self, **values: Any) -> None:
+        self.memory = np.zeros((), self.dtype)
+        self.address = int(self.memory.ctypes.data)
+        for name, value in values.items():
+            self.memory[name] = value
+
+    def copy(self) -> Self:
+        """A record of its own with the same values."""
+        other = type(self)()
+        other.memory[()] = self.memory
+        return other
+
+    _separate = copy
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _restored, (type(self), self.memory)
+
+
+_OWN = get_type_hints(Record)
+
+
+def _restored(kind: type[Record], memory: Any) -> Record:
+    record = kind()
+    record.memory[()] = memory
+    return record
+
+
+def _layout(hint: Any) -> tuple[Any, ...]:
+    if get_origin(hint) is Annotated:
+        return np.float64, (get_args(hint)[1],)
+    return (np.int64 if hint is int else np.float64,)
+
+
+def _field(name: str) -> property:
+    def read(record: Record) -> Any:
+        value = record.memory[name]
+        return value if value.ndim else value.item()
+
+    def write(record: Record, value: Any) -> None:
+        record.memory[name] = value
+
+    return property(read, write)
+
+
+@unbox(RecordType)
+def _unbox_record(typ: RecordType, obj: Any, c: Any) -> NativeValue:
+    attribute = c.pyapi.object_getattr_string(obj, "address")
+    address = c.pyapi.long_as_longlong(attribute)
+    c.pyapi.decref(attribute)
+    pointer = c.builder.inttoptr(address, ir.IntType(8).as_pointer())
+    return NativeValue(pointer, is_error=c.pyapi.c_api_error())
+
+
+@infer_getattr
+class _Fields(AttributeTemplate):
+    key = RecordType
+
+    def generic_resolve(self, record: RecordType, name: str) -> Any:  # type: ignore[override]
+        return record.content.typeof(name) if name in record.content.fields else None
+
+
+def _inside(context: Any, builder: Any, record: RecordType, value: Any) -> Any:
+    return builder.bitcast(value, context.get_value_type(record.content))
+
+
+@lower_getattr_generic(RecordType)
+def _read(context: Any, builder: Any, record: RecordType, value: Any, name: str) -> Any:
+    return record_getattr(context, builder, record.content, _inside(context, builder, record, value), name)
+
+
+@lower_setattr_generic(RecordType)
+def _write(context: Any, builder: Any, sig: Any, args: Any, name: str) -> None:
+    record, kind = sig.args
+    inside = _inside(context, builder, record, args[0])
+    record_setattr(context, builder, signature(sig.return_type, record.content, kind), (inside, args[1]), name)

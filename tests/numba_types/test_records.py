@@ -1,0 +1,78 @@
+"""Records: the same named fields in kernels and in Python."""
+
+import pickle
+from typing import Any, NamedTuple, cast
+
+import numpy as np
+
+from doorman.arrays import Array
+from doorman.compilation import kernel
+from doorman.numba_types.handles import held, separate
+from doorman.numba_types.records import Record, Vector3
+
+
+class Memory(Record):
+    """What the test's kernel remembers."""
+
+    sum: float
+    force: Vector3
+    calls: int
+
+
+class Work(NamedTuple):
+    """What the test's kernel works on."""
+
+    memory: Memory
+    values: Array
+
+
+@kernel
+def add(memory: Memory, values: Array) -> None:
+    """Sum up values, and count the calls."""
+    memory.calls += 1
+    for k in range(3):
+        memory.sum += values[k]
+        memory.force[k] = memory.sum
+
+
+@kernel
+def add_held(work: Work) -> float:
+    """The same, of a handle."""
+    add(work.memory, work.values)
+    return work.memory.sum
+
+
+VALUES = np.array([1.0, 2.0, 4.0])
+
+
+def test_a_kernel_writes_what_python_reads() -> None:
+    memory = Memory(sum=1.0)
+    add(memory, VALUES)
+    memory.sum += 10.0
+    add(memory, VALUES)
+    assert memory.sum == 25.0 and memory.calls == 2 and type(memory.calls) is int
+    np.testing.assert_array_equal(memory.force, [19.0, 21.0, 25.0])
+
+
+def test_a_handle_shares_its_record() -> None:
+    memory = Memory()
+    work = held(Work(memory, VALUES))
+    assert add_held(work) == 7.0 and add_held(work) == 14.0
+    assert memory.sum == 14.0 and memory.calls == 2
+
+
+def test_copies_have_memory_of_their_own() -> None:
+    memory = Memory(sum=3.0)
+    memory.force[:] = VALUES
+    for copy in (memory.copy(), pickle.loads(pickle.dumps(memory)), separate(Work(memory, VALUES)).memory):
+        assert copy.sum == 3.0
+        np.testing.assert_array_equal(copy.force, VALUES)
+        copy.sum, copy.force[1] = 5.0, 0.0
+        assert memory.sum == 3.0 and memory.force[1] == 2.0
+
+
+def test_the_plain_function_sees_the_same_fields() -> None:
+    compiled, plain = Memory(sum=0.5), Memory(sum=0.5)
+    add(compiled, VALUES)
+    cast(Any, add).py_func(plain, VALUES)
+    assert compiled.memory == plain.memory
