@@ -232,7 +232,8 @@ class VehicleBackend(Backend):
             leaf, frame = links.door.read(now, self.epoch)
         return compose(
             now, self.epoch, state, links.servos.read(), pose, self.model.n_arm,
-            links.config.servo_patience, None if links.tip_force is None else links.tip_force.read(now), leaf, frame,
+            links.config.servo_patience, 0.0 if links.config.mocap is None else links.config.mocap.velocity_window,
+            None if links.tip_force is None else links.tip_force.read(now), leaf, frame,
         )  # fmt: skip
 
     def _newest_pose(self) -> PoseSample | None:
