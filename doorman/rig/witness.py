@@ -85,7 +85,7 @@ class Witness:
         while self._rates[0][0] < time - STANDS_FOR:
             self._rates.popleft()
         self._push, self._pull = max(self._push, float(truth["max_push"])), max(self._pull, float(truth["max_pull"]))
-        feels = self._model.scenario.mission.touch_frame and truth["only_tip_on_frame"]
+        feels = "frame" in self._model.scenario.mission.measures and truth["only_tip_on_frame"]
         if truth["collisions"] and not feels:
             for pair in str(truth["collision_pairs"]).split(", "):
                 first_and_time = self._touched.setdefault(pair, [time, 0.0])

@@ -15,7 +15,7 @@ from doorman.kinematics.doors.door import Door
 from doorman.kinematics.vehicles.vehicle import Vehicle
 from doorman.scenario import DoorSection
 
-RESISTING = DoorSection(damping=0.4, friction=0.6, friction_rate=0.5, stiffness=1.5, rest_angle=1.2)
+RESISTING = DoorSection(damping=0.4, friction=0.6, stiffness=1.5, rest_angle=1.2)
 
 
 @pytest.fixture(scope="module", params=["paper", "borinot_flying_arm_2", "hextilt_flying_arm_5", 1, 3, 7])

@@ -180,7 +180,9 @@ def _place(model: Model, links: VehicleLinks) -> Check:
 def _attitude_loop(model: Model, links: VehicleLinks) -> Check:
     """How roll and pitch are believed to follow commands, until the hover has measured it."""
     loop, mission = model.attitude_loop, model.scenario.mission
-    measures = mission.measure_attitude and mission.start == "hover" and links.config.pixhawk.setpoints == "attitude"
+    measures = (
+        "attitude" in mission.measures and mission.start == "hover" and links.config.pixhawk.setpoints == "attitude"
+    )
     return row("attitude loop", loop.lag <= TESTED_LAG and loop.dead_time <= TESTED_DEAD_TIME,
                f"believed: lag {1e3 * loop.lag:.0f} ms, dead time {1e3 * loop.dead_time:.0f} ms; "
                + ("the hover measures it before contact" if measures else "not measured in this flight"),

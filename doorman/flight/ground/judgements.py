@@ -133,13 +133,13 @@ def judge_rotors(setpoints: str, missing: str) -> Check:
 
 def judge_limits(model: Model) -> Iterator[Check]:
     """Rows about the mission's start and fence."""
-    start, limits = model.scenario.mission.start, model.scenario.safety
+    start, (low, high) = model.scenario.mission.start, model.scenario.safety.fence
     yield row("start", start == "hover", f"in {start}",
               'set mission.start = "hover": a real vehicle takes off before it comes to the leaf')  # fmt: skip
-    outside = [place for place in _way(model) if ((place < limits.fence_low) | (place > limits.fence_high)).any()]
+    outside = [place for place in _way(model) if ((place < low) | (place > high)).any()]
     words = f"; the way leads to {outside[0].round(2)}" if outside else ""
-    yield row("fence", not outside, f"{limits.fence_low} to {limits.fence_high} m{words}",
-               "set safety.fence_low and safety.fence_high around the whole way")  # fmt: skip
+    yield row("fence", not outside, f"{low} to {high} m{words}",
+               "set safety.fence around the whole way")  # fmt: skip
 
 
 def _way(model: Model) -> list[NDArray[np.float64]]:

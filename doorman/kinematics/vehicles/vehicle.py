@@ -171,21 +171,10 @@ class Vehicle:
         return with_standing(full, others, pinocchio.neutral(full)), names
 
     def _servo_frames(self) -> list[int]:
-        """Frames of joints 3 … n: named by the scenario, else `servo_k`, else the joint itself."""
-        n = self.n_arm
-        if self.names.servos is not None:
-            if len(self.names.servos) != max(n - 2, 0):
-                raise UrdfError(
-                    "wrong number of servo frames",
-                    file=self.urdf,
-                    field="vehicle.servos",
-                    given=len(self.names.servos),
-                    allowed=f"{max(n - 2, 0)}: one for each of the joints 3 … {n}",
-                )
-            return [frame_index(self.model, name, self.urdf, "vehicle.servos") for name in self.names.servos]
-        names = [f"servo_{k}" for k in range(3, n + 1)]
-        known = [name if self.model.existFrame(name) else self.joint_names[k + 2] for k, name in enumerate(names)]
-        return [frame_index(self.model, name, self.urdf, "vehicle.servos") for name in known]
+        """Frames of joints 3 … n: `servo_k`, else the joint itself."""
+        joints = enumerate(self.joint_names[2:], 3)
+        known = [name if self.model.existFrame(name) else joint for k, joint in joints for name in (f"servo_{k}",)]
+        return [self.model.getFrameId(name) for name in known]
 
     def _positive_mass(self) -> float:
         mass = float(sum(inertia.mass for inertia in self.model.inertias))

@@ -69,7 +69,7 @@ def test_a_leaf_that_stands_ajar_is_not_taken_for_another_place() -> None:
 
 
 def test_a_tip_that_pushes_and_a_map_that_is_trusted_say_nothing() -> None:
-    trusted = {"estimation__door_place_deviation": 0.0, "estimation__door_yaw_deviation": 0.0}
+    trusted = {"estimation__door_place_deviation": 0.0}
     for model in (model_of("push"), model_of("paper", **trusted)):
         assert not any(located(model, (0.03, 0.0), 0.02).state)
 

@@ -19,8 +19,8 @@ _AT_END = 0.05
 """By which a closed door may be outside of its range [rad]."""
 
 
-_ROUNDED = 2e-3
-"""By which files round a right angle [rad]."""
+ROUNDED = 2e-3
+"""By which files round a right angle: it is written as 1.57 [rad]."""
 _INSIDE = 1e-3
 """By which 0 is inside of a range that does not end there [rad or m]."""
 
@@ -47,7 +47,7 @@ def closed_value(limits: tuple[float, float], at_a_jamb: Callable[[float], bool]
     at_zero = [end for end in limits if abs(end) <= _AT_END]
     ends = sorted(limits, key=abs)
     # a range ends where the door is shut
-    beside = [end for end in limits if _ROUNDED < abs(end - 0.5 * math.pi) <= _AT_END]
+    beside = [end for end in limits if ROUNDED < abs(end - 0.5 * math.pi) <= _AT_END]
     likely = [
         value for value in (*at_zero, *beside, 0.5 * math.pi, 0.0, *ends) if lower - _AT_END <= value <= upper + _AT_END
     ]
