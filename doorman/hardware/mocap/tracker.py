@@ -44,7 +44,6 @@ from doorman.kinematics.quaternions import (
 
 FEWEST = 3
 """Poses that are kept however old they are."""
-_TOLERANCE = 1e-9
 
 
 class TimedPose(NamedTuple):
@@ -71,7 +70,7 @@ class VelocityFilter:
     def add(self, pose: TimedPose) -> None:
         poses = self._poses
         poses.append(pose)
-        while len(poses) > FEWEST and pose.time - poses[0].time > self._window + _TOLERANCE:
+        while len(poses) > FEWEST and pose.time - poses[0].time > self._window + 1e-9:
             poses.popleft()
         if len(poses) < 2:
             return

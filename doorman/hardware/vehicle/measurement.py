@@ -20,11 +20,9 @@ from doorman.hardware.dynamixel import ServoSample
 from doorman.hardware.interface import Measurement
 from doorman.hardware.mocap import PoseSample
 from doorman.hardware.pixhawk import SampleStatus, VehicleSample
+from doorman.hardware.vehicle.config import VehicleConfig
 from doorman.kinematics.quaternions import multiply, to_attitude
 from doorman.signals import FrameReading, LeafReading
-
-_LONGEST_STEP = 0.05
-"""Joint angles are carried on by this much at most: the bus stops an arm that it does not hear [s]."""
 
 
 def compose(
@@ -33,12 +31,12 @@ def compose(
     vehicle: VehicleSample,
     servos: ServoSample,
     pose: PoseSample | None,
-    n_arm: int,
-    servo_patience: float,
+    config: VehicleConfig,
     tip_force: float | None = None,
     leaf: LeafReading | None = None,
     frame: FrameReading | None = None,
 ) -> Measurement:
+    n_arm, servo_patience = config.n_arm, config.servo_patience
     heard = vehicle.status is SampleStatus.FRESH
     if not heard and (pose is None or vehicle.status is not SampleStatus.STALE):
         raise BackendError(f"the autopilot's state is {vehicle.status.value}", field="pixhawk",
@@ -51,7 +49,9 @@ def compose(
         (vehicle.quaternion, vehicle.attitude_time) if pose is None else (pose.quaternion, pose.time)
     )
     body_rates = vehicle.body_rates if heard or pose is None else pose.body_rates
-    ahead = np.clip(now - servos.times[:n_arm], 0.0, _LONGEST_STEP)
+    ahead = np.clip(
+        now - servos.times[:n_arm], 0.0, config.servos.stale_after
+    )  # the bus stops an arm that it does not hear
     return Measurement(
         time=now - opened,
         position=seen.position,

@@ -26,13 +26,12 @@ from doorman.hardware.dynamixel import ServoBus, ServoConfig, zero_position
 from doorman.hardware.dynamixel.registers import DRIVE_MODE, HOMING_OFFSET
 from doorman.hardware.mocap import MocapConfig, MocapReceiver
 from doorman.hardware.vehicle.config import with_settings
+from doorman.hardware.vehicle.waiting import LISTENING
 from doorman.hardware.vehicle_file.file import MOCAP, NO_CAMERAS, OPTIONS, SERVOS, VehicleFile
 from doorman.kinematics.doors.door import Door
 from doorman.kinematics.quaternions import to_attitude
 from doorman.kinematics.rotations import attitude_from_rotation, rotation_body_to_world
 
-LISTENING = 1.0
-"""[s]."""
 _SHIFTING = (HOMING_OFFSET.name, DRIVE_MODE.name)
 """Settings of a servo that shift or mirror its zero."""
 LARGEST_MOTION = 0.005

@@ -73,9 +73,13 @@ def test_a_local_frame_turns_and_moves_the_state():
 )
 def test_messages_count_in_the_order_of_their_stamps(tracker, stamps, taken, disordered, invalid):
     for stamp in stamps:
-        tracker.take(position(stamp, place=(stamp, 0.0, 0.0)), NOW)
+        tracker.take(position(stamp, place=(1e-3 * stamp, 0.0, 0.0)), NOW)
     assert (tracker.counters.disordered, tracker.counters.invalid) == (disordered, invalid)
-    assert np.isnan(tracker.sample.position[0]) if taken is None else tracker.sample.position[0] == taken
+    assert (
+        np.isnan(tracker.sample.position[0])
+        if taken is None
+        else tracker.sample.position[0] == pytest.approx(1e-3 * taken)
+    )
 
 
 @pytest.mark.parametrize(
@@ -173,9 +177,9 @@ def test_a_position_counts_as_long_as_the_autopilot_believes_it(tracker):
 
 def test_an_estimator_that_says_nothing_is_waited_for_a_while(tracker):
     tracker.expect_estimator(NOW)
-    tracker.take(position(9990), NOW + 1.4)
+    tracker.take(position(9990), NOW + 1.9)
     assert np.isnan(tracker.sample.position).all()
-    tracker.take(position(9991), NOW + 1.6)
+    tracker.take(position(9991), NOW + 2.1)
     assert not np.isnan(tracker.sample.position).any()
 
 
