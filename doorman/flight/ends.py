@@ -186,10 +186,5 @@ class End(Enum):
     """It was commanded to land and does not report that it has."""
 
 
-BY_REST = {
-    Rest.TILTED: End.CRASHED,
-    Rest.ON_SILL: End.ON_SILL,
-    Rest.HELD_UP: End.HELD_UP,
-    Rest.DROPPED: End.DROPPED,
-}
+BY_REST = {Rest.TILTED: End.CRASHED, Rest.ON_SILL: End.ON_SILL, Rest.HELD_UP: End.HELD_UP, Rest.DROPPED: End.DROPPED}
 """End of a flight whose vehicle is down and does not stand where it should."""

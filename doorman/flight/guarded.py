@@ -18,14 +18,7 @@ from doorman.flight.hover import STEEPEST, PoseDelay, measure_hover
 from doorman.flight.journal import Journal
 from doorman.flight.way_back import WayBack, fly_to, out_of_the_doorway
 from doorman.hardware.dynamixel import ServoFault
-from doorman.hardware.pixhawk import (
-    Authority,
-    EventKind,
-    LandedState,
-    Outcome,
-    PositionSetpoint,
-    SampleStatus,
-)
+from doorman.hardware.pixhawk import Authority, EventKind, LandedState, Outcome, PositionSetpoint, SampleStatus
 from doorman.hardware.pixhawk.sequences import GROUND_PATIENCE, LEAST_HEIGHT, MOST_HEIGHT
 from doorman.hardware.safety import Action, Fault, Observation, Observer, Supervisor
 from doorman.hardware.vehicle import Places, VehicleBackend, VehicleLinks
@@ -51,11 +44,7 @@ class GuardedFlight(Uncopied):
     """
 
     def __init__(
-        self,
-        model: Model,
-        links: VehicleLinks,
-        recorder: Recorder,
-        say: Callable[[str], None] = lambda words: None,
+        self, model: Model, links: VehicleLinks, recorder: Recorder, say: Callable[[str], None] = lambda words: None
     ) -> None:
         self.model, self.links, self._listener, self._recorder = model, links, say, recorder
         self.places = Places.of(model)

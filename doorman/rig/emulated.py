@@ -137,11 +137,7 @@ class Rig(Opened):
     """
 
     def __init__(
-        self,
-        model: Model,
-        setup: RigSetup | None = None,
-        recorder: Recorder | None = None,
-        clock: Clock = REAL_TIME,
+        self, model: Model, setup: RigSetup | None = None, recorder: Recorder | None = None, clock: Clock = REAL_TIME
     ) -> None:
         self.model = model
         self.setup = setup or RigSetup()

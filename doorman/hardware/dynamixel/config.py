@@ -13,14 +13,7 @@ from numpy.typing import ArrayLike
 from doorman.arrays import Array, sealed
 from doorman.checks import NonNegative, Positive, Range, check_fields, check_rules, vector
 from doorman.exceptions import BackendError
-from doorman.hardware.dynamixel.registers import (
-    BAUD_CODES,
-    CENTRE,
-    MODELS,
-    TICKS_PER_TURN,
-    WATCHDOG_LONGEST,
-    Unit,
-)
+from doorman.hardware.dynamixel.registers import BAUD_CODES, CENTRE, MODELS, TICKS_PER_TURN, WATCHDOG_LONGEST, Unit
 
 
 class JointLimits(NamedTuple):

@@ -8,22 +8,9 @@ from dataclasses import dataclass
 
 from doorman.hardware.dynamixel.config import ServoConfig
 from doorman.hardware.dynamixel.faults import ServoFault
-from doorman.hardware.dynamixel.packets import (
-    BROADCAST_ID,
-    OVERHEAD,
-    StatusPacket,
-    StatusParser,
-    instruction_packet,
-)
+from doorman.hardware.dynamixel.packets import BROADCAST_ID, OVERHEAD, StatusPacket, StatusParser, instruction_packet
 from doorman.hardware.dynamixel.port import SerialPort
-from doorman.hardware.dynamixel.registers import (
-    BUS_WATCHDOG,
-    TELEMETRY,
-    WATCHDOG_OFF,
-    Instruction,
-    Register,
-    Unit,
-)
+from doorman.hardware.dynamixel.registers import BUS_WATCHDOG, TELEMETRY, WATCHDOG_OFF, Instruction, Register, Unit
 
 BITS_PER_BYTE = 10
 """Start bit, eight data bits, stop bit."""

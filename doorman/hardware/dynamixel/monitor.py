@@ -20,12 +20,7 @@ import math
 from doorman.hardware.dynamixel.config import ServoConfig
 from doorman.hardware.dynamixel.faults import LATCHED, ServoFault
 from doorman.hardware.dynamixel.link import Reply
-from doorman.hardware.dynamixel.registers import (
-    TICK_RANGE,
-    HardwareError,
-    Telemetry,
-    Unit,
-)
+from doorman.hardware.dynamixel.registers import TICK_RANGE, HardwareError, Telemetry, Unit
 
 RESOLUTION = 2 * Unit.CLOCK
 """Two readings of a clock of whole milliseconds [s]."""

@@ -33,14 +33,7 @@ from doorman.hardware.mocap.config import MocapConfig
 from doorman.hardware.mocap.faults import FaultBook, Figures, MocapEvent, MocapFault, MocapStatistics
 from doorman.hardware.mocap.sample import PoseSample, measured, nothing_yet
 from doorman.hardware.mocap.stream import RATE_AT_OPEN, Reading, Sender, StreamReader
-from doorman.kinematics.quaternions import (
-    Quaternion,
-    Vector,
-    angle_between,
-    conjugate,
-    multiply,
-    rotation_vector,
-)
+from doorman.kinematics.quaternions import Quaternion, Vector, angle_between, conjugate, multiply, rotation_vector
 
 FEWEST = 3
 """Poses that are kept however old they are."""

@@ -16,12 +16,7 @@ from doorman.hardware.dynamixel import registers as reg
 from doorman.hardware.dynamixel.cycle import RateGovernor, allowed_rate, stopping_rate
 from doorman.hardware.dynamixel.link import Reply
 from doorman.hardware.dynamixel.monitor import DRIFT, ServoClock, ServoMonitor
-from doorman.hardware.dynamixel.registers import (
-    Telemetry,
-    Unit,
-    joint_angle,
-    whole_turns,
-)
+from doorman.hardware.dynamixel.registers import Telemetry, Unit, joint_angle, whole_turns
 from doorman.rig.emulators.servos.table import BAUD_RATES, ITEMS, TABLE_END
 
 LIMITS = {"lower_limits": [-1.0, -2.0], "upper_limits": [1.0, 2.0], "rate_limits": [3.1, 3.1], "ids": (1, 2)}

@@ -32,8 +32,7 @@ class Vehicle:
             quality=PoseQuality.MEASURED,
         )  # fmt: skip
         autopilot = SimpleNamespace(
-            state=self._state,
-            status=lambda: SimpleNamespace(conditions=frozenset(), authority=Authority.ENGAGED),
+            state=self._state, status=lambda: SimpleNamespace(conditions=frozenset(), authority=Authority.ENGAGED)
         )
         settings = SimpleNamespace(timeouts=Timeouts())
         links = SimpleNamespace(

@@ -134,11 +134,7 @@ def test_every_limit_is_used():
 
 @pytest.mark.parametrize(
     ("change", "field"),
-    [
-        ({"tilt": 0.0}, "safety.tilt"),
-        ({"speed": math.nan}, "safety.speed"),
-        ({"fence_low": [5.0, 0.0, 0.0]}, "safety"),
-    ],
+    [({"tilt": 0.0}, "safety.tilt"), ({"speed": math.nan}, "safety.speed"), ({"fence_low": [5.0, 0.0, 0.0]}, "safety")],
 )
 def test_limits_are_checked(change, field):
     with pytest.raises(ScenarioError) as error:

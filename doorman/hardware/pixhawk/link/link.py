@@ -224,7 +224,7 @@ class Link(Inbox, InThread):
             return
         self._reopen_at = now + LONGEST_WAIT
         try:
-            line = open_line(self._endpoint, LONGEST_WAIT)
+            line = open_line(self._endpoint, 2 * LONGEST_WAIT)
         except BackendError:
             return
         if self._stopping.is_set():

@@ -12,13 +12,7 @@ from doorman.hardware.pixhawk.dialect import Dialect
 from doorman.hardware.pixhawk.link.timesync import ClockMap
 from doorman.hardware.pixhawk.sample import LARGEST, Battery, LandedState, VehicleSample, unknown
 from doorman.hardware.pixhawk.wire.frames import LocalFrame, frd_to_flu
-from doorman.hardware.pixhawk.wire.messages import (
-    Message,
-    boot_ms_difference,
-    cells_to_volts,
-    figure,
-    mavlink,
-)
+from doorman.hardware.pixhawk.wire.messages import Message, boot_ms_difference, cells_to_volts, figure, mavlink
 from doorman.kinematics.quaternions import to_attitude
 
 _REORDER_SPAN = 64

@@ -64,11 +64,7 @@ def test_a_local_frame_turns_and_moves_the_state():
 
 @pytest.mark.parametrize(
     ("stamps", "taken", "disordered", "invalid"),
-    [
-        ([9990, 9990, 9980], 9990, 2, 0),
-        ([20_000], None, 0, 1),
-        ([10_100, *range(9970, 9990)], 9989, 5, 0),
-    ],
+    [([9990, 9990, 9980], 9990, 2, 0), ([20_000], None, 0, 1), ([10_100, *range(9970, 9990)], 9989, 5, 0)],
     ids=["copies and overtaken ones", "from the future", "one wrong stamp does not shut out the rest"],
 )
 def test_messages_count_in_the_order_of_their_stamps(tracker, stamps, taken, disordered, invalid):
