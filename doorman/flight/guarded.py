@@ -74,10 +74,9 @@ class GuardedFlight(Uncopied):
         """Let the supervisor watch from now on."""
         self._armed_once = self._told_to_arm = False
         self.links.release()
-        if self.links.servos.read().fault & ServoFault.JUMPED and not self.links.autopilot.state().armed:
-            self.links.servos.recover(
-                self.links.config.servos.boot_timeout
-            )  # on the ground a person may have turned the arm
+        servos = self.links.servos
+        if servos.read().fault & ServoFault.JUMPED and not self.links.autopilot.state().armed:
+            servos.recover(servos.config.boot_timeout)  # on the ground a person may have turned the arm
         self.supervisor.open()
 
     def rise(self) -> str:

@@ -157,7 +157,7 @@ class WayBack:
                         f"the gripper does not open: hover for {OPERATOR_PATIENCE:g} s; open it by hand, or take over by radio"
                     )
                     with contextlib.suppress(BackendError):  # a servo that has shut down lets go when it restarts
-                        self._links.servos.recover(self._links.config.servos.boot_timeout)
+                        self._links.servos.recover(self._links.servos.config.boot_timeout)
             self._note()
             self._links.clock.sleep(LOOK)
         return self.may_go_on() and not self._links.surely_holding

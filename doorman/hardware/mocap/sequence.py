@@ -134,9 +134,8 @@ class RateMonitor:
         if len(points) == _LEARNING_BINS:
             slopes = _slopes(points, _LEARNING_LAG)
             rate = statistics.median(slopes)
-            if (
-                statistics.median(abs(slope - rate) for slope in slopes) < _DRIFT
-            ):  # a busy computer makes their spread larger
+            spread = statistics.median(abs(slope - rate) for slope in slopes)
+            if spread < _DRIFT:  # a busy computer makes it larger
                 self.learnt, self._settled = rate, True
 
 

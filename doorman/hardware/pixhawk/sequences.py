@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 
 import numpy as np
@@ -96,10 +97,8 @@ class FlightSteps(Opened):
         mode = dialect.mode_parameters(dialect.companion_mode)
         while self._clock.now() < deadline and link.alive and prepares():
             answer = link.command(mavlink.MAV_CMD_DO_SET_MODE, *mode, go_on=prepares)
-            wait = min(
-                self.config.timeouts.heartbeat if answer.done else HEARTBEAT, max(0.0, deadline - self._clock.now())
-            )
-            link.until(lambda: not prepares(), wait)
+            patience, left = self._until_shown(answer), max(0.0, deadline - self._clock.now())
+            link.until(lambda: not prepares(), min(patience, left))
             outcome = outcome if answer.done else answer
         if authority.state is Authority.ENGAGED and not taken():
             return _DONE
@@ -130,12 +129,8 @@ class FlightSteps(Opened):
             if not may():
                 return Outcome(OutcomeStatus.NOT_READY, "the vehicle is to land, or another mode was chosen")
             outcome = link.command(mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 1.0, go_on=lambda: may() and not armed())
-            wait = (
-                self.config.timeouts.heartbeat
-                if outcome.done
-                else min(HEARTBEAT, max(LONGEST_WAIT, deadline - self._clock.now()))
-            )
-            if link.until(armed, wait):
+            left = math.inf if outcome.done else max(LONGEST_WAIT, deadline - self._clock.now())
+            if link.until(armed, min(self._until_shown(outcome), left)):
                 return _DONE
             if self._clock.now() >= deadline or not link.alive:
                 break
@@ -152,7 +147,7 @@ class FlightSteps(Opened):
         link.authority.disarm_expected = True
         outcome = link.command(mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 0.0)
         link.authority.disarm_expected = outcome.done or outcome.status is OutcomeStatus.TIMED_OUT
-        if outcome.done and not link.until(lambda: not link.tracker.sample.armed, self.config.timeouts.heartbeat):
+        if outcome.done and not link.until(lambda: not link.tracker.sample.armed, self._until_shown(outcome)):
             words = "the autopilot acknowledged, but its heartbeat does not show it disarmed"
             return Outcome(OutcomeStatus.TIMED_OUT, words)
         return outcome
@@ -260,6 +255,10 @@ class FlightSteps(Opened):
         if flying and link.config.on_stop == "land" and link.alive and link.request_landing():
             link.until(lambda: link.authority.state is not Authority.ENGAGED, self.config.timeouts.stop)
         link.authority.withdraw(self._clock.now())
+
+    def _until_shown(self, answer: Outcome) -> float:
+        """Longest wait for the heartbeat to show what was acknowledged, or for the next request of what was not [s]."""
+        return self.config.timeouts.heartbeat if answer.done else HEARTBEAT
 
     def _lost(self) -> bool:
         return self._link.authority.state is not Authority.ENGAGED or not self._link.alive

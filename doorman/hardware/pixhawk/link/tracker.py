@@ -38,9 +38,8 @@ class Tracker:
         self._clock = clock
         self._frame = local_frame
         self._stale = timeouts.state  # a stamp that lies so far in the future is wrong [s]
-        self._battery_silent = (
-            timeouts.battery / 2
-        )  # of the first one: then another one counts, or what is said of all [s]
+        self._battery_silent = timeouts.battery / 2
+        """Silence of the first battery after which another one counts, or what SYS_STATUS says of all of them [s]."""
         self._unsaid_until = -math.inf
         self.reset()
 
