@@ -179,12 +179,15 @@ def test_the_deviation_of_the_angle_grows_as_the_frame_of_the_poses_walks() -> N
 
 @pytest.mark.slow
 def test_a_flight_ends_at_the_true_angle_of_a_door_that_stands_elsewhere() -> None:
-    """3 cm and 3 degrees: without the pose of the door the flight ends 2 degrees off."""
+    """3 cm and 3 degrees: without the pose of the door the flight ends 2 degrees off.
+
+    What is found of yaw and place leaves 0.4 degrees of the angle unknown, one deviation.
+    """
     elsewhere = {
         "simulation.door_offset": [0.02, 0.022, 0.0], "simulation.door_yaw": 0.05,
     }  # fmt: skip
     summary = simulate(Scenario.load("shipped:paper", elsewhere), seed=1).summary
-    assert summary is not None and abs(summary["final_error"]) < 1.0, summary
+    assert summary is not None and abs(summary["final_error"]) < 1.2, summary
     for name in ("door_x", "door_y", "door_yaw"):
         found = summary["estimates"][name]
         assert abs(found["value"] - found["true"]) < 3.0 * found["deviation"], name

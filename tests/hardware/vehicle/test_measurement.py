@@ -21,7 +21,7 @@ from doorman.model import Model
 from doorman.scenario import Scenario
 
 NOW, OPENED = 50.0, 40.0
-CONFIG = vehicle_config(Model(Scenario()), "udp:14540", "/dev/null", links={"servo_patience": 0.15})
+CONFIG = vehicle_config(Model(Scenario()), "udp:14540", "/dev/null", "udp:51001", links={"servo_patience": 0.15})
 RATES = np.array([0.2, -0.3, 0.5])
 ATTITUDE = np.array([0.1, -0.2, 0.7])
 VEHICLE = VehicleSample(
@@ -53,9 +53,12 @@ def test_position_is_that_of_the_cameras_with_its_own_time():
     assert measurement.velocity.tolist() == [0.1, 0.2, 0.3]
 
 
-def test_an_autopilot_that_is_not_heard_for_a_while_is_replaced_by_the_cameras():
-    measurement = at(vehicle=replace(VEHICLE, status=SampleStatus.STALE, body_rates=np.full(3, 9.0)), pose=TURNING)
-    assert measurement.body_rates.tolist() == [0.0, 0.0, 0.4]
+@pytest.mark.parametrize("status", [SampleStatus.FRESH, SampleStatus.STALE])
+@pytest.mark.parametrize(("age", "rates"), [(0.06, RATES), (0.08, np.array([0.0, 0.0, 0.4]))])
+def test_an_autopilot_that_is_not_heard_for_a_while_is_replaced_by_the_cameras(status, age, rates):
+    """Their rates are those of 50 ms before the pose, which is 20 ms old."""
+    measurement = at(vehicle=replace(VEHICLE, status=status, attitude_time=NOW - age), pose=TURNING)
+    assert measurement.body_rates.tolist() == rates.tolist()
     assert measurement.attitude == pytest.approx(ATTITUDE) and measurement.pose_time == pytest.approx(
         NOW - OPENED - 0.02
     )
