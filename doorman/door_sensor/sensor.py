@@ -95,8 +95,6 @@ class CallableSource(Uncopied):
         """Do nothing."""
 
 
-_KEPT = 1000
-"""Most events that are kept until they are taken."""
 _MOST_OFF, _MOST_TURNED = 0.1, math.radians(10.0)
 """Largest error of a leaf's mark against every place of the leaf: that of the map, as `door.search` bounds it [m, rad]."""
 _UNPLACED = "not a pose, or of a time at which the vehicle's own is not known"
@@ -124,7 +122,7 @@ class DoorSensor(Uncopied):
             )
         self.source, self.config, self._motion = source, config, config.motion
         self._poses: deque[_VehiclePose] = deque()
-        self._events = EventLog[tuple[float, str]](_KEPT)
+        self._events = EventLog[tuple[float, str]]()
         self._faults = {"leaf": "", "frame": "", "": ""}
         self._judged: tuple[LeafSample | None, LeafReading | str] = None, ""
         self._frame: FrameReading | None = None

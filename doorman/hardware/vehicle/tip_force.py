@@ -8,9 +8,6 @@ from typing import NamedTuple
 
 from doorman.background import EventLog
 
-_KEPT = 1000
-"""Most events that are kept until they are taken."""
-
 
 class TipReading(NamedTuple):
     """One reading."""
@@ -30,7 +27,7 @@ class TipForce:
 
     def __init__(self, source: TipForceSource, stale_after: float) -> None:
         self._source, self._stale_after = source, stale_after  # an older reading counts as none [s]
-        self._events = EventLog[tuple[float, str]](_KEPT)
+        self._events = EventLog[tuple[float, str]]()
         self._fault = ""
 
     def read(self, now: float) -> float | None:
