@@ -23,11 +23,9 @@ from doorman.hardware.dynamixel import ServoSample
 from doorman.hardware.interface import Measurement
 from doorman.hardware.mocap import PoseSample
 from doorman.hardware.pixhawk import SampleStatus, VehicleSample
+from doorman.hardware.vehicle.config import VehicleConfig
 from doorman.kinematics.quaternions import multiply, to_attitude
 from doorman.signals import FrameReading, LeafReading
-
-_LONGEST_STEP = 0.05
-"""Joint angles are carried on by this much at most: the bus stops an arm that it does not hear [s]."""
 
 
 def compose(
@@ -36,13 +34,12 @@ def compose(
     vehicle: VehicleSample,
     servos: ServoSample,
     pose: PoseSample | None,
-    n_arm: int,
-    servo_patience: float,
-    window: float,
+    config: VehicleConfig,
     tip_force: float | None = None,
     leaf: LeafReading | None = None,
     frame: FrameReading | None = None,
 ) -> Measurement:
+    n_arm, servo_patience = config.n_arm, config.servo_patience
     heard = vehicle.status is SampleStatus.FRESH
     if not heard and (pose is None or vehicle.status is not SampleStatus.STALE):
         raise BackendError(f"the autopilot's state is {vehicle.status.value}", field="pixhawk",
@@ -54,9 +51,11 @@ def compose(
     quaternion, turned_at = (
         (vehicle.quaternion, vehicle.attitude_time) if pose is None else (pose.quaternion, pose.time)
     )
+    window = 0.0 if config.mocap is None else config.mocap.velocity_window
     older = pose is not None and vehicle.attitude_time < pose.time - window
     body_rates = pose.body_rates if pose is not None and older else vehicle.body_rates
-    ahead = np.clip(now - servos.times[:n_arm], 0.0, _LONGEST_STEP)
+    carried = config.servos.stale_after  # the bus stops an arm that it does not hear for longer
+    ahead = np.clip(now - servos.times[:n_arm], 0.0, carried)
     return Measurement(
         time=now - opened,
         position=seen.position,
