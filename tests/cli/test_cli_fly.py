@@ -11,10 +11,11 @@ import pytest
 from typer.testing import CliRunner
 
 from doorman.cli import app
-from doorman.cli.vehicles.flight import _ctrl_c, _written
+from doorman.cli.vehicles.flight import Mission, _ctrl_c
 from doorman.flight import FlightSession
 from doorman.flight.guarded import STOPPING
 from doorman.hardware.vehicle import VehicleLinks
+from doorman.model import Model
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
 
@@ -87,7 +88,7 @@ class Autopilot:
 @pytest.mark.parametrize(("written", "words"), [((), "No parameter could be written"), (("COM_A",), "COM_A. Reboot")])
 def test_parameters_that_were_to_be_written_ground_the_vehicle_whether_they_could_be_or_not(written, words, capsys):
     links = SimpleNamespace(autopilot=Autopilot(written))
-    result = _written(cast(VehicleLinks, links), print)
+    result = Mission(Model("paper")).written(cast(VehicleLinks, links))
     assert result is not None and not result["ready"] and words in result["message"]
     assert "by hand: MIS_TAKEOFF_ALT" in capsys.readouterr().out
 

@@ -12,15 +12,6 @@ from command_line import COMMAND, ROOT, run
 import doorman
 
 
-def test_help_is_a_page_of_documentation():
-    text = run("--help").output
-    for words in ("SCENARIO", "paper", "push", "Exit status", "--version", "doorman open"):
-        assert words in text
-    text = run("open", "--help").output
-    for option in ("--set", "--out", "--duration", "--seed", "--realtime", "--view"):
-        assert option in text
-
-
 @pytest.mark.parametrize(
     "command", "open check warmup rig fly campaign view export plot replay estimate merge list doctor".split()
 )

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from doorman.cli.command import VEHICLE, app, command
-from doorman.cli.options import Settings, Source
+from doorman.cli.options import Settings, Source, valued
 from doorman.cli.vehicles.vehicle_file import group as vehicle
 from doorman.exceptions import BackendError
 
@@ -29,7 +29,7 @@ def print_(
     settings: Settings = None,
     size: Annotated[float, typer.Option(min=0.02, help="Edge of the black square [m].")] = 0.16,
     paper: Annotated[str, typer.Option(help="a4, a3 or letter.")] = "a4",
-    out: Annotated[Path, typer.Option(metavar="FILE", help="PDF to write.")] = Path("tags.pdf"),
+    out: Annotated[Path, valued("FILE", "PDF to write.")] = Path("tags.pdf"),
 ) -> int:
     """Write a PDF with a tag for the leaf and one for the frame, true to size, and print the table for the vehicle file.
 
