@@ -66,11 +66,8 @@ def test_a_repr_says_what_matters(results):
 
 
 def test_every_kind_of_value_is_short():
-    text = repr(
-        Everything(
-            np.array(1.0), np.zeros((3, 4)), 1 / 3, "a\nb" * 99, None, (1, 2, 3), QuadraticCost(*np.ones((5, 1)))
-        )
-    )
+    part = QuadraticCost(*np.ones((5, 1)))
+    text = repr(Everything(np.array(1.0), np.zeros((3, 4)), 1 / 3, "a\nb" * 99, None, (1, 2, 3), part))
     assert text.startswith("Everything(scalar=array(), matrix=array(3, 4), ratio=0.333333, words='a\\nb")
     assert text.endswith("…, none=None, several=tuple of 3, part=QuadraticCost(…))")
     assert "\n" not in text
