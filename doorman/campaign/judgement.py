@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,10 +13,6 @@ from doorman.summary import COMPLETED, GIVEN_UP, GOAL_MISSED, TOUCHED
 
 TOLERANCE = {"deg": 2.0, "m": 0.014}
 """Largest |final angle − target|, or of a slide its opening, by unit: 2° are 1.4 cm at a lever of 0.4 m."""
-_WORDS: dict[str, Callable[[float], str]] = {
-    "deg": lambda error: f"{error:+.1f}°",
-    "m": lambda error: f"{1e2 * error:+.1f} cm",
-}
 _ENDS = (COMPLETED, TOUCHED, GOAL_MISSED, GIVEN_UP)
 """Outcomes of missions that came to an end of their own."""
 
@@ -54,7 +50,8 @@ def judge(summary: Mapping[str, Any], campaign: CampaignSection | None = None) -
         said = summary["reason"]
         reasons.append(f"{outcome}: {said}" if said else str(outcome))
     if not abs(error) < TOLERANCE[unit]:
-        reasons.append(f"the door ended {_WORDS[unit](error)} from the target")
+        off = f"{error:+.1f}°" if unit == "deg" else f"{1e2 * error:+.1f} cm"
+        reasons.append(f"the door ended {off} from the target")
     reasons += _contact(summary, campaign or CampaignSection())
     safe = not summary["collisions"] and outcome in _ENDS
     return Judgement(not reasons, "; ".join(reasons), safe)
