@@ -20,9 +20,8 @@ def largest_violation(recording: Recording, model: Model) -> float:
     truth, mission = recording["truth"], recording["mission"]
     through = mission.time[mission["state"] == "through"]
     flown = slice(int(np.searchsorted(truth.time, through[0])) if len(through) else None)
-    rows = flown_constraints(
-        model, *(truth[field][flown] for field in ("position", "attitude", "door_angle", "arm_angles"))
-    )
+    fields = ("position", "attitude", "door_angle", "arm_angles")
+    rows = flown_constraints(model, *(truth[field][flown] for field in fields))
     return float(max(rows.max(), 0.0))
 
 

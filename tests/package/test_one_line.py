@@ -53,13 +53,7 @@ def test_a_repr_says_what_matters(results):
     plan, solution = results["plan"], results["solution"]
     for word in ("status=CONVERGED", "states=array(51, 9)", f"cost={plan.cost:.6g}", "max_violation=", "iterations="):
         assert word in repr(plan)
-    for word in (
-        "problem=Problem(…)",
-        f"cost={solution.cost:.6g}",
-        "status=CONVERGED",
-        "gains=array(50, 8, 9)",
-        "violation=",
-    ):
+    for word in ("problem=Problem(…)", f"cost={solution.cost:.6g}", "status=CONVERGED", "gains=array(50, 8, 9)"):
         assert word in repr(solution)
     for word in ("horizon=50", "time_step=0.02", "cost=QuadraticCost(…)", "n_constraints="):
         assert word in repr(results["problem"])

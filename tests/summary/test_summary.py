@@ -42,12 +42,8 @@ def made_up(model: Model, angles: Any, turn: float = 0.5, **changes: Any) -> Rec
     for k, angle in enumerate(angles):
         attitude = np.array([0.0, 0.0, turn * (angle - math.pi / 2)])
         position = model.coupling.vehicle_position(attitude, angle, arm)
-        truth = {
-            "position": position + columns["away"][k],
-            "attitude": attitude,
-            "door_angle": angle,
-            "arm_angles": arm,
-        }
+        position = position + columns["away"][k]
+        truth = {"position": position, "attitude": attitude, "door_angle": angle, "arm_angles": arm}
         names = ("touching", "max_pull", "max_push", "collisions", "door_rate")
         told = {name: columns[name][k] for name in names} | {"only_tip_on_frame": columns["only_tip"][k]}
         recorder.write("truth", 0.1 * k, truth | told)

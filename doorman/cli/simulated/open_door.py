@@ -89,8 +89,7 @@ def open_door(
                     listener=listener, force=force, report=report,
                 )  # fmt: skip
         summary = recording.summary
-        text = json.dumps(summary, indent=2)
-        (results / "summary.json").write_text(text + "\n", encoding="utf-8")
+        (results / "summary.json").write_text(json.dumps(summary, indent=2) + "\n", encoding="utf-8")
         try:
             write_pictures(recording, model, results, helper)
         except PicturesMissing as error:
@@ -99,11 +98,7 @@ def open_door(
     end = recording["mission"]
     if end["message"][-1] == "interrupted":
         good, sentence = False, f"Interrupted after {end.time[-1]:.1f} s. Until then: {sentence}"
-    if as_json:
-        typer.echo(text)
-        typer.echo(sentence, err=True)
-    else:
-        print_run(summary, sentence, results)
+    print_run(as_json, summary, sentence, results)
     return 0 if good else 1
 
 

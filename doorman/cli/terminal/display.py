@@ -92,8 +92,12 @@ def warmup_progress(steps: int, counts: Callable[[], KernelCounts], shown: bool)
         progress.update(task, advance=1)
 
 
-def print_run(summary: dict[str, Any], sentence: str, folder: Path) -> None:
-    """Print a run's figures as a table, and the sentence that says what happened."""
+def print_run(as_json: bool, summary: dict[str, Any], sentence: str, folder: Path) -> None:
+    """Print a run's figures, and the sentence that says what happened: as a table, or as JSON with the words on stderr."""
+    if as_json:
+        typer.echo(json.dumps(summary, indent=2))
+        typer.echo(sentence, err=True)
+        return
     table = Table(show_header=False, box=None, pad_edge=False)
     for name, value in _rows(summary):
         table.add_row(name, Text(value))

@@ -12,8 +12,6 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
-import typer
-
 from doorman.cli.task import load_task
 from doorman.cli.terminal.display import print_run
 from doorman.cli.vehicles.flight import fly_mission
@@ -64,11 +62,7 @@ def fly_the_rig(
         return 1  # the mission did not begin
     summary = judge(Recording.load(truth), recording, model)
     good, sentence = verdict(summary)
-    if as_json:
-        typer.echo(json.dumps(summary, indent=2))
-        typer.echo(sentence, err=True)
-    else:
-        print_run(summary, sentence, place)
+    print_run(as_json, summary, sentence, place)
     return 0 if good and status == 0 else 1
 
 

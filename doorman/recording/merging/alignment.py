@@ -73,9 +73,8 @@ def align_by_rates(
                                    f"{GRID * lags[int(np.argmax(elsewhere))] + run_start - log_start:.3f} s",
                              allowed="a longer flight, or --offset")  # fmt: skip
     fine = GRID * (lags[best] + _vertex(correlation, best))
-    return Alignment(
-        run_start - log_start + fine, _deviation(run, log, int(lags[best]), fine), "cross-correlation of rates"
-    )
+    deviation = _deviation(run, log, int(lags[best]), fine)
+    return Alignment(run_start - log_start + fine, deviation, "cross-correlation of rates")
 
 
 def _on_grid(time: Array, rates: Array, name: str, *, least: float = 2.0, gap: float = 1.0) -> tuple[float, Array]:

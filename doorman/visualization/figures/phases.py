@@ -16,9 +16,8 @@ def phases(recording: Recording, end: float) -> list[tuple[str, float, float]]:
     if "mission" not in recording:
         return []
     mission = recording["mission"]
-    named = [
-        (str(name), float(time)) for name, time in zip(mission["state"], mission.time, strict=True) if name != "end"
-    ]
+    begun = zip(mission["state"].tolist(), mission.time.tolist(), strict=True)
+    named = [(name, time) for name, time in begun if name != "end"]
     ends = [*(time for _, time in named[1:]), end]
     return [(name, start, stop) for (name, start), stop in zip(named, ends, strict=True) if stop > start]
 

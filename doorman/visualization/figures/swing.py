@@ -40,17 +40,16 @@ def swing_figure(recording: Recording, model: Model) -> Figure:
     _draw_doorway(axes, model)
     vehicle = np.array([_points(moment, model)[0] for moment in swing])
     tips = np.array([_points(moment, model)[-1] for moment in swing])
-    axes.plot(
-        vehicle[:, 0], vehicle[:, 1], color=BLACK, linestyle="--", linewidth=1.2, label="vehicle's path", zorder=4
-    )
-    axes.plot(tips[:, 0], tips[:, 1], color=RED, linewidth=1.4, label="tip's path", zorder=4)
+    (x, y), (tip_x, tip_y) = vehicle.T[:2], tips.T[:2]
+    axes.plot(x, y, color=BLACK, linestyle="--", linewidth=1.2, label="vehicle's path", zorder=4)
+    axes.plot(tip_x, tip_y, color=RED, linewidth=1.4, label="tip's path", zorder=4)
     chosen = _at_intervals(swing)
     colors = colormaps["cividis"](np.linspace(0.0, 0.9, max(len(chosen), 2)))
     for moment, color in zip(chosen, colors, strict=False):
         _draw_moment(axes, moment, model, tuple(float(value) for value in color))
     axes.set_aspect("equal")
     room = model.vehicle.radius + 0.1  # the usual ends, unless the disc reaches farther
-    axes.set_xlim(min(-1.1, vehicle[:, 0].min() - room), max(1.35, vehicle[:, 0].max() + room))
+    axes.set_xlim(min(-1.1, x.min() - room), max(1.35, x.max() + room))
     axes.set_xlabel("from the hinge through the doorway [m]")
     lies = model.true_door.lies
     axes.set_ylabel("above the hinge [m]" if lies else "from the hinge along the wall, to the left [m]")
