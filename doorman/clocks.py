@@ -9,9 +9,6 @@ import time
 from collections.abc import Callable, Sequence
 from typing import Any, Protocol, TypeVar
 
-_SPIN = 0.0003
-"""The last stretch before an exact time is waited for by looking at the clock: sleeping is not that exact [s]."""
-
 
 class HasFileno(Protocol):
     """A socket, a line, a device."""
@@ -43,9 +40,10 @@ class Clock:
 
     def reach(self, moment: float) -> None:
         """Wait until a moment, exactly."""
+        spin = 0.0003  # [s]; the last stretch is waited for by looking at the clock: sleeping is not that exact
         while (left := moment - time.monotonic()) > 0.0:
-            if left > _SPIN:
-                time.sleep(left - _SPIN)
+            if left > spin:
+                time.sleep(left - spin)
 
     def readable(self, files: Sequence[_File], timeout: float) -> list[_File]:
         """Wait until something can be read."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,10 +15,6 @@ TOLERANCE = {"deg": math.degrees(OPEN_TOLERANCE), "m": 0.014}
 """Largest |final angle − target|, or of a slide its opening, by unit: 2° are 1.4 cm at a lever of 0.4 m."""
 _LARGEST_PUSH = 15.0
 """With which a success pushes the leaf [N]."""
-_WORDS: dict[str, Callable[[float], str]] = {
-    "deg": lambda error: f"{error:+.1f}°",
-    "m": lambda error: f"{1e2 * error:+.1f} cm",
-}
 _ENDS = (COMPLETED, TOUCHED, GOAL_MISSED, GIVEN_UP)
 """Outcomes of missions that came to an end of their own."""
 
@@ -55,7 +51,8 @@ def judge(summary: Mapping[str, Any]) -> Judgement:
         said = summary["reason"]
         reasons.append(f"{outcome}: {said}" if said else str(outcome))
     if not abs(error) < TOLERANCE[unit]:
-        reasons.append(f"the door ended {_WORDS[unit](error)} from the target")
+        off = f"{error:+.1f}°" if unit == "deg" else f"{1e2 * error:+.1f} cm"
+        reasons.append(f"the door ended {off} from the target")
     reasons += _contact(summary)
     safe = not summary["collisions"] and outcome in _ENDS
     return Judgement(not reasons, "; ".join(reasons), safe)
