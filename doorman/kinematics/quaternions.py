@@ -13,11 +13,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from doorman.checks import vector
 from doorman.exceptions import DimensionError
+from doorman.kinematics.rotations import SMALLEST_COSINE
 
 Vector = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
 
-_SINGULAR = 1.0 - 1e-12
+_SINGULAR = math.sqrt(1.0 - SMALLEST_COSINE**2)
 
 
 def wrap(angle: float) -> float:

@@ -38,12 +38,10 @@ _REQUIRED = {
 _POSITIVE = {("box", "size"), ("cylinder", "radius"), ("cylinder", "length"), ("sphere", "radius")}
 _NOT_NEGATIVE = {("mass", "value"), ("limit", "effort"), ("dynamics", "damping"), ("dynamics", "friction")}
 _CHILDREN = {"inertial": ("mass", "inertia"), "visual": ("geometry",), "collision": ("geometry",)}
-_LENGTH, _MASS = 1e3, 1e5
+LARGEST_LENGTH, _MASS = 1e3, 1e5
 """Largest length [m], and mass [kg] or moment of inertia [kg m²]: ten times a hangar's door."""
-_LARGEST = {
-    "axis": 1e6, "mesh": 1e6, "origin": _LENGTH, "box": _LENGTH, "cylinder": _LENGTH, "sphere": _LENGTH, "mass": _MASS,
-    "inertia": _MASS, "dynamics": 1e6, "mimic": 1e6, "limit": 1e20,
-}  # fmt: skip
+_LARGEST = dict.fromkeys(_NUMBERS, 1e6) | dict.fromkeys(("origin", "box", "cylinder", "sphere"), LARGEST_LENGTH)
+_LARGEST |= {"mass": _MASS, "inertia": _MASS, "limit": 1e20}
 """Largest numbers of each element; exporters write 1e16 for no limit."""
 _SMALLEST_AXIS = 1e-6
 """Length of an axis below which its direction is lost in rounding."""

@@ -14,37 +14,30 @@ import pinocchio
 
 from doorman.arrays import Array
 from doorman.exceptions import UrdfError
+from doorman.kinematics.urdf.elements import UrdfShape, read_collisions, read_visuals
+from doorman.kinematics.urdf.mesh_files import mesh_path
 from doorman.kinematics.urdf.mesh_hull import mesh_vertices
-from doorman.kinematics.urdf.mesh_paths import mesh_path
 from doorman.kinematics.urdf.robot import link_index
-from doorman.kinematics.urdf.shapes import UrdfShape, read_collisions, read_visuals
 from doorman.kinematics.vehicles.rotors import rotor_links
 
 
-def disc_radius(urdf: Path, model: pinocchio.Model, base: pinocchio.SE3) -> float:
+def disc_radius(urdf: Path, model: pinocchio.Model) -> float:
     """Radius of the disc about the body's z axis that holds the body and its rotors."""
     shapes = [shape for shape in read_collisions(urdf) if _frame(urdf, model, shape.link).parentJoint == 0]
     for shape in shapes:
         if shape.kind == "mesh":
             mesh_path(urdf, shape.file, shape.field)  # an address of another kind has an error of its own
     try:
-        body = max(
-            (
-                _reach(
-                    urdf,
-                    shape,
-                    base.inverse() * _frame(urdf, model, shape.link).placement * pinocchio.SE3(shape.placement),
-                )
-                for shape in shapes
-            ),
-            default=0.0,
+        placed = (
+            (shape, _frame(urdf, model, shape.link).placement * pinocchio.SE3(shape.placement)) for shape in shapes
         )
+        body = max((_reach(urdf, shape, placement) for shape, placement in placed), default=0.0)
     except UrdfError as error:
         raise UrdfError(
             "collision meshes cannot be read; set vehicle.radius", file=urdf, field="vehicle.radius",
             given=f"{error.field}: {error.message}: {error.given}", allowed="meshes that exist, or a radius > 0 m",
         ) from error  # fmt: skip
-    hubs = _hubs(urdf, model, base)
+    hubs = _hubs(urdf, model)
     if len(hubs) and body < np.hypot(*hubs.T[:2]).max():
         radii = _propeller_radii(urdf)
         reaches = np.hypot(*hubs.T[:2]) + np.where(radii > 0.0, radii, _half_way_to_the_next(hubs))
@@ -57,9 +50,9 @@ def disc_radius(urdf: Path, model: pinocchio.Model, base: pinocchio.SE3) -> floa
     return body
 
 
-def propeller_reach(urdf: Path, model: pinocchio.Model, base: pinocchio.SE3) -> float:
+def propeller_reach(urdf: Path, model: pinocchio.Model) -> float:
     """Largest distance of a propeller's tip from the body's z axis, of the rotors whose links have shapes."""
-    hubs, radii = _hubs(urdf, model, base), _propeller_radii(urdf)
+    hubs, radii = _hubs(urdf, model), _propeller_radii(urdf)
     known = radii > 0.0
     return float((np.hypot(*hubs[known].T[:2]) + radii[known]).max(initial=0.0))
 
@@ -86,10 +79,10 @@ def _half_way_to_the_next(hubs: Array) -> Array:
     return np.where(np.isfinite(between), between, 0.0)
 
 
-def _hubs(urdf: Path, model: pinocchio.Model, base: pinocchio.SE3) -> Array:
+def _hubs(urdf: Path, model: pinocchio.Model) -> Array:
     """Origins of the rotors' frames in the body, shape (m, 3) [m]."""
     frames = [_frame(urdf, model, link) for link in rotor_links(urdf)]
-    return np.array([base.actInv(frame.placement.translation) for frame in frames]).reshape(-1, 3)
+    return np.array([frame.placement.translation for frame in frames]).reshape(-1, 3)
 
 
 def _frame(urdf: Path, model: pinocchio.Model, link: str) -> pinocchio.Frame:
