@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from doorman.arrays import Array, frozen
 from doorman.checks import numbers, vector
 from doorman.collision.shapes import Shape, arm_joint_of_links, read_shapes, tip_shapes
+from doorman.collision.surroundings import ROUNDED
 from doorman.exceptions import DimensionError, UrdfError
 from doorman.kinematics.doors.door import Door
 from doorman.kinematics.vehicles.vehicle import Vehicle
@@ -50,7 +51,6 @@ class PairBounds(NamedTuple):
         return bounds
 
 
-_ROTATION_TOLERANCE = 1e-6
 _BLOCK = 256
 """Configurations whose bounds are in memory at once."""
 
@@ -234,7 +234,7 @@ class CollisionScene:
         for array, (name, shape) in zip((p, r, h, a), shapes.items(), strict=True):
             if array.shape != shape or m == 0:
                 raise DimensionError("wrong shape", field=name, given=array.shape, allowed=f"{shape}, at least one")
-        if not np.allclose(r @ np.swapaxes(r, 1, 2), np.eye(3), atol=_ROTATION_TOLERANCE):
+        if not np.allclose(r @ np.swapaxes(r, 1, 2), np.eye(3), atol=ROUNDED):
             raise DimensionError("not a rotation matrix", field="rotations", given=r[0].tolist(), allowed="R Rᵀ = I")
         return p, r, h, a
 

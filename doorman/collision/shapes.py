@@ -14,6 +14,7 @@ import fcl
 import numpy as np
 
 from doorman.arrays import Array, frozen
+from doorman.collision.surroundings import ROUNDED
 from doorman.kinematics.doors.door import Door
 from doorman.kinematics.urdf.elements import UrdfShape, link_name, read_collisions, read_parents
 from doorman.kinematics.urdf.mesh_hull import bounding_box, convex_hull
@@ -61,10 +62,6 @@ def _shape(path: Path, written: UrdfShape) -> Shape:
     return Shape(written.name, written.link, frozen(placement), frozen(size / 2), geometry)
 
 
-_POINT = 1e-6
-"""Radius of the ball that stands for the tip's frame [m]."""
-
-
 def tip_link(vehicle: Vehicle) -> str:
     """Name of the tip's link; a scenario may also name the tip by the joint that carries it."""
     return link_name(vehicle.urdf, vehicle.names.tip)
@@ -107,7 +104,7 @@ def tip_and_frame(vehicle: Vehicle, door: Door) -> list[tuple[str, str]]:
 
 def _is_at(shape: Shape, point: Array) -> bool:
     """Whether a point is at the shape's hull: shape (3,), from the centre of its bounding box [m]."""
-    ball = fcl.CollisionObject(fcl.Sphere(_POINT), fcl.Transform(point))
+    ball = fcl.CollisionObject(fcl.Sphere(ROUNDED), fcl.Transform(point))
     request = fcl.DistanceRequest(enable_signed_distance=True)
     distance = fcl.distance(ball, fcl.CollisionObject(shape.geometry), request, fcl.DistanceResult())
     return bool(distance <= shape.half_extents.min())

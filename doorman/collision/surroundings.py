@@ -18,8 +18,8 @@ from doorman.scenario import Scenario
 
 _REACHES_IN = 0.02
 """Depth from which on a disc counts as in a jamb, or a leaf's face behind the frame's: the check measures it exactly [m]."""
-_ROUNDED = 1e-6
-"""By which a URDF's numbers are rounded [m]."""
+ROUNDED = 1e-6
+"""By which numbers of a URDF or a rotation are rounded, and radius of a ball that stands for a point [m]."""
 _RIGHT_ANGLE = math.radians(1.0)
 """A leaf that is open by no more beyond 90° leaves its vehicle between the jambs [rad]."""
 
@@ -34,7 +34,7 @@ def surroundings_of(door: Door, contact: Contact, travel: Travel, distance: floa
         return "wall" if door.panel is None else "panel"
     if door.side == "pull":
         return "wall" if door.frame_depth - door.contact_offset < _REACHES_IN else "corners"
-    behind_the_tip = radius - _ROUNDED <= distance <= door.width - radius + _ROUNDED
+    behind_the_tip = radius - ROUNDED <= distance <= door.width - radius + ROUNDED
     between = (behind_the_tip or contact.fits) and min(travel.start, travel.goal) > -_RIGHT_ANGLE
     return "doorway" if between or door.width < 2.0 * radius else "corners"
 
@@ -91,7 +91,7 @@ def check_contact(scenario: Scenario, door: Door, width: float, place: tuple[flo
         ("contact.distance_from_hinge", place[0], width, "the leaf's width"),
         ("contact.height", place[1], door.height, "the leaf's height"),
     ):
-        if not -_ROUNDED <= given <= limit + _ROUNDED:
+        if not -ROUNDED <= given <= limit + ROUNDED:
             raise ScenarioError(
                 "the contact point is off the leaf", file=scenario.source,
                 field=field if contact.named is None else f"contact.{contact.named}", given=given,

@@ -14,11 +14,9 @@ from doorman.arrays import Array, frozen
 from doorman.exceptions import UrdfError
 from doorman.kinematics.urdf.elements import UrdfShape
 from doorman.kinematics.urdf.mesh_files import LARGEST_FILE, mesh_path
-from doorman.kinematics.urdf.structure import LARGEST_LENGTH
+from doorman.kinematics.urdf.structure import LARGEST_LENGTH, LOST
 
 MOST_VERTICES = 1_000_000
-_LEAST = 1e-5
-"""Least size of a mesh [m], and least thickness of a hull as a share of its size: smaller ones are lost in rounding."""
 
 
 @dataclass(frozen=True)
@@ -60,7 +58,7 @@ def convex_hull(urdf: Path, shape: UrdfShape) -> Hull:
     """Convex hull of a mesh."""
     vertices = mesh_vertices(urdf, shape)
     extents = np.linalg.svd(vertices - vertices.mean(axis=0), compute_uv=False) / np.sqrt(len(vertices))
-    if len(extents) < 3 or extents[0] < _LEAST or extents[2] < _LEAST * extents[0]:
+    if len(extents) < 3 or extents[0] < LOST or extents[2] < LOST * extents[0]:
         raise _unreadable(urdf, shape, "it has no volume")  # Qhull would end the process
     try:
         return _hull(vertices.tobytes())

@@ -43,8 +43,8 @@ LARGEST_LENGTH, _MASS = 1e3, 1e5
 _LARGEST = dict.fromkeys(_NUMBERS, 1e6) | dict.fromkeys(("origin", "box", "cylinder", "sphere"), LARGEST_LENGTH)
 _LARGEST |= {"mass": _MASS, "inertia": _MASS, "limit": 1e20}
 """Largest numbers of each element; exporters write 1e16 for no limit."""
-_SMALLEST_AXIS = 1e-6
-"""Length of an axis below which its direction is lost in rounding."""
+LOST = 1e-5
+"""Length of an axis, size of a mesh [m], and thickness of a hull as a share of its size, below which rounding hides them."""
 _SHAPES = ("box", "cylinder", "sphere", "mesh")
 _JOINT_TYPES = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
 
@@ -148,7 +148,7 @@ def _check_joint(path: Path, joint: ElementTree.Element, where: str) -> None:
     axis, limit = joint.find("axis"), joint.find("limit")
     if kind in ("revolute", "continuous", "prismatic", "planar") and axis is not None:
         text = axis.get("xyz", "1 0 0")
-        if math.hypot(*parse_numbers(text)) < _SMALLEST_AXIS:  # fixed joints may have one: some exporters write it
+        if math.hypot(*parse_numbers(text)) < LOST:  # fixed joints may have one: some exporters write it
             raise UrdfError(
                 "an axis without direction", file=path, field=f"{where}/axis@xyz", given=text, allowed="not all zero"
             )

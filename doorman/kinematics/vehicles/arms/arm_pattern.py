@@ -16,7 +16,6 @@ Entry = int | float
 """A float is that constant; an integer the index of a number."""
 Rows = tuple[tuple[Entry, Entry, Entry], ...]
 
-_PLAIN = (0.0, 1.0, -1.0)
 _ROUNDING = 1e-15
 
 
@@ -69,7 +68,7 @@ class ArmPattern:
             return tuple((entry(row[0]), entry(row[1]), entry(row[2])) for row in values)
 
         def entry(value: float) -> Entry:
-            for plain in _PLAIN:
+            for plain in (0.0, 1.0, -1.0):
                 if abs(value - plain) < _ROUNDING:
                     return plain
             numbers.append(float(value))
