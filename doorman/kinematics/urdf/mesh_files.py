@@ -12,7 +12,7 @@ from doorman.kinematics.urdf.document import read_content
 from doorman.kinematics.urdf.structure import check_structure
 
 LARGEST_FILE = 50_000_000
-"""Largest file of a mesh [bytes]."""
+"""Largest file of a mesh that is copied [bytes]."""
 _FILE, _PACKAGE = "file://", "package://"
 _UNSAFE = re.compile(r"[^\w.-]")
 """What of a mesh's name does not go into the name of a copy."""

@@ -13,9 +13,11 @@ from numpy.typing import NDArray
 from doorman.arrays import Array, frozen
 from doorman.exceptions import UrdfError
 from doorman.kinematics.urdf.elements import UrdfShape
-from doorman.kinematics.urdf.mesh_files import LARGEST_FILE, mesh_path
+from doorman.kinematics.urdf.mesh_files import mesh_path
 from doorman.kinematics.urdf.structure import LARGEST_LENGTH, LOST
 
+LARGEST_SHAPE = 20_000_000
+"""Largest file of a mesh that is a collision shape [bytes]: an STL file with a million vertices, which takes seconds to read."""
 MOST_VERTICES = 1_000_000
 
 
@@ -34,8 +36,8 @@ def mesh_vertices(urdf: Path, shape: UrdfShape) -> Array:
     file = mesh_path(urdf, shape.file, shape.field)
     if not file.is_file():
         raise UrdfError("no such mesh", file=urdf, field=shape.field, given=shape.file, allowed="an existing file")
-    if not 0 < (size := file.stat().st_size) <= LARGEST_FILE:
-        raise _unreadable(urdf, shape, f"{size} bytes, of 1 to {LARGEST_FILE}")
+    if not 0 < (size := file.stat().st_size) <= LARGEST_SHAPE:
+        raise _unreadable(urdf, shape, f"{size} bytes, of 1 to {LARGEST_SHAPE}")
     try:
         vertices = _load(str(file), file.stat().st_mtime_ns, shape.size)
     except (ValueError, RuntimeError, OSError, MemoryError) as error:

@@ -182,18 +182,12 @@ def _check_tree(
             )  # fmt: skip
         parent_of[ends[1]] = ends[0]
     roots = [link for link in links if link not in parent_of]
-    reached = sum(_leads_to_root(link, parent_of) for link in links)
-    if len(roots) != 1 or reached != len(links):
+    reached = list(roots)
+    for above in reached:
+        reached += [link for link, parent in parent_of.items() if parent == above]
+    if len(roots) != 1 or len(reached) != len(links):
         raise UrdfError(
             "the links are not one tree", file=path, field=f"{top}/link",
-            given=f"roots {', '.join(roots) or 'none'}; {len(links) - reached} links in a loop",
+            given=f"roots {', '.join(roots) or 'none'}; {len(links) - len(reached)} links in a loop",
             allowed="one root, every other link the child of a joint",
         )  # fmt: skip
-
-
-def _leads_to_root(link: str, parent_of: dict[str, str]) -> bool:
-    for _ in range(len(parent_of) + 1):
-        if link not in parent_of:
-            return True
-        link = parent_of[link]
-    return False

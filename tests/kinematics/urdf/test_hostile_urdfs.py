@@ -12,7 +12,7 @@ from urdf_variants import DOOR, VEHICLE, write_edited
 from doorman.exceptions import UrdfError
 from doorman.kinematics.doors.door import Door
 from doorman.kinematics.urdf import document as urdf_document
-from doorman.kinematics.urdf import mesh_files, mesh_hull
+from doorman.kinematics.urdf import mesh_hull
 from doorman.kinematics.urdf.robot import load_pinocchio
 from doorman.kinematics.vehicles.vehicle import Vehicle
 
@@ -152,5 +152,5 @@ def test_large_meshes_are_refused(tmp_path, monkeypatch):
     monkeypatch.setattr(mesh_hull, "MOST_VERTICES", 3)
     refused(path, "cannot be read.*4 vertices", "vehicle.radius", Vehicle)
     with (tmp_path / "a.stl").open("ab") as file:
-        file.truncate(mesh_files.LARGEST_FILE + 1)
+        file.truncate(mesh_hull.LARGEST_SHAPE + 1)
     refused(path, "cannot be read.*bytes", "vehicle.radius", Vehicle)

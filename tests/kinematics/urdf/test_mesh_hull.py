@@ -15,7 +15,7 @@ from urdf_variants import VEHICLE, robot_data_vehicle, write_edited
 from doorman.collision.shapes import read_shapes
 from doorman.exceptions import BackendError, UrdfError
 from doorman.kinematics.urdf.elements import read_collisions
-from doorman.kinematics.urdf.mesh_hull import convex_hull
+from doorman.kinematics.urdf.mesh_hull import bounding_box, convex_hull
 from doorman.simulation.plant.hulls import read_spec
 
 mujoco = pytest.importorskip("mujoco")
@@ -49,6 +49,7 @@ def test_hull_of_a_box_with_points_inside(tmp_path: Path, rng: np.random.Generat
     hull = convex_hull(path, mesh_shape(path))
     assert sorted(map(tuple, hull.vertices.round(6))) == sorted(map(tuple, (corners * [1, 2, -1]).round(6)))
     assert volume(hull.vertices, hull.triangles) == pytest.approx(0.8 * 0.8 * 0.1, rel=1e-6)
+    np.testing.assert_allclose(bounding_box(path, mesh_shape(path)), [[0.1, 0.0, -0.05], [0.8, 0.8, 0.1]], atol=1e-6)
     assert not hull.vertices.flags.writeable and not hull.triangles.flags.writeable
 
 
