@@ -21,7 +21,6 @@ A draught blows through the doorway along the closed leaf's normal. At the openi
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 
 import numpy as np
 
@@ -36,8 +35,6 @@ _JUMPS = 5
 """The stream that makes its jumps."""
 _UPWARDS = 8
 """The stream that makes its vertical force."""
-_BLOCK = 256
-"""Pairs of random numbers that are drawn at once."""
 
 
 class Gust:
@@ -47,9 +44,8 @@ class Gust:
         self._section = section
         self._door, self._lever = door, door.lever_length(door.width / 2)
         self._generator = np.random.default_rng([seed, _GUSTS])
-        self._drawn: Iterator[list[float]] = iter(())
         self._upwards = np.random.default_rng([seed, _UPWARDS])
-        self._variation, self._rises = self._draw(), self._rise()
+        self._variation, self._rises = self._generator.standard_normal(2).tolist(), self._rise()
         self._time, self._elapsed, self._kept, self._fresh = 0.0, 0.0, 1.0, 0.0
         self._jumps = Jumps(section.jump_rate, (seed, _JUMPS))
         self._jumped, self._strength = 0.0, 1.0
@@ -93,21 +89,14 @@ class Gust:
             kept = math.exp(-elapsed / self._section.correlation_time)
             self._elapsed, self._kept, self._fresh = elapsed, kept, math.sqrt(1.0 - kept * kept)
         if self._kept < 1.0:
-            kept, fresh, (vehicle, leaf), (a, b) = self._kept, self._fresh, self._variation, self._draw()
+            kept, fresh, (vehicle, leaf) = self._kept, self._fresh, self._variation
+            a, b = self._generator.standard_normal(2).tolist()
             self._variation = [kept * vehicle + fresh * a, kept * leaf + fresh * b]
             self._rises = kept * self._rises + fresh * self._rise()
 
     def _rise(self) -> float:
         """A standard normal number, where there is a vertical force."""
         return float(self._upwards.standard_normal()) if self._section.vertical > 0.0 else 0.0
-
-    def _draw(self) -> list[float]:
-        """Two standard normal numbers: the next of the generator's, which are drawn in blocks."""
-        pair = next(self._drawn, None)
-        if pair is None:
-            self._drawn = iter(self._generator.standard_normal((_BLOCK, 2)).tolist())
-            pair = next(self._drawn)
-        return pair
 
 
 def together(one: Disturbance, other: Disturbance) -> Disturbance:

@@ -88,13 +88,6 @@ def test_a_given_disturbance_acts_beside_the_wind(model):
     assert np.abs(still).max() < 5e-3
 
 
-def test_the_seed_makes_the_wind(model):
-    windy = model(contact__kind="push", simulation__gust__vehicle=1.5)
-    first, second, other = (hovering(SimulatedBackend(windy, seed), 0.1).truth.position for seed in (1, 1, 2))
-    np.testing.assert_array_equal(first, second)
-    assert not np.array_equal(first, other)
-
-
 @pytest.mark.parametrize("rate", [math.radians(9.0), -0.3])
 def test_a_wind_of_constant_strength_turns(rate):
     gust = Gust(GustSection(vehicle=1.0, leaf=0.5, direction=0.4, turn_rate=rate, variation=0.0), SHIPPED, 3)

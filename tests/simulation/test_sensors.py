@@ -12,7 +12,7 @@ from doorman.exceptions import ScenarioError
 from doorman.model import Model
 from doorman.scenario import NoiseSection, Scenario, SensorsSection
 from doorman.simulation import SimulatedBackend, Truth
-from doorman.simulation.sensors import Dropouts, Sensors
+from doorman.simulation.sensors import Sensors
 
 TICK = 0.004
 N = 4
@@ -78,17 +78,6 @@ def test_in_a_gap_the_last_pose_repeats_to_the_bit():
         )
         assert not np.array_equal(after.arm_angles, before.arm_angles)
     assert np.mean(ages > 0) == pytest.approx(0.1 / (0.5 + 0.1), rel=0.25)
-
-
-def test_gaps_have_the_rate_and_the_length_asked_for():
-    gaps = Dropouts(0.5, 0.3, seed=1)
-    lost = np.array([gaps.lost(0.001 * k) for k in range(2_000_000)])
-    begins = np.flatnonzero(np.diff(lost.astype(int)) == 1)
-    ends = np.flatnonzero(np.diff(lost.astype(int)) == -1)
-    assert not lost[0]
-    lengths = (ends - begins[: len(ends)]) * 0.001
-    assert len(begins) / (~lost).sum() / 0.001 == pytest.approx(0.5, rel=0.1)
-    assert lengths.mean() == pytest.approx(0.15, rel=0.1) and 0.29 < lengths.max() <= 0.301
 
 
 def test_a_differenced_velocity_is_that_of_the_poses_seen():

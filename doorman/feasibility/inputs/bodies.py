@@ -13,7 +13,7 @@ import numpy as np
 from doorman.arrays import Array
 from doorman.bounds import parse_numbers
 from doorman.feasibility.report import Finding, found
-from doorman.kinematics.urdf.shapes import read_collisions
+from doorman.kinematics.urdf.elements import read_collisions
 from doorman.kinematics.urdf.structure import ROUNDING, check_structure
 from doorman.model import Model
 

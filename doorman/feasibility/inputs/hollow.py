@@ -15,8 +15,8 @@ import pinocchio
 from doorman.arrays import Array
 from doorman.feasibility.report import Finding, found, warning_if
 from doorman.kinematics.doors.door import Door
+from doorman.kinematics.urdf.elements import UrdfShape, read_collisions
 from doorman.kinematics.urdf.mesh_hull import convex_hull, mesh_triangles, mesh_vertices
-from doorman.kinematics.urdf.shapes import UrdfShape, read_collisions
 from doorman.kinematics.urdf.structure import ROUNDING
 from doorman.model import Model
 

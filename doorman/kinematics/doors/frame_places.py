@@ -9,12 +9,10 @@ import numpy as np
 
 from doorman.arrays import Array, frozen
 from doorman.exceptions import ScenarioError
-from doorman.kinematics.doors.door import Door
+from doorman.kinematics.doors.door import AT_ITS_STOP, Door
 from doorman.kinematics.doors.urdf.beside import Box, boxes_along, fixed_boxes
 from doorman.scenario import Scenario
 
-_SHUT = 0.01
-"""A leaf that starts farther open is turned against its frame [rad]."""
 _BORDER = 0.01
 """A box that reaches no farther into the doorway stands beside it [m]."""
 _ROOM = 0.03
@@ -81,7 +79,7 @@ def places_to_touch(
     reasons = {
         'contact.kind = "push": a grip finds the door on its arc': scenario.contact.kind == "push",
         'mission.start = "hover"': scenario.mission.start == "hover",
-        "a leaf that starts closed": abs(opening) < _SHUT,
+        "a leaf that starts closed": abs(opening) < AT_ITS_STOP,
         f"a start.arm that reaches {1e2 * _AHEAD:g} cm ahead of the rotor disc": reach > radius + _AHEAD,
         "a deviation of the map above 0": scenario.estimation.door_place_deviation > 0.0,
         "a plumb hinge, with a wall or a post on both sides of the leaf at the height of the tip": bool(places),

@@ -34,9 +34,9 @@ def read_door(scenario: Scenario) -> Door:
         _check_slide(scenario)
     outward = None
     if contact.named is not None:
-        leaf = read_leaf(plain.urdf, plain.model, plain.section, contact)
+        leaf = read_leaf(plain.urdf, plain.model, plain.section, contact, -1.0)
         if not isinstance(leaf, LeafInPlane):
-            _, outward = leaf.contact(contact, plain.closed, plain.into)
+            _, outward = leaf.contact(plain.closed, plain.into)
     if outward is None:
         return Door(urdf, scenario.door, contact.side or _likely_side(scenario, plain), contact)
     side: Side = "push" if float(outward @ plain.normal(0.5 * math.pi)) < 0.0 else "pull"

@@ -12,7 +12,7 @@ from doorman.arrays import Array
 from doorman.collision.shapes import tip_link, tip_shapes
 from doorman.exceptions import BackendError, ScenarioError
 from doorman.gravity import weight_of
-from doorman.kinematics.urdf.shapes import link_name
+from doorman.kinematics.urdf.elements import link_name
 from doorman.kinematics.urdf.structure import ROUNDING
 from doorman.kinematics.vehicles.rotor_layout import RotorLayout
 from doorman.model import Model

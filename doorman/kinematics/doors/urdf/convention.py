@@ -17,12 +17,8 @@ _STEPS = 180
 """Angles at which a joint's range is searched for jambs."""
 _AT_END = 0.05
 """By which a closed door may be outside of its range [rad]."""
-
-
 ROUNDED = 2e-3
-"""By which files round a right angle: it is written as 1.57 [rad]."""
-_INSIDE = 1e-3
-"""By which 0 is inside of a range that does not end there [rad or m]."""
+"""By which files round a right angle, and the ends of a range [rad or m]."""
 
 
 @dataclass(frozen=True)
@@ -63,8 +59,8 @@ def closed_value(limits: tuple[float, float], at_a_jamb: Callable[[float], bool]
 def closed_near_zero(limits: tuple[float, float]) -> Closed:
     """Where a slide or a lever is closed: 0, or the end of the range that is nearer to it."""
     lower, upper = limits
-    inside = lower + _INSIDE < 0.0 < upper - _INSIDE
-    known = lower - _INSIDE < 0.0 < upper + _INSIDE
+    inside = lower + ROUNDED < 0.0 < upper - ROUNDED
+    known = lower - ROUNDED < 0.0 < upper + ROUNDED
     return Closed(0.0 if inside else min(limits, key=abs), guessed=not known)
 
 
