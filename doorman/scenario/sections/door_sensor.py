@@ -35,7 +35,8 @@ class DoorSensorSection(Section):
     kind: Kind = "none"
     """`"cameras"` see marks on leaf and frame; `"tags"`, by the accuracy of a camera on the vehicle; an `"encoder"` of the
     joint; or `"pictures"` that MuJoCo renders, for the real detector (extra `tags`). Readings of cameras come 100 times a second,
-    20 ms late, with 1 mm of noise; those of tags 30 times, 60 ms late, with 2 mm; those of an encoder 250 times, 4 ms late."""
+    20 ms late, with 1 mm of noise. Those of tags come 30 times, 60 ms late, with 2 mm. Those of an encoder come 250 times, 4 ms
+    late."""
     field_of_view: ClassVar = math.radians(70.0)
     """Vertical angle that the camera on the vehicle sees, on pictures of 640 by 480 [rad]."""
     tag_size: ClassVar = 0.16

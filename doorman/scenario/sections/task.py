@@ -215,9 +215,9 @@ class MissionSection(Section):
     hover_distance: Positive = 0.6
     """Distance between tip and leaf before the approach [m]."""
     measures: tuple[Literal["poses", "attitude", "frame"], ...] = ("poses", "attitude")
-    """What a mission measures from the hover before the door: `"poses"`, their age and noise; `"attitude"`, lag, dead time and
-    shape of the attitude loop, by steps of 1.7° in 4 s, which plans and controllers count on in place of `vehicle.attitude_lag`;
-    `"frame"`, where a door stands that is to be pushed: the tip first touches wall and frame beside it. The flight gives up where
+    """What a mission measures from the hover before the door. `"poses"`: their age and noise. `"attitude"`: lag, dead time and
+    shape of the attitude loop, by steps of 1.7° in 4 s. Plans and controllers count on them, in place of `vehicle.attitude_lag`.
+    `"frame"`: where a door stands that is to be pushed, by touches of wall and frame beside it. The flight gives up where
     contact would not bear such poses, or such a loop was never tested."""
     approach_speed: ClassVar = 0.15
     """Speed of the approach [m/s]."""
