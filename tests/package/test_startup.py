@@ -143,7 +143,7 @@ def test_a_warm_up_fills_the_cache(tmp_path):
     assert figures["compiled"] > 0
     assert figures["cache_directory"] == str(directory)
     assert figures["cache_kernels"] == len(kernels) == figures["compiled"]
-    assert 0 < len(entries) < len(kernels) / 3  # machine code of what Python calls only
+    assert 0 < len(entries) < len(kernels) / 2  # machine code of what Python calls only
     assert figures["cache_bytes"] > sum(kernel.stat().st_size for kernel in kernels) > 0
 
 

@@ -44,7 +44,7 @@ class Cddp(Solver):
         while iterations < max_iterations and time.monotonic() < deadline:
             iterations += 1
             regularization, stepped, settled, converged, late = 0.0, False, False, False, False
-            outside = self._last_violated() >= 0
+            outside = result.last_violated >= 0
             nominal.linearize(self._model, self._memory)
             while not (stepped or settled or late) and regularization <= options.largest_regularization:
                 if self._backward(regularization):

@@ -208,10 +208,6 @@ class Engine(CopiedWhole, ABC):
         if self._feasible() and (self._seen is None or cost < self._seen.cost):
             self._seen = Kept.of(self._work, cost)
 
-    def _last_violated(self) -> int:
-        """Last node at which the trajectory that was measured last violates something; −1 if it does nowhere."""
-        return self._work.result.last_violated
-
     def _compile(self) -> None:
         """Run every kernel once."""
         goal = self._problem.cost.state_goal.copy()

@@ -84,7 +84,7 @@ class Hybrid(Replanner):
         """Full steps from a rollout that costs something else than what was rolled out: violations fall with each."""
         self._remember()
         now = time.monotonic()
-        followed = self._follow(state, 0.0, 1, iterations, now, deadline - now, 0)
+        followed = self.follow(state, 0.0, iterations, deadline - now, 0, now)
         self._teller.tell("fast")
         return PlanStatus.CONVERGED if followed.usable and self._agrees() else followed
 

@@ -10,7 +10,6 @@ from numpy.typing import ArrayLike
 
 from doorman.arrays import Array, frozen
 from doorman.checks import number
-from doorman.exceptions import DimensionError, SolverError
 from doorman.ocp.solvers.arguments import checked_budget, checked_state
 from doorman.ocp.solvers.engine import StateGuess
 from doorman.ocp.solvers.iterations import cold_start, guess, nominal, rollout
@@ -69,7 +68,7 @@ class Replanner(Solver):
         most, extra = (iterations, EXTRA_ITERATIONS) if max_iterations is None else (budget, 0)
         if self._problem.free_time is not None:
             shift = self._divide_rest(first, shift)
-        status = self._follow(first, shift, _LATEST_SHIFT, most, started, time_limit, extra)
+        status = self.follow(first, shift, most, time_limit, extra, started)
         done, left = self._work.result.iterations, time_limit - (time.monotonic() - started)
         wild = self._work.result.change > JUMP or self._is_far_off()
         if (wild or self._leads_astray(status)) and done < budget and left > 0.0:
@@ -157,35 +156,21 @@ class Replanner(Solver):
         return 0.0
 
     def follow(
-        self,
-        state: Array,
-        shift: float,
-        limit: int,
-        max_iterations: int = 1,
-        time_limit: float = math.inf,
-        extra_iterations: int = EXTRA_ITERATIONS,
-    ) -> PlanStatus:
-        """Real-time iteration: shift the last trajectory and its multipliers to `state`, iterate, roll out.
+        self, state: Array, shift: float, max_iterations: int = 1, time_limit: float = math.inf,
+        extra_iterations: int = EXTRA_ITERATIONS, started: float | None = None,
+    ) -> PlanStatus:  # fmt: skip
+        """Real-time iteration: shift the last trajectory and its multipliers to a checked state, iterate, roll out.
 
-        Full steps, no line search: after a jump of state or goal, `solve` or `aim_anew` finds what this may not.
+        Full steps, no line search: after a jump of state or goal, `solve` or `aim_anew` finds what this may not. An interrupt
+        leaves the trajectory before it.
         """
-        if not self._started:
-            raise SolverError("there is no trajectory to follow", field="follow", allowed="after solve, run or replan")
-        first, max_iterations = checked_state(state, self._problem), checked_budget(max_iterations, time_limit)
-        if math.isnan(shift):
-            raise DimensionError("the shift is NaN", field="shift", given=shift, allowed="a number of steps")
-        return self._follow(first, shift, limit, max_iterations, time.monotonic(), time_limit, extra_iterations)
-
-    def _follow(
-        self, first: Array, shift: float, limit: int, max_iterations: int, started: float, time_limit: float, extra: int
-    ) -> PlanStatus:
-        """`follow` from a checked state; an interrupt leaves the trajectory before it."""
+        started = time.monotonic() if started is None else started
         result, model, memory = self._work.result, self._model, self._memory
         self._deadline, self._gave_up = started + 0.5 * time_limit, False
         try:
             code = follow(
-                model, memory, first, float(min(shift, self._problem.horizon)), limit, max_iterations, extra, MOST_SWEEPS,
-                started + time_limit, self._last_cost,
+                model, memory, state, float(min(shift, self._problem.horizon)), _LATEST_SHIFT, max_iterations,
+                extra_iterations, MOST_SWEEPS, started + time_limit, self._last_cost,
             )  # fmt: skip
             if code < rollout.DONE or (code >= 0 and not self._resume(code)):
                 if not result.guess < math.inf:
@@ -216,11 +201,6 @@ class Replanner(Solver):
         self._work.result.cost = nominal.nominal_cost(self._model, self._memory)
 
     @property
-    def sweeps(self) -> int:
-        """Riccati sweeps of the last `follow`."""
-        return self._work.result.sweeps
-
-    @property
     def cost(self) -> float:
         """J of the last trajectory."""
         return self._work.result.cost
@@ -247,7 +227,7 @@ class Replanner(Solver):
 
     def _returns(self) -> bool:
         """Whether the nominal trajectory starts outside the constraints and ends inside."""
-        return not self._gave_up and 0 <= self._last_violated() < self._problem.horizon
+        return not self._gave_up and 0 <= self._work.result.last_violated < self._problem.horizon
 
     def _compile(self) -> None:
         self._started, self._last_cost = False, math.inf

@@ -255,7 +255,7 @@ class Solver(Engine):
             violation=result.violation if finite else math.inf,
             violation_node=result.node,
             violation_row=result.row,
-            recovered_at=(self._last_violated() if finite else self._problem.horizon) + 1,
+            recovered_at=(result.last_violated if finite else self._problem.horizon) + 1,
             defect=result.defect,
             iterations=iterations,
             status=status,
@@ -272,7 +272,7 @@ class Solver(Engine):
         if result.defect > feasibility:
             return PlanStatus.INFEASIBLE
         if result.violation > feasibility:
-            returns = not self._gave_up and self._last_violated() < self._problem.horizon
+            returns = not self._gave_up and result.last_violated < self._problem.horizon
             return PlanStatus.RECOVERING if returns and self._inputs_within() else PlanStatus.INFEASIBLE
         return status
 

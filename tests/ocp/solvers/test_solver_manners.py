@@ -53,7 +53,7 @@ def test_nothing_is_compiled_after_construction(method: type[Solver]) -> None:
         solver.solve(variant.start, solution.inputs, states=solution.states, multipliers=solution.multipliers)
     solver.solve([1.5, 0.0, 0.0], np.ones((30, 2)), max_iterations=3)
     if isinstance(solver, Hybrid):
-        solver.follow(np.array(variant.start), 1.0, 2, max_iterations=3)
+        solver.follow(np.array(variant.start), 1.0, max_iterations=3)
     assert kernel_counts() == before
 
 

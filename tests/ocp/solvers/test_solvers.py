@@ -97,7 +97,7 @@ def test_aiming_anew_in_vain_leaves_the_trajectory_that_was_usable() -> None:
     too_fast = np.array([-0.3, 5.0, 0.0])
     assert not solver.run(too_fast)[0].usable
     solver.solve(variant.start)
-    followed = solver.follow(np.array(variant.start), 0.0, 1)
+    followed = solver.follow(np.array(variant.start), 0.0)
     before, cost = solver.trajectory(), solver.cost
     assert followed.usable
     status, _ = solver.aim_anew(too_fast, followed, 4, np.inf)
@@ -113,7 +113,7 @@ def test_of_two_ways_back_the_cheaper_one_stays() -> None:
     solver = Hybrid(variant.problem(), SolverOptions(hessian="gauss-newton", largest_multiplier=100.0))
     solver.solve(variant.start)
     too_fast = np.array([-0.3, 0.7, 0.0])
-    followed = solver.follow(too_fast, 0.0, 1, 8)
+    followed = solver.follow(too_fast, 0.0, 8)
     before, cost, violation = solver.trajectory(), solver.cost, solver.worst()[0]
     assert followed is PlanStatus.RECOVERING
     status, _ = solver.aim_anew(too_fast, followed, 1, np.inf)  # one iteration from a trajectory that starts elsewhere
@@ -169,11 +169,8 @@ def test_a_way_back_is_followed_and_not_looked_for_anew() -> None:
     assert statuses[0] is PlanStatus.RECOVERING and statuses[-1].usable
 
 
-def test_nothing_is_followed_before_there_is_a_trajectory() -> None:
-    solver = Hybrid(TASKS["free"].problem())
-    with pytest.raises(SolverError, match="no trajectory to follow"):
-        solver.follow(np.zeros(3), 1.0, 2)
-    assert solver.replan(np.zeros(3))[0] is PlanStatus.CONVERGED, "a replan without one is a solve"
+def test_a_replan_without_a_trajectory_is_a_solve() -> None:
+    assert Hybrid(TASKS["free"].problem()).replan(np.zeros(3))[0] is PlanStatus.CONVERGED
 
 
 def test_what_cannot_be_is_not_called_usable() -> None:

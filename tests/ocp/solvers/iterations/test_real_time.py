@@ -23,7 +23,7 @@ def test_noise_is_answered_with_little_work_and_near_the_optimum(planner: doorma
     for _ in range(60):
         state = plan.states[1] + SPREAD * rng.standard_normal(9)
         plan, optimum = planner.replan(state), judge.plan(state)
-        sweeps.append(planner.solver.sweeps)
+        sweeps.append(planner.solver._work.result.sweeps)
         assert plan.iterations <= 1 + 2 * EXTRA_ITERATIONS
         if plan.usable and optimum.usable:
             gaps.append(plan.cost / optimum.cost - 1.0)
