@@ -56,3 +56,14 @@ class Clock:
 
 REAL_TIME = Clock()
 """The computer's clock, the default of every constructor that waits."""
+
+BRIEFLY = 0.001
+"""Between two looks of a thread that must not miss what comes, and that nothing wakes [s]."""
+LOOK = 0.02
+"""Between two looks at what other threads know: the pace of steps on the ground and of way points in the air [s]."""
+LONGEST_WAIT = 5 * LOOK
+"""Longest sleep of a device's thread: then it looks whether it is to end, or tries again to open what is gone [s]."""
+HELD_UP = 0.5
+"""A busy computer holds up a thread for so long at most: who is silent for longer is dead [s]."""
+RESTART = 2 * HELD_UP
+"""Between two starts of a process that ends by itself, and longest wait for a stopped one to be gone [s]."""

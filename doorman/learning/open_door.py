@@ -23,7 +23,7 @@ from doorman.simulation import SimulatedBackend, Truth
 Array32 = NDArray[np.float32]
 
 AT_THE_LEAF: dict[str, Any] = {
-    "mission.start": "contact", "mission.touch_frame": False, "simulation.door_ajar": 0.0, "simulation.physics_rate": 500.0,
+    "mission.start": "contact", "mission.measures": (), "simulation.door_ajar": 0.0, "simulation.physics_rate": 500.0,
 }  # fmt: skip
 """How an episode begins, of a scenario that is given by name. Half the physics steps of flights are twice as many episodes."""
 ROOM = 4.0

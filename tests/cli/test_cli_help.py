@@ -42,7 +42,7 @@ def test_the_shell_completes_commands_scenarios_and_keys(tmp_path):
     assert complete("open", "doors/", folder=tmp_path) == ["doors/heavy.toml"]
     assert complete("open", "--real", folder=tmp_path) == ["--realtime"]
     keys = complete("open", "--set", "planner.weights.", folder=tmp_path)
-    assert keys == ["planner.weights.state=", "planner.weights.terminal=", "planner.weights.input="]
+    assert keys == ["planner.weights.state=", "planner.weights.input="]
 
 
 def test_the_completion_script_is_one_that_bash_takes(tmp_path):

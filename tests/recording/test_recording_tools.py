@@ -25,7 +25,7 @@ from doorman.cli.recordings.replayed import replay_plans
 from doorman.control.wanted import Wanted
 from doorman.exceptions import DoormanError, RecordingError
 from doorman.flown import carried_files, recorded_header, recorded_scenario
-from doorman.kinematics.urdf.mesh_paths import mesh_file
+from doorman.kinematics.urdf.mesh_files import mesh_file
 from doorman.mission import PlanSchedule, simulate
 from doorman.model import Model
 from doorman.planning.hinge import Hinge

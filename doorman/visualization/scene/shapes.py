@@ -13,7 +13,7 @@ import numpy as np
 from doorman.arrays import Array, frozen
 from doorman.bounds import parse_numbers
 from doorman.exceptions import UrdfError
-from doorman.kinematics.urdf.shapes import UrdfShape, read_visuals
+from doorman.kinematics.urdf.elements import UrdfShape, read_visuals
 from doorman.kinematics.urdf.structure import check_structure
 
 Kind: TypeAlias = Literal["box", "cylinder", "sphere"]

@@ -17,7 +17,7 @@ import numpy as np
 
 from doorman.arrays import Array
 from doorman.kinematics.rotations import rotation_body_to_world
-from doorman.kinematics.urdf.shapes import link_name
+from doorman.kinematics.urdf.elements import link_name
 from doorman.model import Model
 from doorman.visualization.scene.moments import Moment
 from doorman.visualization.scene.shapes import Kind, VisualShape
