@@ -15,7 +15,7 @@ within `jump_strength` of 1. On the leaf the force acts at half its width w: the
 
 A draught blows through the doorway along the closed leaf's normal. At the opening o its gap is open by the share
 :math:`q = \min(1, 2\sin(o/2))`, the width of the gap over that of the leaf. The vehicle feels q of its force. The leaf feels
-1 − q of its own, along its normal, as the pressures on its sides even out.
+1 − q of it, along its normal, as the pressures on its sides even out.
 """
 
 from __future__ import annotations
@@ -72,8 +72,8 @@ class Gust:
         """What blows through the gap, and presses on the leaf while there is none."""
         wind, opening = self._section, self._door.opening_of(door_angle)
         share = min(1.0, 2.0 * math.sin(0.5 * min(max(opening, 0.0), 0.5 * math.pi)))
-        x, y, _ = (share * wind.draught_vehicle * self._through).tolist()
-        return Disturbance(force=(x, y, 0.0), hinge_torque=-self._lever * (1.0 - share) * wind.draught_leaf)
+        x, y, _ = (share * wind.draught * self._through).tolist()
+        return Disturbance(force=(x, y, 0.0), hinge_torque=-self._lever * (1.0 - share) * wind.draught)
 
     def _jump(self, time: float) -> None:
         """Let the wind jump as often as it does in the time that has passed."""

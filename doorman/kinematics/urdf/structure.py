@@ -13,6 +13,8 @@ from doorman.bounds import parse_numbers
 from doorman.exceptions import UrdfError
 from doorman.kinematics.urdf.document import parse_document, read_content
 
+ROUNDING = 1e-3
+"""By which URDFs round: lengths [m], entries of a rotation, and moments of inertia as a share."""
 _INERTIA = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 _NUMBERS: dict[str, dict[str, int]] = {
     "origin": {"xyz": 3, "rpy": 3},

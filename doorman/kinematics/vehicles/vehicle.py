@@ -178,17 +178,10 @@ class Vehicle:
         return with_standing(full, others, pinocchio.neutral(full)), names
 
     def _servo_frames(self) -> list[int]:
-        """Frames of joints 3 … n: named by the scenario, else `servo_k`, else the joint itself."""
-        n, names = self.n_arm, self.names.servos
-        if names is None:
-            usual = {f"servo_{k}": joint for k, joint in enumerate(self.joint_names[2:], start=3)}
-            names = tuple(name if self.model.existFrame(name) else joint for name, joint in usual.items())
-        if len(names) != max(n - 2, 0):
-            raise UrdfError(
-                "wrong number of servo frames", file=self.urdf, field="vehicle.servos", given=len(names),
-                allowed=f"{max(n - 2, 0)}: one for each of the joints 3 … {n}",
-            )  # fmt: skip
-        return [frame_index(self.model, name, self.urdf, "vehicle.servos") for name in names]
+        """Frames of joints 3 … n: `servo_k`, else the joint itself."""
+        joints = enumerate(self.joint_names[2:], 3)
+        known = [name if self.model.existFrame(name) else joint for k, joint in joints for name in (f"servo_{k}",)]
+        return [self.model.getFrameId(name) for name in known]
 
     def _positive_mass(self) -> float:
         mass, where = (

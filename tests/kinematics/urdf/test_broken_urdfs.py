@@ -157,8 +157,6 @@ def test_missing_file(reader: object, name: str, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("section", "field", "given"),
     [
-        (VehicleSection(servos=("servo_3",)), "vehicle.servos", 1),
-        (VehicleSection(servos=("servo_3", "wrist")), "vehicle.servos", "wrist"),
         (VehicleSection(tip="base_link"), "vehicle.tip", "base_link"),
         (VehicleSection(tip="rotor_1"), "vehicle.tip", "rotor_1"),
         (VehicleSection(base_link="servo_1"), "vehicle.tip", "tip"),

@@ -61,7 +61,7 @@ def test_grip_pulls(flight):
 
 @pytest.mark.parametrize("start", ["contact", "hover"])
 def test_a_gripper_that_does_not_close_only_pushes(flight, start):
-    vehicle = flight(simulation__gripper_closes=False, mission__start=start)
+    vehicle = flight(simulation__gripper_force=0.0, mission__start=start)
     vehicle.data.qpos[:7] = flight().data.qpos[:7]  # the tip on the leaf
     vehicle.simulator.set_grip(True)
     vehicle.lean(-5.0)
