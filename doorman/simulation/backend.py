@@ -61,8 +61,8 @@ class SimulatedBackend(Backend):
         self._gains = gains
         self._simulator: Simulator | None = None
         self._last: Simulator | None = None
-        self._sensors: Sensors | None = None
-        self._link: DelayLine[Command] | None = None
+        self._sensors: Sensors
+        self._link: DelayLine[Command]
         self._door: DoorReadings | None = None
         self._truth: Truth | None = None
         self._ticks = 0
@@ -128,7 +128,6 @@ class SimulatedBackend(Backend):
             ahead = self._truth.time - (time.monotonic() - self._wall_start)
             if ahead > 0.0:
                 time.sleep(ahead)
-        assert self._sensors is not None
         measured = self._sensors.measure(self._truth)
         if self._door is None:
             return measured
@@ -154,7 +153,6 @@ class SimulatedBackend(Backend):
             raise BackendError(f"not a command: {error}", field="command") from error
         if not math.isfinite(thrust):
             raise BackendError("not finite", field="command.thrust", given=thrust, allowed="finite numbers")
-        assert self._link is not None
         ahead, left = side_force.tolist()
         checked = Command(thrust, attitude, arm_rates, bool(command.grip), (ahead, left))
         self._link.send(simulator.time, checked)
@@ -163,18 +161,16 @@ class SimulatedBackend(Backend):
     def stop(self) -> None:
         """Let go of the plant; the last `truth` stays. May be called twice."""
         self._last, self._simulator = self._simulator or self._last, None
-        self._sensors = self._door = None
+        self._door = None
 
     def _follow(self, simulator: Simulator) -> None:
         """Take what the link has brought."""
-        assert self._link is not None
         if (command := self._link.arrived(simulator.time)) is not None:
             simulator.set_command(command.thrust, command.attitude, command.arm_rates, command.side_force)
             simulator.set_grip(command.grip)
 
     def _advance(self, simulator: Simulator, steps: int) -> None:
         """Physics steps; a command that comes between two ticks is taken then."""
-        assert self._link is not None
         if self._link.is_plain:
             simulator.advance(steps)
             return

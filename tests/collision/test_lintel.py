@@ -67,15 +67,6 @@ def test_its_row_is_the_gap_between_rim_and_lintel(model: Model, rng: np.random.
         assert flown[0, row] == pytest.approx(expected, abs=1e-4) or flown[0, row] == -math.inf
 
 
-def test_what_it_allows_does_not_touch_the_lintel(model: Model, rng: np.random.Generator) -> None:
-    scene, row = CollisionScene(model.vehicle, model.door), model.constraint_names.index(LINTEL)
-    for state in states_near_the_lintel(model, 40, rng):
-        if model.constraints(state)[row] <= -1e-3:
-            place = model.coupling.vehicle_position(state[:3], float(state[3]), state[5:])
-            hit = scene.collides(place, rotation_body_to_world(state[:3]), state[5:], float(state[3]))
-            assert not [each for each in hit if "lintel" in each.second and each.distance < -1e-3]
-
-
 def test_beside_jambs_the_disc_is_below_it_or_outside_of_the_wall(
     beside_jambs: Model, rng: np.random.Generator
 ) -> None:

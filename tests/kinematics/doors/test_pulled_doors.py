@@ -62,14 +62,6 @@ def test_the_tip_touches_the_contact_frame_wherever_the_door_is(handles: Path, s
         np.testing.assert_allclose([math.cos(yaw), math.sin(yaw)], -outward[:2], atol=1e-9)
 
 
-def test_a_pulled_door_moves_towards_the_vehicle(handles: Path) -> None:
-    for side, sense in (("pull", 1.0), ("push", -1.0)):
-        model = Model(scenario(handles, contact__frame=f"handle_{side}"))
-        first, last = (model.coupling.contact_point(angle) for angle in (model.travel.start, model.travel.goal))
-        assert sense * float((last - first) @ model.door.into) < 0.0
-        assert model.travel.sense == sense
-
-
 def test_the_side_follows_from_the_ends_where_nothing_else_names_it() -> None:
     assert read_door(scenario()).side == "push"
     assert read_door(scenario(goal__door_angle=2.2)).side == "pull"

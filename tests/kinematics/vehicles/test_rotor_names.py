@@ -73,10 +73,3 @@ def test_rotors_without_thrust_are_an_error_unless_others_are_assumed(tmp_path: 
     assert caught.value.field == "joint iris__rotor_0_joint/limit@effort"
     assumed = Vehicle(path, VehicleSection(**names, rotors={"assume": True}))
     assert assumed.rotors == () and rotor_layout(assumed, 0.016).count == 6
-
-
-def test_a_rotor_is_no_tip(tmp_path: Path) -> None:
-    path = tmp_path / "vehicle.urdf"
-    path.write_text(re.sub(r"\brotor_(\d)", r"uav1/rotor_\1", TILTED.read_text(encoding="utf-8")), encoding="utf-8")
-    with pytest.raises(UrdfError, match="no chain of joints"):
-        Vehicle(path, VehicleSection(tip="uav1/rotor_1"))

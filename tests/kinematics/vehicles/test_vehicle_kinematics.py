@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from urdf_variants import VEHICLE, robot_data_vehicle, write_arm, write_arm_of, write_edited
+from urdf_variants import VEHICLE, write_arm, write_arm_of, write_edited
 
 from doorman.exceptions import DimensionError
 from doorman.kinematics.vehicles.vehicle import Vehicle
@@ -97,21 +97,6 @@ def test_points_beyond_servo_4_may_be_the_joints_themselves(tmp_path: Path) -> N
     angles = np.linspace(-0.5, 0.5, 6)
     expected = Vehicle(tmp_path / "arm.urdf").point_positions(angles)
     np.testing.assert_allclose(vehicle.point_positions(angles), expected, atol=1e-15)
-
-
-@pytest.mark.parametrize(
-    ("name", "n_arm", "points", "mass"),
-    [("borinot_flying_arm_2", 2, 1, 2.910538), ("hextilt_flying_arm_5", 5, 4, 1.686413)],
-)
-def test_flying_arms_of_example_robot_data(name: str, n_arm: int, points: int, mass: float) -> None:
-    vehicle = Vehicle(*robot_data_vehicle(name))
-    assert vehicle.n_arm == n_arm
-    assert len(vehicle.point_names) == points
-    assert vehicle.mass == pytest.approx(mass, abs=1e-6)
-    assert 0.15 < vehicle.radius < 0.6
-    assert vehicle.tip_position(np.zeros(n_arm))[2] < -0.3
-    angles = np.random.default_rng(1).uniform(-1.5, 1.5, n_arm)
-    np.testing.assert_array_equal(vehicle.tip_jacobian(angles), vehicle.point_jacobians(angles)[-1])
 
 
 def test_links_are_placed_in_the_body(vehicle: Vehicle) -> None:

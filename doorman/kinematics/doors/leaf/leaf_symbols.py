@@ -36,9 +36,13 @@ class VerticalLeaf:
         """β of the leaf, about z from the world's x axis [rad]."""
         return self._door.azimuth + self._door.hand * self._angle
 
-    def _seen(self, yaw: Any) -> tuple[Any, Any]:
-        """Direction c and normal n_D, (3, 1) each, as seen along a heading."""
-        turn = self.azimuth - yaw
+    @property
+    def _in_heading(self) -> tuple[Any, Any]:
+        """Direction c and normal n_D, (3, 1) each, as seen along the vehicle's heading."""
+        return self._seen(self.azimuth - self._yaw)
+
+    def _seen(self, turn: Any) -> tuple[Any, Any]:
+        """The same, of a leaf that points there [rad]."""
         cosine, sine = ca.cos(turn), ca.sin(turn)
         leaf = ca.vertcat(*motion.leaf_in_doorway(cosine, sine), 0)
         return leaf, self._door.hand * ca.vertcat(*motion.normal_in_doorway(cosine, sine), 0)
@@ -46,22 +50,22 @@ class VerticalLeaf:
     @cached_property
     def normal_in_heading(self) -> Any:
         """n_D, (3, 1)."""
-        return self._seen(self._yaw)[1]
+        return self._in_heading[1]
 
     @cached_property
     def leaf_in_heading(self) -> Any:
         """c, (3, 1)."""
-        return self._seen(self._yaw)[0]
+        return self._in_heading[0]
 
     @cached_property
     def leaf_direction(self) -> Any:
         """c, (3, 1), world frame."""
-        return self._seen(0)[0]
+        return self._seen(self.azimuth)[0]
 
     @cached_property
     def normal(self) -> Any:
         """n_D, (3, 1), world frame."""
-        return self._seen(0)[1]
+        return self._seen(self.azimuth)[1]
 
     @property
     def up(self) -> Any:
@@ -138,15 +142,10 @@ class AnyLeaf(VerticalLeaf):
         """c, (3, 1), world frame."""
         return self._in_world(motion.leaf_in_doorway(*self._turned))
 
-    @cached_property
-    def normal_in_heading(self) -> Any:
-        """n_D, (3, 1)."""
-        return self.in_heading(self.normal)
-
-    @cached_property
-    def leaf_in_heading(self) -> Any:
-        """c, (3, 1)."""
-        return self.in_heading(self.leaf_direction)
+    @property
+    def _in_heading(self) -> tuple[Any, Any]:
+        """Direction c and normal n_D, (3, 1) each, as seen along the vehicle's heading."""
+        return self.in_heading(self.leaf_direction), self.in_heading(self.normal)
 
     @property
     def up(self) -> Any:
