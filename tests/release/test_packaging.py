@@ -151,7 +151,8 @@ def test_every_dependency_is_imported():
     own = {test.stem for test in tests} | {"suite", "build_native"}  # of benchmarks/
     modules = set().union(*map(third_party_imports, [*(ROOT / "doorman").rglob("*.py"), *tests]))
     imported = {distribution_of(module) for module in modules - own}
-    tools = {"pytest-cov", "pytest-xdist", "ruff", "mypy", "import-linter", "example-robot-data", "myst-parser"}
+    checks = {"pytest-cov", "pytest-xdist", "ruff", "mypy", "import-linter", "example-robot-data"}
+    tools = checks | {"myst-parser", "myst-nb", "furo"}
     assert set(requirements("sim", "viz", "hardware", "campaign", "docs", "test")) - tools <= imported
 
 
