@@ -80,7 +80,7 @@ RESTS = [
     (-1.0, 5.0, True),
     (-2.5, 30.0, False),
 ]
-SWINGS = [(1.8, 30.0, True), (1.8, 4.0, False), (2.5, 30.0, False), (0.0, 3.0, False)]
+SWINGS = [(1.8, 12.0, True), (1.8, 4.0, False), (2.5, 30.0, False), (0.0, 3.0, False)]
 
 
 @pytest.mark.parametrize(
