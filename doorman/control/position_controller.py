@@ -94,9 +94,7 @@ class PositionController:
         self.settings = settings
         self.reach = 1.0
         """Share of the largest thrust that the rotors make."""
-        self.observer = DisturbanceObserver(
-            mass, settings.observer_rate, settings.observer_damping, settings.max_disturbance
-        )
+        self.observer = DisturbanceObserver(mass, settings.observer_rate, settings.observer_damping, settings.max_push)
         self._weight = np.array([0.0, 0.0, mass * gravity])
         gains = *settings.position_gain, *settings.velocity_gain
         self._numbers = np.array([mass, mass * gravity, _MOST_LIFT * mass * gravity, *gains])

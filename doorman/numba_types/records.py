@@ -9,21 +9,20 @@ from __future__ import annotations
 from typing import Annotated, Any, ClassVar, Self, get_args, get_origin, get_type_hints
 
 import numpy as np
-from llvmlite import ir
 from numba.core import types
-from numba.core.extending import models, register_model, unbox
 from numba.core.imputils import lower_getattr_generic, lower_setattr_generic
-from numba.core.pythonapi import NativeValue
 from numba.core.typing.templates import AttributeTemplate, infer_getattr, signature
 from numba.np import numpy_support
 from numba.np.arrayobj import record_getattr, record_setattr
 
 from doorman.arrays import Array
+from doorman.numba_types.pointers import passed_as_pointer
 
 Vector3 = Annotated[Array, 3]
 """Three numbers of a record."""
 
 
+@passed_as_pointer
 class RecordType(types.Type):
     """numba's type of a record; `content` is numba's own type of its memory."""
 
@@ -32,32 +31,30 @@ class RecordType(types.Type):
         super().__init__(name=f"Record({name}, {content})")
 
 
-@register_model(RecordType)
-class _RecordModel(models.PrimitiveModel):
-    def __init__(self, dmm: Any, fe_type: RecordType) -> None:
-        super().__init__(dmm, fe_type, ir.IntType(8).as_pointer())
-
-
 class Record:
-    """Base of records: a subclass annotates its fields as `float`, `int` or `Annotated[Array, length]`; all begin as zeros.
+    """Base of records, whose fields are annotated as `float`, `int`, `bool` or `Annotated[Array, length]`; all begin as zeros.
 
     Args:
         values: Fields that begin as something else.
     """
 
-    __slots__ = ("address", "memory")
+    __slots__ = ("address", "memory", "floats", "integers")
     dtype: ClassVar[np.dtype[np.void]]
     _numba_type_: ClassVar[RecordType]
 
     def __init_subclass__(cls) -> None:
         kinds = {name: hint for name, hint in get_type_hints(cls, include_extras=True).items() if name not in _OWN}
-        cls.dtype = np.dtype([(name, *_layout(hint)) for name, hint in kinds.items()])
+        cls.dtype = np.dtype([(name, *_layout(hint)) for name, hint in kinds.items()], align=True)
         cls._numba_type_ = RecordType(f"{cls.__module__}.{cls.__qualname__}", numpy_support.from_dtype(cls.dtype))
-        for name in kinds:
-            setattr(cls, name, _field(name))
+        fields: Any = cls.dtype.fields
+        for name, hint in kinds.items():
+            words, place = _WORDS.get(hint), fields[name][1] // 8
+            setattr(cls, name, _number(words, place) if words else _field(name))
 
     def __init__(self, **values: Any) -> None:
-        self.memory = np.zeros((), self.dtype)
+        self.floats = np.zeros(-(-self.dtype.itemsize // 8))
+        self.integers = self.floats.view(np.int64)
+        self.memory: Any = np.ndarray((), self.dtype, self.floats)
         self.address = int(self.memory.ctypes.data)
         for name, value in values.items():
             self.memory[name] = value
@@ -75,6 +72,8 @@ class Record:
 
 
 _OWN = get_type_hints(Record)
+_WORDS = {float: "floats", int: "integers"}
+"""Views of a record's memory, of numbers that are a word of it."""
 
 
 def _restored(kind: type[Record], memory: Any) -> Record:
@@ -86,7 +85,19 @@ def _restored(kind: type[Record], memory: Any) -> Record:
 def _layout(hint: Any) -> tuple[Any, ...]:
     if get_origin(hint) is Annotated:
         return np.float64, (get_args(hint)[1],)
-    return (np.int64 if hint is int else np.float64,)
+    return ({int: np.int64, bool: np.bool_}.get(hint, np.float64),)
+
+
+def _number(words: str, place: int) -> property:
+    """A number by its place among the words: several times as fast as by its name."""
+
+    def read(record: Record) -> Any:
+        return getattr(record, words).item(place)
+
+    def write(record: Record, value: Any) -> None:
+        getattr(record, words)[place] = value
+
+    return property(read, write)
 
 
 def _field(name: str) -> property:
@@ -98,15 +109,6 @@ def _field(name: str) -> property:
         record.memory[name] = value
 
     return property(read, write)
-
-
-@unbox(RecordType)
-def _unbox_record(typ: RecordType, obj: Any, c: Any) -> NativeValue:
-    attribute = c.pyapi.object_getattr_string(obj, "address")
-    address = c.pyapi.long_as_longlong(attribute)
-    c.pyapi.decref(attribute)
-    pointer = c.builder.inttoptr(address, ir.IntType(8).as_pointer())
-    return NativeValue(pointer, is_error=c.pyapi.c_api_error())
 
 
 @infer_getattr

@@ -17,7 +17,7 @@ from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import Model
 from doorman.scenario import DoorSection, Scenario, VehicleSection
 
-RESISTING = DoorSection(damping=0.4, friction=0.6, friction_rate=0.3, stiffness=1.5, rest_angle=1.2)
+RESISTING = DoorSection(damping=0.4, friction=0.6, stiffness=1.5, rest_angle=1.2)
 
 
 @pytest.fixture(

@@ -110,9 +110,7 @@ class InteriorPointReference:
         high = np.concatenate(
             [[vehicle.max_thrust], limits.body_rates, rates, np.full(5, np.inf), vehicle.upper_limits]
         )
-        low = np.concatenate(
-            [[limits.min_thrust], -np.array(limits.body_rates), -rates, np.full(5, -np.inf), vehicle.lower_limits]
-        )
+        low = np.concatenate([[0.0], -np.array(limits.body_rates), -rates, np.full(5, -np.inf), vehicle.lower_limits])
         return low, high
 
     def _weights(self) -> tuple[ca.DM, ca.DM, ca.DM]:

@@ -17,6 +17,7 @@ class Memory(Record):
     sum: float
     force: Vector3
     calls: int
+    full: bool
 
 
 class Work(NamedTuple):
@@ -33,6 +34,7 @@ def add(memory: Memory, values: Array) -> None:
     for k in range(3):
         memory.sum += values[k]
         memory.force[k] = memory.sum
+    memory.full = not memory.full and memory.sum > 20.0
 
 
 @kernel
@@ -50,7 +52,7 @@ def test_a_kernel_writes_what_python_reads() -> None:
     add(memory, VALUES)
     memory.sum += 10.0
     add(memory, VALUES)
-    assert memory.sum == 25.0 and memory.calls == 2 and type(memory.calls) is int
+    assert memory.sum == 25.0 and memory.calls == 2 and type(memory.calls) is int and memory.full is True
     np.testing.assert_array_equal(memory.force, [19.0, 21.0, 25.0])
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from doorman.arrays import Array
 from doorman.estimation.estimate import FilterEstimate
 from doorman.estimation.filter import Filter
+from doorman.estimation.leaf.constants import CONSTANTS
 from doorman.estimation.leaf.hypotheses import FREE, HOLDING, STANDING, TOUCHING
 from doorman.estimation.leaf.leaf_filter import AT_THE_LEAF, AWAY, HELD, LEAF, leaf_filter
 from doorman.estimation.leaf.numbers import JOINT, JOINT_RATE, LEAST_NOISE, PLACES, first_state
@@ -35,6 +36,7 @@ class LeafRun:
     ) -> None:
         situation, first = _begins(model)
         self._model, self._met, self._settings = model, first != FREE, model.scenario.estimation
+        self._known_face = model.ratios["length"] * CONSTANTS["start.face"][0]
         self._bank = bank or leaf_filter(model, numbers)
         self._situation, self._inputs, self._numbers = situation, inputs, numbers
         self._mean, self._doubt = first_state(model, numbers, position)
@@ -152,7 +154,7 @@ class LeafRun:
 
     def know_face(self) -> None:
         """The face stands where it is believed: what is met elsewhere is a leaf that stands ajar."""
-        self._doubt[_FACE] = min(float(self._doubt[_FACE]), self._settings.start.face)
+        self._doubt[_FACE] = min(float(self._doubt[_FACE]), self._known_face)
         self._knows({"face": (self.estimate.mean[_FACE], self._doubt[_FACE])}, self.estimate.probabilities)
 
     def go_on(self, values: Mapping[str, Known]) -> None:
@@ -189,15 +191,15 @@ class LeafRun:
         doubt = math.hypot(lever * float(self.deviations[JOINT]), float(self.deviations[_FACE]))
         if lever * (joint - angle) <= self._settings.elsewhere * doubt:
             return
-        number, known_face = self._numbers.one, self._settings.start.face
+        number = self._numbers.one
         if self.time - self._seen_at < self._settings.seen_time:  # the leaf is where it is seen: its face is elsewhere
-            parts: dict[str, Known] = {"face": (lever * (tip - joint), known_face)}
+            parts: dict[str, Known] = {"face": (lever * (tip - joint), self._known_face)}
         elif self._met:  # it flies ahead of the tip
             rate = min(float(rate), tip_rate)
             parts = {"joint": (angle, number("start.astray")), "joint_rate": (rate, number("start.astray_rate"))}
         else:
             still = 0.0, float(self._doubt[JOINT_RATE])
-            parts = {"joint": (tip, number("start.astray")), "joint_rate": still, "face": (0.0, known_face)}
+            parts = {"joint": (tip, number("start.astray")), "joint_rate": still, "face": (0.0, self._known_face)}
         self._knows(parts, {FREE: 1.0})
 
     def _touches(self) -> float:

@@ -63,7 +63,7 @@ def test_a_door_that_stands_elsewhere_is_found(source: str, offset: tuple[float,
     assert np.all(deviations[:2] < 0.004) and deviations[2] < 0.006
 
 
-TRUSTED = {"estimation__door_place_deviation": 0.0, "estimation__door_yaw_deviation": 0.0}
+TRUSTED = {"estimation__door_place_deviation": 0.0}
 
 
 @pytest.mark.parametrize(
@@ -180,9 +180,12 @@ def test_the_deviation_of_the_angle_grows_as_the_frame_of_the_poses_walks() -> N
 
 @pytest.mark.slow
 def test_a_flight_ends_at_the_true_angle_of_a_door_that_stands_elsewhere() -> None:
-    """3 cm and 3 degrees: without the pose of the door the flight ends 2 degrees off."""
+    """3 cm and 3 degrees: without the pose of the door the flight ends 2 degrees off.
+
+    What is found of yaw and place leaves 0.4 degrees of the angle unknown, one deviation.
+    """
     elsewhere = {"simulation.door_offset": [0.02, 0.022, 0.0], "simulation.door_yaw": 0.05}
-    summary, _ = completed("paper", elsewhere, 1, final_error=1.0)
+    summary, _ = completed("paper", elsewhere, 1, final_error=1.2)
     for name in ("door_x", "door_y", "door_yaw"):
         found = summary["estimates"][name]
         assert abs(found["value"] - found["true"]) < 3.0 * found["deviation"], name

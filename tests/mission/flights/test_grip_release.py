@@ -73,7 +73,7 @@ def test_a_door_that_is_shut_behind_the_vehicle_is_not_completed() -> None:
 
 @pytest.mark.parametrize("start", ["hover", "contact"])
 def test_a_gripper_that_never_closes_is_noticed(start: str) -> None:
-    recording, mission = flown(scenario="paper", simulation__gripper_closes=False, mission__start=start)
+    recording, mission = flown(scenario="paper", simulation__gripper_force=0.0, mission__start=start)
     assert mission.outcome == (False, "the gripper does not hold the leaf")
     summary, told = recording.summary, recording["command"]["grip"]
     assert summary is not None and summary["outcome"] == "given up" and summary["collisions"] == 0
@@ -121,6 +121,18 @@ def test_a_gripper_that_slips_is_noticed_before_its_tip_strikes_the_leaf(
     summary, weight = recording.summary, Model(scenario).vehicle.weight
     assert summary is not None and summary["collisions"] == 0 and summary["max_push_force_n"] < 1.1 * weight
     assert "the gripper slipped" in summary["true_causes"]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("wind", [0.0, 1.0])
+@pytest.mark.parametrize(("friction", "damping"), [(0.0, 0.0), (2.0, 2.0)])
+def test_a_gripper_that_never_closes_is_noticed_on_any_door(wind: float, friction: float, damping: float) -> None:
+    recording, mission = flown(
+        scenario="paper", simulation__gripper_force=0.0, simulation__door_friction=friction,
+        simulation__door_damping=damping, simulation__gust__vehicle=wind, simulation__gust__direction=2.5,
+    )  # fmt: skip
+    assert mission.outcome == (False, "the gripper does not hold the leaf")
+    assert recording.summary is not None and recording.summary["outcome"] == "given up"
 
 
 def test_a_tip_that_is_to_stay_holds_the_door() -> None:

@@ -61,14 +61,14 @@ class LagrangianReference(InteriorPointReference):
 
 FULL = {"planner.model": "lagrangian"}
 COARSE = {"planner.time_step": 0.05, "planner.horizon_steps": 20}
-RESISTING = {"door.damping": 0.4, "door.friction": 0.3, "door.friction_rate": 0.3, "door.stiffness": 1.0}
+RESISTING = {"door.damping": 0.4, "door.friction": 0.3, "door.stiffness": 1.0}
 TASKS: dict[str, dict[str, Any]] = {
     "paper": {},
     "coarse": {"planner.margin": 0.0, **COARSE},
     "resisting": {"contact.distance_from_hinge": 0.6, **RESISTING, **COARSE},
     "tight": {
         "planner.margin": 0.01, "limits.tilt": 0.1, "limits.body_rates": [0.5, 0.3, 0.3], "limits.joint_rates": 0.04,
-        "limits.min_thrust": 29.0, **COARSE,
+        **COARSE,
     },
 }  # fmt: skip
 
@@ -193,7 +193,7 @@ def test_what_a_planning_model_says_of_itself(kind: str) -> None:
     np.testing.assert_allclose(hovering, planning.start_state, atol=1e-12)
 
 
-@pytest.mark.parametrize("name", ["state", "terminal", "input"])
+@pytest.mark.parametrize("name", ["state", "input"])
 def test_weights_that_do_not_fit_are_an_error(name: str) -> None:
     with pytest.raises(ScenarioError) as caught:
         Planner(Scenario.load("paper", FULL | {f"planner.weights.{name}": [1.0] * 9}))
