@@ -6,10 +6,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from completed_flights import completed
 from urdf_variants import DOOR, VEHICLE, write_scaled
 
-from doorman import simulate
-from doorman.model import Model
 from doorman.scenario import Scenario
 
 
@@ -31,11 +30,8 @@ def of_another_size(folder: Path, task: str, size: float) -> Scenario:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("task", "size"),
-    [("paper", 0.5), ("paper", 0.75), ("paper", 1.5), ("push", 0.5), ("push", 0.75), ("push", 1.5)],
-)
+@pytest.mark.parametrize("task", ["paper", "push"])
+@pytest.mark.parametrize("size", [0.5, 0.75, 1.5])
 def test_a_mission_of_another_size_opens_its_door(task: str, size: float, tmp_path: Path) -> None:
-    summary = simulate(Model(of_another_size(tmp_path, task, size)), seed=0).summary
-    assert summary is not None and summary["outcome"] == "completed" and not summary["collisions"], summary
-    assert abs(summary["final_error"]) < 1.5 and summary["contact_fraction"] > 0.95
+    summary, _ = completed(of_another_size(tmp_path, task, size))
+    assert summary["contact_fraction"] > 0.95

@@ -110,9 +110,7 @@ def shifted(values):
 
 
 def test_a_kernel_that_others_call_is_called_from_python_later(tmp_path: Path) -> None:
-    (tmp_path / "shifted.py").write_text(
-        SHIFTED
-    )  # a file of this run: no earlier one has left its kernels in the cache
+    (tmp_path / "shifted.py").write_text(SHIFTED)  # of this run: no earlier one has left its kernels in the cache
     module = runpy.run_path(str(tmp_path / "shifted.py"))
     values, inner = np.arange(4.0), module["tripled"]
     np.testing.assert_array_equal(module["shifted"](values), [10.0, 7.0, 4.0, 1.0])

@@ -64,19 +64,6 @@ def test_a_setpoint_may_allow_more_tilt() -> None:
         assert thrust.saturated and thrust.attitude[1] == pytest.approx(expected)
 
 
-def test_hover_and_the_law() -> None:
-    controller = PositionController(MASS, GRAVITY, 48.0, ControlSection())
-    hover = controller.update(np.zeros(3), np.zeros(3), setpoint(), 0.004)
-    assert hover.thrust == pytest.approx(MASS * GRAVITY)
-    assert not hover.saturated
-    wanted = setpoint(
-        position=np.array([0.1, 0.0, 0.0]), velocity=np.array([0.0, 0.1, 0.0]), force=np.array([0.0, 0.0, 1.0])
-    )
-    law = PositionController(MASS, GRAVITY, 48.0, ControlSection()).update(np.zeros(3), np.zeros(3), wanted, 0.004)
-    kp, kd = ControlSection().position_gain, ControlSection().velocity_gain
-    np.testing.assert_allclose(law.force, [MASS * kp[0] * 0.1, MASS * kd[1] * 0.1, MASS * GRAVITY + 1.0])
-
-
 def test_holds_a_position_under_a_constant_disturbance() -> None:
     controller = PositionController(MASS, GRAVITY, 48.0, ControlSection())
     position, velocity, gust = np.zeros(3), np.zeros(3), np.array([1.0, -0.5, -2.0])
@@ -105,17 +92,6 @@ def test_a_tip_that_touches_nothing_learns_the_wind_slowly() -> None:
     assert found[250] < 0.6, "a gust of a second is not believed whole"
     assert found[3999] == pytest.approx(1.0, abs=0.05)
     assert found[4999] == pytest.approx(found[4000], abs=1e-9), "what the tip feels when it touches is no wind"
-
-
-def test_along_the_normal_the_observer_is_not_heeded() -> None:
-    controller = PositionController(MASS, GRAVITY, 48.0, ControlSection())
-    controller.observer.update(np.zeros(3), np.zeros(3), 0.0)
-    for _ in range(500):
-        controller.observer.update(np.zeros(3), np.array([-2.0, -1.0, 0.0]), 0.004)
-    normal = np.array([1.0, 0.0, 0.0])
-    found = controller.update(np.zeros(3), np.zeros(3), setpoint(normal=normal), 0.0)
-    assert found.disturbance[0] == pytest.approx(0.0, abs=1e-12)
-    assert found.disturbance[1] > 0.5
 
 
 def test_an_error_does_not_wind_up_against_a_tip_that_sticks() -> None:

@@ -52,9 +52,8 @@ def test_commands_of_the_readme_exist(line, monkeypatch):
     if words[0] == "make":
         assert re.search(rf"^{words[1]}:", (ROOT / "Makefile").read_text(encoding="utf-8"), re.MULTILINE)
     elif words[0] == "pip":
-        extras = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"][
-            "optional-dependencies"
-        ]
+        project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+        extras = project["optional-dependencies"]
         assert set(re.search(r"\[(.+)\]", words[-1]).group(1).split(",")) == set(extras)
     else:
         assert words[0] == "doorman"
@@ -75,39 +74,27 @@ def test_the_toml_of_the_readme_and_the_docs_is_a_scenario(tmp_path):
             Scenario.load(tmp_path / "task.toml")
 
 
-# ---------------------------------------------------------------- how-to pages
+# ---------------------------------------------------------------- how-to pages, and those of the library
 
 
 WITHOUT_PYTHON = ("first_day",)
 RUN = [
     *(page for page in sorted((ROOT / "docs" / "how-to").glob("*.md")) if page.stem not in WITHOUT_PYTHON),
     *(ROOT / "docs" / f"{name}.md" for name in ("viewing", "scenario", "estimation")),
+    *sorted((ROOT / "docs" / "api").glob("*.md")),
 ]
 
 
 @pytest.mark.docs
 @pytest.mark.parametrize("page", RUN, ids=lambda page: page.stem)
-def test_the_python_of_the_how_to_pages_runs(page, tmp_path, monkeypatch):
+def test_the_python_of_a_page_runs(page, tmp_path, monkeypatch):
+    """The blocks of a how-to page follow each other; those of a page of the library stand alone."""
     monkeypatch.chdir(tmp_path)
-    blocks = code_blocks(page.read_text(encoding="utf-8"), "python")
-    assert blocks
     names: dict[str, Any] = {"__name__": page.stem}
+    blocks = code_blocks(page.read_text(encoding="utf-8"), "python")
+    assert blocks or page.parent.name == "api"
     for block in blocks:
-        exec(compile(block, page.name, "exec"), names)
-
-
-# ---------------------------------------------------------------- the library's pages
-
-
-API = sorted((ROOT / "docs" / "api").glob("*.md"))
-
-
-@pytest.mark.docs
-@pytest.mark.parametrize("page", API, ids=lambda page: page.stem)
-def test_the_example_of_a_package_runs(page, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    for block in code_blocks(page.read_text(encoding="utf-8"), "python"):
-        exec(compile(block, page.name, "exec"), {"__name__": page.stem})
+        exec(compile(block, page.name, "exec"), dict(names) if page.parent.name == "api" else names)
 
 
 # ---------------------------------------------------------------- examples

@@ -1,4 +1,4 @@
-"""The planner's simplified dynamics: an independent formulation, derivatives, and order of convergence."""
+"""The planner's simplified dynamics: an independent formulation, and derivatives."""
 
 from __future__ import annotations
 
@@ -93,11 +93,7 @@ def test_the_singularity_is_an_error(model: Model) -> None:
             method(x, model.hover_input)
 
 
-@pytest.mark.parametrize("method", ["derivative", "step", "step_jacobian"])
-def test_what_is_not_a_state_or_an_input_is_an_error(model: Model, method: str) -> None:
-    with pytest.raises(DimensionError, match="state"):
-        getattr(model, method)(model.start_state[1:], model.hover_input)
-    with pytest.raises(DimensionError, match=r"state\[4\]"):
-        getattr(model, method)([0, 0, 0, 0, math.nan, 0, 0, 0, 0], model.hover_input)
-    with pytest.raises(DimensionError, match="inputs"):
-        getattr(model, method)(model.start_state, model.hover_input[1:])
+def test_what_is_not_an_input_is_an_error(model: Model) -> None:
+    for method in (model.derivative, model.step, model.step_jacobian):
+        with pytest.raises(DimensionError, match="inputs"):
+            method(model.start_state, model.hover_input[1:])

@@ -26,11 +26,7 @@ class DenseHorizon:
 
     def __post_init__(self) -> None:
         work = self.work
-        self.n, self.nx, self.nu = (
-            work.nominal.inputs.shape[0],
-            work.nominal.states.shape[1],
-            work.nominal.inputs.shape[1],
-        )
+        (self.n, self.nu), self.nx = work.nominal.inputs.shape, work.nominal.states.shape[1]
         self.steps = self.n - self.first
         self.size = (self.steps + 1) * self.nx + self.steps * self.nu
         self.hessian, self.gradient = np.zeros((self.size, self.size)), np.zeros(self.size)

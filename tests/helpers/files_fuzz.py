@@ -87,22 +87,18 @@ def damaged_bytes(data: bytes, chance: random.Random) -> bytes:
         at, length = chance.randrange(len(data)), chance.choice((1, 3, 8, 40, 300))
         bit = bytes([data[at] ^ 1 << chance.randrange(8)])
         large = chance.choice((2**63, 2**64 - 1, 10**15, 0)).to_bytes(8, "little")
-        same, noise = (data[at : at + length], 0), (chance.randbytes(length), length)
-        new, skipped = chance.choice(((bit, 1), (bit, 1), (large, 8), (b"", length), same, noise))
+        stretches = ((b"", length), (data[at : at + length], 0), (chance.randbytes(length), length))
+        new, skipped = chance.choice(((bit, 1), (bit, 1), (large, 8), *stretches))
         data = data[:at] + new + data[at + skipped :]
     return data
 
 
-def damaged(text: str, chance: random.Random) -> str:
+def damaged_text(data: bytes, chance: random.Random) -> bytes:
     """A text with up to four injuries."""
+    text = data.decode()
     for _ in range(chance.randint(1, 4)):
         text = chance.choice((_character, _line, _number, _number, _word, _cut, _moved))(text, chance)
-    return text
-
-
-def damaged_text(data: bytes, chance: random.Random) -> bytes:
-    """The same of a file."""
-    return damaged(data.decode(), chance).encode(errors="surrogatepass")
+    return text.encode(errors="surrogatepass")
 
 
 def _character(text: str, chance: random.Random) -> str:

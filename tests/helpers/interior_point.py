@@ -32,13 +32,12 @@ class InteriorPointReference:
     Args:
         model: doorman.Model, for its numbers only.
         disturbance: Further torque against opening [N m].
-        options: More options of nlpsol, for example to generate and compile C.
     """
 
     expand = True
     """Whether IPOPT's functions are unrolled: quicker where the dynamics are short."""
 
-    def __init__(self, model: Any, disturbance: float = 0.0, options: dict[str, Any] | None = None) -> None:
+    def __init__(self, model: Any, disturbance: float = 0.0) -> None:
         self.model = model
         self.disturbance = disturbance
         planner = model.scenario.planner
@@ -66,7 +65,7 @@ class InteriorPointReference:
         settings = {
             "ipopt.tol": 1e-9, "ipopt.constr_viol_tol": 1e-9, "ipopt.acceptable_tol": 1e-9, "ipopt.print_level": 0,
             "ipopt.max_iter": 500, "ipopt.bound_relax_factor": 0.0, "ipopt.sb": "yes", "print_time": False,
-            "expand": self.expand, **(options or {}),
+            "expand": self.expand,
         }  # fmt: skip
         problem = {"x": variables, "p": start, "f": cost, "g": ca.vec(kept)}
         self._solver = ca.nlpsol("door", "ipopt", problem, settings)
@@ -90,14 +89,9 @@ class InteriorPointReference:
         goal[:2] += np.arcsin(-thrust[1]), np.arctan2(thrust[0], thrust[2])
         return goal
 
-    def solve(self, state: np.ndarray, guess: Reference | None = None) -> Reference:
-        """Solve from hover inputs and the state held, or from a guess."""
-        if guess is None:
-            inputs = np.tile(self.input_goal, (self.n, 1))
-            states = np.tile(state, (self.n, 1))
-        else:
-            inputs, states = guess.inputs, guess.states[1:]
-        first = np.hstack([inputs, states]).ravel()
+    def solve(self, state: np.ndarray) -> Reference:
+        """Solve from hover inputs and the state held."""
+        first = np.tile(np.concatenate([self.input_goal, state]), self.n)
         low, high = self._bounds
         result = self._solver(x0=first, p=state, lbx=low, ubx=high, lbg=self._lower, ubg=0.0)
         z = np.array(result["x"]).reshape(self.n, self.nu + self.nx)
@@ -120,11 +114,10 @@ class InteriorPointReference:
         return low, high
 
     def _weights(self) -> tuple[ca.DM, ca.DM, ca.DM]:
-        given, n = self.model.scenario.planner.weights, self.model.n_arm
-        held = 9.0 * time_constant_held(self.model) ** 2
-        arm = ([0.05] + [0.1] * n)[:n]
-        state = list(given.state or [5, 5, 3, 9, held, *arm])
-        return ca.DM(state), ca.DM(state), ca.DM(list(given.input or [0.1, 5, 5, 13.5, *[10.0] * n]))
+        """The paper's, of states, of the last one, and of inputs."""
+        n, held = self.model.n_arm, 9.0 * time_constant_held(self.model) ** 2
+        state = ca.DM([5, 5, 3, 9, held, *([0.05] + [0.1] * n)[:n]])
+        return state, state, ca.DM([0.1, 5, 5, 13.5, *[10.0] * n])
 
     def _rk4(self, x: ca.SX, u: ca.SX) -> ca.SX:
         k1 = self._rates(x, u)

@@ -33,9 +33,8 @@ def _functions(pattern: ArmPattern, point_names: tuple[str, ...], sizes: tuple[t
     """CasADi functions of x, u and the numbers; of the time step, too, where they need it."""
     task = LagrangianTask(pattern, point_names, Numbers({name: np.zeros(size) for name, size in sizes}))
     model, given = task.symbolic_model(), [task.state, task.inputs, task.parameters]
-    jacobian = ca.jacobian(model.step, ca.vertcat(task.state, task.inputs))
     expressions = {"derivative": (task.derivative, []), "contact_force": (task.contact_force, []),
-                   "step": (model.step, [model.time_step]), "step_jacobian": (jacobian, [model.time_step])}  # fmt: skip
+                   "step": (model.step, [model.time_step])}  # fmt: skip
     return {name: ca.Function(name, [*given, *more], [each]) for name, (each, more) in expressions.items()}
 
 
@@ -55,19 +54,9 @@ def rotation_jacobian(attitude: ArrayLike) -> Array:
 class LagrangianModel:
     """Full dynamics of vehicle and door tied at the tip, arm locked: x = [φ, θ, ψ, α, φ̇, θ̇, ψ̇, α̇, η…], u = [f_t, T, Ḣ_d]."""
 
-    def __init__(
-        self,
-        coupling: Coupling,
-        time_step: float,
-        *,
-        disturbance: float = 0.0,
-    ) -> None:
-        self.coupling = coupling
-        self.time_step = float(time_step)
-        self.disturbance = float(disturbance)
+    def __init__(self, coupling: Coupling, time_step: float, *, disturbance: float = 0.0) -> None:
+        self.coupling, self.time_step, self.disturbance = coupling, time_step, disturbance
         self.n_arm = coupling.vehicle.n_arm
-        self.nx = 8 + self.n_arm
-        self.nu = 4 + self.n_arm
         self._pattern, _ = ArmPattern.of(coupling.vehicle.arm)
         numbers = task_numbers(coupling.vehicle, coupling.door, coupling.distance_from_hinge, coupling.height)
         self.numbers = numbers.replaced({"door.disturbance": self.disturbance}).and_also(
@@ -75,30 +64,25 @@ class LagrangianModel:
         )
         """Of the symbolic task, by name."""
 
-    def _value(self, name: str, x: Array, u: Array, *time_step: float) -> Array:
-        functions = _functions(self._pattern, self.coupling.vehicle.point_names, tuple(self.numbers.sizes.items()))
-        return np.asarray(functions[name](x, u, self.numbers.vector, *time_step))
+    def function(self, name: str) -> Any:
+        """CasADi's function of x, u and the numbers."""
+        return _functions(self._pattern, self.coupling.vehicle.point_names, tuple(self.numbers.sizes.items()))[name]
+
+    def _value(self, name: str, state: ArrayLike, inputs: ArrayLike, *time_step: float) -> Array:
+        x, u = np.asarray(state, dtype=float), np.asarray(inputs, dtype=float)
+        return np.asarray(self.function(name)(x, u, self.numbers.vector, *time_step))[:, 0]
 
     def contact_force(self, state: ArrayLike, inputs: ArrayLike) -> Array:
         r"""Force of the tip on the door, :math:`f_t R e_3 - m_A g e_3 - m_A a` with the centre of mass' acceleration a."""
-        x, u = np.asarray(state, dtype=float), np.asarray(inputs, dtype=float)
-        return self._value("contact_force", x, u)[:, 0]
+        return self._value("contact_force", state, inputs)
 
     def derivative(self, state: ArrayLike, inputs: ArrayLike) -> Array:
         """Time derivative of the state."""
-        x, u = np.asarray(state, dtype=float), np.asarray(inputs, dtype=float)
-        return self._value("derivative", x, u)[:, 0]
+        return self._value("derivative", state, inputs)
 
     def step(self, state: ArrayLike, inputs: ArrayLike) -> Array:
         """One RK4 step over the time step."""
-        x, u = np.asarray(state, dtype=float), np.asarray(inputs, dtype=float)
-        return self._value("step", x, u, self.time_step)[:, 0]
-
-    def step_jacobian(self, state: ArrayLike, inputs: ArrayLike) -> tuple[Array, Array]:
-        """Exact sensitivities A, B of `step`."""
-        x, u = np.asarray(state, dtype=float), np.asarray(inputs, dtype=float)
-        jacobian = self._value("step_jacobian", x, u, self.time_step)
-        return jacobian[:, : self.nx], jacobian[:, self.nx :]
+        return self._value("step", state, inputs, self.time_step)
 
 
 def in_numbers(model: Model) -> LagrangianModel:

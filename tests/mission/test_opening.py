@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -71,21 +72,26 @@ def test_a_door_that_leaves_the_goal_has_time_to_come_back(watched: Watched, bes
     assert watched.opening.stuck_for(watched.now) == pytest.approx(stuck, abs=0.1)
 
 
+RESTS = [
+    (0.2, 1.5, True),
+    (-0.2, 1.5, True),
+    (0.8, 1.5, False),
+    (0.8, 5.0, True),
+    (-1.0, 5.0, True),
+    (-2.5, 30.0, False),
+]
+SWINGS = [(1.8, 12.0, True), (1.8, 4.0, False), (2.5, 30.0, False), (0.0, 3.0, False)]
+
+
 @pytest.mark.parametrize(
-    ("degrees", "seconds", "there"),
-    [(0.2, 1.5, True), (-0.2, 1.5, True), (0.8, 1.5, False), (0.8, 5.0, True), (-1.0, 5.0, True), (-2.5, 30.0, False)],
+    ("moves", "degrees", "seconds", "there"),
+    [*((Watched.stands, *case) for case in RESTS), *((Watched.swings, *case) for case in SWINGS)],
 )
-def test_a_door_that_rests_near_the_goal_is_open(watched: Watched, degrees: float, seconds: float, there: bool) -> None:
-    """Friction may keep it a little away, on either side."""
-    watched.stands(math.radians(degrees), seconds)
-    assert watched.opening.done(watched.now) is there
-
-
-@pytest.mark.parametrize(("degrees", "seconds", "there"), [(1.8, 30.0, True), (1.8, 4.0, False), (2.5, 30.0, False)])
-def test_a_door_that_swings_about_the_goal_is_there_after_a_while(
-    watched: Watched, degrees: float, seconds: float, there: bool
+def test_a_door_is_open_that_rests_near_the_goal_or_has_swung_about_it_for_a_while(
+    watched: Watched, moves: Callable[..., None], degrees: float, seconds: float, there: bool
 ) -> None:
-    watched.swings(math.radians(degrees), seconds)
+    """Friction may keep it a little away, on either side."""
+    moves(watched, math.radians(degrees), seconds)
     assert watched.opening.done(watched.now) is there
 
 
@@ -114,9 +120,3 @@ def test_a_door_that_is_lost_a_little_past_its_goal_is_open(watched: Watched, de
     state[3] = watched.model.goal_angle + math.radians(degrees)
     seen = replace(watched.first, state=state, angle_deviation=math.radians(0.3))
     assert watched.opening.passed(seen) is there
-
-
-def test_a_door_that_does_not_rest_is_not_open_yet(watched: Watched) -> None:
-    for _ in range(150):
-        watched.see(0.0, rests=False)
-    assert not watched.opening.done(watched.now)

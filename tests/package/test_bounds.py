@@ -263,7 +263,7 @@ def test_a_message_that_makes_no_sense_is_left_out_and_counted(edit, small, tmp_
 
 @pytest.mark.parametrize(
     "schema",
-    [b"# doorman: " + 100_000 * b"[", b'# doorman: [["x", "number", [1000000000000]]]', b'# doorman: [["x", "number", [-1]]]',
+    [b"# doorman: " + b"[" * 100_000, b'# doorman: [["x", "number", [1000000000000]]]', b'# doorman: [["x", "number", [-1]]]',
      b'# doorman: [["x", "number", [Infinity]]]', b'# doorman: [["x", "number", []], ["x", "number", []]]',
      b'# doorman: [["x", "string", [99999999]]]'],
 )  # fmt: skip
@@ -400,9 +400,8 @@ def test_what_is_read_of_a_ulog_is_what_pyulog_reads(tmp_path):
 
 
 def test_nested_formats_and_padding_are_read_as_pyulog_reads_them(tmp_path):
-    log = ULog()
-    fields, rows = "inner[2] part;uint8_t flag;uint8_t[3] _padding0;", [(1.0 + k, 0.5, k, 1.5, -k, 1) for k in range(9)]
-    log.topic("outer", fields, "fhfhB", rows)
+    log, rows = ULog(), [(1.0 + k, 0.5, k, 1.5, -k, 1) for k in range(9)]
+    log.topic("outer", "inner[2] part;uint8_t flag;uint8_t[3] _padding0;", "fhfhB", rows)
     log._formats += struct.pack("<Hc", 36, b"F") + b"inner:float value;int16_t[1] number;"
     log.write(tmp_path / "log.ulg")
     (theirs,) = OtherULog(str(tmp_path / "log.ulg")).data_list
@@ -464,31 +463,17 @@ def test_what_is_read_of_a_dataflash_log_is_what_pymavlink_reads(tmp_path):
 # ---------------------------------------------------------------- rows of a campaign
 
 
-def test_every_flipped_bit_of_a_row_is_seen(tmp_path, caplog):
-    rows = [{"run": run, "seed": 4, "success": True, "reason": "opened", "x": 1.5, "y": None} for run in (0, 1)]
-    for row in rows:
-        write_part(row, tmp_path)
-    assert read_parts(tmp_path) == dict(enumerate(rows))
-    part = tmp_path / "run-0000001.parquet"
-    whole = part.read_bytes()
-    for bit in range(0, 8 * len(whole), 23):  # each bit of a byte in turn
-        data = bytearray(whole)
-        data[bit // 8] ^= 1 << bit % 8
-        part.write_bytes(data)
-        caplog.clear()
-        assert read_parts(tmp_path) == {0: rows[0]}
-        assert str(part) in caplog.text
-    part.write_bytes((tmp_path / "run-0000000.parquet").read_bytes())  # another run's row
-    assert set(read_parts(tmp_path)) == {0} and set(read_parts(tmp_path, removes_damaged=True)) == {0}
-    assert not part.exists()
-
-
-def test_a_row_without_a_checksum_is_none(tmp_path):
+def test_a_row_of_another_run_or_without_a_checksum_is_none_and_removed_where_asked(tmp_path, caplog):
     import pyarrow
     from pyarrow import parquet
 
     parquet.write_table(pyarrow.table({"run": [3], "seed": [1], "success": [True]}), tmp_path / "run-0000003.parquet")
-    assert read_parts(tmp_path) == {}
+    row = {"run": 0, "seed": 4, "success": True, "reason": "opened", "x": 1.5, "y": None}
+    write_part(row, tmp_path)
+    other = tmp_path / "run-0000001.parquet"
+    other.write_bytes((tmp_path / "run-0000000.parquet").read_bytes())
+    assert read_parts(tmp_path) == {0: row} and str(other) in caplog.text
+    assert read_parts(tmp_path, removes_damaged=True) == {0: row} and not other.exists()
 
 
 @pytest.mark.parametrize("content", ["", "[", "[" * 100_000, "[]", "1"])

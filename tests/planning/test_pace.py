@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from doorman.feasibility.swing.flight import duration_findings, stopping_findings
+from doorman.feasibility.swing.flight import duration_findings
 from doorman.model import Model
 from doorman.planning.grip.door_problem import door_cost
 from doorman.planning.pace import Pace, duration_held, rate_to_goal
@@ -52,11 +52,3 @@ def test_the_check_says_which_durations_are_not_possible(kind: str) -> None:
     (hasty,), (slow,) = (duration_findings(task(kind, duration)) for duration in (2.0, 30.0))
     assert "not possible" in hasty.message and "goal.duration" in hasty.advice
     assert not slow.advice
-
-
-def test_the_check_says_how_long_a_leaf_takes_that_stops_by_itself() -> None:
-    times = []
-    for friction in (0.2, 0.5, 2.0):
-        (found,) = stopping_findings(Model(Scenario.load("push", {"door.friction": friction})))
-        times.append(float(found.value or 0.0))
-    assert times == sorted(times, reverse=True)

@@ -32,9 +32,8 @@ def assert_holds(model: Model, plan: Plan, state: np.ndarray) -> None:
     assert (model.constraints_along(plan.states[1:]) + model.scenario.planner.margin).max() <= 1e-6
 
 
-@pytest.mark.parametrize("name", ["coarse", "heavy"])
-@pytest.mark.parametrize("elapsed", [None, "time step"])
-def test_replans_along_the_motion_stay_near_the_optimum(fresh, name: str, elapsed: str | None) -> None:
+@pytest.mark.parametrize(("name", "is_told_the_time"), [("coarse", False), ("heavy", True)])
+def test_replans_along_the_motion_stay_near_the_optimum(fresh, name: str, is_told_the_time: bool) -> None:
     """100 steps, one iteration each; compared with a cold plan, run to convergence."""
     planner, judge = fresh(name), planner_of(name)
     model, dt = planner.model, planner.settings.time_step
@@ -44,7 +43,7 @@ def test_replans_along_the_motion_stay_near_the_optimum(fresh, name: str, elapse
     opened = []
     for k in range(100):
         state = model.step(state, plan.inputs[0])
-        plan = planner.replan(state, elapsed=None if elapsed is None else dt)
+        plan = planner.replan(state, elapsed=dt if is_told_the_time else None)
         assert 1 <= plan.iterations <= 4  # more than one only where the step was large
         optimum = judge.plan(state)
         assert optimum.status is PlanStatus.CONVERGED
@@ -85,11 +84,6 @@ def test_a_gripped_door_is_brought_to_another_goal(kind: str) -> None:
     assert reduced[-1, 2] > reduced[0, 2], "the heading keeps step"
     planner.update_goal(None)
     assert planner.plan(goal).cost < 0.01 * back.cost, "it is there already"
-
-
-def test_goals_that_are_none_are_refused(fresh) -> None:
-    with pytest.raises(DimensionError, match="door_angle"):
-        fresh("paper").update_goal(math.nan)
 
 
 def test_more_iterations_come_nearer(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -154,16 +148,13 @@ def test_a_plan_cannot_be_written_to_and_keeps_its_numbers(fresh) -> None:
     np.testing.assert_array_equal(plan.states, kept)
 
 
-@pytest.mark.parametrize("method", ["plan", "replan"])
-def test_what_is_not_a_state_is_an_error(fresh, method: str) -> None:
+@pytest.mark.parametrize("pitch", [math.pi / 2, -math.pi / 2, 2.0])
+def test_a_body_that_stands_upright_is_an_error(fresh, pitch: float) -> None:
     planner, start = fresh("paper"), model_of("paper").start_state
     planner.plan(start)
-    call = getattr(planner, method)
-    with pytest.raises(DimensionError, match="state"):
-        call(start[:8])
-    for pitch in (math.pi / 2, -math.pi / 2, 2.0):
-        upright = start.copy()
-        upright[1] = pitch
+    upright = start.copy()
+    upright[1] = pitch
+    for call in (planner.plan, planner.replan):
         with pytest.raises(SingularityError, match="pitch"):
             call(upright)
     assert planner.replan(start).usable

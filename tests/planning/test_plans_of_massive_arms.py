@@ -41,15 +41,8 @@ def symbols(model: Model) -> WholeBodyTask:
 
 def random_state(model: Model, rng: np.random.Generator) -> np.ndarray:
     """Near the leaf, with all rates."""
-    return np.concatenate(
-        [
-            [-0.5, 0.7, 1.2],
-            rng.uniform(-0.3, 0.3, 3),
-            rng.normal(size=6),
-            [1.2, -0.1],
-            model.start_arm + rng.uniform(-0.2, 0.2, 4),
-        ]
-    )
+    attitude, rates, arm = rng.uniform(-0.3, 0.3, 3), rng.normal(size=6), model.start_arm + rng.uniform(-0.2, 0.2, 4)
+    return np.concatenate([[-0.5, 0.7, 1.2], attitude, rates, [1.2, -0.1], arm])
 
 
 def test_the_origin_accelerates_as_pinocchios_does(folder: Path, rng: np.random.Generator) -> None:

@@ -80,18 +80,11 @@ def test_hover_control_leans_alike_whatever_the_mass(mass: float) -> None:
     np.testing.assert_allclose(answers[1], answers[0], rtol=1e-9)
 
 
-@pytest.mark.parametrize(
-    ("vehicle", "leaf", "hinge"),
-    [
-        (1.0, 1.0, 1.0),
-        (0.1, 1.0, 1.0),
-        (0.1, 0.3, 0.3),
-        (4.0, 1.0, 1.0),
-        (1.0, 3.0, 1.0),
-        (4.0, 3.0, 3.0),
-        (2.0, 3.0, 2.0),
-    ],
-)
+HINGES = [(0.1, 1.0, 1.0), (0.1, 0.3, 0.3), (4.0, 1.0, 1.0), (4.0, 3.0, 3.0), (2.0, 3.0, 2.0)]
+"""Sizes of vehicle, leaf and hinge."""
+
+
+@pytest.mark.parametrize(("vehicle", "leaf", "hinge"), HINGES)
 def test_a_hinge_is_expected_as_of_a_room_door_unless_leaf_and_vehicle_differ_from_it_alike(
     vehicle: float, leaf: float, hinge: float
 ) -> None:

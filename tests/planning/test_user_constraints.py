@@ -69,9 +69,7 @@ def test_a_copy_plans_as_the_original(planner: Planner, model: doorman.Model) ->
     np.testing.assert_array_equal(other.plan(model.start_state).inputs, planner.plan(model.start_state).inputs)
 
 
-def test_a_wrong_name_lists_the_right_ones(model: doorman.Model) -> None:
-    with pytest.raises(SolverError, match="ceiling: .*hight.*position, "):
-        Planner(model, constraints=[doorman.Constraint("ceiling", lambda task: task.hight)])
+def test_what_is_no_constraint_or_cost_is_refused(model: doorman.Model) -> None:
     with pytest.raises(SolverError, match="names must differ.*tilt"):
         Planner(model, constraints=[doorman.Constraint("tilt", lambda task: task.attitude[0] - 0.2)])
     with pytest.raises(SolverError, match="constraints.*doorman.Constraint"):
@@ -97,9 +95,17 @@ def test_time_and_costs_are_the_users(model: doorman.Model) -> None:
     assert np.abs(early.states[:, :2]).max() < np.abs(Planner(model).plan(model.start_state).states[:, :2]).max()
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(("name", "overrides"), [("push", {}), ("paper", {"planner.model": "lagrangian"})])
-def test_every_model_takes_them(name: str, overrides: dict[str, str]) -> None:
-    planner = Planner(doorman.Scenario.load(name, overrides), constraints=[ceiling()])
-    assert "ceiling [m]" in planner.solver.problem.constraint_names
-    assert planner.plan(planner.planning.start_state).flyable
+@pytest.mark.slow  # each has kernels of its own
+@pytest.mark.parametrize(
+    ("name", "overrides"), [("push", {}), ("drawer", {}), ("hatch", {}), ("paper", {"planner.model": "lagrangian"})]
+)
+def test_a_row_that_is_far_away_leaves_every_plan_as_it_is(name: str, overrides: dict[str, str]) -> None:
+    """It is told with its value."""
+    scenario = doorman.Scenario.load(name, overrides)
+    line = doorman.Constraint("line", lambda task: -10.0 - task.position[1], unit="m")
+    planner, free = Planner(scenario, constraints=[line]), Planner(scenario)
+    plan = planner.plan(planner.start_state)
+    assert plan.usable and plan.violated == ""
+    np.testing.assert_allclose(plan.states, free.plan(free.start_state).states, atol=1e-5)
+    (told,) = planner.user_rows().items()
+    assert told[0] == "line [m]" and told[1] < 0.0

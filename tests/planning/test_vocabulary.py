@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any
 
 import casadi as ca
-import numpy as np
 import pytest
 
 from doorman import Constraint, Model, Planner, Scenario
@@ -13,9 +12,6 @@ from doorman.exceptions import ScenarioError, SolverError
 from doorman.kinematics.task import NAMES, Task
 from doorman.planning.planning_model import planning_model
 from doorman.resources import scenario_directory, shipped
-
-LINTEL = 2.0
-"""Above the ground [m]."""
 
 
 class Looked(Exception):
@@ -88,31 +84,3 @@ def test_a_constraint_that_nothing_changes_is_refused_at_construction(scenario: 
 def test_a_lintel_is_refused_where_the_task_stays_before_the_wall(scenario: str) -> None:
     with pytest.raises(ScenarioError, match="door.frame_height"):
         Model(Scenario.load(scenario, {"door.frame_height": 1.9}))
-
-
-def below_lintel(task: Any) -> Any:
-    """The rotor disc stays below a lintel, however it tilts."""
-    up = task.rotation[2, 2]
-    return task.position[2] + task.vehicle.radius * ca.sqrt(1 - up**2 + 1e-12) - LINTEL
-
-
-def left_of_a_line(task: Any) -> Any:
-    """A line along the world's x axis, 10 m to the right."""
-    return -10.0 - task.position[1]
-
-
-LINTEL_ROW = Constraint("lintel", below_lintel, unit="m")
-LINE_ROW = Constraint("line", left_of_a_line, unit="m")
-
-
-@pytest.mark.slow  # each has kernels of its own; a row of a user's own is planned with in test_user_constraints.py
-@pytest.mark.parametrize("row", [LINTEL_ROW, LINE_ROW], ids=lambda row: row.name)
-@pytest.mark.parametrize("scenario", ["paper", "push", "drawer", "hatch"])
-def test_one_row_serves_every_task(scenario: str, row: Constraint) -> None:
-    """A row that is far away leaves the plan as it is, and is told with its value."""
-    planner, free = Planner(scenario, constraints=[row]), Planner(scenario)
-    plan = planner.plan(planner.start_state)
-    assert plan.usable and plan.violated == ""
-    np.testing.assert_allclose(plan.states, free.plan(free.start_state).states, atol=1e-5)
-    (told,) = planner.user_rows().items()
-    assert told[0] == f"{row.name} [m]" and told[1] < 0.0

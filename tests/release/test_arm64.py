@@ -47,8 +47,7 @@ def test_every_dependency_resolves(python, tmp_path):
 @pytest.mark.slow
 @pytest.mark.parametrize("package", FROM_SOURCE.values())
 def test_an_exception_is_one(package, tmp_path):
-    (text,) = {
-        text for texts in PROJECT["optional-dependencies"].values() for text in texts if text.startswith(package)
-    }
+    extras = PROJECT["optional-dependencies"].values()
+    (text,) = {text for texts in extras for text in texts if text.startswith(package)}
     done = resolved([text], PYTHONS[-1], tmp_path)
     assert done.returncode != 0 and "No matching distribution" in done.stderr, "it has a wheel now"

@@ -1,4 +1,4 @@
-"""What is shipped: the wheel's files and its declared dependencies, and what make runs."""
+"""What is shipped: the wheel's files and its declared dependencies."""
 
 from __future__ import annotations
 
@@ -114,13 +114,8 @@ def third_party_imports(path: Path) -> set[str]:
     return {name for name in names if name not in sys.stdlib_module_names and name not in ("doorman", "__future__")}
 
 
-PROVIDED_BY = {
-    "distributed": "dask",
-    "pinocchio": "pin",
-    "coal": "coal",
-    "proxsuite": "proxsuite",
-    "mujoco": "mujoco",
-    "yaml": "pyyaml",
+PROVIDED_BY = {"distributed": "dask", "pinocchio": "pin", "yaml": "pyyaml"} | {
+    name: name for name in ("coal", "proxsuite", "mujoco")
 }
 """Distributions whose metadata does not name the modules they install where Python looks for them."""
 
@@ -156,7 +151,8 @@ def test_every_dependency_is_imported():
     own = {test.stem for test in tests} | {"suite", "build_native"}  # of benchmarks/
     modules = set().union(*map(third_party_imports, [*(ROOT / "doorman").rglob("*.py"), *tests]))
     imported = {distribution_of(module) for module in modules - own}
-    tools = {"pytest-cov", "pytest-xdist", "ruff", "mypy", "import-linter", "example-robot-data", "myst-parser"}
+    checks = {"pytest-cov", "pytest-xdist", "ruff", "mypy", "import-linter", "example-robot-data"}
+    tools = checks | {"myst-parser", "myst-nb", "furo"}
     assert set(requirements("sim", "viz", "hardware", "campaign", "docs", "test")) - tools <= imported
 
 
@@ -165,28 +161,3 @@ def test_every_dependency_has_a_lower_bound_that_is_met(requirement):
     name, bound = re.fullmatch(r"([\w.-]+)(?:\[\w+\])?>=([\d.]+)", requirement).groups()
     installed = importlib.metadata.version(name)
     assert [int(part) for part in re.findall(r"\d+", installed)] >= [int(part) for part in bound.split(".")]
-
-
-# ---------------------------------------------------------------- make
-
-
-def recipe(target: str) -> str:
-    ran = subprocess.run(
-        ["make", "--dry-run", "--always-make", target, "VENV=venv"], cwd=ROOT, capture_output=True, text=True, timeout=30,
-        check=False, env={**os.environ, "MAKEFLAGS": ""},
-    )  # fmt: skip
-    assert ran.returncode == 0, ran.stderr
-    return ran.stdout
-
-
-def test_make_demo_installs_and_opens_the_door():
-    text = recipe("demo")
-    assert text.index("-m venv venv") < text.index("install") < text.index("venv/bin/doorman open paper")
-    assert "[sim,viz,hardware]" in text
-
-
-def test_make_test_installs_and_runs_every_check():
-    text = recipe("test")
-    extras = "[sim,viz,hardware,campaign,test]"
-    steps = ["-m venv venv", extras, "ruff check", "ruff format --check", "mypy", "lint-imports", "pytest"]
-    assert [text.index(step) for step in steps] == sorted(text.index(step) for step in steps)

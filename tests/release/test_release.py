@@ -6,7 +6,6 @@ import re
 import runpy
 import shutil
 from pathlib import Path
-from typing import Any
 
 import pytest
 import yaml
@@ -128,27 +127,6 @@ def test_a_requirement_of_another_form_is_noticed(requirement):
 
 
 # ---------------------------------------------------------------- workflows
-
-
-def steps() -> list[tuple[str, dict[str, Any]]]:
-    found = [(f"{name}: {job}", step) for name, flow in WORKFLOWS.items()
-             for job, body in flow["jobs"].items() for step in body["steps"]]  # fmt: skip
-    action = yaml.safe_load((ROOT / ".github" / "actions" / "set-up" / "action.yml").read_text(encoding="utf-8"))
-    return [*found, *(("set-up", step) for step in action["runs"]["steps"])]
-
-
-def test_workflows_call_targets_and_scripts_that_exist():
-    makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
-    called = set()
-    for where, step in steps():
-        command = step.get("run", "")
-        for target in re.findall(r"\bmake ([\w-]+)", command):
-            assert re.search(rf"^{target}:", makefile, re.MULTILINE), f"{where}: make {target}"
-            called.add(target)
-        for script in re.findall(r"(?:^|\s)(\.ci/\S+)", command):
-            assert (ROOT / script).is_file(), f"{where}: {script}"
-            called.add(script)
-    assert {"test-quick", "test-lowest", "release-check", ".ci/run"} <= called
 
 
 def test_only_a_checked_tag_is_published():

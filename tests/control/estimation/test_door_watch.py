@@ -63,6 +63,11 @@ def test_what_lies_is_told_once_and_not_believed_again(lie):
     assert sum("not believed" in words for _, words in watch.messages) == 1
 
 
+def test_a_leaf_beyond_the_end_of_its_joint_is_a_lie_before_anything_touches_it():
+    watch, believed = flight(lambda time, angle: DOOR.upper_limit + 0.5, duration=0.5)
+    assert watch.lied and not believed[-10:].any()
+
+
 def test_a_single_wild_reading_is_left_out():
     watch, believed = flight(lambda time, angle: angle + (0.3 if 2.0 < time < 2.015 else 0.0))
     assert 1 <= (~believed).sum() <= 3 and not watch.lied and believed[-1]

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import math
-import subprocess
-import sys
 from dataclasses import replace
 
 import numpy as np
@@ -233,27 +231,3 @@ def test_the_speed_of_the_tip_leaves_out_tilting(model: Model) -> None:
     tilting = vehicle.estimator.update(nods, Tie.FREE, False, TICK)
     assert tilting.attitude_rates[1] == pytest.approx(0.6)
     assert tilting.tip_speed == pytest.approx(still.tip_speed, abs=1e-3)
-
-
-def test_nothing_compiles_in_flight() -> None:
-    """In a process of its own: what another test has loaded is there already."""
-    done = subprocess.run([sys.executable, "-c", FLIES], capture_output=True, text=True, timeout=240)
-    assert done.returncode == 0, done.stderr
-
-
-FLIES = """
-import numpy as np
-from doorman.compilation import kernel_counts
-from doorman.control.estimation.estimator import Estimator, Tie
-from doorman.control.state_converter import StateConverter
-from doorman.model import Model
-from doorman.signals import Measurement
-
-model = Model("push")
-estimator, n = Estimator(model), model.n_arm
-before = kernel_counts()
-for k in range(20):
-    where = np.array([-1.0, 0.7, 1.3]), np.zeros(3), np.zeros(3), np.zeros(3), model.start_arm, np.zeros(n)
-    estimator.update(Measurement(0.01 * k, *where, 0.01 * k), Tie.PUSHING, False, 0.01)
-assert kernel_counts() == before, (before, kernel_counts())
-"""

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from completed_flights import completed
 
 from doorman.control.estimation.lift_scale import LiftScale
-from doorman.mission import simulate
-from doorman.scenario import Scenario
 from doorman.signals import Command
 
 
@@ -26,7 +25,4 @@ def test_commands_make_up_for_lift_as_far_as_rotors_and_belief_go(lift, wanted, 
 @pytest.mark.slow
 @pytest.mark.parametrize("changes", [{"simulation.thrust_scale": 0.9}, {"simulation.vehicle_mass": 3.3}], ids=str)
 def test_a_push_with_less_lift_than_is_believed_opens_the_door(changes):
-    flight = simulate(Scenario.load("push", changes), seed=7)
-    figures = flight.summary
-    assert figures["outcome"] == "completed" and figures["collisions"] == 0
-    assert figures["final_door_angle_deg"] == pytest.approx(20.0, abs=1.0) and figures["max_push_force_n"] < 6.0
+    completed("push", changes, 7, final_error=1.0, max_push_force_n=6.0)

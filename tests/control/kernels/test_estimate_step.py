@@ -15,7 +15,7 @@ from doorman.signals import Measurement
 AGE = 0.012
 
 
-@pytest.mark.parametrize("name", ["push", "drawer", "hatch", "knob_valve"])
+@pytest.mark.parametrize("name", ["push", "pull", "drawer", "hatch", "knob_valve"])
 def test_an_estimate_is_the_last_pose_carried_on(name: str) -> None:
     model = Model(name)
     estimator, rng = Estimator(model), np.random.default_rng(3)

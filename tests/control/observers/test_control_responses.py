@@ -32,6 +32,33 @@ def test_vehicle_observer_has_the_poles_of_q(damping: float) -> None:
     assert np.abs(observer.estimate[1:]).max() == 0.0
 
 
+def test_a_mass_that_flies_freely_shows_what_moves_it_as_one_that_is_held() -> None:
+    """The force cancels the estimate: Q of the disturbance alone is left."""
+    mass, rate, observer = 3.0, 5.0, DisturbanceObserver(3.0, 5.0)
+    position, velocity, found = np.array([1.0, -2.0, 0.5]), np.zeros(3), [np.zeros(3)]
+    for _ in range(1000):
+        found.append(observer.update(position, -found[-1], STEP))
+        velocity = velocity + STEP * (np.array([1.0, 0.0, -2.0]) - found[-1]) / mass
+        position = position + STEP * velocity
+    time = STEP * np.arange(1001)
+    expected = 1.0 - (1.0 + rate * time) * np.exp(-rate * time)
+    np.testing.assert_allclose(found, np.outer(expected, [1.0, 0.0, -2.0]), atol=0.03)
+
+
+@pytest.mark.parametrize("step", [0.005, 0.1, 0.2])
+def test_the_bound_is_left_as_it_was_reached_however_long_the_ticks(step: float) -> None:
+    """What it gathered at the bound does not have to unwind."""
+    load, observer = np.array([12.0, 0.0, 0.0]), DisturbanceObserver(3.0, 3.0, limit=10.0)
+    fixed, found = np.zeros(3), []
+    for _ in range(round(10.0 / step)):  # it hovers against the load
+        found.append(observer.update(fixed, -load, step)[0])
+    assert max(found) == 10.0 and found[-1] == 10.0
+    for _ in range(round(3.0 / step)):
+        found.append(observer.update(fixed, np.zeros(3), step)[0])
+    assert min(found) > -1.0
+    assert abs(found[-1]) < 0.1
+
+
 @pytest.mark.parametrize("overrides", [{}, {"planner.time_step": 0.1, "planner.horizon_steps": 10}])
 @pytest.mark.parametrize("time", [0.0, 0.05, 0.3])
 def test_acceleration_fed_forward_is_that_of_the_planned_motion(overrides: dict, time: float) -> None:

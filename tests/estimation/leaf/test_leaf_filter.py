@@ -8,7 +8,7 @@ from doorman import Model, Scenario
 from doorman.estimation.estimate import FilterEstimate
 from doorman.estimation.filter import Filter
 from doorman.estimation.leaf.leaf_filter import leaf_filter
-from doorman.estimation.leaf.numbers import SIZE, first_state, leaf_numbers
+from doorman.estimation.leaf.numbers import first_state, leaf_numbers
 
 
 def bank_of(damping: float) -> tuple[Filter, np.ndarray, np.ndarray]:
@@ -37,14 +37,3 @@ def test_a_bank_knows_nothing_of_another_of_its_kind() -> None:
     np.testing.assert_array_equal(found.told, alone.told)
     np.testing.assert_array_equal(first.estimate().told, alone.told)
     assert first.parameters.size == second.parameters.size and (first.parameters != second.parameters).any()
-
-
-def test_an_estimate_names_all_of_its_numbers() -> None:
-    bank, *start = bank_of(0.5)
-    found = flown(bank, *start)
-    np.testing.assert_allclose(found.deviations, np.sqrt(np.diag(found.covariance)), rtol=1e-12)
-    weights = np.array(list(found.probabilities.values()))
-    np.testing.assert_allclose(weights @ np.array(list(found.means.values())), found.mean, atol=1e-12)
-    assert found.covariance.shape == (SIZE, SIZE) and abs(weights.sum() - 1.0) < 1e-12
-    names = tuple(found.probabilities)[1:3]
-    assert found.probability_of(names) == weights[1] + weights[2]

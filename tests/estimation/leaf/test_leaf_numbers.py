@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from doorman.estimation.leaf.numbers import TUNED, leaf_numbers
+from doorman.estimation.leaf.numbers import leaf_numbers
 from doorman.model import Model
 from doorman.scenario import Scenario
 
@@ -29,9 +29,3 @@ def test_lengths_forces_and_rates_grow_with_the_vehicle_and_shares_and_times_sta
     assert scale.force < 0.6
     for name, ratio in ratios.items():
         assert small.one(name) == pytest.approx(ratio * usual.one(name)), name
-
-
-def test_every_tuned_number_is_known_and_no_key_is_a_constant_too() -> None:
-    known = numbers()
-    assert len(set(TUNED)) == len(TUNED)
-    assert all(known.one(name) > 0.0 for name in TUNED)

@@ -90,17 +90,6 @@ def test_a_new_beginning_forgets_no_score(model):
     assert run.log_likelihood > before[0] and run.refused == 1
 
 
-def test_a_touch_is_found_at_the_face_and_its_force_and_angle_are_known(model):
-    flown = Flown(model, 0.0)
-    flown.hover(1.0)
-    flown.press(1.0)
-    estimate = flown.run.estimate
-    assert estimate.probabilities["standing"] > 0.5 > estimate.probabilities["free"]
-    force, deviation = estimate.outputs["normal_force"]
-    assert abs(force - 3.0) < 3.0 * deviation < 1.5
-    assert math.degrees(abs(estimate.mean[JOINT] - model.start_state[3])) < 0.4
-
-
 def test_a_slip_along_the_face_is_found_soon_and_none_is_invented(model):
     flown, found = Flown(model, 0.0), []
     flown.hover(1.0)

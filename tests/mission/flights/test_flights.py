@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import dataclasses
 from pathlib import Path
 
 import numpy as np
 import pytest
 from urdf_variants import write_arm, write_door
 
-from doorman import Model, Planner, PlanStatus, Scenario, simulate
+from doorman import Model, Planner, Scenario, simulate
 from doorman.exceptions import DoormanError
 from doorman.recording import Recorder, Recording
 from doorman.summary import summarize, verdict
@@ -54,10 +53,8 @@ def test_the_papers_door_is_opened(paper: Recording) -> None:
     assert (summary["outcome"], summary["reason"]) == ("completed", "")
 
 
-@pytest.mark.parametrize("kind", ["paper", pytest.param("pushed", marks=pytest.mark.slow)])
-def test_a_minute_is_recorded_in_twenty_megabytes(kind: str, folder: Path, request: pytest.FixtureRequest) -> None:
-    minutes = request.getfixturevalue(kind)["truth"].time[-1] / 60.0
-    assert (folder / f"{kind}.mcap").stat().st_size < 20e6 * minutes
+def test_a_minute_is_recorded_in_twenty_megabytes(paper: Recording, folder: Path) -> None:
+    assert (folder / "paper.mcap").stat().st_size < 20e6 * paper["truth"].time[-1] / 60.0
 
 
 PHASES = ["hover", "approach", "touch", "open", "release", "retreat", "done", "end"]
@@ -70,9 +67,8 @@ def test_the_mission_goes_from_hover_to_hover(kind: str, request: pytest.Fixture
     assert mission["state"].tolist() == PHASES
     assert not any(mission["message"][:-1])
     for place in (0, -1):
-        assert (
-            truth["position"][place, 0] < -0.4 - 0.9 * scenario.mission.hover_distance
-        )  # the disc is out of the doorway
+        out_of_the_doorway = -0.4 - 0.9 * scenario.mission.hover_distance
+        assert truth["position"][place, 0] < out_of_the_doorway
         assert np.linalg.norm(truth["velocity"][place]) < 0.3
     closing = truth["velocity"][np.flatnonzero(truth["touching"])[0], 0]
     assert 0.0 < closing < 0.1, "it touches gently"
@@ -95,30 +91,11 @@ def test_a_tip_that_can_only_push_opens_a_door_that_it_does_not_know(pushed: Rec
 def test_the_tips_force_is_estimated(pushed: Recording) -> None:
     truth, estimate = pushed["truth"], pushed["estimate"]
     moving = (truth.time > 10.0) & (truth.time < 20.0)
-    average = np.convolve(
-        truth["tip_normal_force"], np.full(125, 1 / 125), mode="same"
-    )  # it lags by a tenth of a second
-    found = np.convolve(estimate["normal_force"], np.full(125, 1 / 125), mode="same")
-    assert np.abs(average - found)[moving].mean() < 0.2
-
-
-def test_summary_is_what_the_recording_says(paper: Recording, model: Model) -> None:
-    truth, summary = paper["truth"], paper.summary
-    assert summary is not None
-    angle = np.degrees(truth["door_angle"])
-    assert summary["final_door_angle_deg"] == pytest.approx(angle[-1])
-    outside = truth.time[np.abs(angle - 20.0) >= 2.0]
-    touched, let_go = (np.flatnonzero(truth["touching"])[i] for i in (0, -1))
-    assert summary["hover_to_goal_s"] == pytest.approx(outside[-1] + 0.004, abs=1e-6)
-    assert summary["time_to_open_s"] == pytest.approx(outside[-1] + 0.004 - truth.time[touched], abs=1e-6)
-    worst = max(
-        model.constraints([*truth["attitude"][k], truth["door_angle"][k], 0.0, *truth["arm_angles"][k]]).max()
-        for k in range(touched, let_go, 25)
+    average, found = (  # the estimate lags by a tenth of a second
+        np.convolve(force, np.full(125, 1 / 125), mode="same")
+        for force in (truth["tip_normal_force"], estimate["normal_force"])
     )
-    assert worst <= max(summary["max_constraint_violation_m"], 1e-12) or worst < 0.0
-    assert summary["max_pull_force_n"] >= -truth["tip_normal_force"].min() - 1e-9
-    solve_times = paper["plan"]["solve_time"][1:] * 1e3
-    assert summary["planner_ms"]["max"] == pytest.approx(solve_times.max())
+    assert np.abs(average - found)[moving].mean() < 0.2
 
 
 def test_every_plan_that_was_flown_keeps_the_constraints(paper: Recording, model: Model) -> None:
@@ -127,24 +104,10 @@ def test_every_plan_that_was_flown_keeps_the_constraints(paper: Recording, model
         assert model.constraints_along(plan["states"][k][1:]).max() <= -margin + 1e-6
 
 
-def test_same_seed_same_flight(model: Model) -> None:
-    first, second = (simulate(model, duration=0.5, seed=3) for _ in range(2))
-    other = simulate(model, duration=0.5, seed=4)
-    for field in ("position", "door_angle", "tip_force"):
-        np.testing.assert_array_equal(first["truth"][field], second["truth"][field])
-    assert (first["measurement"]["position"] != other["measurement"]["position"]).any()
-
-
-@pytest.mark.parametrize(
-    ("width", "mass", "contact", "rod", "resistance"),
-    [pytest.param(1.5, 6.0, 1.0, 0.35, 0.0, marks=pytest.mark.slow), (1.15, 18.0, 0.6, 0.24, 0.6)],
-)
-def test_other_doors_and_arms(
-    tmp_path: Path, width: float, mass: float, contact: float, rod: float, resistance: float
-) -> None:
-    door = write_door(tmp_path / "door.urdf", width=width, mass=mass, damping=resistance, friction=resistance)
-    arm = write_arm(tmp_path / "arm.urdf", rod=rod)
-    overrides = {"vehicle.urdf": str(arm), "door.urdf": str(door), "contact.distance_from_hinge": contact,
+def test_another_door_and_arm(tmp_path: Path) -> None:
+    door = write_door(tmp_path / "door.urdf", width=1.15, mass=18.0, damping=0.6, friction=0.6)
+    arm = write_arm(tmp_path / "arm.urdf", rod=0.24)
+    overrides = {"vehicle.urdf": str(arm), "door.urdf": str(door), "contact.distance_from_hinge": 0.6,
                  "mission.start": "contact"}  # fmt: skip
     summary = simulate(Scenario.load("paper", overrides), duration=12.0).summary
     assert summary is not None
@@ -181,29 +144,6 @@ def test_interrupted_flight_keeps_what_was_flown(model: Model, tmp_path: Path) -
     assert len(Recording.load(tmp_path / "run.mcap")["truth"].time) == len(recording["truth"].time)
 
 
-class FailingPlanner(Planner):
-    """Planner whose plans are of no use from some call on."""
-
-    good_plans = 30
-
-    def replan(self, state, elapsed=None, **options):
-        plan = super().replan(state, elapsed, **options)
-        self.good_plans -= 1
-        if self.good_plans > 0:
-            return plan
-        return dataclasses.replace(plan, status=PlanStatus.INFEASIBLE)
-
-
-def test_the_plan_may_fail_but_the_flight_goes_on(model: Model) -> None:
-    recording = simulate(model, duration=3.5, planner=FailingPlanner(model))
-    assert (recording["plan"]["status"][-50:] == "infeasible").all()
-    assert recording["truth"].time[-1] == pytest.approx(3.5)
-    late = recording["setpoint"].time > 2.5  # the last usable plan, of about 0.3 s, has ended
-    assert np.abs(recording["setpoint"]["velocity"][late]).max() < 1e-9
-    assert np.abs(recording["truth"]["velocity"][-1]).max() < 0.2
-    assert recording["truth"]["collisions"].sum() == 0
-
-
 def test_a_planner_of_another_scenario_is_refused(model: Model) -> None:
     other = Planner(Scenario.load("paper", {"goal.door_angle": 1.0}))
     with pytest.raises(DoormanError, match="another scenario"):
@@ -213,17 +153,3 @@ def test_a_planner_of_another_scenario_is_refused(model: Model) -> None:
 def test_a_recording_without_truth_cannot_be_judged(model: Model) -> None:
     with pytest.raises(DoormanError, match="no true states"):
         summarize(Recorder(None, {}).recording(), model)
-
-
-@pytest.mark.parametrize(
-    ("changes", "words"),
-    [
-        ({"collisions": 3}, "Something was touched"),
-        ({"min_clearance_m": -0.002}, "overlap by 2.0 mm"),
-        ({"opened": False, "time_to_open_s": None}, "was not opened"),
-    ],
-)
-def test_verdicts(paper: Recording, changes: dict, words: str) -> None:
-    assert paper.summary is not None
-    good, sentence = verdict({**paper.summary, **changes})
-    assert not good and words in sentence

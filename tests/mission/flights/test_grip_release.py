@@ -15,7 +15,12 @@ from doorman.summary import verdict
 TOLD = {"simulation__door_damping": 0.3, "mission__start": "contact"}
 
 
-def ends_held(recording: Recording) -> None:
+def ends_held(friction: float, stiffness: float) -> Recording:
+    """A flight whose door is held at its goal to the end."""
+    recording, mission = flown(
+        scenario="paper", simulation__door_friction=friction, simulation__door_stiffness=stiffness, **TOLD
+    )
+    assert mission.outcome == (True, "")
     summary = recording.summary
     assert summary is not None and (summary["outcome"], summary["opened"]) == ("completed", True)
     assert verdict(summary)[0] and judge(summary).success
@@ -23,14 +28,13 @@ def ends_held(recording: Recording) -> None:
     assert phases(recording)[-3:] == ["hold", "done", "end"]
     assert recording["command"]["grip"][-1], "the gripper stays closed"
     assert np.abs(np.degrees(recording["truth"]["door_rate"][-250:])).mean() < 0.5
+    return recording
 
 
 def test_a_door_that_moves_as_the_load_is_taken_off_it_is_held() -> None:
     """Its closer is a little stronger than its friction, which the estimates cannot tell."""
-    recording, mission = flown(scenario="paper", simulation__door_friction=0.2, simulation__door_stiffness=0.4, **TOLD)
-    assert mission.outcome == (True, "")
+    recording = ends_held(0.2, 0.4)
     assert phases(recording)[:4] == ["touch", "open", "release", "hold"]
-    ends_held(recording)
     began, held = (recording["mission"].time[phases(recording).index(name)] for name in ("release", "hold"))
     during = (recording["command"].time > began) & (recording["command"].time < held)
     assert recording["command"]["grip"][during].all(), "it is watched before the gripper opens"
@@ -41,11 +45,7 @@ def test_a_door_that_moves_as_the_load_is_taken_off_it_is_held() -> None:
     ("friction", "stiffness"), [(0.1, 0.25), (0.3, 0.5), (0.1, 1.0), (0.5, 1.5), (1.0, 1.0), (0.3, 2.0)]
 )
 def test_a_door_whose_closer_is_stronger_is_held(friction: float, stiffness: float) -> None:
-    recording, mission = flown(
-        scenario="paper", simulation__door_friction=friction, simulation__door_stiffness=stiffness, **TOLD
-    )
-    assert mission.outcome == (True, "")
-    ends_held(recording)
+    ends_held(friction, stiffness)
 
 
 @pytest.mark.slow
@@ -96,38 +96,31 @@ def test_a_leaf_that_wind_moves_is_no_fault_of_the_gripper(direction: float) -> 
     assert "the gripper does not hold" not in mission.outcome[1] and told_truly(summary) is not False
 
 
-def slipped_and_noticed(scenario: str = "paper", **keys: float) -> tuple[float, float, Recording]:
-    """When the gripper slipped, and when the vehicle left [s]."""
-    recording, mission = flown(scenario=scenario, **keys)
+SLIPS = [
+    ("paper", 5.0, 0.3, 0.0, 0.3),
+    ("pull", 4.0, 2.0, 0.0, 0.3),
+    pytest.param("paper", 4.0, 0.0, 1.0, 1.0, marks=pytest.mark.slow),
+    pytest.param("paper", 5.0, 0.5, 0.0, 1.0, marks=pytest.mark.slow),
+]
+
+
+@pytest.mark.parametrize(("scenario", "force", "friction", "wind", "soon"), SLIPS)
+def test_a_gripper_that_slips_is_noticed_before_its_tip_strikes_the_leaf(
+    scenario: str, force: float, friction: float, wind: float, soon: float
+) -> None:
+    """A leaf with much friction takes the push of a loose tip as it took that of a held one."""
+    recording, mission = flown(
+        scenario=scenario, simulation__gripper_force=force, simulation__door_friction=friction,
+        simulation__gust__vehicle=wind, simulation__gust__direction=2.0,
+    )  # fmt: skip
     assert mission.outcome == (False, "the gripper does not hold the leaf")
     truth = recording["truth"]
     slipped = float(truth.time[int(np.argmax(truth["grip_slips"] > 0))])
-    return slipped, float(recording["mission"].time[phases(recording).index("retreat")]), recording
-
-
-@pytest.mark.parametrize(("scenario", "force", "friction"), [("paper", 5.0, 0.3), ("pull", 4.0, 2.0)])
-def test_a_gripper_that_slips_is_noticed_before_its_tip_strikes_the_leaf(
-    scenario: str, force: float, friction: float
-) -> None:
-    """A leaf with much friction takes the push of a loose tip as it took that of a held one."""
-    slipped, noticed, recording = slipped_and_noticed(
-        scenario, simulation__gripper_force=force, simulation__door_friction=friction
-    )
-    assert slipped < noticed < slipped + 0.3
+    noticed = float(recording["mission"].time[phases(recording).index("retreat")])
+    assert slipped < noticed < slipped + soon
     summary, weight = recording.summary, Model(scenario).vehicle.weight
     assert summary is not None and summary["collisions"] == 0 and summary["max_push_force_n"] < 1.1 * weight
     assert "the gripper slipped" in summary["true_causes"]
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("force", "friction", "wind"), [(4.0, 0.0, 1.0), (6.0, 0.3, 0.0), (5.0, 0.5, 0.0)])
-def test_a_gripper_that_slips_is_noticed_on_any_door(force: float, friction: float, wind: float) -> None:
-    slipped, noticed, recording = slipped_and_noticed(
-        simulation__gripper_force=force, simulation__door_friction=friction, simulation__gust__vehicle=wind,
-        simulation__gust__direction=2.0,
-    )  # fmt: skip
-    assert slipped < noticed < slipped + 1.0
-    assert recording.summary is not None and recording.summary["collisions"] == 0
 
 
 @pytest.mark.slow
@@ -140,6 +133,15 @@ def test_a_gripper_that_never_closes_is_noticed_on_any_door(wind: float, frictio
     )  # fmt: skip
     assert mission.outcome == (False, "the gripper does not hold the leaf")
     assert recording.summary is not None and recording.summary["outcome"] == "given up"
+
+
+def test_a_tip_that_is_to_stay_holds_the_door() -> None:
+    keys = {"goal__door_angle": 1.2, "goal__attitude": None, "mission__then": "stay", "mission__start": "contact"}
+    recording, mission = flown(scenario="paper", **keys)
+    assert mission.outcome == (True, "")
+    assert "release" not in phases(recording) and "done" in phases(recording)
+    assert recording["truth"]["touching"][-1] and recording["command"]["grip"][-1]
+    assert abs(np.degrees(recording["truth"]["door_angle"][-1] - 1.2)) < 1.5
 
 
 @pytest.mark.slow

@@ -102,7 +102,7 @@ def test_a_gripped_door_without_friction_comes_to_rest_at_the_goal() -> None:
     assert abs(summary["final_door_angle_deg"] - 20.0) < 0.15
 
 
-@pytest.mark.parametrize("angle", [math.pi / 2, 1.2, 0.8, math.pi / 9])
+@pytest.mark.parametrize("angle", [math.pi / 2, 0.8, math.pi / 9])
 def test_the_way_out_stays_between_the_jambs(model: Model, angle: float) -> None:
     """From where the vehicle stands at this angle, turned as much as the door but for 20°."""
     attitude = np.array([0.0, 0.0, -(math.pi / 2 - angle)])

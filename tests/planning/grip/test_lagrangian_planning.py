@@ -3,24 +3,61 @@
 from __future__ import annotations
 
 import functools
-import tempfile
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
-import numba
+import casadi as ca
 import numpy as np
 import pytest
 from attitude_matrices import body_rate_matrix
+from completed_flights import completed
+from interior_point import InteriorPointReference, rotation
 from lagrangian_in_numbers import in_numbers
-from lagrangian_interior_point import LagrangianReference
 
-from doorman import Model, Plan, Planner, PlanStatus, Scenario, simulate
+from doorman import Model, Plan, Planner, PlanStatus, Scenario
 from doorman.exceptions import ScenarioError
-from doorman.numba_types.handles import Handle
-from doorman.ocp.kernels import functions
 from doorman.planning.grip.lagrangian_problem import lagrangian_numbers, lagrangian_problem
+from doorman.planning.pace import time_constant_held
 from doorman.planning.planning_model import planning_model
+
+
+class LagrangianReference(InteriorPointReference):
+    """The same optimal control problem as `lagrangian_problem`, by multiple shooting and IPOPT.
+
+    Args:
+        model: doorman.Model, for its numbers only.
+    """
+
+    expand = False
+
+    def _goals(self) -> tuple[np.ndarray, np.ndarray]:
+        goal = self._goal()
+        return np.array([*goal[:4], 0.0, 0.0, 0.0, *goal[4:]]), np.array(self.model.hover_input)
+
+    def _weights(self) -> tuple[ca.DM, ca.DM, ca.DM]:
+        """The paper's; 5, 5 and 13.5 on Φ̇, and 0.1 on torques."""
+        n, held = self.model.n_arm, 9.0 * time_constant_held(self.model) ** 2
+        state = ca.DM([5, 5, 3, 9, 5, 5, 13.5, held, *([0.05] + [0.1] * n)[:n]])
+        return state, state, ca.DM([0.1, 0.1, 0.1, 0.1, *[10.0] * n])
+
+    def _rows(self, x: ca.SX) -> list[ca.SX]:
+        """Those of the simplified dynamics, and ±Ω beyond its limits, from the attitude's derivative."""
+        attitude, limit = rotation(x[:3]), ca.DM(list(self.model.scenario.limits.body_rates))
+        turning = attitude.T @ ca.reshape(ca.jtimes(ca.vec(attitude), x[:3], x[4:7]), 3, 3)
+        rates = ca.vertcat(turning[2, 1], turning[0, 2], turning[1, 0])
+        return [*super()._rows(ca.vertcat(x[:4], x[7:])), rates - limit, -rates - limit]
+
+    def _limits(self) -> tuple[np.ndarray, np.ndarray]:
+        """Of [u, x]: those of the simplified dynamics without the body rates."""
+        ends = np.array(super()._limits())
+        free, n = np.array([[-np.inf] * 3, [np.inf] * 3]), 4 + self.model.n_arm
+        low, high = np.hstack([ends[:, :1], free, ends[:, 4:n], free, ends[:, n:]])
+        return low, high
+
+    def _rates(self, x: ca.SX, u: ca.SX) -> ca.SX:
+        model = in_numbers(self.model)
+        return model.function("derivative")(x, u, model.numbers.vector)
+
 
 FULL = {"planner.model": "lagrangian"}
 COARSE = {"planner.time_step": 0.05, "planner.horizon_steps": 20}
@@ -114,37 +151,6 @@ def test_replans_along_the_motion_stay_near_the_optimum() -> None:
     assert state[3] < 1.4
 
 
-@numba.njit
-def values(model: Any, x: Any, u: Any, after: Any, h: Any) -> None:
-    functions.step(model, x, u, after)
-    functions.constrain(model, x, h)
-
-
-@pytest.mark.slow
-def test_body_rates_keep_to_their_limits(rng: np.random.Generator) -> None:
-    """Those of the body, which are not the Euler rates: with the vehicle tilted they differ by a third."""
-    problem, limits = lagrangian_problem(planner_of("paper").model), planner_of("paper").model.scenario.limits
-    model, names = Handle(problem.model), problem.constraint_names
-    for _ in range(5):
-        x = problem.cost.state_goal + 0.3 * rng.normal(size=problem.nx)
-        after, h = np.empty(problem.nx), np.empty(problem.n_constraints)
-        values(model, x, problem.cost.input_goal, after, h)
-        rates = body_rate_matrix(x[:3]) @ x[4:7]
-        for i, name in enumerate(("roll rate", "pitch rate", "yaw rate")):
-            above, below = (h[names.index(f"{name} {end}")] for end in ("above", "below"))
-            assert above == pytest.approx(rates[i] - limits.body_rates[i], abs=1e-13)
-            assert below == pytest.approx(-rates[i] - limits.body_rates[i], abs=1e-13)
-    tight = Planner(
-        Model(Scenario.load("paper", FULL | {"limits.body_rates": [0.3, 0.25, 0.2], "planner.horizon_steps": 30}))
-    )
-    start = tight.planning.start_state.copy()
-    start[3] -= 0.5
-    plan = tight.plan(start)
-    turning = np.array([body_rate_matrix(x[:3]) @ x[4:7] for x in plan.states[1:]])
-    assert plan.usable and (np.abs(turning).max(axis=0) <= np.array([0.3, 0.25, 0.2]) + 1e-6).all()
-    assert np.abs(turning[:, 2]).max() > 0.2 - 1e-6  # it matters
-
-
 def test_limits_become_bounds() -> None:
     model = model_of("paper")
     bounds, limits, vehicle = lagrangian_problem(model).bounds, model.scenario.limits, model.vehicle
@@ -187,27 +193,21 @@ def test_what_a_planning_model_says_of_itself(kind: str) -> None:
     np.testing.assert_allclose(hovering, planning.start_state, atol=1e-12)
 
 
-@pytest.mark.parametrize(("name", "length"), [("state", 9), ("input", 9)])
-def test_weights_that_do_not_fit_are_an_error(name: str, length: int) -> None:
+@pytest.mark.parametrize("name", ["state", "input"])
+def test_weights_that_do_not_fit_are_an_error(name: str) -> None:
     with pytest.raises(ScenarioError) as caught:
-        Planner(Scenario.load("paper", FULL | {f"planner.weights.{name}": [1.0] * length}))
+        Planner(Scenario.load("paper", FULL | {f"planner.weights.{name}": [1.0] * 9}))
     assert caught.value.field == f"planner.weights.{name}"
 
 
 @pytest.mark.slow
 def test_the_papers_door_is_opened() -> None:
     """A whole flight; the planner's own states are twelve, the recorded ones those of every flight."""
-    model = Model(Scenario.load("paper", FULL | {"mission.start": "contact"}))
-    with tempfile.TemporaryDirectory() as folder:
-        recording = simulate(model, duration=12.0, path=Path(folder, "flight.mcap"))
-    summary, plan = recording.summary, recording["plan"]
-    assert summary is not None and summary["opened"]
-    assert abs(summary["final_door_angle_deg"] - 20.0) < 1.0
-    assert summary["time_to_open_s"] < 8.0
-    assert summary["max_constraint_violation_m"] <= 0.01
-    assert summary["collisions"] == 0 and summary["min_clearance_m"] > 0.0
+    keys, model = FULL | {"mission.start": "contact"}, model_of("paper")
+    summary, recording = completed("paper", keys, final_error=1.0, time_to_open_s=8.0)
+    assert summary["max_constraint_violation_m"] <= 0.01 and summary["min_clearance_m"] > 0.0
     assert summary["planner_rate_hz"] == pytest.approx(100.0, rel=0.01)
+    plan, margin = recording["plan"], model.scenario.planner.margin
     assert plan["states"].shape[1:] == (51, 9) and plan["input"].shape[1:] == (8,)
-    margin = model.scenario.planner.margin
     for k in range(0, len(plan.time), 40):
         assert model.constraints_along(plan["states"][k][1:]).max() <= -margin + 1e-6

@@ -36,13 +36,7 @@ def test_a_grip_is_a_spring_on_vehicle_heading_and_leaf(tied: TaskInNumbers) -> 
 
     change = tied.function(task.rates_of_change)(x)
     free = tied.function(task.rates_of_change)(x, numbers.replaced({"contact.stiffness": 0.0}))
-    masses = {
-        0: model.vehicle.mass,
-        1: model.vehicle.mass,
-        2: model.vehicle.mass,
-        5: yaw_inertia(model),
-        12: model.door.inertia,
-    }
+    masses = dict.fromkeys(range(3), model.vehicle.mass) | {5: yaw_inertia(model), 12: model.door.inertia}
     for index, mass in masses.items():
         step = np.zeros(len(x))
         step[index] = 1e-6

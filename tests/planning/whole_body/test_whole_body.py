@@ -9,7 +9,7 @@ import casadi as ca
 import numpy as np
 import pytest
 from task_in_numbers import TaskInNumbers
-from urdf_variants import DOOR, write_mirrored, write_moved
+from urdf_variants import DOOR, write_edited, write_mirrored, write_moved
 
 from doorman.kinematics.numbers import Numbers
 from doorman.kinematics.rotations import rotation_body_to_world
@@ -164,16 +164,9 @@ def image(right: Model, left: Model, x: Array) -> Array:
     )
 
 
-@pytest.fixture(scope="module", params=["left", "left, turned and moved"])
-def left(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Model:
-    folder = tmp_path_factory.mktemp("doors")
-    door = write_mirrored(folder / "left.urdf", DOOR)
-    if request.param != "left":
-        door = write_moved(folder / "moved.urdf", door, (4.0, -1.0, 0.3), 2.2)
-    return Model(Scenario.load("push", {"door.urdf": str(door)}))
-
-
-def test_the_plan_of_a_left_door_is_the_mirror_image(numeric: TaskInNumbers, left: Model) -> None:
+def test_the_plan_of_a_left_door_turned_and_moved_is_the_mirror_image(numeric: TaskInNumbers, tmp_path: Path) -> None:
+    door = write_moved(tmp_path / "moved.urdf", write_mirrored(tmp_path / "left.urdf", DOOR), (4.0, -1.0, 0.3), 2.2)
+    left = Model(Scenario.load("push", {"door.urdf": str(door)}))
     x, plans = numeric.at_the_leaf(-0.03, 1.4), []
     for model in (numeric.model, left):
         numbers = whole_body_numbers(model).replaced({"door.friction": 0.5})
@@ -192,10 +185,8 @@ def test_a_face_beside_the_hinges_axis_is_where_the_door_has_it(
     numeric: TaskInNumbers, tmp_path: Path, before: float
 ) -> None:
     """Depth, lever and place of the tip are those of `Door`, whichever way the door stands."""
-    proud, leaf = tmp_path / "proud.urdf", 'xyz="0.6 -0.02 0.8"'
-    proud.write_text(
-        DOOR.read_text(encoding="utf-8").replace(leaf, f'xyz="0.6 {before - 0.02:g} 0.8"'), encoding="utf-8"
-    )
+    leaf = '<collision name="leaf">\n      <origin xyz="0.6 -0.02 0.8"'
+    proud = write_edited(tmp_path / "proud.urdf", DOOR, (leaf, leaf.replace("-0.02", f"{before - 0.02:g}")))
     model = Model(Scenario.load("push", {"door.urdf": str(proud)}))
     assert model.door.surface_offset == pytest.approx(before, abs=1e-9)
     numbers, depth = whole_body_numbers(model), numeric.function(numeric.task.depth)
