@@ -44,9 +44,9 @@ _MODULES = {
 }
 
 _PACKAGES = (
-    "campaign", "cli", "collision", "compilation", "control", "dynamics", "estimation", "exceptions", "feasibility", "flight",
-    "hardware", "kinematics", "learning", "mission", "model", "numba_types", "ocp", "planning", "postures", "recording", "rig",
-    "ros2", "scenario", "signals", "simulation", "summary", "visualization",
+    "campaign", "cli", "collision", "compilation", "control", "door_sensor", "dynamics", "estimation", "exceptions",
+    "feasibility", "flight", "hardware", "kinematics", "learning", "mission", "model", "numba_types", "ocp", "planning",
+    "postures", "recording", "rig", "ros2", "scenario", "signals", "simulation", "summary", "visualization",
 )  # fmt: skip
 
 if not TYPE_CHECKING:  # a type checker would take any name for granted

@@ -6,6 +6,7 @@ import difflib
 import math
 from collections.abc import Mapping
 from pathlib import Path
+from types import UnionType
 from typing import Any, get_args
 
 from pydantic import BaseModel, ValidationError
@@ -66,6 +67,9 @@ def _range(found: Mapping[str, Any], unit: str) -> str:
 
 def _below(section: Any, part: str) -> Any:
     """The section under a key, or the type of the values where there are many: by name, or one after the other."""
-    if hasattr(section, "model_fields"):
-        return section.model_fields[part].annotation
-    return [kind for kind in get_args(section) if kind is not Ellipsis][-1]
+    if not hasattr(section, "model_fields"):
+        return [kind for kind in get_args(section) if kind is not Ellipsis][-1]
+    below = section.model_fields[part].annotation
+    if isinstance(below, UnionType):  # a table that may be left out
+        return next((kind for kind in get_args(below) if hasattr(kind, "model_fields")), below)
+    return below

@@ -24,7 +24,8 @@ import doorman
 from doorman.campaign.results import read_parts, write_part
 from doorman.exceptions import DoormanError
 from doorman.kinematics.doors.door import Door
-from doorman.kinematics.urdf.robot import load_pinocchio
+from doorman.kinematics.urdf.elements import read_collisions
+from doorman.kinematics.urdf.mesh_hull import convex_hull
 from doorman.kinematics.vehicles.vehicle import Vehicle
 from doorman.recording import Recording
 from doorman.recording.merging import align, read_log
@@ -71,8 +72,12 @@ def binary_inputs(folder: Path) -> tuple[tuple[str, Path, Callable[[Path], objec
         ("ulog", folder / "log.ulg", aligned),
         ("dataflash", folder / "log.bin", aligned),
         ("row", rows / "run-0000000.parquet", _read_row),
-        ("mesh", folder / "leaf.stl", lambda _: load_pinocchio(folder / "door.urdf")),
+        ("mesh", folder / "leaf.stl", lambda _: _hulls(folder / "door.urdf")),
     )
+
+
+def _hulls(urdf: Path) -> object:
+    return [convex_hull(urdf, shape) for shape in read_collisions(urdf) if shape.kind == "mesh"]
 
 
 def _read_row(path: Path) -> object:

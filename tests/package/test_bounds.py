@@ -483,15 +483,3 @@ def test_a_damaged_list_of_runs_is_a_sentence(content, tmp_path):
     (tmp_path / NOT_FLOWN).write_text(content)
     with pytest.raises(DoormanError, match="damaged"):
         read_not_flown(tmp_path)
-
-
-# ---------------------------------------------------------------- meshes
-
-
-def test_a_vertex_is_written_as_cpp_reads_it(tmp_path):
-    box = '<box size="1.2 0.04 1.6"/>'
-    path = tmp_path / "door.urdf"
-    path.write_text(DOOR.read_text(encoding="utf-8").replace(box, '<mesh filename="leaf.obj"/>'), encoding="utf-8")
-    (tmp_path / "leaf.obj").write_text("v 0 0 0\nv 1_0 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 1 2 4\n")
-    with pytest.raises(UrdfError, match="three numbers"):
-        Door(path)
