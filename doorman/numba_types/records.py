@@ -6,7 +6,9 @@ field of a handle's NamedTuple, and has the same attributes in kernels and in Py
 
 from __future__ import annotations
 
-from typing import Annotated, Any, ClassVar, Self, get_args, get_origin, get_type_hints
+import ctypes
+from collections import namedtuple
+from typing import Annotated, Any, ClassVar, Self, cast, get_args, get_origin, get_type_hints
 
 import numpy as np
 from llvmlite import ir
@@ -45,42 +47,55 @@ class Record:
         values: Fields that begin as something else.
     """
 
-    __slots__ = ("address", "memory")
+    __slots__ = ("address", "memory", "words")
     dtype: ClassVar[np.dtype[np.void]]
     _numba_type_: ClassVar[RecordType]
+    _tuple: ClassVar[Any]
 
     def __init_subclass__(cls) -> None:
         kinds = {name: hint for name, hint in get_type_hints(cls, include_extras=True).items() if name not in _OWN}
         cls.dtype = np.dtype([(name, *_layout(hint)) for name, hint in kinds.items()])
         cls._numba_type_ = RecordType(f"{cls.__module__}.{cls.__qualname__}", numpy_support.from_dtype(cls.dtype))
+        cls._tuple = namedtuple(cls.__name__, list(kinds))  # type: ignore[misc]
         for name in kinds:
             setattr(cls, name, _field(name))
 
     def __init__(self, **values: Any) -> None:
-        self.memory = np.zeros((), self.dtype)
-        self.address = int(self.memory.ctypes.data)
+        self._take(np.zeros(self.dtype.itemsize // 8))
         for name, value in values.items():
             self.memory[name] = value
 
+    @classmethod
+    def over(cls, words: Array) -> Self:
+        """A record of the numbers in an array of as many, which it shares."""
+        record = object.__new__(cls)
+        record._take(words)
+        return record
+
+    def _take(self, words: Array) -> None:
+        self.words = words  # one for each float or integer of a field
+        self.memory = np.ndarray((), self.dtype, words)
+        self.address = ctypes.addressof(ctypes.c_char.from_buffer(words))  # read-only memory is refused: kernels write
+
+    def assign(self, other: Self) -> None:
+        """Take the values of another record of this kind."""
+        self.words[:] = other.words
+
     def copy(self) -> Self:
         """A record of its own with the same values."""
-        other = type(self)()
-        other.memory[()] = self.memory
-        return other
+        return self.over(self.words.copy())
 
     _separate = copy
 
+    def snapshot(self) -> Self:
+        """The same names with a copy of the values, which Python reads faster than a record; no kernel takes it."""
+        return cast(Self, self._tuple._make(np.ndarray((), self.dtype, self.words.copy()).item()))
+
     def __reduce__(self) -> tuple[Any, ...]:
-        return _restored, (type(self), self.memory)
+        return self.over, (self.words.copy(),)
 
 
 _OWN = get_type_hints(Record)
-
-
-def _restored(kind: type[Record], memory: Any) -> Record:
-    record = kind()
-    record.memory[()] = memory
-    return record
 
 
 def _layout(hint: Any) -> tuple[Any, ...]:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from doorman.control.kernels.tip import tip_on_leaf
+from doorman.control.kernels.tip import TipMotion, tip_on_leaf
 from doorman.kinematics.doors.leaf.leaf_kernels import angle_of_point, leaf_normal, leaf_numbers
 from doorman.kinematics.vehicles.arms.arm import ArmParameters
 from doorman.model import Model
@@ -32,7 +32,7 @@ def test_the_tip_is_where_the_coupling_has_it(model: Model) -> None:
         seen, velocity = measured(model, random), random.normal(0.0, 0.5, 3)
         parts = seen.attitude, seen.body_rates, seen.arm_angles, seen.arm_rates
         expected = model.coupling.door_state(seen.position, velocity, *parts)
-        found = tip_on_leaf(arm, leaf, lever, np.concatenate((seen.position, velocity, *parts)), np.zeros(6))
+        found = tip_on_leaf(arm, leaf, lever, seen.position, velocity, *parts, TipMotion())
         np.testing.assert_allclose(found, expected, rtol=1e-12, atol=1e-12)
 
 
