@@ -3,7 +3,7 @@
     python benchmarks/attitude_loops.py [--scenarios push paper] [--seeds 1 2] [--lags ...] [--dead-times ...] [--set KEY=VALUE]
 
 One line a flight: what came of it, the door's last angle, the loop that the hover measured, how far the vehicle sank, and what
-touched what. The last line counts. `--set mission.measure_attitude=false` flies by what is believed instead of what is measured.
+touched what. The last line counts. `--set mission.measures=[]` flies by what is believed instead of what is measured.
 """
 
 from __future__ import annotations

@@ -96,7 +96,7 @@ def fly(flight: Flight) -> dict[str, Any]:
     drawn = Campaign(source).flight(flight.run)
     scenario, begun = drawn.scenario.replace(**flight.keys), time.monotonic()
     recording = doorman.simulate(scenario, seed=drawn.draw.seed, force=True)
-    summary, judged = recording.summary, judge(recording.summary, scenario.campaign)
+    summary, judged = recording.summary, judge(recording.summary)
     told = [str(words) for words in recording["event"]["message"]] if "event" in recording else []
     return {
         "success": judged.success, "safe": judged.safe, "reason": judged.reason, "collisions": summary["collisions"],

@@ -19,9 +19,7 @@ _FLOAT = np.dtype(np.float64)
 def vector(values: ArrayLike, size: int, field: str) -> NDArray[np.float64]:
     """A fresh float vector of the right length with finite entries."""
     if type(values) is np.ndarray and values.dtype is _FLOAT and values.shape == (size,):
-        if math.isfinite(
-            sum(values.tolist())
-        ):  # what nearly every call is given; a sum may overflow, and is looked at below
+        if math.isfinite(sum(values.tolist())):  # as in nearly every call; a sum may overflow, and is looked at below
             return values.copy()
     plain = isinstance(values, tuple) and set(map(type, values)) == {float}
     array = np.array(values) if plain else numbers(values, field, f"shape ({size},)")
@@ -29,9 +27,8 @@ def vector(values: ArrayLike, size: int, field: str) -> NDArray[np.float64]:
         raise DimensionError("wrong shape", field=field, given=array.shape, allowed=f"({size},)")
     if not all(map(math.isfinite, array.tolist())):  # faster than numpy's for short vectors
         index = int(np.flatnonzero(~np.isfinite(array))[0])
-        raise DimensionError(
-            "not finite", field=f"{field}[{index}]", given=float(array[index]), allowed="finite numbers"
-        )
+        where, given = f"{field}[{index}]", float(array[index])
+        raise DimensionError("not finite", field=where, given=given, allowed="finite numbers")
     return array
 
 
@@ -60,9 +57,8 @@ def number(value: Any, field: str, allowed: str = "a finite number") -> float:
     if type(value) is float and math.isfinite(value):
         return value
     try:
-        found = (
-            math.nan if isinstance(value, (list, tuple)) or np.ndim(value) else float(numbers(value, field, allowed))
-        )
+        many = isinstance(value, (list, tuple)) or np.ndim(value)
+        found = math.nan if many else float(numbers(value, field, allowed))
     except ValueError as error:  # of an array whose rows differ in length
         raise DimensionError("not a number", field=field, given=shown(value), allowed=allowed) from error
     if not math.isfinite(found):

@@ -9,9 +9,6 @@ import time
 from collections.abc import Callable, Sequence
 from typing import Any, Protocol, TypeVar
 
-_SPIN = 0.0003
-"""The last stretch before an exact time is waited for by looking at the clock: sleeping is not that exact [s]."""
-
 
 class HasFileno(Protocol):
     """A socket, a line, a device."""
@@ -43,9 +40,10 @@ class Clock:
 
     def reach(self, moment: float) -> None:
         """Wait until a moment, exactly."""
+        spin = 0.0003  # [s]; the last stretch is waited for by looking at the clock: sleeping is not that exact
         while (left := moment - time.monotonic()) > 0.0:
-            if left > _SPIN:
-                time.sleep(left - _SPIN)
+            if left > spin:
+                time.sleep(left - spin)
 
     def readable(self, files: Sequence[_File], timeout: float) -> list[_File]:
         """Wait until something can be read."""
@@ -58,3 +56,14 @@ class Clock:
 
 REAL_TIME = Clock()
 """The computer's clock, the default of every constructor that waits."""
+
+BRIEFLY = 0.001
+"""Between two looks of a thread that must not miss what comes, and that nothing wakes [s]."""
+LOOK = 0.02
+"""Between two looks at what other threads know: the pace of steps on the ground and of way points in the air [s]."""
+LONGEST_WAIT = 5 * LOOK
+"""Longest sleep of a device's thread: then it looks whether it is to end, or tries again to open what is gone [s]."""
+HELD_UP = 0.5
+"""A busy computer holds up a thread for so long at most: who is silent for longer is dead [s]."""
+RESTART = 2 * HELD_UP
+"""Between two starts of a process that ends by itself, and longest wait for a stopped one to be gone [s]."""

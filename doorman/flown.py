@@ -15,7 +15,7 @@ from pydantic import ValidationError
 from doorman.bounds import check_tables
 from doorman.dynamics.attitude_loop import AttitudeLoop
 from doorman.exceptions import RecordingError
-from doorman.kinematics.urdf.meshes import portable_files
+from doorman.kinematics.urdf.mesh_files import portable_files
 from doorman.model import Model
 from doorman.recording import Recording
 from doorman.scenario import Scenario

@@ -7,8 +7,10 @@ import fcntl
 import os
 import stat
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
+
+from doorman.exceptions import DoormanError
 
 _UNSUPPORTED = (errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP)
 """What file systems without locks answer: there, nothing can be claimed."""
@@ -24,6 +26,17 @@ def locked(path: Path, *, wait: bool = False) -> Iterator[None]:
         if _is_at(path, descriptor):
             path.unlink(missing_ok=True)
         os.close(descriptor)
+
+
+@contextmanager
+def alone_in(folder: Path, taken: str) -> Iterator[None]:
+    """Claim a folder that a command writes to; the error says what another process does there."""
+    with ExitStack() as stack:
+        try:
+            stack.enter_context(locked(folder / ".lock"))
+        except BlockingIOError as error:
+            raise DoormanError(taken, field="--out", given=str(folder), allowed="another folder") from error
+        yield
 
 
 def lock_stream(descriptor: int, *, wait: bool = False) -> None:

@@ -16,8 +16,6 @@ _ENOUGH = 50
 """Second differences from which on the noise is known."""
 _MEDIAN_OF_SQUARES = 2.366
 """Median of the squared length of three normal numbers."""
-_SUMMED = 6.0
-"""Variance of a second difference of white noise, in variances of the noise."""
 
 
 class PositionNoise:
@@ -41,4 +39,5 @@ class PositionNoise:
         """Standard deviation on every axis, by the median, so that jumps do not count; NaN before it is known [m]."""
         if len(self._bent) < _ENOUGH:
             return math.nan
-        return math.sqrt(statistics.median(self._bent) / (_MEDIAN_OF_SQUARES * _SUMMED))
+        summed = 1.0 + 2.0**2 + 1.0  # variance of a second difference, in variances of the noise
+        return math.sqrt(statistics.median(self._bent) / (_MEDIAN_OF_SQUARES * summed))

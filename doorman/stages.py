@@ -60,7 +60,7 @@ def stages(scenario: Scenario) -> tuple[Model, ...]:
 def _step(scenario: Scenario, step: FirstSection, beside: dict[str, BesideSection], made: list[Model]) -> Scenario:
     """A step's own task; the tip stays on the handle at its end."""
     whole, named = scenario.door, step.door
-    place = {key: getattr(whole, key) for key in ("urdf", "position", "yaw", "search", "latch")}
+    place = {key: getattr(whole, key) for key in ("urdf", "position", "yaw", "latch")}
     others = _others(beside, named.hinge, first=whole.hinge)
     after = _after(scenario, StartSection(), made)
     start = scenario.mission.start if not made else "contact"

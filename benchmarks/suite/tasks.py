@@ -75,7 +75,7 @@ def task(name: str, overrides: dict[str, Any]) -> Task:
     state_weights = [*STATE_WEIGHTS, *([0.05] + [0.1] * n)[:n]]
     told = {
         **plain,
-        "planner.weights.state": state_weights, "planner.weights.terminal": state_weights,
+        "planner.weights.state": state_weights,
         "planner.weights.input": [*INPUT_WEIGHTS, *[10.0] * n],
     }  # fmt: skip
     door, arm_geometry, planner = model.door, model.vehicle.arm, model.scenario.planner
@@ -107,7 +107,7 @@ def _limits(model: doorman.Model) -> dict[str, Any]:
     rates = vehicle.rate_limits if limits.joint_rates is None else np.full(model.n_arm, limits.joint_rates)
     largest = np.concatenate([[vehicle.max_thrust], limits.body_rates, rates])
     inputs[:] = -largest, largest
-    inputs[0, 0] = limits.min_thrust
+    inputs[0, 0] = 0.0
     return {"state_bounds": states, "input_bounds": inputs, "least_cosine": math.cos(limits.tilt)}
 
 

@@ -113,9 +113,7 @@ def simulate_batch(
                 flown[futures[future]] = flight = future.result()
                 if on_flight is not None:
                     on_flight(flight)
-        except (
-            BaseException
-        ):  # Ctrl-C, or what the caller's function raised: nothing more is begun, and what flies is ended
+        except BaseException:  # Ctrl-C too, or the caller's function: nothing more is begun, and what flies is ended
             pool.shutdown(wait=False, cancel_futures=True)
             processes.close()
             raise

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Mapping
-from contextlib import ExitStack, contextmanager
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +14,7 @@ from doorman.campaign.specification import Campaign
 from doorman.compilation.cache_files import write_atomically
 from doorman.exceptions import DoormanError
 from doorman.flown import carried_files
-from doorman.locks import locked
+from doorman.locks import alone_in
 from doorman.recording.files.disk import sync_folder
 
 RESULTS = "results.parquet"
@@ -23,7 +23,6 @@ NOT_FLOWN = "not_flown.json"
 """Runs that machine or software kept from being flown, with the reasons."""
 _IDENTITY = "campaign.json"
 _PARTS = "runs"
-_LOCK = ".lock"
 
 
 @contextmanager
@@ -31,13 +30,7 @@ def claimed(folder: Path, campaign: Campaign) -> Iterator[Path]:
     """The folder, made if need be, for one campaign alone."""
     parts = folder / _PARTS
     parts.mkdir(parents=True, exist_ok=True)
-    with ExitStack() as stack:
-        try:
-            stack.enter_context(locked(folder / _LOCK))
-        except BlockingIOError as error:
-            raise DoormanError(
-                "another process runs a campaign in this folder", field="--out", given=str(folder)
-            ) from error
+    with alone_in(folder, "another process runs a campaign in this folder"):
         _check_identity(folder / _IDENTITY, identity(campaign))
         yield parts
 

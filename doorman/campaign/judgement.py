@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from doorman.scenario import CampaignSection
 from doorman.simulation.reality.causes import DRAUGHT, LATCHED, LATE, NEVER_CLOSED, NOISY, SEALED, SLIPPED, WIND
 from doorman.summary import COMPLETED, GIVEN_UP, GOAL_MISSED, TOUCHED
+from doorman.summary.outcome import KEPT_CONTACT, OPEN_TOLERANCE
 
-TOLERANCE = {"deg": 2.0, "m": 0.014}
+TOLERANCE = {"deg": math.degrees(OPEN_TOLERANCE), "m": 0.014}
 """Largest |final angle − target|, or of a slide its opening, by unit: 2° are 1.4 cm at a lever of 0.4 m."""
-_WORDS: dict[str, Callable[[float], str]] = {
-    "deg": lambda error: f"{error:+.1f}°",
-    "m": lambda error: f"{1e2 * error:+.1f} cm",
-}
+_LARGEST_PUSH = 15.0
+"""With which a success pushes the leaf [N]."""
 _ENDS = (COMPLETED, TOUCHED, GOAL_MISSED, GIVEN_UP)
 """Outcomes of missions that came to an end of their own."""
 
@@ -32,15 +30,14 @@ class Judgement:
     """Whether nothing was touched and the mission came to its end, in a hover or holding the door, be it that it was given up."""
 
 
-def judge(summary: Mapping[str, Any], campaign: CampaignSection | None = None) -> Judgement:
+def judge(summary: Mapping[str, Any]) -> Judgement:
     """Judge a flight by its summary.
 
     A success touched nothing, completed its mission, and left the door within 2° of the target at the flight's end, a slide
-    within 1.4 cm. Its tip stayed on the leaf, and never pushed it harder than the campaign allows.
+    within 1.4 cm. Its tip stayed on the leaf for 90 % of the time, and never pushed it with more than 15 N.
 
     Args:
         summary: As `doorman.simulate` gives it.
-        campaign: What it asks for; the defaults if not given.
 
     Returns:
         The judgement; the reasons are the mission's own where it gave up.
@@ -54,22 +51,21 @@ def judge(summary: Mapping[str, Any], campaign: CampaignSection | None = None) -
         said = summary["reason"]
         reasons.append(f"{outcome}: {said}" if said else str(outcome))
     if not abs(error) < TOLERANCE[unit]:
-        reasons.append(f"the door ended {_WORDS[unit](error)} from the target")
-    reasons += _contact(summary, campaign or CampaignSection())
+        off = f"{error:+.1f}°" if unit == "deg" else f"{1e2 * error:+.1f} cm"
+        reasons.append(f"the door ended {off} from the target")
+    reasons += _contact(summary)
     safe = not summary["collisions"] and outcome in _ENDS
     return Judgement(not reasons, "; ".join(reasons), safe)
 
 
-def _contact(summary: Mapping[str, Any], campaign: CampaignSection) -> list[str]:
+def _contact(summary: Mapping[str, Any]) -> list[str]:
     """What is wrong with the contact; a figure that a summary does not have is no fault."""
     share, push = summary.get("contact_fraction"), summary.get("max_push_force_n")
     reasons = []
-    if share is not None and not share >= campaign.min_contact_fraction:
-        reasons.append(
-            f"the tip was on the leaf for {share:.1%} of the time, less than {campaign.min_contact_fraction:.1%}"
-        )
-    if push is not None and not push <= campaign.max_push_force:
-        reasons.append(f"the tip pushed with {push:.1f} N, more than {campaign.max_push_force:g} N")
+    if share is not None and not share >= KEPT_CONTACT:
+        reasons.append(f"the tip was on the leaf for {share:.1%} of the time, less than {KEPT_CONTACT:.1%}")
+    if push is not None and not push <= _LARGEST_PUSH:
+        reasons.append(f"the tip pushed with {push:.1f} N, more than {_LARGEST_PUSH:g} N")
     return reasons
 
 

@@ -46,7 +46,7 @@ def row_of(flight: Flight, answer: Mapping[str, Any]) -> Row:
         row["told_truly"] = None
         row |= {"final_error_deg": None, "final_error_m": None, "torque_error_n_m": None}
     else:
-        judgement = judge(summary, flight.scenario.campaign)
+        judgement = judge(summary)
         row |= {
             "success": judgement.success,
             "safe": judgement.safe,

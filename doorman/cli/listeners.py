@@ -12,9 +12,6 @@ from doorman.model import Model
 from doorman.recording import Listener
 from doorman.recording.files.messages import Value
 
-_PATIENCE = 10.0
-"""After the flight, for a browser that is still loading what it missed [s]."""
-
 
 @contextmanager
 def live_view(model: Model, port: int | None) -> Iterator[Listener | None]:
@@ -28,7 +25,7 @@ def live_view(model: Model, port: int | None) -> Iterator[Listener | None]:
         typer.echo(f"Live view: {view.url}{'' if shown else ' (open it in a browser on this machine)'}", err=True)
         yield view.listen
         with suppress(KeyboardInterrupt):  # whoever does not want to wait gets the results now
-            view.end(_PATIENCE)
+            view.end(10.0)  # seconds for a browser that is still loading what it missed
 
 
 @contextmanager

@@ -2,11 +2,25 @@
 
 from __future__ import annotations
 
-from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
+
+
+def flag(name: str, help: str, *others: str) -> Any:
+    """An option that is on where it is given."""
+    return typer.Option(name, *others, help=help)
+
+
+def valued(metavar: str | None, help: str, otherwise: str | bool = True, *names: str, **more: Any) -> Any:
+    """An option with a value; `otherwise` says what holds without it, in words or by the default itself."""
+    return typer.Option(*names, metavar=metavar, help=help, show_default=otherwise, **more)
+
+
+def folder(otherwise: str) -> Any:
+    """Option of the folder with the results."""
+    return valued("DIR", "Folder for the results.", otherwise)
 
 
 def complete_scenario(incomplete: str) -> list[str]:
@@ -22,11 +36,9 @@ def _names_and_files(incomplete: str, directory: Path) -> list[str]:
     folder, slash, _ = incomplete.rpartition("/")
     beside = Path(folder + slash or ".")
     entries = sorted(beside.iterdir()) if beside.is_dir() else []
-    files = [f"{folder}{slash}{entry.name}" for entry in entries if entry.suffix == ".toml"]
-    folders = [
-        f"{folder}{slash}{entry.name}/" for entry in entries if entry.is_dir() and not entry.name.startswith(".")
-    ]
-    names = [*shipped(directory, ".toml"), *files, *folders]
+    files = [entry.name for entry in entries if entry.suffix == ".toml"]
+    folders = [f"{entry.name}/" for entry in entries if entry.is_dir() and not entry.name.startswith(".")]
+    names = [*shipped(directory, ".toml"), *(f"{folder}{slash}{name}" for name in (*files, *folders))]
     return [name for name in names if name.startswith(incomplete)]
 
 
@@ -74,40 +86,30 @@ Sources = Annotated[
 ]
 Settings = Annotated[
     list[str] | None,
-    typer.Option(
+    valued(
+        "KEY=VALUE",
+        "Override a key of the scenario: planner.margin=0.01. The value is TOML; a bare word is a string. Repeatable.",
+        True,
         "--set",
-        metavar="KEY=VALUE",
-        help="Override a key of the scenario: planner.margin=0.01. The value is TOML; a bare word is a string. Repeatable.",
         autocompletion=complete_setting,
-    ),
+    ),  # fmt: skip
 ]
 Vehicle = Annotated[
     str | None,
-    typer.Option(
+    valued(
+        "FILE",
+        "Vehicle file: everything that belongs to the vehicle; `doorman vehicle new` writes one.",
+        "the scenario's vehicle",
         "--vehicle",
-        metavar="FILE",
-        help="Vehicle file: everything that belongs to the vehicle; `doorman vehicle new` writes one.",
-        show_default="the scenario's vehicle",
         autocompletion=complete_vehicle,
-    ),
+    ),  # fmt: skip
 ]
 FeedPort = Annotated[
     int | None,
-    typer.Option(
-        "--feed",
-        metavar="PORT",
-        min=1,
-        max=65535,
-        help="Also send the flight to `doorman ros2`, which listens on 51100.",
-        show_default="not sent",
-    ),
-]
+    valued("PORT", "Also send the flight to `doorman ros2`, which listens on 51100.", "not sent", "--feed", min=1, max=65535),
+]  # fmt: skip
 Run = Annotated[
     Path | None,
     typer.Argument(metavar="[RUN]", help="A run's folder, or an MCAP file.", show_default="the newest run under runs"),
 ]
-Json = Annotated[
-    bool, typer.Option("--json", help="Print the result as JSON, and messages to stderr; no progress bar.")
-]
-folder = partial(typer.Option, metavar="DIR", help="Folder for the results.")
-"""Option of a folder; `show_default` says which one it is otherwise."""
+Json = Annotated[bool, flag("--json", "Print the result as JSON, and messages to stderr; no progress bar.")]

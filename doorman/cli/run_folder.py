@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import contextmanager
 from datetime import datetime
 from pathlib import Path
 
-from doorman.exceptions import DoormanError
-from doorman.locks import locked
+from doorman.locks import alone_in
 from doorman.recording.runs import RUNS
-
-_LOCK = ".lock"
 
 
 @contextmanager
@@ -19,13 +16,7 @@ def run_folder(out: Path | None, name: str, files: Iterable[str]) -> Iterator[Pa
     """A folder for one run, without what an earlier one has left of the same files; other files in it stay."""
     folder = new_folder(name) if out is None else out
     folder.mkdir(parents=True, exist_ok=True)
-    with ExitStack() as stack:
-        try:
-            stack.enter_context(locked(folder / _LOCK))
-        except BlockingIOError as error:
-            raise DoormanError(
-                "another run writes to this folder", field="--out", given=str(folder), allowed="another folder"
-            ) from error
+    with alone_in(folder, "another run writes to this folder"):
         for file in files:
             (folder / file).unlink(missing_ok=True)
         yield folder

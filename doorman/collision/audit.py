@@ -1,4 +1,4 @@
-"""Audit of the analytic constraints by exact geometry: does anything that they allow collide, and what do they forbid in vain?
+"""Audit of the analytic constraints by exact geometry: what do they allow that collides, and how much forbid in vain?
 
 What the constraints do not know of: the arm's elbow against the leaf, and the disc against a sill. The elbow stays on
 the vehicle's side of the leaf up to the tilt t with L + z sin t = R_A cos t. L is the length of the links between the second
@@ -9,7 +9,6 @@ finds no collision up to 0.65 rad, for any yaw and any posture within the joint 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -20,7 +19,6 @@ from doorman.arrays import Array
 from doorman.collision.reduced_model import ReducedModel
 from doorman.collision.sampling import Constraints, Region
 from doorman.collision.scene import Clearances, CollisionScene
-from doorman.collision.shapes import arm_joint_of_links
 from doorman.kinematics.coupling import Coupling
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.kinematics.task_numbers import task_numbers
@@ -39,21 +37,6 @@ class Offender:
     """[m]."""
 
 
-@dataclass(frozen=True)
-class RowConservatism:
-    """What one row of the constraints forbids in vain."""
-
-    name: str
-    forbidden_share: float
-    """Share of the collision-free configurations that this row forbids."""
-    forbidden_alone_share: float
-    """Share of the collision-free configurations that only this row forbids."""
-    boundary_samples: int
-    """How many samples were taken where this row is the active one."""
-    boundary_clearance: float | None
-    """Median of the exact clearance there, without the link that carries the tip against the leaf [m]."""
-
-
 @dataclass(frozen=True, repr=False)
 class AuditReport(OneLine):
     """Result of an audit."""
@@ -68,7 +51,6 @@ class AuditReport(OneLine):
     """The deepest of them."""
     forbidden_free_share: float
     """Share of the drawn collision-free configurations that the constraints forbid."""
-    rows: tuple[RowConservatism, ...]
     max_tilt: float
     """Tilt range that was sampled [rad]."""
     tolerance: float
@@ -109,7 +91,7 @@ TOLERANCE = 5e-4
 
 _BATCH = 200_000
 _ENOUGH = 500
-_SPREADS = (0.1, 0.05, 0.02, 0.01, 0.005)
+_SPREADS = tuple(0.1 / 2**k for k in range(5))
 _CLOSEST_SHARE = 0.02
 _COPIES = 12
 _OUTSIDE = 4
@@ -124,7 +106,6 @@ def analytic_constraints(coupling: Coupling) -> Constraints:
 def audit(
     coupling: Coupling,
     constraints: Constraints | None = None,
-    names: Sequence[str] | None = None,
     *,
     door_angles: tuple[float, float],
     max_tilt: float = 0.5,
@@ -153,14 +134,12 @@ def audit(
     if len(states) and distances.min() < -TOLERANCE:
         index = int(np.argmin(distances))
         worst = Offender(tuple(states[index].tolist()), *pairs[index], depth=-float(distances[index]))
-    share, conservatism = _conservatism(region, rows, names, draw, boundary)
     return AuditReport(
         sampled=draw.sampled,
         allowed=len(states),
         colliding=int((distances < -TOLERANCE).sum()),
         worst=worst,
-        forbidden_free_share=share,
-        rows=conservatism,
+        forbidden_free_share=_forbidden_share(scene, coupling, draw),
         max_tilt=max_tilt,
         tolerance=TOLERANCE,
         enough=min(_ENOUGH, checks),
@@ -228,39 +207,8 @@ def clearances_at(scene: CollisionScene, coupling: Coupling, states: Array, stop
     return scene.min_clearance_along(positions, rotations, states[:, 5:], states[:, 3], stop_below)
 
 
-def _conservatism(
-    region: Region, constraints: Constraints, names: Sequence[str] | None, draw: _Draw, boundary: Array
-) -> tuple[float, tuple[RowConservatism, ...]]:
-    """Share of the collision-free states that are forbidden, in all and row by row, and clearances at the boundary."""
-    coupling = region.coupling
-    scene = CollisionScene(coupling.vehicle, coupling.door)
+def _forbidden_share(scene: CollisionScene, coupling: Coupling, draw: _Draw) -> float:
+    """Share of the drawn collision-free states that is forbidden."""
     free = clearances_at(scene, coupling, draw.outside, stop_below=-TOLERANCE).distances >= -TOLERANCE
-    violated = constraints(draw.outside) > 0.0
-    alone = violated & (violated.sum(axis=1) == 1)[:, None]
     forbidden = (1.0 - draw.allowed_share) * float(free.mean())
-    total = max(draw.allowed_share + forbidden, 1e-12)
-    scale = (1.0 - draw.allowed_share) / total
-    active = np.zeros(0, dtype=np.int64)
-    distances = np.zeros(0)
-    if len(boundary):
-        active = constraints(boundary).argmax(axis=1)
-        carries_tip = [
-            link for link, joint in arm_joint_of_links(coupling.vehicle).items() if joint == coupling.vehicle.n_arm
-        ]
-        ignored = [(link, coupling.door.section.leaf) for link in carries_tip]
-        distances = clearances_at(
-            CollisionScene(coupling.vehicle, coupling.door, ignored), coupling, boundary
-        ).distances
-    rows = []
-    for k in range(violated.shape[1]):
-        mine = distances[active == k]
-        rows.append(
-            RowConservatism(
-                name=names[k] if names is not None else f"row {k + 1}",
-                forbidden_share=scale * float((violated[:, k] & free).mean()),
-                forbidden_alone_share=scale * float((alone[:, k] & free).mean()),
-                boundary_samples=len(mine),
-                boundary_clearance=float(np.median(mine)) if len(mine) else None,
-            )
-        )
-    return forbidden / total, tuple(rows)
+    return forbidden / max(draw.allowed_share + forbidden, 1e-12)

@@ -10,9 +10,10 @@ import fcl
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from doorman.arrays import Array
+from doorman.arrays import Array, frozen
 from doorman.checks import numbers, vector
 from doorman.collision.shapes import Shape, arm_joint_of_links, read_shapes, tip_shapes
+from doorman.collision.surroundings import ROUNDED
 from doorman.exceptions import DimensionError, UrdfError
 from doorman.kinematics.doors.door import Door
 from doorman.kinematics.vehicles.vehicle import Vehicle
@@ -50,7 +51,6 @@ class PairBounds(NamedTuple):
         return bounds
 
 
-_ROTATION_TOLERANCE = 1e-6
 _BLOCK = 256
 """Configurations whose bounds are in memory at once."""
 
@@ -144,19 +144,9 @@ class CollisionScene:
         """Distance of the closest pair at each of m configurations; about 0.1 ms each."""
         placements = self._placements(*self._checked(positions, rotations, arm_angles, door_angles))
         bounds = self._bounds.at(placements)
-        distances, closest = np.empty(len(placements)), np.empty(len(placements), dtype=np.int64)
-        for m, order in enumerate(np.argsort(bounds, axis=1)):
-            best, pair = np.inf, int(order[0])
-            for k in order:
-                if bounds[m, k] >= best or best < stop_below:
-                    break  # the others cannot be closer: their bounds are larger still
-                distance = self._distance(placements[m], int(k))
-                if distance < best:
-                    best, pair = distance, int(k)
-            distances[m], closest[m] = best, pair
-        distances.flags.writeable = False
+        found = [self._closest(*each, stop_below=stop_below) for each in zip(placements, bounds, strict=True)]
         names = self.pairs
-        return Clearances(distances, tuple(names[k] for k in closest))
+        return Clearances(frozen([distance for distance, _ in found]), tuple(names[pair] for _, pair in found))
 
     def least_clearance(
         self, positions: ArrayLike, rotations: ArrayLike, arm_angles: ArrayLike, door_angles: ArrayLike
@@ -167,14 +157,21 @@ class CollisionScene:
         for first in range(0, len(given[0]), _BLOCK):
             placements = self._placements(*(array[first : first + _BLOCK] for array in given))
             bounds = self._bounds.at(placements)
-            for place in np.argsort(bounds, axis=None).tolist():
-                m, k = divmod(place, bounds.shape[1])
-                if bounds[m, k] >= best:
-                    break
-                distance = self._distance(placements[m], k)
-                if distance < best:
-                    best, pair = distance, k
+            for m in np.argsort(bounds.min(axis=1)):
+                best, pair = self._closest(placements[m], bounds[m], best, pair)
         return Clearance(best, *self.pairs[pair])
+
+    def _closest(
+        self, placements: Array, bounds: Array, best: float = np.inf, pair: int = 0, stop_below: float = -np.inf
+    ) -> tuple[float, int]:
+        """Distance and index of the closest pair at one configuration; those given, if none is closer."""
+        for k in np.argsort(bounds).tolist():
+            if bounds[k] >= best or best < stop_below:
+                break  # the others cannot be closer: their bounds are larger still
+            distance = self._distance(placements, k)
+            if distance < best:
+                best, pair = distance, k
+        return best, pair
 
     def _relevant_pairs(self, ignored: set[tuple[str, str]]) -> list[tuple[int, int]]:
         joint, tip, touched = arm_joint_of_links(self.vehicle), tip_shapes(self.vehicle), self.door.touched
@@ -237,7 +234,7 @@ class CollisionScene:
         for array, (name, shape) in zip((p, r, h, a), shapes.items(), strict=True):
             if array.shape != shape or m == 0:
                 raise DimensionError("wrong shape", field=name, given=array.shape, allowed=f"{shape}, at least one")
-        if not np.allclose(r @ np.swapaxes(r, 1, 2), np.eye(3), atol=_ROTATION_TOLERANCE):
+        if not np.allclose(r @ np.swapaxes(r, 1, 2), np.eye(3), atol=ROUNDED):
             raise DimensionError("not a rotation matrix", field="rotations", given=r[0].tolist(), allowed="R Rᵀ = I")
         return p, r, h, a
 

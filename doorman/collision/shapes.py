@@ -14,9 +14,10 @@ import fcl
 import numpy as np
 
 from doorman.arrays import Array, frozen
+from doorman.collision.surroundings import ROUNDED
 from doorman.kinematics.doors.door import Door
-from doorman.kinematics.urdf.mesh_hull import convex_hull
-from doorman.kinematics.urdf.shapes import UrdfShape, link_name, read_collisions, read_parents
+from doorman.kinematics.urdf.elements import UrdfShape, link_name, read_collisions, read_parents
+from doorman.kinematics.urdf.mesh_hull import bounding_box, convex_hull
 from doorman.kinematics.vehicles.vehicle import Vehicle
 
 
@@ -40,12 +41,8 @@ class Shape:
         return float(np.linalg.norm(self.half_extents))
 
 
-_PRIMITIVES: dict[str, tuple[Callable[..., Any], Callable[..., tuple[float, float, float]]]] = {
-    "box": (fcl.Box, lambda x, y, z: (x, y, z)),
-    "cylinder": (fcl.Cylinder, lambda radius, length: (2 * radius, 2 * radius, length)),
-    "sphere": (fcl.Sphere, lambda radius: (2 * radius, 2 * radius, 2 * radius)),
-}
-"""What makes a primitive's geometry of its size, and the edges of its box [m]."""
+_PRIMITIVES: dict[str, Callable[..., Any]] = {"box": fcl.Box, "cylinder": fcl.Cylinder, "sphere": fcl.Sphere}
+"""What makes a primitive's geometry of its size."""
 
 
 def read_shapes(path: Path) -> list[Shape]:
@@ -54,22 +51,15 @@ def read_shapes(path: Path) -> list[Shape]:
 
 
 def _shape(path: Path, written: UrdfShape) -> Shape:
-    placement = np.array(written.placement)
+    placement, (center, size) = np.array(written.placement), bounding_box(path, written)
+    placement[:3, 3] += placement[:3, :3] @ center
     if written.kind == "mesh":
         hull = convex_hull(path, written)
-        lowest, highest = hull.vertices.min(axis=0), hull.vertices.max(axis=0)
-        center, half = (lowest + highest) / 2, (highest - lowest) / 2
         faces = np.insert(hull.triangles, 0, 3, axis=1).ravel()  # FCL's form: 3, then three indices each
-        placement[:3, 3] += placement[:3, :3] @ center
         geometry = fcl.Convex(hull.vertices - center, len(hull.triangles), faces)
     else:
-        make, edges = _PRIMITIVES[written.kind]
-        geometry, half = make(*written.size), np.array(edges(*written.size)) / 2
-    return Shape(written.name, written.link, frozen(placement), frozen(half), geometry)
-
-
-_POINT = 1e-6
-"""Radius of the ball that stands for the tip's frame [m]."""
+        geometry = _PRIMITIVES[written.kind](*written.size)
+    return Shape(written.name, written.link, frozen(placement), frozen(size / 2), geometry)
 
 
 def tip_link(vehicle: Vehicle) -> str:
@@ -114,7 +104,7 @@ def tip_and_frame(vehicle: Vehicle, door: Door) -> list[tuple[str, str]]:
 
 def _is_at(shape: Shape, point: Array) -> bool:
     """Whether a point is at the shape's hull: shape (3,), from the centre of its bounding box [m]."""
-    ball = fcl.CollisionObject(fcl.Sphere(_POINT), fcl.Transform(point))
+    ball = fcl.CollisionObject(fcl.Sphere(ROUNDED), fcl.Transform(point))
     request = fcl.DistanceRequest(enable_signed_distance=True)
     distance = fcl.distance(ball, fcl.CollisionObject(shape.geometry), request, fcl.DistanceResult())
     return bool(distance <= shape.half_extents.min())

@@ -16,14 +16,12 @@ from doorman.kinematics.doors.leaf.travel import Travel
 from doorman.kinematics.vehicles.vehicle import Vehicle
 from doorman.scenario import Scenario
 
-_TOUCHES_A_JAMB = 0.02
-"""Depth to which a disc must reach into a jamb for a way to lead there: the check measures it exactly [m]."""
-_ROUNDED = 1e-6
-"""By which a contact may be off the leaf, as a URDF's numbers are rounded [m]."""
+_REACHES_IN = 0.02
+"""Depth from which on a disc counts as in a jamb, or a leaf's face behind the frame's: the check measures it exactly [m]."""
+ROUNDED = 1e-6
+"""By which numbers of a URDF or a rotation are rounded, and radius of a ball that stands for a point [m]."""
 _RIGHT_ANGLE = math.radians(1.0)
 """A leaf that is open by no more beyond 90° leaves its vehicle between the jambs [rad]."""
-_RECESSED = 0.02
-"""A leaf whose face lies so far behind the frame's is pulled by a vehicle whose disc may be between the jambs [m]."""
 
 
 def surroundings_of(door: Door, contact: Contact, travel: Travel, distance: float, radius: float) -> Surroundings:
@@ -35,8 +33,8 @@ def surroundings_of(door: Door, contact: Contact, travel: Travel, distance: floa
     if not door.upright:
         return "wall" if door.panel is None else "panel"
     if door.side == "pull":
-        return "wall" if door.frame_depth - door.contact_offset < _RECESSED else "corners"
-    behind_the_tip = radius - 1e-9 <= distance <= door.width - radius + 1e-9
+        return "wall" if door.frame_depth - door.contact_offset < _REACHES_IN else "corners"
+    behind_the_tip = radius - ROUNDED <= distance <= door.width - radius + ROUNDED
     between = (behind_the_tip or contact.fits) and min(travel.start, travel.goal) > -_RIGHT_ANGLE
     return "doorway" if between or door.width < 2.0 * radius else "corners"
 
@@ -73,7 +71,7 @@ def hover_offset(coupling: Coupling, state: Array, far: float, surroundings: Sur
     before = np.maximum(np.maximum(-door.frame_depth - steps[:, 0], steps[:, 0] - door.frame_back), 0.0)
     beside = np.maximum(np.minimum(steps[:, 1], door.width - steps[:, 1]), 0.0)
     free = door.side == "pull" or stays_before(surroundings)
-    if free or np.hypot(before, beside).min() > radius - _TOUCHES_A_JAMB:
+    if free or np.hypot(before, beside).min() > radius - _REACHES_IN:
         return np.asarray(straight)
     outside = np.array([-door.frame_depth - radius - far, 0.5 * door.width, touch[2]])
     return np.asarray(door.from_doorway(outside - touch))
@@ -93,7 +91,7 @@ def check_contact(scenario: Scenario, door: Door, width: float, place: tuple[flo
         ("contact.distance_from_hinge", place[0], width, "the leaf's width"),
         ("contact.height", place[1], door.height, "the leaf's height"),
     ):
-        if not -_ROUNDED <= given <= limit + _ROUNDED:
+        if not -ROUNDED <= given <= limit + ROUNDED:
             raise ScenarioError(
                 "the contact point is off the leaf", file=scenario.source,
                 field=field if contact.named is None else f"contact.{contact.named}", given=given,

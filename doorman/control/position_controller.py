@@ -103,9 +103,7 @@ class PositionController:
         self.settings = settings
         self.reach = 1.0
         """Share of the largest thrust that the rotors make."""
-        self.observer = DisturbanceObserver(
-            mass, settings.observer_rate, settings.observer_damping, settings.max_disturbance
-        )
+        self.observer = DisturbanceObserver(mass, settings.observer_rate, settings.observer_damping, settings.max_push)
         self._weight = np.array([0.0, 0.0, mass * gravity])
         numbers = ControllerNumbers(
             mass=mass, weight=mass * gravity, most_lift=_MOST_LIFT * mass * gravity,

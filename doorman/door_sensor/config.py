@@ -149,7 +149,6 @@ class DoorSensorConfig:
         return {part: mark for part, mark in (("leaf", self.leaf), ("frame", self.frame)) if mark is not None}
 
 
-_QUARTER = 0.5 * math.pi
 _ENDLESS = 1e6
 """Limit of an endless joint, beyond any real one: JSON knows no infinity."""
 
@@ -187,7 +186,7 @@ class LeafGeometry:
         """
         back = np.linalg.inv(door.placement)
         zero, turned = (
-            back @ door.link_placements(door.angle_of_joint(value))[door.section.leaf] for value in (0.0, _QUARTER)
+            back @ door.link_placements(door.angle_of_joint(value))[door.section.leaf] for value in (0.0, math.pi / 2)
         )
         hinge = (back @ [*door.hinge_position, 1.0])[:3]
         axis = turned[:3, 3] - zero[:3, 3] if door.slides else pin.log3(turned[:3, :3] @ zero[:3, :3].T)

@@ -29,12 +29,12 @@ _FAINT = 0.15
 """Share of an edge's steepest place below which a slope is noise."""
 _STRAY = 2.5
 """Deviations by which a place is off its line before it is left out: where something lies over the edge."""
-_LEAST_EDGE = 12.0
+_LEAST_EDGE = 3 * max(_REACHES)
 """Shorter edges have no room for this [pixel]."""
 _WINDOW = 33
 """Edge of the square whose mean black is darker than [pixel], wider than a cell of a tag that fills half the picture. OpenCV's
 three windows find no more tags, and take three times as long."""
-_OPTICAL = np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
+_OPTICAL = np.array([[0, 0, 1], [-1, 0, 0], [0, -1, 0]])
 """Rotation from a camera's optical axes (right, down, ahead) to axes that look along x (ahead, left, up)."""
 
 

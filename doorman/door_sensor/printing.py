@@ -20,7 +20,7 @@ from doorman.model import Model
 LEAF_TAG, FRAME_TAG = "2", "3"
 _CLEAR = 0.12
 """Least distance of a tag's middle from the leaf's edges, over its own half [m]."""
-_BESIDE = 0.06
+_BESIDE = _CLEAR / 2
 """Distance of the frame tag's black square from the leaf's edge [m]."""
 
 
@@ -63,7 +63,7 @@ CELLS = 8
 """Cells along a tag's edge, with its black border."""
 _POINT = 72.0 / 25.4
 """Points of a millimetre."""
-_RULER = 100.0
+_RULER = 100
 """Length of the line to check [mm]."""
 
 

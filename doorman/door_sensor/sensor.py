@@ -95,14 +95,8 @@ class CallableSource(Uncopied):
         """Do nothing."""
 
 
-_KEPT = 1000
-"""Most events that are kept until they are taken."""
-_HISTORY = 0.5
-"""Time for which poses of the vehicle are kept, to place what its camera saw [s]."""
 _MOST_OFF, _MOST_TURNED = 0.1, math.radians(10.0)
 """Largest error of a leaf's mark against every place of the leaf: that of the map, as `door.search` bounds it [m, rad]."""
-_BEYOND = 0.2
-"""Tolerance beyond the joint's range, for marks that are stuck on by eye [rad, or m]."""
 _UNPLACED = "not a pose, or of a time at which the vehicle's own is not known"
 _NUMBERS = re.compile(r"[\d.+-]+")
 
@@ -128,7 +122,7 @@ class DoorSensor(Uncopied):
             )
         self.source, self.config, self._motion = source, config, config.motion
         self._poses: deque[_VehiclePose] = deque()
-        self._events = EventLog[tuple[float, str]](_KEPT)
+        self._events = EventLog[tuple[float, str]]()
         self._faults = {"leaf": "", "frame": "", "": ""}
         self._judged: tuple[LeafSample | None, LeafReading | str] = None, ""
         self._frame: FrameReading | None = None
@@ -145,7 +139,7 @@ class DoorSensor(Uncopied):
         if poses and time <= poses[-1].time:
             return
         poses.append(_VehiclePose(time, position, attitude))
-        while time - poses[0].time > _HISTORY:
+        while time - poses[0].time > self.config.stale_after:  # older pictures count as none
             poses.popleft()
 
     def read(self, now: float, epoch: float = 0.0) -> tuple[LeafReading | None, FrameReading | None]:
@@ -226,7 +220,8 @@ class DoorSensor(Uncopied):
             if off > _MOST_OFF or turned > _MOST_TURNED:
                 words = f"{100.0 * off:.0f} cm and {math.degrees(turned):.0f}° off its way: another object, or turned"
                 return f"the mark on the leaf is {words}"
-        if not motion.limits[0] - _BEYOND <= joint <= motion.limits[1] + _BEYOND:
+        beyond = _MOST_OFF if motion.slides else _MOST_TURNED
+        if not motion.limits[0] - beyond <= joint <= motion.limits[1] + beyond:
             return f"the leaf is seen at {joint:.2f}, beyond its joint's range"
         return LeafReading(float(joint), sample.time - epoch, float(sample.deviation or deviation))
 

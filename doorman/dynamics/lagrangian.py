@@ -27,10 +27,9 @@ from typing import Any
 import casadi as ca
 
 from doorman.kinematics.numbers import Numbers
-from doorman.kinematics.symbols import body_rates, euler_rates
+from doorman.kinematics.symbols import body_rates, euler_rates, symmetric
 from doorman.kinematics.tied_task import TiedTask
 from doorman.kinematics.vehicles.arms.arm_pattern import ArmPattern
-from doorman.kinematics.vehicles.body_symbols import symmetric
 
 
 def inverse_of_symmetric(matrix: Any) -> Any:

@@ -47,9 +47,11 @@ def check(scenario: Scenario | Model, *, with_audit: bool = False) -> Report:
     if not with_audit:
         return Report(model.scenario.name, findings)
     report = audit(
-        model.coupling, model.constraints_along, model.constraint_names,
-        door_angles=(model.start_angle, model.goal_angle), max_tilt=model.scenario.control.max_tilt,
-    )  # fmt: skip
+        model.coupling,
+        model.constraints_along,
+        door_angles=(model.start_angle, model.goal_angle),
+        max_tilt=model.scenario.control.max_tilt,
+    )
     return Report(model.scenario.name, (*findings, audit_finding(report)), report)
 
 

@@ -10,9 +10,9 @@ from doorman.collision.audit import TOLERANCE
 from doorman.collision.scene import CollisionScene
 from doorman.control.doorway import NO_GAP, Doorway
 from doorman.feasibility.lift import FIRST_TURN
-from doorman.feasibility.report import Finding, found, near, warning_if
+from doorman.feasibility.report import SPARE, Finding, found, near, warning_if
 from doorman.feasibility.resting import torques_at_rest
-from doorman.feasibility.swing.rehearsal import Rehearsal
+from doorman.feasibility.swing.rehearsal import STANDS, Rehearsal
 from doorman.kinematics.coupling import ROOM_TO_LEVEL
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import Model
@@ -20,12 +20,8 @@ from doorman.planning.limits import largest_push
 
 _LEAST_WAY = math.radians(1.5)
 """A shorter way is none: the mission takes such a door for one that is open [rad]."""
-_STANDS = 0.03
-"""A leaf that is slower stands [rad/s]."""
 _LENIENCE = 0.003
 """By which a flight ends farther from a jamb than its rehearsal: it passes the goal by some tenths of a degree [m]."""
-_NEAR = 0.01
-"""Room beyond a limit below which gusts or a slip can make the mission give up [m]."""
 _BETWEEN = 0.02
 """Between places on the way to the leaf at which the clearance is measured [m]."""
 
@@ -92,7 +88,7 @@ def _room_at_touch(model: Model) -> Finding:
     gap = Doorway(model).gap(model.coupling.vehicle_position(attitude, angle, state[5:]), attitude, angle)
     nearer = abs(float(model.vehicle.tip_position(state[5:])[2])) * FIRST_TURN
     return found(
-        "room at the touch", gap >= NO_GAP + nearer + _NEAR,
+        "room at the touch", gap >= NO_GAP + nearer + SPARE,
         f"with the tip on the leaf at {model.door.in_words(angle)} the rotor disc is {1e2 * gap:.1f} cm from it; the mission "
         f"gives up below {1e2 * NO_GAP:.1f} cm, and the first push tilts it {1e2 * nearer:.1f} cm nearer",
         gap, NO_GAP + nearer, "m",
@@ -105,7 +101,7 @@ def _room_to_level(model: Model, rehearsal: Rehearsal) -> list[Finding]:
     """A door that stands, or turns round, is let go of where the vehicle, levelling about a tied tip, would come near a jamb."""
     if model.contact.tied == 0.0 or rehearsal.failure or model.door.slides or model.door.lies:
         return []
-    doorway, standing = Doorway(model), rehearsal.states[np.abs(rehearsal.states[:, 4]) < _STANDS]
+    doorway, standing = Doorway(model), rehearsal.states[np.abs(rehearsal.states[:, 4]) < STANDS]
     after = standing[:: max(1, len(standing) // 100)] if len(standing) else rehearsal.states[-1:]
     gaps = []
     for state, needed in [(model.start_state, ROOM_TO_LEVEL), *((state, ROOM_TO_LEVEL - _LENIENCE) for state in after)]:
@@ -114,7 +110,7 @@ def _room_to_level(model: Model, rehearsal: Rehearsal) -> list[Finding]:
         gaps.append((gap - needed, gap, needed, float(state[3])))
     _, gap, needed, angle = min(gaps)
     return [found(
-        "room to let go", gap >= needed + _NEAR,
+        "room to let go", gap >= needed + SPARE,
         f"where the door stands at {math.degrees(angle):.1f}°, a level vehicle is {1e2 * gap:.1f} cm from a jamb; the "
         f"mission gives up below {1e2 * ROOM_TO_LEVEL:.1f} cm",
         gap, needed, "m",

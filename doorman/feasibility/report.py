@@ -12,6 +12,9 @@ from doorman.collision.scene import Clearance
 from doorman.exceptions import InfeasibleError
 from doorman.one_line import OneLine
 
+SPARE = 0.01
+"""Room beyond what is needed below which gusts and errors of tracking make the mission give up, of the shipped vehicle [m]."""
+
 
 class FeasibilityWarning(UserWarning):
     """A warning of the check: the task can work, but something is near its limit or not as the models assume."""

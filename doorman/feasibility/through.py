@@ -5,12 +5,9 @@ from __future__ import annotations
 import math
 
 from doorman.control.passage import NEEDED, OFF, Passage, has_doorway
-from doorman.feasibility.report import Finding, found, near, warning_if
+from doorman.feasibility.report import SPARE, Finding, found, near, warning_if
 from doorman.feasibility.resting import torques_at_rest
 from doorman.model import Model
-
-_NEAR = 0.02
-"""Room beyond what is needed below which gusts can bring the vehicle to a jamb [m]."""
 
 
 def through_findings(model: Model) -> list[Finding]:
@@ -60,7 +57,7 @@ def _way_through(model: Model) -> Finding:
     passage, door = Passage(model), model.door
     worst = passage.clearance
     return found(
-        "way through", worst.distance >= NEEDED + _NEAR,
+        "way through", worst.distance >= NEEDED + SPARE,
         f"with the leaf up to {door.way_in_words(OFF)} off {door.in_words(model.goal_angle)}, {near(worst)} on the way "
         f"through; {1e2 * NEEDED:.0f} cm are needed",
         worst.distance, NEEDED, "m", "use a larger goal.opening, a start.arm nearer to the body, or a smaller vehicle",

@@ -11,17 +11,17 @@ from enum import Enum
 import numpy as np
 
 from doorman.control.passage import over_the_sill
+from doorman.hardware.pixhawk.config import HEARTBEAT
+from doorman.hardware.pixhawk.link.stream import LONGEST_BLIND_HOLD
 from doorman.hardware.safety import Observation
-from doorman.hardware.vehicle.places import LEG_CLEARANCE
+from doorman.hardware.vehicle.places import LEG_CLEARANCE, LYING
 from doorman.model import Model
 
-LYING = math.radians(20.0)
-"""No vehicle stands so tilted on its legs [rad]."""
-_UNEVEN = 0.5 * LEG_CLEARANCE
+_UNEVEN = LEG_CLEARANCE / 2
 """Between two places of a level floor, with what cameras err; steps of sills and boxes are higher [m]."""
-_ALOFT = 3.0 * LEG_CLEARANCE
+_ALOFT = 3 * LEG_CLEARANCE
 """Height above where it stood from which on a vehicle has taken off [m]."""
-_RECENT = 1.0
+RECENT = LONGEST_BLIND_HOLD
 """A place that was seen so long ago is not where the vehicle is now; for so long one that is still has not moved [s]."""
 _STILL = 0.03
 """Way within that time of a vehicle that lies still [m]."""
@@ -60,7 +60,7 @@ class RestWatch:
             return
         height = float(seen.position[2])
         self._places.append((seen.now, seen.position.copy()))
-        while self._places[0][0] < seen.now - _RECENT:
+        while self._places[0][0] < seen.now - RECENT:
             self._places.popleft()
         if not self._flown:
             self._stood = height
@@ -70,8 +70,8 @@ class RestWatch:
     @property
     def still(self) -> bool:
         """Whether the cameras see it, and it does not move."""
-        places = [place for time, place in tuple(self._places) if time >= self._now - _RECENT]
-        if len(places) < 2 or self._places[-1][0] - self._places[0][0] < 0.5 * _RECENT:
+        places = [place for time, place in tuple(self._places) if time >= self._now - RECENT]
+        if len(places) < 2 or self._places[-1][0] - self._places[0][0] < 0.5 * RECENT:
             return False
         return float(np.ptp(np.array(places), axis=0).max()) < _STILL
 
@@ -104,7 +104,7 @@ class RestWatch:
     def _place(self) -> np.ndarray | None:
         """The newest; None where the cameras have not seen the vehicle for a while, or nothing has looked."""
         newest, now = self._places[-1] if self._places else None, self._clock() if self._clock else self._now
-        return None if newest is None or newest[0] < now - _RECENT else newest[1]
+        return None if newest is None or newest[0] < now - RECENT else newest[1]
 
 
 def tells_of_crash(texts: Iterable[str]) -> bool:
@@ -114,8 +114,8 @@ def tells_of_crash(texts: Iterable[str]) -> bool:
 
 FALLING = 2.0
 """No vehicle lands so fast: it has fallen by 0.2 m then [m/s]."""
-_REMEMBERED = 2.0
-"""A heartbeat, once a second, reports motors that stopped; a fall from 1.3 m takes half of that [s]."""
+_REMEMBERED = 2 * HEARTBEAT
+"""A heartbeat reports motors that stopped; a fall from 1.3 m takes half a second [s]."""
 
 
 class FallWatch:
@@ -141,10 +141,9 @@ class FallWatch:
         return self._flown and not self._armed and any(speed > FALLING for _, speed in tuple(self._speeds))
 
 
-_BORNE = 0.3
-"""Share of the weight that something else bears: the friction of a tip that presses lifts less [1]."""
-_FOR = 0.3
-"""For so long: a blow at the first touch passes sooner [s]."""
+_BORNE, _FOR = 0.3, 0.3
+"""Share of the weight that something else bears [1]: the friction of a tip that presses lifts less. For so long [s]: a blow at
+the first touch passes sooner."""
 
 
 class CarriedWatch:
@@ -187,10 +186,5 @@ class End(Enum):
     """It was commanded to land and does not report that it has."""
 
 
-BY_REST = {
-    Rest.TILTED: End.CRASHED,
-    Rest.ON_SILL: End.ON_SILL,
-    Rest.HELD_UP: End.HELD_UP,
-    Rest.DROPPED: End.DROPPED,
-}
+BY_REST = {Rest.TILTED: End.CRASHED, Rest.ON_SILL: End.ON_SILL, Rest.HELD_UP: End.HELD_UP, Rest.DROPPED: End.DROPPED}
 """End of a flight whose vehicle is down and does not stand where it should."""

@@ -12,6 +12,7 @@ from contextlib import ExitStack, contextmanager
 from types import FrameType
 from typing import Any
 
+from doorman.clocks import LOOK
 from doorman.door_sensor.config import PROGRAM
 from doorman.exceptions import BackendError
 from doorman.feasibility import check
@@ -31,9 +32,6 @@ from doorman.hardware.vehicle.waiting import await_links
 from doorman.model import Model
 from doorman.planning.planner import Planner
 from doorman.recording import Recorder
-
-_TAKEN_EVERY = 0.05
-"""What links and supervisor tell is recorded so often [s]."""
 
 
 class FlyingBackend(Backend):
@@ -143,7 +141,7 @@ class FlyingBackend(Backend):
     def read(self) -> Measurement:
         """As `VehicleBackend.read`."""
         measurement, now = self.flight.backend.read(), self.flight.links.clock.now()
-        if now - self._taken > _TAKEN_EVERY:
+        if now - self._taken > LOOK:
             self._taken = now
             self.flight.journal.take(self.flight.backend.epoch)
         return measurement

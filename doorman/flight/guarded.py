@@ -7,38 +7,23 @@ import math
 import signal
 from collections.abc import Callable, Mapping
 
+from doorman.clocks import LOOK
 from doorman.control.estimation.pose_age import oldest_pose
 from doorman.copying import Uncopied
 from doorman.exceptions import BackendError, RecordingError
-from doorman.flight.ends import BY_REST, CarriedWatch, End, FallWatch, RestWatch, tells_of_crash
+from doorman.flight.ends import BY_REST, RECENT, CarriedWatch, End, FallWatch, RestWatch, tells_of_crash
 from doorman.flight.ground.before_arming import engage, try_gripper
 from doorman.flight.ground.judgements import Verdict, judge_age
 from doorman.flight.hover import STEEPEST, PoseDelay, measure_hover
 from doorman.flight.journal import Journal
 from doorman.flight.way_back import WayBack, fly_to, out_of_the_doorway
 from doorman.hardware.dynamixel import ServoFault
-from doorman.hardware.pixhawk import (
-    Authority,
-    EventKind,
-    LandedState,
-    Outcome,
-    PositionSetpoint,
-    SampleStatus,
-)
-from doorman.hardware.pixhawk.sequences import LEAST_HEIGHT, MOST_HEIGHT
+from doorman.hardware.pixhawk import Authority, EventKind, LandedState, Outcome, PositionSetpoint, SampleStatus
+from doorman.hardware.pixhawk.sequences import GROUND_PATIENCE, LEAST_HEIGHT, MOST_HEIGHT
 from doorman.hardware.safety import Action, Fault, Observation, Observer, Supervisor
 from doorman.hardware.vehicle import Places, VehicleBackend, VehicleLinks
 from doorman.model import Model
 from doorman.recording import Recorder
-
-_LANDING_PATIENCE = 60.0
-"""For a vehicle that the pilot or the autopilot flies or lands: until then it gets the cameras' poses [s]."""
-_ON_GROUND = 4.0
-"""On the ground so long without disarming by itself, the vehicle is disarmed [s]."""
-_RECOVERY = 5.0
-"""For servos that are set up again before a flight [s]."""
-_LAST_LOOK = 1.0
-"""After the motors are reported to have stopped: a vehicle that falls is on the ground then [s]."""
 
 SAME_INTERRUPT = 0.1
 """Two Ctrl-C within this are one, as what a process group and a parent both send [s]."""
@@ -59,11 +44,7 @@ class GuardedFlight(Uncopied):
     """
 
     def __init__(
-        self,
-        model: Model,
-        links: VehicleLinks,
-        recorder: Recorder,
-        say: Callable[[str], None] = lambda words: None,
+        self, model: Model, links: VehicleLinks, recorder: Recorder, say: Callable[[str], None] = lambda words: None
     ) -> None:
         self.model, self.links, self._listener, self._recorder = model, links, say, recorder
         self.places = Places.of(model)
@@ -93,8 +74,9 @@ class GuardedFlight(Uncopied):
         """Let the supervisor watch from now on."""
         self._armed_once = self._told_to_arm = False
         self.links.release()
-        if self.links.servos.read().fault & ServoFault.JUMPED and not self.links.autopilot.state().armed:
-            self.links.servos.recover(_RECOVERY)  # on the ground a person may have turned the arm
+        servos = self.links.servos
+        if servos.read().fault & ServoFault.JUMPED and not self.links.autopilot.state().armed:
+            servos.recover(servos.config.boot_timeout)  # on the ground a person may have turned the arm
         self.supervisor.open()
 
     def rise(self) -> str:
@@ -229,6 +211,7 @@ class GuardedFlight(Uncopied):
         autopilot = self.links.autopilot
         self.say("wait for the motors to stop")
         begin = ended = self.links.clock.now()
+        patience = self.links.config.pixhawk.timeouts.landing  # until then it gets the cameras' poses
         stands_since: float | None = None
         while (end := self._end()) is not End.NOT_FLOWN:
             self._note()
@@ -240,12 +223,12 @@ class GuardedFlight(Uncopied):
             landed = autopilot.state().landed is LandedState.ON_GROUND
             stands = landed and end is End.STILL_ARMED and autopilot.status().authority is Authority.LANDING
             stands_since = (stands_since or now) if stands else None
-            if stands_since is not None and now - stands_since > _ON_GROUND:
+            if stands_since is not None and now - stands_since > GROUND_PATIENCE:
                 autopilot.disarm()
                 stands_since = None
-            if now - begin > _LANDING_PATIENCE or now - ended > _LAST_LOOK:
+            if now - begin > patience or now - ended > RECENT:  # a vehicle that falls is on the ground then
                 break
-            self.links.clock.sleep(0.02)
+            self.links.clock.sleep(LOOK)
         return self._borne_out(end)
 
     def _borne_out(self, end: End) -> End:

@@ -13,15 +13,14 @@ from doorman.exceptions import BackendError
 from doorman.hardware.mocap import PoseSample
 from doorman.hardware.pixhawk import Autopilot, PositionSetpoint, VehicleSample
 from doorman.hardware.pixhawk.thrust.slope import Slope, ThrustModel
+from doorman.hardware.vehicle.waiting import SETTLING
 
-_HOVER_TIME = 2.0
-"""For which the thrust in hover is measured [s]."""
 _FOUND = 0.3
 """Largest deviation of a slope that is used: that of a push's thrust, twice over, stays below half of it."""
 _LEAST_SLOPE, _MOST_SLOPE = 0.6, 2.6
 """Beyond 1, of motors that the autopilot linearises, and 2, of a signal that is squared, with what a battery that sags adds."""
 
-STEEPEST = math.sqrt(2.0)
+STEEPEST = math.sqrt(2)
 """Slope, or one over it, up to which a tip that is not tied may press on the leaf: the autopilot's own loops of roll and pitch
 act so many times as strongly as they were tuned. 3 dB are half of the 6 dB of gain margin that such loops are tuned to keep; the
 other half is the contact's."""
@@ -42,7 +41,7 @@ def measure_hover(
     given = config.thrust_curve
     compensated = given is not None and given.hover_voltage is not None
     try:
-        curve = autopilot.calibrate_hover(config.hover_force, _HOVER_TIME, compensate_battery=compensated)
+        curve = autopilot.calibrate_hover(config.hover_force, SETTLING, compensate_battery=compensated)
     except BackendError as error:
         return str(error)
     slope = autopilot.measure_slope(at)

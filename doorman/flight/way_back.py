@@ -8,23 +8,20 @@ from collections.abc import Callable
 import numpy as np
 
 from doorman.arrays import Array
+from doorman.clocks import LOOK
 from doorman.control.passage import behind_the_door
 from doorman.control.way_out import way_out
 from doorman.exceptions import BackendError
 from doorman.hardware.pixhawk import Authority
-from doorman.hardware.pixhawk.setpoints import SPEED, StraightWay
+from doorman.hardware.pixhawk.setpoints import AT_REST, SPEED, StraightWay
 from doorman.hardware.safety import Action, Fault, Supervisor
 from doorman.hardware.vehicle import Places, VehicleLinks
-from doorman.hardware.vehicle.links import Whereabouts
+from doorman.hardware.vehicle.links import DRIFTS_FOR, Whereabouts
+from doorman.hardware.vehicle.waiting import TOGETHER
 from doorman.model import Model
 
 _NEAR = 0.06
 """Distance that counts as arrived [m]."""
-_CALM = 0.1
-"""Speed that counts as arrived [m/s]."""
-_UNKNOWN = 0.5
-"""After the setpoint's arrival, the vehicle counts as arrived, too, if its position was unknown for so long [s]."""
-_PERIOD = 0.02
 
 
 def fly_to(
@@ -47,36 +44,26 @@ def fly_to(
         if autopilot.status().authority is not Authority.ENGAGED:
             return False
         where = links.whereabouts()
-        near = np.linalg.norm(where.position - place) < _NEAR and np.linalg.norm(where.velocity) < _CALM
+        near = np.linalg.norm(where.position - place) < _NEAR and np.linalg.norm(where.velocity) < AT_REST
         known = max(known, now) if where.known else known
-        if now >= end and (near if where.known else now - known > _UNKNOWN):
+        if now >= end and (near if where.known else now - known > DRIFTS_FOR):
             return True
-        links.clock.sleep(_PERIOD)
+        links.clock.sleep(LOOK)
     return False
 
 
-_UNHEARD = 0.4
-"""In a hold, for it to become known where the vehicle is, before it flies back without: it drifts as it waits [s]."""
-_JUMP, _FASTEST = 0.1, 2.0
-"""Its position jumps where it moves from one look to the next by more than this [m], and faster than that [m/s]."""
 _PLANS = 5
 """Plans of a way out, each from where the vehicle is then."""
 _RELEASE_TIME = 0.6
 """For the gripper to open before the vehicle backs off [s]."""
 OPERATOR_PATIENCE = 30.0
-"""In the hover after the operator has given the mission up [s]."""
-_RECOVERY = 3.0
-"""For a gripper that has shut down to be set up again [s]."""
+"""For a person: in the hover after the mission was given up, or to open a gripper that does not open by itself [s]."""
 _ON_THE_WAY = 3.0
-"""For places on the way back, which need not be reached exactly [s];"""
-_LOST_ON_THE_WAY = 0.5
-"""the same where the position is unknown, and where waiting adds to the error of dead reckoning [s]."""
-LOST_SPEED = 0.6
+"""For places on the way back, which need not be reached exactly [s]."""
+LOST_SPEED = 3 * SPEED / 2
 """On the way back by dead reckoning, whose error grows with the time, and which PX4 gives up 5 s after the last pose [m/s]."""
 _BLIND = {Fault.POSE, Fault.POSE_JUMPED, Fault.DIVERGENCE, Fault.INCONSISTENT}
 """After these the cameras do not say where the vehicle is, or the autopilot does not."""
-_HOLDING_PATIENCE = 30.0
-"""For a gripper that does not open, as it cannot without its bus, before the vehicle lands with the door in its hand [s]."""
 
 
 def out_of_the_doorway(model: Model, position: Array) -> list[Array]:
@@ -144,7 +131,7 @@ class WayBack:
             if self._links.clock.now() - begin > OPERATOR_PATIENCE:
                 break
             self._note()
-            self._links.clock.sleep(0.02)
+            self._links.clock.sleep(LOOK)
 
     @property
     def _only_given_up(self) -> bool:
@@ -155,7 +142,7 @@ class WayBack:
         """Hover until the gripper is open; returns whether it is, and the vehicle still ours."""
         begin = held = self._links.clock.now()
         tried = False
-        while (now := self._links.clock.now()) - begin < _HOLDING_PATIENCE and self.may_go_on():
+        while (now := self._links.clock.now()) - begin < OPERATOR_PATIENCE and self.may_go_on():
             self._links.let_go()
             if self._jumps():
                 self._links.hold()
@@ -167,12 +154,12 @@ class WayBack:
                 if now - begin > 2.0 * _RELEASE_TIME and not tried:
                     tried = True
                     self._say(
-                        f"the gripper does not open: hover for {_HOLDING_PATIENCE:g} s; open it by hand, or take over by radio"
+                        f"the gripper does not open: hover for {OPERATOR_PATIENCE:g} s; open it by hand, or take over by radio"
                     )
                     with contextlib.suppress(BackendError):  # a servo that has shut down lets go when it restarts
-                        self._links.servos.recover(_RECOVERY)
+                        self._links.servos.recover(self._links.servos.config.boot_timeout)
             self._note()
-            self._links.clock.sleep(0.02)
+            self._links.clock.sleep(LOOK)
         return self.may_go_on() and not self._links.surely_holding
 
     def _fly_out(self, yaw: float) -> bool:
@@ -186,7 +173,7 @@ class WayBack:
             return not jumped
 
         for place in out_of_the_doorway(self._model, begin):
-            patience = _LOST_ON_THE_WAY if self._lost else _ON_THE_WAY
+            patience = DRIFTS_FOR if self._lost else _ON_THE_WAY
             if not self._travel(place, yaw, patience, begin, go_on) and (jumped or not self.may_go_on()):
                 return not jumped
             begin = place
@@ -197,7 +184,7 @@ class WayBack:
         before, self._last = self._last, self._links.whereabouts()
         if before is None or not (before.known and self._last.known):
             return False
-        most = _JUMP + _FASTEST * max(self._last.time - before.time, 0.0)
+        most = TOGETHER + self._model.scenario.safety.speed * max(self._last.time - before.time, 0.0)
         return float(np.linalg.norm(self._last.position - before.position)) > most
 
     def _travel(
@@ -220,10 +207,10 @@ class WayBack:
         """Hover until it is known where the vehicle is, or has not been for long; whether the vehicle is still ours."""
         begin = self._links.clock.now()
         while self.may_go_on() and not self._seen:
-            if self._links.clock.now() - begin > _UNHEARD:
+            if self._links.clock.now() - begin > DRIFTS_FOR:
                 self._say("the autopilot's state is too old: fly back by the autopilot's position control")
                 break
-            self._links.clock.sleep(0.02)
+            self._links.clock.sleep(LOOK)
         return self.may_go_on()
 
     @property

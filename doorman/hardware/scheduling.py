@@ -8,11 +8,13 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+from doorman.clocks import BRIEFLY
+
 PRIORITY = 20
 """Priority in the real-time class, 1 … 99: above ordinary processes, below the kernel's own threads."""
 _BEHIND = 5
 """Priority difference of a thread that gives way."""
-SWITCH_INTERVAL = 0.0005
+SWITCH_INTERVAL = BRIEFLY / 2
 """Longest turn of a Python thread while another waits; the default of 5 ms is a whole tick [s]."""
 
 

@@ -28,7 +28,7 @@ class Contact:
         section = scenario.contact
         if section.kind == "grip":
             return cls(1.0, scenario.control.max_push, math.inf, False)
-        return cls(0.0, 0.0, BESIDE, section.fit_doorway)
+        return cls(0.0, 0.0, BESIDE, True)
 
     def between(self, pressing: float, tied: float) -> float:
         """A number of the model, by those of a tip that presses and of one that is tied."""

@@ -13,11 +13,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from doorman.checks import vector
 from doorman.exceptions import DimensionError
+from doorman.kinematics.rotations import SMALLEST_COSINE
 
 Vector = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
-
-_SINGULAR = 1.0 - 1e-12
 
 
 def wrap(angle: float) -> float:
@@ -78,7 +77,7 @@ def to_attitude(q: Iterable[float]) -> Vector:
     """ZYX Euler angles of a quaternion; at a pitch of ±π/2, where roll and yaw are not defined apart, the roll is 0."""
     w, x, y, z = q
     sine = 2.0 * (w * y - x * z)
-    if abs(sine) > _SINGULAR:
+    if 1.0 - sine * sine < SMALLEST_COSINE**2:
         return (0.0, math.copysign(0.5 * math.pi, sine), math.atan2(2.0 * (w * z - x * y), 1.0 - 2.0 * (x * x + z * z)))
     return (
         math.atan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y)),

@@ -54,7 +54,7 @@ def attitude_from_rotation(rotation: ArrayLike) -> Array:
 def regular_state(state: ArrayLike, size: int, field: str, pitch: int = 1) -> Array:
     """A state with an attitude as a contiguous float array."""
     x = vector(state, size, field)
-    if abs(x[pitch]) >= math.pi / 2 - 1e-6:
+    if abs(x[pitch]) >= math.pi / 2 - SMALLEST_COSINE:
         raise SingularityError(
             "Euler rates are singular", field=f"{field}[{pitch}] (pitch)", given=float(x[pitch]),
             allowed="|pitch| < π/2",

@@ -10,10 +10,11 @@ import math
 from dataclasses import dataclass
 
 from doorman.kinematics.doors.door import Door
+from doorman.scenario import ContactSection
 
 _SHIPPED_RADIUS, _SHIPPED_MASS = 0.40, 3.0
 """R_A and m_A of the vehicle for which the numbers are tuned [m], [kg]."""
-_SHIPPED_LEVER = 0.7
+_SHIPPED_LEVER = ContactSection().distance_from_hinge
 """Distance from the hinge at which the shipped tip touches its leaf [m]."""
 _SHIPPED_WIDTH = 1.2
 """Width of the shipped leaf [m]."""
@@ -26,17 +27,13 @@ class Scale:
     """Ratios of a vehicle's units to those of the shipped one."""
 
     length: float
-    mass: float
+    force: float
+    """As of the weight."""
 
     @classmethod
     def of(cls, radius: float, mass: float) -> Scale:
         """Scale of a vehicle."""
         return cls(radius / _SHIPPED_RADIUS, mass / _SHIPPED_MASS)
-
-    @property
-    def force(self) -> float:
-        """Scale of forces, as of the weight."""
-        return self.mass
 
     @property
     def time(self) -> float:

@@ -1,8 +1,9 @@
-r"""Rotations and the arm in CasADi symbols; Pinocchio's numbers are the check of them.
+r"""Rotations, the arm and what its bodies make together in CasADi symbols; Pinocchio's numbers are the check of them.
 
 :math:`R = R_z(\psi)R_y(\theta)R_x(\phi)` maps body to world, :math:`\dot\Phi = W(\Phi)\,\Omega`. Of the arm, joint i lies at
 :math:`p_i = p_{i-1} + R_{i-1} l_i` with :math:`R_i = R_{i-1}\,\mathrm{Rot}(a_i, \eta_i)`, a point of parent i at
-:math:`p_i + R_i o`.
+:math:`p_i + R_i o`. With the masses of `Bodies`, :math:`c_i = p_i + R_i o_i`, :math:`c = \tfrac1m\sum m_i c_i` and
+:math:`I = \sum R_i I_i R_i^T + m_i\big(r_i^T r_i - r_i r_i^T\big)` about c with :math:`r_i = c_i - c`.
 """
 
 from __future__ import annotations
@@ -65,3 +66,33 @@ def arm_points(pattern: ArmPattern, numbers: Any, angles: Any) -> list[Any]:
 
 def _vectors(rows: Rows, numbers: Any) -> list[Any]:
     return [ca.vertcat(*(numbers[entry] if isinstance(entry, int) else entry for entry in row)) for row in rows]
+
+
+class SymbolicBodies:
+    """What the bodies make together, in the body frame: of the pattern's symbols (k, 1), H (n, 1) and `Bodies.numbers`."""
+
+    def __init__(self, pattern: ArmPattern, arm: Any, angles: Any, bodies: Any) -> None:
+        self._rotations, places = arm_frames(pattern, arm, angles)
+        self._masses, self._inertias = ca.vertsplit(bodies.masses), bodies.inertias
+        offsets = [bodies.centers[3 * i : 3 * i + 3] for i in range(len(places))]
+        self._centers = [
+            place + turn @ offset for place, turn, offset in zip(places, self._rotations, offsets, strict=True)
+        ]
+        moments = [mass * center for mass, center in zip(self._masses, self._centers, strict=True)]
+        self.center: Any = sum(moments[1:], moments[0]) / sum(self._masses[1:], self._masses[0])
+        """c, (3, 1) [m]."""
+
+    def inertia(self) -> Any:
+        """I about c in body axes, (3, 3) [kg m²]."""
+        total = ca.SX.zeros(3, 3)
+        for i, (turn, mass, center) in enumerate(zip(self._rotations, self._masses, self._centers, strict=True)):
+            away = center - self.center
+            own = symmetric(self._inertias[6 * i : 6 * i + 6])
+            total += turn @ own @ turn.T + mass * (ca.dot(away, away) * ca.SX.eye(3) - away @ away.T)
+        return total
+
+
+def symmetric(six: Any) -> Any:
+    """Symmetric matrix from its six entries."""
+    xx, xy, xz, yy, yz, zz = ca.vertsplit(six)
+    return ca.vertcat(ca.horzcat(xx, xy, xz), ca.horzcat(xy, yy, yz), ca.horzcat(xz, yz, zz))

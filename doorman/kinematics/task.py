@@ -16,9 +16,8 @@ import casadi as ca
 from doorman.gravity import weight_of
 from doorman.kinematics.doors.leaf.leaf_motion import CLOSED
 from doorman.kinematics.numbers import Numbers
-from doorman.kinematics.symbols import arm_points, rotation_body_to_world
+from doorman.kinematics.symbols import SymbolicBodies, arm_points, rotation_body_to_world
 from doorman.kinematics.vehicles.arms.arm_pattern import ArmPattern
-from doorman.kinematics.vehicles.body_symbols import SymbolicBodies
 
 NAMES: Mapping[str, str] = MappingProxyType({
     "time": "time of the node [s]: since the plan's first node, plus `planner.update_time(…)`",

@@ -20,28 +20,12 @@ from doorman.scenario import Scenario
 from doorman.signals import Command, Measurement
 from doorman.simulation import SimulatedBackend, Truth
 
-FASTEST = 10.0
-"""Bound of speeds [m/s], which a fall over the height of the room stays below."""
-FASTEST_TURN = 20.0
-"""Bound of body rates [rad/s]: three turns a second."""
-FASTEST_DOOR = 10.0
-"""Bound of the door's rate [rad/s]."""
-PAST_LIMIT = 0.5
-"""By which arm angles may be beyond their limits, by noise, a blow, or the play of a servo [rad]."""
-
-
 Array32 = NDArray[np.float32]
 
 AT_THE_LEAF: dict[str, Any] = {
-    "mission.start": "contact", "mission.touch_frame": False, "simulation.door_ajar": 0.0, "simulation.physics_rate": 500.0,
+    "mission.start": "contact", "mission.measures": (), "simulation.door_ajar": 0.0, "simulation.physics_rate": 500.0,
 }  # fmt: skip
 """How an episode begins, of a scenario that is given by name. Half the physics steps of flights are twice as many episodes."""
-THRUST_SHARE = 0.5
-"""Largest difference of thrust and weight, as a share of the weight."""
-TILT = 0.35
-"""Largest roll, pitch and change of yaw [rad]."""
-OPENED = 0.05
-"""Distance from the goal at which the door counts as open [rad]."""
 ROOM = 4.0
 """Distance from the contact point at which the vehicle has left the room [m]."""
 
@@ -172,10 +156,13 @@ class OpenDoorEnv(Uncopied, gymnasium.Env[Array32, Array32]):
             self._backend.stop()
             self._backend = None
 
-    def _judge(self, action: Array, truth: Truth, fallen: bool) -> tuple[Array32, float, bool, bool, dict[str, Any]]:
+    def _judge(
+        self, action: Array, truth: Truth, fallen: bool, tolerance: float = 0.05
+    ) -> tuple[Array32, float, bool, bool, dict[str, Any]]:
+        """What a step has led to; a door within the tolerance of its goal is open [rad]."""
         before, after = self._place, self._placed(truth, self._place.whole)
         failed = fallen or truth.collisions > 0 or math.dist(truth.position, self._contact) > ROOM
-        opened = after.away < OPENED and not failed
+        opened = after.away < tolerance and not failed
         terms = reward_terms(self._weights, before, after, action, truth.body_rates, self._duration, opened, failed)
         self._place = after
         info = {"door_angle": truth.door_angle, "opened": opened, "collisions": truth.collisions, "fallen": fallen,
@@ -186,9 +173,10 @@ class OpenDoorEnv(Uncopied, gymnasium.Env[Array32, Array32]):
         at_contact = self._model.coupling.vehicle_position(truth.attitude, truth.door_angle, truth.arm_angles)
         return Place(abs(truth.door_angle - self._goal), whole, math.dist(truth.position, at_contact))
 
-    def _command(self, action: Array) -> Command:
-        thrust = min(self._weight * (1.0 + THRUST_SHARE * float(action[0])), self._model.vehicle.max_thrust)
-        attitude = np.array([TILT * action[1], TILT * action[2], self._yaw + TILT * action[3]])
+    def _command(self, action: Array, share: float = 0.5, tilt: float = 0.35) -> Command:
+        """At most that share of the weight more or less, and that roll, pitch and change of yaw [rad]."""
+        thrust = min(self._weight * (1.0 + share * float(action[0])), self._model.vehicle.max_thrust)
+        attitude = tilt * action[1:4] + [0.0, 0.0, self._yaw]
         grips = self._model.scenario.contact.kind == "grip"
         return Command(thrust, attitude, self._arm_rates * action[4:], grips)
 
@@ -202,15 +190,19 @@ class OpenDoorEnv(Uncopied, gymnasium.Env[Array32, Array32]):
         return bounded
 
 
-def _bounds(model: Model) -> tuple[Array32, Array32]:
-    """Of an observation; a joint without limits is within a turn."""
+def _bounds(model: Model, fastest: float = 10.0, past_limit: float = 0.5) -> tuple[Array32, Array32]:
+    """Of an observation; a joint without limits is within a turn.
+
+    A fall over the room's height stays below the fastest speed [m/s], a door below as much in rad/s, and a body below three
+    turns a second. Noise, a blow, or the play of a servo take arm angles past their limits [rad].
+    """
     vehicle, turn = model.vehicle, 2.0 * math.pi
     door = max(math.pi, 2.0 * abs(model.start_angle - model.goal_angle))
     lower, upper = (np.clip(limits, -turn, turn) for limits in (vehicle.lower_limits, vehicle.upper_limits))
     rates = 2.0 * np.asarray(vehicle.rate_limits)
-    symmetric = np.repeat([ROOM, FASTEST, math.pi, FASTEST_TURN], 3)
-    low = np.concatenate([-symmetric, lower - PAST_LIMIT, -rates, [-door, -FASTEST_DOOR]])
-    high = np.concatenate([symmetric, upper + PAST_LIMIT, rates, [door, FASTEST_DOOR]])
+    symmetric = np.repeat([ROOM, fastest, math.pi, 20.0], 3)
+    low = np.concatenate([-symmetric, lower - past_limit, -rates, [-door, -fastest]])
+    high = np.concatenate([symmetric, upper + past_limit, rates, [door, fastest]])
     return low.astype(np.float32), high.astype(np.float32)
 
 

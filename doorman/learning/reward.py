@@ -20,9 +20,6 @@ from typing import NamedTuple
 
 from doorman.arrays import Array
 
-REACH = 0.5
-"""Distance of the tip from the contact point beyond which the potential falls no further [m]: an arm's length."""
-
 
 @dataclass(frozen=True)
 class RewardWeights:
@@ -69,9 +66,10 @@ def reward_terms(
     failed: bool = False,
 ) -> dict[str, float]:
     """Terms of the reward by name; it is their sum."""
+    near, far = (min(place.gap / 0.5, 1.0) for place in (after, before))  # farther than an arm's length is as bad
     return {
         "progress": weights.progress * (before.away - after.away) / before.whole,
-        "contact": weights.contact * (min(before.gap / REACH, 1.0) - min(after.gap / REACH, 1.0)),
+        "contact": weights.contact * (far - near),
         "time": -weights.time * duration,
         "action": -weights.action * float(action @ action) * duration,
         "body_rates": -weights.body_rates * float(body_rates @ body_rates) * duration,

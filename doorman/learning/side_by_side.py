@@ -144,10 +144,11 @@ class OpenDoorVectorEnv(Uncopied, gymnasium.vector.VectorEnv[Array32, Array32, N
             if isinstance(known, dict):
                 found[name] = self._gathered([part or {} for part in parts])
             else:
-                none = [np.zeros(share.stop - share.start, known.dtype) for share in self._shares]
-                found[name] = np.concatenate(
-                    [zeros if part is None else part for part, zeros in zip(parts, none, strict=True)]
+                counts = [share.stop - share.start for share in self._shares]
+                filled = (
+                    np.zeros(n, known.dtype) if part is None else part for part, n in zip(parts, counts, strict=True)
                 )
+                found[name] = np.concatenate(list(filled))
         return found
 
     def _ask(self, name: str, arguments: Sequence[dict[str, Any]]) -> list[Any]:

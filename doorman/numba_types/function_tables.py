@@ -19,8 +19,8 @@ from numba.core.typing.templates import AbstractTemplate, infer_global, signatur
 from numba.np.arrayobj import populate_array
 
 from doorman.numba_types.lanes import builtin
+from doorman.numba_types.pointers import BYTES, address_of
 
-_BYTES = ir.IntType(8).as_pointer()
 _LONG = ir.IntType(64)
 
 
@@ -55,11 +55,8 @@ class FunctionTable:
 
 @unbox(FunctionTableType)
 def _unbox_table(typ: FunctionTableType, obj: Any, c: Any) -> NativeValue:
-    attribute = c.pyapi.object_getattr_string(obj, "address")
-    address = c.pyapi.long_as_longlong(attribute)
-    c.pyapi.decref(attribute)
     table = cgutils.create_struct_proxy(typ)(c.context, c.builder)
-    table.memory = c.builder.inttoptr(address, _BYTES)
+    table.memory = address_of(obj, c)
     table.number = ir.Constant(_LONG, 0)
     return NativeValue(table._getvalue(), is_error=c.pyapi.c_api_error())
 
@@ -108,7 +105,7 @@ def call(context: Any, builder: Any, place: int, sig: Any, args: Any) -> Any:
     table = cgutils.create_struct_proxy(TABLE)(context, builder, value=args[0])
     memory = builder.bitcast(table.memory, _LONG.as_pointer())
     held, address = (builder.load(builder.gep(memory, [ir.Constant(_LONG, i)])) for i in (0, 1 + place))
-    passed = [builder.inttoptr(held, _BYTES), table.number]
+    passed = [builder.inttoptr(held, BYTES), table.number]
     for kind, value in zip(sig.args[1:], args[1:], strict=True):
         if isinstance(kind, types.Array):
             array = context.make_array(kind)(context, builder, value)

@@ -15,19 +15,19 @@ import numba
 import numpy as np
 from llvmlite import ir
 from numba.core import types
-from numba.core.extending import models, register_model, unbox
 from numba.core.imputils import lower_getattr_generic
-from numba.core.pythonapi import NativeValue
 from numba.core.registry import cpu_target
 from numba.core.typing.templates import AttributeTemplate, infer_getattr
 from numpy.typing import NDArray
 
 from doorman.numba_types.function_tables import FunctionTable
+from doorman.numba_types.pointers import BYTES, passed_as_pointer
 from doorman.numba_types.records import Record
 
 T = TypeVar("T")
 
 
+@passed_as_pointer
 class HandleType(types.Type):
     """numba's type of a handle."""
 
@@ -36,12 +36,6 @@ class HandleType(types.Type):
         # numba tells types apart by their names, and its name of a NamedTuple leaves out the module
         module = getattr(getattr(content, "instance_class", None), "__module__", "")
         super().__init__(name=f"Handle({module}.{content})")
-
-
-@register_model(HandleType)
-class _HandleModel(models.PrimitiveModel):
-    def __init__(self, dmm: Any, fe_type: HandleType) -> None:
-        super().__init__(dmm, fe_type, ir.IntType(8).as_pointer())
 
 
 class Handle(Generic[T]):
@@ -83,15 +77,6 @@ def separate(content: T) -> T:
 def held(content: T) -> T:
     """A handle of a NamedTuple, typed as what it holds: to a kernel they are the same."""
     return cast(T, Handle(content))
-
-
-@unbox(HandleType)
-def _unbox_handle(typ: HandleType, obj: Any, c: Any) -> NativeValue:
-    attribute = c.pyapi.object_getattr_string(obj, "address")
-    address = c.pyapi.long_as_longlong(attribute)
-    c.pyapi.decref(attribute)
-    pointer = c.builder.inttoptr(address, ir.IntType(8).as_pointer())
-    return NativeValue(pointer, is_error=c.pyapi.c_api_error())
 
 
 def _borrowed(context: Any, builder: Any, kind: Any, value: Any) -> Any:
@@ -157,7 +142,7 @@ def field_of(context: Any, builder: Any, handle: HandleType, value: Any, name: s
     content = builder.bitcast(value, context.get_data_type(handle.content).as_pointer())
     place = builder.gep(content, [ir.Constant(ir.IntType(32), i) for i in (0, index)])
     if isinstance(kind, types.BaseNamedTuple):  # a handle itself
-        return builder.bitcast(place, ir.IntType(8).as_pointer())
+        return builder.bitcast(place, BYTES)
     loaded = builder.load(place, align=8)
     loaded.set_metadata("invariant.load", builder.module.add_metadata([]))
     return _borrowed(context, builder, kind, context.data_model_manager[kind].from_data(builder, loaded))

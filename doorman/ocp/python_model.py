@@ -76,11 +76,10 @@ class PythonModel:
             SolverError: if a function is not one of complex numbers, though complex steps need one.
         """
         state, both = (cost.state_goal,), (cost.state_goal, cost.input_goal)
-        sizes, rows = {"step": len(cost.state_goal), "stage_cost": 1, "end_cost": 1}, []
+        sizes = {"step": len(cost.state_goal), "stage_cost": 1, "end_cost": 1}
         for name in ("constraints", "input_constraints", "end_constraints"):
             function = getattr(self, name)
             sizes[name] = 0 if function is None else count(function, name, *(both if name in _OF_BOTH else state))
-            rows.append(sizes[name])
         checked = {
             name: CheckedFunction(getattr(self, name), name, size, self.derivatives)
             for name, size in sizes.items()
@@ -91,7 +90,7 @@ class PythonModel:
         own_cost = "stage_cost" in checked or "end_cost" in checked
         return Problem(
             (PythonModelWithCost if own_cost else PythonModelFunctions)(checked),
-            horizon=horizon, time_step=time_step, cost=cost, bounds=bounds or Bounds(), n_constraints=rows[0],
-            n_input_constraints=rows[1], n_end_constraints=rows[2], constraint_names=tuple(constraint_names),
-            equalities=tuple(equalities),
+            horizon=horizon, time_step=time_step, cost=cost, bounds=bounds or Bounds(), n_constraints=sizes["constraints"],
+            n_input_constraints=sizes["input_constraints"], n_end_constraints=sizes["end_constraints"],
+            constraint_names=tuple(constraint_names), equalities=tuple(equalities),
         )  # fmt: skip

@@ -39,7 +39,7 @@ def tied_bounds(model: Model, free: int, body_rates: bool) -> Bounds:
         return Bounds()
     rates = np.asarray(model.vehicle.rate_limits if limits.joint_rates is None else np.full(n, limits.joint_rates))
     steers = limits.body_rates if body_rates else np.full(3, np.inf)
-    return bounds_of(model, free, limits.min_thrust, steers, rates)
+    return bounds_of(model, free, 0.0, steers, rates)
 
 
 _ALONG_THE_WAY = 5

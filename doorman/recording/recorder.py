@@ -13,7 +13,6 @@ import weakref
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from types import TracebackType
 from typing import IO, Any, TypeAlias
 
 from mcap.writer import Writer
@@ -183,9 +182,7 @@ class Recorder(Uncopied):
     def __enter__(self) -> Recorder:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
-    ) -> None:
+    def __exit__(self, kind: object, error: BaseException | None, traceback: object) -> None:
         try:
             self.close()
         except RecordingError as failure:
@@ -226,18 +223,15 @@ class Recorder(Uncopied):
 
     def _hand_over(self) -> None:
         """Hand what was gathered to the operating system, and have the disk take it soon."""
-        self._write_batch()
+        if self._writer is not None:
+            self._frame()
+            self._writer.flush()  # type: ignore[no-untyped-call]
         if self._writer is None or self._stream is None or self._syncer is None:
             self._keep_batch()  # memory, or a device, from which nothing is read back
             return
         self._written = self._stream.tell()
         self._batch, self._framed = [], 0
         self._syncer.request()
-
-    def _write_batch(self) -> None:
-        if self._writer is not None:
-            self._frame()
-            self._writer.flush()  # type: ignore[no-untyped-call]
 
     def _frame(self) -> None:
         """Put what waits into the writer's chunk."""
@@ -253,9 +247,8 @@ class Recorder(Uncopied):
     def _register(writer: Writer, type_: MessageType) -> int:
         """Make a topic known to the file; its schema stands there twice."""
         topic, schema = type_.topic, type_.schema()
-        number: int = writer.register_channel(
-            topic, "cdr", writer.register_schema(type_name(topic), "ros2msg", schema.encode())
-        )
+        described = writer.register_schema(type_name(topic), "ros2msg", schema.encode())
+        number: int = writer.register_channel(topic, "cdr", described)
         writer.add_metadata(TOPIC, {"id": str(number), "topic": topic, "schema": schema})
         return number
 

@@ -33,11 +33,8 @@ def newest_recording(folder: Path = RUNS) -> Path:
     found = [(_written(file), file) for file in (*folder.glob(f"*{_SUFFIX}"), *folder.glob(f"*/*{_SUFFIX}"))]
     times = [(time, file) for time, file in found if time is not None]
     if not times:
-        raise RecordingError(
-            "no run there yet",
-            file=folder,
-            allowed="a run's folder, an MCAP file, or a run that doorman open left there",
-        )
+        allowed = "a run's folder, an MCAP file, or a run that doorman open left there"
+        raise RecordingError("no run there yet", file=folder, allowed=allowed)
     return max(times)[1]
 
 

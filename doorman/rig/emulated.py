@@ -18,6 +18,7 @@ from doorman.exceptions import BackendError
 from doorman.hardware.dynamixel import ServoConfig
 from doorman.hardware.dynamixel.registers import BAUD_CODES
 from doorman.hardware.mocap import MocapConfig
+from doorman.hardware.mocap.connection import LOOPBACK
 from doorman.hardware.pixhawk import PixhawkConfig
 from doorman.hardware.pixhawk.dialect import ARDUPILOT
 from doorman.hardware.pixhawk.wire.codec import load_key
@@ -39,7 +40,6 @@ from doorman.rig.sitl.rotor_pilot import RotorPilot
 
 AutopilotKind = Literal["px4", "ardupilot", "px4-sitl", "ardupilot-sitl"]
 """An emulated autopilot that follows the rules of PX4 or of ArduPilot, or the own code of one of them."""
-LOOPBACK = "127.0.0.1"
 _UNUSED_PORT = 51001
 """Port of cameras that do not send."""
 SERVOS = "servos"
@@ -137,11 +137,7 @@ class Rig(Opened):
     """
 
     def __init__(
-        self,
-        model: Model,
-        setup: RigSetup | None = None,
-        recorder: Recorder | None = None,
-        clock: Clock = REAL_TIME,
+        self, model: Model, setup: RigSetup | None = None, recorder: Recorder | None = None, clock: Clock = REAL_TIME
     ) -> None:
         self.model = model
         self.setup = setup or RigSetup()

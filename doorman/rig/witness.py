@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.exceptions import RecordingError
+from doorman.hardware.vehicle.places import LYING
 from doorman.model import Model
 from doorman.recording import Recording
 from doorman.recording.files.messages import Value
@@ -61,8 +62,6 @@ def _newest(times: NDArray[np.float64], now: NDArray[np.float64]) -> NDArray[np.
 NOT_FLOWN, NOT_LANDED = "not flown", "not landed"
 _AFTER_CONTACT = 1.0
 """Sinking counts until so long after the tip has left the leaf [s]."""
-_UPRIGHT = math.radians(20.0)
-"""Tilt of a vehicle that stands on its legs, at most [rad]."""
 
 
 class Witness:
@@ -85,7 +84,7 @@ class Witness:
         while self._rates[0][0] < time - STANDS_FOR:
             self._rates.popleft()
         self._push, self._pull = max(self._push, float(truth["max_push"])), max(self._pull, float(truth["max_pull"]))
-        feels = self._model.scenario.mission.touch_frame and truth["only_tip_on_frame"]
+        feels = "frame" in self._model.scenario.mission.measures and truth["only_tip_on_frame"]
         if truth["collisions"] and not feels:
             for pair in str(truth["collision_pairs"]).split(", "):
                 first_and_time = self._touched.setdefault(pair, [time, 0.0])
@@ -103,7 +102,7 @@ class Witness:
         stands = not rates or abs(sum(rates) / len(rates)) < STANDS
         opened = self._flown and stands and abs(self._angle - goal) < OPEN_TOLERANCE
         roll, pitch = (float(angle) for angle in end.truth.attitude[:2])
-        landed = self._flown and not end.motors and end.on_ground and max(abs(roll), abs(pitch)) < _UPRIGHT
+        landed = self._flown and not end.motors and end.on_ground and max(abs(roll), abs(pitch)) < LYING
         outcome = COMPLETED if opened else GOAL_MISSED
         if self._touched:
             outcome = TOUCHED

@@ -16,6 +16,7 @@ from cyclonedds.topic import Topic
 from cyclonedds.util import duration
 
 from doorman.background import Closed
+from doorman.clocks import LONGEST_WAIT
 from doorman.exceptions import BackendError
 from doorman.hardware.mocap import MocapFault
 from doorman.model import Model
@@ -27,8 +28,6 @@ from doorman.ros2.topics import TOPICS
 
 _DEPTH = 100
 """Messages that a slow subscriber may be behind."""
-_LONGEST_WAIT = 0.1
-"""For poses or messages, before the other is looked at [s]."""
 _PLAIN = Policy.DataRepresentation(use_cdrv0_representation=True)
 """CDR as ROS 2 has it."""
 _OUT = Qos(Policy.Reliability.Reliable(duration(milliseconds=100)), Policy.History.KeepLast(_DEPTH), _PLAIN)
@@ -79,7 +78,7 @@ class FlightPublisher(Closed):
         self.published = 0  # messages of the flight
         self.refusals: Counter[str] = Counter()  # what was left out, by its reason
 
-    def step(self, timeout: float = _LONGEST_WAIT) -> None:
+    def step(self, timeout: float = LONGEST_WAIT) -> None:
         """Publish what has come."""
         if not select.select([self._socket], [], [], timeout)[0]:
             return
@@ -121,7 +120,7 @@ class PoseSubscriber(Closed):
         condition = ReadCondition(self._reader, SampleState.NotRead | ViewState.Any | InstanceState.Any)
         self._waiting.attach(condition)
 
-    def step(self, timeout: float = _LONGEST_WAIT) -> None:
+    def step(self, timeout: float = LONGEST_WAIT) -> None:
         """Send on what has come."""
         self._waiting.wait(duration(seconds=timeout))
         for _ in range(_DEPTH):

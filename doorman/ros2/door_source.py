@@ -17,9 +17,7 @@ from doorman.ros2 import types as ros
 from doorman.ros2.bridge import dds_name, seconds
 
 _IN = Qos(
-    Policy.Reliability.BestEffort,
-    Policy.History.KeepLast(1),
-    Policy.DataRepresentation(use_cdrv0_representation=True),
+    Policy.Reliability.BestEffort, Policy.History.KeepLast(1), Policy.DataRepresentation(use_cdrv0_representation=True)
 )
 
 

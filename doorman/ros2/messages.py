@@ -14,7 +14,7 @@ from cyclonedds.idl import IdlStruct
 from doorman.arrays import Array
 from doorman.exceptions import BackendError
 from doorman.kinematics.rotations import quaternion_of, rotation_body_to_world
-from doorman.kinematics.urdf.mesh_paths import mesh_file
+from doorman.kinematics.urdf.mesh_files import mesh_file
 from doorman.kinematics.urdf.structure import check_structure
 from doorman.model import Model
 from doorman.ros2 import types as ros

@@ -22,21 +22,19 @@ def sized(scenario: Scenario, ratios: Mapping[str, float]) -> Scenario:
 
 
 def unmeasured(scenario: Scenario) -> Scenario:
-    """The scenario with what whole-body plans of a grip count on where no hover measures it: before a start in contact.
-
-    The attitude loop is the plant's. Thrust is as commanded: a held tip bears any force, so no motion tells lift from that.
-    """
-    in_the_grip = scenario.mission.start == "contact" and scenario.contact.kind == "grip"
-    if not in_the_grip or scenario.planner.model != "whole_body":
+    """The scenario with the plant's attitude loop where whole-body plans of a grip start in contact: no hover measures it."""
+    if not starts_tied(scenario):
         return scenario
-    true, vehicle, estimation = scenario.simulation, scenario.vehicle, scenario.estimation
+    true, vehicle = scenario.simulation, scenario.vehicle
     loop = {"attitude_lag": true.attitude_lag, "attitude_dead_time": true.attitude_dead_time}
     believed = {key: value for key, value in loop.items() if key not in vehicle.model_fields_set}
-    lift = {} if "lift" in estimation.start.model_fields_set else {"lift": estimation.noise.lift}
-    start = estimation.start.model_copy(update=lift)
-    return scenario.model_copy(update={
-        "vehicle": vehicle.model_copy(update=believed), "estimation": estimation.model_copy(update={"start": start}),
-    })  # fmt: skip
+    return scenario.model_copy(update={"vehicle": vehicle.model_copy(update=believed)})
+
+
+def starts_tied(scenario: Scenario) -> bool:
+    """Whether whole-body plans begin with a grip that no hover comes before."""
+    in_the_grip = scenario.mission.start == "contact" and scenario.contact.kind == "grip"
+    return in_the_grip and scenario.planner.model == "whole_body"
 
 
 def _sized(section: Section, ratios: Mapping[tuple[str, ...], float]) -> dict[str, Any]:

@@ -81,8 +81,8 @@ class SimulatedBackend(Backend):
 
     @property
     def feedback_lag(self) -> float:
-        """Lag of the simulated loop's feedback [s]; see `Backend`."""
-        return self.model.scenario.simulation.attitude_feedback or 0.0
+        """The simulated loop answers moments as it follows set points; see `Backend`."""
+        return 0.0
 
     def open(self) -> None:
         """Build the plant and put it at the scenario's start; a stopped backend starts afresh.

@@ -15,13 +15,12 @@ within `jump_strength` of 1. On the leaf the force acts at half its width w: the
 
 A draught blows through the doorway along the closed leaf's normal. At the opening o its gap is open by the share
 :math:`q = \min(1, 2\sin(o/2))`, the width of the gap over that of the leaf. The vehicle feels q of its force. The leaf feels
-1 − q of its own, along its normal, as the pressures on its sides even out.
+1 − q of it, along its normal, as the pressures on its sides even out.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 
 import numpy as np
 
@@ -36,8 +35,6 @@ _JUMPS = 5
 """The stream that makes its jumps."""
 _UPWARDS = 8
 """The stream that makes its vertical force."""
-_BLOCK = 256
-"""Pairs of random numbers that are drawn at once."""
 
 
 class Gust:
@@ -47,9 +44,8 @@ class Gust:
         self._section = section
         self._door, self._lever = door, door.lever_length(door.width / 2)
         self._generator = np.random.default_rng([seed, _GUSTS])
-        self._drawn: Iterator[list[float]] = iter(())
         self._upwards = np.random.default_rng([seed, _UPWARDS])
-        self._variation, self._rises = self._draw(), self._rise()
+        self._variation, self._rises = self._generator.standard_normal(2).tolist(), self._rise()
         self._time, self._elapsed, self._kept, self._fresh = 0.0, 0.0, 1.0, 0.0
         self._jumps = Jumps(section.jump_rate, (seed, _JUMPS))
         self._jumped, self._strength = 0.0, 1.0
@@ -76,8 +72,8 @@ class Gust:
         """What blows through the gap, and presses on the leaf while there is none."""
         wind, opening = self._section, self._door.opening_of(door_angle)
         share = min(1.0, 2.0 * math.sin(0.5 * min(max(opening, 0.0), 0.5 * math.pi)))
-        x, y, _ = (share * wind.draught_vehicle * self._through).tolist()
-        return Disturbance(force=(x, y, 0.0), hinge_torque=-self._lever * (1.0 - share) * wind.draught_leaf)
+        x, y, _ = (share * wind.draught * self._through).tolist()
+        return Disturbance(force=(x, y, 0.0), hinge_torque=-self._lever * (1.0 - share) * wind.draught)
 
     def _jump(self, time: float) -> None:
         """Let the wind jump as often as it does in the time that has passed."""
@@ -93,21 +89,14 @@ class Gust:
             kept = math.exp(-elapsed / self._section.correlation_time)
             self._elapsed, self._kept, self._fresh = elapsed, kept, math.sqrt(1.0 - kept * kept)
         if self._kept < 1.0:
-            kept, fresh, (vehicle, leaf), (a, b) = self._kept, self._fresh, self._variation, self._draw()
+            kept, fresh, (vehicle, leaf) = self._kept, self._fresh, self._variation
+            a, b = self._generator.standard_normal(2).tolist()
             self._variation = [kept * vehicle + fresh * a, kept * leaf + fresh * b]
             self._rises = kept * self._rises + fresh * self._rise()
 
     def _rise(self) -> float:
         """A standard normal number, where there is a vertical force."""
         return float(self._upwards.standard_normal()) if self._section.vertical > 0.0 else 0.0
-
-    def _draw(self) -> list[float]:
-        """Two standard normal numbers: the next of the generator's, which are drawn in blocks."""
-        pair = next(self._drawn, None)
-        if pair is None:
-            self._drawn = iter(self._generator.standard_normal((_BLOCK, 2)).tolist())
-            pair = next(self._drawn)
-        return pair
 
 
 def together(one: Disturbance, other: Disturbance) -> Disturbance:

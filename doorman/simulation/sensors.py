@@ -95,7 +95,7 @@ class Sensors:
         tip_force = None
         if self._delivery.tip_force:
             error = self._noise.tip_force * float(self._tip_noise.standard_normal())
-            tip_force = truth.tip_normal_force + self._delivery.tip_force_bias + error
+            tip_force = truth.tip_normal_force + error
         return Measurement(
             time=time,
             position=pose.position,

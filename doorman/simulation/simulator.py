@@ -77,7 +77,7 @@ class Simulator(Uncopied):
         self.layout = rotor_layout(model.vehicle, model.scenario.simulation.torque_per_thrust)
         self.plant = build_plant(self._mujoco, model, self.layout, time_step)
         data, true = self.plant.data, model.scenario.simulation
-        self._gripper = Gripper(self._mujoco, self.plant, true.gripper_closes, true.gripper_force)
+        self._gripper = Gripper(self._mujoco, self.plant, true.gripper_force)
         at_door = model.scenario.mission.start == "contact"
         if self._gripper.closed and not at_door:
             self._gripper.set(False)
@@ -284,7 +284,7 @@ class Simulator(Uncopied):
 def simulated_gains(model: Model, feedback: float = 0.0) -> AttitudeGains:
     """Gains of the simulated vehicle's true loop; of one with feed-forward if the autopilot's feedback has such a lag [s]."""
     true = model.scenario.simulation
-    loop = AttitudeLoop(true.attitude_lag, true.attitude_dead_time, true.attitude_feedback or feedback)
+    loop = AttitudeLoop(true.attitude_lag, true.attitude_dead_time, feedback)
     return AttitudeGains.of(loop, true.motor_time_constant, true.attitude_overshoot)
 
 

@@ -34,9 +34,8 @@ def estimates(recording: Recording, model: Model) -> dict[str, dict[str, float]]
         "deviation": float(estimate["torque_deviation"][-1]),
         "true": true["friction"] + true["stiffness"] * (rest - angle) + _preload(model) + _leaning(model, angle),
     }
-    found = {
-        name: _in_joint(figures, 1 if name in ("friction", "torque") else 2, arm) for name, figures in found.items()
-    }
+    linear = ("friction", "torque")
+    found = {name: _in_joint(figures, 1 if name in linear else 2, arm) for name, figures in found.items()}
     if door.vertical and "door_place" in estimate:
         found |= _place(recording, model)
     return found | _measured_angle(recording)

@@ -15,17 +15,10 @@ from doorman.model import Model
 from doorman.recording import Recording
 from doorman.recording.recording import Topic
 from doorman.simulation.reality.causes import true_causes
+from doorman.summary import safety
 from doorman.summary.estimates import estimates, largest_angle_error
 from doorman.summary.measured import has_measured_leaf, measured_figures
 from doorman.summary.outcome import COMPLETED, TOUCHED, judged, rate_at_the_end
-from doorman.summary.safety import (
-    collisions,
-    contact_fraction,
-    free_door_rate,
-    largest_push,
-    largest_violation,
-    min_clearance,
-)
 
 
 def cold_plans(plan: Topic) -> NDArray[np.bool_]:
@@ -72,11 +65,9 @@ def summarize(recording: Recording, model: Model, touched_after: int = 0) -> dic
         return measured_figures(recording, model)
     if "truth" not in recording:
         raise RecordingError(
-            "no true states to judge the run by",
-            field="topic",
-            given="truth",
+            "no true states to judge the run by", field="topic", given="truth",
             allowed="a simulated run, or one with a sensor of the door",
-        )
+        )  # fmt: skip
     truth = recording["truth"]
     time, angle = truth.time, truth["door_angle"]
     target = model.goal_angle
@@ -85,7 +76,7 @@ def summarize(recording: Recording, model: Model, touched_after: int = 0) -> dic
     moving = rate_at_the_end(recording)
     outcome, reason, opened_at = judged(recording, model.true_door, time, angle, moving, target, model.turn_scale)
     states = recording["mission"]["state"].tolist()
-    touches = collisions(recording) + touched_after
+    touches = safety.collisions(recording) + touched_after
     if outcome == COMPLETED and touches:
         outcome, reason = TOUCHED, f"{touches} contacts other than tip and leaf"
     return {
@@ -101,14 +92,14 @@ def summarize(recording: Recording, model: Model, touched_after: int = 0) -> dic
         "time_to_open_s": None if opened_at is None else max(opened_at - touched_at, 0.0),
         "hover_to_goal_s": opened_at,
         "duration_s": float(time[-1]),
-        "max_constraint_violation_m": largest_violation(recording, model),
-        "min_clearance_m": min_clearance(recording, model),
+        "max_constraint_violation_m": safety.largest_violation(recording, model),
+        "min_clearance_m": safety.min_clearance(recording, model),
         "collisions": touches,
-        "contact_fraction": contact_fraction(recording, 0.0),
-        "contact_fraction_after_1s": contact_fraction(recording, 1.0),
+        "contact_fraction": safety.contact_fraction(recording, 0.0),
+        "contact_fraction_after_1s": safety.contact_fraction(recording, 1.0),
         "max_pull_force_n": float(truth["max_pull"].max()),
-        "max_push_force_n": largest_push(recording),
-        "free_door_rate_deg_s_max": free_door_rate(recording),
+        "max_push_force_n": safety.largest_push(recording),
+        "free_door_rate_deg_s_max": safety.free_door_rate(recording),
         "door_angle_estimate_error_deg_max": largest_angle_error(recording),
         "estimates": estimates(recording, model),
         "true_causes": true_causes(recording, model),

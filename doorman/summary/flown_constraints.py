@@ -48,10 +48,9 @@ def _flown(model: Model, position: Array, attitude: Array, door_angle: Array, ar
     panel = {} if door.panel is None else {"panel": door.from_doorway(door.panel[0])}
     points: dict[str, Array] = {}
     if vehicle.arm.above or "lintel_edge" in model.kinds:
-        places = np.array([vehicle.point_positions(angles) for angles in arm_angles]).reshape(
-            -1, len(vehicle.point_names), 3
-        )
-        points = {name: places[:, i].T for i, name in enumerate(vehicle.point_names)}
+        names = vehicle.point_names
+        places = np.array([vehicle.point_positions(angles) for angles in arm_angles]).reshape(-1, len(names), 3)
+        points = {name: places[:, i].T for i, name in enumerate(names)}
     return SimpleNamespace(
         vehicle=SimpleNamespace(radius=vehicle.radius),
         door=SimpleNamespace(

@@ -14,8 +14,6 @@ from doorman.recording import Recording
 from doorman.summary.outcome import STANDS_FOR, judged
 
 JUDGED_BY = "the measured leaf"
-_TOUCHES = 0.015
-"""Distance of tip and measured leaf, less what it is in the middle of the swing, below which they touch [m]."""
 _FEWEST = 10
 """Readings that a flight is judged by."""
 
@@ -81,10 +79,10 @@ def _readings(recording: Recording) -> tuple[Array, Array]:
     return sensor["leaf_time"][new], sensor["door_angle"][new]
 
 
-def _touching(recording: Recording, gap: tuple[Array, Array]) -> NDArray[np.bool_]:
-    """Where the tip is as near to the leaf as it is where the mission opens the door."""
+def _touching(recording: Recording, gap: tuple[Array, Array], beyond: float = 0.015) -> NDArray[np.bool_]:
+    """Where the tip is as near to the leaf as it is where the mission opens the door, or little farther [m]."""
     states, times = recording["mission"]["state"], recording["mission"].time
     at = np.clip(np.searchsorted(times, gap[0], side="right") - 1, 0, None)
     opens = np.isin(states[at], ("open", "hold"))
     usual = float(np.median(gap[1][opens])) if opens.any() else 0.0
-    return np.asarray(gap[1] < usual + _TOUCHES)
+    return np.asarray(gap[1] < usual + beyond)

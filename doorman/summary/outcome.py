@@ -13,7 +13,7 @@ from doorman.recording import Recording
 
 OPEN_TOLERANCE = math.radians(2.0)
 """|α − target| below this counts as opened [rad]."""
-_KEPT_CONTACT = 0.9
+KEPT_CONTACT = 0.9
 """A smaller share of time in contact is worth a word in the verdict."""
 FLOWN = "flown to its end"
 """How the last message of a mission begins that went all its way; what it has seen of the door may follow."""
@@ -38,7 +38,7 @@ def verdict(summary: dict[str, Any]) -> tuple[bool, str]:
     if summary["outcome"] == GIVEN_UP:
         return False, f"The mission was given up: {summary['reason']}; {where}."
     if not summary["opened"]:
-        lost = summary["contact_fraction"] < _KEPT_CONTACT
+        lost = summary["contact_fraction"] < KEPT_CONTACT
         why = f"the tip was on the leaf for only {summary['contact_fraction']:.0%} of the time and " if lost else ""
         more = f" ({summary['reason']})" if summary["outcome"] == GOAL_MISSED else ""
         return False, f"The door was not opened: {why}{where}{more}."

@@ -14,18 +14,14 @@ from doorman.model import Model
 from doorman.recording import Recording
 from doorman.summary.flown_constraints import flown_constraints
 
-_CLEARANCE_INTERVAL = 0.01
-"""Between states at which FCL measures the clearance [s]."""
-
 
 def largest_violation(recording: Recording, model: Model) -> float:
     """Largest violation of the planner's constraints, which hold until the vehicle flies through the doorway."""
     truth, mission = recording["truth"], recording["mission"]
     through = mission.time[mission["state"] == "through"]
     flown = slice(int(np.searchsorted(truth.time, through[0])) if len(through) else None)
-    rows = flown_constraints(
-        model, *(truth[field][flown] for field in ("position", "attitude", "door_angle", "arm_angles"))
-    )
+    fields = ("position", "attitude", "door_angle", "arm_angles")
+    rows = flown_constraints(model, *(truth[field][flown] for field in fields))
     return float(max(rows.max(), 0.0))
 
 
@@ -79,10 +75,10 @@ def _at_the_door(recording: Recording, after: float = 0.0) -> NDArray[np.bool_]:
     return chosen
 
 
-def min_clearance(recording: Recording, model: Model) -> float:
-    """Least distance of vehicle and door, apart from tip and what it is to touch, by FCL [m]."""
+def min_clearance(recording: Recording, model: Model, interval: float = 0.01) -> float:
+    """Least distance of vehicle and door at intervals, apart from tip and what it is to touch, by FCL [m]."""
     truth = recording["truth"]
-    ticks = max(round(_CLEARANCE_INTERVAL / max(float(np.diff(truth.time[:2]).sum()), 1e-9)), 1)
+    ticks = max(round(interval / max(float(np.diff(truth.time[:2]).sum()), 1e-9)), 1)
     feels, every = _feels_the_frame(recording), np.arange(len(truth.time)) % ticks == 0
     frame = tip_and_frame(model.vehicle, model.true_door) if feels.any() else []
     least = math.inf

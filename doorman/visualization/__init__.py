@@ -22,17 +22,9 @@ if TYPE_CHECKING:  # the types of the names below; no layer hides an import here
     from doorman.visualization.style import save
 
 __all__ = [
-    "LiveView",
-    "PicturesMissing",
-    "constraints_and_forces_figure",
-    "paper_figure",
-    "planner_time_figure",
-    "replay_page",
-    "save",
-    "states_figure",
-    "swing_figure",
-    "write_pictures",
-]
+    "LiveView", "PicturesMissing", "constraints_and_forces_figure", "paper_figure", "planner_time_figure", "replay_page",
+    "save", "states_figure", "swing_figure", "write_pictures",
+]  # fmt: skip
 
 _MODULES = {
     "LiveView": "live",

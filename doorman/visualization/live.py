@@ -26,12 +26,6 @@ _HOST = "127.0.0.1"
 _NAMES = (_HOST, "localhost", "[::1]")
 """Names by which a browser on this machine, or at the end of a tunnel to it, asks for the page."""
 _PATH = "/frames"
-_MOST_AT_ONCE = 300
-"""Frames in one event."""
-_SILENCE = 0.5
-"""Longest wait of a thread before it looks whether the view is closed [s]."""
-
-
 _HEADERS = {
     "Cache-Control": "no-store",
     "X-Content-Type-Options": "nosniff",
@@ -117,10 +111,8 @@ class LiveView(Uncopied):
         except OSError as error:
             raise DoormanError(
                 f"the live view cannot be served: {error.strerror}",
-                field="port",
-                given=self._port,
-                allowed="a free port",
-            ) from error
+                field="port", given=self._port, allowed="a free port",
+            ) from error  # fmt: skip
         self._server.daemon_threads = True
         threading.Thread(target=self._server.serve_forever, args=(0.1,), name="live view", daemon=True).start()
         return self
@@ -132,14 +124,14 @@ class LiveView(Uncopied):
             self._server.server_close()
             self._server = None
 
-    def _batches(self) -> Any:
-        """Frames as they come, as events; ends with the flight."""
+    def _batches(self, most: int = 300, silence: float = 0.5) -> Any:
+        """Frames as they come, as events; ends with the flight. A thread that is silent looks whether the view is closed."""
         sent = 0
         while True:
             with self._changed:
                 if sent == len(self._frames) and not self._ended:
-                    self._changed.wait(_SILENCE)
-                batch, ended = self._frames[sent : sent + _MOST_AT_ONCE], self._ended
+                    self._changed.wait(silence)
+                batch, ended = self._frames[sent : sent + most], self._ended
             sent += len(batch)
             if batch:
                 yield f"data: [{','.join(batch)}]\n\n"

@@ -55,8 +55,8 @@ def not_recorded(axes: Axes) -> None:
     axes.text(0.5, 0.5, "not recorded", ha="center", va="center", transform=axes.transAxes, color="0.5")
 
 
-def widen(axes: Axes, least: float) -> None:
-    """Do not blow up noise: at least this far from the middle of a panel to its edge."""
+def widen(axes: Axes, least: float = 2.0) -> None:
+    """Do not blow up noise: at least so many degrees from the middle of a panel to its edge."""
     low, high = axes.get_ylim()
     middle, half = (low + high) / 2, max((high - low) / 2, least)
     axes.set_ylim(middle - half, middle + half)

@@ -38,31 +38,13 @@ def test_a_row_has_the_draws_the_judgement_and_the_flat_summary(campaign):
 def test_parts_come_back_as_they_were(campaign, tmp_path):
     flights = campaign.flights(3)
     written = [
-        row_of(flights[0], answer()),
-        row_of(flights[1], answer(summary=None, error="no")),
-        row_of(flights[2], answer()),
+        row_of(flight, answer(**change)) for flight, change in zip(flights, ({}, {"summary": None}, {}), strict=True)
     ]
     for row in written:
         write_part(row, tmp_path)
-    assert list(read_parts(tmp_path).values()) == written
-
-
-def test_half_a_part_is_no_part(campaign, tmp_path):
-    write_part(row_of(campaign.flights(1)[0], answer()), tmp_path)
     whole = next(tmp_path.glob("*.parquet")).read_bytes()
-    (tmp_path / "run-0000001.unfinished").write_bytes(whole[: len(whole) // 2])
-    assert list(read_parts(tmp_path)) == [0]
-
-
-def test_one_flipped_bit_makes_it_no_row(campaign, tmp_path):
-    write_part(row_of(campaign.flights(1)[0], answer()), tmp_path)
-    path = next(tmp_path.glob("*.parquet"))
-    whole = path.read_bytes()
-    for place in range(3, len(whole), 97):
-        path.write_bytes(whole[:place] + bytes([whole[place] ^ 1]) + whole[place + 1 :])
-        assert read_parts(tmp_path) == {}, place
-    path.write_bytes(whole)
-    assert list(read_parts(tmp_path)) == [0]
+    (tmp_path / "run-0000003.unfinished").write_bytes(whole[: len(whole) // 2])
+    assert list(read_parts(tmp_path).values()) == written
 
 
 def test_rows_of_different_columns_and_types_make_one_table(tmp_path):

@@ -121,15 +121,10 @@ def test_keys_may_be_quoted_or_nested(tmp_path):
 def test_the_shipped_campaign_draws_doors_that_can_be_flown():
     flights = Campaign("push_campaign").flights()
     assert len(flights) == 200
-    drawn = np.array(
-        [
-            [flight.draw.values[key] for key in ("simulation.door_friction", "simulation.door_width")]
-            for flight in flights
-        ]
-    )
-    assert drawn.min(axis=0) == pytest.approx([0.3, 1.1], abs=0.03) and drawn.max(axis=0) == pytest.approx(
-        [2.0, 1.4], abs=0.03
-    )
+    keys = "simulation.door_friction", "simulation.door_width"
+    drawn = np.array([[flight.draw.values[key] for key in keys] for flight in flights])
+    assert drawn.min(axis=0) == pytest.approx([0.3, 1.1], abs=0.03)
+    assert drawn.max(axis=0) == pytest.approx([2.0, 1.4], abs=0.03)
     doors = [flight.scenario.door for flight in flights]
     told = {(door.mass, door.width, door.damping, door.stiffness) for door in doors}
     assert told == {(16.0, 1.1, None, 0.0)}, "the same of every door"

@@ -24,6 +24,7 @@ import doorman
 from doorman.campaign import Campaign
 from doorman.campaign.flights.cluster import connected
 from doorman.campaign.flights.cluster import first_done as _done
+from doorman.campaign.folder import claimed
 from doorman.campaign.results import OF_THE_CLOCK
 from doorman.campaign.running import durable_rows, run_campaign
 from doorman.cli import app
@@ -181,17 +182,13 @@ def test_a_folder_belongs_to_one_campaign(task, flown):
 
 
 def test_more_runs_and_more_patience_are_the_same_campaign(task, tmp_path):
-    from doorman.campaign.folder import claimed
-
     for runs, time_out in ((2, 60.0), (5, 60.0), (5, 600.0)):
         with claimed(tmp_path, Campaign(str(task), {"campaign.runs": runs, "campaign.time_out": time_out})):
             pass
 
 
 def test_one_campaign_at_a_time_writes_to_a_folder(campaign, tmp_path):
-    from doorman.campaign.folder import claimed
-
-    with claimed(tmp_path, campaign), pytest.raises(DoormanError, match="another process"), claimed(tmp_path, campaign):
-        pass
     with claimed(tmp_path, campaign) as parts:
+        with pytest.raises(DoormanError, match="another process"), claimed(tmp_path, campaign):
+            pass
         assert parts.is_dir()

@@ -16,8 +16,8 @@ from doorman.feasibility import Finding, Report, Severity
 )
 def test_what_is_possible_has_been_flown(start, possible):
     """The planner opens the door, and a gripper that does not close cannot follow its plan."""
-    closes = f"simulation.gripper_closes={str(possible).lower()}"
-    result = run("check", "fig4", "--json", "--set", f"mission.start={start}", "--set", closes)
+    holds = f"simulation.gripper_force={60.0 if possible else 0.0}"
+    result = run("check", "fig4", "--json", "--set", f"mission.start={start}", "--set", holds)
     findings = {one["name"]: one for one in json.loads(result.stdout)["findings"]}
     assert findings["goal reached"]["severity"] == "ok"
     assert (result.exit_code == 0) is possible and (findings["flight"]["severity"] == "ok") is possible

@@ -8,13 +8,14 @@ from types import SimpleNamespace
 from typing import cast
 
 import pytest
-from typer.testing import CliRunner
+from typer.testing import CliRunner, Result
 
 from doorman.cli import app
-from doorman.cli.vehicles.flight import _ctrl_c, _written
+from doorman.cli.vehicles.flight import Mission, _ctrl_c
 from doorman.flight import FlightSession
 from doorman.flight.guarded import STOPPING
 from doorman.hardware.vehicle import VehicleLinks
+from doorman.model import Model
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
 
@@ -87,40 +88,37 @@ class Autopilot:
 @pytest.mark.parametrize(("written", "words"), [((), "No parameter could be written"), (("COM_A",), "COM_A. Reboot")])
 def test_parameters_that_were_to_be_written_ground_the_vehicle_whether_they_could_be_or_not(written, words, capsys):
     links = SimpleNamespace(autopilot=Autopilot(written))
-    result = _written(cast(VehicleLinks, links), print)
+    result = Mission(Model("paper")).written(cast(VehicleLinks, links))
     assert result is not None and not result["ready"] and words in result["message"]
     assert "by hand: MIS_TAKEOFF_ALT" in capsys.readouterr().out
 
 
+def fly(*arguments: str) -> Result:
+    return CliRunner().invoke(app, ["fly", *arguments], env={"COLUMNS": "200", "TERM": "dumb"})
+
+
 def test_a_dry_run_without_hardware_says_what_a_flight_needs():
-    result = CliRunner().invoke(app, ["fly", "pull", "--dry-run", "--json"], env={"TERM": "dumb"})
+    result = fly("pull", "--dry-run", "--json")
     assert result.exit_code == 1, result.output
     rows = {row["name"]: row for row in json.loads(result.stdout)["checklist"]}
     assert (rows["autopilot"]["verdict"], rows["servos"]["verdict"]) == ("no", "no")
     assert "6 rotors" in rows["autopilot"]["found"] and "--pixhawk" in rows["autopilot"]["advice"]
     assert "eta_4, and one for the gripper" in rows["servos"]["found"] and rows["scenario"]["verdict"] == "ok"
-    half = CliRunner().invoke(
-        app, ["fly", "pull", "--dry-run", "--json", "--pixhawk", "udp:14540"], env={"TERM": "dumb"}
-    )
+    half = fly("pull", "--dry-run", "--json", "--pixhawk", "udp:14540")
     verdicts = {row["name"]: row["verdict"] for row in json.loads(half.stdout)["checklist"]}
     assert (verdicts["autopilot"], verdicts["servos"]) == ("warning", "no")
-    assert CliRunner().invoke(app, ["fly", "pull"], env={"TERM": "dumb"}).exit_code == 2
-
-
-@pytest.mark.parametrize("duration", ["nan", "0", "-1", "inf"])
-def test_a_duration_that_is_none_is_an_error_that_names_the_option(duration):
-    arguments = ["fly", "paper", "--pixhawk", "udp:14540", "--servos", "/dev/null", "--duration", duration]
-    result = CliRunner().invoke(app, arguments, env={"COLUMNS": "200", "TERM": "dumb"})
-    assert result.exit_code == 2
-    assert "--duration" in result.output
+    assert fly("pull").exit_code == 2
 
 
 @pytest.mark.parametrize(
-    ("setting", "words"),
-    [("pixhawk.vehicel_system=1", "no such setting"), ("nonsense", "--link"), ("servos.ids=[", "--link servos.ids")],
+    ("option", "value", "words"),
+    [
+        *(("--duration", value, "--duration") for value in ("nan", "0", "-1", "inf")),
+        ("--link", "pixhawk.vehicel_system=1", "no such setting"),
+        ("--link", "nonsense", "--link"),
+        ("--link", "servos.ids=[", "--link servos.ids"),
+    ],
 )
-def test_a_setting_of_a_link_that_cannot_be_is_an_error_that_names_it(setting, words):
-    arguments = ["fly", "paper", "--pixhawk", "udp:14540", "--servos", "/dev/null", "--link", setting]
-    result = CliRunner().invoke(app, arguments, env={"COLUMNS": "200", "TERM": "dumb"})
-    assert result.exit_code == 2
-    assert words in result.output
+def test_a_value_that_cannot_be_is_an_error_that_names_its_option(option, value, words):
+    result = fly("paper", "--pixhawk", "udp:14540", "--servos", "/dev/null", option, value)
+    assert result.exit_code == 2 and words in result.output

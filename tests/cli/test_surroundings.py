@@ -14,6 +14,7 @@ import pytest
 from command_line import COMMAND, ROOT, run
 
 from doorman.cli.command import BAD_INPUT, FAULT, INTERRUPTED
+from doorman.model import Model
 
 PRINT = """
 from doorman.cli.terminal.streams import steady_streams
@@ -90,18 +91,10 @@ def test_a_file_does_not_get_the_number_of_a_closed_stream(tmp_path):
     [
         (EOFError("EOF when reading a line"), BAD_INPUT, "stdin"),
         (UnicodeEncodeError("latin-1", "→", 0, 1, "ordinal not in range"), BAD_INPUT, "cannot be read or written"),
-        (
-            OSError(errno.ENOSPC, "No space left on device", "run/summary.json"),
-            BAD_INPUT,
-            "run/summary.json: No space left",
-        ),
+        (OSError(errno.ENOSPC, "No space left", "run/summary.json"), BAD_INPUT, "run/summary.json: No space left"),
         (OSError("a device of its own"), BAD_INPUT, "a device of its own"),
         (ModuleNotFoundError("No module named 'left_pad'", name="left_pad"), BAD_INPUT, "left_pad is not installed"),
-        (
-            ValueError("Key backend: 'nonsense'\nis not valid"),
-            FAULT,
-            "ValueError: Key backend: 'nonsense' is not valid",
-        ),
+        (ValueError("Key: 'nonsense'\nis not valid"), FAULT, "ValueError: Key: 'nonsense' is not valid"),
         (RecursionError("too deep"), FAULT, "RecursionError"),
         (MemoryError(), FAULT, "MemoryError"),
         (KeyboardInterrupt(), INTERRUPTED, "interrupted."),
@@ -155,8 +148,8 @@ def test_two_early_ctrl_c_are_a_sentence_and_no_answer(pause, tmp_path):
 
 
 def test_nobody_to_answer_is_a_no(monkeypatch):
-    from doorman.cli.vehicles import flight
+    from doorman.cli.vehicles.flight import Mission
 
     with open(os.devnull, encoding="utf-8") as nobody:
         monkeypatch.setattr(sys, "stdin", nobody)
-        assert flight.confirmed(True) is False
+        assert Mission(Model("paper"), aside=True).confirmed() is False

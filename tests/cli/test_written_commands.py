@@ -128,14 +128,10 @@ def parsed(arguments: list[str], whole: bool) -> dict[str, Any]:
             if arguments[0] == "fly" and "--vehicle" not in arguments:
                 needed += [name for name in ("--pixhawk", "--servos") if name not in arguments]
             given = any(not word.startswith("-") for word in arguments[1:])
-            places = (
-                []
-                if given
-                else [PLACES.get(arguments[0], "1") for one in required if one.param_type_name == "argument"]
-            )
-            valued = {
-                name for option in command.params if not getattr(option, "is_flag", False) for name in option.opts
-            }
+            missing = [] if given else [one for one in required if one.param_type_name == "argument"]
+            places = [PLACES.get(arguments[0], "1")] * len(missing)
+            options = [option for option in command.params if not getattr(option, "is_flag", False)]
+            valued = {name for option in options for name in option.opts}
             last = ["1"] if arguments[-1] in valued else []
             filled = [*places, *(word for name in needed for word in (name, "1"))]
             arguments = [arguments[0], *filled, *arguments[1:], *last]

@@ -21,20 +21,17 @@ SWING = (math.pi / 2, math.pi / 9)
 
 def small_audit(model: Model, constraints: object = None, **options: float) -> AuditReport:
     settings = {"door_angles": SWING, "draws": 400_000, "checks": 500, **options}
-    return audit(model.coupling, constraints, model.constraint_names, **settings)  # type: ignore[arg-type]
+    return audit(model.coupling, constraints, **settings)  # type: ignore[arg-type]
 
 
 def test_nothing_that_the_constraints_allow_collides(model: Model) -> None:
-    report = audit(
-        model.coupling, model.constraints_along, model.constraint_names, door_angles=SWING, max_tilt=0.5, checks=1500
-    )
+    report = audit(model.coupling, model.constraints_along, door_angles=SWING, max_tilt=0.5, checks=1500)
     assert report.ok, report.reason
     assert report.allowed >= 4000
     assert report.colliding == 0
     assert report.worst is None
     assert "none of" in report.reason
-    boundary = sum(row.boundary_samples for row in report.rows)
-    assert boundary == 1500
+    assert 0.0 < report.forbidden_free_share < 0.7
 
 
 def test_the_papers_misprinted_doorframe_bound_fails(model: Model) -> None:
@@ -90,21 +87,6 @@ def test_beyond_the_stated_tilt_an_elbow_comes_through_the_leaf(model: Model) ->
     assert report.worst.first in ("servo_3", "servo_4")
     roll, pitch = report.worst.state[:2]
     assert math.acos(math.cos(roll) * math.cos(pitch)) > 0.68
-
-
-def test_conservatism_is_measured_by_row(model: Model) -> None:
-    report = small_audit(model)
-    rows = {row.name: row for row in report.rows}
-    assert tuple(rows) == model.constraint_names
-    assert 0.0 < report.forbidden_free_share < 0.7
-    assert max(row.forbidden_share for row in report.rows) <= report.forbidden_free_share + 1e-12
-    for row in report.rows:
-        assert 0.0 <= row.forbidden_alone_share <= row.forbidden_share
-    leaf, latch = rows["disc clear of leaf"], rows["disc clear of latch jamb"]
-    assert leaf.boundary_clearance == pytest.approx(0.0, abs=TOLERANCE)  # this row is exact …
-    assert latch.boundary_clearance is not None
-    assert latch.boundary_clearance > 0.02  # … this one bounds the disc also where it is not in the doorway
-    assert latch.forbidden_share > leaf.forbidden_share
 
 
 def test_too_few_allowed_configurations_are_no_proof(model: Model) -> None:

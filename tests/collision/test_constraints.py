@@ -3,19 +3,29 @@
 from __future__ import annotations
 
 import math
+import re
 from pathlib import Path
 
+import casadi as ca
 import numpy as np
 import pytest
 from finite_differences import central_difference
 from paper_door import door_normal
 from urdf_variants import robot_data_vehicle, write_arm_of, write_door
 
+from doorman.collision.constraints import collision_constraints
+from doorman.dynamics.quasi_static import QuasiStaticTask
 from doorman.exceptions import DimensionError
+from doorman.kinematics.doors.door import Door
 from doorman.kinematics.rotations import rotation_body_to_world
+from doorman.kinematics.task_numbers import task_numbers
+from doorman.kinematics.vehicles.arms.arm_pattern import ArmPattern
+from doorman.kinematics.vehicles.vehicle import Vehicle
 from doorman.model import Model
+from doorman.resources import urdf_directory
 from doorman.scenario import ContactSection, DoorSection, Scenario, VehicleSection
 
+MARGIN = 0.02
 FURTHER = [pytest.param(name, marks=pytest.mark.slow) for name in ("hextilt_flying_arm_5", 3, 5, 7)]
 """Their kernels take long to compile."""
 
@@ -121,3 +131,39 @@ def test_what_is_not_a_state_is_an_error(model: Model, state: object) -> None:
 def test_what_are_not_states_is_an_error(model: Model, states: np.ndarray) -> None:
     with pytest.raises(DimensionError, match="states"):
         model.constraints_along(states)
+
+
+@pytest.fixture(params=[(joints, height) for joints in (0, 1, 4) for height in (0.2, -0.05)])
+def lifted(request: pytest.FixtureRequest, tmp_path: Path) -> Vehicle:
+    joints, height = request.param
+    text = write_arm_of(tmp_path / "arm.urdf", joints).read_text(encoding="utf-8")
+    first = "eta_1" if joints else "tip_mount"
+    text, count = re.subn(
+        rf'(<joint name="{first}".*?xyz="\S+ \S+ )[^"]*"', rf'\g<1>{height}"', text, count=1, flags=re.DOTALL
+    )
+    assert count == 1
+    path = tmp_path / "lifted.urdf"
+    path.write_text(text, encoding="utf-8")
+    return Vehicle(path)
+
+
+def test_an_arm_stays_on_its_side_of_the_rotors(lifted: Vehicle, rng: np.random.Generator) -> None:
+    vehicle = lifted
+    root = (vehicle.arm.links if vehicle.n_arm else vehicle.arm.point_offsets)[0]
+    above = root[2] > 0.0
+    assert vehicle.arm.above == above
+    pattern, _ = ArmPattern.of(vehicle.arm)
+    numbers = task_numbers(vehicle, Door(urdf_directory() / "hinged_door.urdf"), 0.7, 0.8)
+    task = QuasiStaticTask(pattern, vehicle.point_names, numbers)
+    rows = collision_constraints(task, MARGIN, ("arm",))
+    assert [row.name for row in rows] == [
+        f"{name} {'above' if above else 'below'} body" for name in vehicle.point_names
+    ]
+    h = ca.Function("h", [task.state, task.parameters], [ca.vertcat(*(row.expression for row in rows))])
+    for posture in rng.uniform(-1.5, 1.5, (5, vehicle.n_arm)):
+        heights = vehicle.point_positions(posture)[:, 2]
+        expected = MARGIN + (-heights if above else heights)
+        if not vehicle.n_arm:
+            expected = np.array([-1.0])  # a stick is never in its own body's way
+        found = np.array(h(np.concatenate([np.zeros(5), posture]), numbers.vector)).ravel()
+        np.testing.assert_allclose(found, expected, atol=1e-14)

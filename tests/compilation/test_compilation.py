@@ -22,9 +22,10 @@ ROOT = Path(__file__).parents[2]
 KERNEL = "@kernel\ndef f(x: float) -> float:\n    return x\n"
 
 COPY = """
-import numpy as np
-from doorman.ocp.solvers.iterations.filter import remember
-print(remember(np.zeros((4, 2)), 0, 1.0, 2.0), sum(remember.stats.cache_hits.values()))
+from doorman.ocp.solvers.iterations.filter import Filter, remember
+pairs = Filter()
+remember(pairs, 1.0, 2.0)
+print(pairs.count, sum(remember.stats.cache_hits.values()))
 """
 
 

@@ -21,7 +21,7 @@ from doorman.kinematics.vehicles.rotor_layout import RotorLayout, rotor_layout
 from doorman.model import Model
 from doorman.rig import Rig, RigSetup
 from doorman.rig.plant import RigPlant
-from doorman.rig.sitl.px4 import SIMULATOR_PORT, STATE_RATE, Px4Sitl
+from doorman.rig.sitl.px4 import SIMULATOR_PORT, Px4Sitl
 from doorman.scenario import Scenario
 
 ARMED = mavlink.MAV_MODE_FLAG_SAFETY_ARMED
@@ -109,8 +109,8 @@ def test_its_clock_is_the_one_of_the_states(flown):
     plant, px4, _ = flown
     run(plant, px4, [0.0] * 6, 30, armed=False)
     times = [one.time_usec for one in px4.told]
-    assert times[0] < 2e6 / STATE_RATE + 1
-    assert np.diff(times) == pytest.approx(np.full(len(times) - 1, 1e6 / STATE_RATE), abs=2.0)
+    assert times[0] < 2e6 / Px4Sitl.rate + 1
+    assert np.diff(times) == pytest.approx(np.full(len(times) - 1, 1e6 / Px4Sitl.rate), abs=2.0)
 
 
 def test_thrust_lifts_the_vehicle(flown, layout, model):
@@ -138,7 +138,7 @@ def test_quadratic_motors_make_the_square_of_their_signal(model, layout):
         for signal in (0.2, 0.5, 1.0):
             run(plant, px4, [signal] * layout.count, 1)
             assert sitl.thrusts(0.0) == pytest.approx(signal**2 * layout.max_thrusts)
-        run(plant, px4, [1.0] * layout.count, round(0.04 * STATE_RATE))
+        run(plant, px4, [1.0] * layout.count, round(0.04 * Px4Sitl.rate))
         risen = plant.snapshot.truth.rotor_thrusts / layout.max_thrusts
         assert risen == pytest.approx(1.0 - np.exp(-1.0), abs=0.12), "after one time constant"
 
@@ -188,7 +188,7 @@ def test_a_new_one_begins_anew(flown, layout, model):
     assert not plant.snapshot.motors
     again = Px4(sitl._port)
     run(plant, again, hover(layout, model), 5)
-    assert again.told[0].time_usec < 2e6 / STATE_RATE + 1
+    assert again.told[0].time_usec < 2e6 / Px4Sitl.rate + 1
     assert plant.snapshot.motors
     again.socket.close()
 

@@ -38,13 +38,13 @@ TASKS = {
     "tight": DoorTask(
         {
             "planner.margin": 0.01, "limits.tilt": 0.25, "limits.body_rates": [0.5, 0.35, 0.6],
-            "limits.joint_rates": 0.3, "limits.min_thrust": 29.0, "planner.horizon_steps": 30,
+            "limits.joint_rates": 0.3, "planner.horizon_steps": 30,
         }
     ),
     "slow": DoorTask(
         {
             "planner.margin": 0.0, "limits.body_rates": [0.6, 0.5, 0.45], "limits.joint_rates": 0.15,
-            "limits.min_thrust": 29.3, **COARSE,
+            **COARSE,
         }
     ),
     "heavy": DoorTask(

@@ -87,16 +87,8 @@ def damaged_bytes(data: bytes, chance: random.Random) -> bytes:
         at, length = chance.randrange(len(data)), chance.choice((1, 3, 8, 40, 300))
         bit = bytes([data[at] ^ 1 << chance.randrange(8)])
         large = chance.choice((2**63, 2**64 - 1, 10**15, 0)).to_bytes(8, "little")
-        new, skipped = chance.choice(
-            (
-                (bit, 1),
-                (bit, 1),
-                (large, 8),
-                (b"", length),
-                (data[at : at + length], 0),
-                (chance.randbytes(length), length),
-            )
-        )
+        same, noise = (data[at : at + length], 0), (chance.randbytes(length), length)
+        new, skipped = chance.choice(((bit, 1), (bit, 1), (large, 8), (b"", length), same, noise))
         data = data[:at] + new + data[at + skipped :]
     return data
 

@@ -116,9 +116,7 @@ class InteriorPointReference:
         high = np.concatenate(
             [[vehicle.max_thrust], limits.body_rates, rates, np.full(5, np.inf), vehicle.upper_limits]
         )
-        low = np.concatenate(
-            [[limits.min_thrust], -np.array(limits.body_rates), -rates, np.full(5, -np.inf), vehicle.lower_limits]
-        )
+        low = np.concatenate([[0.0], -np.array(limits.body_rates), -rates, np.full(5, -np.inf), vehicle.lower_limits])
         return low, high
 
     def _weights(self) -> tuple[ca.DM, ca.DM, ca.DM]:
@@ -126,8 +124,7 @@ class InteriorPointReference:
         held = 9.0 * time_constant_held(self.model) ** 2
         arm = ([0.05] + [0.1] * n)[:n]
         state = list(given.state or [5, 5, 3, 9, held, *arm])
-        terminal = list(given.terminal or [5, 5, 3, 9, held, *arm])
-        return ca.DM(state), ca.DM(terminal), ca.DM(list(given.input or [0.1, 5, 5, 13.5, *[10.0] * n]))
+        return ca.DM(state), ca.DM(state), ca.DM(list(given.input or [0.1, 5, 5, 13.5, *[10.0] * n]))
 
     def _rk4(self, x: ca.SX, u: ca.SX) -> ca.SX:
         k1 = self._rates(x, u)

@@ -79,27 +79,6 @@ class LagrangianModel:
         functions = _functions(self._pattern, self.coupling.vehicle.point_names, tuple(self.numbers.sizes.items()))
         return np.asarray(functions[name](x, u, self.numbers.vector, *time_step))
 
-    def mass_matrix(self, configuration: ArrayLike, arm_angles: ArrayLike) -> Array:
-        r"""Mass matrix :math:`M_q = J_t^T m_A J_t + J_r^T I_A J_r + J_\alpha^T I_D J_\alpha`, of the centre of mass."""
-        q = np.asarray(configuration, dtype=float)
-        vehicle = self.coupling.vehicle
-        rotation, center = rotation_jacobian(q[:3]), vehicle.center_of_mass(arm_angles)
-        translation = translation_jacobian(self.coupling, q[:3], q[3], arm_angles)
-        translation = translation - rotation_body_to_world(q[:3]) @ skew(center) @ rotation
-        about_center = vehicle.inertia(arm_angles) + vehicle.mass * skew(center) @ skew(center)
-        of_vehicle = vehicle.mass * translation.T @ translation + rotation.T @ about_center @ rotation
-        of_door = self.coupling.door.inertia * np.diag([0.0, 0.0, 0.0, 1.0])  # J_α = [0, 0, 0, 1]
-        return np.asarray(of_vehicle + of_door)
-
-    def energy(self, state: ArrayLike) -> float:
-        """Kinetic and potential energy, ½ q̇ᵀ M_q q̇ + m_A g z + ½ k (α − α₀)², z of the centre of mass."""
-        x = np.asarray(state, dtype=float)
-        vehicle, door = self.coupling.vehicle, self.coupling.door
-        kinetic = 0.5 * x[4:8] @ self.mass_matrix(x[:4], x[8:]) @ x[4:8]
-        center = rotation_body_to_world(x[:3]) @ vehicle.center_of_mass(x[8:])
-        height = self.coupling.vehicle_position(x[:3], x[3], x[8:])[2] + center[2]
-        return float(kinetic + vehicle.weight * height + 0.5 * door.stiffness * (x[3] - door.rest_angle) ** 2)
-
     def contact_force(self, state: ArrayLike, inputs: ArrayLike) -> Array:
         r"""Force of the tip on the door, :math:`f_t R e_3 - m_A g e_3 - m_A a` with the centre of mass' acceleration a."""
         x, u = np.asarray(state, dtype=float), np.asarray(inputs, dtype=float)

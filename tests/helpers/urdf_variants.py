@@ -155,9 +155,7 @@ def robot_data_vehicle(name: str) -> tuple[Path, VehicleSection]:
     if name == "borinot_flying_arm_2":
         names = VehicleSection(urdf=str(path), base_link="borinot__base_link", tip="flying_arm_2__ee")
     else:
-        servos = tuple(f"flying_arm_5__link_{k}" for k in (3, 4, 5))
-        base, tip = "hextilt__base_link", "flying_arm_5__gripper"
-        names = VehicleSection(urdf=str(path), base_link=base, tip=tip, servos=servos)
+        names = VehicleSection(urdf=str(path), base_link="hextilt__base_link", tip="flying_arm_5__gripper")
     return path, names
 
 

@@ -18,6 +18,7 @@ class Memory(Record):
     sum: float
     force: Vector3
     calls: int
+    full: bool
 
 
 class Work(NamedTuple):
@@ -34,6 +35,7 @@ def add(memory: Memory, values: Array) -> None:
     for k in range(3):
         memory.sum += values[k]
         memory.force[k] = memory.sum
+    memory.full = not memory.full and memory.sum > 20.0
 
 
 @kernel
@@ -51,7 +53,7 @@ def test_a_kernel_writes_what_python_reads() -> None:
     add(memory, VALUES)
     memory.sum += 10.0
     add(memory, VALUES)
-    assert memory.sum == 25.0 and memory.calls == 2 and type(memory.calls) is int
+    assert memory.sum == 25.0 and memory.calls == 2 and type(memory.calls) is int and memory.full is True
     np.testing.assert_array_equal(memory.force, [19.0, 21.0, 25.0])
 
 
@@ -80,7 +82,7 @@ def test_the_plain_function_sees_the_same_fields() -> None:
 
 
 def test_a_record_over_an_array_shares_its_numbers() -> None:
-    numbers = np.arange(5.0)
+    numbers = np.arange(6.0)
     memory = Memory.over(numbers)
     assert memory.sum == 0.0
     np.testing.assert_array_equal(memory.force, [1.0, 2.0, 3.0])

@@ -162,14 +162,6 @@ def test_toml_out_of_bounds_is_refused_with_its_file(text, tmp_path):
     assert caught.value.file == str(path) and len(str(caught.value)) < 600 + len(str(path))
 
 
-def test_a_huge_integer_is_refused_in_a_sentence(tmp_path):
-    (tmp_path / "huge.toml").write_text(f"[planner]\nmargin = 0x{'f' * 4000}\n")
-    done = doorman("check", str(tmp_path / "huge.toml"))
-    assert done.exit_code == 2 and "planner.margin" in done.output
-    done = doorman("check", "paper", "--set", f"{'.'.join(['a'] * 1000)}=1")
-    assert done.exit_code == 2 and "not expected" not in done.output
-
-
 def endless() -> list:
     found: list = []
     found += [found, found]
@@ -190,13 +182,6 @@ def test_errors_have_a_text_whatever_was_given(value):
         with pytest.raises((ScenarioError, DimensionError)) as caught:
             refuse()
         assert 0 < len(str(caught.value).encode()) < 2000
-
-
-def test_what_cannot_be_recorded_is_refused_in_a_sentence():
-    for value in ([HUGE, "x"], HUGE):
-        with pytest.raises(RecordingError) as caught:
-            Recorder(None, {}).write("topic", 0.0, {"field": value})
-        assert caught.value.field == "topic.field" and str(caught.value)
 
 
 # ---------------------------------------------------------------- MCAP
@@ -276,13 +261,9 @@ def test_a_message_that_makes_no_sense_is_left_out_and_counted(edit, small, tmp_
     assert Recording.load(path).header == {"a": 1}
 
 
-def deep(text: bytes) -> bytes:
-    return text * 100_000
-
-
 @pytest.mark.parametrize(
     "schema",
-    [b"# doorman: " + deep(b"["), b'# doorman: [["x", "number", [1000000000000]]]', b'# doorman: [["x", "number", [-1]]]',
+    [b"# doorman: " + 100_000 * b"[", b'# doorman: [["x", "number", [1000000000000]]]', b'# doorman: [["x", "number", [-1]]]',
      b'# doorman: [["x", "number", [Infinity]]]', b'# doorman: [["x", "number", []], ["x", "number", []]]',
      b'# doorman: [["x", "string", [99999999]]]'],
 )  # fmt: skip
@@ -420,12 +401,8 @@ def test_what_is_read_of_a_ulog_is_what_pyulog_reads(tmp_path):
 
 def test_nested_formats_and_padding_are_read_as_pyulog_reads_them(tmp_path):
     log = ULog()
-    log.topic(
-        "outer",
-        "inner[2] part;uint8_t flag;uint8_t[3] _padding0;",
-        "fhfhB",
-        [(1.0 + k, 0.5, k, 1.5, -k, 1) for k in range(9)],
-    )
+    fields, rows = "inner[2] part;uint8_t flag;uint8_t[3] _padding0;", [(1.0 + k, 0.5, k, 1.5, -k, 1) for k in range(9)]
+    log.topic("outer", fields, "fhfhB", rows)
     log._formats += struct.pack("<Hc", 36, b"F") + b"inner:float value;int16_t[1] number;"
     log.write(tmp_path / "log.ulg")
     (theirs,) = OtherULog(str(tmp_path / "log.ulg")).data_list

@@ -53,24 +53,15 @@ def test_a_repr_says_what_matters(results):
     plan, solution = results["plan"], results["solution"]
     for word in ("status=CONVERGED", "states=array(51, 9)", f"cost={plan.cost:.6g}", "max_violation=", "iterations="):
         assert word in repr(plan)
-    for word in (
-        "problem=Problem(…)",
-        f"cost={solution.cost:.6g}",
-        "status=CONVERGED",
-        "gains=array(50, 8, 9)",
-        "violation=",
-    ):
+    for word in ("problem=Problem(…)", f"cost={solution.cost:.6g}", "status=CONVERGED", "gains=array(50, 8, 9)"):
         assert word in repr(solution)
     for word in ("horizon=50", "time_step=0.02", "cost=QuadraticCost(…)", "n_constraints="):
         assert word in repr(results["problem"])
 
 
 def test_every_kind_of_value_is_short():
-    text = repr(
-        Everything(
-            np.array(1.0), np.zeros((3, 4)), 1 / 3, "a\nb" * 99, None, (1, 2, 3), QuadraticCost(*np.ones((5, 1)))
-        )
-    )
+    part = QuadraticCost(*np.ones((5, 1)))
+    text = repr(Everything(np.array(1.0), np.zeros((3, 4)), 1 / 3, "a\nb" * 99, None, (1, 2, 3), part))
     assert text.startswith("Everything(scalar=array(), matrix=array(3, 4), ratio=0.333333, words='a\\nb")
     assert text.endswith("…, none=None, several=tuple of 3, part=QuadraticCost(…))")
     assert "\n" not in text

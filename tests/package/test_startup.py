@@ -121,11 +121,7 @@ def replay(recording, model, folder, helper):
     assert (tmp_path / "run" / "replay.html").is_file()
 
 
-@pytest.mark.parametrize(
-    "arguments",
-    [["--version"], ["open", "--help"]],
-    ids=" ".join,
-)
+@pytest.mark.parametrize("arguments", [["--version"], ["open", "--help"]], ids=" ".join)
 def test_help_and_version_load_no_numerics(arguments, tmp_path):
     numerics = {"numpy", "scipy", "numba", "pinocchio", "proxsuite", "mujoco", "matplotlib"}
     code = COMMAND.format(arguments=arguments)

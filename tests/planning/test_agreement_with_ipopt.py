@@ -40,7 +40,7 @@ def plain_violation(model: Model, plan: Plan, first: int = 1) -> float:
         tilt = np.cos(limits.tilt) - np.cos(states[:, 0]) * np.cos(states[:, 1])
         arm, thrust = states[:, 5:], inputs[:, 0]
         beyond = [
-            tilt, vehicle.lower_limits - arm, arm - vehicle.upper_limits, limits.min_thrust - thrust,
+            tilt, vehicle.lower_limits - arm, arm - vehicle.upper_limits, -thrust,
             thrust - vehicle.max_thrust, np.abs(inputs[:, 1:4]) - limits.body_rates, np.abs(inputs[:, 4:]) - rates,
         ]  # fmt: skip
         worst = max(worst, *(each.max() for each in beyond))

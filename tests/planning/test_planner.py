@@ -15,6 +15,7 @@ from doorman.exceptions import DimensionError, SingularityError
 from doorman.gravity import GRAVITY
 from doorman.planning.grip.push import push_state
 from doorman.planning.hinge import Hinge
+from doorman.scenario import PlannerSection
 
 
 @pytest.fixture
@@ -91,10 +92,11 @@ def test_goals_that_are_none_are_refused(fresh) -> None:
         fresh("paper").update_goal(math.nan)
 
 
-def test_more_iterations_come_nearer() -> None:
+def test_more_iterations_come_nearer(monkeypatch: pytest.MonkeyPatch) -> None:
     losses = []
     for iterations in (1, 4):
-        planner = Planner(Scenario.load("paper", {"planner.iterations": iterations}))
+        monkeypatch.setattr(PlannerSection, "iterations", iterations)
+        planner = Planner("paper")
         state = planner.plan(planner.model.start_state).states[3] + 0.02
         replanned = planner.replan(state, elapsed=0.06)
         assert iterations <= replanned.iterations <= iterations + 3  # more only where the step was large

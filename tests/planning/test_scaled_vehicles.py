@@ -34,7 +34,7 @@ def scaled(folder: Path, task: str, size: float) -> Model:
         arm = [0.05, 0.1, 0.1, 0.1]
         state = (5.0, 5.0, 3.0, 9.0, 9.0 * (0.96 * time) ** 2, *arm)
         rates = [5.0 * time**2, 5.0 * time**2, 13.5 * time**2, *[10.0 * time**2] * 4]
-        settings |= {"planner.weights.state": state, "planner.weights.terminal": tuple(time * each for each in state)}
+        settings |= {"planner.weights.state": state}
         settings |= {"planner.weights.input": (0.1 / size**6, *rates)}
     return Model(Scenario.load(task, settings))
 
@@ -67,7 +67,7 @@ def test_a_scaled_grip_is_the_same_plan(tmp_path: Path, size: float) -> None:
 @pytest.mark.parametrize("mass", [0.4, 10.0])
 def test_hover_control_leans_alike_whatever_the_mass(mass: float) -> None:
     """The same error of position and velocity tilts by the same angle, and the disturbance that is learnt grows with it."""
-    settings = Scenario.load("paper", {"control.max_disturbance": 10.0 * max(mass / 3.0, 1.0)}).control
+    settings = Scenario.load("paper", {"control.max_push": 12.0 * max(mass / 3.0, 1.0)}).control
     rest = np.zeros(3)
     goal = Setpoint(np.array([0.2, -0.1, 0.05]), rest, rest, 0.3, rest, rest, np.zeros(4))
     answers = []

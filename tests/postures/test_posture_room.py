@@ -25,7 +25,7 @@ def room_of(model: Model, **options: Any) -> Room:
 def test_distances_and_slopes(tmp_path: Path, joints: int, kind: str) -> None:
     path = write_arm_of(tmp_path / "arm.urdf", joints, odd_axes_seed=joints)
     arms = {"start.arm": [0.0] * joints, "goal.arm": [0.0] * joints}
-    model = Model(Scenario.load(kind, {"vehicle.urdf": str(path), "contact.fit_doorway": False, **arms}))
+    model = Model(Scenario.load(kind, {"vehicle.urdf": str(path), "door.width": 3.0, **arms}))
     room, rng = room_of(model, beside=model.contact.beside, mobile=True), np.random.default_rng(joints)
     for _ in range(5):
         state = np.array([0.0, 0.0, *rng.uniform(-1.0, 1.5, 2), 0.0, *rng.uniform(-1.7, 1.7, joints)])

@@ -32,19 +32,6 @@ def test_rows_do_not_pile_up_in_memory(tmp_path: Path) -> None:
     assert_same(memory, Recording.load(tmp_path / "run.mcap"))
 
 
-def test_a_snapshot_of_a_recording_that_goes_on(tmp_path: Path) -> None:
-    with Recorder(tmp_path / "run.mcap", {"seed": 1}) as recorder:
-        recorder.write("topic", 0.0, {"value": 1.0})
-        first = recorder.recording()
-        recorder.write("topic", 0.01, {"value": 2.0})
-        recorder.write("other", 0.01, {"word": "α"})
-        second = recorder.recording()
-    assert first["topic"]["value"].tolist() == [1.0] and first.topics == ("topic",)
-    assert second["topic"]["value"].tolist() == [1.0, 2.0] and second["other"]["word"].tolist() == ["α"]
-    assert first.complete and second.complete and second.header == {"seed": 1}
-    assert recorder.recording()["topic"]["value"].tolist() == [1.0, 2.0]  # after it was closed, too
-
-
 def test_a_device_keeps_nothing_and_memory_everything() -> None:
     with Recorder(Path("/dev/null"), {}) as recorder:
         for k in range(100):

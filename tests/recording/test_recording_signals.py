@@ -117,7 +117,7 @@ def test_every_signal_that_came_while_a_batch_was_written_is_handled_after_it(tm
                     signal.raise_signal(number)
                 assert not seen
 
-            monkeypatch.setattr(recorder, "_write_batch", slow)
+            monkeypatch.setattr(recorder, "_frame", slow)
             recorder.flush()
             assert seen == [number, number]
             monkeypatch.undo()

@@ -25,7 +25,7 @@ from doorman.cli.recordings.replayed import replay_plans
 from doorman.control.wanted import Wanted
 from doorman.exceptions import DoormanError, RecordingError
 from doorman.flown import carried_files, recorded_header, recorded_scenario
-from doorman.kinematics.urdf.mesh_paths import mesh_file
+from doorman.kinematics.urdf.mesh_files import mesh_file
 from doorman.mission import PlanSchedule, simulate
 from doorman.model import Model
 from doorman.planning.hinge import Hinge
@@ -127,10 +127,8 @@ def test_fields_of_one_name_keep_their_columns():
 def test_parquet_keeps_every_bit_and_the_shapes(flight, recording, tmp_path):
     result = run("export", flight / "recording.mcap", "--parquet", "--out", tmp_path / "tables")
     assert result.exit_code == 0, result.output
-    assert {path.name for path in (tmp_path / "tables").iterdir()} == {
-        "header.json",
-        *(f"{name}.parquet" for name in recording),
-    }
+    written = {path.name for path in (tmp_path / "tables").iterdir()}
+    assert written == {"header.json", *(f"{name}.parquet" for name in recording)}
     for name, topic in recording.items():
         table = parquet.read_table(tmp_path / "tables" / f"{name}.parquet")
         assert table.column_names == ["time", *topic]
@@ -270,9 +268,8 @@ def test_a_recording_is_viewed_where_its_urdfs_and_meshes_are_not(recording, tmp
         (home / "shapes" / name).write_bytes(stl(TETRAHEDRON))
     door = (urdf_directory() / "hinged_door.urdf").read_text(encoding="utf-8")
     mesh = '<visual><geometry><mesh filename="{}"/></geometry></visual>'
-    meshes = "".join(
-        map(mesh.format, ("shapes/leaf.stl", "package://home/shapes/leaf.stl", "shapes/a b&amp;c.stl", "no.stl"))
-    )
+    files = "shapes/leaf.stl", "package://home/shapes/leaf.stl", "shapes/a b&amp;c.stl", "no.stl"
+    meshes = "".join(map(mesh.format, files))
     (home / "my_door.urdf").write_text(door.replace("</link>", f"{meshes}</link>", 1), encoding="utf-8")
     (home / "task.toml").write_text('[door]\nurdf = "my_door.urdf"\ndamping = 0.9\n[vehicle]\nradius = 0.4\n')
     scenario = Scenario.load(home / "task.toml")
@@ -373,13 +370,8 @@ def test_every_plan_comes_out_the_same_to_the_bit(flight, recording):
     assert result.exit_code == 0, result.output
     plans = len(recording["plan"].time)
     assert plans >= 25
-    assert json.loads(result.stdout) == {
-        "identical": True,
-        "plans": plans,
-        "cold": 1,
-        "not_compared": 0,
-        "differences": [],
-    }
+    counts = {"plans": plans, "cold": 1, "not_compared": 0}
+    assert json.loads(result.stdout) == {"identical": True, **counts, "differences": []}
 
 
 def test_changing_doors_and_cold_plans_are_replayed(planner):

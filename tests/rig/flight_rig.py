@@ -8,7 +8,7 @@ import time
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, Literal, cast
+from typing import Any, ClassVar, Literal, cast
 
 import numpy as np
 from far_rig import FarRig
@@ -23,7 +23,7 @@ from doorman.planning.planner import Planner
 from doorman.recording import Recorder, Recording
 from doorman.rig import RigSetup
 from doorman.rig.plant import Snapshot
-from doorman.scenario import Scenario
+from doorman.scenario import SafetySection, Scenario
 
 SCENARIO = os.environ.get("DOORMAN_RIG_SCENARIO", "paper")
 """Whose missions are flown: `paper` or `push`."""
@@ -58,6 +58,10 @@ def quick(config: VehicleConfig) -> VehicleConfig:
     return replace(config, pixhawk=pixhawk, mocap=mocap, servos=servos, rate=100.0, servo_patience=0.4)
 
 
+class _BusyComputer(SafetySection):
+    missed_ticks: ClassVar = 2.0
+
+
 class FlightRig:
     """Rig and links that stay open, and a planner that stays compiled.
 
@@ -70,13 +74,12 @@ class FlightRig:
             SCENARIO,
             {
                 "planner.rate": 25.0,
-                "simulation.planner_latency_periods": 1,
-                "safety.missed_ticks": 2.0,
                 "safety.divergence": 0.3,
                 "mission.time_out.hold": 12.0,
             },
         )
-        self.model = Model(scenario)
+        safety = scenario.safety.model_dump(exclude_unset=True)
+        self.model = Model(scenario.model_copy(update={"safety": _BusyComputer(**safety)}))
         self.places = Places.of(self.model)
         self.planner = Planner(self.model)
         setup = RigSetup(AUTOPILOT, free_port(), free_port(), folder, heartbeat_rate=10.0)

@@ -40,7 +40,7 @@ def test_a_push_comes_nearer_to_the_hinge_in_a_narrow_doorway():
 
     width = 1.1
     assert 0.5 < distance() < 0.6
-    assert distance(kind="grip") == distance(fit_doorway=False) == 0.7
+    assert distance(kind="grip") == 0.7
     assert distance(distance_from_hinge=0.5) == 0.5
     width = 1.2
     assert distance() == 0.7
@@ -54,8 +54,7 @@ def test_a_push_ends_beside_the_normal_in_a_narrow_doorway():
         return model.goal_state
 
     assert [round(math.degrees(goal(width)[2])) for width in (1.1, 1.15, 1.3)] == [-57, -63, -70]
-    for other in ({"kind": "grip"}, {"fit_doorway": False}):
-        assert goal(1.3, **other)[2] == math.pi / 9 - math.pi / 2
+    assert goal(1.3, kind="grip")[2] == math.pi / 9 - math.pi / 2
     given = {"door.width": 1.1, "goal.attitude": [0.0, 0.0, -1.2]}
     assert Model(Scenario.load("push", given)).goal_state[2] == -1.2
 
@@ -196,11 +195,9 @@ def test_a_missing_urdf_names_the_field_and_the_shipped_ones(write):
 
 def test_a_name_that_the_urdf_lacks_can_be_mapped(tmp_path):
     text = (urdf_directory() / "hexarotor_arm.urdf").read_text(encoding="utf-8")
-    renamed = text.replace('"base_link"', '"body"').replace('"tip"', '"finger"').replace('"servo_3"', '"elbow"')
+    renamed = text.replace('"base_link"', '"body"').replace('"tip"', '"finger"')
     (tmp_path / "vehicle.urdf").write_text(renamed, encoding="utf-8")
-    (tmp_path / "task.toml").write_text(
-        '[vehicle]\nurdf = "vehicle.urdf"\nbase_link = "body"\ntip = "finger"\nservos = ["elbow", "servo_4"]\n'
-    )
+    (tmp_path / "task.toml").write_text('[vehicle]\nurdf = "vehicle.urdf"\nbase_link = "body"\ntip = "finger"\n')
     mapped, shipped = Model(Scenario.load(tmp_path / "task.toml")), Model(Scenario())
     np.testing.assert_array_equal(mapped.constraints(mapped.start_state), shipped.constraints(shipped.start_state))
 

@@ -61,7 +61,7 @@ def test_what_is_given_stays_and_is_not_grown_again() -> None:
     ratios = dict.fromkeys(POWERS, 1.0) | {"force": 2.0, "torque": 3.0, "length": 4.0}
     once = sized(given, ratios)
     assert (once.control.max_push, once.planner.margin) == (7.0, 0.05)
-    assert (once.control.max_disturbance, once.control.max_door_disturbance) == (20.0, 15.0)
+    assert once.control.max_door_disturbance == 15.0
     assert once.source == given.source
     again = sized(once, ratios)
     assert again == once

@@ -4,9 +4,6 @@ from __future__ import annotations
 
 import pytest
 
-from doorman.exceptions import ScenarioError
-from doorman.scenario import SimulationSection
-
 
 def gripping(flight, **simulation):
     return flight(simulation__door_friction=50.0, **{f"simulation__{key}": value for key, value in simulation.items()})
@@ -49,6 +46,5 @@ def test_by_default_it_holds_anything(flight):
     assert vehicle.run(1.5, every=1500)[-1].gripping
 
 
-def test_a_force_of_nothing_is_refused():
-    with pytest.raises(ScenarioError, match="gripper_force"):
-        SimulationSection(gripper_force=0.0)
+def test_a_gripper_of_no_force_never_closes(flight):
+    assert not flight(simulation__gripper_force=0.0).simulator.truth().gripping

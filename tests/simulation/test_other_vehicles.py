@@ -1,4 +1,4 @@
-"""Plants of other vehicles: an arm that slides, a stick, and the flying arms of example-robot-data with their own meshes."""
+"""Plants of other vehicles: arms that slide or have mass, blunt tips, a stick, and flying arms with their own meshes."""
 
 from __future__ import annotations
 
@@ -6,13 +6,17 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from urdf_variants import DOOR, VEHICLE, robot_data_vehicle, write_arm_of, write_scaled
+from urdf_variants import DOOR, VEHICLE, robot_data_vehicle, write_arm_of, write_massive, write_scaled
+from vehicles_with_blunt_tips import TIP_AT, write_with_end
 
 from doorman.collision.shapes import read_shapes
+from doorman.feasibility.lift import weight_on_joints
 
 LEVEL = (0.0, 0.0, 0.0)
 ENDS = {"start__attitude": LEVEL, "goal__attitude": (0.0, 0.0, -1.22)}
 """With the arms given as well, no posture is searched."""
+BLUNT = ENDS | {"start__arm": (0.0, 1.0, -0.6, -0.4), "goal__arm": (0.0, 1.5708, -1.5708, 0.0)}
+MASSES = {"servo_1": 0.1, "servo_2": 0.15, "servo_3": 0.15, "servo_4": 0.2}
 
 
 @pytest.fixture
@@ -101,3 +105,60 @@ def test_servos_hold_a_gripping_arm_of_another_size_alike(flight, size: float, t
     truths = vehicle.run(4.0, every=20)
     assert max(np.abs(truth.arm_angles - before).max() for truth in truths) < 0.15
     assert truths[-1].tip_normal_force == pytest.approx(push, rel=0.1) and vehicle.gap() < 3e-3 * size
+
+
+@pytest.mark.parametrize("kind", ["box", "mesh"])
+def test_it_pushes_as_the_tip_and_collides_with_nothing(flight, tmp_path: Path, kind: str) -> None:
+    path = write_with_end(tmp_path / "vehicle.urdf", kind, {"size": "0.06 0.03 0.02"}, TIP_AT - 0.025)
+    blunt = flight(vehicle__urdf=str(path), contact__kind="push", simulation__door_friction=50.0, **BLUNT)
+    engine, data = blunt.plant.engine_model, blunt.data
+    (end,) = [k for k in blunt.plant.tip_shapes if blunt.plant.shape_name(k) == "end"]
+    link = data.body("vehicle/servo_4")
+    np.testing.assert_allclose(
+        link.xmat.reshape(3, 3).T @ (data.geom_xpos[end] - link.xpos), [TIP_AT - 0.025, 0, 0], atol=1e-9
+    )
+    assert engine.body(engine.geom_bodyid[end]).name == "vehicle/tip"
+    blunt.lean(5.0)
+    truths = blunt.run(3.0, every=1000)
+    assert truths[-1].tip_normal_force == pytest.approx(5.0, abs=0.7)
+    assert not any(truth.collisions for truth in truths), [truth.collision_pairs for truth in truths]
+
+
+def test_it_still_collides_with_the_frame(flight, tmp_path: Path) -> None:
+    path = write_with_end(tmp_path / "vehicle.urdf", "box", {"size": "0.06 0.03 0.02"}, TIP_AT - 0.025)
+    blunt = flight(vehicle__urdf=str(path), contact__kind="push", **BLUNT)
+    tip = blunt.data.site("tip").xpos
+    lintel = blunt.data.body("door/frame").xpos + np.array([-0.06, 0.6, 2.04])
+    blunt.data.qpos[:3] += lintel - tip
+    seen = blunt.run(0.002)[-1].collision_pairs
+    assert any("end" in pair and "leaf" not in pair for pair in seen), seen
+
+
+@pytest.fixture
+def massive(flight, tmp_path: Path):
+    """0.6 kg on the arm, in free flight."""
+    path = write_massive(tmp_path / "arm.urdf", MASSES)
+    return flight(vehicle__urdf=str(path), contact__kind="push", away=True)
+
+
+def test_servos_hold_the_arms_weight(massive) -> None:
+    massive.command(massive.model.vehicle.mass * 9.81)
+    truth = massive.run(1.0, every=1000)[-1]
+    np.testing.assert_allclose(truth.arm_angles, massive.model.start_arm, atol=5e-3)
+    state = np.concatenate([truth.attitude, [0.0, 0.0], truth.arm_angles])
+    expected = weight_on_joints(massive.model, state)
+    torques = massive.data.qfrc_actuator[massive.plant.arm_velocities]
+    assert np.abs(expected).max() > 0.5
+    np.testing.assert_allclose(torques, expected, atol=0.02)
+
+
+def test_a_servo_that_is_too_weak_slips(flight, tmp_path: Path) -> None:
+    strong = write_massive(tmp_path / "arm.urdf", MASSES)
+    text = strong.read_text(encoding="utf-8").replace('effort="3.1"', 'effort="0.3"')
+    weak = tmp_path / "weak.urdf"
+    weak.write_text(text, encoding="utf-8")
+    vehicle = flight(vehicle__urdf=str(weak), contact__kind="push", away=True)
+    vehicle.command(vehicle.model.vehicle.mass * 9.81)
+    fallen = vehicle.run(0.4, every=400)[-1].arm_angles - vehicle.model.start_arm
+    assert np.abs(fallen).max() > 0.1
+    assert np.abs(vehicle.data.qfrc_actuator[vehicle.plant.arm_velocities]).max() < 0.31

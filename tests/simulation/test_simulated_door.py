@@ -34,18 +34,6 @@ def test_friction_holds_below_and_slides_above(flight):
     assert end.door_rate == pytest.approx(-0.5 / INERTIA, rel=0.01)
 
 
-def test_friction_stops_a_moving_door(flight):
-    door = loose(flight, simulation__door_friction=2.0)
-    door.data.qvel[door.plant.hinge_velocity] = -0.3
-    stop_time = 0.3 * INERTIA / 2.0
-    truths = door.run(1.2, every=10)
-    moving = [truth for truth in truths if truth.time < 0.95 * stop_time]
-    for truth in moving:
-        assert truth.door_rate == pytest.approx(-0.3 + 2.0 / INERTIA * truth.time, abs=2e-3)
-    assert abs(truths[-1].door_rate) < 1e-5
-    assert truths[-1].door_angle == pytest.approx(math.pi / 2 - 0.5 * 0.3 * stop_time, abs=1e-3)
-
-
 def test_spring_swings_at_its_frequency(flight):
     door = loose(flight, door__stiffness=20.0, door__rest_angle=1.0)
     omega = math.sqrt(20.0 / INERTIA)

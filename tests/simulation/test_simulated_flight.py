@@ -55,13 +55,6 @@ def test_integral_takes_up_a_moment(flight, axis):
     assert abs(angles[-1]) < 0.2
 
 
-def test_attitude_loop_stands_other_motors(flight):
-    for time_constant in (0.0, 0.01, 0.06):
-        vehicle = flight(contact__kind="push", away=True, simulation__motor_time_constant=time_constant)
-        vehicle.command(attitude=(0.2, 0.0, 0.0))
-        assert vehicle.run(1.0, every=10)[-1].attitude[0] == pytest.approx(0.2, abs=0.01)
-
-
 @pytest.mark.parametrize(("asked", "given"), [(100.0, 48.0), (-5.0, 0.0), (20.0, 20.0)])
 def test_thrust_stops_at_the_rotors_limits(flight, asked, given):
     vehicle = flight(contact__kind="push", away=True)

@@ -9,6 +9,7 @@ from contextlib import contextmanager
 import numpy as np
 import pytest
 from browser import Browser
+from simple_flight import write_stretch
 
 from doorman.recording import Recorder
 from doorman.visualization import LiveView, replay_page
@@ -215,9 +216,9 @@ def test_surfaces_turn_red_where_nothing_is_left(page):
         assert share_that_changes(page, where, f"showClearances({clearances})") > 1e-3, index
 
 
-def test_a_flight_is_seen_while_it_is_flown(browser, model, fly_into):
+def test_a_flight_is_seen_while_it_is_flown(browser, model):
     with LiveView(model, "live") as view, Recorder(None, {}, view.listen) as recorder:
-        fly_into(recorder, model, 0.0, 1.0)
+        write_stretch(model, recorder, 0.0, 1.0)
         browser.open(view.url)
         browser.wait_for(lambda: browser.evaluate("frames.length") >= 30, "the frames so far")
         browser.settle()
@@ -227,7 +228,7 @@ def test_a_flight_is_seen_while_it_is_flown(browser, model, fly_into):
         with phone(browser):
             assert_fits_a_phone(browser)
         browser.evaluate("showSurfaces(false)")
-        fly_into(recorder, model, 1.0, 3.0)
+        write_stretch(model, recorder, 1.0, 3.0)
         browser.wait_for(lambda: browser.evaluate("frames[frames.length - 1].time") > 2.9, "the frames of the flight")
         browser.settle()
         assert shown_angle(browser) < first - 20.0  # it follows by itself

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from paper_door import door_normal
+from simple_flight import fly
 
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import Model
@@ -39,7 +40,7 @@ def test_constraints_are_those_of_the_true_door(flight, model):
     np.testing.assert_allclose(true - told, 0.03, atol=1e-12)
 
 
-def test_constraints_fall_back_on_the_estimate(model, fly):
+def test_constraints_fall_back_on_the_estimate(model):
     recording = fly(model, 0.3, with_truth=False)
     time, values = curve(constraints_and_forces_figure(recording, model).axes[1], model.constraint_names[-1])
     np.testing.assert_array_equal(time, recording["estimate"].time)

@@ -10,6 +10,7 @@ from urllib.error import HTTPError
 
 import numpy as np
 import pytest
+from simple_flight import fly, write_stretch
 
 from doorman.exceptions import DoormanError
 from doorman.recording import Recorder
@@ -26,9 +27,13 @@ def events(view):
     return frames, blocks[-1]
 
 
-def test_frames_are_those_of_the_replay(model, fly_into):
+def port_of(view):
+    return int(view.url.rsplit(":", 1)[1][:-1])
+
+
+def test_frames_are_those_of_the_replay(model):
     with LiveView(model, "live") as view, Recorder(None, {}, view.listen) as recorder:
-        fly_into(recorder, model, 0.0, 1.0)
+        write_stretch(model, recorder, 0.0, 1.0)
         assert not view.end(patience=0.0)
         first, last = events(view)
         again, _ = events(view)
@@ -42,7 +47,7 @@ def test_frames_are_those_of_the_replay(model, fly_into):
         assert frame["phase"] in ("touch", "open") and len(frame["clearances"]) == 4
 
 
-def test_a_flight_without_truth_is_shown_by_its_estimate(model, fly):
+def test_a_flight_without_truth_is_shown_by_its_estimate(model):
     recording = fly(model, 0.5, with_truth=False)
     with LiveView(model, "live") as view:
         for topic in ("measurement", "estimate"):
@@ -59,10 +64,7 @@ def test_nothing_else_is_served(model):
         assert view.url.startswith("http://127.0.0.1:")
         with pytest.raises(HTTPError, match="404"):
             urllib.request.urlopen(f"{view.url}../etc/passwd", timeout=60)
-        with (
-            pytest.raises(DoormanError, match="port"),
-            LiveView(model, "another", int(view.url.rsplit(":", 1)[1][:-1])),
-        ):
+        with pytest.raises(DoormanError, match="port"), LiveView(model, "another", port_of(view)):
             pass
     with pytest.raises(DoormanError, match="not open"):
         view.url  # noqa: B018
@@ -70,7 +72,7 @@ def test_nothing_else_is_served(model):
 
 def ask(view, path="/", **headers):
     """Status and headers of an answer to a request with exactly these headers."""
-    with socket.create_connection(("127.0.0.1", int(view.url.rsplit(":", 1)[1][:-1])), timeout=60) as connection:
+    with socket.create_connection(("127.0.0.1", port_of(view)), timeout=60) as connection:
         lines = [f"GET {path} HTTP/1.0", *(f"{name.replace('_', '-')}: {value}" for name, value in headers.items())]
         connection.sendall(("\r\n".join(lines) + "\r\n\r\n").encode())
         with connection.makefile("rb") as answer:
@@ -90,11 +92,7 @@ def test_only_its_own_page_gets_an_answer(model):
                 {"Host": tunnel, "Origin": f"http://{tunnel}"},
                 {"Host": "[::1]:7000"},
                 {"Host": "LOCALHOST"},
-                {
-                    "Host": host,
-                    "Sec_Fetch_Site": "cross-site",
-                    "Sec_Fetch_Dest": "document",
-                },  # a link that was followed
+                {"Host": host, "Sec_Fetch_Site": "cross-site", "Sec_Fetch_Dest": "document"},  # a link was followed
             ):
                 assert ask(view, path, **headers)[0] == 200, headers
             for headers in (

@@ -8,13 +8,17 @@ from html.parser import HTMLParser
 import numpy as np
 import pinocchio
 import pytest
+from simple_flight import fly
 from urdf_variants import DOOR, VEHICLE, write_arm_of
 
 from doorman.exceptions import DoormanError, RecordingError
+from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import Model
 from doorman.recording import Recorder, Recording
 from doorman.scenario import Scenario
 from doorman.visualization import constraints_and_forces_figure, replay_page, states_figure
+from doorman.visualization.scene.drawing import Drawing
+from doorman.visualization.scene.moments import Moment
 from doorman.visualization.scene.shapes import visual_shapes
 
 
@@ -76,12 +80,9 @@ def test_page_needs_nothing_but_itself(page):
 def test_frames_run_through_the_whole_flight(page, flight):
     flown = flight["truth"].time[-1] - flight["truth"].time[0]
     np.testing.assert_allclose(page.column("time"), np.arange(int(flown * 30) + 1) / 30, atol=1e-4)
-    assert set(page.scene["nodes"]) == {
-        "scene/vehicle",
-        "scene/door/leaf",
-        *(f"scene/vehicle/servo_{k}" for k in (1, 2, 3, 4)),
-        "scene/vehicle/tip",
-    }
+    links = ("tip", "servo_1", "servo_2", "servo_3", "servo_4")
+    moved = {"scene/vehicle", "scene/door/leaf", *(f"scene/vehicle/{link}" for link in links)}
+    assert set(page.scene["nodes"]) == moved
     assert all(len(frame["poses"]) == len(page.scene["nodes"]) for frame in page.frames)
 
 
@@ -108,6 +109,21 @@ def test_vehicle_and_leaf_are_where_they_were_recorded(page, flight):
     np.testing.assert_allclose(np.degrees(shown), angles, atol=0.02)
     assert angles[0] == pytest.approx(90.0) and angles[-1] < 25.0
     assert page.scene["goal"] == pytest.approx(20.0)
+
+
+def test_leaf_and_frame_are_drawn_where_they_truly_stand(model):
+    yaw, angle = 0.1, 1.2
+    keys = {"simulation.door_offset": [0.05, 0.0, 0.0], "simulation.door_yaw": yaw, "simulation.door_face_offset": 0.04}
+    drawing = Drawing(Model(model.scenario.replace(keys)))
+    scene = drawing.scene()
+    moment = Moment(0.0, np.array([-1.0, 0.7, 1.2]), np.zeros(3), angle, model.goal_arm, None, None, "", "")
+    leaf = drawing.frame(moment)["poses"][scene["nodes"].index("scene/door/leaf")]
+    turn = rotation_body_to_world([0.0, 0.0, angle + yaw])
+    np.testing.assert_allclose(leaf[:3], [0.05, 0.0, 0.4] + turn @ [0.0, 0.04, 0.0], atol=1e-4)
+    np.testing.assert_allclose(leaf[3:], [0.0, 0.0, np.sin((angle + yaw) / 2), np.cos((angle + yaw) / 2)], atol=1e-5)
+    (frame,) = [one for one in scene["commands"] if one.get("path") == "/scene/door/frame" and "matrix" in one]
+    matrix = np.array(frame["matrix"]).reshape(4, 4).T
+    np.testing.assert_allclose(matrix[:3, :3], rotation_body_to_world([0.0, 0.0, yaw]), atol=1e-6)
 
 
 def test_clearances_are_the_constraints_where_the_tip_touches(page, flight, model):
@@ -167,7 +183,7 @@ def test_rotors_turn_in_their_sense(page, model):
     assert {path for path, _ in page.scene["rotors"]} <= parents
 
 
-def test_measured_flight_is_replayed_from_measurement_and_estimate(model, fly, tmp_path):
+def test_measured_flight_is_replayed_from_measurement_and_estimate(model, tmp_path):
     recording = fly(model, 1.0, with_truth=False)
     page = Page(replay_page(recording, model, tmp_path / "replay.html").read_text(encoding="utf-8"))
     np.testing.assert_allclose(
@@ -180,7 +196,7 @@ def test_measured_flight_is_replayed_from_measurement_and_estimate(model, fly, t
 
 
 @pytest.mark.parametrize("joints", [1, 2, pytest.param(7, marks=pytest.mark.slow)])
-def test_arms_of_any_number_of_joints(tmp_path, joints, fly):
+def test_arms_of_any_number_of_joints(tmp_path, joints):
     urdf = write_arm_of(tmp_path / "arm.urdf", joints)
     model = Model(Scenario.load("paper", {"vehicle.urdf": str(urdf), "start.arm": [0.1] * joints, "goal.arm": [0.2] * joints,
                                           "planner.weights": {}}))  # fmt: skip
@@ -223,8 +239,9 @@ def test_times_that_are_not_finite_are_left_out(model, flight, tmp_path):
     assert np.isfinite(page.placements("scene/vehicle")).all()
     recorder = Recorder(None, {})
     recorder.write("truth", 0.0, {name: truth[name][0] * math.nan for name in names})
-    with pytest.raises(RecordingError, match="finite"):
-        replay_page(recorder.recording(), model, tmp_path / "replay.html")
+    for nothing, words in ((recorder.recording(), "finite"), (Recording({}, {}), "truth")):
+        with pytest.raises(RecordingError, match=words):
+            replay_page(nothing, model, tmp_path / "replay.html")
 
 
 def test_a_single_record_is_a_still_picture(model, flight, tmp_path):
@@ -232,11 +249,6 @@ def test_a_single_record_is_a_still_picture(model, flight, tmp_path):
     recorder.write("truth", 0.0, {name: flight["truth"][name][0] for name in flight["truth"]})
     page = Page(replay_page(recorder.recording(), model, tmp_path / "replay.html").read_text(encoding="utf-8"))
     assert len(page.frames) == 1 and page.frames[0]["phase"] == ""
-
-
-def test_nothing_to_replay(model, fly, tmp_path):
-    with pytest.raises(RecordingError, match="truth"):
-        replay_page(Recording({}, {}), model, tmp_path / "replay.html")
 
 
 def test_missing_meshcat_says_what_to_install(flight, model, tmp_path, monkeypatch):

@@ -1,11 +1,13 @@
 """Figure of the states: what its curves hold, read back from the axes."""
 
+import os
 import subprocess
 import sys
 from itertools import pairwise
 
 import numpy as np
 import pytest
+from simple_flight import fly
 
 from doorman.exceptions import RecordingError
 from doorman.recording import Recorder, Recording
@@ -69,7 +71,7 @@ def test_truth_is_drawn_only_where_it_differs(flight, model):
     assert truth.get_linewidth() < measured.get_linewidth()
 
 
-def test_a_flight_without_truth_and_plan(model, fly):
+def test_a_flight_without_truth_and_plan(model):
     figure = states_figure(fly(model, 0.2, with_truth=False, with_plan=False), model)
     assert [line.get_label() for line in figure.axes[3].lines] == ["measured", "desired"]
     assert [line.get_label() for line in figure.axes[0].lines] == ["measured", "preferred, one cost among others"]
@@ -78,19 +80,14 @@ def test_a_flight_without_truth_and_plan(model, fly):
 def test_a_single_tick_and_values_that_are_not_finite(model, tmp_path):
     recorder = Recorder(None, {})
     recorder.write("estimate", 0.0, {"state": np.full(model.nx, np.nan)})
-    save(states_figure(recorder.recording(), model), tmp_path, "states")
-    assert (tmp_path / "states.png").stat().st_size > 1000
+    png, pdf = save(states_figure(recorder.recording(), model), tmp_path / "new" / "folder", "states")
+    assert png.read_bytes().startswith(b"\x89PNG") and pdf.read_bytes().startswith(b"%PDF")
+    assert (png.name, pdf.name) == ("states.png", "states.pdf") and png.stat().st_size > 1000
 
 
 def test_no_estimate_is_an_error(model):
     with pytest.raises(RecordingError, match="estimate"):
         states_figure(Recording({}, {}), model)
-
-
-def test_save_writes_png_and_pdf(flight, model, tmp_path):
-    png, pdf = save(states_figure(flight, model), tmp_path / "new" / "folder", "states")
-    assert png.read_bytes().startswith(b"\x89PNG") and pdf.read_bytes().startswith(b"%PDF")
-    assert (png.name, pdf.name) == ("states.png", "states.pdf")
 
 
 def test_neither_windows_nor_servers_are_loaded():
@@ -107,3 +104,23 @@ def test_missing_matplotlib_says_what_to_install():
     )
     result = subprocess.run([sys.executable, "-c", check], capture_output=True, text=True, timeout=60, check=True)
     assert "pip install -e '.[viz]'" in result.stdout
+
+
+@pytest.mark.parametrize("name", ["a $x^ b$", "$\\frac$ α"])
+def test_names_are_no_mathematics(model, tmp_path, name):
+    recording = fly(model, 0.1)
+    figure = states_figure(Recording(dict(recording), {"name": name}), model)
+    figure.savefig(tmp_path / "states.png", dpi=20)
+
+
+def test_a_backend_that_does_not_exist_is_not_needed():
+    code = """
+import os, doorman.visualization.style as style
+style.Figure()
+import matplotlib
+assert os.environ["MPLBACKEND"] == "nonsense" != matplotlib.rcParams["backend"]
+"""
+    subprocess.run(
+        [sys.executable, "-c", code], env={**os.environ, "MPLBACKEND": "nonsense"}, check=True,
+        timeout=120,
+    )  # fmt: skip

@@ -5,10 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-import typer
-
 from doorman.cli.command import LOOK, command
-from doorman.cli.options import Json, Run, folder
+from doorman.cli.options import Json, Run, folder, valued
 from doorman.exceptions import DoormanError
 
 if TYPE_CHECKING:  # commands import what they run when they run it
@@ -20,10 +18,9 @@ if TYPE_CHECKING:  # commands import what they run when they run it
 def estimate(
     run: Run = None,
     changes: Annotated[
-        list[str] | None,
-        typer.Option("--set", metavar="NAME=NUMBER", help="A number of the filter, such as noise.wind=0.3."),
+        list[str] | None, valued("NAME=NUMBER", "A number of the filter, such as noise.wind=0.3.", True, "--set")
     ] = None,
-    out: Annotated[Path | None, folder(show_default="the recording's")] = None,
+    out: Annotated[Path | None, folder("the recording's")] = None,
     as_json: Json = False,
 ) -> int:
     """Replay a recorded run's poses and commands through a filter of vehicle and leaf, and draw what it knows.

@@ -5,19 +5,17 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
-import typer
-
 from doorman.cli.command import LOOK, command
-from doorman.cli.options import Json, Run, folder
+from doorman.cli.options import Json, Run, flag, folder
 from doorman.exceptions import DoormanError
 
 
 @command(LOOK)
 def export(
     run: Run = None,
-    as_csv: Annotated[bool, typer.Option("--csv", help="Write CSV (the default).")] = False,
-    as_parquet: Annotated[bool, typer.Option("--parquet", help="Write Parquet; needs the extra campaign.")] = False,
-    out: Annotated[Path | None, folder(show_default="recording-csv next to it")] = None,
+    as_csv: Annotated[bool, flag("--csv", "Write CSV (the default).")] = False,
+    as_parquet: Annotated[bool, flag("--parquet", "Write Parquet; needs the extra campaign.")] = False,
+    out: Annotated[Path | None, folder("recording-csv next to it")] = None,
     as_json: Json = False,
 ) -> int:
     """Write a recording as tables, one file per topic.

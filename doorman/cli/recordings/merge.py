@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from doorman.cli.command import LOOK, command
-from doorman.cli.options import Json
+from doorman.cli.options import Json, valued
 from doorman.exceptions import DoormanError
 
 FOLDER = "merged"
@@ -20,14 +20,8 @@ FOLDER = "merged"
 def merge(
     run: Annotated[Path, typer.Argument(metavar="RUN", help="A run's folder, or an MCAP file.")],
     log: Annotated[Path, typer.Argument(metavar="LOG", help="PX4 ULog (.ulg), or ArduPilot DataFlash log (.bin).")],
-    offset: Annotated[
-        float | None,
-        typer.Option(metavar="SECONDS", help="Run's clock minus the log's.", show_default="found automatically"),
-    ] = None,
-    out: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="File to write.", show_default="in the folder merged next to the recording"),
-    ] = None,
+    offset: Annotated[float | None, valued("SECONDS", "Run's clock minus the log's.", "found automatically")] = None,
+    out: Annotated[Path | None, valued("FILE", "File to write.", "in the folder merged next to the recording")] = None,
     as_json: Json = False,
 ) -> int:
     """Merge the autopilot's own log and a run's recording into one MCAP file with one clock.

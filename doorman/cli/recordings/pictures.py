@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 import typer
 
 from doorman.cli.command import LOOK, command
-from doorman.cli.options import Json, Run, folder
+from doorman.cli.options import Json, Run, folder, valued
 
 
 @command(LOOK)
@@ -16,12 +16,12 @@ def view(
     run: Run = None,
     output: Annotated[
         Path | None,
-        typer.Option(
+        valued(
+            "FILE",
+            "Write the page to this file and open no browser.",
+            "replay.html next to the recording",
             "--out",
             "--output",
-            metavar="FILE",
-            help="Write the page to this file and open no browser.",
-            show_default="replay.html next to the recording",
         ),
     ] = None,
     as_json: Json = False,
@@ -45,11 +45,7 @@ def view(
 
 
 @command(LOOK)
-def plot(
-    run: Run = None,
-    out: Annotated[Path | None, folder(show_default="the recording's")] = None,
-    as_json: Json = False,
-) -> int:
+def plot(run: Run = None, out: Annotated[Path | None, folder("the recording's")] = None, as_json: Json = False) -> int:
     """Draw the figures of a recorded run again.
 
     The command writes the figures of `doorman open`: plots of the states, of constraints and forces, of the swing from above

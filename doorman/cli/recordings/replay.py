@@ -37,11 +37,6 @@ def replay(run: Run = None, as_json: Json = False) -> int:
          "fields": {name: value if math.isfinite(value) else None for name, value in one.fields.items()}}
         for one in found.differences
     ]  # fmt: skip
-    document = {
-        "identical": found.identical,
-        "plans": found.plans,
-        "cold": found.cold,
-        "not_compared": found.not_compared,
-    }
-    print_result(as_json, document | {"differences": differences}, lines)
+    counts = {"plans": found.plans, "cold": found.cold, "not_compared": found.not_compared}
+    print_result(as_json, {"identical": found.identical, **counts, "differences": differences}, lines)
     return 0 if found.identical else 1

@@ -9,7 +9,7 @@ from typing import Annotated, Literal
 import typer
 
 from doorman.cli.command import VEHICLE, command
-from doorman.cli.options import Json, Vehicle, folder
+from doorman.cli.options import Json, Vehicle, valued
 
 
 @command(VEHICLE)
@@ -26,7 +26,7 @@ def system(file: Annotated[Literal["udev", "limits", "service"], typer.Argument(
 
 @command(VEHICLE)
 def doctor(
-    runs: Annotated[Path, folder("--runs", help="Folder of recordings.", show_default="runs")] = Path("runs"),
+    runs: Annotated[Path, valued("DIR", "Folder of recordings.", "runs")] = Path("runs"),
     vehicle: Vehicle = None,
     as_json: Json = False,
 ) -> int:

@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 from typing import Annotated, Literal
 
 import typer
 
 from doorman.cli.command import VEHICLE, command
-from doorman.cli.options import Settings, Source, Vehicle
+from doorman.cli.options import Settings, Source, Vehicle, flag, valued
 from doorman.exceptions import DoormanError
-
-LONGEST_DELAY = 0.25
-"""Longest delay that ArduPilot accepts [s]."""
 
 
 @command(VEHICLE)
@@ -24,10 +20,8 @@ def parameters(
     vehicle: Vehicle = None,
     mocap: Annotated[
         bool | None,
-        typer.Option(
-            "--mocap/--no-mocap",
-            help="Whether poses come from cameras.",
-            show_default="the vehicle file's; yes without a file",
+        valued(
+            None, "Whether poses come from cameras.", "the vehicle file's; yes without a file", "--mocap/--no-mocap"
         ),
     ] = None,
     on_loss: Annotated[
@@ -35,17 +29,12 @@ def parameters(
         typer.Option(help="What the autopilot does when this computer is silent: land in place, or on its pad."),
     ] = "land",
     mocap_delay: Annotated[
-        float | None,
-        typer.Option(
-            metavar="SECONDS",
-            help="Delay of poses from exposure to sending; for ArduPilot.",
-            show_default="omitted",
-        ),
+        float | None, valued("SECONDS", "Delay of poses from exposure to sending; for ArduPilot.", "omitted")
     ] = None,
     telem: Annotated[int, typer.Option(min=0, max=3, help="Telemetry port that connects this computer; 0: USB.")] = 2,
     baud: Annotated[int, typer.Option(help="Baud rate of that port.")] = 921_600,
     flow_control: Annotated[
-        bool, typer.Option("--flow-control/--no-flow-control", help="Whether RTS and CTS are also wired.")
+        bool, flag("--flow-control/--no-flow-control", "Whether RTS and CTS are also wired.")
     ] = False,
 ) -> int:
     """Print a parameter file for the autopilot of a scenario's vehicle: doorman parameters px4 > vehicle.params.
@@ -62,10 +51,8 @@ def parameters(
     from doorman.hardware.vehicle_file import VehicleFile
     from doorman.model import Model
 
-    if mocap_delay is not None and not (math.isfinite(mocap_delay) and 0.0 <= mocap_delay <= LONGEST_DELAY):
-        raise DoormanError(
-            "out of range", field="--mocap-delay", given=mocap_delay, allowed=f"0 to {LONGEST_DELAY:g} s"
-        )
+    if mocap_delay is not None and not 0.0 <= mocap_delay <= 0.25:  # ArduPilot accepts no longer one
+        raise DoormanError("out of range", field="--mocap-delay", given=mocap_delay, allowed="0 to 0.25 s")
     file = VehicleFile() if vehicle is None else VehicleFile.load(vehicle)
     model = Model(file.scenario(scenario, parse_overrides(settings)))
     places = Places.of(model)

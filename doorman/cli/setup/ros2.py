@@ -11,13 +11,10 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from doorman.cli.command import VEHICLE, command
-from doorman.cli.options import Settings, Source, Vehicle
+from doorman.cli.options import Settings, Source, Vehicle, valued
 
 if TYPE_CHECKING:  # commands import what they run when they run it
     from doorman.ros2.bridge import FlightPublisher, PoseSubscriber
-
-_TELLS_EVERY = 0.2
-"""Time between two looks for what was left out [s]."""
 
 
 @command(VEHICLE)
@@ -27,18 +24,13 @@ def ros2(
     vehicle: Vehicle = None,
     feed: Annotated[int, typer.Option(min=0, max=65535, help="UDP port on loopback for the flight's data.")] = 51100,
     domain: Annotated[int, typer.Option(min=0, max=232, envvar="ROS_DOMAIN_ID", help="Domain of the ROS graph.")] = 0,
-    prefix: Annotated[str, typer.Option(metavar="NAME", help="Prefix of the published topics.")] = "doorman",
+    prefix: Annotated[str, valued("NAME", "Prefix of the published topics.")] = "doorman",
     poses: Annotated[
-        str | None,
-        typer.Option(
-            metavar="TOPIC",
-            help="PoseStamped topic of the vehicle; the node forwards its poses to --to.",
-            show_default="none",
-        ),
+        str | None, valued("TOPIC", "PoseStamped topic of the vehicle; the node forwards its poses to --to.", "none")
     ] = None,
     to: Annotated[int, typer.Option(min=1, max=65535, help="UDP port on loopback of the flight's --mocap.")] = 51001,
-    object_name: Annotated[str, typer.Option(metavar="NAME", help="Name of the vehicle in that stream.")] = "vehicle",
-    rate: Annotated[float, typer.Option(min=10.0, max=2000.0, metavar="HZ", help="Poses per second.")] = 100.0,
+    object_name: Annotated[str, valued("NAME", "Name of the vehicle in that stream.")] = "vehicle",
+    rate: Annotated[float, valued("HZ", "Poses per second.", min=10.0, max=2000.0)] = 100.0,
 ) -> int:
     """Connect a flight with ROS 2, without a ROS installation, until Ctrl-C.
 
@@ -64,7 +56,7 @@ def ros2(
         for part in parts:
             part.start()
         printed: set[str] = set()
-        while not over.wait(_TELLS_EVERY):
+        while not over.wait(0.2):
             _print_news(publisher, subscriber, printed)
         for part in parts:
             part.join(1.0)

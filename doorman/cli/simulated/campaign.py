@@ -10,7 +10,7 @@ from typing import Annotated, Any
 import typer
 
 from doorman.cli.command import FLY, command
-from doorman.cli.options import Json, Settings, Source, Vehicle, folder
+from doorman.cli.options import Json, Settings, Source, Vehicle, folder, valued
 from doorman.exceptions import DoormanError
 
 _Row = dict[str, Any]
@@ -21,17 +21,12 @@ def campaign(
     scenario: Source = "push_campaign",
     settings: Settings = None,
     vehicle: Vehicle = None,
-    runs: Annotated[
-        int | None, typer.Option(min=1, max=1_000_000, help="Number of flights.", show_default="the scenario's")
-    ] = None,
+    runs: Annotated[int | None, valued(None, "Number of flights.", "the scenario's", min=1, max=1_000_000)] = None,
     workers: Annotated[
-        int | None,
-        typer.Option(min=1, max=1024, help="Flights at a time on this machine.", show_default="one per core"),
+        int | None, valued(None, "Flights at a time on this machine.", "one per core", min=1, max=1024)
     ] = None,
-    scheduler: Annotated[
-        str | None, typer.Option(metavar="ADDRESS", help="Fly on an existing Dask cluster: tcp://host:port.")
-    ] = None,
-    out: Annotated[Path | None, folder(show_default="runs/campaign-SCENARIO")] = None,
+    scheduler: Annotated[str | None, valued("ADDRESS", "Fly on an existing Dask cluster: tcp://host:port.")] = None,
+    out: Annotated[Path | None, folder("runs/campaign-SCENARIO")] = None,
     as_json: Json = False,
 ) -> int:
     """Fly a scenario many times, with random doors, winds and sensors, and report how often it works.

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from doorman.cli.command import INTERRUPTED, PREPARE, command
-from doorman.cli.options import Json, Settings, Source, Vehicle
+from doorman.cli.options import Json, Settings, Source, Vehicle, flag
 
 if TYPE_CHECKING:  # commands import what they run when they run it
     from collections.abc import Iterable
@@ -22,15 +22,10 @@ def check(
     settings: Settings = None,
     vehicle: Vehicle = None,
     audit: Annotated[
-        bool,
-        typer.Option("--audit", help="Also search for collisions that the constraints allow; takes some seconds."),
+        bool, flag("--audit", "Also search for collisions that the constraints allow; takes some seconds.")
     ] = False,
-    quick: Annotated[
-        bool, typer.Option("--quick", help="Do not fly it in simulation, which takes some seconds.")
-    ] = False,
-    verbose: Annotated[
-        bool, typer.Option("--verbose", "-v", help="Also print what is fine, with its numbers and limits.")
-    ] = False,
+    quick: Annotated[bool, flag("--quick", "Do not fly it in simulation, which takes some seconds.")] = False,
+    verbose: Annotated[bool, flag("--verbose", "Also print what is fine, with its numbers and limits.", "-v")] = False,
     as_json: Json = False,
 ) -> int:
     """Check whether a scenario can work, before any flight.
@@ -46,7 +41,7 @@ def check(
     """
     from doorman import feasibility
     from doorman.cli.task import check_links, load_task
-    from doorman.cli.terminal.display import TYPICAL, flight_progress, print_lines
+    from doorman.cli.terminal.display import flight_progress, print_lines
     from doorman.mission.settled import settled
     from doorman.model import Model
 
@@ -54,7 +49,7 @@ def check(
     check_links(model, vehicle)
     report = feasibility.check(model, with_audit=audit)
     if not quick:
-        with flight_progress(TYPICAL, shown=not as_json) as on_progress:
+        with flight_progress(None, shown=not as_json) as on_progress:
             report = settled(model, report, on_progress)
     if as_json:
         typer.echo(json.dumps(report.as_dict(), indent=2))

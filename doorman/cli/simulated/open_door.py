@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from doorman.cli.command import FLY, command
-from doorman.cli.options import FeedPort, Json, Settings, Source, Vehicle, folder
+from doorman.cli.options import FeedPort, Json, Settings, Source, Vehicle, flag, folder, valued
 from doorman.exceptions import DoormanError
 
 if TYPE_CHECKING:  # commands import what they run when they run it
@@ -21,8 +21,6 @@ RUN_FILES = (
     *(f"{name}.{kind}" for name in ("states", "constraints", "swing", "planner_time") for kind in ("png", "pdf")),
 )  # fmt: skip
 """What a run's folder holds."""
-_LONGEST = 3600.0
-"""Longest flight [s]."""
 
 
 @command(FLY, "open")
@@ -30,23 +28,15 @@ def open_door(
     scenario: Source = "paper",
     settings: Settings = None,
     vehicle: Vehicle = None,
-    out: Annotated[Path | None, folder(show_default="a new one under runs")] = None,
-    duration: Annotated[
-        float | None,
-        typer.Option(metavar="SECONDS", help="Longest simulated time.", show_default="to the mission's end"),
-    ] = None,
+    out: Annotated[Path | None, folder("a new one under runs")] = None,
+    duration: Annotated[float | None, valued("SECONDS", "Longest simulated time.", "to the mission's end")] = None,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the sensors' noise.")] = 0,
-    realtime: Annotated[bool, typer.Option("--realtime", help="Fly no faster than real time.")] = False,
-    view: Annotated[
-        bool, typer.Option("--view", help="Show the flight in a browser while it runs; best with --realtime.")
-    ] = False,
+    realtime: Annotated[bool, flag("--realtime", "Fly no faster than real time.")] = False,
+    view: Annotated[bool, flag("--view", "Show the flight in a browser while it runs; best with --realtime.")] = False,
     port: Annotated[
-        int,
-        typer.Option(
-            min=0, max=65535, help="Port of the page of --view, on this machine.", show_default="any free port"
-        ),
+        int, valued(None, "Port of the page of --view, on this machine.", "any free port", min=0, max=65535)
     ] = 0,
-    force: Annotated[bool, typer.Option("--force", help="Fly even a scenario that `doorman check` rejects.")] = False,
+    force: Annotated[bool, flag("--force", "Fly even a scenario that `doorman check` rejects.")] = False,
     feed: FeedPort = None,
     as_json: Json = False,
 ) -> int:
@@ -65,7 +55,7 @@ def open_door(
     from doorman.cli.listeners import fed, live_view
     from doorman.cli.run_folder import run_folder
     from doorman.cli.task import check_links, load_task
-    from doorman.cli.terminal.display import TYPICAL, flight_progress, print_run
+    from doorman.cli.terminal.display import flight_progress, print_run
     from doorman.feasibility import check
     from doorman.feasibility.swing.postures import unusual_postures
     from doorman.mission import simulate
@@ -75,12 +65,12 @@ def open_door(
     from doorman.visualization import PicturesMissing, write_pictures
     from doorman.visualization.pictures import picture_process
 
-    if duration is not None and not 0.0 < duration <= _LONGEST:
-        raise DoormanError("not a duration", field="--duration", given=duration, allowed=f"up to {_LONGEST:g} s")
+    if duration is not None and not 0.0 < duration <= 3600.0:
+        raise DoormanError("not a duration", field="--duration", given=duration, allowed="up to 3600 s")
     task = load_task(scenario, settings, vehicle)
     engine()  # what is missing is said before anything is checked
     with ExitStack() as claims:
-        with flight_progress(duration or TYPICAL, shown=not as_json) as on_progress:
+        with flight_progress(duration, shown=not as_json) as on_progress:
             model = Model(task)
             check_links(model, vehicle)
             report = check(model)
@@ -99,8 +89,7 @@ def open_door(
                     listener=listener, force=force, report=report,
                 )  # fmt: skip
         summary = recording.summary
-        text = json.dumps(summary, indent=2)
-        (results / "summary.json").write_text(text + "\n", encoding="utf-8")
+        (results / "summary.json").write_text(json.dumps(summary, indent=2) + "\n", encoding="utf-8")
         try:
             write_pictures(recording, model, results, helper)
         except PicturesMissing as error:
@@ -109,11 +98,7 @@ def open_door(
     end = recording["mission"]
     if end["message"][-1] == "interrupted":
         good, sentence = False, f"Interrupted after {end.time[-1]:.1f} s. Until then: {sentence}"
-    if as_json:
-        typer.echo(text)
-        typer.echo(sentence, err=True)
-    else:
-        print_run(summary, sentence, results)
+    print_run(as_json, summary, sentence, results)
     return 0 if good else 1
 
 

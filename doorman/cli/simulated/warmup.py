@@ -84,7 +84,7 @@ def _flight(model: Model) -> None:
     Estimator(model)
     with suppress(
         BackendError
-    ):  # MuJoCo is not installed, or cannot simulate this vehicle: no flight needs its kernels
+    ):  # without MuJoCo, or for a vehicle that it cannot simulate, no flight needs its kernels
         prepare(model.scenario)
 
 

@@ -9,19 +9,17 @@ from typing import TextIO
 
 from doorman.hardware.scheduling import give_way
 
-_LONGEST = 500
-"""Lines that wait for a terminal which takes none; further ones are lost."""
-_PATIENCE = 2.0
-"""For what waits to be printed in the end [s]."""
-
 
 class BackgroundPrinter:
-    """Prints lines in a thread of its own, in their order; whatever goes wrong there stays there."""
+    """Prints lines in a thread of its own, in their order; whatever goes wrong there stays there.
 
-    def __init__(self, stream: TextIO) -> None:
-        self._stream = stream
+    As many lines wait for a terminal that takes none, further ones are lost; in the end, it has that patience [s].
+    """
+
+    def __init__(self, stream: TextIO, most: int = 500, patience: float = 2.0) -> None:
+        self._stream, self._patience = stream, patience
         self._over = "\r" if stream.isatty() else "\n"
-        self._lines: queue.Queue[str | None] = queue.Queue(_LONGEST)
+        self._lines: queue.Queue[str | None] = queue.Queue(most)
         self._thread = threading.Thread(target=self._run, name="printer", daemon=True)
 
     def __enter__(self) -> BackgroundPrinter:
@@ -30,7 +28,7 @@ class BackgroundPrinter:
 
     def __exit__(self, *_: object) -> None:
         self._put(None)
-        self._thread.join(_PATIENCE)
+        self._thread.join(self._patience)
 
     def print(self, words: str) -> None:
         """Print a line in the printer's thread."""

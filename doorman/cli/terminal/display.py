@@ -25,10 +25,6 @@ from doorman.mission import OnProgress
 
 COLORS = ("green", "yellow", "bold red")
 """Colors of what is good, what is worth a warning, and what is bad."""
-TYPICAL = 35.0
-"""Length of the progress bar of a flight without an end of its own [s]."""
-_REFRESH_INTERVAL = 0.2
-"""Between two pictures of the progress bar [s]."""
 
 
 def on_terminal(shown: bool, **options: Any) -> dict[str, Any]:
@@ -38,8 +34,8 @@ def on_terminal(shown: bool, **options: Any) -> dict[str, Any]:
 
 
 @contextmanager
-def flight_progress(duration: float, shown: bool) -> Iterator[OnProgress]:
-    """Kernels compiled before the flight, then a bar with the time left."""
+def flight_progress(duration: float | None, shown: bool) -> Iterator[OnProgress]:
+    """Kernels compiled before the flight, then a bar with the time left; a flight without an end of its own takes 35 s."""
     # In flight it is drawn from within the callback, never by a thread of its own that would take time away from the planner.
     preparing = Progress(TextColumn("Preparing"), _CompiledColumn(kernel_counts), TimeElapsedColumn(),
                          **on_terminal(shown, refresh_per_second=2, transient=True))  # fmt: skip
@@ -48,7 +44,7 @@ def flight_progress(duration: float, shown: bool) -> Iterator[OnProgress]:
         TextColumn("left"), **on_terminal(shown, auto_refresh=False),
     )  # fmt: skip
     preparing.add_task("")
-    task = flying.add_task("Flying", total=duration, now="")
+    task = flying.add_task("Flying", total=duration or 35.0, now="")
     last_drawn = -math.inf
 
     def on_progress(now: float, door_angle: float) -> None:
@@ -56,7 +52,7 @@ def flight_progress(duration: float, shown: bool) -> Iterator[OnProgress]:
         if last_drawn == -math.inf:
             preparing.stop()
             flying.start()
-        if time.monotonic() - last_drawn < _REFRESH_INTERVAL and now < duration:
+        if time.monotonic() - last_drawn < 0.2 and (duration is None or now < duration):
             return
         last_drawn = time.monotonic()
         position = f"{now:.1f} s, door at {math.degrees(door_angle):.0f}°"
@@ -96,8 +92,12 @@ def warmup_progress(steps: int, counts: Callable[[], KernelCounts], shown: bool)
         progress.update(task, advance=1)
 
 
-def print_run(summary: dict[str, Any], sentence: str, folder: Path) -> None:
-    """Print a run's figures as a table, and the sentence that says what happened."""
+def print_run(as_json: bool, summary: dict[str, Any], sentence: str, folder: Path) -> None:
+    """Print a run's figures, and the sentence that says what happened: as a table, or as JSON with the words on stderr."""
+    if as_json:
+        typer.echo(json.dumps(summary, indent=2))
+        typer.echo(sentence, err=True)
+        return
     table = Table(show_header=False, box=None, pad_edge=False)
     for name, value in _rows(summary):
         table.add_row(name, Text(value))
@@ -105,25 +105,16 @@ def print_run(summary: dict[str, Any], sentence: str, folder: Path) -> None:
     print_lines(f"\n{sentence}\nResults: {folder}\nWatch it again: doorman view {shlex.quote(str(folder))}")
 
 
-def _where_it_ended(summary: dict[str, Any]) -> list[tuple[str, str]]:
-    """The door's angle, or how far a slide is open."""
-    if summary["unit"] == "m":
-        return [
-            ("opening at the end", f"{summary['final_opening']:.3f} m"),
-            ("target", f"{summary['target_opening']:.3f} m"),
-        ]
-    return [
-        ("door's angle at the end", f"{summary['final_door_angle_deg']:.2f}°"),
-        ("target", f"{summary['target_door_angle_deg']:.2f}°"),
-    ]
-
-
 def _rows(summary: dict[str, Any]) -> list[tuple[str, str]]:
     opened_at, factor, push = summary["time_to_open_s"], summary["realtime_factor"], summary["max_push_force_n"]
     planner = {name: math.nan if value is None else value for name, value in summary["planner_ms"].items()}
+    what, key, form = "door's angle", "door_angle_deg", "{:.2f}°"
+    if summary["unit"] == "m":
+        what, key, form = "opening", "opening", "{:.3f} m"
     return [
         ("mission", summary["outcome"]),
-        *_where_it_ended(summary),
+        (f"{what} at the end", form.format(summary[f"final_{key}"])),
+        ("target", form.format(summary[f"target_{key}"])),
         ("time to open, from the touch", "not opened" if opened_at is None else f"{opened_at:.2f} s"),
         ("largest constraint violation", f"{summary['max_constraint_violation_m'] * 1e3:.1f} mm"),
         ("smallest clearance", f"{summary['min_clearance_m'] * 1e3:.1f} mm"),
@@ -167,9 +158,7 @@ def with_advice(found: str, advice: str) -> str:
 def show_in_browser(address: str) -> bool:
     """Open an address in a browser window; never in a terminal, whose text would be of no use."""
     # The environment variable BROWSER names another one than the system's.
-    has_windows = sys.platform in ("darwin", "win32") or any(
-        os.environ.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY")
-    )
-    if not (has_windows or os.environ.get("BROWSER")):
+    has_windows = sys.platform in ("darwin", "win32")
+    if not (has_windows or any(map(os.environ.get, ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER")))):
         return False
     return webbrowser.open(address)

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from doorman.cli.command import VEHICLE, app, command
-from doorman.cli.options import Settings, Source
+from doorman.cli.options import Settings, Source, valued
 from doorman.cli.vehicles.vehicle_file import group as vehicle
 from doorman.exceptions import BackendError
 
@@ -29,7 +30,7 @@ def print_(
     settings: Settings = None,
     size: Annotated[float, typer.Option(min=0.02, help="Edge of the black square [m].")] = 0.16,
     paper: Annotated[str, typer.Option(help="a4, a3 or letter.")] = "a4",
-    out: Annotated[Path, typer.Option(metavar="FILE", help="PDF to write.")] = Path("tags.pdf"),
+    out: Annotated[Path, valued("FILE", "PDF to write.")] = Path("tags.pdf"),
 ) -> int:
     """Write a PDF with a tag for the leaf and one for the frame, true to size, and print the table for the vehicle file.
 
@@ -40,16 +41,16 @@ def print_(
     from doorman.model import Model
     from doorman.scenario.toml_text import value_text
 
+    def rounded(values: Sequence[float]) -> str:
+        return value_text([round(value, 4) + 0.0 for value in values])
+
     model = Model(load_task(scenario, settings, None))
     leaf, frame = usual_marks(model, size)
     out.write_bytes(tag_pdf([Page(leaf, _place(model, leaf, on_leaf=True)), Page(frame, _place(model, frame))], paper))
     typer.echo(f"{out}: two pages. For the vehicle file:\n")
     typer.echo('[door_sensor]\nsource = "tags"')
     for name, mark in (("leaf", leaf), ("frame", frame)):
-        position, attitude = (
-            value_text([round(value, 4) + 0.0 for value in values]) for values in (mark.position, mark.attitude)
-        )
-        numbers = f"position = {position}, attitude = {attitude}, size = {size:g}"
+        numbers = f"position = {rounded(mark.position)}, attitude = {rounded(mark.attitude)}, size = {size:g}"
         typer.echo(f'{name} = {{ name = "{mark.name}", {numbers} }}')
     return 0
 
@@ -97,9 +98,8 @@ def door(
         leaf, frame = mean_readings(links, 2.0)
     if frame is None:
         said = "; ".join(words for _, words in links.door.events()) if links.door is not None else ""
-        raise BackendError(
-            f"the frame was not seen: {said or 'no reading'}", field="door_sensor.frame", allowed="a mark in sight"
-        )
+        words = f"the frame was not seen: {said or 'no reading'}"
+        raise BackendError(words, field="door_sensor.frame", allowed="a mark in sight")
     values: dict[str, object] = {
         "door.position": [round(value, 4) + 0.0 for value in frame.position.tolist()],
         "door.yaw": round(frame.yaw, 5) + 0.0,

@@ -6,10 +6,9 @@ import json
 import math
 import signal
 import sys
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
-from dataclasses import asdict
-from functools import partial
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Literal
 
@@ -41,14 +40,9 @@ from doorman.recording import Recorder, Recording
 from doorman.summary import has_measured_leaf, sentence_by_the_leaf, summarize
 
 _COLORS = dict(zip((Verdict.GOOD, Verdict.WARNING, Verdict.BAD), COLORS, strict=True))
-_STATUS_PERIOD = 0.5
-_LINES = 15
-"""Lines of the journal that are printed in the end."""
 
 Output = Literal["words", "json", "quiet"]
 """What goes to stdout."""
-Say = Callable[[str], None]
-"""Prints a sentence: to stdout, or to stderr where that is for programs."""
 
 
 def fly_mission(
@@ -68,52 +62,19 @@ def fly_mission(
         raise DoormanError("not a duration", field="--duration", given=duration, allowed="a number of seconds > 0")
     file = VehicleFile() if vehicle is None else VehicleFile.load(vehicle)
     model = Model(file.scenario(source, parse_overrides(settings)))
-    aside = output != "words"
-    say = partial(typer.echo, err=aside)
+    mission = Mission(model, out, duration, yes, feed, output != "words")
     if dry_run:
         checks = _dry_run(model, file, links, vehicle is None)
-        _print_checks(checks, aside)
+        mission.show(checks)
         good = ready(checks)
         words = "no check failed so far" if good else "the vehicle would not fly, see the lines marked 'no'"
-        result = _on_the_ground(good, f"Dry run: {words}. Nothing was sent.", say)
+        result = mission.grounded(good, f"Dry run: {words}. Nothing was sent.")
     else:
-        checks, result = _on_the_vehicle(model, file.links(model, links), out, duration, yes, say, aside, feed)
+        checks, result = mission.on_the_vehicle(file.links(model, links))
         good = result["completed"] and result["end"] == End.LANDED.value and not result["seen"]
     if output == "json":
         typer.echo(json.dumps({"checklist": _as_data(checks), **result}, indent=2))
     return 0 if good else 1
-
-
-def _on_the_vehicle(
-    model: Model,
-    config: VehicleConfig,
-    out: Path | None,
-    duration: float | None,
-    yes: bool,
-    say: Say,
-    aside: bool,
-    feed: int | None,
-) -> tuple[list[Check], dict[str, Any]]:
-    """Checklist and result of a flight, or of one that stays on the ground."""
-    tell = Console(stderr=True, highlight=False).print
-    tell("Preparing planner and controller")
-    planner, findings = Planner(model), check(model)
-    rehearse(model, planner)
-    tell("Opening the links")
-    with real_time(), VehicleLinks(config, door=door_source(config)) as opened:
-        await_links(opened, tell)
-        checks = preflight(model, opened, findings)
-        _print_checks(checks, aside)
-        result = _written(opened, say) or _refusal(checks, yes, say, aside)
-        if result is None and not yes:  # the answer may have taken its time
-            checks = preflight(model, opened, findings)
-            if not ready(checks):
-                _print_checks(checks, aside)
-                result = _refusal(checks, yes, say, aside)
-        if result is None:
-            path = out or new_folder(f"fly-{model.scenario.name}") / "flight.mcap"
-            result = _fly(model, opened, planner, checks, path, duration, say, feed)
-    return checks, result
 
 
 def _dry_run(model: Model, file: VehicleFile, links: Mapping[str, object], no_file: bool) -> list[Check]:
@@ -129,87 +90,113 @@ def _as_data(checks: list[Check]) -> list[dict[str, str]]:
     return [{**vars(one), "verdict": one.verdict.value} for one in checks]
 
 
-def _on_the_ground(good: bool, words: str, say: Say) -> dict[str, Any]:
-    """Result of a flight that stays on the ground, after a word why."""
-    say(words)
-    return {"ready": good, "completed": False, "message": words}
+@dataclass(frozen=True)
+class Mission:
+    """A mission and its operator, who is asked before it."""
 
+    model: Model
+    out: Path | None = None
+    duration: float | None = None
+    yes: bool = False  # do not ask
+    feed: int | None = None
+    aside: bool = False  # words go to stderr: stdout is for programs
 
-def _written(links: VehicleLinks, say: Say) -> dict[str, Any] | None:
-    """Result of a flight that may write parameters and has found wrong ones; None if there are none."""
-    autopilot = links.autopilot
-    if not autopilot.config.write_parameters or autopilot.state().armed or not autopilot.check_parameters():
-        return None
-    written = autopilot.fix_parameters()
-    left = autopilot.check_parameters()
-    by_hand = f"To be set by hand: {'; '.join(map(str, left))}." if left else ""
-    done = f"Written and read back: {', '.join(written)}. Reboot the autopilot, then fly."
-    words = f"{done if written else 'No parameter could be written.'} {by_hand}".strip()
-    return _on_the_ground(False, words, say) | {"written": list(written)}
+    def say(self, words: str) -> None:
+        typer.echo(words, err=self.aside)
 
+    def show(self, checks: list[Check]) -> None:
+        rows = (
+            (Text(one.verdict.value, _COLORS[one.verdict]), one.name, with_advice(one.found, one.advice))
+            for one in checks
+        )
+        print_table(("", "checked", "found"), rows, err=self.aside)
 
-def _refusal(checks: list[Check], yes: bool, say: Say, aside: bool) -> dict[str, Any] | None:
-    """Result of a flight that stays on the ground, and why; None if it is to be flown."""
-    good = ready(checks)
-    if not good:
-        return _on_the_ground(good, "The vehicle does not fly: see the lines marked 'no'.", say)
-    return None if yes or confirmed(aside) else _on_the_ground(good, "Not flown.", say)
+    def on_the_vehicle(self, config: VehicleConfig) -> tuple[list[Check], dict[str, Any]]:
+        """Checklist and result of a flight, or of one that stays on the ground."""
+        tell = Console(stderr=True, highlight=False).print
+        tell("Preparing planner and controller")
+        planner, findings = Planner(self.model), check(self.model)
+        rehearse(self.model, planner)
+        tell("Opening the links")
+        with real_time(), VehicleLinks(config, door=door_source(config)) as links:
+            await_links(links, tell)
+            checks = preflight(self.model, links, findings)
+            self.show(checks)
+            result = self.written(links) or self._refusal(checks)
+            if result is None and not self.yes:  # the answer may have taken its time
+                checks = preflight(self.model, links, findings)
+                if not ready(checks):
+                    self.show(checks)
+                    result = self._refusal(checks)
+            if result is None:
+                result = self._fly(links, planner, checks)
+        return checks, result
 
+    def grounded(self, good: bool, words: str) -> dict[str, Any]:
+        """Result of a flight that stays on the ground, after a word why."""
+        self.say(words)
+        return {"ready": good, "completed": False, "message": words}
 
-def confirmed(aside: bool) -> bool:
-    """Whether the operator wants to fly; no answer is a no."""
-    try:
-        return typer.confirm("Arm and fly?", default=False, err=aside)
-    except typer.Abort:
-        return False
+    def written(self, links: VehicleLinks) -> dict[str, Any] | None:
+        """Result of a flight that may write parameters and has found wrong ones; None if there are none."""
+        autopilot = links.autopilot
+        if not autopilot.config.write_parameters or autopilot.state().armed or not autopilot.check_parameters():
+            return None
+        written = autopilot.fix_parameters()
+        left = autopilot.check_parameters()
+        by_hand = f"To be set by hand: {'; '.join(map(str, left))}." if left else ""
+        done = f"Written and read back: {', '.join(written)}. Reboot the autopilot, then fly."
+        words = f"{done if written else 'No parameter could be written.'} {by_hand}".strip()
+        return self.grounded(False, words) | {"written": list(written)}
 
+    def _refusal(self, checks: list[Check]) -> dict[str, Any] | None:
+        """Result of a flight that stays on the ground, and why; None if it is to be flown."""
+        if not ready(checks):
+            return self.grounded(False, "The vehicle does not fly: see the lines marked 'no'.")
+        return None if self.yes or self.confirmed() else self.grounded(True, "Not flown.")
 
-def _fly(
-    model: Model,
-    links: VehicleLinks,
-    planner: Planner,
-    checks: list[Check],
-    path: Path,
-    duration: float | None,
-    say: Say,
-    feed: int | None,
-) -> dict[str, Any]:
-    flown = {"version": __version__, "links": asdict(links.config), "checklist": _as_data(checks)}
-    header, unwritten = recorded_header(model.scenario) | flown, ""
-    with BackgroundPrinter(sys.stderr) as printer, fed(feed) as listener:
-        recorder = Recorder(path, header, listener, keep=False, attachments=carried_files(model.scenario))
+    def confirmed(self) -> bool:
+        """Whether the operator wants to fly; no answer is a no."""
         try:
-            session = FlightSession(model, links, planner, recorder, say=lambda words: printer.print(f"· {words}"))
-            with _ctrl_c(session):
-                report = session.fly(duration, _StatusLine(session, printer))
-            gap = links.autopilot.status().longest_setpoint_gap
-            timing = {**vars(session.backend.ticks), "longest_setpoint_gap": gap}
-            recorder.write("timing", 0.0, timing)
-        finally:
+            return typer.confirm("Arm and fly?", default=False, err=self.aside)
+        except typer.Abort:
+            return False
+
+    def _fly(self, links: VehicleLinks, planner: Planner, checks: list[Check]) -> dict[str, Any]:
+        path, scenario = self.out or new_folder(f"fly-{self.model.scenario.name}") / "flight.mcap", self.model.scenario
+        flown = {"version": __version__, "links": asdict(links.config), "checklist": _as_data(checks)}
+        header, unwritten = recorded_header(scenario) | flown, ""
+        with BackgroundPrinter(sys.stderr) as printer, fed(self.feed) as listener:
+            recorder = Recorder(path, header, listener, keep=False, attachments=carried_files(scenario))
             try:
-                recorder.close()
-            except RecordingError as error:  # the disk is full: the flight has ended as it would have, and is reported
-                unwritten = str(error)
-                printer.print(f"The recording is not whole: {unwritten}")
-    loop, judged = (None, None) if unwritten else _measured(path, model)
-    _say_how_it_ended(report, session, gap, path, loop, say)
-    if judged is not None:
-        say(sentence_by_the_leaf(judged))
-    return {
-        "ready": True,
-        "completed": report.completed,
-        "message": report.message,
-        "end": report.end.value,
-        "seen": report.seen,
-        "recording": str(path),
-        "unwritten": unwritten,
-        "by_the_leaf": judged,
-        "timing": timing,
-        "attitude_lag_s": None if loop is None else loop.lag,
-        "attitude_dead_time_s": None if loop is None else loop.dead_time,
-        "hover": {name: value for name, value in session.flight.measured.items() if math.isfinite(value)},
-        "journal": session.journal.lines,
-    }
+                session = FlightSession(
+                    self.model, links, planner, recorder, say=lambda words: printer.print(f"· {words}")
+                )
+                with _ctrl_c(session):
+                    report = session.fly(self.duration, _StatusLine(session, printer))
+                gap = links.autopilot.status().longest_setpoint_gap
+                timing = {**vars(session.backend.ticks), "longest_setpoint_gap": gap}
+                recorder.write("timing", 0.0, timing)
+            finally:
+                try:
+                    recorder.close()
+                except (
+                    RecordingError
+                ) as error:  # the disk is full: the flight has ended as it would have, and is reported
+                    unwritten = str(error)
+                    printer.print(f"The recording is not whole: {unwritten}")
+        loop, judged = (None, None) if unwritten else _measured(path, self.model)
+        for words in _how_it_ended(report, session, gap, path, loop):
+            self.say(words)
+        if judged is not None:
+            self.say(sentence_by_the_leaf(judged))
+        return {
+            "ready": True, "completed": report.completed, "message": report.message, "end": report.end.value,
+            "seen": report.seen, "recording": str(path), "unwritten": unwritten, "by_the_leaf": judged, "timing": timing,
+            "attitude_lag_s": loop and loop.lag, "attitude_dead_time_s": loop and loop.dead_time,
+            "hover": {name: value for name, value in session.flight.measured.items() if math.isfinite(value)},
+            "journal": session.journal.lines,
+        }  # fmt: skip
 
 
 def _measured(path: Path, model: Model) -> tuple[AttitudeLoop | None, dict[str, Any] | None]:
@@ -231,7 +218,7 @@ class _StatusLine:
     def __call__(self, now: float, door_angle: float) -> None:
         if now < self._next:
             return
-        self._next = now + _STATUS_PERIOD
+        self._next = now + 0.5
         state = self._session.links.autopilot.state()
         x, y, z = state.position
         words = (
@@ -258,31 +245,22 @@ def _ctrl_c(session: FlightSession) -> Iterator[None]:
             signal.signal(number, handler)
 
 
-def _print_checks(checks: list[Check], aside: bool) -> None:
-    rows = (
-        (Text(one.verdict.value, style=_COLORS[one.verdict]), one.name, with_advice(one.found, one.advice))
-        for one in checks
-    )
-    print_table(("", "checked", "found"), rows, err=aside)
-
-
-def _say_how_it_ended(
-    report: FlightReport, session: FlightSession, gap: float, path: Path, loop: AttitudeLoop | None, say: Say
-) -> None:
+def _how_it_ended(
+    report: FlightReport, session: FlightSession, gap: float, path: Path, loop: AttitudeLoop | None
+) -> Iterator[str]:
     ticks = session.backend.ticks
     done = "The mission was flown to its end" if report.completed else "The mission was not flown to its end"
     why = "" if not report.message else f": {report.message}"
-    say(f"{done}{why}. The vehicle: {report.end.value}.")
+    yield f"{done}{why}. The vehicle: {report.end.value}."
     if report.seen:
-        say(f"Seen: {report.seen}.")
-    for line in session.journal.lines[-_LINES:]:
-        say(f"  {line}")
-    say(
+        yield f"Seen: {report.seen}."
+    yield from (f"  {line}" for line in session.journal.lines[-15:])
+    yield (
         f"Ticks: {ticks.ticks}, {ticks.missed} missed, p99.9 {ticks.p99_9 * 1e3:.1f} ms off; "
         f"longest gap of setpoints {gap * 1e3:.0f} ms. Recording: {path}"
     )
     if loop is not None:
-        say(
+        yield (
             f"The attitude begins to follow its setpoints after {loop.dead_time * 1e3:.0f} ms, and lags {loop.lag * 1e3:.0f} ms "
             "(doorman vehicle learn writes both)."
         )

@@ -8,9 +8,10 @@ from typing import Annotated, Literal
 
 import typer
 
+from doorman.cli.options import flag, valued
+
 _FILE = "the vehicle file's"
-_SERVOS = "from base to tip, then the gripper's"
-_key = partial(typer.Option, rich_help_panel="Instead of keys of the vehicle file")
+_key = partial(valued, rich_help_panel="Instead of keys of the vehicle file")
 """Option that a vehicle file makes needless."""
 
 
@@ -22,69 +23,56 @@ def _named(context: typer.Context, parameter: typer.CallbackParam, value: str | 
     return value
 
 
-_link = partial(_key, callback=_named, show_default=_FILE)
+_link = partial(_key, callback=_named)
 """Option of a link that must be named, here or in a vehicle file."""
 
-Recording = Annotated[
-    Path | None, typer.Option(metavar="FILE", help="Recording, as MCAP.", show_default="a new one under runs")
-]
-Duration = Annotated[
-    float | None,
-    typer.Option(metavar="SECONDS", help="End the mission after this time.", show_default="the mission's end"),
-]
+Recording = Annotated[Path | None, valued("FILE", "Recording, as MCAP.", "a new one under runs")]
+Duration = Annotated[float | None, valued("SECONDS", "End the mission after this time.", "the mission's end")]
 DryRun = Annotated[
     bool,
-    typer.Option(
+    flag(
         "--dry-run",
-        help="Listen to the links without sending, and run the checks that this allows; without links, say what is needed.",
+        "Listen to the links without sending, and run the checks that this allows; without links, say what is needed.",
     ),
 ]
 WriteParameters = Annotated[
     bool,
-    typer.Option(
+    flag(
         "--write-parameters",
-        help="Write parameters of the autopilot that are wrong. If there are any, do not fly; then reboot it.",
+        "Write parameters of the autopilot that are wrong. If there are any, do not fly; then reboot it.",
     ),
 ]
-WriteEeprom = Annotated[bool, typer.Option("--write-eeprom", help="Correct wrong settings of the servos.")]
-Unasked = Annotated[bool, typer.Option("--yes", help="Do not ask before arming.")]
-Pixhawk = Annotated[
-    str | None, _link(metavar="LINK", help="pixhawk.connection: udp:14540, serial:/dev/ttyACM0:921600.")
-]
-Servos = Annotated[str | None, _link(metavar="DEVICE", help="servos.port: serial device of the arm's servos.")]
+WriteEeprom = Annotated[bool, flag("--write-eeprom", "Correct wrong settings of the servos.")]
+Unasked = Annotated[bool, flag("--yes", "Do not ask before arming.")]
+Pixhawk = Annotated[str | None, _link("LINK", "pixhawk.connection: udp:14540, serial:/dev/ttyACM0:921600.", _FILE)]
+Servos = Annotated[str | None, _link("DEVICE", "servos.port: serial device of the arm's servos.", _FILE)]
 Mocap = Annotated[
     str | None,
     _key(
-        metavar="LINK",
-        help="mocap.connection: udp:51001 for Vicon Tracker's stream; vicon:HOST, optitrack:HOST, qualisys:HOST, "
+        "LINK",
+        "mocap.connection: udp:51001 for Vicon Tracker's stream; vicon:HOST, optitrack:HOST, qualisys:HOST, "
         "vrpn:HOST; none for the autopilot's own estimate.",
     ),
 ]
 LinkKeys = Annotated[
     list[str] | None,
     _key(
-        metavar="KEY=VALUE",
-        help="Any key of the links, such as pixhawk.vehicle_system=2 or servos.baud_rate=57600; may be repeated.",
+        "KEY=VALUE",
+        "Any key of the links, such as pixhawk.vehicle_system=2 or servos.baud_rate=57600; may be repeated.",
     ),
 ]
 Setpoints = Annotated[
-    Literal["attitude", "position"] | None, _key(help="pixhawk.setpoints: kind of setpoints for the autopilot.")
+    Literal["attitude", "position"] | None, _key(None, "pixhawk.setpoints: kind of setpoints for the autopilot.")
 ]
 LocalFrame = Annotated[
     str | None,
-    _key(
-        metavar="X,Y,Z,YAW",
-        help="pixhawk.local_frame: origin [m] and heading of north [rad] of the autopilot's local frame.",
-    ),
+    _key("X,Y,Z,YAW", "pixhawk.local_frame: origin [m] and heading of north [rad] of the autopilot's local frame."),
 ]
 SigningKey = Annotated[
-    Path | None,
-    _key(metavar="FILE", help="pixhawk.signing_key: MAVLink signing key, 32 bytes or 64 hexadecimal digits."),
+    Path | None, _key("FILE", "pixhawk.signing_key: MAVLink signing key, 32 bytes or 64 hexadecimal digits.")
 ]
-ServoIds = Annotated[str | None, _key(metavar="1,2,3", help=f"servos.ids: servos {_SERVOS}.")]
-ServoDirections = Annotated[str | None, _key(metavar="1,-1", help="servos.directions: their directions.")]
-ServoZeros = Annotated[
-    str | None, _key(metavar="2048", help="servos.zero_positions: their ticks at the joints' zeros.")
-]
-ObjectName = Annotated[str | None, _key(metavar="NAME", help="mocap.object_name: the vehicle's name in the stream.")]
-MocapRate = Annotated[float | None, _key(metavar="HZ", help="mocap.rate: frames per second of the cameras.")]
+ServoIds = Annotated[str | None, _key("1,2,3", "servos.ids: servos from base to tip, then the gripper's.")]
+ServoDirections = Annotated[str | None, _key("1,-1", "servos.directions: their directions.")]
+ServoZeros = Annotated[str | None, _key("2048", "servos.zero_positions: their ticks at the joints' zeros.")]
+ObjectName = Annotated[str | None, _key("NAME", "mocap.object_name: the vehicle's name in the stream.")]
+MocapRate = Annotated[float | None, _key("HZ", "mocap.rate: frames per second of the cameras.")]

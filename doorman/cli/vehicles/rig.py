@@ -14,11 +14,8 @@ from typing import Annotated, Literal
 import typer
 
 from doorman.cli.command import VEHICLE, command
-from doorman.cli.options import Json, Settings, Source, Vehicle
+from doorman.cli.options import Json, Settings, Source, Vehicle, flag, valued
 from doorman.exceptions import BackendError
-
-_LOOK = 0.2
-"""How often it is looked whether the rig is to end [s]."""
 
 
 @command(VEHICLE)
@@ -37,27 +34,17 @@ def rig(
         ),
     ] = "linear",
     pixhawk_port: Annotated[
-        int | None,
-        typer.Option(help="UDP port on loopback for the autopilot.", show_default="the vehicle file's, or 14540"),
+        int | None, valued(None, "UDP port on loopback for the autopilot.", "the vehicle file's, or 14540")
     ] = None,
     mocap_port: Annotated[
-        int | None,
-        typer.Option(help="UDP port for the cameras; 0: no cameras.", show_default="the vehicle file's, or 51001"),
+        int | None, valued(None, "UDP port for the cameras; 0: no cameras.", "the vehicle file's, or 51001")
     ] = None,
     out: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FILE", help="MCAP file for the ground truth; with --fly also a folder for truth and flight."
-        ),
+        Path | None, valued("FILE", "MCAP file for the ground truth; with --fly also a folder for truth and flight.")
     ] = None,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the noise.")] = 0,
-    fly: Annotated[
-        bool, typer.Option("--fly", help="Fly the mission against the rig, judge the flight, and exit.")
-    ] = False,
-    judge: Annotated[
-        bool,
-        typer.Option("--judge", help="After Ctrl-C, judge by the truth what was flown against the rig."),
-    ] = False,
+    fly: Annotated[bool, flag("--fly", "Fly the mission against the rig, judge the flight, and exit.")] = False,
+    judge: Annotated[bool, flag("--judge", "After Ctrl-C, judge by the truth what was flown against the rig.")] = False,
     as_json: Json = False,
 ) -> int:
     """Emulate autopilot, servos and cameras around one simulated vehicle and door.
@@ -121,7 +108,7 @@ def rig(
             typer.echo(json.dumps(document) if as_json else line)
             sys.stdout.flush()
             while not signals and emulated.plant.failure is None:
-                time.sleep(_LOOK)
+                time.sleep(0.2)
         failure = emulated.plant.failure
     if failure is not None:
         raise BackendError(f"the plant failed: {failure}")

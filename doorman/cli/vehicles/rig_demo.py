@@ -12,8 +12,6 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
-import typer
-
 from doorman.cli.task import load_task
 from doorman.cli.terminal.display import print_run
 from doorman.cli.vehicles.flight import fly_mission
@@ -27,8 +25,6 @@ from doorman.rig.witness import judge
 from doorman.summary import verdict
 
 _ENTRY = "from doorman.cli import main; main()"
-_STOP = 20.0
-"""Longest time for the rig to end, after SIGTERM [s]."""
 
 
 def fly_the_rig(
@@ -66,11 +62,7 @@ def fly_the_rig(
         return 1  # the mission did not begin
     summary = judge(Recording.load(truth), recording, model)
     good, sentence = verdict(summary)
-    if as_json:
-        typer.echo(json.dumps(summary, indent=2))
-        typer.echo(sentence, err=True)
-    else:
-        print_run(summary, sentence, place)
+    print_run(as_json, summary, sentence, place)
     return 0 if good and status == 0 else 1
 
 
@@ -81,8 +73,8 @@ def free_port() -> int:
 
 
 @contextmanager
-def _rig(arguments: Sequence[str]) -> Iterator[dict[str, object]]:
-    """The rig in a process of its own; yields its links by key of the vehicle file."""
+def _rig(arguments: Sequence[str], patience: float = 20.0) -> Iterator[dict[str, object]]:
+    """The rig in a process of its own, which ends within a time [s]; yields its links by key of the vehicle file."""
     command = [sys.executable, "-c", _ENTRY, "rig", "--json", *arguments]
     # not in our group: Ctrl-C is the operator's word to the flight, which needs its vehicle until it has landed
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, process_group=0) as process:
@@ -92,10 +84,10 @@ def _rig(arguments: Sequence[str]) -> Iterator[dict[str, object]]:
             if process.poll() is None:
                 process.send_signal(signal.SIGTERM)
                 try:
-                    process.wait(_STOP)
+                    process.wait(patience)
                 except subprocess.TimeoutExpired:
                     process.kill()
-                    raise BackendError("the rig does not stop", given=f"{_STOP:g} s") from None
+                    raise BackendError("the rig does not stop", given=f"{patience:g} s") from None
 
 
 def _links(process: subprocess.Popen[str]) -> dict[str, object]:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from doorman.cli.command import VEHICLE, app, command
-from doorman.cli.options import Json, Settings, Source
+from doorman.cli.options import Json, Settings, Source, flag, valued
 from doorman.exceptions import DoormanError, RecordingError
 
 if TYPE_CHECKING:  # commands import what they run when they run it
@@ -28,13 +28,11 @@ app.add_typer(group, name="vehicle", rich_help_panel=VEHICLE)
 def new(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="New file to write.")],
     urdf: Annotated[
-        str, typer.Option(metavar="URDF", help="URDF of the vehicle: a path, or the name of a shipped one.")
+        str, valued("URDF", "URDF of the vehicle: a path, or the name of a shipped one.")
     ] = "hexarotor_arm",
-    base_link: Annotated[str, typer.Option(metavar="LINK", help="Base link of the multirotor.")] = "base_link",
-    tip: Annotated[str, typer.Option(metavar="FRAME", help="Frame of the arm's tip.")] = "tip",
-    every_key: Annotated[
-        bool, typer.Option("--all", help="Also write all other keys and their defaults, as comments.")
-    ] = False,
+    base_link: Annotated[str, valued("LINK", "Base link of the multirotor.")] = "base_link",
+    tip: Annotated[str, valued("FRAME", "Frame of the arm's tip.")] = "tip",
+    every_key: Annotated[bool, flag("--all", "Also write all other keys and their defaults, as comments.")] = False,
 ) -> int:
     """Write a vehicle file with comments, for you to fill in.
 
@@ -64,13 +62,8 @@ def new(
 @command(group=group)
 def zeros(
     file: _File,
-    posture: Annotated[
-        str,
-        typer.Option(metavar="ANGLES", help="Angles of all joints, then of the gripper, as in the URDF [rad]."),
-    ],
-    servos: Annotated[
-        str | None, typer.Option(metavar="DEVICE", help="Serial device of the servos.", show_default="the file's")
-    ] = None,
+    posture: Annotated[str, valued("ANGLES", "Angles of all joints, then of the gripper, as in the URDF [rad].")],
+    servos: Annotated[str | None, valued("DEVICE", "Serial device of the servos.", "the file's")] = None,
     as_json: Json = False,
 ) -> int:
     """Read the servos' positions and write the zeros of their joints.
@@ -87,11 +80,9 @@ def zeros(
 @command(group=group, name="object")
 def object_(
     file: _File,
-    at: Annotated[str, typer.Option(metavar="X,Y,Z", help="Position of O_B in the world [m], by plumb line.")],
-    yaw: Annotated[float, typer.Option(metavar="ANGLE", help="Heading of the vehicle [rad].")] = 0.0,
-    mocap: Annotated[
-        str | None, typer.Option(metavar="LINK", help="Link to the cameras.", show_default="the file's")
-    ] = None,
+    at: Annotated[str, valued("X,Y,Z", "Position of O_B in the world [m], by plumb line.")],
+    yaw: Annotated[float, valued("ANGLE", "Heading of the vehicle [rad].")] = 0.0,
+    mocap: Annotated[str | None, valued("LINK", "Link to the cameras.", "the file's")] = None,
     as_json: Json = False,
 ) -> int:
     """Measure the tracked object with the cameras, and write its pose in the body.
@@ -110,8 +101,8 @@ def object_(
 @command(group=group)
 def origin(
     file: _File,
-    hinge: Annotated[str, typer.Option(metavar="X,Y,Z", help="Lower end of the hinge line [m].")],
-    latch: Annotated[str, typer.Option(metavar="X,Y,Z", help="Lower end of the closed leaf's free edge [m].")],
+    hinge: Annotated[str, valued("X,Y,Z", "Lower end of the hinge line [m].")],
+    latch: Annotated[str, valued("X,Y,Z", "Lower end of the closed leaf's free edge [m].")],
     scenario: Source = "paper",
     settings: Settings = None,
     as_json: Json = False,

@@ -10,10 +10,8 @@ from collections.abc import Sequence
 from typing import Any
 
 from doorman.collision.rows.jambs import JAMBS
-from doorman.collision.rows.kind import Kind
+from doorman.collision.rows.kind import LEAST_EXTENT, Kind
 
-_LEAST_DISTANCE = 1e-24
-"""Under the root, so that it has a slope where it is 0 [m²]."""
 ROUNDING = 0.005
 """Rounding of max(0, ·) and similar functions at a corner [m]."""
 
@@ -31,7 +29,7 @@ class Corners(Kind):
         half, middle = 0.5 * (door.frame_depth + door.frame_back), 0.5 * (door.frame_back - door.frame_depth)
         before = _positive(((into - middle) ** 2 + ROUNDING**2) ** 0.5 - ROUNDING - half)
         return [
-            task.vehicle.radius + margin - (before**2 + _positive(beside) ** 2 + _LEAST_DISTANCE) ** 0.5
+            task.vehicle.radius + margin - (before**2 + _positive(beside) ** 2 + LEAST_EXTENT**2) ** 0.5
             for beside in (door.width - across, across)
         ]
 

@@ -6,7 +6,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from typing import Any
 
-_LEAST_EXTENT = 1e-12
+LEAST_EXTENT = 1e-12
 """Under the root: a disc parallel to a plane has a slope, too."""
 
 
@@ -29,4 +29,4 @@ def dot(a: Any, b: Any) -> Any:
 
 def disc_across(task: Any, direction: Any) -> Any:
     r"""Half of what the rotor disc takes up along a direction of the leaf's frame, :math:`R_A\sqrt{1 - (n^T R e_3)^2}` [m]."""
-    return task.vehicle.radius * (1 - dot(direction, task.tilt_rotation[:, 2]) ** 2 + _LEAST_EXTENT) ** 0.5
+    return task.vehicle.radius * (1 - dot(direction, task.tilt_rotation[:, 2]) ** 2 + LEAST_EXTENT) ** 0.5

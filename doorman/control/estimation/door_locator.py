@@ -47,7 +47,7 @@ class DoorLocator:
         self._model, self._door = model, model.door
         self.known = place_of(model)
         """Where the door stands, as far as it is known."""
-        known = max(settings.door_place_deviation, settings.door_yaw_deviation) == 0.0
+        known = settings.door_place_deviation == 0.0
         self._start = model.start_angle
         stopped = model.door.at_its_stop(self._start)
         fixed = model.scenario.contact.kind == "grip" and not model.scenario.door.beside

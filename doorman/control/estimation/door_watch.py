@@ -97,7 +97,7 @@ class DoorWatch:
         if far > self._search[0] or turned > self._search[1]:
             if not self.refused:
                 where = f"{1e2 * far:.0f} cm and {math.degrees(turned):.0f}° beside the map"
-                self.refused = f"the door's frame is measured {where}, beyond door.search"
+                self.refused = f"the door's frame is measured {where}: too far from door.position and door.yaw"
                 self.messages.append((frame.time, self.refused))
             return None
         return off, yaw

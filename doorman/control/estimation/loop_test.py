@@ -37,7 +37,7 @@ class LoopTest:
         self.rates_late = 0.0
         """How much later than the poses' attitudes the body rates come, where that was measured [s]."""
         self._began: float | None = None
-        self.done = not model.scenario.mission.measure_attitude
+        self.done = "attitude" not in model.scenario.mission.measures
         """Whether nothing is left to test."""
         self.measured: MeasuredLoop | None = None
         """What came of it, where that explains the motion."""

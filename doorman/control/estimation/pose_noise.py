@@ -18,6 +18,7 @@ from __future__ import annotations
 import math
 
 from doorman.control.estimation.pose_age import crossover
+from doorman.estimation.leaf.constants import CONSTANTS
 from doorman.model import Model
 from doorman.planning.whole_body.numbers import whole_body_numbers
 
@@ -33,9 +34,9 @@ def velocity_noise(position_noise: float, latency: float, interval: float, rough
 
 def force_noise(model: Model, position_noise: float, latency: float, interval: float) -> float:
     """σ_F of a tip that presses."""
-    scenario = model.scenario
-    speed = velocity_noise(position_noise, latency, interval, scenario.estimation.noise.velocity)
-    return model.vehicle.mass * crossover(scenario.control) * speed
+    rough = model.ratios["speed"] * CONSTANTS["noise.velocity"][0]
+    speed = velocity_noise(position_noise, latency, interval, rough)
+    return model.vehicle.mass * crossover(model.scenario.control) * speed
 
 
 def most_force_noise(model: Model) -> float:

@@ -7,12 +7,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from doorman.scenario.sized_keys import FORCE, LENGTH, RATE, RESISTANCE, SPEED
+from doorman.scenario.sized_keys import FORCE, LENGTH, RATE, RESISTANCE, SPEED, STIFFNESS
 
 FIXED = ""
 """Unit of what does not grow with the vehicle."""
 CONSTANTS: Mapping[str, tuple[float, str]] = {
     # What holds while the tip touches the leaf, and how nearly.
+    "contact.stiffness": (1500.0, STIFFNESS),  # stiffness of tip and face [N/m]
+    "contact.gap": (1e-3, LENGTH),  # deviation of tip and face while they touch: their shapes and compliance [m]
+    "contact.pull": (0.15, FORCE),  # pull that a tip which only pushes may seem to make, by errors of thrust [N]
+    "contact.friction": (0.3, FIXED),  # deviation of the tip's friction, as a share of the normal force
     "contact.gap_rate": (5e-3, SPEED),  # deviation of the speeds of tip and face [m/s]
     "contact.slip_rate": (5e-3, SPEED),  # deviation of the tip's speed in the face where it grips [m/s]
     "contact.inside": (3e-3, LENGTH),  # depth by which a free tip may seem to be in the face [m]
@@ -28,6 +32,10 @@ CONSTANTS: Mapping[str, tuple[float, str]] = {
     "contact.brakes": (0.01, FIXED),  # time in which friction stops a free leaf at the soonest [s]
     "contact.creeps": (0.02, FIXED),  # rate below which a free leaf's friction fades [rad/s]
     "contact.ajar": (0.05, FIXED),  # opening from which on a closer may draw the leaf back, not held by its stop [rad]
+    "contact.swings": (
+        0.5,
+        FORCE,
+    ),  # deviation of what a force sensor in the tip reads from the force of a stiff contact [N]
     # How often what tip and leaf do changes.
     "switch.near": (4e-3, LENGTH),  # gap from which on a touch is near [m]
     "switch.make": (30.0, FIXED),  # touches of a near tip [1/s]
@@ -47,6 +55,13 @@ CONSTANTS: Mapping[str, tuple[float, str]] = {
     # What changes slowly, or by what is not in the model: deviations after one second.
     "noise.bounce": (0.02, FIXED),  # normal force, as a share of it: the tip swings on its compliance [s^½]
     "noise.jump": (3.0, FORCE),  # wind that jumps: by about 1 N in 0.1 s [N/s^½]
+    "noise.velocity": (0.025, SPEED),  # velocity of the vehicle, by rough air and errors of thrust [m/s^1.5]
+    "noise.gust": (0.15, FIXED),  # strength of the wind, as a share of its mean
+    "noise.lift": (0.003, FIXED),  # lift of the rotors, as a share: batteries sag [1/s^½]
+    "noise.resistance": (
+        0.35,
+        RESISTANCE,
+    ),  # resistance: wind on the leaf, and friction that differs by place [N m/s^½]
     "noise.gust_lasts": (1.0, FIXED),  # time for which a gust stays [s]
     "noise.draught": (0.05, FORCE),  # vertical wind [N/s^½]
     "noise.wind_turn": (1e-3, RATE),  # rate with which the wind turns [rad/s^1.5]
@@ -60,6 +75,9 @@ CONSTANTS: Mapping[str, tuple[float, str]] = {
     "noise.face_by_angle": (0.5, FIXED),  # place of a face that a sensor sees, as a share of the map's doubt [1/s^½]
     # Deviations before the first touch.
     "start.velocity": (0.05, SPEED),  # velocity of the vehicle [m/s]
+    "start.wind": (0.5, FORCE),  # horizontal wind [N]
+    "start.lift": (0.05, FIXED),  # lift of the rotors beyond their command, as a share of it
+    "start.face": (1.5e-3, LENGTH),  # place of a face that is known: a tip is softer or harder than assumed [m]
     "start.draught": (0.2, FORCE),  # vertical wind [N]
     "start.wind_turn": (0.1, RATE),  # rate with which the wind turns [rad/s]
     "start.gust": (0.15, FIXED),  # gust, as a share of the wind

@@ -16,6 +16,7 @@ import numpy as np
 
 from doorman.arrays import Array
 from doorman.model import Model
+from doorman.scenario.sections.estimation import USUAL_HINGE
 from doorman.stored_at_once import stored_at_once
 
 _EVERY = 1.0
@@ -49,14 +50,12 @@ class HingeFit:
     """b, τ_c and k of one hinge."""
 
     def __init__(self, model: Model) -> None:
-        door, usual = model.door, model.scenario.estimation.hinge
+        door, scale = model.door, model.ratios["hinge"]
+        usual = {name: (scale * mean, scale * doubt) for name, (mean, doubt) in USUAL_HINGE.items()}
         self._door, self._sense = door, model.travel.sense
-        self._by_chance, self._moves = _BY_CHANCE * model.ratios["hinge"], _MOVES * model.ratios["rate"]
-        self._mean = np.array([
-            door.damping or usual.damping, door.friction or usual.friction, door.stiffness or usual.stiffness
-        ])  # fmt: skip
-        doubt = np.array([usual.damping_deviation, usual.friction_deviation, usual.stiffness_deviation])
-        self._believe(np.diag(doubt**2))
+        self._by_chance, self._moves = _BY_CHANCE * scale, _MOVES * model.ratios["rate"]
+        self._mean = np.array([getattr(door, name) or mean for name, (mean, _) in usual.items()])
+        self._believe(np.diag([doubt**2 for _, doubt in usual.values()]))
         self._next = -math.inf
 
     def _believe(self, covariance: Array) -> None:

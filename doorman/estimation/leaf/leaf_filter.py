@@ -65,7 +65,7 @@ def leaf_filter(model: Model, numbers: Numbers) -> Filter:
     hardest = 2.0 * model.scenario.control.max_push * model.coupling.lever_length / model.door.per_angle
     least.resistance, most.resistance = -hardest, hardest  # beyond it nothing that is pushed would move
     gate = model.scenario.estimation.gate
-    return _banks[kind].with_numbers(numbers.vector, least.words, most.words, gate)
+    return _banks[kind].with_numbers(numbers.vector, least.floats, most.floats, gate)
 
 
 def _bank(motion: LeafMotion, grips: bool, numbers: Numbers) -> Filter:

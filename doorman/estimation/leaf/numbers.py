@@ -13,6 +13,7 @@ from doorman.estimation.leaf.kernels.told import LeafState
 from doorman.kinematics.numbers import Numbers
 from doorman.model import Model
 from doorman.scenario import EstimationSection
+from doorman.scenario.sized import starts_tied
 
 STATES = {name: LeafState.dtype[name].itemsize // 8 for name in LeafState.dtype.names or ()}
 """Parts of the state in their order, and how many numbers each has; see `LeafMotion`."""
@@ -23,11 +24,9 @@ SIZE = sum(STATES.values())
 LEAST_NOISE = 1e-4
 """Least noise of a pose's position: the filter must stay able to learn [m]."""
 
-_TABLES = "contact", "noise", "start"
-
 TUNED = (
     "sensor.pose", "sensor.tip_force", *CONSTANTS,
-    *(f"{table}.{key}" for table in _TABLES for key, _ in getattr(EstimationSection(), table)),
+    *(f"noise.{key}" for key, _ in EstimationSection().noise),
 )  # fmt: skip
 """Names of what is no fact of vehicle or door: constants, and keys of `[estimation]`; the sensors' are of the flight."""
 
@@ -39,14 +38,18 @@ def leaf_numbers(model: Model, pose_deviation: float) -> Numbers:
     """Numbers of a scenario: constants, those of `[estimation]`, and what follows from vehicle and door."""
     settings = model.scenario.estimation
     tuned = {name: value * model.ratios.get(unit, 1.0) for name, (value, unit) in CONSTANTS.items()}
-    tuned |= {f"{table}.{key}": value for table in _TABLES for key, value in getattr(settings, table)}
+    tuned |= {f"noise.{key}": value for key, value in settings.noise}
     if model.scenario.door.beside and not model.door.in_plane:
         tuned["contact.slip_rate"] = _ON_LEVER * model.scale.speed
     if model.door.at_its_stop(model.start_angle):
         tuned["start.joint"] = tuned["start.stop"]
     if model.scenario.contact.kind == "push":
         turned = 0.0 if model.door.slides else model.coupling.lever_length * settings.door_yaw_deviation
-        tuned["start.face"] = max(math.hypot(settings.door_place_deviation, turned), settings.start.face)
+        tuned["start.face"] = max(math.hypot(settings.door_place_deviation, turned), tuned["start.face"])
+    if starts_tied(
+        model.scenario
+    ):  # a held tip bears any force, so no motion tells lift from that: thrust is as commanded
+        tuned["start.lift"] = tuned["noise.lift"]
     # an offset of a sensor in the tip is learnt in free flight
     offset = settings.tip_force_offset if model.scenario.mission.start == "contact" else 0.0
     bodies = {} if model.vehicle.bodies.balanced else model.vehicle.bodies.numbers()
@@ -54,7 +57,7 @@ def leaf_numbers(model: Model, pose_deviation: float) -> Numbers:
         **bodies,
         "reference.sense": math.copysign(1.0, model.goal_state[3] - model.start_state[3]),
         "sensor.pose": max(pose_deviation, LEAST_NOISE),
-        "sensor.tip_force": math.hypot(settings.tip_force, settings.tip_force_noise, offset),
+        "sensor.tip_force": math.hypot(tuned["contact.swings"], settings.tip_force_noise, offset),
         "sensor.leaf": 1.0,  # readings come with their own
         "contact.borne": np.zeros(2),  # by a lever that the tip holds down, along leaf and hinge [N]
         "contact.way": 1.0,  # a leaf that stands is to go on, or back: -1

@@ -10,6 +10,7 @@ import numpy as np
 from doorman.arrays import Array
 from doorman.estimation.estimate import FilterEstimate
 from doorman.estimation.filter import Filter
+from doorman.estimation.leaf.constants import CONSTANTS
 from doorman.estimation.leaf.hypotheses import FREE, HOLDING, STANDING, TOUCHING
 from doorman.estimation.leaf.kernels.acting_step import Inputs
 from doorman.estimation.leaf.kernels.told import LeafState, Told
@@ -36,10 +37,11 @@ class LeafRun:
     ) -> None:
         situation, first = _begins(model)
         self._model, self._met, self._settings = model, first != FREE, model.scenario.estimation
+        self._known_face = model.ratios["length"] * CONSTANTS["start.face"][0]
         self._bank = bank or leaf_filter(model, numbers)
         self._situation, self._inputs, self._numbers = situation, inputs, numbers
         self._mean, self._doubt = first_state(model, numbers, position)
-        mean, doubt = self._mean.words, self._doubt.words
+        mean, doubt = self._mean.floats, self._doubt.floats
         self._bank.start(time, mean, doubt, probabilities={first: 1.0}, inputs=inputs, situation=situation)
         self.estimate: FilterEstimate
         """At the last pose,"""
@@ -165,7 +167,7 @@ class LeafRun:
 
     def know_face(self) -> None:
         """The face stands where it is believed: what is met elsewhere is a leaf that stands ajar."""
-        self._doubt.face = min(self._doubt.face, self._settings.start.face)
+        self._doubt.face = min(self._doubt.face, self._known_face)
         self._knows({"face": (self.state.face, self._doubt.face)}, self.estimate.probabilities)
 
     def go_on(self, values: Mapping[str, Known]) -> None:
@@ -202,15 +204,15 @@ class LeafRun:
         doubt = math.hypot(lever * self.deviations.joint, self.deviations.face)
         if lever * (joint - angle) <= self._settings.elsewhere * doubt:
             return
-        number, known_face = self._numbers.one, self._settings.start.face
+        number = self._numbers.one
         if self.time - self._seen_at < self._settings.seen_time:  # the leaf is where it is seen: its face is elsewhere
-            parts: dict[str, Known] = {"face": (lever * (tip - joint), known_face)}
+            parts: dict[str, Known] = {"face": (lever * (tip - joint), self._known_face)}
         elif self._met:  # it flies ahead of the tip
             rate = min(rate, tip_rate)
             parts = {"joint": (angle, number("start.astray")), "joint_rate": (rate, number("start.astray_rate"))}
         else:
             still = 0.0, self._doubt.joint_rate
-            parts = {"joint": (tip, number("start.astray")), "joint_rate": still, "face": (0.0, known_face)}
+            parts = {"joint": (tip, number("start.astray")), "joint_rate": still, "face": (0.0, self._known_face)}
         self._knows(parts, {FREE: 1.0})
 
     def _touches(self) -> float:
@@ -250,10 +252,10 @@ class LeafRun:
         mean.velocity = 0.0
         if np.isfinite(position).all():
             mean.position = position
-        doubt = LeafState.over(np.maximum(self._doubt.words, known.deviations))
+        doubt = LeafState.over(np.maximum(self._doubt.floats, known.deviations))
         fastest = self._model.scenario.safety.speed / 3.0  # three deviations
         doubt.velocity = np.maximum(doubt.velocity, fastest)
-        self._bank.start(time, mean.words, doubt.words, inputs=self._inputs, situation=self._situation)
+        self._bank.start(time, mean.floats, doubt.floats, inputs=self._inputs, situation=self._situation)
         self._taken = time
 
 

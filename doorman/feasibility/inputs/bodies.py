@@ -13,13 +13,11 @@ import numpy as np
 from doorman.arrays import Array
 from doorman.bounds import parse_numbers
 from doorman.feasibility.report import Finding, found
-from doorman.kinematics.urdf.shapes import read_collisions
-from doorman.kinematics.urdf.structure import check_structure
+from doorman.kinematics.urdf.elements import read_collisions
+from doorman.kinematics.urdf.structure import ROUNDING, check_structure
 from doorman.model import Model
 
 _INERTIAL = {"value", "ixx", "iyy", "izz", "ixy", "ixz", "iyz"}
-_ROUNDING = 1e-3
-"""Share of a principal moment by which a URDF's rounded inertia may fail to be a rigid body's; the simulator lifts that."""
 _DENSEST = 2.3e4
 """Density of osmium, the densest solid [kg/m³]."""
 
@@ -62,14 +60,14 @@ def _rigid(bodies: list[_Body]) -> Finding:
     r"""Principal moments of a rigid body are not negative, and fulfil :math:`A + B \ge C`."""
     worst = max(bodies, key=lambda body: body.missing if body.moments[0] >= 0.0 else math.inf)
     smallest, middle, largest = worst.moments
-    ok = smallest >= 0.0 and worst.missing <= _ROUNDING
+    ok = smallest >= 0.0 and worst.missing <= ROUNDING
     words = f"principal moments {smallest:.4g}, {middle:.4g} and {largest:.4g} kg m²"
     fault = "one is negative" if smallest < 0.0 else "in a rigid body none is larger than the sum of the other two"
     message = (
         f"all {len(bodies)} links with mass can be rigid bodies; nearest to the limit is {worst.name}, with {words}"
     )
     return found(
-        "inertias", ok, message if ok else f"{worst.where}/inertial/inertia has {words}: {fault}", worst.missing, _ROUNDING, "",
+        "inertias", ok, message if ok else f"{worst.where}/inertial/inertia has {words}: {fault}", worst.missing, ROUNDING, "",
         "give moments about the link's centre of mass with A + B >= C, such as those of a box of its size",
     )  # fmt: skip
 

@@ -15,8 +15,9 @@ import pinocchio
 from doorman.arrays import Array
 from doorman.feasibility.report import Finding, found, warning_if
 from doorman.kinematics.doors.door import Door
+from doorman.kinematics.urdf.elements import UrdfShape, read_collisions
 from doorman.kinematics.urdf.mesh_hull import convex_hull, mesh_triangles, mesh_vertices
-from doorman.kinematics.urdf.shapes import UrdfShape, read_collisions
+from doorman.kinematics.urdf.structure import ROUNDING
 from doorman.model import Model
 
 _INNER = np.linspace(0.1493, 0.8507, 5)
@@ -29,8 +30,6 @@ _THIN = 0.01
 """Depth of a hull that is in no vehicle's way [m]."""
 _HALVINGS = 12
 """Halvings in the search for an edge: to 1 mm of 4 m."""
-_ALIGNED = 1e-3
-"""Deviation of a rotation matrix from 0 and 1 up to which a box needs no rotation."""
 
 
 def _depths(triangles: Array, along: float, up: float) -> Array:
@@ -149,7 +148,7 @@ def _edge(mesh: Array, free: tuple[float, float], end: tuple[float, float]) -> t
 def _box(link: Array, center: Array, size: Array) -> str:
     """A box of the doorway, ready for a link of a URDF."""
     rotation, place = link[:3, :3], _moved(link, center)
-    if (np.minimum(np.abs(rotation), np.abs(1.0 - np.abs(rotation))) < _ALIGNED).all():
+    if (np.minimum(np.abs(rotation), np.abs(1.0 - np.abs(rotation))) < ROUNDING).all():
         size, turn = np.abs(rotation) @ size, ""
     else:
         rotation = rotation * [1.0, 1.0, np.linalg.det(rotation)]  # the doorway's axes may be left-handed

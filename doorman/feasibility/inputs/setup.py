@@ -18,13 +18,12 @@ from doorman.feasibility.inputs.hollow import hollow_findings
 from doorman.feasibility.inputs.vehicle import vehicle_findings
 from doorman.feasibility.lift import lift_findings
 from doorman.feasibility.report import Finding, Severity, found, warning_if
+from doorman.kinematics.doors.urdf.convention import ROUNDED
 from doorman.model import Model
 
 _MOST_BEFORE = 0.25
 """Share of the contact's distance from the hinge by which the face may stand before the axis."""
 _CONTACT_EDGE = 0.02
-_ROUNDED = 2e-3
-"""By which a URDF's limit may miss the angle that it stands for: right angles are written as 1.57 [rad]."""
 _SHORTEST_HORIZON = 0.3
 _LONGEST_STEP = 0.1
 _NEARLY = 0.9
@@ -78,7 +77,7 @@ def _contact_point(model: Model) -> Finding:
     nearest = min(edges, key=lambda edge: edges[edge])
     fitted = ""
     if door.handle is None and not door.slides and distance < door.place_on_face(contact)[0]:
-        fitted = f"; contact.fit_doorway moved it to {distance:.2f} m from the hinge, so that the vehicle fits behind the tip"
+        fitted = f"; it is {distance:.2f} m from the hinge, so that the vehicle fits into the doorway behind the tip"
     return found(
         "contact on the leaf", edges[nearest] >= _CONTACT_EDGE,
         f"the contact point is {1e2 * edges[nearest]:.1f} cm from the leaf's {nearest} edge{fitted}",
@@ -103,7 +102,7 @@ def _hinge_limits(model: Model) -> Finding:
     ends = sorted((lower, upper), key=door.opening_of if door.slides else None)
     angles = {"start": model.start_angle, "goal": model.goal_angle}
     inside, name = min((min(angle - lower, upper - angle), name) for name, angle in angles.items())
-    ok, key = inside >= -_ROUNDED, "opening" if door.slides else "door_angle"
+    ok, key = inside >= -ROUNDED, "opening" if door.slides else "door_angle"
     return found(
         "hinge limits", ok,
         f"the {name}'s {key.replace('_', ' ')} of {door.in_words(angles[name])} is {door.way_in_words(abs(inside))} "

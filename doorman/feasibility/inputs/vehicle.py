@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from doorman.feasibility.report import Finding, Severity, found, warning_if
+from doorman.kinematics.urdf.structure import ROUNDING
 from doorman.kinematics.vehicles.rotor_layout import RING_RADIUS, RING_SIZE
 from doorman.model import Model
 
-_ROUNDING = 1e-3
-"""Rounding of lengths in URDFs [m]."""
 _MOST_NAMES = 12
 """Most names of links in a message."""
 
@@ -56,7 +55,7 @@ def _rotor_disc(model: Model) -> list[Finding]:
     vehicle, reach = model.vehicle, model.vehicle.propeller_reach
     if not reach > 0.0:
         return []
-    ok = reach <= vehicle.radius + _ROUNDING
+    ok = reach <= vehicle.radius + ROUNDING
     return [found(
         "rotor disc", ok,
         f"the disc of {vehicle.radius:.3f} m radius {'covers' if ok else 'does not cover'} the propellers, which reach "

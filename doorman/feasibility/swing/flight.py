@@ -14,24 +14,22 @@ from doorman.feasibility.inputs.setup import joint_margin
 from doorman.feasibility.lift import weight_on_joints
 from doorman.feasibility.report import Finding, Severity, found, near, warning_if
 from doorman.feasibility.swing.geometry import inertia_in_words, shortest_swing
-from doorman.feasibility.swing.rehearsal import Rehearsal, least_resistance
+from doorman.feasibility.swing.rehearsal import STANDS, Rehearsal, least_resistance
 from doorman.feasibility.swing.room import ACTIVE
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import Model
 from doorman.planning.grip.push import rotor_force
-from doorman.planning.pace import LONGEST, Pace, duration_held
+from doorman.planning.pace import LONGEST, OPEN, Pace, duration_held
 from doorman.planning.whole_body.references import BRAKES
 
 LARGEST_ERROR = math.radians(1.2)
 """Largest error of the door's angle at the end of a rehearsal [rad]: flights end within 0.3° of their rehearsals."""
 
-_OPEN = math.radians(2.0)
 _JOINT_SLACK = 0.02
 _PULL_SLACK = 0.05
 _EVERY, _EVERY_TENTH = 0.05, 10
 _HEIGHT, _HEIGHT_TIED = 0.01, 0.05
 """By which a vehicle is higher or lower than planned, by flight: a tied tip lifts and lowers it [m]."""
-_AT_REST = 0.01
 
 
 def flight_findings(model: Model, rehearsal: Rehearsal) -> list[Finding]:
@@ -50,17 +48,17 @@ def flight_findings(model: Model, rehearsal: Rehearsal) -> list[Finding]:
 def _goal(model: Model, rehearsal: Rehearsal) -> Finding:
     """Where the planner takes the door."""
     door, target, final = model.door, model.goal_angle, rehearsal.final_door_angle
-    error, limit = abs(final - target), _OPEN if door.in_plane else LARGEST_ERROR
+    error, limit = abs(final - target), OPEN if door.in_plane else LARGEST_ERROR
     ok = not rehearsal.failure and error <= limit
     message = (
         f"rehearsed without noise or tracking error for {rehearsal.times[-1]:.1f} s, the door ends at {door.in_words(final)}, "
         f"{door.way_in_words(error)} from the goal"
     )
-    within = rehearsal.time_within(target, _OPEN)
+    within = rehearsal.time_within(target, OPEN)
     if rehearsal.failure:
         message += f"; the motion ends there: {rehearsal.failure}"
     elif within is not None:
-        message += f", and is within {door.way_in_words(_OPEN)} of it from {within:.1f} s on"
+        message += f", and is within {door.way_in_words(OPEN)} of it from {within:.1f} s on"
     return found("goal reached", ok, message, error, limit, "rad", "" if ok else _why_not_reached(model, rehearsal))
 
 
@@ -79,7 +77,7 @@ def _why_not_reached(model: Model, rehearsal: Rehearsal) -> str:
             f"the leaf's {inertia_in_words(model)} take {least:.0f} s at the largest push: use a lighter leaf, "
             "a larger contact.distance_from_hinge or a larger control.max_tilt"
         )
-    if abs(state[4]) > _AT_REST:
+    if abs(state[4]) > STANDS:
         return (
             "the door still moves: raise the weight of the door angle in planner.weights, or lower those of the inputs"
         )

@@ -9,7 +9,7 @@ import numpy as np
 
 from doorman.collision.rows.jambs import JAMBS
 from doorman.collision.rows.plane import LEAF, WALL
-from doorman.feasibility.report import Finding, Severity, found, warning_if
+from doorman.feasibility.report import SPARE, Finding, Severity, found, warning_if
 from doorman.feasibility.swing.rehearsal import DURATION, scaled
 from doorman.feasibility.swing.room import Swing, best_swing
 from doorman.model import Model
@@ -17,8 +17,6 @@ from doorman.planning.limits import largest_push
 from doorman.planning.whole_body.numbers import yaw_torque
 
 _FORCE_RESERVE = 0.7
-_TRACKING = 0.01
-"""Room beyond the planner's margin for tracking errors, of the shipped vehicle [m]."""
 
 
 def geometry_findings(model: Model) -> list[Finding]:
@@ -94,7 +92,7 @@ def _room(model: Model, swing: Swing) -> Finding:
         f"{keeps if room >= 0.0 else f'breaks a constraint by {-1e2 * room:.1f} cm'}, where planner.margin is "
         f"{1e2 * margin:.1f} cm; the narrowest {'are' if len(names) > 1 else 'is'} {' and '.join(map(repr, names))}"
     )
-    more, tracking = f"use {room_to_gain(names)}", _TRACKING * model.scale.length
+    more, tracking = f"use {room_to_gain(names)}", SPARE * model.scale.length
     if room < margin:
         more, worse = f"{1e2 * (margin - room):.1f} cm are missing: {more}", Severity.ERROR
     elif not swing.connected:

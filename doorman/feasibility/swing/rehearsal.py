@@ -24,12 +24,14 @@ from doorman.model import Model
 from doorman.planning.grip.push import push_state
 from doorman.planning.planner import Planner
 from doorman.planning.planning_model import planning_model
-from doorman.scenario.sections.estimation import USUAL_FRICTION
+from doorman.scenario.sections.estimation import USUAL_HINGE
 
 DURATION, LONGEST = 12.0, 30.0
 """Shortest rehearsal, and longest; in between it ends when the door rests at the goal [s]."""
 
-_AJAR, _STANDS = 0.02, 1.1
+STANDS = 0.03
+"""A leaf that is slower stands [rad/s]."""
+_AJAR, _HOLDS = 0.02, 1.1
 """A leaf that begins farther open [rad] has so many times the friction that holds it there."""
 _ALONG_THE_WAY = 20
 """Angles of the way at which the least resistance is looked for."""
@@ -70,7 +72,7 @@ class Rehearsal:
 
 def resistance(model: Model) -> float:
     """Friction that a rehearsal assumes in the joint: that of the plant, where the planner knows none [N m]."""
-    return _assumed(model, model.door.friction or model.hinge_scale * USUAL_FRICTION[0])
+    return _assumed(model, model.door.friction or model.hinge_scale * USUAL_HINGE["friction"][0])
 
 
 def stopping_friction(model: Model) -> float:
@@ -83,7 +85,7 @@ def _assumed(model: Model, friction: float) -> float:
     if model.contact.pull > 0.0:
         return model.door.friction
     ajar = model.door.opening_of(model.travel.start) > model.door.per_angle * _AJAR and not model.door.friction
-    return max(friction, _STANDS * abs(model.door.hinge_torque(model.travel.start, 0.0)) if ajar else 0.0)
+    return max(friction, _HOLDS * abs(model.door.hinge_torque(model.travel.start, 0.0)) if ajar else 0.0)
 
 
 def least_resistance(model: Model) -> float:

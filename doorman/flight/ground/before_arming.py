@@ -6,12 +6,11 @@ from collections.abc import Callable
 
 import numpy as np
 
+from doorman.clocks import LOOK
 from doorman.hardware.pixhawk import Outcome, OutcomeStatus
 from doorman.hardware.vehicle import VehicleLinks
 from doorman.hardware.vehicle.gripper import CLOSED, CLOSES_WITHIN, HALF_OPEN, OPENS_WITHIN
-
-_STARVED = 2.0
-"""For links to become fresh before the autopilot is engaged [s]."""
+from doorman.hardware.vehicle.waiting import SETTLING
 
 
 def try_gripper(links: VehicleLinks, say: Callable[[str], None]) -> str:
@@ -28,7 +27,7 @@ def try_gripper(links: VehicleLinks, say: Callable[[str], None]) -> str:
             if links.clock.now() > deadline:
                 return angle
             act()
-            links.clock.sleep(0.01)
+            links.clock.sleep(LOOK)
         return None
 
     stuck = moves(CLOSES_WITHIN, lambda angle: angle >= CLOSED, lambda: links.move_arm(rest, closed=True))
@@ -46,7 +45,7 @@ def engage(links: VehicleLinks, stops: Callable[[], bool]) -> Outcome:
     begin = links.clock.now()
     while True:
         outcome = links.autopilot.engage(unarmed=True)
-        starved = outcome.status is OutcomeStatus.NOT_READY and links.clock.now() - begin < _STARVED
+        starved = outcome.status is OutcomeStatus.NOT_READY and links.clock.now() - begin < SETTLING
         if not starved or stops():
             return outcome
-        links.clock.sleep(0.05)
+        links.clock.sleep(LOOK)

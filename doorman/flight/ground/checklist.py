@@ -8,6 +8,7 @@ from typing import TypeVar
 
 import numpy as np
 
+from doorman.clocks import HELD_UP, LOOK
 from doorman.control.estimation.pose_age import oldest_pose
 from doorman.control.estimation.pose_noise import most_force_noise
 from doorman.dynamics.attitude_loop import TESTED_DEAD_TIME, TESTED_LAG
@@ -29,19 +30,17 @@ from doorman.flight.ground.judgements import (
 from doorman.hardware.dynamixel import ServoFault
 from doorman.hardware.pixhawk import SampleStatus
 from doorman.hardware.pixhawk.dialect import PX4
+from doorman.hardware.pixhawk.link.rates import ENOUGH
 from doorman.hardware.scheduling import is_real_time
 from doorman.hardware.vehicle import Places, VehicleLinks
 from doorman.hardware.vehicle.doubt import BELIEVED_TURN
 from doorman.hardware.vehicle.waiting import TOGETHER, apart, leaning, turned
 from doorman.model import Model
 
-_LEAST_RATE = 0.6
-"""Share of a rate that must be reached."""
 _PLACE = 0.5
 """Distance between the vehicle and its pad beyond which it does not take off [m]."""
 _LEVEL = math.radians(3.0)
 """Largest difference of roll or pitch between cameras and autopilot: a twentieth of the weight then points elsewhere [rad]."""
-_SETTLED = 0.5
 Sample = TypeVar("Sample")
 _FLOWN_WITH = ServoFault.VOLTAGE | ServoFault.WARM
 """Faults of servos that do not keep a flight on the ground: they may disappear in the air as well."""
@@ -75,10 +74,10 @@ def preflight(model: Model, links: VehicleLinks, findings: Report) -> list[Check
 
 
 def _settled(links: VehicleLinks, read: Callable[[], Sample], good: Callable[[Sample], bool]) -> Sample:
-    """The first good sample within `_SETTLED`, or the last bad one: a single late answer grounds no vehicle."""
-    deadline = links.clock.now() + _SETTLED
+    """The first good sample within `HELD_UP`, or the last bad one: a single late answer grounds no vehicle."""
+    deadline = links.clock.now() + HELD_UP
     while not good(sample := read()) and links.clock.now() < deadline:
-        links.clock.sleep(0.01)
+        links.clock.sleep(LOOK)
     return sample
 
 
@@ -127,7 +126,7 @@ def _telemetry(links: VehicleLinks) -> Check:
     def words(names: Iterable[str], wanted: Mapping[str, float]) -> str:
         return ", ".join(f"{name} {status.rates.get(name, 0.0):.0f} of {wanted[name]:.0f}/s" for name in names)
 
-    low = [name for name, rate in needed.items() if status.rates.get(name, 0.0) < _LEAST_RATE * rate]
+    low = [name for name, rate in needed.items() if status.rates.get(name, 0.0) < ENOUGH * rate]
     if low:
         return Check("telemetry", Verdict.BAD, words(low, needed), "use a faster line, or ask for lower rates")
     less = [name for name, rate in needed.items() if rate < status.wanted_rates[name]]
@@ -180,7 +179,9 @@ def _place(model: Model, links: VehicleLinks) -> Check:
 def _attitude_loop(model: Model, links: VehicleLinks) -> Check:
     """How roll and pitch are believed to follow commands, until the hover has measured it."""
     loop, mission = model.attitude_loop, model.scenario.mission
-    measures = mission.measure_attitude and mission.start == "hover" and links.config.pixhawk.setpoints == "attitude"
+    measures = (
+        "attitude" in mission.measures and mission.start == "hover" and links.config.pixhawk.setpoints == "attitude"
+    )
     return row("attitude loop", loop.lag <= TESTED_LAG and loop.dead_time <= TESTED_DEAD_TIME,
                f"believed: lag {1e3 * loop.lag:.0f} ms, dead time {1e3 * loop.dead_time:.0f} ms; "
                + ("the hover measures it before contact" if measures else "not measured in this flight"),

@@ -8,20 +8,19 @@ from dataclasses import replace
 
 import numpy as np
 
+from doorman.clocks import BRIEFLY
 from doorman.control.estimation.door_watch import DoorWatch
 from doorman.exceptions import BackendError
 from doorman.flight.ground.judgements import Check, Verdict, row
 from doorman.hardware.door import DoorSensor
 from doorman.hardware.vehicle import VehicleLinks
+from doorman.hardware.vehicle.waiting import LISTENING
 from doorman.model import Model
 from doorman.signals import FrameReading, LeafReading
 
-LISTENING = 1.0
-"""For readings, of which the mean counts [s]."""
-_EVERY = 0.01
 _NEAR, _TURNED = 0.01, math.radians(1.0)
 """Error of the map that is not reported [m], [rad]."""
-_AJAR = math.radians(3.0)
+_AJAR = 3 * _TURNED
 """Difference from its start at which a leaf counts as ajar [rad]."""
 
 
@@ -58,7 +57,7 @@ def mean_readings(links: VehicleLinks, duration: float = LISTENING) -> tuple[Lea
             leaves.append(leaf)
         if frame is not None and (not frames or frame.time != frames[-1].time):
             frames.append(frame)
-        links.clock.sleep(_EVERY)
+        links.clock.sleep(BRIEFLY)
     mean_leaf = mean_frame = None
     if leaves:
         mean_leaf = replace(leaves[-1], joint=float(np.mean([one.joint for one in leaves])))

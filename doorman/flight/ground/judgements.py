@@ -57,9 +57,8 @@ _LEAST_BATTERY, _FOR_THE_FLIGHT = 0.3, 0.1
 _POSTURE, _ELSEWHERE = 0.15, 0.5
 """Angle between the arm's posture and that of the start that is worth a word, and between it and all those that the arm has in
 the swing, as after a mission that was given up, that is not flown with [rad]."""
-_STEP = math.radians(5.0)
-"""Between doors' angles at which the vehicle's way is looked at [rad]."""
-_MOST_LATENCY = 0.03
+_LOOKS = 20
+"""Places of the leaf at which the vehicle's way is looked at."""
 
 
 def judge_age(latency: float, rate: float, limit: float) -> Check:
@@ -71,7 +70,7 @@ def judge_age(latency: float, rate: float, limit: float) -> Check:
     if not age <= limit:
         return Check("mocap's latency", Verdict.BAD, found,
                      "use faster cameras, or smaller control.position_gain and velocity_gain")  # fmt: skip
-    return row("mocap's latency", latency < _MOST_LATENCY, found, "use a wired network", Verdict.WARNING)
+    return row("mocap's latency", latency < limit / 2, found, "use a wired network", Verdict.WARNING)
 
 
 def judge_noise(model: Model, position_noise: float, latency: float, rate: float) -> Check:
@@ -133,13 +132,13 @@ def judge_rotors(setpoints: str, missing: str) -> Check:
 
 def judge_limits(model: Model) -> Iterator[Check]:
     """Rows about the mission's start and fence."""
-    start, limits = model.scenario.mission.start, model.scenario.safety
+    start, (low, high) = model.scenario.mission.start, model.scenario.safety.fence
     yield row("start", start == "hover", f"in {start}",
               'set mission.start = "hover": a real vehicle takes off before it comes to the leaf')  # fmt: skip
-    outside = [place for place in _way(model) if ((place < limits.fence_low) | (place > limits.fence_high)).any()]
+    outside = [place for place in _way(model) if ((place < low) | (place > high)).any()]
     words = f"; the way leads to {outside[0].round(2)}" if outside else ""
-    yield row("fence", not outside, f"{limits.fence_low} to {limits.fence_high} m{words}",
-               "set safety.fence_low and safety.fence_high around the whole way")  # fmt: skip
+    yield row("fence", not outside, f"{low} to {high} m{words}",
+               "set safety.fence around the whole way")  # fmt: skip
 
 
 def _way(model: Model) -> list[NDArray[np.float64]]:
@@ -155,8 +154,7 @@ def _way(model: Model) -> list[NDArray[np.float64]]:
 
 def _swing(model: Model) -> list[NDArray[np.float64]]:
     """States from the closed to the open door, shape (5 + n,) each."""
-    first, last = model.start_angle, model.goal_angle
-    return [model.on_the_way(float(angle)) for angle in np.linspace(first, last, 2 + int(abs(first - last) / _STEP))]
+    return [model.on_the_way(float(angle)) for angle in np.linspace(model.start_angle, model.goal_angle, _LOOKS)]
 
 
 def judge_scenario(report: Report) -> Iterator[Check]:

@@ -18,8 +18,6 @@ from doorman.hardware.pixhawk import Autopilot
 from doorman.hardware.vehicle import VehicleConfig
 from doorman.model import Model
 
-LISTENING = 3.0
-"""[s]."""
 _LATER = "the checklist of a flight checks them"
 
 
@@ -73,7 +71,7 @@ def _autopilot(model: Model, config: VehicleConfig) -> Iterator[Check]:
                     "a dry run sends nothing: on udpout and tcp the autopilot waits for a first message")  # fmt: skip
         return
     try:
-        time.sleep(LISTENING)
+        time.sleep(config.pixhawk.timeouts.heartbeat)
         state, status = autopilot.state(), autopilot.status()
     finally:
         autopilot.stop()
@@ -92,7 +90,7 @@ def _mocap(config: VehicleConfig) -> Iterator[Check]:
     receiver = MocapReceiver(config.mocap)
     try:
         with receiver:
-            time.sleep(LISTENING)
+            time.sleep(config.pixhawk.timeouts.heartbeat)
             pose, rate = receiver.read(), receiver.statistics.frame_rate
     except BackendError as error:
         yield Check("mocap", Verdict.BAD, str(error), "see docs/hardware/mocap.md")

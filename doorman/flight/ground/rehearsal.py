@@ -8,13 +8,13 @@ import numpy as np
 
 from doorman.exceptions import DoormanError
 from doorman.hardware.interface import Backend, Command, Measurement
+from doorman.hardware.vehicle import VehicleConfig
 from doorman.mission import Mission
 from doorman.model import Model
 from doorman.planning.planner import Planner
 from doorman.recording import Recorder
 
-_DURATION = 0.1
-_PERIOD = 0.005
+_TICKS = 20
 
 
 class _Standstill(Backend):
@@ -33,7 +33,7 @@ class _Standstill(Backend):
         model = self._model
         n, state = model.n_arm, model.start_state
         place = model.coupling.vehicle_motion(state, np.zeros(3), np.zeros(n)).position
-        now = (self._ticks - 1) * _PERIOD
+        now = (self._ticks - 1) / VehicleConfig.rate
         return Measurement(
             now, place, np.zeros(3), state[:3].copy(), np.zeros(3), state[5:].copy(), np.zeros(n), pose_time=now
         )
@@ -58,4 +58,4 @@ def rehearse(model: Model, planner: Planner) -> None:
         scenario = scenario.model_copy(update={"mission": scenario.mission.model_copy(update={"start": start})})
         rehearsed = Model(scenario)
         with contextlib.suppress(DoormanError):  # a vehicle that does not move is no good pupil
-            Mission(rehearsed, recorder=Recorder(None, {})).fly(_Standstill(rehearsed), _DURATION)
+            Mission(rehearsed, recorder=Recorder(None, {})).fly(_Standstill(rehearsed), _TICKS / VehicleConfig.rate)

@@ -85,7 +85,7 @@ class Host:
 DISTRIBUTION = "doorman-uam"
 LEAST_SPACE = 2_000_000_000
 """Least free space for recordings [bytes]."""
-LARGEST_SLEW = 1000.0
+LARGEST_SLEW = 1000
 """Largest slew of the clock that the servos' stamps allow [ppm]."""
 _INSTALL = how_to_install("hardware").partition(": ")[2]
 _GOOD_CLOCKS = ("tsc", "arch_sys_counter", "kvm-clock")

@@ -17,6 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from doorman.clocks import RESTART
 from doorman.copying import Uncopied
 from doorman.door_sensor.config import CameraConfig, DoorSensorConfig
 from doorman.door_sensor.detector import DoorByTags, TagDetector, opencv
@@ -71,11 +72,6 @@ class Video:
 
 _Found = tuple[float, dict[int, MarkPose]]
 
-_AGAIN_AFTER = 1.0
-"""A process that has ended is started again so long after its start [s]."""
-_PATIENCE = 2.0
-"""Longest wait for an ended process to be gone [s]."""
-
 
 class TagSource(Uncopied):
     """A `DoorSource` by tags. The constructor starts nothing."""
@@ -111,7 +107,7 @@ class TagSource(Uncopied):
             alive = False
         if not alive:
             self._words = self._words or "the detector's process has ended"
-            if time.monotonic() - self._started > _AGAIN_AFTER:
+            if time.monotonic() - self._started > RESTART:
                 self._end()
                 self._start()
         if self._words:
@@ -135,7 +131,7 @@ class TagSource(Uncopied):
         process, link, self._process, self._link = self._process, self._link, None, None
         if process is not None:
             process.terminate()
-            process.join(_PATIENCE)
+            process.join(RESTART)
         if link is not None:
             link.close()
 

@@ -16,12 +16,12 @@ from doorman.hardware.dynamixel.commissioning import Connection, ReadyServo
 from doorman.hardware.dynamixel.config import ServoConfig
 from doorman.hardware.dynamixel.cycle import ServoCommand
 from doorman.hardware.dynamixel.faults import BusState, BusStatistics, ServoEvent, ServoSample
-from doorman.hardware.dynamixel.registers import PRESENT_POSITION
+from doorman.hardware.dynamixel.registers import FACTORY_CURRENT_LIMITS, MODELS, PRESENT_POSITION, Unit
 from doorman.hardware.dynamixel.settings import Servo, SettingFinding, check_settings
 
 T = TypeVar("T")
-STRONGEST_GRIP = 2.0
-"""More than any of the servos takes [A]."""
+STRONGEST_GRIP = max(FACTORY_CURRENT_LIMITS[model] * Unit.CURRENT[model] for model in MODELS)
+"""What the strongest of the servos takes [A]."""
 
 
 class ServoBus(BusThread):
@@ -100,7 +100,7 @@ class ServoBus(BusThread):
 
         Args:
             rates: Ḣ_d, shape (n_joints,) [rad/s].
-            grip: Current of the gripper, up to ±2 and what the servo takes, positive where it pushes the angle up [A]; None goes
+            grip: Current of the gripper, up to what the servo takes, positive where it pushes the angle up [A]; None goes
                 on with the last one. It holds until it is changed or the bus is stopped; a gripper that has let go by itself,
                 as by its watchdog or with the device, stays open until a current is given anew.
 

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 from doorman.background import EventLog, InThread
-from doorman.clocks import Clock
+from doorman.clocks import LONGEST_WAIT, Clock
 from doorman.exceptions import BackendError
 from doorman.hardware.dynamixel.commissioning import Connection, ReadyServo
 from doorman.hardware.dynamixel.config import ServoConfig
@@ -18,8 +18,6 @@ from doorman.hardware.dynamixel.port import PortLost
 
 FIRST_READS = 10
 """Attempts to hear all servos before the thread starts."""
-RECONNECT_INTERVAL = 0.1
-"""Time between two looks for an unplugged device [s]."""
 STARTS_KEPT = 4000
 
 
@@ -151,7 +149,7 @@ class BusThread(InThread):
 
     def _reconnect(self) -> None:
         """Open the device again and check who answers; what the servos went through shows in the next cycle."""
-        self._stopping.wait(RECONNECT_INTERVAL)
+        self._stopping.wait(LONGEST_WAIT)
         self._next = self._clock.now()
         if self._stopping.is_set():
             return

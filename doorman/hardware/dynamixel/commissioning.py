@@ -5,14 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from doorman.background import EventLog, Opened
-from doorman.clocks import REAL_TIME, Clock
+from doorman.clocks import HELD_UP, REAL_TIME, Clock
 from doorman.exceptions import BackendError
 from doorman.hardware.dynamixel import registers as reg
 from doorman.hardware.dynamixel.config import ServoConfig
 from doorman.hardware.dynamixel.faults import ServoEvent
 from doorman.hardware.dynamixel.link import Link
 from doorman.hardware.dynamixel.port import PortLost, SerialPort
-from doorman.hardware.dynamixel.registers import CURRENT_UNITS, RETURN_DELAY_UNIT, joint_angle, whole_turns
+from doorman.hardware.dynamixel.registers import Unit, joint_angle, whole_turns
 from doorman.hardware.dynamixel.settings import (
     TOLERATED_RETURN_DELAY,
     Servo,
@@ -41,7 +41,7 @@ class ReadyServo:
     @property
     def current_unit(self) -> float:
         """One count of a current [A]."""
-        return CURRENT_UNITS[self.model]
+        return Unit.CURRENT[self.model]
 
 
 def commission(servo: Servo, log: EventLog[ServoEvent], *, write_eeprom: bool) -> ReadyServo:
@@ -133,10 +133,8 @@ def _gather_telemetry(servo: Servo) -> None:
         )
 
 
-LONGEST_LATENCY_TIMER = 1.5e-3
-"""A USB adapter that keeps bytes back for longer spoils the cycle [s]."""
-REST_TIMEOUT = 0.5
-"""Time for leaving all servos at rest [s]."""
+LATENCY_TIMER = 1
+"""A USB adapter that keeps bytes back for longer spoils the cycle [ms]."""
 
 
 class Connection(Opened):
@@ -146,15 +144,15 @@ class Connection(Opened):
         self._config, self._clock = config, clock
         self._port = port = SerialPort(config.port, config.baud_rate, clock)
         self._patient = Link(port, config.baud_rate, config.setup_latency, clock=clock.now)
-        delay = TOLERATED_RETURN_DELAY * RETURN_DELAY_UNIT
+        delay = TOLERATED_RETURN_DELAY * Unit.RETURN_DELAY
         self.quick = Link(port, config.baud_rate, config.latency, delay, clock.now)
 
     def open(self) -> None:
         self._port.open()
         timer = self._port.latency_timer
-        if timer is not None and timer > LONGEST_LATENCY_TIMER:
+        if timer is not None and timer > LATENCY_TIMER:
             self.stop()
-            raise BackendError("the USB adapter's latency timer is too slow", field="servos.port", given=f"{timer * 1e3:g} ms",
+            raise BackendError("the USB adapter's latency timer is too slow", field="servos.port", given=f"{timer} ms",
                                allowed="1 ms: write 1 to latency_timer of the device in /sys/bus/usb-serial/devices")  # fmt: skip
 
     def stop(self) -> None:
@@ -182,7 +180,7 @@ class Connection(Opened):
     def rest(self) -> list[str]:
         """Leave all servos at rest; what failed."""
         failures = []
-        for servo in self.servos(self.quick, REST_TIMEOUT):
+        for servo in self.servos(self.quick, HELD_UP):
             try:
                 rest(servo)
             except PortLost as error:

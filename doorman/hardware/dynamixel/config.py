@@ -13,14 +13,7 @@ from numpy.typing import ArrayLike
 from doorman.arrays import Array, sealed
 from doorman.checks import NonNegative, Positive, Range, check_fields, check_rules, vector
 from doorman.exceptions import BackendError
-from doorman.hardware.dynamixel.registers import (
-    BAUD_CODES,
-    CENTRE,
-    MODELS,
-    TICKS_PER_TURN,
-    WATCHDOG_LONGEST,
-    WATCHDOG_UNIT,
-)
+from doorman.hardware.dynamixel.registers import BAUD_CODES, CENTRE, MODELS, TICKS_PER_TURN, WATCHDOG_LONGEST, Unit
 
 
 class JointLimits(NamedTuple):
@@ -124,7 +117,7 @@ class ServoConfig:
         lower, upper, rates = (sealed(vector(getattr(self, name), self.n, f"servos.{name}")) for name in names)
         object.__setattr__(self, "limits", JointLimits(lower, upper, rates))
         check_fields(self, "servos.")
-        bound, counts = 255 * TICKS_PER_TURN, self.watchdog / WATCHDOG_UNIT
+        bound, counts = 255 * TICKS_PER_TURN, self.watchdog / Unit.WATCHDOG
         room = float(np.min(upper - lower, initial=math.inf))
         check_rules(
             self, "servos.",
@@ -135,7 +128,7 @@ class ServoConfig:
             (all(abs(offset) < bound for offset in self.offsets), "homing_offsets", f"below {bound}"),
             (self.missing_after > self.stale_after > self.period, "stale_after", "between period and missing_after"),
             (any(abs(counts - whole) < 1e-6 for whole in range(1, WATCHDOG_LONGEST + 1)), "watchdog",
-             f"multiples of {WATCHDOG_UNIT} up to {WATCHDOG_LONGEST * WATCHDOG_UNIT} s"),
+             f"multiples of {Unit.WATCHDOG} up to {WATCHDOG_LONGEST * Unit.WATCHDOG} s"),
             (self.watchdog > 4.0 * self.period, "watchdog", "more than four periods"),
             (self.hot_temperature > self.warm_temperature, "hot_temperature", "above warm_temperature"),
             (2.0 * self.limit_margin < room, "limit_margin", f"below {room / 2.0:g} rad"),
@@ -174,7 +167,7 @@ class ServoConfig:
     @property
     def watchdog_counts(self) -> int:
         """Content of the bus watchdog's register."""
-        return round(self.watchdog / WATCHDOG_UNIT)
+        return round(self.watchdog / Unit.WATCHDOG)
 
     def _make_whole(self, name: str) -> None:
         """Make Python's integers of what counts as such: a float fits into no register."""

@@ -16,7 +16,7 @@ from doorman.hardware.dynamixel.faults import LATCHED, STOPPING, BusState, Servo
 from doorman.hardware.dynamixel.link import UNANSWERED, Link, ServoReader
 from doorman.hardware.dynamixel.monitor import ServoMonitor
 from doorman.hardware.dynamixel.port import PortLost
-from doorman.hardware.dynamixel.registers import VELOCITY_UNIT, VOLTAGE_UNIT, Telemetry, joint_angle
+from doorman.hardware.dynamixel.registers import Telemetry, Unit, joint_angle
 from doorman.hardware.dynamixel.settings import Servo
 
 _ILL = STOPPING | LATCHED
@@ -130,10 +130,10 @@ class ServoCycle:
         return ServoSample(
             time=float(times.min()),
             angles=frozen(self._angles()),
-            rates=frozen([sign * row.velocity * VELOCITY_UNIT for sign, row in zip(signs, rows, strict=True)]),
+            rates=frozen([sign * row.velocity * Unit.VELOCITY for sign, row in zip(signs, rows, strict=True)]),
             currents=frozen([sign * row.current * unit for sign, row, unit in zip(signs, rows, units, strict=True)]),
             temperatures=frozen([row.temperature for row in rows]),
-            voltages=frozen([row.voltage * VOLTAGE_UNIT for row in rows]),
+            voltages=frozen([row.voltage * Unit.VOLTAGE for row in rows]),
             errors=tuple(row.hardware_error for row in rows), times=times, faults=tuple(self._faults()),
             bus_fault=self.bus_fault, state=state, goals=frozen(self._goals), cycle=self.count, age=0.0, fresh=False,
         )  # fmt: skip
@@ -172,7 +172,7 @@ class ServoCycle:
     def _send(self, counts: list[int]) -> None:
         n = self._config.n_joints
         self._link.sync_write(reg.GOAL_VELOCITY, dict(zip(self._config.ids[:n], counts, strict=True)))
-        self._goals = [sign * count * VELOCITY_UNIT for sign, count in zip(self._config.signs[:n], counts, strict=True)]
+        self._goals = [sign * count * Unit.VELOCITY for sign, count in zip(self._config.signs[:n], counts, strict=True)]
 
     def _wanted_current(self, command: ServoCommand, now: float) -> float:
         gripper = self.monitors[-1]
@@ -244,10 +244,10 @@ class RateGovernor:
         config, counts = self._config, []
         lower, upper, fastest = config.limits
         for joint in range(config.n_joints):
-            largest = min(math.floor(float(fastest[joint]) / VELOCITY_UNIT), self._servos[joint].velocity_limit)
+            largest = min(math.floor(float(fastest[joint]) / Unit.VELOCITY), self._servos[joint].velocity_limit)
             rate = allowed_rate(
                 rates[joint], angles[joint], float(lower[joint]) + config.limit_margin,
-                float(upper[joint]) - config.limit_margin, largest * VELOCITY_UNIT, config.deceleration,
+                float(upper[joint]) - config.limit_margin, largest * Unit.VELOCITY, config.deceleration,
                 config.reaction_time + ages[joint],
             )  # fmt: skip
             counts.append(config.signs[joint] * max(min(self._rounded(joint, rate), largest), -largest))
@@ -263,7 +263,7 @@ class RateGovernor:
         if rate == 0.0:
             self._rests[joint] = 0.0
             return 0
-        wanted = rate / VELOCITY_UNIT + self._rests[joint]
+        wanted = rate / Unit.VELOCITY + self._rests[joint]
         counts = round(wanted)
         self._rests[joint] = max(min(wanted - counts, 0.5), -0.5)
         return counts if counts * rate > 0.0 else 0

@@ -8,26 +8,13 @@ from dataclasses import dataclass
 
 from doorman.hardware.dynamixel.config import ServoConfig
 from doorman.hardware.dynamixel.faults import ServoFault
-from doorman.hardware.dynamixel.packets import (
-    BROADCAST_ID,
-    OVERHEAD,
-    StatusPacket,
-    StatusParser,
-    instruction_packet,
-)
+from doorman.hardware.dynamixel.packets import BROADCAST_ID, OVERHEAD, StatusPacket, StatusParser, instruction_packet
 from doorman.hardware.dynamixel.port import SerialPort
-from doorman.hardware.dynamixel.registers import (
-    BUS_WATCHDOG,
-    RETURN_DELAY_UNIT,
-    TELEMETRY,
-    WATCHDOG_OFF,
-    Instruction,
-    Register,
-)
+from doorman.hardware.dynamixel.registers import BUS_WATCHDOG, TELEMETRY, WATCHDOG_OFF, Instruction, Register, Unit
 
 BITS_PER_BYTE = 10
 """Start bit, eight data bits, stop bit."""
-LONGEST_RETURN_DELAY = 254 * RETURN_DELAY_UNIT
+LONGEST_RETURN_DELAY = 254 * Unit.RETURN_DELAY
 FLOOD = 64
 """Chunks after which a line is given up that does not fall silent."""
 UNANSWERED = ServoFault.TIMEOUT | ServoFault.CORRUPT
@@ -152,16 +139,13 @@ def _place(register: Register) -> bytes:
     return register.address.to_bytes(2, "little") + register.size.to_bytes(2, "little")
 
 
-PROBE_INTERVAL = 0.05
-"""Time between two looks for a missing servo [s]."""
-
-
 class ServoReader:
     # In a sync read every servo waits for its predecessor's answer, so one silent servo silences those after it: they are asked
     # one by one, and a servo that stays silent is left out and only looked for now and then.
 
     def __init__(self, link: Link, config: ServoConfig) -> None:
         self._link, self._ids = link, config.ids
+        self._between = config.stale_after  # between two looks for a missing servo [s]
         self._next_probe = 0.0
         self.absent: set[int] = set()  # joints that are left out of the sync read and looked for
         self.excluded: int | None = None  # joint that is left alone altogether while it is being recovered
@@ -176,6 +160,6 @@ class ServoReader:
             alone = [joint for joint in present if replies[joint].fault & UNANSWERED][1:]
         absent = sorted(self.absent - {self.excluded})
         if absent and self._link.now() >= self._next_probe:
-            alone.append(absent[int(self._next_probe / PROBE_INTERVAL) % len(absent)])
-            self._next_probe = self._link.now() + PROBE_INTERVAL
+            alone.append(absent[int(self._next_probe / self._between) % len(absent)])
+            self._next_probe = self._link.now() + self._between
         return replies | {joint: self._link.read(self._ids[joint], TELEMETRY) for joint in alone}

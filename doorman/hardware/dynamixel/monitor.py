@@ -20,17 +20,9 @@ import math
 from doorman.hardware.dynamixel.config import ServoConfig
 from doorman.hardware.dynamixel.faults import LATCHED, ServoFault
 from doorman.hardware.dynamixel.link import Reply
-from doorman.hardware.dynamixel.registers import (
-    CURRENT_UNITS,
-    RADIANS_PER_TICK,
-    TICK_RANGE,
-    TICK_UNIT,
-    VELOCITY_UNIT,
-    HardwareError,
-    Telemetry,
-)
+from doorman.hardware.dynamixel.registers import TICK_RANGE, HardwareError, Telemetry, Unit
 
-RESOLUTION = 2.0 * TICK_UNIT
+RESOLUTION = 2 * Unit.CLOCK
 """Two readings of a clock of whole milliseconds [s]."""
 DRIFT = 1e-2
 """Largest drift between the clocks: what a clock without a quartz may be off. An answer that comes late by d from some moment on
@@ -65,10 +57,10 @@ class ServoClock:
         if self._tick is None:
             self._tick, self._heard = tick, received
         step = (tick - self._tick + TICK_RANGE // 2) % TICK_RANGE - TICK_RANGE // 2
-        rounds = round((received - self._heard - step * TICK_UNIT) / (TICK_RANGE * TICK_UNIT))
+        rounds = round((received - self._heard - step * Unit.CLOCK) / (TICK_RANGE * Unit.CLOCK))
         self.runs = self.runs or step != 0
         self._tick = tick
-        self._clock += (step + rounds * TICK_RANGE) * TICK_UNIT
+        self._clock += (step + rounds * TICK_RANGE) * Unit.CLOCK
         return self._clock
 
 
@@ -85,7 +77,7 @@ class ServoMonitor:
         self._fastest = float(config.limits.rates[joint])
         self._before: Telemetry | None = None  # from whose angle the next one goes on; None before any
         self._jumped_to: int | None = None  # where the last answer had jumped to [tick]
-        self._current_unit = CURRENT_UNITS[model]
+        self._current_unit = Unit.CURRENT[model]
         self.clock = ServoClock()
         self.telemetry: Telemetry | None = None  # newest that is fresh and believed
         self.time = now  # when it was measured [s]
@@ -154,10 +146,10 @@ class ServoMonitor:
         before, suspect = self._before, self._jumped_to
         if before is None:
             return False
-        reported = VELOCITY_UNIT * max(abs(telemetry.velocity), abs(before.velocity))
+        reported = Unit.VELOCITY * max(abs(telemetry.velocity), abs(before.velocity))
         most = PLAY + max(self._fastest, reported) * (now - self.time) + reported * self._config.latency
         ticks = abs(telemetry.position - before.position)
-        jumps = ticks * RADIANS_PER_TICK > most
+        jumps = ticks * Unit.ANGLE > most
         jumps = jumps or (suspect is not None and abs(telemetry.position - suspect) < ticks)
         self._jumped_to = telemetry.position if jumps else None
         return jumps

@@ -59,10 +59,11 @@ class SerialPort:
         self._descriptor = handler.ser.fileno()
 
     @property
-    def latency_timer(self) -> float | None:
+    def latency_timer(self) -> int | None:
+        """Of a USB adapter [ms]."""
         timer = LATENCY_TIMERS / Path(os.path.realpath(self._path)).name / "latency_timer"
         try:
-            return int(timer.read_text(encoding="ascii")) * 1e-3
+            return int(timer.read_text(encoding="ascii"))
         except (OSError, ValueError):
             return None
 

@@ -23,26 +23,26 @@ from typing import NamedTuple
 TICKS_PER_TURN = 4096
 CENTRE = 2048
 """Tick in the middle of the turn."""
-RADIANS_PER_TICK = 2.0 * math.pi / TICKS_PER_TURN
-VELOCITY_UNIT = 0.229 * 2.0 * math.pi / 60.0
-"""One count of a velocity, 0.229 rev/min [rad/s]."""
-CURRENT_UNITS = MappingProxyType({1000: 2.69e-3, 1010: 2.69e-3, 1040: 1.34e-3, 1050: 1.34e-3})
-"""One count of a current by model number [A]: the models for 24 V have another sensor."""
-VOLTAGE_UNIT = 0.1
-"""One count of a voltage [V]."""
-TICK_UNIT = 1e-3
-"""One count of the servo's clock [s]."""
 TICK_RANGE = 32_768
 """The servo's clock starts again at zero here."""
-WATCHDOG_UNIT = 0.02
-"""One count of the bus watchdog [s]."""
-RETURN_DELAY_UNIT = 2e-6
-"""One count of the return delay time [s]."""
+
+
+class Unit:
+    """What one count of a register stands for, in SI."""
+
+    ANGLE = math.tau / TICKS_PER_TURN
+    VELOCITY = 0.229 * math.tau / 60  # 0.229 rev/min
+    CURRENT = MappingProxyType({1000: 2.69e-3, 1010: 2.69e-3, 1040: 1.34e-3, 1050: 1.34e-3})
+    """By model number: the models for 24 V have another sensor."""
+    VOLTAGE = 0.1
+    CLOCK = 1e-3
+    WATCHDOG = 0.02
+    RETURN_DELAY = 2e-6
 
 
 def joint_angle(position: int, zero: int, direction: int) -> float:
     """Joint angle η at a present position, before whole turns are added."""
-    return direction * (position - zero) * RADIANS_PER_TICK
+    return direction * (position - zero) * Unit.ANGLE
 
 
 def zero_position(position: int, angle: float, direction: int) -> int:
@@ -56,7 +56,7 @@ def zero_position(position: int, angle: float, direction: int) -> int:
     Returns:
         [tick].
     """
-    return position - direction * round(angle / RADIANS_PER_TICK)
+    return position - direction * round(angle / Unit.ANGLE)
 
 
 def whole_turns(angle: float, lower: float, upper: float) -> float:

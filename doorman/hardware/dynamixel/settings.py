@@ -12,7 +12,7 @@ from doorman.hardware.dynamixel import registers as reg
 from doorman.hardware.dynamixel.config import ServoConfig
 from doorman.hardware.dynamixel.faults import ServoEvent, ServoFault
 from doorman.hardware.dynamixel.link import Link, Reply
-from doorman.hardware.dynamixel.registers import VELOCITY_UNIT
+from doorman.hardware.dynamixel.registers import Unit
 
 ATTEMPTS = 8
 """Attempts before an instruction counts as failed."""
@@ -181,7 +181,7 @@ def _wanted(servo: Servo, given: dict[reg.Register, int]) -> list[tuple[reg.Regi
     obeys_another = secondary in config.ids and secondary != servo.id
     if servo.is_joint:
         mode, why_mode = reg.VELOCITY_MODE, "the servo does not follow velocities"
-        needed = math.floor(float(config.limits.rates[index]) / VELOCITY_UNIT)
+        needed = math.floor(float(config.limits.rates[index]) / Unit.VELOCITY)
         strength = at_least(reg.VELOCITY_LIMIT, needed, "the servo cannot turn as fast as the URDF's joint")
     else:
         mode, why_mode = reg.CURRENT_MODE, "the gripper does not open by itself when commands stop"

@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import IO, NamedTuple
 
+from doorman.clocks import RESTART
 from doorman.exceptions import BackendError
 
 LOOPBACK = "127.0.0.1"
@@ -69,8 +70,6 @@ def listen(connection: str) -> socket.socket:
 
 _KEPT = 300
 """Characters of its last words that are kept."""
-_PATIENCE = 1.0
-"""Longest wait for a killed process to be gone [s]."""
 
 
 class ClientProcess:
@@ -98,5 +97,5 @@ class ClientProcess:
     def close(self) -> None:
         if self._process.poll() is None:
             self._process.kill()
-            self._process.wait(_PATIENCE)
+            self._process.wait(RESTART)
         self._words.close()

@@ -19,8 +19,8 @@ from doorman.checks import vector
 from doorman.kinematics.quaternions import Quaternion, Vector, conjugate, multiply, rotate
 from doorman.kinematics.rotations import quaternion_of
 
-METRES_PER_MILLIMETRE = 1e-3
-_SINGULAR = 1.0 - 1e-12
+MILLIMETRES = 1000
+"""Of a metre."""
 
 
 def object_quaternion(rotation: Vector) -> Quaternion:
@@ -38,7 +38,7 @@ def object_angles(q: Quaternion) -> Vector:
     r"""Tracker's angles of a quaternion, the inverse of `object_quaternion`; at b = ±π/2 the angle c is 0."""
     w, x, y, z = q
     sine = 2.0 * (x * z + w * y)
-    if abs(sine) > _SINGULAR:
+    if abs(sine) > 1.0 - 1e-12:
         return (2.0 * math.atan2(x, w), math.copysign(0.5 * math.pi, sine), 0.0)
     return (
         math.atan2(2.0 * (w * x - y * z), 1.0 - 2.0 * (x * x + y * y)),
@@ -60,7 +60,7 @@ class Alignment:
 
     def body_pose(self, translation: Vector, rotation: Vector) -> tuple[Vector, Quaternion]:
         quaternion = multiply(multiply(self._world, object_quaternion(rotation)), self._body)
-        placed = rotate(self._world, [METRES_PER_MILLIMETRE * value for value in translation])
+        placed = rotate(self._world, [value / MILLIMETRES for value in translation])
         lever = rotate(quaternion, self._offset)
         x, y, z = (a + b - c for a, b, c in zip(self._origin, placed, lever, strict=True))
         return (x, y, z), quaternion

@@ -10,7 +10,7 @@ from importlib.util import find_spec
 from types import MappingProxyType
 
 from doorman.background import EventLog, InThread
-from doorman.clocks import REAL_TIME, Clock
+from doorman.clocks import BRIEFLY, LONGEST_WAIT, REAL_TIME, RESTART, Clock
 from doorman.exceptions import BackendError, how_to_install
 from doorman.hardware.mocap.config import MocapConfig
 from doorman.hardware.mocap.connection import CamerasLink, ClientProcess, listen, parse_cameras
@@ -19,14 +19,6 @@ from doorman.hardware.mocap.packets import LARGEST
 from doorman.hardware.mocap.sample import PoseSample
 from doorman.hardware.mocap.tracker import Pipeline
 
-REOPEN_INTERVAL = 0.1
-"""Time between two attempts to open a failed socket again [s]."""
-RESTART_INTERVAL = 1.0
-"""Time between two starts of a cameras' client that ends [s]."""
-INTERNAL_PAUSE = 0.001
-"""Pause after a failure: one that lasts must not take the whole processor [s]."""
-LONGEST_WAIT = 0.1
-"""The thread looks at its deadlines at least this often [s]."""
 BATCH = 64
 """Datagrams that are read before deadlines are looked at: a flood must not hide them."""
 Judge = Callable[[PoseSample], PoseSample]
@@ -170,7 +162,7 @@ class MocapReceiver(InThread):
                 except Exception as error:  # the last line of defence: without the thread, no fault would be reported
                     now = self._clock.now()
                     self._pipeline.book.strike(MocapFault.INTERNAL, now, f"{type(error).__name__}: {error}")
-                    self._stopping.wait(INTERNAL_PAUSE)
+                    self._stopping.wait(BRIEFLY)  # a failure that lasts must not take the whole processor
                 with self._changed:
                     self._changed.notify_all()
         finally:
@@ -194,7 +186,7 @@ class MocapReceiver(InThread):
         if words is not None:
             self._client_words = words
             self._pipeline.book.keep(MocapFault.CLIENT, True, now, f"{cameras.kind}: {words}")
-        due = now - self._started > RESTART_INTERVAL
+        due = now - self._started > RESTART
         if due and (self._client is None or words is not None):
             self._drop_client()
             self._client = ClientProcess(cameras, channel.getsockname()[1], self.config.rate)
@@ -232,7 +224,7 @@ class MocapReceiver(InThread):
             self._pipeline.book.keep(MocapFault.SOCKET, True, self._clock.now(), words)
 
     def _reopen(self) -> None:
-        self._stopping.wait(REOPEN_INTERVAL)
+        self._stopping.wait(LONGEST_WAIT)
         with contextlib.suppress(BackendError):  # not yet: tried again
             self._channel = listen(self.config.connection)
             self._pipeline.book.keep(MocapFault.SOCKET, False, self._clock.now(), "opened again")

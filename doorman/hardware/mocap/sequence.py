@@ -22,10 +22,11 @@ import statistics
 from collections import deque
 from enum import Enum
 
+EARLY = 0.03
+"""Largest earliness of a frame, or three periods: the packet that started the clock may have been late itself. Tolerance on the
+pace of frames that begin anew, too; lateness of a third of it may still be drift [s]."""
 _DRIFT = 1e-4
 """Largest drift of two crystals against each other [s/s]."""
-_DRIFTED = 0.01
-"""Lateness that may still be drift [s]."""
 
 
 class FrameClock:
@@ -50,7 +51,7 @@ class FrameClock:
         floor = max(late, self._previous)  # a single packet with a wrong number does not move the clock
         if floor < 0.0:
             moved = floor
-        elif floor <= _DRIFTED:
+        elif floor <= EARLY / 3:
             moved = min(floor, _DRIFT * (arrival - self._arrival))
         else:
             moved = 0.0
@@ -68,10 +69,8 @@ class FrameClock:
 
 GROSS = 0.02
 """Deviation over 0.8 s that is a fault."""
-FINE = 0.002
+FINE = GROSS / 10
 """Deviation over 10 s that is a fault; smaller ones are learnt."""
-_STEADY = 1e-4
-"""Spread of slopes (median) below which their median is the rate: a busy computer makes it larger."""
 _QUICK_BIN, _QUICK_BINS, _QUICK_LEAST = 0.1, 8, 3
 _SETTLED = 4
 """Bins from which on a single stall does not count."""
@@ -135,7 +134,8 @@ class RateMonitor:
         if len(points) == _LEARNING_BINS:
             slopes = _slopes(points, _LEARNING_LAG)
             rate = statistics.median(slopes)
-            if statistics.median(abs(slope - rate) for slope in slopes) < _STEADY:
+            spread = statistics.median(abs(slope - rate) for slope in slopes)
+            if spread < _DRIFT:  # a busy computer makes it larger
                 self.learnt, self._settled = rate, True
 
 
@@ -171,12 +171,8 @@ def _cautious(points: list[Point]) -> float:
     return 0.0 if near * far <= 0.0 else min(near, far, key=abs)
 
 
-EARLY = 0.02
-"""Largest earliness of a frame, or three periods: the packet that started the clock may have been late itself [s]."""
 FORGIVEN = 2.0
 """Largest lateness of a frame; later ones belong to a stream whose numbers began anew [s]."""
-PACE = 0.03
-"""Tolerance on the pace of frames that begin anew [s]."""
 NEW_RUN = 10
 """Frames in a row, at the nominal rate, that make a new beginning."""
 _REMEMBERED = 64
@@ -244,7 +240,7 @@ class FrameSequence:
             pace = arrival - self._run[0][1] - (frame - self._run[0][0]) * self._period
             if step == 0:
                 return Order.STRANGE
-            if step < 0 or abs(pace) > PACE:
+            if step < 0 or abs(pace) > EARLY:
                 self._run.clear()
         self._run.append((frame, arrival))
         if len(self._run) < NEW_RUN:

@@ -7,16 +7,17 @@ from typing import NamedTuple
 
 from doorman.hardware.mocap.config import MocapConfig
 from doorman.hardware.mocap.faults import FaultBook, Figures, MocapFault
+from doorman.hardware.mocap.frames import MILLIMETRES
 from doorman.hardware.mocap.packets import TrackedObject, Vector, parse
-from doorman.hardware.mocap.sequence import FrameClock, FrameSequence, Order, RateMonitor
+from doorman.hardware.mocap.sequence import GROSS, FrameClock, FrameSequence, Order, RateMonitor
 
-FARTHEST = 1e6
+FARTHEST = 1000 * MILLIMETRES
 """No object is farther away from Vicon's origin [mm]."""
-LARGEST_ANGLE = 4.0 * math.pi
+LARGEST_ANGLE = 2 * math.tau
 """[rad]."""
 OCCLUDED_REPEATS = 2
 """Repetitions of a pose that are reported; none is ever used."""
-RATE_AT_OPEN = 0.1
+RATE_AT_OPEN = 5 * GROSS
 """Deviation of the rate that `open` refuses; finer figures take longer than it waits."""
 _NAMES_KEPT = 20
 _POSES_KEPT = 1000

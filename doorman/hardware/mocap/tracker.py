@@ -33,18 +33,10 @@ from doorman.hardware.mocap.config import MocapConfig
 from doorman.hardware.mocap.faults import FaultBook, Figures, MocapEvent, MocapFault, MocapStatistics
 from doorman.hardware.mocap.sample import PoseSample, measured, nothing_yet
 from doorman.hardware.mocap.stream import RATE_AT_OPEN, Reading, Sender, StreamReader
-from doorman.kinematics.quaternions import (
-    Quaternion,
-    Vector,
-    angle_between,
-    conjugate,
-    multiply,
-    rotation_vector,
-)
+from doorman.kinematics.quaternions import Quaternion, Vector, angle_between, conjugate, multiply, rotation_vector
 
 FEWEST = 3
 """Poses that are kept however old they are."""
-_TOLERANCE = 1e-9
 
 
 class TimedPose(NamedTuple):
@@ -71,7 +63,7 @@ class VelocityFilter:
     def add(self, pose: TimedPose) -> None:
         poses = self._poses
         poses.append(pose)
-        while len(poses) > FEWEST and pose.time - poses[0].time > self._window + _TOLERANCE:
+        while len(poses) > FEWEST and pose.time - poses[0].time > self._window + 1e-9:
             poses.popleft()
         if len(poses) < 2:
             return

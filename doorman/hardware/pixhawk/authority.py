@@ -6,16 +6,13 @@ from collections.abc import Callable
 from enum import Enum
 from threading import RLock
 
+from doorman.hardware.pixhawk.config import PROMPT, Timeouts
 from doorman.hardware.pixhawk.dialect import Dialect, Mode
 from doorman.hardware.pixhawk.events import EventKind, LinkLog
 from doorman.hardware.pixhawk.link.stream import SetpointStream
 from doorman.hardware.pixhawk.setpoints import PositionSetpoint
 from doorman.hardware.pixhawk.wire.messages import Message, command_message, mavlink
 
-_REPEAT = 0.4
-"""Time between requests to land, until the heartbeat shows the mode [s]."""
-_UNTIL_SHOWN = 1.5
-"""Time between an accepted request and the next: a mode that a pilot chooses meanwhile is not overruled [s]."""
 _LANDING_COMMANDS = (mavlink.MAV_CMD_DO_SET_MODE, mavlink.MAV_CMD_NAV_LAND)
 _TERMINATED = mavlink.MAV_STATE_FLIGHT_TERMINATION
 """PX4 says so while a kill switch holds its motors: still armed, in the mode that it had, for 5 s."""
@@ -41,8 +38,8 @@ _OURS = frozenset({Authority.PREPARING, Authority.ENGAGED, Authority.LANDING})
 class AuthorityKeeper:
     """Follows the heartbeat's mode and stops the stream when it is not ours; asks for landing until it is confirmed."""
 
-    def __init__(self, stream: SetpointStream, events: LinkLog) -> None:
-        self._stream, self._events, self._lock = stream, events, RLock()
+    def __init__(self, stream: SetpointStream, events: LinkLog, timeouts: Timeouts = Timeouts()) -> None:
+        self._stream, self._events, self._timeouts, self._lock = stream, events, timeouts, RLock()
         self.state = Authority.NONE
         self._mode: Mode | None = None
         self._armed = False
@@ -87,7 +84,7 @@ class AuthorityKeeper:
             if not self.landing_requested or now < self._next_request:
                 return []
             before = self._requests
-            self._next_request, self._requests = now + _REPEAT, before + 1
+            self._next_request, self._requests = now + PROMPT, before + 1
             number, parameters = mavlink.MAV_CMD_DO_SET_MODE, [*dialect.mode_parameters(dialect.land_mode)]
             if before % 2:
                 number, parameters = mavlink.MAV_CMD_NAV_LAND, [0.0, 0.0, 0.0, *[dialect.no_place] * 3]
@@ -96,7 +93,7 @@ class AuthorityKeeper:
     def accepted(self, command: int, now: float) -> None:
         with self._lock:
             if self.landing_requested and command in _LANDING_COMMANDS:
-                self._next_request = now + _UNTIL_SHOWN
+                self._next_request = now + self._timeouts.stop  # a mode that a pilot chooses meanwhile is not overruled
 
     def heartbeat(self, mode: Mode, armed: bool, system_status: int, dialect: Dialect, now: float) -> None:
         with self._lock:

@@ -6,8 +6,10 @@ from dataclasses import replace
 
 from numpy.typing import ArrayLike
 
+from doorman.clocks import LOOK
 from doorman.exceptions import BackendError
-from doorman.hardware.pixhawk.events import Event
+from doorman.hardware.pixhawk.config import HEARTBEAT, PROMPT
+from doorman.hardware.pixhawk.events import RARELY, Event
 from doorman.hardware.pixhawk.link.link import Link
 from doorman.hardware.pixhawk.link.status import LinkStatus, link_status
 from doorman.hardware.pixhawk.parameters import protocol as parameters
@@ -19,13 +21,6 @@ from doorman.hardware.pixhawk.setpoints import AttitudeSetpoint, PositionSetpoin
 from doorman.hardware.pixhawk.thrust.curve import ThrustCurve, hover_curve
 from doorman.hardware.pixhawk.thrust.slope import BOB_TIME, Slope, ThrustModel, bob, measured_slope
 from doorman.hardware.pixhawk.wire.messages import mavlink
-
-_REASONS_WITHIN, _REASONS_TOGETHER = 1.0, 0.2
-"""Longest wait for the first reason why it would not arm, and for further ones [s]."""
-_BOB_PERIOD = 0.02
-"""Time between setpoints of a bob [s]."""
-_REMEMBERED = 40.0
-"""ArduPilot repeats what keeps it from arming every 30 s [s]."""
 
 
 class Autopilot(FlightSteps):
@@ -113,8 +108,8 @@ class Autopilot(FlightSteps):
         return tuple(self._link.events.take())
 
     def complaints(self) -> tuple[str, ...]:
-        """Texts of severity warning or worse in the last 40 s, each once: the autopilot repeats those that hold."""
-        return tuple(self._link.exchange.texts(self._clock.now() - _REMEMBERED, mavlink.MAV_SEVERITY_WARNING))
+        """Texts of severity warning or worse in the last minute, each once: the autopilot repeats those that hold."""
+        return tuple(self._link.exchange.texts(self._clock.now() - RARELY, mavlink.MAV_SEVERITY_WARNING))
 
     def check_again(self) -> tuple[str, ...]:
         """Have the autopilot check now whether it would arm, on the ground; unasked, it says why not twice a minute.
@@ -124,8 +119,8 @@ class Autopilot(FlightSteps):
         """
         started = self._clock.now()
         self._link.command(mavlink.MAV_CMD_RUN_PREARM_CHECKS, tries=2)
-        self._link.until(lambda: bool(self._link.exchange.texts(started)), _REASONS_WITHIN)
-        self._clock.sleep(_REASONS_TOGETHER)
+        self._link.until(lambda: bool(self._link.exchange.texts(started)), HEARTBEAT)
+        self._clock.sleep(PROMPT)
         return tuple(self._link.exchange.texts(started, mavlink.MAV_SEVERITY_WARNING)) or self.complaints()
 
     def status(self) -> LinkStatus:
@@ -217,7 +212,7 @@ class Autopilot(FlightSteps):
         while (passed := self._clock.now() - begin) < BOB_TIME:
             if not link.stream.offer(bob(at, passed), self._clock.now()):
                 return None
-            samples += self._heard(_BOB_PERIOD)
+            samples += self._heard(LOOK)
         if not link.authority.hold(at, latch=False) or curve is None:
             return None
         return measured_slope(samples, curve.hover_thrust)

@@ -13,6 +13,10 @@ from doorman.hardware.pixhawk.thrust.tilted_rotors import TiltedRotors
 from doorman.hardware.pixhawk.wire.connection import parse_connection
 from doorman.hardware.pixhawk.wire.frames import LocalFrame
 
+HEARTBEAT = 1.0
+"""Between two heartbeats of an autopilot: what is asked or told again and again is so at this pace [s]."""
+PROMPT = 0.3
+"""An autopilot that has begun to answer goes on within this; what it owes is asked for again then [s]."""
 _Identifier = Annotated[int, Range(1, 255)]
 
 

@@ -85,9 +85,10 @@ class Dialect:
     no_place: float
     """Fourth to sixth parameter of COMMAND_LONG that mean none: ArduPilot before 4.5 makes integers of two of them, which NaN
     is not, and in simulation aborts."""
-    feedback_lag: float
-    """Lag with which its attitude loop answers a moment, where it follows setpoints sooner; 0 where it does not [s]."""
     mode_hint: str  # what may keep it from the companion mode although it accepted the request
+
+    feedback_lag: float = 0.0
+    """Lag with which its attitude loop answers a moment, where it follows setpoints sooner; 0 where it does not [s]."""
 
     def mode_parameters(self, mode: Mode) -> tuple[float, float, float]:
         if self is PX4:
@@ -124,7 +125,6 @@ PX4 = Dialect(
     asks_time=True,
     takes_thrust=MULTIROTORS - {29, 35},
     no_place=float("nan"),
-    feedback_lag=0.0,
     mode_hint="; PX4 1.13 and older enter it without a radio only with bit 2 (4) of COM_RCL_EXCEPT",
 )
 ARDUPILOT = Dialect(

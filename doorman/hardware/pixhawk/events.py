@@ -9,6 +9,10 @@ from threading import Lock
 from types import MappingProxyType
 
 from doorman.background import EventLog
+from doorman.hardware.pixhawk.config import HEARTBEAT
+
+RARELY = 60 * HEARTBEAT
+"""Another station is told of, and remembered, once in so long [s]."""
 
 
 class EventKind(Enum):

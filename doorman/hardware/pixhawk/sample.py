@@ -12,6 +12,9 @@ from doorman.arrays import Array, sealed
 from doorman.hardware.pixhawk.dialect import Mode
 from doorman.hardware.pixhawk.wire.messages import mavlink
 
+LARGEST = 1e4
+"""Largest plausible position [m], velocity [m/s], rate [rad/s] or force [N] of a vehicle."""
+
 
 def unknown(size: int) -> Array:
     """A read-only vector of NaN: nothing has been received yet."""

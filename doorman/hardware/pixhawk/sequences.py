@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 
 import numpy as np
 
 from doorman.background import Opened
-from doorman.clocks import REAL_TIME, Clock
+from doorman.clocks import LONGEST_WAIT, REAL_TIME, Clock
 from doorman.exceptions import BackendError
 from doorman.hardware.pixhawk.authority import Authority
-from doorman.hardware.pixhawk.config import PixhawkConfig
+from doorman.hardware.pixhawk.config import HEARTBEAT, PROMPT, PixhawkConfig
 from doorman.hardware.pixhawk.events import Outcome, OutcomeStatus
 from doorman.hardware.pixhawk.link.link import Link
 from doorman.hardware.pixhawk.link.stream import LONGEST_BLIND_HOLD, here
@@ -21,19 +22,11 @@ from doorman.hardware.pixhawk.wire.messages import mavlink
 
 LEAST_HEIGHT, MOST_HEIGHT = 0.2, 50.0
 """Lowest and highest take-off [m]."""
-_HEARTBEAT_WAIT = 2.5
-"""Longest wait for the heartbeat to show what was acknowledged: it comes once a second and may get lost [s]."""
-_PATIENCE = 1.0
-"""Longest wait for a fresh state before the mode is requested [s]."""
-_RETRY = 1.0
-"""Time between two requests that the autopilot may accept later [s]."""
 _TAKE_OFF_TRIES = 4
-_ARRIVED = 0.15
+_ARRIVED = 3 * LEAST_HEIGHT / 4
 """Distance to the height of take-off that counts as arrived [m]."""
-_CALM = 0.3
-"""Vertical speed that counts as arrived [m/s]."""
-_GROUND_PATIENCE = 4.0
-"""On the ground so long without disarming by itself, the adapter disarms the vehicle [s]."""
+GROUND_PATIENCE = 4 * HEARTBEAT
+"""On the ground so long without disarming by itself, a vehicle that is to land is disarmed [s]."""
 _DONE = Outcome(OutcomeStatus.DONE)
 _NOT_OURS = Outcome(OutcomeStatus.CONTROL_LOST, "doorman does not control the vehicle")
 
@@ -78,7 +71,7 @@ class FlightSteps(Opened):
         dialect = link.known_dialect
         if self.config.setpoints == "attitude" and (missing := prepare_attitude(link)):
             return Outcome(OutcomeStatus.NOT_READY, missing)
-        if not link.until(lambda: link.tracker.sample.age(self._clock.now()) <= timeouts.state, _PATIENCE):
+        if not link.until(lambda: link.tracker.sample.age(self._clock.now()) <= timeouts.state, HEARTBEAT):
             return Outcome(OutcomeStatus.NOT_READY, "no fresh position and attitude")
         if self.config.mocap and self._clock.now() - link.mocap.newest_time > timeouts.mocap:
             return Outcome(OutcomeStatus.NOT_READY, "no fresh pose from mocap")
@@ -104,8 +97,8 @@ class FlightSteps(Opened):
         mode = dialect.mode_parameters(dialect.companion_mode)
         while self._clock.now() < deadline and link.alive and prepares():
             answer = link.command(mavlink.MAV_CMD_DO_SET_MODE, *mode, go_on=prepares)
-            wait = min(_HEARTBEAT_WAIT if answer.done else _RETRY, max(0.0, deadline - self._clock.now()))
-            link.until(lambda: not prepares(), wait)
+            patience, left = self._until_shown(answer), max(0.0, deadline - self._clock.now())
+            link.until(lambda: not prepares(), min(patience, left))
             outcome = outcome if answer.done else answer
         if authority.state is Authority.ENGAGED and not taken():
             return _DONE
@@ -136,8 +129,8 @@ class FlightSteps(Opened):
             if not may():
                 return Outcome(OutcomeStatus.NOT_READY, "the vehicle is to land, or another mode was chosen")
             outcome = link.command(mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 1.0, go_on=lambda: may() and not armed())
-            wait = _HEARTBEAT_WAIT if outcome.done else min(_RETRY, max(0.1, deadline - self._clock.now()))
-            if link.until(armed, wait):
+            left = math.inf if outcome.done else max(LONGEST_WAIT, deadline - self._clock.now())
+            if link.until(armed, min(self._until_shown(outcome), left)):
                 return _DONE
             if self._clock.now() >= deadline or not link.alive:
                 break
@@ -154,7 +147,7 @@ class FlightSteps(Opened):
         link.authority.disarm_expected = True
         outcome = link.command(mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 0.0)
         link.authority.disarm_expected = outcome.done or outcome.status is OutcomeStatus.TIMED_OUT
-        if outcome.done and not link.until(lambda: not link.tracker.sample.armed, _HEARTBEAT_WAIT):
+        if outcome.done and not link.until(lambda: not link.tracker.sample.armed, self._until_shown(outcome)):
             words = "the autopilot acknowledged, but its heartbeat does not show it disarmed"
             return Outcome(OutcomeStatus.TIMED_OUT, words)
         return outcome
@@ -188,8 +181,8 @@ class FlightSteps(Opened):
             return Outcome(OutcomeStatus.CONTROL_LOST, "before take-off")
 
         def arrived() -> bool:
-            now = link.tracker.sample
-            return abs(float(now.position[2]) - target) < _ARRIVED and abs(float(now.velocity[2])) < _CALM
+            now, calm = link.tracker.sample, self.config.climb_rate / 2
+            return abs(float(now.position[2]) - target) < _ARRIVED and abs(float(now.velocity[2])) < calm
 
         reached = link.until(lambda: arrived() or self._lost(), self.config.timeouts.take_off)
         if self._lost():
@@ -212,7 +205,7 @@ class FlightSteps(Opened):
 
         for _ in range(_TAKE_OFF_TRIES):
             outcome = link.command(mavlink.MAV_CMD_NAV_TAKEOFF, *[0.0] * 6, height, go_on=lambda: not settled())
-            if outcome.done or link.until(settled, _RETRY):
+            if outcome.done or link.until(settled, HEARTBEAT):
                 break
         return _DONE if lifts() and not self._lost() else outcome
 
@@ -241,7 +234,7 @@ class FlightSteps(Opened):
         if link.tracker.sample.armed and not link.request_landing():
             return _NOT_OURS
         while True:
-            if link.until(lambda: not link.tracker.sample.armed, 0.2):
+            if link.until(lambda: not link.tracker.sample.armed, PROMPT):
                 authority.withdraw(self._clock.now())
                 return _DONE
             if authority.state is Authority.LOST:
@@ -251,7 +244,7 @@ class FlightSteps(Opened):
                 return Outcome(OutcomeStatus.TIMED_OUT, "the vehicle did not report that it has landed")
             on_ground = link.tracker.sample.landed is LandedState.ON_GROUND and authority.state is Authority.LANDING
             on_ground_since = (on_ground_since or now) if on_ground else None
-            if on_ground_since is not None and now - on_ground_since > _GROUND_PATIENCE:
+            if on_ground_since is not None and now - on_ground_since > GROUND_PATIENCE:
                 self.disarm()
                 on_ground_since = None
 
@@ -262,6 +255,10 @@ class FlightSteps(Opened):
         if flying and link.config.on_stop == "land" and link.alive and link.request_landing():
             link.until(lambda: link.authority.state is not Authority.ENGAGED, self.config.timeouts.stop)
         link.authority.withdraw(self._clock.now())
+
+    def _until_shown(self, answer: Outcome) -> float:
+        """Longest wait for the heartbeat to show what was acknowledged, or for the next request of what was not [s]."""
+        return self.config.timeouts.heartbeat if answer.done else HEARTBEAT
 
     def _lost(self) -> bool:
         return self._link.authority.state is not Authority.ENGAGED or not self._link.alive

@@ -10,7 +10,9 @@ import numpy as np
 
 from doorman.arrays import Array, sealed
 from doorman.checks import vector
+from doorman.clocks import LOOK
 from doorman.exceptions import DimensionError
+from doorman.hardware.pixhawk.sample import LARGEST
 from doorman.hardware.pixhawk.wire.frames import LocalFrame, flu_to_frd
 from doorman.hardware.pixhawk.wire.messages import BodyThrustMessage, Message, mavlink
 from doorman.kinematics.rotations import quaternion_of
@@ -23,13 +25,12 @@ POSITION_AND_YAW = 2552
 """Type mask of SET_POSITION_TARGET_LOCAL_NED: position and yaw only."""
 FULL_POSITION = 2048
 """Position, velocity, acceleration and yaw; the yaw rate is ignored."""
-_LARGEST = 1e5
 SPEED = 0.4
 """Default speed on a straight way [m/s]."""
 _TURN_RATE = 0.5
 """Turn rate on it [rad/s]."""
-_SHORTEST = 0.02
-"""Shortest duration of it [s]."""
+AT_REST = 0.15
+"""Speed below which a vehicle hovers in place [m/s]."""
 
 
 @dataclass(frozen=True)
@@ -85,7 +86,7 @@ class StraightWay:
     @property
     def duration(self) -> float:
         length = float(np.linalg.norm(self.end - self.begin))
-        return max(length / self.speed, abs(self._turn) / _TURN_RATE, _SHORTEST)
+        return max(length / self.speed, abs(self._turn) / _TURN_RATE, LOOK)
 
     @property
     def _turn(self) -> float:
@@ -126,12 +127,12 @@ def position_message(
 
 
 def _check_number(value: float, name: str) -> None:
-    if not math.isfinite(value) or abs(value) > _LARGEST:
-        raise DimensionError("not a usable number", field=name, given=value, allowed=f"finite, at most {_LARGEST:g}")
+    if not math.isfinite(value) or abs(value) > LARGEST:
+        raise DimensionError("not a usable number", field=name, given=value, allowed=f"finite, at most {LARGEST:g}")
 
 
 def _frozen(values: Array, name: str) -> Array:
     array = vector(values, 3, name)
-    if np.abs(array).max() > _LARGEST:
-        raise DimensionError("out of all bounds", field=name, given=array.tolist(), allowed=f"at most {_LARGEST:g}")
+    if np.abs(array).max() > LARGEST:
+        raise DimensionError("out of all bounds", field=name, given=array.tolist(), allowed=f"at most {LARGEST:g}")
     return sealed(array)

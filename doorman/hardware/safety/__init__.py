@@ -4,14 +4,4 @@ from doorman.hardware.safety.observer import Observer
 from doorman.hardware.safety.rules import RULES, Action, Assessor, Fault, Finding, Observation, Rule
 from doorman.hardware.safety.supervisor import Supervisor
 
-__all__ = [
-    "RULES",
-    "Action",
-    "Assessor",
-    "Fault",
-    "Finding",
-    "Observation",
-    "Observer",
-    "Rule",
-    "Supervisor",
-]
+__all__ = ["RULES", "Action", "Assessor", "Fault", "Finding", "Observation", "Observer", "Rule", "Supervisor"]

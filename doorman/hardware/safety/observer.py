@@ -17,30 +17,26 @@ from doorman.arrays import Array
 from doorman.gravity import weight_of
 from doorman.hardware.dynamixel import ServoSample
 from doorman.hardware.mocap import MocapFault, PoseSample
-from doorman.hardware.pixhawk import EventKind, SampleStatus, VehicleSample
-from doorman.hardware.safety.consistency import HeldTip, Obedience
+from doorman.hardware.pixhawk import EventKind, SampleStatus, Timeouts, VehicleSample
+from doorman.hardware.safety.consistency import SHAPING, HeldTip, Obedience
 from doorman.hardware.safety.rules import Observation
 from doorman.hardware.vehicle.backend import VehicleBackend
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import Model
 
-FORCE_LAG = 0.2
-"""Time constant of the estimated force [s]."""
+FORCE_LAG = SHAPING
+"""Time constant of the estimated force: what is quicker the autopilot brings about itself [s]."""
 _TICK_WINDOW = 1.0
 """Missed ticks are counted over this time [s]."""
 _LIMPING = 0.3
 """Telemetry that was old within this time still counts so, where the cameras see the vehicle [s]."""
-_TARGET_AGE = 0.2
-"""An attitude that the autopilot has steered by for longer ago says nothing [s]."""
-_LONGEST_STEP = 0.2
-"""Two velocities farther apart give no acceleration [s]."""
 
 
 class ForceEstimator:
     """Force of the surroundings from two velocities and the thrust in between."""
 
-    def __init__(self, mass: float) -> None:
-        self._mass = mass
+    def __init__(self, mass: float, stale: float = Timeouts.state) -> None:
+        self._mass, self._stale = mass, stale  # the latter of velocities too far apart for an acceleration [s]
         self._force, self._known = np.zeros(3), False
         self._last: VehicleSample | None = None
 
@@ -56,7 +52,7 @@ class ForceEstimator:
             self._force = np.zeros(3)
             return math.nan
         step = sample.position_time - last.position_time
-        if 0.0 < step < _LONGEST_STEP:
+        if 0.0 < step < self._stale:
             lift = thrust * rotation_body_to_world(sample.attitude)[:, 2] - np.array([0.0, 0.0, weight_of(self._mass)])
             force = self._mass * (sample.velocity - last.velocity) / step - lift
             self._force = self._force + (1.0 - math.exp(-step / FORCE_LAG)) * (force - self._force)
@@ -78,7 +74,8 @@ class Observer:
         self._backend, self._oldest_pose = backend, oldest_pose
         self._held_tip = HeldTip.of(model)
         self._max_thrust = model.vehicle.max_thrust
-        self._force = ForceEstimator(model.vehicle.mass)
+        self._stale = backend.links.config.pixhawk.timeouts.state
+        self._force = ForceEstimator(model.vehicle.mass, self._stale)
         self._obedience = Obedience()
         self._ticks = (-math.inf, 0, 0.0)
         self._stale_at = -math.inf
@@ -161,7 +158,7 @@ class Observer:
         self._obedience.follow(commanded, now)
         if not backend.links.holding or backend.links.config.pixhawk.setpoints != "attitude":
             return math.nan
-        if now - sample.thrust_target_time > _TARGET_AGE or not np.isfinite(sample.attitude_target).all():
+        if now - sample.thrust_target_time > self._stale or not np.isfinite(sample.attitude_target).all():
             return math.nan
         return self._obedience.angle(sample.attitude_target)
 

@@ -146,7 +146,8 @@ def _above(figure: str, limit: str, in_mission: bool = False) -> Condition:
 
 
 def _outside(seen: Observation, limits: SafetySection) -> bool:
-    return bool((seen.position < limits.fence_low).any() or (seen.position > limits.fence_high).any())
+    low, high = limits.fence
+    return bool((seen.position < low).any() or (seen.position > high).any())
 
 
 def _seen_only(seen: Observation, _: SafetySection) -> bool:
@@ -184,7 +185,7 @@ RULES: tuple[Rule, ...] = (
          lambda seen, limits: seen.battery < limits.critical_battery, ("critical_battery",)),
     Rule(Fault.CONTROLLER, 1.0, Action.RETREAT, "in a mission, age of the last command above",
          _above("command_age", "command_age", in_mission=True), ("command_age",)),
-    Rule(Fault.FENCE, 0.05, Action.RETREAT, "position outside the box", _outside, ("fence_low", "fence_high")),
+    Rule(Fault.FENCE, 0.05, Action.RETREAT, "position outside the box", _outside, ("fence",)),
     Rule(Fault.SPEED, 0.1, Action.RETREAT, "speed above", _above("speed", "speed"), ("speed",)),
     Rule(Fault.FORCE, 0.2, Action.RETREAT, "force of the surroundings above", _above("force", "force"), ("force",)),
     Rule(Fault.THRUST, 0.5, Action.RETREAT, "share of the largest thrust above", _above("thrust_share", "thrust_share"),

@@ -15,7 +15,7 @@ from doorman.exceptions import BackendError, DoormanError
 from doorman.hardware.pixhawk import Authority
 from doorman.hardware.pixhawk.setpoints import StraightWay
 from doorman.hardware.safety.rules import ACTIONS, Action, Assessor, Fault, Finding, Observation
-from doorman.hardware.vehicle.links import VehicleLinks
+from doorman.hardware.vehicle.links import DRIFTS_FOR, VehicleLinks
 from doorman.scenario import SafetySection
 
 ACKNOWLEDGE_WITHIN = 1.5
@@ -27,8 +27,6 @@ ABORT_WITHIN = 20.0
 
 _LETTING_GO = 5.0
 """Longest time for the gripper to open before that [s]."""
-_HOVERING = 0.5
-"""Longest time to wait for a known position before that, as the vehicle drifts [s]."""
 _SETTLING = 1.0
 """Time for the vehicle to settle at the end of that way [s]."""
 OnAbort = Callable[[str], None]
@@ -232,7 +230,7 @@ class Supervisor(InThread):
             return
         if self._leaving is None and self._refuge is not None:
             where = self._links.whereabouts()
-            if not where.known and waited < ACKNOWLEDGE_WITHIN + _HOVERING:
+            if not where.known and waited < ACKNOWLEDGE_WITHIN + DRIFTS_FOR:
                 return
             if np.isfinite(where.position).all():
                 self._leaving = StraightWay(now, where.position, self._refuge(where.position), where.yaw, where.yaw)

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from doorman.checks import number, vector
-from doorman.clocks import REAL_TIME, Clock
+from doorman.clocks import HELD_UP, REAL_TIME, Clock
 from doorman.exceptions import BackendError, DimensionError
 from doorman.gravity import weight_of
 from doorman.hardware.interface import Backend, Command, Measurement
@@ -68,10 +68,6 @@ class Ticker:
             p99_9=float(np.percentile(np.abs(periods - self.period), 99.9)),
             longest=float(periods.max()),
         )
-
-
-_FIRST_PATIENCE = 0.5
-"""Longest wait for usable samples of all links at the first tick: their threads may have been held up just before [s]."""
 
 
 class VehicleBackend(Backend):
@@ -154,7 +150,7 @@ class VehicleBackend(Backend):
         Raises:
             BackendError: if it is not open, the mission may not command any more, or a link has nothing usable.
         """
-        deadline = self.links.clock.now() + (_FIRST_PATIENCE if self._measured is None else 0.0)
+        deadline = self.links.clock.now() + (HELD_UP if self._measured is None else 0.0)
         while True:
             now = self._ticker.wait()
             self._require_permission()
@@ -231,8 +227,8 @@ class VehicleBackend(Backend):
             links.door.note_pose(at, seen.position, seen.attitude)
             leaf, frame = links.door.read(now, self.epoch)
         return compose(
-            now, self.epoch, state, links.servos.read(), pose, self.model.n_arm,
-            links.config.servo_patience, None if links.tip_force is None else links.tip_force.read(now), leaf, frame,
+            now, self.epoch, state, links.servos.read(), pose, links.config,
+            None if links.tip_force is None else links.tip_force.read(now), leaf, frame,
         )  # fmt: skip
 
     def _newest_pose(self) -> PoseSample | None:

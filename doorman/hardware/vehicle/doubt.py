@@ -21,14 +21,11 @@ from doorman.hardware.mocap import PoseQuality, PoseSample
 from doorman.hardware.pixhawk import Autopilot, SampleStatus
 from doorman.kinematics.quaternions import angle_between
 
-DOUBTED = 0.25
-"""Distance between cameras and autopilot beyond which poses are lost ones [m]."""
-BELIEVED = 0.15
-"""Distance below which poses are believed again [m]."""
-DOUBTED_TURN = 0.45
-"""Angle between their attitudes beyond which poses are lost: less than half of what two arms of a hexarotor enclose [rad]."""
-BELIEVED_TURN = 0.3
-"""Angle below which poses are believed again: a vehicle at 2 rad/s turns less while the autopilot's state is late [rad]."""
+BELIEVED, BELIEVED_TURN = 0.15, 0.3
+"""Distance and angle between cameras and autopilot below which poses are believed again [m], [rad]. A vehicle at 2 rad/s
+turns less while the autopilot's state is late."""
+DOUBTED, DOUBTED_TURN = 0.25, 0.45
+"""Those beyond which poses are lost ones: less than half of what two arms of a hexarotor enclose [m], [rad]."""
 
 
 class Doubt:

@@ -11,7 +11,7 @@ import numpy as np
 
 from doorman.arrays import Array
 from doorman.background import InThread, Opened
-from doorman.clocks import REAL_TIME, Clock
+from doorman.clocks import HELD_UP, LONGEST_WAIT, REAL_TIME, Clock
 from doorman.exceptions import BackendError, DoormanError
 from doorman.hardware.door import DoorSensor, DoorSource
 from doorman.hardware.door.sources import objects_beside, source_of
@@ -27,8 +27,8 @@ from doorman.hardware.vehicle.tip_force import TipForce, TipForceSource
 
 _SLOW_TO_OPEN = OPENS_WITHIN + 0.2
 """A gripper that still holds so long after the command to let go does not open [s]."""
-GUARD_TIMEOUT = 0.5
-"""A guard that gives no sign of life for this long is taken for dead [s]."""
+DRIFTS_FOR = 0.4
+"""Longest wait in the air for a position that is not known: the vehicle drifts meanwhile [s]."""
 
 
 @dataclass(frozen=True)
@@ -77,7 +77,7 @@ class VehicleLinks(Opened):
             raise BackendError("only a tip that pushes has a force sensor", field="tip_force", given="a sensor",
                                allowed="none with a gripper")  # fmt: skip
         self.config, self.clock = config, clock
-        self.tip_force = None if tip_force is None else TipForce(tip_force)
+        self.tip_force = None if tip_force is None else TipForce(tip_force, config.servos.stale_after)
         self.autopilot = Autopilot(config.pixhawk, clock)
         self.servos = ServoBus(config.servos, clock) if config.servos.n else NoServos(config.servos, clock)
         self.doubt = Doubt(self.autopilot, 0.0 if config.mocap is None else config.mocap.position_slack)
@@ -154,7 +154,7 @@ class VehicleLinks(Opened):
     def inhibited(self) -> str | None:
         """Why the mission may not command any more; None while it may. A guard that has fallen silent is a reason."""
         guarded = self._guarded_at
-        if self._inhibited is None and guarded is not None and self.clock.now() - guarded > GUARD_TIMEOUT:
+        if self._inhibited is None and guarded is not None and self.clock.now() - guarded > HELD_UP:
             return "the safety supervisor is silent"
         return self._inhibited
 
@@ -274,7 +274,7 @@ class _Relay(InThread):
         sample = self._mocap.read()
         while not self._stopping.is_set():
             try:
-                sample = self._mocap.wait(sample, 0.1)
+                sample = self._mocap.wait(sample, LONGEST_WAIT)
                 if sample.fresh:
                     self._autopilot.mocap(sample.time, sample.position, sample.quaternion)
             except DoormanError:  # no pose for now: whoever reads the sample or its age sees it

@@ -6,6 +6,9 @@ use an old pose. The attitude is brought to that time, and the joint angles, whi
 .. math::
     q(t_p) = q_0 \exp(\Omega\,(t_p - t_0)), \qquad H(t) = H_0 + \dot H\,(t - t_0)
 
+Body rates are the gyroscope's, unless the cameras' are younger altogether: the gyroscope's were true before the window over
+which those are taken. Rates that stand still would pass for a gripper that lost the leaf.
+
 A sample that is too old for that is an error, never a measurement; but the cameras replace an autopilot that is not heard for
 a while.
 """
@@ -20,11 +23,9 @@ from doorman.hardware.dynamixel import ServoSample
 from doorman.hardware.interface import Measurement
 from doorman.hardware.mocap import PoseSample
 from doorman.hardware.pixhawk import SampleStatus, VehicleSample
+from doorman.hardware.vehicle.config import VehicleConfig
 from doorman.kinematics.quaternions import multiply, to_attitude
 from doorman.signals import FrameReading, LeafReading
-
-_LONGEST_STEP = 0.05
-"""Joint angles are carried on by this much at most: the bus stops an arm that it does not hear [s]."""
 
 
 def compose(
@@ -33,12 +34,12 @@ def compose(
     vehicle: VehicleSample,
     servos: ServoSample,
     pose: PoseSample | None,
-    n_arm: int,
-    servo_patience: float,
+    config: VehicleConfig,
     tip_force: float | None = None,
     leaf: LeafReading | None = None,
     frame: FrameReading | None = None,
 ) -> Measurement:
+    n_arm, servo_patience = config.n_arm, config.servo_patience
     heard = vehicle.status is SampleStatus.FRESH
     if not heard and (pose is None or vehicle.status is not SampleStatus.STALE):
         raise BackendError(f"the autopilot's state is {vehicle.status.value}", field="pixhawk",
@@ -50,8 +51,11 @@ def compose(
     quaternion, turned_at = (
         (vehicle.quaternion, vehicle.attitude_time) if pose is None else (pose.quaternion, pose.time)
     )
-    body_rates = vehicle.body_rates if heard or pose is None else pose.body_rates
-    ahead = np.clip(now - servos.times[:n_arm], 0.0, _LONGEST_STEP)
+    window = 0.0 if config.mocap is None else config.mocap.velocity_window
+    older = pose is not None and vehicle.attitude_time < pose.time - window
+    body_rates = pose.body_rates if pose is not None and older else vehicle.body_rates
+    carried = config.servos.stale_after  # the bus stops an arm that it does not hear for longer
+    ahead = np.clip(now - servos.times[:n_arm], 0.0, carried)
     return Measurement(
         time=now - opened,
         position=seen.position,

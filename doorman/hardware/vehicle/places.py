@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,6 +12,10 @@ from doorman.model import Model
 
 LEG_CLEARANCE = 0.10
 """Clearance of the arm in its start posture above the ground while the vehicle stands [m]."""
+
+
+LYING = math.radians(20.0)
+"""No vehicle stands so tilted on its legs [rad]."""
 
 
 @dataclass(frozen=True)

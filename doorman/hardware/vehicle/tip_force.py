@@ -8,11 +8,6 @@ from typing import NamedTuple
 
 from doorman.background import EventLog
 
-_STALE = 0.05
-"""An older reading counts as none [s]."""
-_KEPT = 1000
-"""Most events that are kept until they are taken."""
-
 
 class TipReading(NamedTuple):
     """One reading."""
@@ -30,9 +25,9 @@ TipForceSource = Callable[[], TipReading | None]
 class TipForce:
     """Readings that can be used, and events that tell when there are none."""
 
-    def __init__(self, source: TipForceSource) -> None:
-        self._source = source
-        self._events = EventLog[tuple[float, str]](_KEPT)
+    def __init__(self, source: TipForceSource, stale_after: float) -> None:
+        self._source, self._stale_after = source, stale_after  # an older reading counts as none [s]
+        self._events = EventLog[tuple[float, str]]()
         self._fault = ""
 
     def read(self, now: float) -> float | None:
@@ -46,7 +41,7 @@ class TipForce:
                 fault = "no reading"
             elif not math.isfinite(reading.force):
                 fault = f"the reading is {reading.force:g}"
-            elif not abs(now - reading.time) <= _STALE:
+            elif not abs(now - reading.time) <= self._stale_after:
                 fault = "the reading is old"
             else:
                 force = float(reading.force)

@@ -8,33 +8,32 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from doorman.clocks import LOOK
 from doorman.hardware.mocap import PoseSample
 from doorman.hardware.pixhawk import SampleStatus
 from doorman.hardware.pixhawk.sample import VehicleSample
 from doorman.hardware.vehicle.links import VehicleLinks
 from doorman.kinematics.quaternions import angle_between, rotate
 
-PATIENCE = 45.0
-"""Longest wait for the autopilot: ArduPilot's gyros alone take about 22 s [s]."""
 SETTLING = 2.0
-"""Time for rates and clocks to settle [s]."""
+"""Time for rates and clocks to settle; a wait that is longer is explained [s]."""
+LISTENING = SETTLING / 2
+"""Time of which the mean of readings counts, the vehicle at rest [s]."""
 TOGETHER = 0.1
 """Distance between mocap and the autopilot's estimate from which it does not follow the poses [m]."""
-_WORTH_A_WORD = 1.0
-"""A wait that is longer is explained [s]."""
 
 
 def await_links(links: VehicleLinks, say: Callable[[str], None] | None = None) -> None:
     clock = links.clock
-    begin, said = clock.now(), ""
+    begin, said, patience = clock.now(), "", links.config.pixhawk.timeouts.arming
     while True:
-        while (missing := _missing(links)) and clock.now() < begin + PATIENCE:
-            if say is not None and missing != said and clock.now() > begin + _WORTH_A_WORD:
+        while (missing := _missing(links)) and clock.now() < begin + patience:
+            if say is not None and missing != said and clock.now() > begin + SETTLING:
                 say(f"Waiting for {missing}")
                 said = missing
-            clock.sleep(0.05)
+            clock.sleep(LOOK)
         clock.sleep(SETTLING)
-        if not _missing(links) or clock.now() > begin + PATIENCE:
+        if not _missing(links) or clock.now() > begin + patience:
             return  # what an autopilot has not reported at first, it may find wrong now: once more then
 
 

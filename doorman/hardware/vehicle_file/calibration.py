@@ -26,17 +26,14 @@ from doorman.hardware.dynamixel import ServoBus, ServoConfig, zero_position
 from doorman.hardware.dynamixel.registers import DRIVE_MODE, HOMING_OFFSET
 from doorman.hardware.mocap import MocapConfig, MocapReceiver
 from doorman.hardware.vehicle.config import with_settings
+from doorman.hardware.vehicle.waiting import LISTENING
 from doorman.hardware.vehicle_file.file import MOCAP, NO_CAMERAS, OPTIONS, SERVOS, VehicleFile
 from doorman.kinematics.doors.door import Door
 from doorman.kinematics.quaternions import to_attitude
 from doorman.kinematics.rotations import attitude_from_rotation, rotation_body_to_world
 
-LISTENING = 1.0
-"""[s]."""
 _SHIFTING = (HOMING_OFFSET.name, DRIVE_MODE.name)
 """Settings of a servo that shift or mirror its zero."""
-LARGEST_MOTION = 0.005
-"""Standard deviation of the object's position beyond which it does not stand still [m]."""
 LARGEST_DIFFERENCE = 0.02
 """Largest difference between the measured width of the leaf and the URDF's [m]."""
 
@@ -98,9 +95,9 @@ def _mean_pose(config: MocapConfig, duration: float) -> tuple[Array, Array]:
         raise BackendError("the cameras lose the object", field="mocap.object_name", given=config.object_name,
                            allowed=f"seen in most of {duration:g} s")  # fmt: skip
     motion = float(np.std(positions, axis=0).max())
-    if motion > LARGEST_MOTION:
+    if motion > config.position_slack:  # what noise adds; else it does not stand still
         raise BackendError("the object moves", field="mocap.object_name", given=f"{motion * 1e3:.1f} mm",
-                           allowed=f"up to {LARGEST_MOTION * 1e3:g} mm")  # fmt: skip
+                           allowed=f"up to {config.position_slack * 1e3:g} mm")  # fmt: skip
     turned = np.array(quaternions)
     mean = (turned * np.sign(turned @ turned[0])[:, None]).mean(axis=0)
     attitude = to_attitude((mean / np.linalg.norm(mean)).tolist())

@@ -17,23 +17,20 @@ from doorman.gravity import weight_of
 from doorman.kinematics.doors.leaf.leaf_in_world import LeafInWorld
 from doorman.kinematics.doors.leaf.leaf_motion import SLIDE_RADIUS, weight_torque
 from doorman.kinematics.doors.urdf.joints import hinge_joint, levers, places, standing_joints, standing_values
-from doorman.kinematics.doors.urdf.leaf_in_plane import LeafInPlane
+from doorman.kinematics.doors.urdf.leaf_in_plane import ALONG, LeafInPlane
 from doorman.kinematics.doors.urdf.leaf_on_joint import LEANS, LeafOnJoint
 from doorman.kinematics.doors.urdf.leaf_on_slide import LeafOnSlide, read_leaf
 from doorman.kinematics.doors.variants.variant import write_door_variant
-from doorman.kinematics.links import joint_placements_along, links_of
 from doorman.kinematics.urdf.elements import read_joints
-from doorman.kinematics.urdf.robot import link_index, load_pinocchio, with_standing
+from doorman.kinematics.urdf.robot import joint_placements_along, link_index, links_of, load_pinocchio, with_standing
 from doorman.scenario import ContactSection, DoorSection
 
 Side = Literal["push", "pull"]
 
-_AT_ITS_STOP = 0.01
+AT_ITS_STOP = 0.01
 """A leaf that is nearer to its stop stands there: half a degree, as drawings round a right angle [rad]."""
 _OF_LEAF = 0.85
 """Where a tip touches a lever whose contact is not named, as a share of its reach from the axis; on a leaf at most so far out."""
-_ACROSS = math.cos(math.radians(5.0))
-"""Least cosine between the leaf's normal and the contact frame's x axis."""
 
 
 class Door(LeafInWorld):
@@ -94,7 +91,7 @@ class Door(LeafInWorld):
             )  # fmt: skip
         self.touched = frozenset({self.section.leaf, *levers(urdf, self.section)})
         """Links that the tip may touch: the leaf, and levers on it that were turned first."""
-        leaf_on_joint = read_leaf(urdf, self.model, self.section, contact)
+        leaf_on_joint = read_leaf(urdf, self.model, self.section, contact, self._turns)
         self.slides = isinstance(leaf_on_joint, LeafOnSlide)
         self.in_plane = isinstance(leaf_on_joint, LeafInPlane)
         self.endless = leaf_on_joint.endless
@@ -103,18 +100,15 @@ class Door(LeafInWorld):
         self.per_angle = self.turn + self.slide
         self.unit = leaf_on_joint.unit
         lower, upper = leaf_on_joint.limits
-        closed = leaf_on_joint.closed()
-        self.closed, self._sense = closed.value, leaf_on_joint.sense(closed.value)
+        self.closed, self._sense = leaf_on_joint.closed.value, leaf_on_joint.sense
         """Value of the URDF's joint where the door is closed [rad or m]."""
-        self.closed_is_guessed = closed.guessed
+        self.closed_is_guessed = leaf_on_joint.closed.guessed
         """Whether neither `door.closed` nor a jamb tells that value."""
-        along, opens = leaf_on_joint.directions(self.closed, self._sense)
-        into = -self._turns * opens
-        self._take_axes(into, along, leaf_on_joint.up(into, along))
+        self._take_axes(*leaf_on_joint.axes)
         self.vertical = bool(self.up[2] == 1.0) and not self.slides
         self.lies = bool(abs(self.up[2]) < LEANS) and not self.slides
         """Whether it is a hinge that lies rather than stands, as a hatch's: the doorway has no jamb beside the latch."""
-        self.along_in_leaf = frozen(leaf_on_joint.rotation(self.closed).T @ self.along)
+        self.along_in_leaf = frozen(leaf_on_joint.axes_in_leaf[1])
         """`along` in the axes of the link that the joint carries, shape (3,)."""
         self.upright = not (self.slides or self.lies)
         """Whether it is a hinge that stands, with a jamb on either side of the doorway."""
@@ -130,24 +124,23 @@ class Door(LeafInWorld):
         """Least and largest α [rad]."""
         self.mass, inertia = leaf_on_joint.mass_and_inertia()
         self.inertia = inertia * self.per_angle**2
-        leaf_size = leaf_on_joint.size(self.axes, self.closed)
-        self.width, self.height, self.thickness, self.surface_offset = leaf_size.sides
+        self.width, self.height, self.thickness, self.surface_offset = leaf_on_joint.size.sides
         """`surface_offset`: how far the leaf's face to the vehicle lies before the hinge axis [m]."""
-        self.hinge_position = frozen(leaf_size.corner)
-        self.weight = frozen(self._weight(leaf_on_joint.center_of_mass(self.closed)))
+        self.hinge_position = frozen(leaf_on_joint.size.corner)
+        self.weight = frozen(self._weight(leaf_on_joint.center_of_mass))
         """Weight times place of the centre of mass along leaf and normal, or times `per_angle`, shape (2,) [N m]."""
-        self._center = self.in_doorway(leaf_on_joint.center_of_mass(self.closed) - self.hinge_position)
+        self._center = self.in_doorway(leaf_on_joint.center_of_mass - self.hinge_position)
         self.handle = None if contact is None or contact.named is None else self._handle(leaf_on_joint, contact)
         """Place of a contact that the URDF has: D_V, D_H, and how far it lies before the hinge axis [m]."""
         self.contact_offset = self._contact_offset(leaf_on_joint, contact)
         self.panel = self._panel(leaf_on_joint)
         """Plane beside the way of a slide's contact: normal in the doorway, and distance from P_h along it [m]; None without."""
-        self.frame_depth, self.frame_back = leaf_on_joint.frame_depth(self.axes, leaf_size)
+        self.frame_depth, self.frame_back = leaf_on_joint.frame_depth()
         """How far the jambs' boxes reach before the hinge axis, towards the vehicle, and how far behind it [m]."""
         self.framed = bool(leaf_on_joint.fixed_boxes)
         """Whether anything stands around the leaf."""
         given = self.section.frame_height
-        self.frame_height = leaf_on_joint.frame_height(self.axes, leaf_size) if given is None else given
+        self.frame_height = leaf_on_joint.frame_height() if given is None else given
         """Height of the opening above the leaf's lower edge; None without a lintel [m]."""
         hinge, arm = read_joints(urdf)[self.section.hinge], self.per_angle
         self.damping = arm**2 * float(hinge.damping if self.section.damping is None else self.section.damping)
@@ -168,7 +161,7 @@ class Door(LeafInWorld):
 
     def at_its_stop(self, door_angle: float) -> bool:
         """Whether a leaf at α shuts no farther."""
-        return abs(door_angle - self.stop) < _AT_ITS_STOP
+        return abs(door_angle - self.stop) < AT_ITS_STOP
 
     def link_placements(self, door_angle: float) -> dict[str, Array]:
         """Placement of every link in the world."""
@@ -217,7 +210,7 @@ class Door(LeafInWorld):
             return None
         along, up, before = self.handle or (0.0, self.height, 0.0)
         place = self.hinge_position + self.from_doorway(np.array([-before, along, up]))
-        plane = leaf_on_joint.beside(self.axes, self.closed, place)
+        plane = leaf_on_joint.beside(place)
         if plane is None:
             return None
         normal, distance = plane
@@ -239,15 +232,15 @@ class Door(LeafInWorld):
             return self.handle[2]
         if contact is None:
             return self.surface_offset
-        return leaf_on_joint.face_offset(self.axes, self.closed, self.place_on_face(contact))
+        return leaf_on_joint.face_offset(self.place_on_face(contact))
 
     def _handle(self, leaf_on_joint: LeafOnJoint, contact: ContactSection) -> tuple[float, float, float]:
-        point, outward = leaf_on_joint.contact(contact, self.closed, self.into)
-        if outward is not None and not self.in_plane and outward @ -self.normal(0.5 * math.pi) < _ACROSS:
+        point, outward = leaf_on_joint.contact(self.closed, self.into)
+        if outward is not None and not self.in_plane and outward @ -self.normal(0.5 * math.pi) < ALONG:
             raise UrdfError(
                 "the contact does not look away from the leaf", file=self.urdf, field=f"contact.{contact.named}",
                 given=f"away from it along {outward.round(3).tolist()} where the door is closed",
-                allowed=f"{(-self.normal(0.5 * math.pi)).round(3).tolist()}, within {math.degrees(math.acos(_ACROSS)):.0f}°",
+                allowed=f"{(-self.normal(0.5 * math.pi)).round(3).tolist()}, within {math.degrees(math.acos(ALONG)):.0f}°",
             )  # fmt: skip
         into, along, up = self.in_doorway(point - self.hinge_position)
         return float(along), float(up), -float(into)

@@ -9,12 +9,10 @@ import numpy as np
 
 from doorman.arrays import Array, frozen
 from doorman.exceptions import ScenarioError
-from doorman.kinematics.doors.door import Door
+from doorman.kinematics.doors.door import AT_ITS_STOP, Door
 from doorman.kinematics.doors.urdf.beside import Box, boxes_along, fixed_boxes
 from doorman.scenario import Scenario
 
-_SHUT = 0.01
-"""A leaf that starts farther open is turned against its frame [rad]."""
 _BORDER = 0.01
 """A box that reaches no farther into the doorway stands beside it [m]."""
 _ROOM = 0.03
@@ -75,20 +73,20 @@ def places_to_touch(
     scenario: Scenario, door: Door, height: float, reach: float, radius: float, opening: float
 ) -> tuple[FramePlace, ...]:
     """The places that a mission is to touch."""
-    if not scenario.mission.touch_frame:
+    if "frame" not in scenario.mission.measures:
         return ()
-    doubt, places = scenario.estimation, frame_places(door, height, reach, radius)
+    places = frame_places(door, height, reach, radius)
     reasons = {
         'contact.kind = "push": a grip finds the door on its arc': scenario.contact.kind == "push",
         'mission.start = "hover"': scenario.mission.start == "hover",
-        "a leaf that starts closed": abs(opening) < _SHUT,
+        "a leaf that starts closed": abs(opening) < AT_ITS_STOP,
         f"a start.arm that reaches {1e2 * _AHEAD:g} cm ahead of the rotor disc": reach > radius + _AHEAD,
-        "deviations of the map above 0": min(doubt.door_place_deviation, doubt.door_yaw_deviation) > 0.0,
+        "a deviation of the map above 0": scenario.estimation.door_place_deviation > 0.0,
         "a plumb hinge, with a wall or a post on both sides of the leaf at the height of the tip": bool(places),
     }
     if missing := [reason for reason, holds in reasons.items() if not holds]:
         raise ScenarioError(
-            "the tip cannot touch the frame", file=scenario.source, field="mission.touch_frame", given=True,
+            "the tip cannot touch the frame", file=scenario.source, field="mission.measures", given="frame",
             allowed=f"only with {missing[0]}",
         )  # fmt: skip
     return places

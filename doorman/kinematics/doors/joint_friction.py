@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from doorman.kinematics.doors.door import Door
 from doorman.scenario import Scenario
-from doorman.scenario.sections.estimation import USUAL_FRICTION
+from doorman.scenario.sections.estimation import USUAL_HINGE
 
 
 @dataclass(frozen=True)
@@ -30,7 +30,7 @@ def joint_friction(scenario: Scenario, door: Door, hinge_scale: float) -> JointF
     named = door.friction if true is None else door.per_angle * true
     if true is not None or named > 0.0 or scenario.door.friction is not None:
         return JointFriction(named, named, named)
-    mean, deviation = (hinge_scale * each for each in USUAL_FRICTION)
+    mean, deviation = (hinge_scale * each for each in USUAL_HINGE["friction"])
     return JointFriction(mean - deviation, mean, mean + deviation)
 
 

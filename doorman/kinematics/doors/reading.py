@@ -17,7 +17,7 @@ _DEFAULT_GOAL = math.pi / 9
 """α of a door that is pushed open by 70° [rad]."""
 _DEFAULT_WAY = 0.3
 """Goal of a slide, from closed [m]."""
-_ENDS = ("opening", "joint_value", "door_angle")
+_ENDS = ("opening", "door_angle")
 """Keys of an end, of which one is given."""
 _OF_HINGES = {
     "door": ("rest_angle",),
@@ -34,9 +34,9 @@ def read_door(scenario: Scenario) -> Door:
         _check_slide(scenario)
     outward = None
     if contact.named is not None:
-        leaf = read_leaf(plain.urdf, plain.model, plain.section, contact)
+        leaf = read_leaf(plain.urdf, plain.model, plain.section, contact, -1.0)
         if not isinstance(leaf, LeafInPlane):
-            _, outward = leaf.contact(contact, plain.closed, plain.into)
+            _, outward = leaf.contact(plain.closed, plain.into)
     if outward is None:
         return Door(urdf, scenario.door, contact.side or _likely_side(scenario, plain), contact)
     side: Side = "push" if float(outward @ plain.normal(0.5 * math.pi)) < 0.0 else "pull"
@@ -69,8 +69,6 @@ def _end(scenario: Scenario, door: Door, name: str, end: StartSection | GoalSect
             f"{name} is given twice", file=scenario.source, field=f"{name}.{given[0]}", given=getattr(end, given[0]),
             allowed=f"one of {', '.join(f'{name}.{key}' for key in _ENDS)}",
         )  # fmt: skip
-    if end.joint_value is not None:
-        return door.angle_of_joint(end.joint_value)
     return end.door_angle if end.opening is None else door.angle_of_opening(end.opening)
 
 

@@ -12,14 +12,13 @@ from numpy.typing import NDArray
 
 from doorman.arrays import Array, frozen
 from doorman.exceptions import UrdfError
-from doorman.kinematics.urdf.mesh_checks import LARGEST_EXTENT, MOST_VERTICES
-from doorman.kinematics.urdf.mesh_paths import mesh_path
-from doorman.kinematics.urdf.shapes import UrdfShape
+from doorman.kinematics.urdf.elements import UrdfShape
+from doorman.kinematics.urdf.mesh_files import mesh_path
+from doorman.kinematics.urdf.structure import LARGEST_LENGTH, LOST
 
-_THINNEST = 1e-5
-"""Least thickness of a hull, as a share of its size: the hull of a thinner one is lost in rounding."""
-_SMALLEST = 1e-5
-"""Least size of a mesh [m]."""
+LARGEST_SHAPE = 20_000_000
+"""Largest file of a mesh that is a collision shape [bytes]: an STL file with a million vertices, which takes seconds to read."""
+MOST_VERTICES = 1_000_000
 
 
 @dataclass(frozen=True)
@@ -37,14 +36,16 @@ def mesh_vertices(urdf: Path, shape: UrdfShape) -> Array:
     file = mesh_path(urdf, shape.file, shape.field)
     if not file.is_file():
         raise UrdfError("no such mesh", file=urdf, field=shape.field, given=shape.file, allowed="an existing file")
+    if not 0 < (size := file.stat().st_size) <= LARGEST_SHAPE:
+        raise _unreadable(urdf, shape, f"{size} bytes, of 1 to {LARGEST_SHAPE}")
     try:
         vertices = _load(str(file), file.stat().st_mtime_ns, shape.size)
     except (ValueError, RuntimeError, OSError, MemoryError) as error:
         raise _unreadable(urdf, shape, " ".join(str(error).split()).rpartition("message: ")[2]) from error
     if not 0 < len(vertices) <= MOST_VERTICES:
         raise _unreadable(urdf, shape, f"{len(vertices)} vertices, of up to {MOST_VERTICES}")
-    if not np.isfinite(vertices).all() or np.abs(vertices).max() > LARGEST_EXTENT:
-        raise _unreadable(urdf, shape, f"a vertex that is not within {LARGEST_EXTENT:g} m of its origin")
+    if not np.isfinite(vertices).all() or np.abs(vertices).max() > LARGEST_LENGTH:
+        raise _unreadable(urdf, shape, f"a vertex that is not within {LARGEST_LENGTH:g} m of its origin")
     return vertices
 
 
@@ -59,12 +60,24 @@ def convex_hull(urdf: Path, shape: UrdfShape) -> Hull:
     """Convex hull of a mesh."""
     vertices = mesh_vertices(urdf, shape)
     extents = np.linalg.svd(vertices - vertices.mean(axis=0), compute_uv=False) / np.sqrt(len(vertices))
-    if len(extents) < 3 or extents[0] < _SMALLEST or extents[2] < _THINNEST * extents[0]:
+    if len(extents) < 3 or extents[0] < LOST or extents[2] < LOST * extents[0]:
         raise _unreadable(urdf, shape, "it has no volume")  # Qhull would end the process
     try:
         return _hull(vertices.tobytes())
     except (ValueError, RuntimeError) as error:
         raise _unreadable(urdf, shape, " ".join(str(error).split())) from error
+
+
+def bounding_box(urdf: Path, shape: UrdfShape) -> tuple[Array, Array]:
+    """Centre and lengths of the box along a shape's own axes that holds it, shapes (3,) [m]."""
+    if shape.kind == "mesh":
+        vertices = convex_hull(urdf, shape).vertices
+        lowest, highest = vertices.min(axis=0), vertices.max(axis=0)
+        return (lowest + highest) / 2, highest - lowest
+    if shape.kind == "box":
+        return np.zeros(3), np.array(shape.size)
+    diameter = 2 * shape.size[0]
+    return np.zeros(3), np.array([diameter, diameter, diameter if shape.kind == "sphere" else shape.size[1]])
 
 
 @lru_cache(maxsize=64)

@@ -1,30 +1,39 @@
-"""Reading a URDF: one place where a broken file becomes a clear error."""
+"""Pinocchio's model of a URDF, its frames and links: one place where a broken file becomes a clear error."""
 
 from __future__ import annotations
 
 import re
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
+from typing import NamedTuple
 
+import numpy as np
 import pinocchio
 
-from doorman.arrays import Array
+from doorman.arrays import Array, frozen
 from doorman.exceptions import UrdfError
 from doorman.kinematics.urdf.document import read_content
-from doorman.kinematics.urdf.mesh_checks import check_meshes
 from doorman.kinematics.urdf.structure import check_structure
 
 _BROKEN_NAME = re.compile(rb"""\sname\s*=\s*(?:"([^"]*[\t\r\n][^"]*)"|'([^']*[\t\r\n][^']*)')""")
 """XML makes spaces of its blanks, and readers disagree on them."""
 
 
+class Link(NamedTuple):
+    """A link as its joint carries it."""
+
+    joint: int
+    """Index of the joint in Pinocchio's model; 0 is the root."""
+    placement: Array
+    """Homogeneous matrix of the link in the joint's frame, shape (4, 4)."""
+
+
 def load_pinocchio(path: Path, endless: bool = True) -> pinocchio.Model:
     """Kinematic tree of a URDF whose root link is fixed in the world."""
     root = check_structure(path)
-    check_meshes(path, root)
+    if not endless:
+        _make_revolute(root)
     try:
-        if not endless:
-            _make_revolute(root)
         model = pinocchio.buildModelFromXML(ElementTree.tostring(root, encoding="unicode"))  # what was checked
     except (ValueError, RuntimeError) as error:
         raise UrdfError(
@@ -67,6 +76,25 @@ def link_index(model: pinocchio.Model, name: str, path: Path, field: str) -> int
         names = ", ".join(frame.name for frame in model.frames if frame.type == body)
         raise UrdfError(f"the URDF has no link '{name}'", file=path, field=field, given=name, allowed=names)
     return int(model.getFrameId(name, body))
+
+
+def links_of(model: pinocchio.Model) -> dict[str, Link]:
+    """Links by name."""
+    return {
+        frame.name: Link(int(frame.parentJoint), frozen(frame.placement.homogeneous))
+        for frame in model.frames
+        if frame.type == pinocchio.FrameType.BODY
+    }
+
+
+def joint_placements_along(model: pinocchio.Model, data: pinocchio.Data, values: Array) -> Array:
+    """Placements of all joints at each of m configurations, by forward kinematics."""
+    placements = np.empty((len(values), model.njoints, 4, 4))
+    for at, configuration in zip(placements, values, strict=True):
+        pinocchio.forwardKinematics(model, data, configuration)
+        for joint, placement in enumerate(data.oMi):
+            at[joint] = placement.homogeneous
+    return placements
 
 
 def _make_revolute(root: ElementTree.Element) -> None:

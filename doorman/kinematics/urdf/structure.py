@@ -13,6 +13,8 @@ from doorman.bounds import parse_numbers
 from doorman.exceptions import UrdfError
 from doorman.kinematics.urdf.document import parse_document, read_content
 
+ROUNDING = 1e-3
+"""By which URDFs round: lengths [m], entries of a rotation, and moments of inertia as a share."""
 _INERTIA = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 _NUMBERS: dict[str, dict[str, int]] = {
     "origin": {"xyz": 3, "rpy": 3},
@@ -38,15 +40,13 @@ _REQUIRED = {
 _POSITIVE = {("box", "size"), ("cylinder", "radius"), ("cylinder", "length"), ("sphere", "radius")}
 _NOT_NEGATIVE = {("mass", "value"), ("limit", "effort"), ("dynamics", "damping"), ("dynamics", "friction")}
 _CHILDREN = {"inertial": ("mass", "inertia"), "visual": ("geometry",), "collision": ("geometry",)}
-_LENGTH, _MASS = 1e3, 1e5
+LARGEST_LENGTH, _MASS = 1e3, 1e5
 """Largest length [m], and mass [kg] or moment of inertia [kg m²]: ten times a hangar's door."""
-_LARGEST = {
-    "axis": 1e6, "mesh": 1e6, "origin": _LENGTH, "box": _LENGTH, "cylinder": _LENGTH, "sphere": _LENGTH, "mass": _MASS,
-    "inertia": _MASS, "dynamics": 1e6, "mimic": 1e6, "limit": 1e20,
-}  # fmt: skip
+_LARGEST = dict.fromkeys(_NUMBERS, 1e6) | dict.fromkeys(("origin", "box", "cylinder", "sphere"), LARGEST_LENGTH)
+_LARGEST |= {"mass": _MASS, "inertia": _MASS, "limit": 1e20}
 """Largest numbers of each element; exporters write 1e16 for no limit."""
-_SMALLEST_AXIS = 1e-6
-"""Length of an axis below which its direction is lost in rounding."""
+LOST = 1e-5
+"""Length of an axis, size of a mesh [m], and thickness of a hull as a share of its size, below which rounding hides them."""
 _SHAPES = ("box", "cylinder", "sphere", "mesh")
 _JOINT_TYPES = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
 
@@ -150,7 +150,7 @@ def _check_joint(path: Path, joint: ElementTree.Element, where: str) -> None:
     axis, limit = joint.find("axis"), joint.find("limit")
     if kind in ("revolute", "continuous", "prismatic", "planar") and axis is not None:
         text = axis.get("xyz", "1 0 0")
-        if math.hypot(*parse_numbers(text)) < _SMALLEST_AXIS:  # fixed joints may have one: some exporters write it
+        if math.hypot(*parse_numbers(text)) < LOST:  # fixed joints may have one: some exporters write it
             raise UrdfError(
                 "an axis without direction", file=path, field=f"{where}/axis@xyz", given=text, allowed="not all zero"
             )
@@ -184,18 +184,12 @@ def _check_tree(
             )  # fmt: skip
         parent_of[ends[1]] = ends[0]
     roots = [link for link in links if link not in parent_of]
-    reached = sum(_leads_to_root(link, parent_of) for link in links)
-    if len(roots) != 1 or reached != len(links):
+    reached = list(roots)
+    for above in reached:
+        reached += [link for link, parent in parent_of.items() if parent == above]
+    if len(roots) != 1 or len(reached) != len(links):
         raise UrdfError(
             "the links are not one tree", file=path, field=f"{top}/link",
-            given=f"roots {', '.join(roots) or 'none'}; {len(links) - reached} links in a loop",
+            given=f"roots {', '.join(roots) or 'none'}; {len(links) - len(reached)} links in a loop",
             allowed="one root, every other link the child of a joint",
         )  # fmt: skip
-
-
-def _leads_to_root(link: str, parent_of: dict[str, str]) -> bool:
-    for _ in range(len(parent_of) + 1):
-        if link not in parent_of:
-            return True
-        link = parent_of[link]
-    return False

@@ -26,12 +26,11 @@ class Bodies:
     """About the centre of mass, shape (n + 1, 3, 3) [kg m²]."""
 
     @classmethod
-    def of(cls, model: pinocchio.Model, data: pinocchio.Data, base: pinocchio.SE3) -> Bodies:
+    def of(cls, model: pinocchio.Model, data: pinocchio.Data) -> Bodies:
         """Bodies of a vehicle."""
         pinocchio.forwardKinematics(model, data, np.zeros(model.nq))
-        placements = [base.actInv(placement) for placement in data.oMi]
-        bodies = [placement.act(each) for placement, each in zip(placements, model.inertias, strict=True)]
-        origins = [np.zeros(3), *(placement.translation for placement in placements[1:])]
+        bodies = [placement.act(each) for placement, each in zip(data.oMi, model.inertias, strict=True)]
+        origins = [placement.translation for placement in data.oMi]
         return cls(
             frozen([body.mass for body in bodies]),
             frozen([body.lever - origin for body, origin in zip(bodies, origins, strict=True)]),

@@ -14,41 +14,33 @@ import pinocchio
 
 from doorman.arrays import Array
 from doorman.exceptions import UrdfError
+from doorman.kinematics.urdf.elements import UrdfShape, read_collisions, read_visuals
+from doorman.kinematics.urdf.mesh_files import mesh_path
 from doorman.kinematics.urdf.mesh_hull import mesh_vertices
-from doorman.kinematics.urdf.mesh_paths import mesh_path
 from doorman.kinematics.urdf.robot import link_index
-from doorman.kinematics.urdf.shapes import UrdfShape, read_collisions, read_visuals
 from doorman.kinematics.vehicles.rotors import rotor_links
 
 
-def disc_radius(urdf: Path, model: pinocchio.Model, base: pinocchio.SE3) -> float:
+def disc_radius(urdf: Path, model: pinocchio.Model) -> float:
     """Radius of the disc about the body's z axis that holds the body and its rotors."""
     shapes = [shape for shape in read_collisions(urdf) if _frame(urdf, model, shape.link).parentJoint == 0]
     for shape in shapes:
         if shape.kind == "mesh":
             mesh_path(urdf, shape.file, shape.field)  # an address of another kind has an error of its own
     try:
-        body = max(
-            (
-                _reach(
-                    urdf,
-                    shape,
-                    base.inverse() * _frame(urdf, model, shape.link).placement * pinocchio.SE3(shape.placement),
-                )
-                for shape in shapes
-            ),
-            default=0.0,
+        placed = (
+            (shape, _frame(urdf, model, shape.link).placement * pinocchio.SE3(shape.placement)) for shape in shapes
         )
+        body = max((_reach(urdf, shape, placement) for shape, placement in placed), default=0.0)
     except UrdfError as error:
         raise UrdfError(
             "collision meshes cannot be read; set vehicle.radius", file=urdf, field="vehicle.radius",
             given=f"{error.field}: {error.message}: {error.given}", allowed="meshes that exist, or a radius > 0 m",
         ) from error  # fmt: skip
-    hubs = _hubs(urdf, model, base)
-    if len(hubs) and body < np.hypot(*hubs.T[:2]).max():
-        radii = _propeller_radii(urdf)
-        reaches = np.hypot(*hubs.T[:2]) + np.where(radii > 0.0, radii, _half_way_to_the_next(hubs))
-        return max(body, float(reaches.max()))
+    hubs, radii = _propellers(urdf, model)
+    away = np.hypot(*hubs.T[:2])
+    if body < away.max(initial=0.0):
+        return max(body, float((away + np.where(radii > 0.0, radii, _half_way_to_the_next(hubs))).max()))
     if not body > 0.0:
         raise UrdfError(
             "the URDF has no collision shape and no rotor to take the radius from; set vehicle.radius",
@@ -57,17 +49,15 @@ def disc_radius(urdf: Path, model: pinocchio.Model, base: pinocchio.SE3) -> floa
     return body
 
 
-def propeller_reach(urdf: Path, model: pinocchio.Model, base: pinocchio.SE3) -> float:
+def propeller_reach(urdf: Path, model: pinocchio.Model) -> float:
     """Largest distance of a propeller's tip from the body's z axis, of the rotors whose links have shapes."""
-    hubs, radii = _hubs(urdf, model, base), _propeller_radii(urdf)
-    known = radii > 0.0
-    return float((np.hypot(*hubs[known].T[:2]) + radii[known]).max(initial=0.0))
+    hubs, radii = _propellers(urdf, model)
+    return float((np.hypot(*hubs.T[:2]) + radii)[radii > 0.0].max(initial=0.0))
 
 
-def _propeller_radii(urdf: Path) -> Array:
-    """Radius of every rotor's propeller about its axis, shape (m,); zero where its link has no shape that can be read [m]."""
-    links = rotor_links(urdf)
-    radii = dict.fromkeys(links, 0.0)
+def _propellers(urdf: Path, model: pinocchio.Model) -> tuple[Array, Array]:
+    """Origins of the rotors' frames in the body, shape (m, 3), and radii, (m,), zero without a shape that can be read [m]."""
+    radii = dict.fromkeys(rotor_links(urdf), 0.0)
     for shape in (*read_collisions(urdf), *read_visuals(urdf)):
         if shape.link in radii:
             try:
@@ -75,7 +65,8 @@ def _propeller_radii(urdf: Path) -> Array:
             except UrdfError:
                 continue  # a visual's mesh may be missing
             radii[shape.link] = max(radii[shape.link], reach)
-    return np.array([radii[link] for link in links])
+    hubs = [_frame(urdf, model, link).placement.translation for link in radii]
+    return np.array(hubs).reshape(-1, 3), np.array([*radii.values()])
 
 
 def _half_way_to_the_next(hubs: Array) -> Array:
@@ -84,12 +75,6 @@ def _half_way_to_the_next(hubs: Array) -> Array:
     np.fill_diagonal(apart, np.inf)
     between = 0.5 * apart.min(axis=1)
     return np.where(np.isfinite(between), between, 0.0)
-
-
-def _hubs(urdf: Path, model: pinocchio.Model, base: pinocchio.SE3) -> Array:
-    """Origins of the rotors' frames in the body, shape (m, 3) [m]."""
-    frames = [_frame(urdf, model, link) for link in rotor_links(urdf)]
-    return np.array([base.actInv(frame.placement.translation) for frame in frames]).reshape(-1, 3)
 
 
 def _frame(urdf: Path, model: pinocchio.Model, link: str) -> pinocchio.Frame:

@@ -41,10 +41,10 @@ def is_rotor(name: str) -> bool:
     return _BETWEEN_PARTS.split(name)[-1].lower().startswith(_WORD)
 
 
-def read_rotors(urdf: Path, model: pinocchio.Model, base: pinocchio.SE3, assume: bool = False) -> tuple[Rotor, ...]:
+def read_rotors(urdf: Path, model: pinocchio.Model, assume: bool = False) -> tuple[Rotor, ...]:
     """Joints named `rotor_…`: their limit's effort is the rotor's largest thrust, their axis its sense."""
     joints = _joints(urdf)
-    rotors = [_rotor(urdf, model, base, joint) for joint in joints]
+    rotors = [_rotor(urdf, model, joint) for joint in joints]
     if not any(joint.effort > 0.0 if assume else joint.limited for joint in joints):
         return ()
     for joint in joints:
@@ -65,7 +65,7 @@ def _joints(urdf: Path) -> list[UrdfJoint]:
     return [joint for joint in read_joints(urdf).values() if is_rotor(joint.name)]
 
 
-def _rotor(urdf: Path, model: pinocchio.Model, base: pinocchio.SE3, joint: UrdfJoint) -> Rotor:
+def _rotor(urdf: Path, model: pinocchio.Model, joint: UrdfJoint) -> Rotor:
     frame = model.frames[frame_index(model, joint.child, urdf, joint.name)]
     where = f"joint {joint.name}"
     if frame.parentJoint != 0:
@@ -74,7 +74,7 @@ def _rotor(urdf: Path, model: pinocchio.Model, base: pinocchio.SE3, joint: UrdfJ
             allowed="a rotor fixed to the base link",
         )  # fmt: skip
     own = np.array(joint.axis) / np.linalg.norm(joint.axis)
-    axis = base.rotation.T @ frame.placement.rotation @ own
+    axis = frame.placement.rotation @ own
     towards = axis[2] if abs(axis[2]) > _LYING else own[2]
     sense = -1.0 if towards < 0.0 else 1.0
-    return Rotor(frozen(base.actInv(frame.placement.translation)), sense, joint.effort, frozen(sense * axis))
+    return Rotor(frozen(frame.placement.translation), sense, joint.effort, frozen(sense * axis))

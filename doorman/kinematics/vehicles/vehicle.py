@@ -13,11 +13,16 @@ from doorman.checks import vector
 from doorman.copying import PerThread
 from doorman.exceptions import UrdfError
 from doorman.gravity import weight_of
-from doorman.kinematics.links import joint_placements_along, links_of
-from doorman.kinematics.urdf.robot import frame_index, link_index, load_pinocchio, with_standing
-from doorman.kinematics.vehicles.arms.arm_chain import arm_chain, check_followers, standing_joints
-from doorman.kinematics.vehicles.arms.arm_geometry import ArmGeometry
-from doorman.kinematics.vehicles.arms.joint_limits import joint_limits
+from doorman.kinematics.urdf.robot import (
+    frame_index,
+    joint_placements_along,
+    link_index,
+    links_of,
+    load_pinocchio,
+    with_standing,
+)
+from doorman.kinematics.vehicles.arms.arm_joints import arm_chain, check_followers, joint_limits, standing_joints
+from doorman.kinematics.vehicles.arms.arm_pattern import ArmGeometry
 from doorman.kinematics.vehicles.bodies import Bodies
 from doorman.kinematics.vehicles.disc import disc_radius, propeller_reach
 from doorman.kinematics.vehicles.rotors import Rotor, read_rotors
@@ -47,18 +52,17 @@ class Vehicle:
         full = self._on_virtual_joints(load_pinocchio(urdf, endless=False))
         self.model, self.joint_names = self._arm_only(full)
         self._own: PerThread[pinocchio.Data] = PerThread()
-        self._base_frame = link_index(self.model, self.names.base_link, urdf, "vehicle.base_link")
+        self._stand_on_base_link()
         self._tip_frame = frame_index(self.model, self.names.tip, urdf, "vehicle.tip")
         self.links = links_of(self.model)
         self._point_frames = [*self._servo_frames(), self._tip_frame]
         self.point_names = tuple(self.model.frames[i].name for i in self._point_frames)
         self.mass = self._positive_mass()
-        self._heavy = [(k, body.mass, np.array(body.lever)) for k, body in enumerate(self.model.inertias) if body.mass]
-        self.bodies = Bodies.of(self.model, self._data, self._base_placement())
+        self.bodies = Bodies.of(self.model, self._data)
         limits = joint_limits(urdf, self.model, self.joint_names)
         self.slides, self.lower_limits, self.upper_limits, self.rate_limits, self.torque_limits = limits
-        self.rotors = read_rotors(urdf, self.model, self._base_placement(), self.names.rotors.assume)
-        self.radius = float(self.names.radius or disc_radius(urdf, self.model, self._base_placement()))
+        self.rotors = read_rotors(urdf, self.model, self.names.rotors.assume)
+        self.radius = float(self.names.radius or disc_radius(urdf, self.model))
         self.max_thrust = self._thrust_limit()
         self.arm = self._arm_geometry()
 
@@ -74,7 +78,7 @@ class Vehicle:
     @property
     def propeller_reach(self) -> float:
         """Largest distance of a propeller's tip from the body's z axis, as far as the URDF shows propellers; else zero [m]."""
-        return propeller_reach(self.urdf, self.model, self._base_placement())
+        return propeller_reach(self.urdf, self.model)
 
     @property
     def angle_units(self) -> tuple[str, ...]:
@@ -88,29 +92,26 @@ class Vehicle:
 
     def inertia(self, arm_angles: ArrayLike) -> Array:
         """Rotational inertia I_A of vehicle and arm about O_B for a given posture."""
-        angles = vector(arm_angles, self.n_arm, "arm_angles")
-        pinocchio.forwardKinematics(self.model, self._data, angles)
-        total = pinocchio.Inertia.Zero()
-        for inertia, placement in zip(self.model.inertias, self._data.oMi, strict=True):
-            total += placement.act(inertia)
-        total = self._base_placement().inverse().act(total)
-        return np.array(total.matrix()[3:, 3:])
+        return np.array(self._together(arm_angles).matrix()[3:, 3:])
 
     def center_of_mass(self, arm_angles: ArrayLike) -> Array:
         """Centre of mass c of vehicle and arm, in the body frame."""
-        angles = vector(arm_angles, self.n_arm, "arm_angles")
-        pinocchio.forwardKinematics(self.model, self._data, angles)
-        weighted = sum(mass * self._data.oMi[k].act(lever) for k, mass, lever in self._heavy)
-        return np.array(self._base_placement().actInv(weighted / self.mass))
+        return np.array(self._together(arm_angles).lever)
+
+    def _together(self, arm_angles: ArrayLike) -> pinocchio.Inertia:
+        """Mass, centre of mass and inertia of all bodies, in the body frame."""
+        pinocchio.forwardKinematics(self.model, self._data, vector(arm_angles, self.n_arm, "arm_angles"))
+        placed = zip(self.model.inertias, self._data.oMi, strict=True)
+        return sum((placement.act(body) for body, placement in placed), pinocchio.Inertia.Zero())
 
     def center_of_mass_jacobian(self, arm_angles: ArrayLike) -> Array:
         r"""Jacobian :math:`\partial c/\partial H` of `center_of_mass`."""
         angles = vector(arm_angles, self.n_arm, "arm_angles")
-        if not any(joint for joint, _, _ in self._heavy):  # Pinocchio would divide by that mass
+        if self.bodies.masses[1:].sum() == 0.0:  # Pinocchio would divide by that mass
             return np.zeros((3, self.n_arm))
         jacobian = pinocchio.jacobianCenterOfMass(self.model, self._data, angles)  # of what joints carry alone
         share = self._data.mass[0] / self.mass
-        return np.asarray(share * self._base_placement().rotation.T @ jacobian)
+        return np.asarray(share * jacobian)
 
     def tip_position(self, arm_angles: ArrayLike) -> Array:
         """Position d of the tip in the body frame."""
@@ -125,8 +126,7 @@ class Vehicle:
     def point_positions(self, arm_angles: ArrayLike) -> Array:
         """Positions of S³ … Sⁿ and the tip in the body frame."""
         pinocchio.framesForwardKinematics(self.model, self._data, vector(arm_angles, self.n_arm, "arm_angles"))
-        base = self._base_placement()
-        return np.array([base.actInv(self._data.oMf[i].translation) for i in self._point_frames])
+        return np.array([self._data.oMf[i].translation for i in self._point_frames])
 
     def point_jacobians(self, arm_angles: ArrayLike) -> Array:
         """Jacobians of `point_positions` with respect to H."""
@@ -135,11 +135,10 @@ class Vehicle:
             return np.zeros((len(self._point_frames), 3, 0))
         pinocchio.computeJointJacobians(self.model, self._data, angles)
         pinocchio.updateFramePlacements(self.model, self._data)
-        world_to_base = self._base_placement().rotation.T
         world = pinocchio.ReferenceFrame.LOCAL_WORLD_ALIGNED
         jacobians = [pinocchio.getFrameJacobian(self.model, self._data, i, world) for i in self._point_frames]
         shape = (6, self.n_arm)  # a single column arrives as a flat array
-        return np.array([world_to_base @ np.reshape(jacobian, shape)[:3] for jacobian in jacobians])
+        return np.array([np.reshape(jacobian, shape)[:3] for jacobian in jacobians])
 
     def link_placements(self, arm_angles: ArrayLike) -> dict[str, Array]:
         """Placement of every link in the body frame."""
@@ -148,11 +147,19 @@ class Vehicle:
 
     def joint_placements_along(self, arm_angles: Array) -> Array:
         """Placements of what carries the `links`, in the body frame, at each of m postures."""
-        base = self._base_placement().inverse().homogeneous
-        return np.asarray(base @ joint_placements_along(self.model, self._data, arm_angles))
+        return joint_placements_along(self.model, self._data, arm_angles)
 
-    def _base_placement(self) -> pinocchio.SE3:
-        return self.model.frames[self._base_frame].placement  # the base link is fixed to the tree's root
+    def _stand_on_base_link(self) -> None:
+        """Put the origin of Pinocchio's model where the base link is, which is fixed to the tree's root."""
+        model = self.model
+        base = model.frames[link_index(model, self.names.base_link, self.urdf, "vehicle.base_link")].placement.inverse()
+        model.inertias[0] = base.act(model.inertias[0])
+        for joint in range(1, model.njoints):
+            if model.parents[joint] == 0:
+                model.jointPlacements[joint] = base * model.jointPlacements[joint]
+        for frame in model.frames:
+            if frame.parentJoint == 0:
+                frame.placement = base * frame.placement
 
     def _on_virtual_joints(self, full: pinocchio.Model) -> pinocchio.Model:
         """With the joints at zero that carry the base link, and weigh nothing: a floating base may be written as six joints."""
@@ -171,41 +178,26 @@ class Vehicle:
         return with_standing(full, others, pinocchio.neutral(full)), names
 
     def _servo_frames(self) -> list[int]:
-        """Frames of joints 3 … n: named by the scenario, else `servo_k`, else the joint itself."""
-        n = self.n_arm
-        if self.names.servos is not None:
-            if len(self.names.servos) != max(n - 2, 0):
-                raise UrdfError(
-                    "wrong number of servo frames",
-                    file=self.urdf,
-                    field="vehicle.servos",
-                    given=len(self.names.servos),
-                    allowed=f"{max(n - 2, 0)}: one for each of the joints 3 … {n}",
-                )
-            return [frame_index(self.model, name, self.urdf, "vehicle.servos") for name in self.names.servos]
-        names = [f"servo_{k}" for k in range(3, n + 1)]
-        known = [name if self.model.existFrame(name) else self.joint_names[k + 2] for k, name in enumerate(names)]
-        return [frame_index(self.model, name, self.urdf, "vehicle.servos") for name in known]
+        """Frames of joints 3 … n: `servo_k`, else the joint itself."""
+        joints = enumerate(self.joint_names[2:], 3)
+        known = [name if self.model.existFrame(name) else joint for k, joint in joints for name in (f"servo_{k}",)]
+        return [self.model.getFrameId(name) for name in known]
 
     def _positive_mass(self) -> float:
-        mass = float(sum(inertia.mass for inertia in self.model.inertias))
+        mass, where = (
+            float(sum(inertia.mass for inertia in self.model.inertias)),
+            f"link {self.names.base_link}/inertial",
+        )
         if not mass > 0.0:
             raise UrdfError(
-                "the vehicle has no mass",
-                file=self.urdf,
-                field=f"link {self.names.base_link}/inertial/mass",
-                given=mass,
-                allowed="> 0 kg",
+                "the vehicle has no mass", file=self.urdf, field=f"{where}/mass", given=mass, allowed="> 0 kg"
             )
         inertia = self.inertia(np.zeros(self.n_arm))
         if np.linalg.eigvalsh(inertia)[0] <= 0.0:
             raise UrdfError(
-                "the vehicle's rotational inertia is not positive definite",
-                file=self.urdf,
-                field=f"link {self.names.base_link}/inertial/inertia",
-                given=np.diag(inertia).round(9).tolist(),
-                allowed="> 0 kg m² about every axis",
-            )
+                "the vehicle's rotational inertia is not positive definite", file=self.urdf, field=f"{where}/inertia",
+                given=np.diag(inertia).round(9).tolist(), allowed="> 0 kg m² about every axis",
+            )  # fmt: skip
         return mass
 
     def _thrust_limit(self) -> float:
@@ -218,12 +210,11 @@ class Vehicle:
     def _arm_geometry(self) -> ArmGeometry:
         pinocchio.framesForwardKinematics(self.model, self._data, np.zeros(self.n_arm))
         pinocchio.computeJointJacobians(self.model, self._data, np.zeros(self.n_arm))
-        base = self._base_placement()
-        joints = np.array([base.actInv(self._data.oMi[i + 1].translation) for i in range(self.n_arm)]).reshape(-1, 3)
+        joints = np.array([placed.translation for placed in self._data.oMi][1:]).reshape(-1, 3)
         columns = np.reshape(self._data.J, (6, self.n_arm))  # a single column arrives as a flat array
-        axes = (base.rotation.T @ np.where(self.slides, columns[:3], columns[3:])).T
+        axes = np.where(self.slides, columns[:3], columns[3:]).T
         parents = np.array([self.model.frames[i].parentJoint - 1 for i in self._point_frames], dtype=np.int64)
-        points = np.array([base.actInv(self._data.oMf[i].translation) for i in self._point_frames])
+        points = np.array([self._data.oMf[i].translation for i in self._point_frames])
         origins = np.vstack([joints, np.zeros(3)])  # index −1: the body
         parents.flags.writeable = False
         rotors = max([0.0, *(float(rotor.position[2]) for rotor in self.rotors)])  # the plane z = 0 without any

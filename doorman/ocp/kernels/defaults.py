@@ -25,11 +25,7 @@ from doorman.ocp.kernels.functions import (
     stage_cost,
     step,
 )
-
-_FIRST = 6e-6
-"""Relative step of a first difference: the cube root of the rounding error."""
-_SECOND = 1e-4
-"""Relative step of a second difference: its fourth root."""
+from doorman.ocp.kernels.python_functions import FIRST, SECOND
 
 
 def _by_state(values: Any) -> Any:
@@ -40,7 +36,7 @@ def _by_state(values: Any) -> Any:
         point, ahead, behind = x.copy(), h.copy(), h.copy()
         values(model, x, h)
         for j in range(x.shape[0]):
-            reach = _FIRST * (1.0 + abs(x[j]))
+            reach = FIRST * (1.0 + abs(x[j]))
             point[j] = x[j] + reach
             values(model, point, ahead)
             point[j] = x[j] - reach
@@ -60,7 +56,7 @@ def _by_both(values: Any) -> Any:
         values(model, x, u, g)
         for j in range(point.shape[0]):
             middle = point[j]
-            reach = _FIRST * (1.0 + abs(middle))
+            reach = FIRST * (1.0 + abs(middle))
             point[j] = middle + reach
             values(model, point[:nx], point[nx:], ahead)
             point[j] = middle - reach
@@ -124,9 +120,9 @@ def _expand_end_cost(model: Any, x: Array, gradient: Array, hessian: Array) -> N
 def _expand(model: Any, point: Array, nx: int, gradient: Array, hessian: Array) -> None:
     """Slopes and curvature of the cost of a state, or of a state and an input."""
     for i in range(point.shape[0]):
-        reach = _SECOND * (1.0 + abs(point[i]))
+        reach = SECOND * (1.0 + abs(point[i]))
         for j in range(i + 1):
-            other, total = _SECOND * (1.0 + abs(point[j])), 0.0
+            other, total = SECOND * (1.0 + abs(point[j])), 0.0
             for a in (1.0, -1.0):
                 for b in (1.0, -1.0):
                     shifted = point.copy()
@@ -135,7 +131,7 @@ def _expand(model: Any, point: Array, nx: int, gradient: Array, hessian: Array) 
                     total += a * b * _cost(model, shifted, nx)
             hessian[i, j] = hessian[j, i] = total / (4.0 * reach * other)
         ahead, behind = point.copy(), point.copy()
-        reach = _FIRST * (1.0 + abs(point[i]))
+        reach = FIRST * (1.0 + abs(point[i]))
         ahead[i] += reach
         behind[i] -= reach
         gradient[i] = (_cost(model, ahead, nx) - _cost(model, behind, nx)) / (2.0 * reach)
@@ -200,7 +196,7 @@ def _curve_horizon(
         of_state, of_end = price[:nh] if k > 0 else none, price[nh : nh + nt] if k == n else none
         for j in range(nz if k < n else nx):
             middle = point[j]
-            reach = _FIRST * (1.0 + abs(middle))
+            reach = FIRST * (1.0 + abs(middle))
             point[j] = middle + reach
             slope(node, point[:nx], point[nx:], costate, of_state, of_end, of_inputs, ahead)
             point[j] = middle - reach

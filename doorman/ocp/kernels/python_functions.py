@@ -14,14 +14,14 @@ from doorman.exceptions import DimensionError, SolverError
 Function = Callable[..., Any]
 Method = Literal["differences", "complex step"]
 
-_FIRST = 6e-6
-"""Relative step of a central difference: the cube root of the rounding error."""
-_SECOND = 1e-4
-"""Relative step where differences are differenced again: the fourth root of the rounding error."""
+FIRST = 6e-6
+"""Relative step of a first difference: the cube root of the rounding error."""
+SECOND = 1e-4
+"""Relative step of a second difference: its fourth root."""
 _TINY = 1e-30
 """Complex steps lose no digits however small they are."""
-_DOMAIN = 1e6
-"""Where a state or an input is larger than this, solvers have left the problem, and NaN is no error of the function's."""
+LARGEST_STATE = 1e6
+"""A trajectory with a larger number in a state has diverged, and NaN is no error of the function's there."""
 
 
 def runge_kutta(derivative: Function, time_step: float, substeps: int = 1) -> Function:
@@ -80,7 +80,7 @@ class CheckedFunction:
         values = self._evaluate([argument.copy() for argument in arguments])
         if np.iscomplexobj(values):
             raise DimensionError("not real numbers", field=self._name, given=values.tolist(), allowed="real numbers")
-        if np.isnan(values).any() and all((np.abs(argument) <= _DOMAIN).all() for argument in arguments):
+        if np.isnan(values).any() and all((np.abs(argument) <= LARGEST_STATE).all() for argument in arguments):
             raise SolverError(
                 "returned NaN", field=self._name, given=" and ".join(str(each.tolist()) for each in arguments),
                 allowed="arguments for which it has a value; bounds keep solvers away from others",
@@ -92,7 +92,7 @@ class CheckedFunction:
         self._evaluate([argument.copy() for argument in arguments])
         if self._method != "complex step":
             return
-        exact, rough = self._by_complex_steps(arguments), self._by_differences(arguments, _FIRST)
+        exact, rough = self._by_complex_steps(arguments), self._by_differences(arguments, FIRST)
         largest = np.abs(rough).max(initial=1.0)
         if np.isfinite(rough).all() and not np.allclose(exact, rough, rtol=1e-3, atol=1e-4 * largest):
             raise SolverError(
@@ -100,7 +100,7 @@ class CheckedFunction:
                 allowed=f"{rough.tolist()}; a function of complex numbers, or derivatives='differences'",
             )  # fmt: skip
 
-    def jacobian(self, *arguments: Array, reach: float = _FIRST) -> Array:
+    def jacobian(self, *arguments: Array, reach: float = FIRST) -> Array:
         """Slopes by all entries of the arguments in a row, shape (size, entries)."""
         exact = self._method == "complex step"
         slopes = self._by_complex_steps(arguments) if exact else self._by_differences(arguments, reach)
@@ -110,9 +110,9 @@ class CheckedFunction:
 
     def hessian(self, *arguments: Array) -> Array:
         """Second slopes of a single value, the nearest positive semidefinite matrix, shape (entries, entries)."""
-        reach = _FIRST if self._method == "complex step" else _SECOND
+        reach = FIRST if self._method == "complex step" else SECOND
         matrix = np.array([
-            (self.jacobian(*ahead, reach=_SECOND)[0] - self.jacobian(*behind, reach=_SECOND)[0]) / (2.0 * step)
+            (self.jacobian(*ahead, reach=SECOND)[0] - self.jacobian(*behind, reach=SECOND)[0]) / (2.0 * step)
             for ahead, behind, step in _shifts(arguments, reach)
         ])  # fmt: skip
         values, vectors = np.linalg.eigh(0.5 * (matrix + matrix.T))

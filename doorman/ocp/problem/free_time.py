@@ -22,7 +22,7 @@ from doorman.arrays import Array
 from doorman.checks import number
 from doorman.exceptions import SolverError
 from doorman.ocp.problem.costs import QuadraticCost
-from doorman.ocp.problem.problem import FIRST_GOAL, Bounds, FreeTime
+from doorman.ocp.problem.problem import Bounds, FreeTime
 from doorman.ocp.problem.terms import Cost, Residual
 
 
@@ -33,8 +33,14 @@ class Stretched:
     x: Any
     u: Any
     dynamics: Any
-    hidden: Any
-    """Parameters that hold numbers of the problem: Δt, w, goals of state and input, weights."""
+    time_step: Any
+    """Δt, a hidden parameter, as are the next three."""
+    price: Any
+    """w."""
+    goals: Any
+    """Of state and input."""
+    weights: Any
+    """Of the quadratic cost's stages: their diagonal, or a root of the whole matrix."""
     node_parameters: Any
     """Those of the model, and 1 at the first node, 0 at the others."""
     stretch: Any
@@ -44,25 +50,24 @@ class Stretched:
     def of(cls, x: Any, u: Any, step: Any, time_step: Any, node_parameters: Any, is_full: bool) -> Stretched:
         """Stretched time, from a model's symbols and its x⁺ in terms of Δt."""
         sigma, choice, first = ca.SX.sym("stretch"), ca.SX.sym("duration"), ca.SX.sym("first")
-        size = x.numel() + u.numel()
-        hidden = ca.SX.sym("hidden", FIRST_GOAL + size + (size * size if is_full else size))
+        size, own_step = x.numel() + u.numel(), ca.SX.sym("given_step")
         stretch = first * choice + (1.0 - first) * sigma
         return cls(
             ca.vertcat(x, sigma), ca.vertcat(u, choice),
-            ca.vertcat(ca.substitute(step, time_step, stretch * hidden[0]), stretch), hidden,
+            ca.vertcat(ca.substitute(step, time_step, stretch * own_step), stretch), own_step, ca.SX.sym("price"),
+            ca.SX.sym("goal", size), ca.SX.sym("weight", size * size if is_full else size),
             ca.vertcat(node_parameters, first), stretch,
         )  # fmt: skip
 
     def costs(self, given: Sequence[Cost | Residual], is_full: bool) -> list[Cost | Residual]:
         """Terms as integrals over the stretched time, the quadratic cost's stages among them."""
         first, choice, root = self.node_parameters[-1], self.u[-1], ca.sqrt(self.stretch)
-        error = ca.vertcat(self.x[:-1], self.u[:-1]) - self.hidden[FIRST_GOAL : FIRST_GOAL + self._size]
-        numbers = self.hidden[FIRST_GOAL + self._size :]
+        error, size = ca.vertcat(self.x[:-1], self.u[:-1]) - self.goals, self.goals.numel()
         found: list[Cost | Residual] = [
-            Cost("the duration", self.hidden[1] * self.stretch),
+            Cost("the duration", self.price * self.stretch),
             Residual("a duration without effect", (1.0 - first) * (choice - 1.0)),
-            Residual("the quadratic cost", root * (ca.reshape(numbers, self._size, self._size) @ error))
-            if is_full else Residual("the quadratic cost", root * error, numbers),
+            Residual("the quadratic cost", root * (ca.reshape(self.weights, size, size) @ error))
+            if is_full else Residual("the quadratic cost", root * error, self.weights),
         ]  # fmt: skip
         for term in given:
             if term.at == "end":
@@ -74,8 +79,9 @@ class Stretched:
         return found
 
     @property
-    def _size(self) -> int:
-        return int(self.x.numel() + self.u.numel() - 2)
+    def hidden(self) -> Any:
+        """Parameters that hold numbers of the problem, see `hidden_numbers`."""
+        return ca.vertcat(self.time_step, self.price, self.goals, self.weights)
 
 
 def hidden_numbers(cost: QuadraticCost, time_step: float, free_time: FreeTime) -> Array:

@@ -76,14 +76,16 @@ class Constraint:
             own = [
                 (side, word, end[i]) for side, word, end in ends if end is not None and not _is_infinite(end[i], side)
             ]
-            if len(own) == 2 and _is_above(own[1][2], own[0][2]):
-                raise SolverError(
-                    "lower bound above the upper one", field=f"{self.name}.lower", given=str(own[1][2]),
-                    allowed=f"<= {own[0][2]}",
-                )  # fmt: skip
-            if len(own) == 2 and (own[0][2] - own[1][2]).is_zero():
-                found.append(Row(expression[i] - own[0][2], True, self._row_name(i, count, "")))
-                continue
+            if len(own) == 2:
+                highest, lowest = (end for _, _, end in own)
+                if _is_above(lowest, highest):
+                    raise SolverError(
+                        "lower bound above the upper one", field=f"{self.name}.lower", given=str(lowest),
+                        allowed=f"<= {highest}",
+                    )  # fmt: skip
+                if (highest - lowest).is_zero():
+                    found.append(Row(expression[i] - highest, True, self._row_name(i, count, "")))
+                    continue
             found += [
                 Row(side * (expression[i] - end), False, self._row_name(i, count, word if len(own) == 2 else ""))
                 for side, word, end in own

@@ -13,20 +13,20 @@ from doorman.checks import whole
 
 
 def solve_all(
-    solver: Any, starts: Sequence[Any], solve: Callable[[Any, Any], Any], threads: int | None
+    solver: Any, starts: Sequence[tuple[Any, ...]], solve: Callable[..., Any], threads: int | None
 ) -> list[Any]:  # fmt: skip
-    """Solve from many starts with copies of a solver that forget what was before; an exception is a result, too."""
+    """Call `solve(copy, *start)` for many starts, of copies that forget what was before; an exception is a result, too."""
     count = min(whole(threads or os.cpu_count() or 1, "threads", 1), max(len(starts), 1))
     free: SimpleQueue[Any] = SimpleQueue()
     workers = [copy.deepcopy(solver) for _ in range(count)]
     for each in workers:
         free.put(each)
 
-    def one(start: Any) -> Any:
+    def one(start: tuple[Any, ...]) -> Any:
         worker = free.get()
         try:
             worker.forget()
-            return solve(worker, start)
+            return solve(worker, *start)
         except Exception as error:
             return error
         finally:

@@ -8,15 +8,11 @@ from doorman.arrays import Array
 from doorman.exceptions import SolverError
 from doorman.ocp.problem.problem import Problem
 from doorman.ocp.solvers.iterations import nominal
-from doorman.ocp.solvers.memory.result import RESULT
 from doorman.ocp.solvers.options import SolverOptions
 from doorman.ocp.solvers.solution import PlanStatus
 from doorman.ocp.solvers.solver import Solver
 from doorman.ocp.solvers.sweeps import backward as backward_pass
 from doorman.ocp.solvers.sweeps.sweep import terminal_value
-
-_LARGEST_RISE = -1e-6
-"""Rows that a rollout leaves violated by its tolerance may cost this much to restore, relative to 1 + |cost|."""
 
 
 class Cddp(Solver):
@@ -44,7 +40,7 @@ class Cddp(Solver):
     def _descend(self, max_iterations: int, deadline: float) -> tuple[PlanStatus, int]:
         """Iterate from a rolled out trajectory: status and number of iterations."""
         result, options = self._work.result, self.options
-        cost, iterations = float(result[RESULT.COST]), 0
+        cost, iterations = result.cost, 0
         while iterations < max_iterations and time.monotonic() < deadline:
             iterations += 1
             regularization, stepped, settled, converged, late = 0.0, False, False, False, False
@@ -52,15 +48,16 @@ class Cddp(Solver):
             nominal.linearize(self._model, self._memory)
             while not (stepped or settled or late) and regularization <= options.largest_regularization:
                 if self._backward(regularization):
-                    decrease = float(result[RESULT.DECREASE])
-                    settled = _LARGEST_RISE <= decrease / (1.0 + abs(cost)) <= options.tolerance
+                    decrease = result.decrease
+                    # rows that a rollout leaves violated by its tolerance may cost as much to restore
+                    settled = -options.feasibility <= decrease / (1.0 + abs(cost)) <= options.tolerance
                     converged |= settled and regularization == 0.0  # regularisation makes any prediction small
                     stepped = self._line_search(cost, decrease, outside)
                 late = time.monotonic() >= deadline
                 regularization = max(options.first_regularization, 10.0 * regularization)
             if stepped:
                 self._accept()
-                cost = float(result[RESULT.COST])
+                cost = result.cost
                 self._teller.tell("descent", iterations)
             if late:
                 break
@@ -73,7 +70,7 @@ class Cddp(Solver):
     def _measure_nominal(self, cost: float) -> None:
         """Measure the nominal trajectory, after trials that came to nothing."""
         self._measure()
-        self._work.result[RESULT.COST] = cost
+        self._work.result.cost = cost
 
     def _line_search(self, cost: float, decrease: float, outside: bool) -> bool:
         """Roll out with shorter and shorter steps until the cost has fallen enough; False if it never does."""
@@ -82,8 +79,8 @@ class Cddp(Solver):
         scale = 1.0
         while scale >= options.smallest_step and time.monotonic() < self._deadline:
             if self._roll_out(scale):
-                feasible = result[RESULT.VIOLATION] <= options.feasibility or outside
-                if feasible and result[RESULT.COST] <= cost - options.sufficient_decrease * scale * decrease + noise:
+                feasible = result.violation <= options.feasibility or outside
+                if feasible and result.cost <= cost - options.sufficient_decrease * scale * decrease + noise:
                     return True
             scale *= 0.5
         return False
@@ -92,7 +89,7 @@ class Cddp(Solver):
         """Backward pass; ProxQP where the kernel asks for it. False if some Q_uu is not positive definite."""
         work = self._work
         terminal_value(self._model, self._memory)
-        work.result[RESULT.CHANGE] = 0.0
+        work.result.change = 0.0
         node, settled = self._problem.horizon - 1, False
         while True:
             code = backward_pass.backward(self._model, self._memory, node, regularization, settled)

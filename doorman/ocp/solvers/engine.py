@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 from abc import ABC, abstractmethod
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -22,7 +22,6 @@ from doorman.ocp.solvers.iterations import cold_start, guess, nominal, rollout
 from doorman.ocp.solvers.iterations.real_time import STEER, settle
 from doorman.ocp.solvers.kept import Kept
 from doorman.ocp.solvers.memory.parts import Multipliers
-from doorman.ocp.solvers.memory.result import RESULT
 from doorman.ocp.solvers.memory.workspace import Workspace
 from doorman.ocp.solvers.options import SolverOptions
 from doorman.ocp.solvers.progress import compilation_told
@@ -36,6 +35,14 @@ STATE_GUESSES: tuple[StateGuess, ...] = ("held", "straight")
 
 FAST_ITERATIONS = 25
 """Largest number of fast iterations from one guess, before something else has its turn."""
+
+
+class Given(NamedTuple):
+    """What of the first guess is given."""
+
+    inputs: bool
+    states: bool
+    multipliers: bool
 
 
 class Engine(CopiedWhole, ABC):
@@ -54,8 +61,7 @@ class Engine(CopiedWhole, ABC):
         """Multipliers of the first guess, where they are given."""
         self._seen: Kept | None = None
         """The best feasible trajectory of the present solve that it has left behind."""
-        self._given = False, False, False
-        """Whether inputs, states and multipliers of the first guess are given."""
+        self._given = Given(False, False, False)
         self.quadratic_programs = 0
         """Quadratic programs that ProxQP has solved so far."""
         with compilation_told(problem):
@@ -93,7 +99,7 @@ class Engine(CopiedWhole, ABC):
     ) -> None:  # fmt: skip
         """Put what is given of a first guess into the workspace."""
         work, problem = self._work, self._problem
-        self._given = inputs is not None, states is not None, multipliers is not None
+        self._given = Given(inputs is not None, states is not None, multipliers is not None)
         if inputs is not None:
             copy_checked("inputs", inputs, work.nominal.inputs[:, : problem.given_inputs])
         if isinstance(states, str):
@@ -117,7 +123,7 @@ class Engine(CopiedWhole, ABC):
             nominal.inputs[:] = self._work.weights.input_goal
         if how == "straight":
             guess.aim_straight(self._memory)
-        self._given = True, True, self._given[2]
+        self._given = Given(True, True, self._given.multipliers)
 
     def forget(self) -> None:
         """Forget active sets of earlier solves: the next one has the bits that it would have in a fresh solver."""
@@ -163,7 +169,7 @@ class Engine(CopiedWhole, ABC):
         """Go on with a rollout that stopped at a node whose correction is left to ProxQP; False if it is not finite."""
         code = node
         while code >= 0:  # a node has a few corrections, and none is left by the horizon's end
-            corrections = int(self._work.result[RESULT.CORRECTIONS]) + 1 if self._solve_program() else -1
+            corrections = self._work.result.corrections + 1 if self._solve_program() else -1
             code = rollout.roll_out(self._model, self._memory, code, scale, corrections)
         return bool(code == rollout.DONE)
 
@@ -189,22 +195,22 @@ class Engine(CopiedWhole, ABC):
         """Make what was kept the nominal trajectory with its feedback, measured."""
         kept.put_back(self._work)
         self._measure()
-        self._work.result[RESULT.COST] = kept.cost
+        self._work.result.cost = kept.cost
 
     def _feasible(self) -> bool:
         """Whether dynamics, rows and bounds hold along the trajectory that was measured last."""
         result = self._work.result
-        return bool(max(result[RESULT.VIOLATION], result[RESULT.DEFECT]) <= self.options.feasibility)
+        return bool(max(result.violation, result.defect) <= self.options.feasibility)
 
     def _remember(self) -> None:
         """Keep the nominal trajectory, measured, if it is the best feasible one so far."""
-        cost = float(self._work.result[RESULT.COST])
+        cost = self._work.result.cost
         if self._feasible() and (self._seen is None or cost < self._seen.cost):
             self._seen = Kept.of(self._work, cost)
 
     def _last_violated(self) -> int:
         """Last node at which the trajectory that was measured last violates something; −1 if it does nowhere."""
-        return int(self._work.result[RESULT.LAST])
+        return self._work.result.last_violated
 
     def _compile(self) -> None:
         """Run every kernel once."""

@@ -11,23 +11,19 @@ import numpy as np
 from doorman.arrays import Array
 from doorman.numba_types.handles import held
 from doorman.ocp.kernels import functions
-from doorman.ocp.solvers.engine import FAST_ITERATIONS, StateGuess
+from doorman.ocp.solvers.engine import FAST_ITERATIONS, Given, StateGuess
 from doorman.ocp.solvers.interior.certificate import is_minimum
 from doorman.ocp.solvers.interior.iterate import search
 from doorman.ocp.solvers.interior.memory import Interior
 from doorman.ocp.solvers.iterations import augmented_lagrangian as kernels
 from doorman.ocp.solvers.iterations import cold_start, nominal, rollout
-from doorman.ocp.solvers.iterations.careful import FIRST_PENALTY, iterate_carefully
+from doorman.ocp.solvers.iterations.careful import iterate_carefully
 from doorman.ocp.solvers.iterations.real_time import DEARER
 from doorman.ocp.solvers.kept import Kept
-from doorman.ocp.solvers.memory.result import RESULT
 from doorman.ocp.solvers.order import is_last_first
 from doorman.ocp.solvers.replanning import Replanner
 from doorman.ocp.solvers.solution import PlanStatus
 from doorman.ocp.solvers.telling import Stopped
-
-_AGREEMENT = 1e-7
-"""A rollout whose cost differs from the augmented Lagrangian's by less than this, relative to 1 + |cost|, is its solution."""
 
 _FIRST_ITERATIONS = 12
 """Largest number of fast iterations before the search: where they do well, they need no more."""
@@ -64,22 +60,22 @@ class Hybrid(Replanner):
         code = self._attempt(state, min(max_iterations, FAST_ITERATIONS), deadline)
         if code == cold_start.INVALID_START:
             return PlanStatus.INVALID_STATE, 0
-        iterations, now = int(result[RESULT.ITERATIONS]), time.monotonic()
-        deadline -= float(result[RESULT.ROLLOUT_TIME])
+        iterations, now = result.iterations, time.monotonic()
+        deadline -= result.rollout_time
         late = deadline - now < now - begun  # it was time that ended it
         if code != cold_start.NOT_CONVERGED or iterations >= max_iterations or late:
             status, left = self._ended(code), min(max_iterations - iterations, _POLISHING)
             if status is PlanStatus.ITERATION_LIMIT and left > 0 and not late:
                 status = self._polished(state, left, deadline)
-                iterations += int(result[RESULT.ITERATIONS])
+                iterations += result.iterations
             if status is not PlanStatus.ITERATION_LIMIT or iterations >= max_iterations or late:
                 return status, iterations
             self._remember()
         self._put_guess("first", state)
         left = max_iterations - iterations
         code = self._teller.run("careful", lambda: self._iterate_carefully(left, deadline), kernels.PAUSED)
-        iterations += int(result[RESULT.ITERATIONS])
-        result[RESULT.EXPECTED] = nominal.nominal_cost(self._model, self._memory)
+        iterations += result.iterations
+        result.expected = nominal.nominal_cost(self._model, self._memory)
         status = self._ended(cold_start.NOT_CONVERGED)
         settled = status.usable and code == kernels.CONVERGED and (self._agrees() or self._returns())
         return PlanStatus.CONVERGED if settled else status, iterations
@@ -94,7 +90,7 @@ class Hybrid(Replanner):
 
     def _iterate_carefully(self, max_iterations: int, deadline: float) -> int:
         """Careful iterations from the nominal trajectory; their code."""
-        return int(iterate_carefully(self._model, self._memory, FIRST_PENALTY, max_iterations, deadline))
+        return int(iterate_carefully(self._model, self._memory, max_iterations, deadline))
 
     def _solve_thoroughly(self, state: Array, max_iterations: int, deadline: float) -> tuple[PlanStatus, int]:
         """Fast iterations, and the interior-point search where they do not find a minimum: the cheapest of what there is.
@@ -103,16 +99,16 @@ class Hybrid(Replanner):
         With multipliers the guess is an earlier solution, whose minimum needs no check; differences of slopes allow none.
         """
         given, result = self._given, self._work.result
-        fast = given[2] or self.options.hessian != "exact"
-        most = FAST_ITERATIONS if given[2] else _FIRST_ITERATIONS if fast else 1
-        code = self._attempt(state, min(max_iterations, most), deadline, None if given[2] else _PATIENCE)
+        fast = given.multipliers or self.options.hessian != "exact"
+        most = FAST_ITERATIONS if given.multipliers else _FIRST_ITERATIONS if fast else 1
+        code = self._attempt(state, min(max_iterations, most), deadline, None if given.multipliers else _PATIENCE)
         if code == cold_start.INVALID_START:
             return PlanStatus.INVALID_STATE, 0
-        iterations, resort = int(result[RESULT.ITERATIONS]), Kept.of(self._work, np.inf)
+        iterations, resort = result.iterations, Kept.of(self._work, np.inf)
         best = on_top = self._found(code) if fast else None
-        if best is not None and (given[2] or not self._is_exact or self._is_minimum(best)):
+        if best is not None and (given.multipliers or not self._is_exact or self._is_minimum(best)):
             return PlanStatus.CONVERGED, iterations
-        for start in ("first", "held", "straight") if given[0] or given[1] else ("held", "straight", "first"):
+        for start in ("first", "held", "straight") if given.inputs or given.states else ("held", "straight", "first"):
             if iterations >= max_iterations or time.monotonic() >= deadline:
                 break
             self._put_guess(start, state)
@@ -124,10 +120,10 @@ class Hybrid(Replanner):
                     raise
                 self._teller.callback = None
                 break
-            iterations += int(result[RESULT.ITERATIONS])
+            iterations += result.iterations
             if code == kernels.CONVERGED:
                 on_top = self._settled(state, deadline)
-                iterations += int(result[RESULT.ITERATIONS])
+                iterations += result.iterations
             elif self._rolled_search() is not None:
                 self._remember()
             if on_top is not None:
@@ -155,7 +151,7 @@ class Hybrid(Replanner):
         found = self._rolled_search()
         if found is None:
             return None
-        self._given = True, True, True
+        self._given = Given(True, True, True)
         polished = self._found(self._attempt(state, _POLISHING, deadline, 1))
         if polished is not None and (polished.cost <= found.cost or polished.costs_as(found)):
             return polished
@@ -165,10 +161,10 @@ class Hybrid(Replanner):
     def _rolled_search(self) -> Kept | None:
         """Rollout of the search's solution; that itself, where a rollout leads elsewhere; None if neither is feasible."""
         work, result = self._work, self._work.result
-        itself = Kept.of(work, float(result[RESULT.COST]))
+        itself = Kept.of(work, result.cost)
         work.trial.states[0] = work.nominal.states[0]
         if rollout.roll_out(self._model, self._memory, -1, 0.0, 0) == rollout.DONE and self._feasible():
-            rolled = Kept.of(work, float(result[RESULT.COST]))
+            rolled = Kept.of(work, result.cost)
             if rolled.costs_as(itself):
                 self._accept()
                 return Kept.of(work, rolled.cost)
@@ -178,7 +174,7 @@ class Hybrid(Replanner):
     def _go_on_from(self, kept: Kept, state: Array) -> PlanStatus:
         """Fast iterations from where they ended, rolled out: what there is, where nothing has converged."""
         kept.put_back(self._work)
-        self._given = True, True, True
+        self._given = Given(True, True, True)
         return self._ended(self._attempt(state, FAST_ITERATIONS, self._deadline))
 
     def _ended(self, code: int) -> PlanStatus:
@@ -196,11 +192,11 @@ class Hybrid(Replanner):
         if not (self._agrees() and self._feasible()):
             self._remember()
             return None
-        return Kept.of(self._work, float(self._work.result[RESULT.COST]))
+        return Kept.of(self._work, self._work.result.cost)
 
     def _rolled(self, code: int) -> bool:
         """Finish a rollout of `_attempt`; False if it is not finite."""
-        self._rollout_time += float(self._work.result[RESULT.ROLLOUT_TIME])
+        self._rollout_time += self._work.result.rollout_time
         return code == rollout.DONE or self._take(code >= 0 and self._resume(code))
 
     def _put_guess(self, start: StateGuess | Literal["first"], state: Array) -> None:
@@ -227,22 +223,22 @@ class Hybrid(Replanner):
     def _first_share(self, max_iterations: int) -> int:
         return max(max_iterations // 2, 1) if self._is_curved else super()._first_share(max_iterations)
 
-    def _is_far_off(self, found: list[float]) -> bool:
+    def _is_far_off(self) -> bool:
         if not self._is_curved:
             return False
-        cost = abs(found[RESULT.COST])
-        promises = found[RESULT.DECREASE] > max(_FAR_OFF * cost, math.sqrt(self.options.tolerance) * (1.0 + cost))
-        return promises or found[RESULT.COST] > DEARER * max(self._last_cost, found[RESULT.EXPECTED])
+        found, cost = self._work.result, abs(self._work.result.cost)
+        promises = found.decrease > max(_FAR_OFF * cost, math.sqrt(self.options.tolerance) * (1.0 + cost))
+        return promises or found.cost > DEARER * max(self._last_cost, found.expected)
 
     def _settles(self, patience: int) -> bool:
         """Whether the fast iterations have found their active set, or have not had so many iterations for it."""
         result = self._work.result
-        return bool(result[RESULT.SETTLED] == 1.0 or result[RESULT.ITERATIONS] < patience)
+        return result.settled or result.iterations < patience
 
     def _agrees(self) -> bool:
         """Whether the rollout of the augmented Lagrangian's solution costs what that does."""
-        cost, expected = float(self._work.result[RESULT.COST]), float(self._work.result[RESULT.EXPECTED])
-        return bool(abs(cost - expected) <= _AGREEMENT * (1.0 + abs(expected)))
+        cost, expected = self._work.result.cost, self._work.result.expected
+        return bool(abs(cost - expected) <= kernels.ACCURACY * (1.0 + abs(expected)))
 
     def _begin(self, state: Array) -> bool:
         """Begin with one iteration: a kernel that begins and does nothing else is not needed."""

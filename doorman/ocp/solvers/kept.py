@@ -8,7 +8,6 @@ import numpy as np
 
 from doorman.arrays import Array
 from doorman.ocp.solvers.memory.parts import Multipliers
-from doorman.ocp.solvers.memory.result import RESULT
 from doorman.ocp.solvers.memory.workspace import Workspace
 
 _SAME = 1e-5
@@ -37,7 +36,7 @@ class Kept:
     def guess_of(cls, work: Workspace, multipliers: Multipliers | None) -> Kept:
         """The first guess of the present solve, with the multipliers that were given and without feedback."""
         return cls(
-            float(work.result[RESULT.GUESS]), work.guess.states.copy(), work.guess.inputs.copy(),
+            work.result.guess, work.guess.states.copy(), work.guess.inputs.copy(),
             np.zeros_like(work.policy.gains),
             multipliers or Multipliers(*(np.zeros_like(array) for array in work.multipliers)),
         )  # fmt: skip

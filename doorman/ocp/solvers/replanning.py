@@ -17,7 +17,6 @@ from doorman.ocp.solvers.iterations import cold_start, guess, nominal, rollout
 from doorman.ocp.solvers.iterations.real_time import KEEP_BETTER, RETURN, STEER, follow, settle
 from doorman.ocp.solvers.kept import Kept
 from doorman.ocp.solvers.memory.parts import Multipliers
-from doorman.ocp.solvers.memory.result import RESULT
 from doorman.ocp.solvers.solution import PlanStatus
 from doorman.ocp.solvers.solver import Solver
 from doorman.ocp.solvers.stretch import divide_rest, time_step_of
@@ -71,9 +70,8 @@ class Replanner(Solver):
         if self._problem.free_time is not None:
             shift = self._divide_rest(first, shift)
         status = self._follow(first, shift, _LATEST_SHIFT, most, started, time_limit, extra)
-        found = self._work.result.tolist()
-        done, left = int(found[RESULT.ITERATIONS]), time_limit - (time.monotonic() - started)
-        wild = found[RESULT.CHANGE] > JUMP or self._is_far_off(found)
+        done, left = self._work.result.iterations, time_limit - (time.monotonic() - started)
+        wild = self._work.result.change > JUMP or self._is_far_off()
         if (wild or self._leads_astray(status)) and done < budget and left > 0.0:
             status, more = self.aim_anew(first, status, budget - done, left)
             done += more
@@ -86,13 +84,13 @@ class Replanner(Solver):
 
     def _leads_astray(self, status: PlanStatus) -> bool:
         """Whether a trajectory may not be flown, or leaves the constraints on its way; a start outside shows at once."""
-        return not status.flyable or (not status.usable and self._work.result[RESULT.NODE] > 1.0)
+        return not status.flyable or (not status.usable and self._work.result.node > 1)
 
     def _first_share(self, max_iterations: int) -> int:
         """Iterations of these for the trajectory before."""
         return max(min(max_iterations // 2, _AIMING_ITERATIONS), 1)
 
-    def _is_far_off(self, found: list[float]) -> bool:
+    def _is_far_off(self) -> bool:
         """Whether the trajectory seems to be far from an optimum, and something else than following finds one."""
         return False
 
@@ -134,7 +132,7 @@ class Replanner(Solver):
     def _worth(self, status: PlanStatus) -> float:
         """Cost of the nominal trajectory, with a price for what it violates beyond the tolerance."""
         price = 0.0 if status.usable else self.options.largest_multiplier
-        return self.cost + price * float(self._work.result[RESULT.INFEASIBILITY])
+        return self.cost + price * self._work.result.infeasibility
 
     def _aim(self, state: Array, max_iterations: int, time_limit: float, once: bool) -> tuple[PlanStatus, int]:
         """Solve from the inputs before the last `follow`, and unless this is enough from the input goal."""
@@ -190,10 +188,10 @@ class Replanner(Solver):
                 started + time_limit, self._last_cost,
             )  # fmt: skip
             if code < rollout.DONE or (code >= 0 and not self._resume(code)):
-                if not result[RESULT.GUESS] < math.inf:
+                if not result.guess < math.inf:
                     self._go_back()
                     return PlanStatus.DIVERGED
-                result[RESULT.ROLLED] = math.inf
+                result.rolled = math.inf
                 settle(model, memory, RETURN)
             elif code >= 0:
                 self._accept()
@@ -203,7 +201,7 @@ class Replanner(Solver):
             settle(model, memory, STEER)
             raise
         self._raise_failure()
-        if result[RESULT.VIOLATION] <= self.options.feasibility:
+        if result.violation <= self.options.feasibility:
             return PlanStatus.ITERATION_LIMIT
         return PlanStatus.RECOVERING if self._returns() else PlanStatus.INFEASIBLE
 
@@ -215,22 +213,22 @@ class Replanner(Solver):
         cold_start.forget_policy(self._memory)
         self._forget_multipliers()
         self._measure()
-        self._work.result[RESULT.COST] = nominal.nominal_cost(self._model, self._memory)
+        self._work.result.cost = nominal.nominal_cost(self._model, self._memory)
 
     @property
     def sweeps(self) -> int:
         """Riccati sweeps of the last `follow`."""
-        return int(self._work.result[RESULT.SWEEPS])
+        return self._work.result.sweeps
 
     @property
     def cost(self) -> float:
         """J of the last trajectory."""
-        return float(self._work.result[RESULT.COST])
+        return self._work.result.cost
 
     def worst(self) -> tuple[float, int, int]:
         """Largest violation of the last trajectory, its node and its row."""
         result = self._work.result
-        return float(result[RESULT.VIOLATION]), int(result[RESULT.NODE]), int(result[RESULT.ROW])
+        return result.violation, result.node, result.row
 
     def worst_rows(self) -> Array:
         """Largest value of every row along the last trajectory, in the order of `Problem.constraint_names`."""

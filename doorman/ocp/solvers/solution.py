@@ -12,7 +12,7 @@ from doorman.arrays import Array
 from doorman.ocp.problem.problem import Problem
 from doorman.ocp.solvers.memory.parts import Multipliers
 from doorman.ocp.solvers.stretch import with_stretch
-from doorman.ocp.solvers.sweeps.kkt import conditions
+from doorman.ocp.solvers.sweeps.kkt import Conditions, conditions
 from doorman.one_line import OneLine
 
 
@@ -131,7 +131,7 @@ class Solution(OneLine):
     @cached_property
     def kkt_residual(self) -> float:
         """Largest gradient of the Lagrangian by an input, with costates from the multipliers; computed at the first use."""
-        return self._conditions[0]
+        return self._conditions.residual
 
     @cached_property
     def costates(self) -> Array:
@@ -139,10 +139,10 @@ class Solution(OneLine):
 
         The Lagrangian has p_kᵀ (f(x_k, u_k) − x_{k+1}) in it: a push d on state k + 1 changes J by p_kᵀ d.
         """
-        return self._conditions[1][:, : self.states.shape[1]]
+        return self._conditions.costates[:, : self.states.shape[1]]
 
     @cached_property
-    def _conditions(self) -> tuple[float, Array]:
+    def _conditions(self) -> Conditions:
         states, inputs = with_stretch(self.problem, self.states, self.inputs, self.time_step)
         return conditions(self.problem, states, inputs, self.multipliers)
 

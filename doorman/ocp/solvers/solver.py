@@ -18,18 +18,15 @@ from doorman.ocp.problem.problem import FIRST_GOAL, Problem
 from doorman.ocp.solvers.arguments import checked_budget, checked_state
 from doorman.ocp.solvers.batch import solve_all
 from doorman.ocp.solvers.engine import Engine, StateGuess
+from doorman.ocp.solvers.iterations.augmented_lagrangian import ACCURACY
 from doorman.ocp.solvers.iterations.real_time import STEER, settle
 from doorman.ocp.solvers.kept import Kept
 from doorman.ocp.solvers.memory.parts import Multipliers
-from doorman.ocp.solvers.memory.result import RESULT
 from doorman.ocp.solvers.solution import PlanStatus, Solution, Timings
 from doorman.ocp.solvers.stretch import time_step_of
 from doorman.ocp.solvers.telling import Callback, Stopped
 
 DEFAULT_ITERATIONS = 200
-
-_CHEAPER = 1e-7
-"""A trajectory is better that costs less by more than this, relative to 1 + |cost|: solutions are as accurate."""
 
 
 class Solver(Engine):
@@ -144,7 +141,7 @@ class Solver(Engine):
             raise DimensionError("wrong number", field="warm_starts", given=len(warm), allowed=str(len(starts)))
         return solve_all(
             self, list(zip(starts, warm, strict=True)),
-            lambda worker, start: worker.solve(start[0], warm_start=start[1], **options), threads,
+            lambda worker, state, warm: worker.solve(state, warm_start=warm, **options), threads,
         )  # fmt: skip
 
     def run(
@@ -175,14 +172,14 @@ class Solver(Engine):
         max_iterations = checked_budget(max_iterations, time_limit)
         self._deadline = deadline = time.monotonic() + time_limit
         self._rollout_time, self._gave_up = 0.0, False
-        self._work.result[RESULT.GUESS], self._seen = math.nan, None
+        self._work.result.guess, self._seen = math.nan, None
         self._forget_failures()
         self._set_guess(state, inputs, states, multipliers, time_step)
         self._prices = None if multipliers is None else Multipliers(*(array.copy() for array in self._work.multipliers))
         try:
             status, iterations = self._solve(state, max_iterations, deadline)
         except Stopped:
-            iterations = int(self._work.result[RESULT.ITERATIONS])
+            iterations = self._work.result.iterations
             status = PlanStatus.ITERATION_LIMIT if self._start() else PlanStatus.DIVERGED
         self._raise_failure()
         return self._best(self._judged(status)), iterations
@@ -246,7 +243,7 @@ class Solver(Engine):
     def _solution(self, status: PlanStatus, iterations: int, total: float) -> Solution:
         """Solution of the nominal trajectory, which was measured last."""
         work, result, nx, nu = self._work, self._work.result, self._problem.given_states, self._problem.given_inputs
-        finite = math.isfinite(result[RESULT.INFEASIBILITY])
+        finite = math.isfinite(result.infeasibility)
         return Solution(
             problem=self.problem,
             states=frozen(work.nominal.states[:, :nx]),
@@ -254,12 +251,12 @@ class Solver(Engine):
             time_step=time_step_of(self._problem, work.nominal.inputs),
             gains=frozen(work.policy.gains[:, :nu, :nx]),
             multipliers=Multipliers(*(frozen(array) for array in work.multipliers)),
-            cost=float(result[RESULT.COST]) if status.flyable else math.inf,
-            violation=float(result[RESULT.VIOLATION]) if finite else math.inf,
-            violation_node=int(result[RESULT.NODE]),
-            violation_row=int(result[RESULT.ROW]),
+            cost=result.cost if status.flyable else math.inf,
+            violation=result.violation if finite else math.inf,
+            violation_node=result.node,
+            violation_row=result.row,
             recovered_at=(self._last_violated() if finite else self._problem.horizon) + 1,
-            defect=float(result[RESULT.DEFECT]),
+            defect=result.defect,
             iterations=iterations,
             status=status,
             timings=Timings(total, total - self._rollout_time, self._rollout_time),
@@ -270,11 +267,11 @@ class Solver(Engine):
         result, feasibility = self._work.result, self.options.feasibility
         if not status.usable:
             return status
-        if not math.isfinite(result[RESULT.INFEASIBILITY]):
+        if not math.isfinite(result.infeasibility):
             return PlanStatus.DIVERGED
-        if result[RESULT.DEFECT] > feasibility:
+        if result.defect > feasibility:
             return PlanStatus.INFEASIBLE
-        if result[RESULT.VIOLATION] > feasibility:
+        if result.violation > feasibility:
             returns = not self._gave_up and self._last_violated() < self._problem.horizon
             return PlanStatus.RECOVERING if returns and self._inputs_within() else PlanStatus.INFEASIBLE
         return status
@@ -282,19 +279,19 @@ class Solver(Engine):
     def _best(self, status: PlanStatus) -> PlanStatus:
         """Status of the best feasible trajectory that was seen, the guess included, which is the nominal one from then on."""
         result, work = self._work.result, self._work
-        found = float(result[RESULT.COST]) if status.usable else math.inf
+        found = result.cost if status.usable else math.inf
         seen, self._seen = self._seen, None
         others = [seen] if seen is not None else []
-        if result[RESULT.GUESS] < found:
+        if result.guess < found:
             others.append(Kept.guess_of(work, self._prices))
-        least = min((other.cost + _CHEAPER * (1.0 + abs(other.cost)) for other in others), default=math.inf)
+        least = min((other.cost + ACCURACY * (1.0 + abs(other.cost)) for other in others), default=math.inf)
         if not least < found or status is PlanStatus.INVALID_STATE:
             return status
-        own, price = Kept.of(work, float(result[RESULT.COST])), float(result[RESULT.COSTATE])
+        own, price = Kept.of(work, result.cost), result.costate
         price = max(price, own.dearest) if status.usable else 0.0
         for other in sorted(others, key=lambda kept: kept.cost):
             self._put_back_whole(other)
-            worth = other.cost + _CHEAPER * (1.0 + abs(other.cost)) + price * float(result[RESULT.INFEASIBILITY])
+            worth = other.cost + ACCURACY * (1.0 + abs(other.cost)) + price * result.infeasibility
             if self._feasible() and worth < found:
                 if other is not seen:  # the guess itself has no feedback
                     settle(self._model, self._memory, STEER)

@@ -8,9 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal
 
-from numpy.typing import NDArray
-
-from doorman.ocp.solvers.memory.result import RESULT
+from doorman.ocp.solvers.memory.result import Result
 
 Phase = Literal["fast", "interior", "careful", "descent"]
 
@@ -48,10 +46,10 @@ class Teller:
     """Runs kernels, and tells a callback of their iterations if there is one.
 
     Args:
-        result: Scalars of the workspace.
+        result: That of the workspace.
     """
 
-    def __init__(self, result: NDArray) -> None:  # type: ignore[type-arg]
+    def __init__(self, result: Result) -> None:
         self._result = result
         self.callback: Callback | None = None
         self._stopping = False
@@ -66,15 +64,15 @@ class Teller:
         """Call a kernel until it has come to its end."""
         result, each = self._result, self.callback is not None or goes_on is not None
         try:
-            result[RESULT.PAUSE] = 0.0 if each else time.monotonic() + _SLICE
+            result.pause = 0.0 if each else time.monotonic() + _SLICE
             code = kernel()
             while code == paused and (goes_on is None or goes_on()):
                 self.tell(phase)
-                result[RESULT.RESUMES] = 1.0
-                result[RESULT.PAUSE] = 0.0 if each else time.monotonic() + _SLICE
+                result.resumes = True
+                result.pause = 0.0 if each else time.monotonic() + _SLICE
                 code = kernel()
         finally:
-            result[RESULT.PAUSE], result[RESULT.RESUMES] = math.inf, 0.0
+            result.pause, result.resumes = math.inf, False
         self.tell(phase)
         return code
 
@@ -85,10 +83,7 @@ class Teller:
             raise Stopped
         if self.callback is None:
             return
-        count = int(result[RESULT.ITERATIONS]) if iteration is None else iteration
-        iterate = Iterate(
-            phase, count, float(result[RESULT.COST]), float(result[RESULT.VIOLATION]), float(result[RESULT.DEFECT]),
-            float(result[RESULT.CHANGE]),
-        )  # fmt: skip
+        count = result.iterations if iteration is None else iteration
+        iterate = Iterate(phase, count, result.cost, result.violation, result.defect, result.change)
         if self.callback(iterate):
             raise Stopped

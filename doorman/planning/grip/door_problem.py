@@ -73,9 +73,10 @@ def door_cost(model: Model) -> QuadraticCost:
     by_state[4] = time_constant_held(model) ** 2 * by_state[3]
     by_input = np.array([*_PAPER_INPUT_WEIGHTS, *[10.0] * n]) * time**2
     by_input[0] /= time**2 * force**2
+    by_state = chosen_weights(model, "state", by_state)
     return QuadraticCost(
-        state_weights=chosen_weights(model, "state", by_state),
-        terminal_weights=chosen_weights(model, "terminal", time * by_state),
+        state_weights=by_state,
+        terminal_weights=time * by_state,
         input_weights=np.concatenate([chosen_weights(model, "input", by_input), side + _SIDE_WEIGHT / weight**2]),
         state_goal=model.goal_state,
         input_goal=np.concatenate([_holding_input(model), side]),

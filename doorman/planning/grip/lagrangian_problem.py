@@ -74,9 +74,10 @@ def lagrangian_cost(model: Model) -> QuadraticCost:
     by_state[7] = time_constant_held(model) ** 2 * by_state[3]
     by_input = np.array([*_INPUT_WEIGHTS, *[10.0] * n])
     by_input *= [1.0 / scale.force**2, *[1.0 / scale.torque**2] * 3, *[scale.time**2] * n]
+    by_state = chosen_weights(model, "state", by_state)
     return QuadraticCost(
-        state_weights=chosen_weights(model, "state", by_state),
-        terminal_weights=chosen_weights(model, "terminal", scale.time * by_state),
+        state_weights=by_state,
+        terminal_weights=scale.time * by_state,
         input_weights=chosen_weights(model, "input", by_input),
         state_goal=at_rest(model.goal_state),
         input_goal=model.hover_input,

@@ -103,7 +103,7 @@ def _room(model: Model) -> Array:
 def _compliance(model: Model, contact: Contact) -> tuple[float, float]:
     r"""Stiffness [N/m] and damping [N s/m] of the contact.
 
-    The spring has the stiffness of tip or gripper, or the largest that a step of the plan resolves, with the mass m that the tip
+    A gripper is as stiff as a step of the plan resolves, and a tip that presses no stiffer, with the mass m that the tip
     feels; a tip that is not tied, g = 0, presses past the vehicle's heading and does not turn it:
 
     .. math:: k \le 0.8\,m/h^2,\quad c \le \sqrt{k m},\quad 1/m = 1/m_A + g\,|d|^2/I_z + D^2/I_D
@@ -112,8 +112,8 @@ def _compliance(model: Model, contact: Contact) -> tuple[float, float]:
     lever, vehicle, scale = model.coupling.lever_length, model.vehicle, model.scale
     turned = contact.tied * float(tip @ tip) / yaw_inertia(model)
     mobility = 1.0 / vehicle.mass + turned + lever**2 / model.door.inertia
-    stiffness = contact.between(STIFFNESS * scale.stiffness, model.scenario.contact.grip_stiffness)
-    stiffness = min(stiffness, _RESOLVED / (mobility * step**2))
+    stiffest = _RESOLVED / (mobility * step**2)
+    stiffness = contact.between(min(STIFFNESS * scale.stiffness, stiffest), stiffest)
     damping = math.sqrt(stiffness / mobility)
     return stiffness, min(contact.between(_DAMPING * scale.damping, damping), damping)
 

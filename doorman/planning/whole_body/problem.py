@@ -50,12 +50,10 @@ def _bounds(model: Model) -> Bounds:
     """Bounds of `[limits]`, `control.max_tilt` and the vehicle; a calm arm and yaw torque whatever these allow."""
     vehicle, limits = model.vehicle, model.scenario.limits
     rates = np.minimum(vehicle.rate_limits, ARM_RATE * model.scale.rate)
-    least = LEAST_THRUST * vehicle.weight
     if limits.enabled:
         rates = np.minimum(rates, math.inf if limits.joint_rates is None else limits.joint_rates)
-        least = max(least, limits.min_thrust)
     largest = min(model.largest_tilt, LEVEL) if model.actuation.fully else model.largest_tilt
-    return bounds_of(model, 14, least, [largest, largest, yaw_torque(model)], rates)
+    return bounds_of(model, 14, LEAST_THRUST * vehicle.weight, [largest, largest, yaw_torque(model)], rates)
 
 
 def _cost(model: Model) -> QuadraticCost:

@@ -22,23 +22,6 @@ from doorman.exceptions import RecordingError
 
 GRID = 0.005
 """Step of the grid of both rates [s]."""
-_SMOOTH = 0.03
-"""Standard deviation of the bell curve that smooths both: motions up to 5 Hz stay [s]."""
-LEAST_LENGTH = 2.0
-"""Both cover at least so much [s]."""
-LEAST_CORRELATION = 0.6
-"""Below, the rates are not of the same flight."""
-_RIVAL = 0.95
-"""Share of the highest correlation that no other place may reach."""
-_APART = 0.5
-"""How far away another place is [s]."""
-_PARTS = 6
-_NEAR = 0.1
-"""How far a part looks around the offset of the whole [s]."""
-_GAP = 1.0
-"""Between two rates, which then say nothing of what lies between them [s]."""
-_STILL = 0.25
-"""Share of the whole's mean motion below which a part says nothing."""
 
 
 @dataclass(frozen=True)
@@ -64,51 +47,60 @@ class Alignment:
         return time + self.offset
 
 
-def align_by_rates(run_time: Array, run_rates: Array, log_time: Array, log_rates: Array) -> Alignment:
+def align_by_rates(
+    run_time: Array,
+    run_rates: Array,
+    log_time: Array,
+    log_rates: Array,
+    *,
+    least: float = 0.6,
+    rival: float = 0.95,
+    apart: float = 0.5,
+) -> Alignment:
+    """Align by the highest correlation: at least so much, and so far apart [s] none of that share of it."""
     run_start, run = _on_grid(run_time, run_rates, "the run")
     log_start, log = _on_grid(log_time, log_rates, "the log")
     lags, correlation = _correlation(run, log)
     best = int(np.argmax(correlation))
-    if correlation[best] < LEAST_CORRELATION:
+    if correlation[best] < least:
         raise RecordingError("the rates of run and log do not agree", field="correlation",
                              given=round(float(correlation[best]), 3),
-                             allowed=f"at least {LEAST_CORRELATION:g}; a log of the same flight, or --offset")  # fmt: skip
-    elsewhere = np.where(np.abs(lags - lags[best]) * GRID > _APART, correlation, -1.0)
-    if elsewhere.max() > _RIVAL * correlation[best]:
+                             allowed=f"at least {least:g}; a log of the same flight, or --offset")  # fmt: skip
+    elsewhere = np.where(np.abs(lags - lags[best]) * GRID > apart, correlation, -1.0)
+    if elsewhere.max() > rival * correlation[best]:
         raise RecordingError("the rates of run and log agree at several places", field="offset",
                              given=f"{GRID * lags[best] + run_start - log_start:.3f} and "
                                    f"{GRID * lags[int(np.argmax(elsewhere))] + run_start - log_start:.3f} s",
                              allowed="a longer flight, or --offset")  # fmt: skip
     fine = GRID * (lags[best] + _vertex(correlation, best))
-    return Alignment(
-        run_start - log_start + fine, _deviation(run, log, int(lags[best]), fine), "cross-correlation of rates"
-    )
+    deviation = _deviation(run, log, int(lags[best]), fine)
+    return Alignment(run_start - log_start + fine, deviation, "cross-correlation of rates")
 
 
-def _on_grid(time: Array, rates: Array, name: str) -> tuple[float, Array]:
-    """Rates on the grid from their first time on, without their mean, 0 in gaps; what is not finite is left out."""
+def _on_grid(time: Array, rates: Array, name: str, *, least: float = 2.0, gap: float = 1.0) -> tuple[float, Array]:
+    """Rates on the grid from their first time on, without their mean, 0 in gaps [s]; what is not finite is left out."""
     good = np.isfinite(time) & np.isfinite(rates).all(axis=1)
     time, rates = time[good], rates[good]
-    if len(time) < 2 or time[-1] - time[0] < LEAST_LENGTH:
+    if len(time) < 2 or time[-1] - time[0] < least:
         raise RecordingError(f"the body rates of {name} are too short", given=f"{np.ptp(time) if len(time) else 0.0:.1f} s",
-                             allowed=f"at least {LEAST_LENGTH:g} s, or --offset")  # fmt: skip
+                             allowed=f"at least {least:g} s, or --offset")  # fmt: skip
     if time[-1] - time[0] > 2.0 * LONGEST:
         raise RecordingError(f"the body rates of {name} are too long", given=f"{time[-1] - time[0]:g} s",
                              allowed=f"up to {2.0 * LONGEST:g} s, or --offset")  # fmt: skip
     grid = np.arange(time[0], time[-1], GRID)
     placed = np.stack([np.interp(grid, time, rates[:, axis]) for axis in range(3)], axis=1)
     placed = np.stack([np.convolve(column, _kernel(len(grid)), "same") for column in placed.T], axis=1)
-    seen = np.diff(time)[np.minimum(np.searchsorted(time, grid, side="right"), len(time) - 1) - 1] <= _GAP
+    seen = np.diff(time)[np.minimum(np.searchsorted(time, grid, side="right"), len(time) - 1) - 1] <= gap
     placed = np.where(seen[:, None], placed - placed[seen].mean(axis=0) if seen.any() else 0.0, 0.0)
     if not np.abs(placed).max() > 1e-6:
         raise RecordingError(f"the body of {name} does not turn", allowed="a flight, or --offset")
     return float(time[0]), placed
 
 
-def _kernel(length: int) -> Array:
-    """Bell curve that leaves what vehicles do, and takes what gyroscopes add; never longer than the rates."""
-    reach = min(round(3.0 * _SMOOTH / GRID), (length - 1) // 2)
-    bell = np.exp(-0.5 * (np.arange(-reach, reach + 1) * GRID / _SMOOTH) ** 2)
+def _kernel(length: int, deviation: float = 0.03) -> Array:
+    """Bell curve that leaves motions up to 5 Hz, and takes what gyroscopes add; never longer than the rates."""
+    reach = min(round(3.0 * deviation / GRID), (length - 1) // 2)
+    bell = np.exp(-0.5 * (np.arange(-reach, reach + 1) * GRID / deviation) ** 2)
     return np.asarray(bell / bell.sum())
 
 
@@ -141,15 +133,15 @@ def _vertex(values: Array, best: int) -> float:
     return float(0.5 * (left - right) / bend) if bend < 0.0 else 0.0
 
 
-def _deviation(run: Array, log: Array, lag: int, whole: float) -> float:
-    """How far parts of the stretch disagree with the whole, for the whole [s]."""
+def _deviation(run: Array, log: Array, lag: int, whole: float, *, parts: int = 6, around: float = 0.1) -> float:
+    """How far parts of the stretch disagree with the whole around its offset; parts that are rather still say nothing [s]."""
     start, end = max(0, -lag), min(len(log), len(run) - lag)
-    reach = round(_NEAR / GRID)
+    reach = round(around / GRID)
     power = np.sum(log[start:end] ** 2, axis=1).mean()
     found = []
-    for part in np.array_split(np.arange(start, end), _PARTS):
+    for part in np.array_split(np.arange(start, end), parts):
         part = part[(part + lag - reach >= 0) & (part + lag + reach < len(run))]
-        if len(part) < 4 * reach or np.sum(log[part] ** 2, axis=1).mean() < _STILL * power:
+        if len(part) < 4 * reach or np.sum(log[part] ** 2, axis=1).mean() < 0.25 * power:
             continue
         near = np.array([np.sum(run[part + lag + step] * log[part]) for step in range(-reach, reach + 1)])
         near /= np.sqrt([np.sum(run[part + lag + step] ** 2) + 1e-12 for step in range(-reach, reach + 1)])

@@ -29,7 +29,7 @@ _TYPES = {
     "Q": "<u8",
 }  # fmt: skip
 """By the letter of a format."""
-_DIVISORS = dict.fromkeys("cCeE", 1e2) | {"L": 1e7}
+_DIVISORS = dict.fromkeys("cCeE", 100) | {"L": 10_000_000}
 _NAME = re.compile(rb"[A-Za-z0-9_]+")
 
 
@@ -107,9 +107,9 @@ def _learn(body: bytes, kinds: dict[int, _Kind]) -> bool:
     if not all(map(_NAME.fullmatch, (name, *names))) or len(set(names)) < len(names) or len(names) != len(letters):
         return False
     made = dict(zip((one.decode() for one in names), letters.decode("latin-1"), strict=True))
-    if not set(made.values()) <= set(_TYPES) or length != 3 + sum(
-        np.dtype(_TYPES[one]).itemsize for one in made.values()
-    ):
+    if not set(made.values()) <= _TYPES.keys():
+        return False
+    if length != 3 + sum(np.dtype(_TYPES[one]).itemsize for one in made.values()):
         return False
     before = kinds.setdefault(number, _Kind(name.decode(), length, made))
     return (before.name, before.length, before.columns) == (name.decode(), length, made)
@@ -137,10 +137,8 @@ def _logged(kind: _Kind, content: bytes) -> Iterator[tuple[str, LogRows]]:
         return
     for value in np.unique(columns[kind.instance]):
         own = columns[kind.instance] == value
-        yield (
-            f"ardupilot/{kind.name}_{value}",
-            LogRows(rows[_TIME][own], {name: one[own] for name, one in columns.items()}),
-        )
+        fields = {name: one[own] for name, one in columns.items()}
+        yield f"ardupilot/{kind.name}_{value}", LogRows(rows[_TIME][own], fields)
 
 
 def _column(values: NDArray[Any], letter: str) -> NDArray[Any]:

@@ -16,16 +16,13 @@ from doorman.arrays import Array
 from doorman.bounds import LONGEST
 from doorman.exceptions import RecordingError
 
-MICRO = 1e-6
 _GYRO = ("GyrX", "GyrY", "GyrZ")
-_RATES = (
-    ("px4/vehicle_angular_velocity_0", ("xyz",), 1.0), ("px4/sensor_combined_0", ("gyro_rad",), 1.0),
-    ("px4/vehicle_angular_velocity_groundtruth_0", ("xyz",), 1.0), ("ardupilot/IMU_0", _GYRO, 1.0),
-    ("ardupilot/IMU", _GYRO, 1.0), ("ardupilot/RATE", ("R", "P", "Y"), math.radians(1.0)),
-)  # fmt: skip
-"""Topics with body rates, the best first: their fields, and these in rad/s; the controller's where no gyroscope is logged."""
-_JITTER = 5.0
-"""Largest disorder of the times within one topic [s]."""
+_RATES = {
+    "px4/vehicle_angular_velocity_0": ("xyz",), "px4/sensor_combined_0": ("gyro_rad",),
+    "px4/vehicle_angular_velocity_groundtruth_0": ("xyz",), "ardupilot/IMU_0": _GYRO, "ardupilot/IMU": _GYRO,
+    "ardupilot/RATE": ("R", "P", "Y"),
+}  # fmt: skip
+"""Topics with body rates, the best first, and their fields; the controller's, in degrees, where no gyroscope is logged."""
 _LARGEST = np.uint64(np.iinfo(np.int64).max)
 """Recordings hold no larger integer."""
 
@@ -71,16 +68,17 @@ def flight_log(autopilot: str, file: Path, logged: Mapping[str, LogRows], bad: i
     topics, damaged = _timed_topics(logged)
     clock, offsets = topics.get("px4/timesync_status_0"), np.empty(0)
     if clock is not None and "estimated_offset" in clock.fields:
-        offsets = clock.fields["estimated_offset"].astype(np.float64) * MICRO
+        offsets = clock.fields["estimated_offset"].astype(np.float64) * 1e-6
     damaged |= {"the file": bad} if bad else {}
     return FlightLog(autopilot, topics, *_body_rates(topics), offsets[offsets != 0.0], damaged)
 
 
 def _body_rates(topics: Mapping[str, LogTopic]) -> tuple[Array, Array]:
     """Times and body rates, x forward, z up; a log has x forward, y right, z down."""
-    for name, fields, unit in _RATES:
+    for name, fields in _RATES.items():
         if name in topics and set(fields) <= set(topics[name].fields):
             rates = np.column_stack([topics[name].fields[field] for field in fields])
+            unit = math.radians(1.0) if name == "ardupilot/RATE" else 1.0
             if rates.shape[1] == 3:
                 with np.errstate(invalid="ignore"):  # NaN of single precision stays NaN
                     return topics[name].time, rates * np.array([unit, -unit, -unit])
@@ -90,7 +88,7 @@ def _body_rates(topics: Mapping[str, LogTopic]) -> tuple[Array, Array]:
 def _timed_topics(logged: Mapping[str, LogRows]) -> tuple[dict[str, LogTopic], dict[str, int]]:
     """Topics in the order of their times, and how many messages of which were left out."""
     # A damaged time goes ahead of all that follow, or behind all before; or it is hours from the middle of the log.
-    times = {name: rows.stamps.astype(np.float64) * MICRO for name, rows in logged.items()}
+    times = {name: rows.stamps.astype(np.float64) * 1e-6 for name, rows in logged.items()}
     good = {name: _in_order(time) for name, time in times.items()}
     every = np.concatenate([np.empty(0), *(times[name][good[name]] for name in times)])
     middle = float(np.median(every)) if len(every) else 0.0
@@ -113,15 +111,15 @@ def texts(values: Iterable[bytes]) -> NDArray[np.str_]:
     return np.array([value.split(b"\0")[0].decode(errors="replace") for value in values], dtype=np.str_)
 
 
-def _in_order(time: Array) -> NDArray[np.bool_]:
-    """Which belong to the longest row of times that never goes back, or stand beside it by no more than the jitter."""
-    if (np.diff(time) >= -_JITTER).all():
+def _in_order(time: Array, jitter: float = 5.0) -> NDArray[np.bool_]:
+    """Which belong to the longest row of times that never goes back, or stand beside it by no more than the jitter [s]."""
+    if (np.diff(time) >= -jitter).all():
         return np.ones(len(time), dtype=bool)
     row = _longest_row(time)
     place = np.searchsorted(row, np.arange(len(time)))
     bounded = np.concatenate(([-np.inf], time[row], [np.inf]))
     before, behind = bounded[place], bounded[np.searchsorted(row, np.arange(len(time)), side="right") + 1]
-    return np.asarray((time >= before - _JITTER) & (time <= behind + _JITTER))
+    return np.asarray((time >= before - jitter) & (time <= behind + jitter))
 
 
 def _longest_row(time: Array) -> NDArray[np.int64]:

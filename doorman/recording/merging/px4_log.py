@@ -57,9 +57,8 @@ def read_px4_log(file: Path) -> FlightLog:
     for one in found.logged.values():
         rows = np.frombuffer(b"".join(one.messages), one.dtype)
         if len(rows):
-            logged.setdefault(
-                one.name, LogRows(rows[_STAMP], {n: rows[n] for n in one.dtype.names or () if n != _STAMP})
-            )
+            fields = {name: rows[name] for name in one.dtype.names or () if name != _STAMP}
+            logged.setdefault(one.name, LogRows(rows[_STAMP], fields))
     if found.words:
         stamps, words = zip(*found.words, strict=True)
         logged["px4/logged_messages"] = LogRows(np.array(stamps, dtype=np.uint64), {"message": texts(words)})

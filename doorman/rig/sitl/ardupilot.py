@@ -25,8 +25,6 @@ from doorman.rig.emulators.autopilot.dialects import MotorKind
 from doorman.rig.sitl.rotor_pilot import RotorPilot
 from doorman.simulation.truth import Truth
 
-STATE_RATE = 400.0
-"""States a second: ArduCopter's loop rate [1/s]."""
 SERVO_PORT = 9002
 """UDP port to which ArduPilot sends the outputs of its motors."""
 FRAMES = {
@@ -42,9 +40,8 @@ PARAMETERS = Path(__file__).with_name("ardupilot.parm")
 """Parameters that ArduPilot starts with, but for the frame's class."""
 _CLASSES = {4: 1, 6: 2, 8: 3}
 _MAGICS = {18458: 16, 29569: 32}
-_PATIENCE = 0.5
-_LEAST_PWM = 1050.0
-_FARTHEST = 20.0
+_LEAST_PWM = 1050
+_FARTHEST = 20
 
 
 def outputs_of(layout: RotorLayout) -> list[int]:
@@ -65,7 +62,7 @@ def outputs_of(layout: RotorLayout) -> list[int]:
 
 class ArduPilotSitl(RotorPilot):
     program = "ArduPilot"
-    rate = STATE_RATE
+    rate = 400.0  # ArduCopter's loop rate
     _kind = socket.SOCK_DGRAM
 
     def __init__(self, layout: RotorLayout, port: int = SERVO_PORT, motors: MotorKind = "linear") -> None:
@@ -119,7 +116,7 @@ class ArduPilotSitl(RotorPilot):
         """Take the answer to the last state; whether it has come in time."""
         if self._socket is None:
             return False
-        deadline, heard = time.monotonic() + (_PATIENCE if self.connected else 0.0), False
+        deadline, heard = time.monotonic() + (self.patience if self.connected else 0.0), False
         while True:
             try:
                 data, peer = self._socket.recvfrom(256)

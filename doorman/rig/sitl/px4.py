@@ -28,8 +28,6 @@ from doorman.rig.emulators.autopilot.dialects import MotorKind
 from doorman.rig.sitl.rotor_pilot import RotorPilot
 from doorman.simulation.truth import Truth
 
-STATE_RATE = 250.0
-"""States a second: the rate of PX4's gyroscope in simulation [1/s]."""
 SIMULATOR_PORT = 4560
 """TCP port that PX4's first instance calls; every further one calls the next."""
 PIXHAWK_PORT = 14540
@@ -40,8 +38,6 @@ AIRFRAME = 10016
 """Airframe without a simulator of its own, whose rotors are replaced."""
 PARAMETERS = Path(__file__).with_name("px4.parm")
 """Parameters that PX4 starts with, but for the rotors'."""
-_PATIENCE = 0.5
-"""Longest wait for an answer, and further time for a peer that sends other messages [s]."""
 _BACKLOG = 1_000_000
 """Most unanswered time of states; beyond it PX4 gets no further ones [µs]."""
 _ARMED = mavlink.MAV_MODE_FLAG_SAFETY_ARMED
@@ -73,7 +69,7 @@ def _parser() -> Any:
 
 class Px4Sitl(RotorPilot):
     program = "PX4"
-    rate = STATE_RATE
+    rate = 250.0  # of PX4's gyroscope in simulation
     _kind = socket.SOCK_STREAM
 
     def __init__(self, layout: RotorLayout, port: int = SIMULATOR_PORT, motors: MotorKind = "linear") -> None:
@@ -175,8 +171,8 @@ class Px4Sitl(RotorPilot):
 
     def _listen(self) -> bool:
         """Take the answer to the last state, and wait for it if the one before came in time; whether it is there."""
-        deadline = time.monotonic() + (_PATIENCE if self._in_step else 0.0)
-        while self._peer is not None and (left := deadline - time.monotonic()) > -_PATIENCE:
+        deadline = time.monotonic() + (self.patience if self._in_step else 0.0)
+        while self._peer is not None and (left := deadline - time.monotonic()) > -self.patience:
             try:
                 data = self._peer.recv(4096)
             except BlockingIOError:

@@ -24,6 +24,7 @@ class RotorPilot(Opened, ABC):
     program: str  # what it is called
     rate: float  # states a second [1/s]
     directions: Array  # in which the rotors turn, +1 counter-clockwise seen from above, shape (m,)
+    patience = 0.5  # longest wait for an answer, and further time for a peer that sends other messages [s]
     _kind: socket.SocketKind
 
     def __init__(self, port: int) -> None:

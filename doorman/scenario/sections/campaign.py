@@ -48,10 +48,6 @@ class CampaignSection(Section):
     """Longest flight [s]. Default: until it ends by itself."""
     time_out: Positive = 1800.0
     """Wall-clock time after which a flight is given up [s]."""
-    min_contact_fraction: Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=1)] = 0.9
-    """A success kept its tip on the leaf for this share of the time, from the first touch until it let go."""
-    max_push_force: Positive = 15.0
-    """A success never pushed the leaf with more [N]."""
     vary: dict[str, Distribution] = {}
     """What is drawn for every run: a table of the scenario's keys, each with `{ min = …, max = … }`, `{ choice = [ … ]
     }`, `{ mean = …, std = … }` or `{ same_as = … }`."""

@@ -16,10 +16,8 @@ _Corner = tuple[Number, Number, Number]
 class SafetySection(Section):
     """Bounds of a flight on a vehicle; simulated flights have no supervisor."""
 
-    fence_low: _Corner = (-3.0, -2.5, 0.0)
-    """Lowest corner of the box in which O_B may be, world frame [m]."""
-    fence_high: _Corner = (3.0, 3.5, 3.0)
-    """Highest corner of that box [m]."""
+    fence: tuple[_Corner, _Corner] = ((-3.0, -2.5, 0.0), (3.0, 3.5, 3.0))
+    """Lowest and highest corner of the box in which O_B may be, world frame [m]."""
     tilt: Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, le=math.pi)] = 0.6
     """Largest angle between the body's z axis and the vertical [rad]."""
     speed: Positive = 1.5
@@ -30,7 +28,7 @@ class SafetySection(Section):
     """Largest force of the surroundings on the vehicle [N]."""
     pose_age: ClassVar = 1.0
     """Largest age of the poses as the next one comes, over the oldest that the controller's gains bear."""
-    misfit: Positive = 3.0
+    misfit: ClassVar = 3.0
     """Largest misfit of the held tip with its way about the hinge, in standard deviations: of the angle that the tip
     measures, and of the hinge's place."""
     divergence: Positive = 0.15
@@ -38,7 +36,7 @@ class SafetySection(Section):
     disobedience: ClassVar = 0.2
     """Largest angle between the attitude that the autopilot steers by and the commanded one, or one on the way to it,
     while the gripper holds the door [rad]."""
-    missed_ticks: Positive = 0.5
+    missed_ticks: ClassVar = 0.5
     """Largest share of the controller's ticks that may be missed within a second."""
     command_age: ClassVar = 0.25
     """Without a command for this long, the controller counts as silent [s]."""
@@ -47,8 +45,8 @@ class SafetySection(Section):
 
     @model_validator(mode="after")
     def _fits_together(self) -> SafetySection:
-        if not all(low < high for low, high in zip(self.fence_low, self.fence_high, strict=True)):
-            raise ValueError("fence_low below fence_high in every coordinate")
+        if not all(low < high for low, high in zip(*self.fence, strict=True)):
+            raise ValueError("a first corner of safety.fence that is below the second in every coordinate")
         return self
 
     @property

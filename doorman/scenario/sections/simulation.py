@@ -32,17 +32,17 @@ class NoiseSection(Section):
 
     position: NonNegative = 0.0005
     """Position of O_B [m]."""
-    velocity: NonNegative = 0.005
+    velocity: ClassVar = 0.005
     """Velocity of O_B [m/s]."""
     attitude: NonNegative = 0.001
     """Roll, pitch and yaw [rad]."""
-    body_rates: NonNegative = 0.01
+    body_rates: ClassVar = 0.01
     """Angular velocity in the body frame [rad/s]."""
-    arm_angles: NonNegative = 0.0005
+    arm_angles: ClassVar = 0.0005
     """Arm angles H [rad]."""
-    arm_rates: NonNegative = 0.005
+    arm_rates: ClassVar = 0.005
     """Arm rates Ḣ [rad/s]."""
-    tip_force: NonNegative = 0.05
+    tip_force: ClassVar = 0.05
     """Force of the tip, where `sensors.tip_force` has a sensor of it [N]."""
 
 
@@ -58,7 +58,7 @@ class SensorsSection(Section):
     """Poses per second, each held until the next [1/s]. Default: one at every tick."""
     dropout_rate: NonNegative = 0.0
     """Gaps without a new pose, per second without a gap; in a gap the last pose repeats [1/s]."""
-    dropout_duration: NonNegative = 0.2
+    dropout_duration: ClassVar = 0.2
     """Longest gap; gaps are evenly spread from 0 to it [s]."""
     velocity: Literal["measured", "differenced"] = "measured"
     """`"measured"`: the true one with noise of its own; `"differenced"`: difference of the last two noisy positions, as
@@ -75,14 +75,12 @@ class SensorsSection(Section):
     """Times at which the cameras take markers for others, per second without a swap; poses are off meanwhile [1/s]."""
     swap_duration: ClassVar = 0.8
     """Longest swap; swaps are evenly spread from 0 to it [s]."""
-    swap: Share = 0.03
-    """By which the position is off in a swap, in a random direction; up to 1 [m]."""
+    swap: ClassVar = 0.02
+    """By which the position is off in a swap, in a random direction [m]."""
     swap_turn: ClassVar = 0.026
     """By which the attitude is off in a swap, about a random axis; −1 to 1 [rad]."""
     tip_force: Switch = False
     """Whether a tip that pushes has a sensor of the force with which it presses along the face's normal; it is not late."""
-    tip_force_bias: Number = 0.0
-    """By which all readings of that sensor are too high [N]."""
 
 
 class GustSection(Section):
@@ -98,14 +96,13 @@ class GustSection(Section):
     """ω, rate at which that direction turns about z [rad/s]."""
     jump_rate: NonNegative = 0.0
     """Jumps of direction and strength, at random times [1/s]."""
-    jump_angle: Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=math.pi)] = math.pi / 2
-    """Angle by which a jump turns the direction, to a random side; up to π [rad]."""
-    jump_strength: Share = 0.0
-    """The strength after a jump lies within this share of the mean, evenly spread; up to 1."""
-    draught_vehicle: Number = 0.0
-    """Force on the vehicle through the open doorway, positive away from it; it grows as the door opens [N]."""
-    draught_leaf: Number = 0.0
-    """Force on the closed leaf at half its width, positive away from the vehicle; it fades as the door opens [N]."""
+    jump_angle: ClassVar = math.radians(45.0)
+    """Angle by which a jump turns the direction, to a random side [rad]."""
+    jump_strength: ClassVar = 0.3
+    """The strength after a jump lies within this share of the mean, evenly spread."""
+    draught: Number = 0.0
+    """Force of a draught, positive away from the vehicle: on the closed leaf at half its width, where it fades as the door
+    opens, and on the vehicle through the open doorway, where it grows [N]."""
     vertical: NonNegative = 0.0
     """Deviation of a vertical force on the vehicle, whose mean is 0 [N]."""
     variation: NonNegative = 0.15
@@ -116,7 +113,7 @@ class GustSection(Section):
     @property
     def draughty(self) -> bool:
         """Whether air is drawn through the doorway."""
-        return self.draught_vehicle != 0.0 or self.draught_leaf != 0.0
+        return self.draught != 0.0
 
     @property
     def blows(self) -> bool:
@@ -155,7 +152,7 @@ class SimulationSection(Section):
     """Steps of the physics per second [1/s]."""
     controller_rate: Annotated[float, Field(strict=True, allow_inf_nan=False, ge=20, le=2000)] = 250.0
     """Measurements and commands per second [1/s]."""
-    planner_latency_periods: Annotated[int, Field(strict=True, ge=0, le=20)] = 1
+    planner_latency_periods: ClassVar = 1
     """A plan is used this many planner periods after its state was measured."""
     motor_time_constant: NonNegative = 0.03
     """First-order lag of a rotor's thrust [s]."""
@@ -164,9 +161,6 @@ class SimulationSection(Section):
     PX4 1.17 has 0.16 to 0.18 s, ArduPilot 4.6 0.02 to 0.07 s; motors of 0.03 s let it be no quicker than 0.1 s here [s]."""
     attitude_dead_time: DeadTime = 0.0
     """True time after which a set point of the attitude begins to act; up to 0.3. Both autopilots have 0.05 to 0.08 s [s]."""
-    attitude_feedback: Lag | None = None
-    """True lag with which the loop answers a moment, where feed-forward makes it follow set points sooner, as ArduPilot's does:
-    0.2 s with the parameters here [s]. Default: that of the set points."""
     attitude_overshoot: Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=0.6)] = 0.01
     """By which a step of the attitude overshoots, as a share of it, before the motors add to it; up to 0.6."""
     command_rate: Positive | None = None
@@ -181,9 +175,6 @@ class SimulationSection(Section):
     """Share of its thrust that a rotor loses per second, as the battery empties; up to 0.1 [1/s]."""
     vehicle_mass: Positive | None = None
     """True mass of the vehicle with its arm, all parts and their inertia in proportion [kg]. Default: the URDF's."""
-    arm_mass: NonNegative | None = None
-    """True mass of all that the arm's joints move; the base link has the rest of the vehicle's [kg]. Links without mass get the
-    same each. Default: the URDF's."""
     vehicle_com: tuple[Elsewhere, Elsewhere, Elsewhere] = (0.0, 0.0, 0.0)
     """True centre of mass less the URDF's, body frame; −1 to 1. Only the base link's mass moves [m]."""
     vehicle_inertia_scale: Ratio = 1.0
@@ -196,11 +187,9 @@ class SimulationSection(Section):
     """Play of every servo; up to 0.2 [rad]."""
     tip_friction: NonNegative = 0.8
     """Friction coefficient between tip and leaf."""
-    gripper_closes: Switch = True
-    """Whether the gripper closes on command; if not, its tip only pushes."""
-    gripper_force: Positive | None = None
+    gripper_force: NonNegative | None = None
     """Largest force with which the gripper holds, pull and force along the leaf together. A larger force tears it off,
-    until the gripper is opened and closed again [N]. Default: any."""
+    until the gripper is opened and closed again; one of 0 never closes, so that its tip only pushes [N]. Default: any."""
     door_damping: NonNegative | None = None
     """True damping of the hinge, if it differs from what the planner reads [N m s/rad]. Default: as `door.damping`."""
     door_friction: NonNegative | None = None

@@ -70,7 +70,7 @@ class DoorSection(Section):
     """b, viscous damping of the hinge [N m s/rad]. Default: from the URDF."""
     friction: NonNegative | None = None
     """τ_c, Coulomb friction of the hinge [N m]. Default: from the URDF."""
-    friction_rate: Positive = 0.02
+    friction_rate: ClassVar = 0.02
     """ε in τ_c tanh(α̇/ε) [rad/s]."""
     stiffness: NonNegative = 0.0
     """k of a spring or closer [N m/rad]."""
@@ -84,7 +84,7 @@ class DoorSection(Section):
     """Where the origin of the URDF is, world frame; `doorman vehicle door` measures and writes it [m]."""
     yaw: Angle = 0.0
     """Angle by which the door is turned about the vertical through that origin; written with `position` [rad]."""
-    search: NonNegative = 0.1
+    search: ClassVar = 0.1
     """Distance from the map up to which a sensor of the door's frame moves the door; beyond it the vehicle does not fly [m]."""
     search_yaw: ClassVar = math.radians(10.0)
     """Angle up to which such a sensor turns it [rad]."""
@@ -112,11 +112,8 @@ class ContactSection(Section):
 
     distance_from_hinge: Positive = 0.70
     """D_V, at most the leaf's width, and by default at most 85 % of it; without `frame`, a slide is touched in the middle
-    of its face [m]."""
-    fit_doorway: Switch = True
-    """For a tip that pushes: D_V is less where the doorway is too narrow to stand behind the tip all the way. A goal's
-    heading that is not given lies up to 14° beside the normal. It does so where the disc would come within 4 cm of the
-    margin to the latch jamb."""
+    of its face. A tip that pushes comes nearer to the hinge where the doorway is too narrow to stand behind it all the way. Where
+    the disc would come within 4 cm of the margin to the latch jamb, the goal's heading lies up to 14° beside the normal [m]."""
     height: NonNegative = 0.80
     """D_H above the lower end of the hinge line, at most the leaf's height, and by default at most 85 % of it; a leaf whose
     hinge lies is touched in the middle of its width [m]."""
@@ -139,9 +136,6 @@ class ContactSection(Section):
     of a hinge."""
     friction: Positive = 0.6
     """μ between tip and leaf that a plan counts on."""
-    grip_stiffness: Positive = 2000.0
-    """Stiffness of a gripper that holds the leaf, in all directions, that a plan counts on; its steps resolve a few hundred
-    [N/m]."""
 
     @property
     def named(self) -> str | None:
@@ -168,8 +162,6 @@ class StartSection(Section):
     opening: NonNegative | None = None
     """How far the door is open at the start, from either side; a slide has no `door_angle` [rad, or m]. Default: in
     place of `door_angle`."""
-    joint_value: Number | None = None
-    """Value of the URDF's joint at the start [rad, or m]. Default: in place of `door_angle` or `opening`."""
     arm: tuple[Angle, ...] | None = None
     """H at the start, n angles [rad]. Default: found, see below."""
 
@@ -184,8 +176,6 @@ class GoalSection(Section):
     opening: NonNegative | None = None
     """How far the door is open at the goal, from either side; 0 shuts it [rad, or m]. Default: in place of
     `door_angle`; of a slide 0.3 m, or its limit."""
-    joint_value: Number | None = None
-    """Value of the URDF's joint at the goal [rad, or m]. Default: in place of `door_angle` or `opening`."""
     arm: tuple[Angle, ...] | None = None
     """H at the goal, n angles [rad]. Default: found, see below."""
     duration: Literal["safe"] | Positive = "safe"
@@ -224,24 +214,20 @@ class MissionSection(Section):
     holds the door for `time_out.hold`."""
     hover_distance: Positive = 0.6
     """Distance between tip and leaf before the approach [m]."""
-    touch_frame: bool = False
-    """Whether the tip first touches wall and frame beside a door that it is to push, to find where that stands."""
-    judge_poses: bool = True
-    """Whether the hover before the door measures age and noise of the poses, and gives up where contact would not bear
-    them."""
-    measure_attitude: bool = True
-    """Whether the hover before the door measures lag, dead time and shape of the attitude loop, by steps of 1.7° in 4 s.
-    Plans and controllers count on them, in place of `vehicle.attitude_lag`; the flight gives up where they were never
-    tested."""
-    approach_speed: Positive = 0.15
+    measures: tuple[Literal["poses", "attitude", "frame"], ...] = ("poses", "attitude")
+    """What a mission measures from the hover before the door: `"poses"`, their age and noise; `"attitude"`, lag, dead time and
+    shape of the attitude loop, by steps of 1.7° in 4 s, which plans and controllers count on in place of `vehicle.attitude_lag`;
+    `"frame"`, where a door stands that is to be pushed: the tip first touches wall and frame beside it. The flight gives up where
+    contact would not bear such poses, or such a loop was never tested."""
+    approach_speed: ClassVar = 0.15
     """Speed of the approach [m/s]."""
     touch_speed: ClassVar = 0.04
     """Speed of the touch [m/s]."""
     hold_time: ClassVar = 1.0
     """Time for which the door must stay at the goal before the vehicle lets it go [s]."""
-    hold_open: NonNegative = 3.0
+    hold_open: ClassVar = 3.0
     """Time for which the vehicle holds a door whose closer would shut it on the vehicle [s]."""
-    recoveries: Annotated[int, Field(strict=True, ge=0, le=100)] = 20
+    recoveries: ClassVar = 20
     """Largest number of losses of contact in an attempt."""
     attempts: Annotated[int, Field(strict=True, ge=1, le=10)] = 2
     """1 to 10: largest number of attempts from the hover; after a failure that may not happen again, the vehicle backs

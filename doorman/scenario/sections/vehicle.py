@@ -26,8 +26,6 @@ class VehicleSection(Section):
     """Link whose origin is O_B."""
     tip: Name = "tip"
     """Frame that touches the leaf."""
-    servos: tuple[Name, ...] | None = None
-    """Frames of joints 3 to n. Default: servo_3 to servo_n, else the joints."""
     radius: Positive | None = None
     """R_A, radius of the disc that holds the rotors [m]. Default: from the URDF's shapes or rotors."""
     max_thrust: Positive | None = None
@@ -46,8 +44,6 @@ class LimitsSection(Section):
 
     enabled: Switch = True
     """Whether the limits are constraints of the plan."""
-    min_thrust: NonNegative = 0.0
-    """Least thrust [N]."""
     body_rates: tuple[Positive, Positive, Positive] = (3.8, 3.8, 3.4)
     """Largest body rates about x, y and z, near a Pixhawk's defaults [rad/s]."""
     joint_rates: Positive | None = None
@@ -69,8 +65,6 @@ class ControlSection(Section):
     """Bandwidth 1/τ of the disturbance observer [rad/s]."""
     observer_damping: ClassVar = 2.0
     """a_1 of its filter; 2 is critically damped."""
-    max_disturbance: Positive = 10.0
-    """Bound of the estimated disturbance on each axis [N]."""
     door_observer_rate: NonNegative = 2.0
     """Bandwidth of the observer of the unknown hinge torque; 0 switches it off [rad/s]."""
     max_door_disturbance: Positive = 5.0
@@ -85,10 +79,8 @@ class WeightsSection(Section):
     """Diagonals of the cost; by default the paper's, extended to the arm's number of joints."""
 
     state: tuple[NonNegative, ...] | None = None
-    """Diagonal of Q in the order of the state: 5 + n entries, or 8 + n for `model = "lagrangian"`. Default: the
+    """Diagonal of Q and L in the order of the state: 5 + n entries, or 8 + n for `model = "lagrangian"`. Default: the
     paper's."""
-    terminal: tuple[NonNegative, ...] | None = None
-    """Diagonal of L, as many entries. Default: the paper's."""
     input: tuple[Positive, ...] | None = None
     """Diagonal of R, 4 + n entries in the order of the input. Default: the paper's."""
 
@@ -108,7 +100,7 @@ class PlannerSection(Section):
     """N, number of steps."""
     rate: Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, le=2000)] = 100.0
     """Plans per second [1/s]."""
-    iterations: Annotated[int, Field(strict=True, ge=1, le=100)] = 1
+    iterations: ClassVar = 1
     """Iterations of a warm plan; a cold one iterates until converged."""
     margin: Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=0.5)] = 0.03
     """Distance that plans keep: h + margin ≤ 0. Where the tip pushes, that of the rotor disc is soft (docs/push.md) [m]."""

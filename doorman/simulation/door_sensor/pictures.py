@@ -18,7 +18,7 @@ from doorman.door_sensor.sensor import CallableSource, DoorSample, DoorSensor
 from doorman.exceptions import BackendError
 from doorman.kinematics.quaternions import multiply
 from doorman.kinematics.rotations import quaternion_of
-from doorman.kinematics.urdf.shapes import link_name
+from doorman.kinematics.urdf.elements import link_name
 from doorman.kinematics.vehicles.rotor_layout import RotorLayout
 from doorman.model import Model
 from doorman.signals import FrameReading, LeafReading

@@ -16,12 +16,11 @@ from doorman.arrays import Array
 from doorman.door_sensor.printing import usual_marks
 from doorman.model import Model
 from doorman.signals import FrameReading, LeafReading
-from doorman.simulation.chance import Dropouts
 from doorman.simulation.delay_line import ROUNDED
 from doorman.simulation.truth import Truth
 
-_STREAM, _GAPS = 7, 8
-"""Streams of random numbers of a seed, for noise and gaps."""
+_STREAM = 7
+"""Stream of random numbers of a seed for noise."""
 _OLD = 0.3
 """Age from which on a reading counts as none [s]."""
 _JUMP = math.radians(10.0)
@@ -58,7 +57,6 @@ class SimulatedDoorSensor:
         if self._door.slides:
             self.deviation = usual.place
         self._noise = np.random.default_rng([seed, _STREAM])
-        self._gaps = Dropouts(section.dropout_rate, section.dropout_duration, [seed, _GAPS])
         self._next = 0.0
         self._coming: deque[_Reading] = deque()
         self._leaf: LeafReading | None = None
@@ -67,12 +65,12 @@ class SimulatedDoorSensor:
         self._fault_began = False
 
     def due(self, time: float) -> bool:
-        """Whether it is time for a reading, and it is not lost; times must not decrease."""
+        """Whether it is time for a reading; times must not decrease."""
         if time < self._next - ROUNDED:
             return False
         while self._next <= time + ROUNDED:
             self._next += 1.0 / self._usual.rate
-        return not self._gaps.lost(time)
+        return True
 
     def take(self, time: float, leaf: LeafReading | None, frame: FrameReading | None) -> None:
         """Put a reading on its way."""
@@ -107,7 +105,7 @@ class SimulatedDoorSensor:
             if self._faulty("freeze"):
                 joint = self._frozen = joint if self._frozen is None else self._frozen
             leaf = LeafReading(joint, stamp, self.deviation)
-        if seen.frame and self._section.frame and self._section.kind != "encoder":
+        if seen.frame and self._section.kind != "encoder":
             usual, placed = self._usual, self._door.placement[:3, 3]
             yaw = self._door.yaw + usual.turn * float(noise[4])
             frame = FrameReading(placed + usual.place * noise[1:4], yaw, time, usual.place, usual.turn)

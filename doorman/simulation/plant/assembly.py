@@ -12,7 +12,8 @@ from doorman.arrays import Array
 from doorman.collision.shapes import tip_link, tip_shapes
 from doorman.exceptions import BackendError, ScenarioError
 from doorman.gravity import weight_of
-from doorman.kinematics.urdf.shapes import link_name
+from doorman.kinematics.urdf.elements import link_name
+from doorman.kinematics.urdf.structure import ROUNDING
 from doorman.kinematics.vehicles.rotor_layout import RotorLayout
 from doorman.model import Model
 from doorman.simulation.plant.contact import FRICTION_IMPEDANCE_RATIO, add_contact
@@ -29,8 +30,6 @@ ROOT = "flight"
 _SMALLEST_MASS = 1e-6
 _SMALLEST_INERTIA = 1e-10
 """MuJoCo refuses moving bodies without mass; the arm's links may be massless in the URDF [kg], [kg m²]."""
-_LARGEST_ROUNDING = 1e-3
-"""Share of a principal moment by which a URDF's rounded inertia may fail to be a rigid body's."""
 _VEHICLE_BIT, _DOOR_BIT = 1, 2
 _TIP_RADIUS = 0.001
 """Ball given to a tip without collision shape [m]."""
@@ -118,7 +117,7 @@ def _round_inertia(body: Any, urdf: Path) -> None:
         return  # the URDF gives none
     smallest, middle, largest = np.linalg.eigvalsh([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
     missing = largest - smallest - middle
-    if missing > _LARGEST_ROUNDING * largest:
+    if missing > ROUNDING * largest:
         raise BackendError(
             "the inertia of a link is not that of a rigid body", file=urdf, field=f"link {body.name}/inertial/inertia",
             given=[round(float(moment), 6) for moment in (smallest, middle, largest)],

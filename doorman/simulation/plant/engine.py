@@ -37,8 +37,6 @@ def addresses(mujoco: Any, engine_model: Any, data: Any) -> tuple[int, int, int]
 def check_stability(mujoco: Any, data: Any) -> None:
     """Raise on what MuJoCo only counts."""
     counts = data.warning.number
-    if not any(counts.tolist()):
-        return
     kinds = [name for name, kind in mujoco.mjtWarning.__members__.items() if name != "mjNWARNING" and counts[int(kind)]]
     raise BackendError(
         "the simulated physics became unstable", field=", ".join(kinds), given=f"time {data.time:.4f} s",

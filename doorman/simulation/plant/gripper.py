@@ -33,16 +33,15 @@ NO_FORCES = ContactForces(np.zeros(3), ())
 class Gripper:
     """Ties the tip to the leaf where it touches, and lets it go."""
 
-    def __init__(self, mujoco: Any, plant: Plant, closes: bool, force: float | None) -> None:
-        self._mujoco, self._model, self._data = mujoco, plant.engine_model, plant.data
-        self._closes, self._force = closes, force  # whether it can, and what it holds at most [N]
-        self._shapes = list(itertools.product(plant.tip_shapes, plant.leaf_shapes))
+    def __init__(self, mujoco: Any, plant: Plant, force: float | None) -> None:
+        self._mujoco, self._plant, self._model, self._data = mujoco, plant, plant.engine_model, plant.data
+        self._closes, self._force = force != 0.0, force  # whether it can, and what it holds at most [N]
         tie = mujoco.mj_name2id(self._model, mujoco.mjtObj.mjOBJ_EQUALITY, TIE)
         self._tie = tie if tie >= 0 else None
         self._active = self._data.eq_active
         self.slips = 0  # how often it was torn off the leaf
         self._slipped = False
-        self._tie_up(self.closed and closes)
+        self._tie_up(self.closed and self._closes)
 
     @property
     def closed(self) -> bool:
@@ -55,11 +54,7 @@ class Gripper:
         if self._tie is None or closed == self.closed or (closed and (self._slipped or not self._closes)):
             return
         if closed:
-            distance = min(
-                self._mujoco.mj_geomDistance(self._model, self._data, tip, leaf, 1.0, None)
-                for tip, leaf in self._shapes
-            )
-            if distance > _REACH:
+            if self._plant.gap(self._mujoco) > _REACH:
                 return
             tip, contact = self._data.site("tip"), self._model.site("contact")
             leaf = self._data.body(int(contact.bodyid[0]))

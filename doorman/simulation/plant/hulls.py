@@ -14,8 +14,8 @@ import pinocchio
 
 from doorman.arrays import Array
 from doorman.exceptions import BackendError, UrdfError
+from doorman.kinematics.urdf.elements import UrdfShape, read_collisions
 from doorman.kinematics.urdf.mesh_hull import Hull, convex_hull
-from doorman.kinematics.urdf.shapes import UrdfShape, read_collisions
 from doorman.kinematics.urdf.structure import check_structure
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import itertools
 from dataclasses import dataclass
 from typing import Any
 from weakref import WeakKeyDictionary
@@ -55,6 +56,11 @@ class Plant:
     def door_rate(self) -> float:
         """α̇ now [rad/s]."""
         return self.hinge.joint_rate(float(self.data.qvel[self.hinge_velocity]))
+
+    def gap(self, mujoco: Any) -> float:
+        """Distance of tip and leaf, negative where they overlap; at most 10 m [m]."""
+        pairs = itertools.product(self.tip_shapes, self.leaf_shapes)
+        return min(float(mujoco.mj_geomDistance(self.engine_model, self.data, *pair, 10.0, None)) for pair in pairs)
 
     def shape_name(self, index: int) -> str:
         """Name of a collision shape, without the prefix of vehicle or door."""
@@ -136,7 +142,8 @@ def _place(mujoco: Any, plant: Plant, model: Model) -> None:
     hovers = model.scenario.mission.start == "hover"
     if model.scenario.contact.kind == "push" or hovers:
         true_normal = model.true_door.normal(float(state[3]))
-        data.qpos[:3] += _gap(mujoco, plant) * true_normal
+        mujoco.mj_kinematics(plant.engine_model, data)
+        data.qpos[:3] += plant.gap(mujoco) * true_normal
     if hovers:
         data.qpos[:3] += model.hover_offset - to_face
 
@@ -160,18 +167,6 @@ def _first_angle(model: Model) -> float:
             allowed=f"a door that opens from {least:.3f} to {most:.3f} rad",
         )  # fmt: skip
     return angle
-
-
-def _gap(mujoco: Any, plant: Plant) -> float:
-    """Distance of tip and leaf, negative where they overlap [m]."""
-    compiled, data = plant.engine_model, plant.data
-    mujoco.mj_kinematics(compiled, data)
-    far = 10.0
-    return min(
-        float(mujoco.mj_geomDistance(compiled, data, ball, face, far, None))
-        for ball in plant.tip_shapes
-        for face in plant.leaf_shapes
-    )
 
 
 def hover_wrench(model: Model) -> Array:

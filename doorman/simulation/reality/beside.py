@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from doorman.kinematics.urdf.shapes import link_name, read_parents
+from doorman.kinematics.urdf.elements import link_name, read_parents
 from doorman.model import Model
 from doorman.scenario import BesideSection
 

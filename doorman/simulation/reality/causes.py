@@ -19,9 +19,8 @@ WEAK = "the thrust differs from the command"
 _WIND_SHARE = 0.1
 """Share of the weight from which on wind counts as strong: a tenth is a tilt of 6 degrees."""
 _FAR, _TURNED, _OPEN = 0.01, math.radians(1.0), math.radians(2.0)
-"""A door so far from where it is believed [m], [rad], or so far open [rad], counts as elsewhere, or ajar."""
-_MOVED = 0.01
-"""Distance over which a frame must move [m]."""
+"""A door, or the frame of the poses, so far from where it is believed [m], [rad], or a door so far open [rad], counts as
+elsewhere, or ajar."""
 _LATE = 0.03
 """Age of poses from which on they are late [s]."""
 _NOISY = 0.001
@@ -44,7 +43,7 @@ def true_causes(recording: Recording, model: Model) -> list[str]:
     turned = abs(sensors.turn_rate) * float(np.linalg.norm(truth["position"], axis=1).max())
     age = sensors.latency + sensors.jitter + (0.0 if sensors.rate is None else 1.0 / sensors.rate)
     causes = {
-        NEVER_CLOSED: grips and not true.gripper_closes,
+        NEVER_CLOSED: grips and true.gripper_force == 0.0,
         SLIPPED: grips and "grip_slips" in truth and truth["grip_slips"][-1] > 0,
         LATCHED: pushed and true.door_latch > 0.0 and farthest < true.door_latch_angle,
         SEALED: pushed and true.door_seal > 0.0 and farthest < true.door_seal_angle,
@@ -52,9 +51,9 @@ def true_causes(recording: Recording, model: Model) -> list[str]:
         ELSEWHERE: math.hypot(*true.door_offset) > _FAR or abs(true.door_yaw) > _TURNED,
         AJAR: abs(true.door_ajar) > _OPEN,
         WIND: "outer_force" in truth and float(truth["outer_force"].max()) > _WIND_SHARE * weight,
-        DRAUGHT: max(abs(true.gust.draught_leaf), abs(true.gust.draught_vehicle)) > 0.5 * _WIND_SHARE * weight,
+        DRAUGHT: abs(true.gust.draught) > 0.5 * _WIND_SHARE * weight,
         WEAK: abs(left - 1.0) > _OFF,
-        FRAME: jumps + (sensors.drift + turned) * duration > _MOVED,
+        FRAME: jumps + (sensors.drift + turned) * duration > _FAR,
         LATE: age > _LATE,
         NOISY: true.noise.position >= _NOISY,
     }

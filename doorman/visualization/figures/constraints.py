@@ -159,9 +159,8 @@ def _draw_solve_time(axes: Axes, recording: Recording, model: Model) -> None:
     axes.axhline(deadline, color=RED, linestyle="--", linewidth=1.2, label=f"deadline {deadline:g} ms")
     missed = plan["deadline_missed"]
     if missed.any():
-        axes.plot(
-            plan.time[missed], milliseconds[missed], "x", color=RED, markersize=5, label=f"missed: {missed.sum()}"
-        )
+        words = f"missed: {missed.sum()}"
+        axes.plot(plan.time[missed], milliseconds[missed], "x", color=RED, markersize=5, label=words)
     axes.set_yscale("log")
     positive = milliseconds[milliseconds > 0.0]
     if positive.size:  # whole decades

@@ -20,19 +20,15 @@ def estimate_figure(recording: Recording, model: Model, found: LeafReplay) -> Fi
     unit = 1.0 if door.slides else 180.0 / np.pi
     joint, deviation = _opening(model, found.joint), part(found.deviations, "joint")
     pressed, spread = found.normal_force.T
-    for axes, value, band in (
-        (angle, unit * joint, 2.0 * unit * door.per_angle * deviation),
-        (force, pressed, 2.0 * spread),
-    ):
-        axes.fill_between(
-            found.time, value - band, value + band, color=BLUE, alpha=0.25, linewidth=0, label="two deviations"
-        )
+    around = 2.0 * unit * door.per_angle * deviation
+    for axes, value, band in ((angle, unit * joint, around), (force, pressed, 2.0 * spread)):
+        low, high = value - band, value + band
+        axes.fill_between(found.time, low, high, color=BLUE, alpha=0.25, linewidth=0, label="two deviations")
         axes.plot(found.time, value, color=BLUE, linewidth=1.4, label="estimate")
         axes.grid(alpha=0.3)
     for place, name in enumerate(found.hypotheses):
-        chance.plot(
-            found.time, found.probabilities[:, place], color=CYCLE[place % len(CYCLE)], linewidth=1.4, label=name
-        )
+        color = CYCLE[place % len(CYCLE)]
+        chance.plot(found.time, found.probabilities[:, place], color=color, linewidth=1.4, label=name)
     if "truth" in recording:
         truth = recording["truth"]
         angle.plot(truth.time, unit * _opening(model, truth["door_angle"]), color=BLACK, linestyle=":", label="truth")

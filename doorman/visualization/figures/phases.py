@@ -11,18 +11,13 @@ from doorman.visualization.style import Axes
 TIED = ("touch", "open", "hold", "recover", "take_back")
 """Phases in which the tip is at the door."""
 
-_SHADES = ("0.93", "1.0")
-_LEAST_SHARE = 0.035
-"""Least share of the time axis for a band to get its name."""
-
 
 def phases(recording: Recording, end: float) -> list[tuple[str, float, float]]:
     if "mission" not in recording:
         return []
     mission = recording["mission"]
-    named = [
-        (str(name), float(time)) for name, time in zip(mission["state"], mission.time, strict=True) if name != "end"
-    ]
+    begun = zip(mission["state"].tolist(), mission.time.tolist(), strict=True)
+    named = [(name, time) for name, time in begun if name != "end"]
     ends = [*(time for _, time in named[1:]), end]
     return [(name, start, stop) for (name, start), stop in zip(named, ends, strict=True) if stop > start]
 
@@ -39,13 +34,15 @@ def tied(recording: Recording, time: NDArray[np.float64]) -> NDArray[np.bool_]:
     return there
 
 
-def draw_phases(axes: Axes, recording: Recording, span: tuple[float, float], *, named: bool) -> None:
-    """Shade the phases of a mission by turns, and write their names above."""
+def draw_phases(
+    axes: Axes, recording: Recording, span: tuple[float, float], *, named: bool, least_share: float = 0.035
+) -> None:
+    """Shade the phases of a mission by turns, and write the names above that have a least share of the time axis."""
     known = phases(recording, span[1])
     for k, (name, start, stop) in enumerate(known):
         if len(known) > 1:
-            axes.axvspan(start, stop, facecolor=_SHADES[k % 2], edgecolor="none", zorder=0)
-        if named and stop - start > _LEAST_SHARE * (span[1] - span[0]):
+            axes.axvspan(start, stop, facecolor=("0.93", "1.0")[k % 2], edgecolor="none", zorder=0)
+        if named and stop - start > least_share * (span[1] - span[0]):
             middle = 0.5 * (start + stop)
             axes.text(middle, 1.02, name, rotation=35, fontsize=7, color="0.35", ha="left", va="bottom",
                       transform=axes.get_xaxis_transform())  # fmt: skip

@@ -14,8 +14,6 @@ from doorman.visualization.style import BLACK, GREEN, RED, SKY, Axes, Figure, fl
 
 LOOK_AHEAD = 0.2
 """The predicted curve is what each plan says about this long after its start [s]."""
-LEAST = 2.0
-"""Half of the smallest range of a panel [°]."""
 _HORIZONS = 6
 """Whole horizons that are drawn."""
 _DOOR_ANGLE, _DOOR_RATE = 3, 4
@@ -25,8 +23,6 @@ _TRUE = ("attitude", "door_angle", "door_rate", "arm_angles")
 _PREFERRED = "preferred, one cost among others"
 _ORDER = ("measured", "truth", "sensor of the door", "predicted", "horizon", "desired", _PREFERRED)
 """Of the curves in the legend."""
-_VISIBLE = np.radians(0.1)
-"""Truth is drawn where it leaves the estimate by more [rad]."""
 
 
 def states_figure(recording: Recording, model: Model) -> Figure:
@@ -58,7 +54,7 @@ def states_figure(recording: Recording, model: Model) -> Figure:
         _draw_prediction(axes, recording, model, i)
         if truth is not None:
             off = np.interp(estimate.time, truth.time, true[i]) - estimate["state"][:, i]
-            if np.nanmax(np.abs(off)) > _VISIBLE:
+            if np.nanmax(np.abs(np.degrees(off))) > 0.1:  # else it hides behind the estimate
                 axes.plot(truth.time, np.degrees(true[i]), color=SKY, linewidth=0.8, label="truth", zorder=2.5)
         axes.plot(estimate.time, np.degrees(estimate["state"][:, i]), color=BLACK, linewidth=1.3, label="measured")
         goal = float(np.degrees(model.goal_state[i]))
@@ -74,7 +70,7 @@ def states_figure(recording: Recording, model: Model) -> Figure:
         axes.set_xlim(*span)
         draw_phases(axes, recording, span, named=i < 3)
         axes.set_ylabel(f"{names[i]} [deg/s]" if i == 4 else f"{names[i]} [deg]")
-        widen(axes, LEAST)
+        widen(axes)
     for axes in panels[model.nx :]:
         axes.set_axis_off()
     for axes in panels[max(model.nx - 3, 0) : model.nx]:
@@ -150,7 +146,7 @@ def paper_figure(recording: Recording, model: Model) -> Figure:
             axes.plot(plan.time + ahead * step, predicted, color=RED, linestyle="--", label="predicted")
             axes.axhline(float(np.degrees(model.goal_state[place])), color=GREEN, label="desired", zorder=1.5)
             axes.set_ylabel(f"{symbol} [deg]")
-            widen(axes, LEAST)
+            widen(axes)
         panels[len(states) - 1, column].set_xlabel("time [s]")
         panels[len(states) - 1, column].tick_params(labelbottom=True)
     panels[0, 0].set_xlim(float(estimate.time[0]), float(estimate.time[-1]))

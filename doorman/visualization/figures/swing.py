@@ -14,14 +14,6 @@ from doorman.visualization.figures.phases import TIED
 from doorman.visualization.scene.moments import Moment, recorded_moments
 from doorman.visualization.style import BLACK, RED, Axes, Circle, Figure, colormaps, flight_name
 
-_STEP = 14.0
-"""Step of the door's angle between two pictures [deg]."""
-_JAMB = 0.06
-_BEFORE, _BEHIND = -1.1, 1.35
-"""Ends of the drawing along x, from the hinge, unless the disc reaches farther [m],"""
-_ROOM = 0.1
-"""which then has so much room [m]."""
-
 
 def swing_figure(recording: Recording, model: Model) -> Figure:
     """The swing from above, or a hatch's from the side, from the touch until the tip lets go.
@@ -48,17 +40,16 @@ def swing_figure(recording: Recording, model: Model) -> Figure:
     _draw_doorway(axes, model)
     vehicle = np.array([_points(moment, model)[0] for moment in swing])
     tips = np.array([_points(moment, model)[-1] for moment in swing])
-    axes.plot(
-        vehicle[:, 0], vehicle[:, 1], color=BLACK, linestyle="--", linewidth=1.2, label="vehicle's path", zorder=4
-    )
-    axes.plot(tips[:, 0], tips[:, 1], color=RED, linewidth=1.4, label="tip's path", zorder=4)
+    (x, y), (tip_x, tip_y) = vehicle.T[:2], tips.T[:2]
+    axes.plot(x, y, color=BLACK, linestyle="--", linewidth=1.2, label="vehicle's path", zorder=4)
+    axes.plot(tip_x, tip_y, color=RED, linewidth=1.4, label="tip's path", zorder=4)
     chosen = _at_intervals(swing)
     colors = colormaps["cividis"](np.linspace(0.0, 0.9, max(len(chosen), 2)))
     for moment, color in zip(chosen, colors, strict=False):
         _draw_moment(axes, moment, model, tuple(float(value) for value in color))
     axes.set_aspect("equal")
-    room = model.vehicle.radius + _ROOM
-    axes.set_xlim(min(_BEFORE, vehicle[:, 0].min() - room), max(_BEHIND, vehicle[:, 0].max() + room))
+    room = model.vehicle.radius + 0.1  # the usual ends, unless the disc reaches farther
+    axes.set_xlim(min(-1.1, x.min() - room), max(1.35, x.max() + room))
     axes.set_xlabel("from the hinge through the doorway [m]")
     lies = model.true_door.lies
     axes.set_ylabel("above the hinge [m]" if lies else "from the hinge along the wall, to the left [m]")
@@ -69,13 +60,13 @@ def swing_figure(recording: Recording, model: Model) -> Figure:
     return figure
 
 
-def _at_intervals(swing: list[Moment]) -> list[Moment]:
-    """The first, the last, and those at which the door has moved on by another step."""
+def _at_intervals(swing: list[Moment], step: float = 14.0) -> list[Moment]:
+    """The first, the last, and those at which the door has moved on by another step [deg]."""
     chosen = [swing[0]]
     for moment in swing[1:]:
-        if abs(np.degrees(moment.door_angle - chosen[-1].door_angle)) >= _STEP:
+        if abs(np.degrees(moment.door_angle - chosen[-1].door_angle)) >= step:
             chosen.append(moment)
-    if abs(np.degrees(swing[-1].door_angle - chosen[-1].door_angle)) > 0.4 * _STEP:
+    if abs(np.degrees(swing[-1].door_angle - chosen[-1].door_angle)) > 0.4 * step:
         chosen.append(swing[-1])
     return chosen
 
@@ -122,9 +113,9 @@ def _draw_disc(axes: Axes, moment: Moment, model: Model, center: Array, color: t
     axes.add_patch(Circle((center[0], center[1]), radius, fill=False, edgecolor=color, linewidth=1.3, zorder=3))
 
 
-def _draw_doorway(axes: Axes, model: Model) -> None:
+def _draw_doorway(axes: Axes, model: Model, depth: float = 0.06) -> None:
     width = _upwards(model.true_door) * model.true_door.width
     for low, high in ((-np.copysign(0.35, width), 0.0), (width, width + np.copysign(0.35, width))):
-        axes.fill_between([-_JAMB, 0.0], low, high, color="0.55", linewidth=0, zorder=1)
+        axes.fill_between([-depth, 0.0], low, high, color="0.55", linewidth=0, zorder=1)
     for jamb in (0.0, width):
         axes.axhline(jamb, color="0.55", linewidth=0.8, linestyle=":", zorder=1)

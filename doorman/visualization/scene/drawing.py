@@ -12,28 +12,9 @@ from doorman.arrays import Array
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import Model
 from doorman.visualization.scene.moments import FRAMES_PER_SECOND, Moment
-from doorman.visualization.scene.page import Command, place, set_property, show
+from doorman.visualization.scene.page import Y_TO_Z, Command, place, set_property, show
 from doorman.visualization.scene.shapes import visual_shapes
 from doorman.visualization.scene.surfaces import SURFACES, clearances, surface_shapes
-
-_ROTOR_RATE = 9.0
-"""Slow enough to see the rotors turn [rad/s]."""
-_RIBBON_NODES = 18
-"""Nodes of the plan that the ribbon passes through."""
-_RIBBON_HALF_WIDTH = 0.025
-"""Along the planned thrust [m]."""
-_ZOOM = 2.4
-_LEAST_SIZE = 1.1
-"""Smallest width that the camera shows [m]."""
-_IN_DOORWAY, _BEFORE_WALL = 0.2, 0.3
-"""Where it looks at: behind the wall, or before it where the vehicle pulls [m],"""
-_BELOW_CONTACT = 0.95
-"""at this share of the contact's height."""
-_SKY = [0.93, 0.95, 0.97]
-
-
-_SUN = np.array([-0.55, 0.25, 0.8])
-"""Where the light comes from that casts shadows: the vehicle's side, from above; x leads through the doorway."""
 
 
 class Drawing:
@@ -65,6 +46,7 @@ class Drawing:
         """Everything that a page needs to know before the first frame."""
         model = self._model
         surfaces = surface_shapes(model)
+        sun = np.array([-0.55, 0.25, 0.8])  # its light casts shadows; x leads through the doorway
         return {
             "commands": [*self._commands(), *_surroundings()],
             "fps": FRAMES_PER_SECOND,
@@ -75,9 +57,9 @@ class Drawing:
             "rotors": [
                 (f"scene/vehicle/{link}/turning", direction) for link, direction in self._rotors.items()
             ],
-            "rotor_rate": _ROTOR_RATE,
+            "rotor_rate": 9.0,  # [rad/s]; slow enough to see the rotors turn
             "camera": _camera(model),
-            "sun": model.door.from_doorway(_SUN).round(3).tolist(),
+            "sun": model.door.from_doorway(sun).round(3).tolist(),
             "goal": round(float(np.degrees(model.goal_angle)), 2),
             "margin": model.scenario.planner.margin,
         }  # fmt: skip
@@ -122,15 +104,15 @@ class Drawing:
             commands += show(node, shape)
         return commands
 
-    def _ribbon(self, states: Array) -> list[list[float]] | None:
-        """Lower and upper edge of the vehicle's planned path, as rows of six coordinates."""
-        nodes = np.unique(np.linspace(0, len(states) - 1, _RIBBON_NODES).astype(int))
+    def _ribbon(self, states: Array, count: int = 18, width: float = 0.05) -> list[list[float]] | None:
+        """Lower and upper edge of the vehicle's planned path, as rows of six coordinates, at some nodes of the plan."""
+        nodes = np.unique(np.linspace(0, len(states) - 1, count).astype(int))
         if not np.isfinite(states[nodes]).all():
             return None
         rows = []
         for state in states[nodes]:
             middle = self._model.coupling.vehicle_position(state[:3], state[3], state[5:])
-            up = _RIBBON_HALF_WIDTH * rotation_body_to_world(state[:3])[:, 2]
+            up = 0.5 * width * rotation_body_to_world(state[:3])[:, 2]
             rows.append([*(middle - up).round(3).tolist(), *(middle + up).round(3).tolist()])
         return rows
 
@@ -142,15 +124,16 @@ def _pose(placement: Array) -> list[float]:
 
 
 def _surroundings() -> list[Command]:
+    sky = [0.93, 0.95, 0.97]
     return [
         set_property("/Grid", "visible", False),
         set_property("/Axes", "visible", False),
-        set_property("/Background", "top_color", _SKY),
-        set_property("/Background", "bottom_color", _SKY),
+        set_property("/Background", "top_color", sky),
+        set_property("/Background", "bottom_color", sky),
         set_property("/Lights/AmbientLight/<object>", "intensity", 0.55),
         set_property("/Lights/PointLightNegativeX/<object>", "intensity", 0.2),
         set_property("/Lights/PointLightPositiveX/<object>", "intensity", 0.2),
-        set_property("/Cameras/default/rotated/<object>", "zoom", _ZOOM),
+        set_property("/Cameras/default/rotated/<object>", "zoom", 2.4),
     ]
 
 
@@ -163,8 +146,8 @@ def _camera(model: Model) -> dict[str, list[float]]:
     ahead /= max(float(np.linalg.norm(ahead)), 1e-9)
     aside = np.array([-ahead[1], ahead[0], 0.0])
     aside *= math.copysign(1.0, float(aside @ door.along))
-    target = contact + (_IN_DOORWAY if door.side == "push" else -_BEFORE_WALL) * ahead
-    target[2] *= _BELOW_CONTACT
-    eye = target + max(door.width, _LEAST_SIZE) * (-2.45 * ahead + 1.5 * aside + np.array([0.0, 0.0, 0.4]))
-    y_up = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])  # the camera's own frame
+    target = contact + (0.2 if door.side == "push" else -0.3) * ahead  # where it pulls, before the wall
+    target[2] *= 0.95
+    eye = target + max(door.width, 1.1) * (-2.45 * ahead + 1.5 * aside + np.array([0.0, 0.0, 0.4]))
+    y_up = Y_TO_Z[:3, :3].T  # the camera's own frame
     return {"eye": (y_up @ eye).round(3).tolist(), "target": (y_up @ target).round(3).tolist()}

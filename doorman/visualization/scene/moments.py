@@ -12,9 +12,6 @@ from doorman.arrays import Array
 from doorman.exceptions import RecordingError
 from doorman.recording import Recording, Topic
 
-_SEEN_WITHIN = 0.3
-"""Time from a reading of the leaf within which it counts [s]."""
-
 FRAMES_PER_SECOND = 30
 """Moments that are shown per second of flight."""
 
@@ -65,9 +62,7 @@ def recorded_moments(recording: Recording) -> list[Moment]:
 
 
 class CurrentMoment:
-    """The moment that the newest messages of a recorder make."""
-
-    # Hand it to a recorder as listener, or call `update` with every message.
+    """The moment that the newest messages of a recorder make; `update` takes in every one of them."""
 
     def __init__(self) -> None:
         self._newest: dict[str, tuple[float, dict[str, Any]]] = {}
@@ -75,9 +70,8 @@ class CurrentMoment:
     def update(self, topic: str, time: float, fields: Mapping[str, Any]) -> Moment | None:
         if topic in ("truth", "measurement", "estimate", "plan", "mission"):
             self._newest[topic] = (time, dict(fields))
-        if topic != ("truth" if "truth" in self._newest else "estimate") or not {"truth", "measurement"} & {
-            *self._newest
-        }:
+        told_by = "truth" if "truth" in self._newest else "estimate"
+        if topic != told_by or self._newest.keys().isdisjoint({"truth", "measurement"}):
             return None
         moment = self._moment(time)
         return moment if moment.finite else None
@@ -106,10 +100,7 @@ def _poses(recording: Recording) -> tuple[Array, Array]:
             allowed="topic truth, or measurement and estimate",
         )  # fmt: skip
     topic = recording[source]
-    if source == "truth":
-        angle = topic["door_angle"]
-    else:
-        angle = _leaf(recording, topic.time)
+    angle = topic["door_angle"] if source == "truth" else _leaf(recording, topic.time)
     rows = np.column_stack([topic["position"], topic["attitude"], angle, topic["arm_angles"]])
     good = np.isfinite(rows).all(axis=1)
     if not good.any():
@@ -119,8 +110,8 @@ def _poses(recording: Recording) -> tuple[Array, Array]:
     return topic.time[good], rows
 
 
-def _leaf(recording: Recording, times: Array) -> Array:
-    """α at times, as a sensor of the door has measured it where there are readings, else as estimated."""
+def _leaf(recording: Recording, times: Array, within: float = 0.3) -> Array:
+    """α at times, as a sensor of the door has measured it where there are readings within some time, else as estimated."""
     angle: Array = np.interp(times, recording["estimate"].time, recording["estimate"]["state"][:, 3])
     if "door_sensor" not in recording:
         return angle
@@ -130,7 +121,7 @@ def _leaf(recording: Recording, times: Array) -> Array:
         return angle
     read, seen = read[believed], sensor["door_angle"][believed]
     after = np.clip(np.searchsorted(read, times), 1, len(read) - 1)
-    near = np.minimum(np.abs(times - read[after - 1]), np.abs(times - read[after])) < _SEEN_WITHIN
+    near = np.minimum(np.abs(times - read[after - 1]), np.abs(times - read[after])) < within
     return np.asarray(np.where(near, np.interp(times, read, seen), angle))
 
 

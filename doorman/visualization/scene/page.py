@@ -21,11 +21,12 @@ from doorman.visualization.scene.shapes import VisualShape
 
 Command = dict[str, Any]
 
-_Y_TO_Z = np.array([[1.0, 0.0, 0.0, 0.0], [0.0, 0.0, -1.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
+Y_TO_Z = np.array([[1, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]])
+"""Turns what stands along y, as the viewer has it up, to stand along z."""
 
 
 def show(path: str, shape: VisualShape) -> list[Command]:
-    turn = _Y_TO_Z if shape.kind == "cylinder" else np.eye(4)  # the viewer's cylinders stand along y
+    turn = Y_TO_Z if shape.kind == "cylinder" else np.eye(4)  # the viewer's cylinders stand along y
     return [_set_object(path, _geometry(shape), shape.color), place(path, shape.placement @ turn)]
 
 
@@ -44,13 +45,8 @@ def _geometry(shape: VisualShape) -> Command:
     if shape.kind == "sphere":
         return {"type": "SphereGeometry", "radius": shape.size[0], "widthSegments": 20, "heightSegments": 20}
     radius, length = shape.size
-    return {
-        "type": "CylinderGeometry",
-        "radiusTop": radius,
-        "radiusBottom": radius,
-        "height": length,
-        "radialSegments": 40,
-    }
+    ends = {"radiusTop": radius, "radiusBottom": radius}
+    return {"type": "CylinderGeometry", **ends, "height": length, "radialSegments": 40}
 
 
 def _set_object(path: str, geometry: Command, color: tuple[float, float, float, float]) -> Command:

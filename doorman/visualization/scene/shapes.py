@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal, TypeAlias, cast
 
@@ -13,15 +13,12 @@ import numpy as np
 from doorman.arrays import Array, frozen
 from doorman.bounds import parse_numbers
 from doorman.exceptions import UrdfError
-from doorman.kinematics.urdf.shapes import UrdfShape, read_visuals
+from doorman.kinematics.urdf.elements import UrdfShape, read_visuals
 from doorman.kinematics.urdf.structure import check_structure
 
 Kind: TypeAlias = Literal["box", "cylinder", "sphere"]
 Color: TypeAlias = tuple[float, float, float, float]
 """Red, green, blue, opacity; each 0 to 1."""
-
-_GREY = (0.6, 0.6, 0.6, 1.0)
-_ROD_RADIUS = 0.008
 
 
 @dataclass(frozen=True)
@@ -32,7 +29,7 @@ class VisualShape:
     kind: Kind
     size: tuple[float, ...]  # edges (x, y, z), or (radius, length) of a cylinder about z, or (radius,) [m]
     placement: Array  # of the shape's centre in the link, homogeneous, shape (4, 4)
-    color: Color  # of its surface
+    color: Color = (0.6, 0.6, 0.6, 1.0)  # of its surface; grey where nothing else is said
 
 
 def visual_shapes(path: Path) -> tuple[VisualShape, ...]:
@@ -56,7 +53,8 @@ def _primitive(path: Path, shape: UrdfShape, visual: ElementTree.Element, named:
     material = visual.find("material")
     color = None if material is None else _color(path, material) or named.get(material.get("name", ""))
     kind = cast(Kind, shape.kind)  # a mesh is none of ours
-    return VisualShape(shape.link, kind, shape.size, shape.placement, color or _GREY)
+    drawn = VisualShape(shape.link, kind, shape.size, shape.placement)
+    return drawn if color is None else replace(drawn, color=color)
 
 
 def _color(path: Path, material: ElementTree.Element) -> Color | None:
@@ -75,7 +73,7 @@ def _color(path: Path, material: ElementTree.Element) -> Color | None:
     return red, green, blue, opacity
 
 
-def _rods(link: str, ends: Sequence[Array]) -> list[VisualShape]:
+def _rods(link: str, ends: Sequence[Array], radius: float = 0.008) -> list[VisualShape]:
     rods = []
     for end in ends:
         length = float(np.linalg.norm(end))
@@ -83,7 +81,7 @@ def _rods(link: str, ends: Sequence[Array]) -> list[VisualShape]:
             placement = np.eye(4)
             placement[:3, :3] = _turn_z_towards(end / length)
             placement[:3, 3] = end / 2
-            rods.append(VisualShape(link, "cylinder", (_ROD_RADIUS, length), frozen(placement), _GREY))
+            rods.append(VisualShape(link, "cylinder", (radius, length), frozen(placement)))
     return rods
 
 

@@ -17,22 +17,13 @@ import numpy as np
 
 from doorman.arrays import Array
 from doorman.kinematics.rotations import rotation_body_to_world
-from doorman.kinematics.urdf.shapes import link_name
+from doorman.kinematics.urdf.elements import link_name
 from doorman.model import Model
 from doorman.visualization.scene.moments import Moment
-from doorman.visualization.scene.shapes import VisualShape
+from doorman.visualization.scene.shapes import Kind, VisualShape
 
 SURFACES = ("leaf", "jamb at the hinge", "jamb at the latch", "disc over the arm")
 """In the order of the clearances."""
-
-_COLOR = (0.34, 0.71, 0.91, 0.15)
-_THIN = 0.002
-_PROUD = 0.004
-"""In front of what it covers, so that both can be seen [m]."""
-_DEPTH = (-0.7, 0.4)
-"""Depth of the jambs' planes, through the doorway [m]."""
-_HIGH = 0.5
-"""Surfaces are drawn as bands at the contact's height [m]."""
 
 
 def clearances(model: Model, moment: Moment) -> Array:
@@ -45,39 +36,27 @@ def clearances(model: Model, moment: Moment) -> Array:
     return np.array([leaf, across - radius, width - radius - across, arm])
 
 
-def surface_shapes(model: Model) -> dict[str, VisualShape]:
-    door, base = model.true_door, model.vehicle.names.base_link
-    height = model.scenario.contact.height
-    leaf = _on_the_leaf(model)
-    length, middle = _DEPTH[1] - _DEPTH[0], 0.5 * (_DEPTH[0] + _DEPTH[1])
-    jambs = [
-        _box(
-            (length, _THIN, _HIGH),
-            door.hinge_position + door.from_doorway(np.array([middle, across, height])),
-            door.azimuth,
-        )
-        for across in (_PROUD, door.width - _PROUD)
-    ]
-    disc = VisualShape("", "cylinder", (model.vehicle.radius, 0.001), np.eye(4), _COLOR)
+def surface_shapes(model: Model, before: float = 0.004, high: float = 0.5) -> dict[str, VisualShape]:
+    """Bands of that height at the contact's, as far before what they cover, so that both can be seen [m]."""
+    door, contact = model.true_door, model.scenario.contact.height
+
+    def band(length: float, width: float, middle: tuple[float, float]) -> VisualShape:
+        placement = np.eye(4)
+        placement[:3, :3] = rotation_body_to_world([0.0, 0.0, door.azimuth])
+        placement[:3, 3] = door.hinge_position + door.from_doorway(np.array([*middle, contact]))
+        return _surface("box", (length, width, high), placement)
+
+    leaf = band(0.002, door.width, (-before - door.surface_offset, 0.5 * door.width))
+    closed = door.link_placements(0.5 * np.pi)[link_name(door.urdf, door.section.leaf)]
+    jambs = (band(1.1, 0.002, (-0.15, across)) for across in (before, door.width - before))
     return {
-        f"/scene/door/{door.section.leaf}/surface": leaf,
-        "/scene/jamb_at_hinge": jambs[0],
-        "/scene/jamb_at_latch": jambs[1],
-        f"/scene/vehicle/{base}/disc": disc,
+        f"/scene/door/{door.section.leaf}/surface": replace(leaf, placement=np.linalg.inv(closed) @ leaf.placement),
+        **dict(zip(("/scene/jamb_at_hinge", "/scene/jamb_at_latch"), jambs, strict=True)),
+        f"/scene/vehicle/{model.vehicle.names.base_link}/disc": _surface(
+            "cylinder", (model.vehicle.radius, 0.001), np.eye(4)
+        ),
     }
 
 
-def _on_the_leaf(model: Model) -> VisualShape:
-    """A plane before the leaf's face, in the leaf's frame."""
-    door = model.true_door
-    placement = door.link_placements(0.5 * np.pi)[link_name(door.urdf, door.section.leaf)]
-    middle = np.array([-_PROUD - door.surface_offset, 0.5 * door.width, model.scenario.contact.height])
-    there = _box((_THIN, door.width, _HIGH), door.hinge_position + door.from_doorway(middle), door.azimuth)
-    return replace(there, placement=np.linalg.inv(placement) @ there.placement)
-
-
-def _box(size: tuple[float, float, float], center: Array, azimuth: float) -> VisualShape:
-    placement = np.eye(4)
-    placement[:3, :3] = rotation_body_to_world([0.0, 0.0, azimuth])
-    placement[:3, 3] = center
-    return VisualShape("", "box", size, placement, _COLOR)
+def _surface(kind: Kind, size: tuple[float, ...], placement: Array) -> VisualShape:
+    return VisualShape("", kind, size, placement, color=(0.34, 0.71, 0.91, 0.15))

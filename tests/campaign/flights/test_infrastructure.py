@@ -65,9 +65,7 @@ def test_what_is_lost_is_tried_again_and_never_a_row(task: Path, tmp_path: Path,
     assert (ordered.count(0), ordered.count(1), ordered.count(2)) == (2, 1, 3)
     assert read_not_flown(tmp_path) == {2: "the disk is full"}
     ordered.clear()
-    monkeypatch.setattr(
-        flight_process.FlightProcess, "fly", lambda self, order, files, time_out: flight_process.failed("flown")
-    )
+    flown_by(monkeypatch, lambda order: flight_process.failed("flown"))
     assert len(running.run_campaign(Campaign(str(task)), tmp_path, workers=1)) == 5
     assert read_not_flown(tmp_path) == {}
 
@@ -98,20 +96,16 @@ def order(task: Path) -> tuple[dict[str, Any], dict[str, str]]:
     return order_of(flight, files), packed(files)
 
 
-def test_an_order_for_other_software_is_refused_before_the_flight(task: Path, tmp_path: Path, monkeypatch) -> None:
+def test_an_order_for_other_software_or_with_other_files_is_refused(task: Path, tmp_path: Path, monkeypatch) -> None:
     monkeypatch.chdir(tmp_path)
     given, contents = order(task)
-    given["software"] = software() | {"numba": "0.1"}
-    answer = flight_program.answer(given | {"prepare": True, "contents": contents})
-    assert answer["lost"] and "numba" in answer["error"] and "0.1" in answer["error"]
-
-
-def test_other_files_than_the_campaigns_are_refused_before_the_flight(task: Path, tmp_path: Path, monkeypatch) -> None:
-    monkeypatch.chdir(tmp_path)
-    given, contents = order(task)
-    contents["door.urdf"] = packed({"door.urdf": b"<robot/>"})["door.urdf"]
-    answer = flight_program.answer(given | {"prepare": True, "contents": contents})
-    assert answer["lost"] and "other files" in answer["error"]
+    other_door = contents | packed({"door.urdf": b"<robot/>"})
+    for change, files, words in (
+        ({"software": software() | {"numba": "0.1"}}, contents, "instead of 0.1"),
+        ({}, other_door, "other files"),
+    ):
+        answer = flight_program.answer({**given, **change, "prepare": True, "contents": files})
+        assert answer["lost"] and words in answer["error"]
 
 
 @pytest.mark.parametrize("fault", [MemoryError("none"), OSError(28, "No space left on device"), ImportError("no")])

@@ -69,7 +69,7 @@ def test_a_leaf_that_stands_ajar_is_not_taken_for_another_place() -> None:
 
 
 def test_a_tip_that_pushes_and_a_map_that_is_trusted_say_nothing() -> None:
-    trusted = {"estimation__door_place_deviation": 0.0, "estimation__door_yaw_deviation": 0.0}
+    trusted = {"estimation__door_place_deviation": 0.0}
     for model in (model_of("push"), model_of("paper", **trusted)):
         assert not any(located(model, (0.03, 0.0), 0.02).state)
 
@@ -179,12 +179,15 @@ def test_the_deviation_of_the_angle_grows_as_the_frame_of_the_poses_walks() -> N
 
 @pytest.mark.slow
 def test_a_flight_ends_at_the_true_angle_of_a_door_that_stands_elsewhere() -> None:
-    """3 cm and 3 degrees: without the pose of the door the flight ends 2 degrees off."""
+    """3 cm and 3 degrees: without the pose of the door the flight ends 2 degrees off.
+
+    What is found of yaw and place leaves 0.4 degrees of the angle unknown, one deviation.
+    """
     elsewhere = {
         "simulation.door_offset": [0.02, 0.022, 0.0], "simulation.door_yaw": 0.05,
     }  # fmt: skip
     summary = simulate(Scenario.load("shipped:paper", elsewhere), seed=1).summary
-    assert summary is not None and abs(summary["final_error"]) < 1.0, summary
+    assert summary is not None and abs(summary["final_error"]) < 1.2, summary
     for name in ("door_x", "door_y", "door_yaw"):
         found = summary["estimates"][name]
         assert abs(found["value"] - found["true"]) < 3.0 * found["deviation"], name

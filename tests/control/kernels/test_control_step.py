@@ -17,7 +17,7 @@ class PlainObserver:
         self.rate, self.damping, self.limit = (
             SETTINGS.observer_rate,
             SETTINGS.observer_damping,
-            SETTINGS.max_disturbance,
+            SETTINGS.max_push,
         )
         self.gain, self.inner, self.outer, self.estimate = MASS * self.rate**2, np.zeros(3), None, np.zeros(3)
 

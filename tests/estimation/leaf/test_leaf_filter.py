@@ -16,7 +16,7 @@ def bank_of(damping: float) -> tuple[Filter, np.ndarray, np.ndarray]:
     model = Model(Scenario.load("push", {"door.damping": damping, "goal.door_angle": f"{60 + damping:g} deg"}))
     numbers = leaf_numbers(model, 1e-3)
     mean, deviations = first_state(model, numbers, model.hover_offset)
-    return leaf_filter(model, numbers), mean.words, deviations.words
+    return leaf_filter(model, numbers), mean.floats, deviations.floats
 
 
 def flown(bank: Filter, mean: np.ndarray, deviations: np.ndarray) -> FilterEstimate:
@@ -57,11 +57,11 @@ def test_what_it_tells_is_read_by_name() -> None:
     found = flown(bank, *start)
     told = Told.of(found)
     for record, expected in ((told.state, found.mean), (told.deviations, found.deviations)):
-        np.testing.assert_array_equal(record.words, expected)
+        np.testing.assert_array_equal(record.floats, expected)
         np.testing.assert_array_equal(record.velocity, expected[PLACES["velocity"]])
         assert [record.joint] == part(expected[None], "joint").tolist() == expected[PLACES["joint"]].tolist()
     outputs = {name: value for name, (value, _) in found.outputs.items()}
     assert told.outputs.normal_force == outputs["normal_force"] and told.outputs.borne == outputs["borne"]
     for field, names in (("wind", WINDS), ("slip", SLIPS), ("gains", GAINS)):
         assert getattr(told.outputs, field).tolist() == [outputs[name] for name in names]
-    assert told.outputs.words.size == len(outputs) and told.chances.tolist() == list(found.probabilities.values())
+    assert told.outputs.floats.size == len(outputs) and told.chances.tolist() == list(found.probabilities.values())

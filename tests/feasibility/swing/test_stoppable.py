@@ -18,7 +18,7 @@ from doorman.feasibility.swing.rehearsal import least_resistance, rehearse, resi
 from doorman.mission.settled import settled
 from doorman.model import Model
 from doorman.scenario import Scenario
-from doorman.scenario.sections.estimation import USUAL_FRICTION
+from doorman.scenario.sections.estimation import USUAL_HINGE
 from doorman.simulation.simulator import Simulator
 
 PLUMB = '<origin xyz="0 0 0.4" rpy="0 0 0"/>\n    <parent'
@@ -93,7 +93,7 @@ def test_a_flap_that_falls_shut_is_pushed_to_its_stop_alone(goal: float, stops: 
 def test_a_leaf_that_stands_ajar_has_the_friction_for_it() -> None:
     model = Model(Scenario.load("shipped:hatch", {**FLAP, "goal.opening": 0.1}))
     weight = abs(model.door.weight_torque(model.travel.start))
-    assert weight > model.hinge_scale * USUAL_FRICTION[0]
+    assert weight > model.hinge_scale * USUAL_HINGE["friction"][0]
     assert 0.0 < least_resistance(model) < 0.5 * weight
 
 

@@ -62,13 +62,17 @@ def test_no_flight_begins_with_little_more_than_it_is_given_up_at() -> None:
     assert check.verdict is Verdict.BAD and "50%" in check.advice
 
 
+LOW = (-3.0, -2.5, 0.0)
+"""Lowest corner of the fence [m]."""
+
+
 @pytest.mark.parametrize(
     ("changes", "bad", "words"),
     [
         ({}, None, ""),
         ({"mission.start": "contact"}, "start", "in contact"),
-        ({"safety.fence_high": (3.0, 3.5, 0.8)}, "fence", "the way leads to"),
-        ({"safety.fence_high": (-0.05, 3.5, 3.0)}, "fence", "the way leads to"),  # what is swung through
+        ({"safety.fence": (LOW, (3.0, 3.5, 0.8))}, "fence", "the way leads to"),
+        ({"safety.fence": (LOW, (-0.05, 3.5, 3.0))}, "fence", "the way leads to"),  # what is swung through
     ],
 )
 def test_what_a_scenario_has_for_a_flight(changes: dict[str, object], bad: str | None, words: str) -> None:

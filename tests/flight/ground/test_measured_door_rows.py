@@ -68,7 +68,7 @@ def test_a_door_beside_the_map_is_told_with_the_numbers():
 @pytest.mark.parametrize(("position", "yaw"), [((0.2, 0.0, 0.0), 0.0), ((0.0, 0.0, 0.0), 0.3)])
 def test_a_door_beyond_its_search_keeps_the_vehicle_on_the_ground(position, yaw):
     frame = rows(CLOSED, position, yaw)["door's frame"]
-    assert frame.verdict is Verdict.BAD and "door.search" in frame.found
+    assert frame.verdict is Verdict.BAD and "door.position" in frame.found
 
 
 def test_an_ajar_leaf_is_known_before_take_off():

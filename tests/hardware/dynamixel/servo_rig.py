@@ -10,7 +10,7 @@ import pytest
 from virtual_time import CLOCK
 
 from doorman.hardware.dynamixel import BusState, ServoBus, ServoConfig, ServoEvent, ServoFault, ServoSample
-from doorman.hardware.dynamixel.registers import VELOCITY_UNIT
+from doorman.hardware.dynamixel.registers import Unit
 from doorman.rig.emulators.servos import ServoEmulator
 from doorman.rig.emulators.servos.unit import EmulatedServo
 
@@ -109,7 +109,7 @@ def assert_stopped(rig: Rig) -> None:
 
 def assert_moving(rig: Rig) -> None:
     rig.fly(SLOW, 0.12)
-    assert rig.true_rates() == pytest.approx(SLOW, abs=2 * VELOCITY_UNIT)
+    assert rig.true_rates() == pytest.approx(SLOW, abs=2 * Unit.VELOCITY)
 
 
 def stops_by(rig: Rig, fault: ServoFault) -> ServoSample:

@@ -12,7 +12,7 @@ from virtual_time import CLOCK
 
 from doorman.exceptions import BackendError
 from doorman.hardware.dynamixel import BusState, ServoFault
-from doorman.hardware.dynamixel.registers import RADIANS_PER_TICK, VELOCITY_UNIT
+from doorman.hardware.dynamixel.registers import Unit
 from doorman.rig.emulators.servos.unit import READY, ServoSetup
 
 POSTURE = [0.3, 1.0, -0.6, -0.4]
@@ -24,12 +24,12 @@ def test_angles_are_those_of_the_joints(make_rig, make_emulator):
     rig = make_rig(make_emulator(servos, angles=POSTURE), zero_positions=zeros, directions=directions)
     rig.bus.open()
     sample = rig.bus.read()
-    assert sample.angles == pytest.approx(POSTURE, abs=RADIANS_PER_TICK)
+    assert sample.angles == pytest.approx(POSTURE, abs=Unit.ANGLE)
     assert sample.rates == pytest.approx(0.0)
     rates = [0.5, -0.5, 0.4, 0.3]
     samples = rig.fly(rates, 0.25)
-    assert samples[-1].rates == pytest.approx(rates, abs=2 * VELOCITY_UNIT)
-    assert rig.true_rates() == pytest.approx(rates, abs=2 * VELOCITY_UNIT)
+    assert samples[-1].rates == pytest.approx(rates, abs=2 * Unit.VELOCITY)
+    assert rig.true_rates() == pytest.approx(rates, abs=2 * Unit.VELOCITY)
     assert np.array_equal(np.sign(rig.true_angles() - POSTURE), np.sign(rates))
 
 
@@ -65,7 +65,7 @@ def test_samples_follow_each_other_with_times_that_grow(rig):
 def test_slow_rates_keep_their_mean(rig):
     start = rig.true_angles()
     began = rig.bus.read().cycle
-    rate = 0.3 * VELOCITY_UNIT
+    rate = 0.3 * Unit.VELOCITY
     samples = rig.fly([rate, 0.0, 0.0, 0.0], 0.4)
     CLOCK.sleep(0.05)
     seconds = (samples[-1].cycle - began) * rig.config.period
@@ -84,7 +84,7 @@ def test_joints_stop_at_their_limits(make_rig, make_emulator, direction):
     assert rig.true_angles() == pytest.approx(bound, abs=0.03)
     assert rig.true_rates() == pytest.approx(0.0, abs=1e-3)
     rig.fly([-0.5 * direction] * 4, 0.15)
-    assert rig.true_rates() == pytest.approx(-0.5 * direction, abs=2 * VELOCITY_UNIT)
+    assert rig.true_rates() == pytest.approx(-0.5 * direction, abs=2 * Unit.VELOCITY)
 
 
 def test_rates_are_cut_at_the_limits_of_joint_and_servo(make_rig, make_emulator):
@@ -93,7 +93,7 @@ def test_rates_are_cut_at_the_limits_of_joint_and_servo(make_rig, make_emulator)
     rig.bus.open()
     assert [finding.register for servo in rig.bus.servos for finding in servo.findings] == ["velocity limit"]
     rig.fly([3.0, 3.0], 0.3)
-    assert rig.true_rates() == pytest.approx([1.0, 60 * VELOCITY_UNIT], abs=VELOCITY_UNIT)
+    assert rig.true_rates() == pytest.approx([1.0, 60 * Unit.VELOCITY], abs=Unit.VELOCITY)
     assert not rig.events()
 
 
@@ -102,7 +102,7 @@ def test_a_wound_up_servo_is_unwound_in_thought(make_rig, make_emulator):
     servo = ServoSetup(1, READY | {"homing offset": 4096})
     rig = make_rig(make_emulator([servo], angles=[0.4]), ids=(1,), homing_offsets=(4096,))
     rig.bus.open()
-    assert rig.bus.read().angles == pytest.approx([0.4], abs=RADIANS_PER_TICK)
+    assert rig.bus.read().angles == pytest.approx([0.4], abs=Unit.ANGLE)
     assert rig.bus.servos[0].turns == pytest.approx(-2 * np.pi)
 
 
@@ -180,7 +180,7 @@ def test_open_after_a_program_that_was_killed(make_rig, make_emulator):
     assert rig.rows("profile acceleration") == [0] * 4
     assert rig.rows("goal pwm") == [885] * 4
     rig.fly([0.5] * 4, 0.3)
-    assert rig.true_rates() == pytest.approx(0.5, abs=2 * VELOCITY_UNIT)
+    assert rig.true_rates() == pytest.approx(0.5, abs=2 * Unit.VELOCITY)
 
 
 def test_the_port_belongs_to_one_program(rig, make_rig):

@@ -15,7 +15,7 @@ from doorman.exceptions import BackendError
 from doorman.rig.emulators.servos import ServoEmulator
 from doorman.rig.emulators.servos.bus import BusFaults, LaggingJoints, ServoBusLogic
 from doorman.rig.emulators.servos.packets import BROADCAST, HEADER, Instruction, checksum
-from doorman.rig.emulators.servos.table import RATE_UNIT
+from doorman.rig.emulators.servos.table import UNITS
 from doorman.rig.emulators.servos.unit import ENCODER, OVERHEATING, OVERLOAD, READY, EmulatedServo, ServoSetup
 
 ACCESS, RANGE, LIMIT, LENGTH = 7, 4, 6, 5
@@ -222,7 +222,7 @@ def test_goal_velocity_moves_the_joint_with_torque_and_in_velocity_mode(connect)
     client.write(GOAL_VELOCITY, 4, 100)
     CLOCK.sleep(0.3)
     assert client.read(VELOCITY, 4) == 100
-    assert rate(emulator) == pytest.approx(100 * RATE_UNIT, rel=1e-4)
+    assert rate(emulator) == pytest.approx(100 * UNITS["goal velocity"], rel=1e-4)
     client.write(GOAL_VELOCITY, 4, 0)
     CLOCK.sleep(0.3)
     angle = emulator.plant.motion(CLOCK.now()).angles[0]

@@ -9,7 +9,7 @@ from virtual_time import CLOCK
 
 from doorman.exceptions import BackendError
 from doorman.hardware.dynamixel import ServoFault
-from doorman.hardware.dynamixel.registers import VELOCITY_UNIT
+from doorman.hardware.dynamixel.registers import Unit
 from doorman.rig.emulators.servos.bus import LaggingJoints
 from doorman.rig.emulators.servos.unit import ENCODER, OVERLOAD, READY, READY_TO_GRIP, ServoSetup
 
@@ -96,7 +96,7 @@ def test_it_lets_go_when_a_servo_has_failed(hand, failed):
     hand.trip(failed, OVERLOAD)
     assert holds(hand.until(has(ServoFault.OVERLOAD), rates=(ARM, CLOSING)))
     hand.fly((ARM, CLOSING), 0.6)
-    assert hand.true_rates()[:3] == pytest.approx(np.zeros(3), abs=2 * VELOCITY_UNIT)
+    assert hand.true_rates()[:3] == pytest.approx(np.zeros(3), abs=2 * Unit.VELOCITY)
     if failed == 2:
         assert fingers(hand) > CLOSED, "the arm stops, the gripper follows"
     else:
@@ -120,7 +120,7 @@ def test_it_holds_on_when_the_user_falls_silent(hand):
     hand.until(has(ServoFault.COMMAND_STALE))
     CLOCK.sleep(0.3)
     assert fingers(hand) > CLOSED
-    assert hand.true_rates()[:3] == pytest.approx(np.zeros(3), abs=2 * VELOCITY_UNIT)
+    assert hand.true_rates()[:3] == pytest.approx(np.zeros(3), abs=2 * Unit.VELOCITY)
 
 
 def test_it_opens_when_the_adapter_fails_in_itself(hand, monkeypatch):

@@ -16,13 +16,7 @@ from doorman.hardware.dynamixel import registers as reg
 from doorman.hardware.dynamixel.cycle import RateGovernor, allowed_rate, stopping_rate
 from doorman.hardware.dynamixel.link import Reply
 from doorman.hardware.dynamixel.monitor import DRIFT, ServoClock, ServoMonitor
-from doorman.hardware.dynamixel.registers import (
-    RADIANS_PER_TICK,
-    VELOCITY_UNIT,
-    Telemetry,
-    joint_angle,
-    whole_turns,
-)
+from doorman.hardware.dynamixel.registers import Telemetry, Unit, joint_angle, whole_turns
 from doorman.rig.emulators.servos.table import BAUD_RATES, ITEMS, TABLE_END
 
 LIMITS = {"lower_limits": [-1.0, -2.0], "upper_limits": [1.0, 2.0], "rate_limits": [3.1, 3.1], "ids": (1, 2)}
@@ -118,7 +112,7 @@ def test_an_angle_that_turns_as_fast_as_it_may_or_says_does_not_jump(rate, step,
     take = Asked(latency=0.015)
     for k in range(40):
         at = k * step + (held_up if k == 20 else 0.0)
-        assert take(1.0 + k * step, 2048 + round(rate * at / RADIANS_PER_TICK), round(rate / VELOCITY_UNIT))
+        assert take(1.0 + k * step, 2048 + round(rate * at / Unit.ANGLE), round(rate / Unit.VELOCITY))
     assert not take.monitor.fault
 
 
@@ -129,7 +123,7 @@ def test_an_angle_that_turns_as_fast_as_it_may_or_says_does_not_jump(rate, step,
 def test_zero_position_inverts_the_joint_angle(position, zero, direction):
     angle = joint_angle(position, zero, direction)
     assert zero_position(position, angle, direction) == zero
-    assert joint_angle(position + 1, zero, direction) - angle == pytest.approx(direction * RADIANS_PER_TICK)
+    assert joint_angle(position + 1, zero, direction) - angle == pytest.approx(direction * Unit.ANGLE)
 
 
 @given(st.floats(-1.6, 1.6), st.integers(-3, 3))
@@ -198,15 +192,15 @@ def counts_of(governor, rate):
 @given(st.floats(-3.0, 3.0), st.integers(50, 400))
 def test_rounding_keeps_the_mean(rate, cycles):
     governor = governor_of(150, 150, lower_limits=[-99.0] * 2, upper_limits=[99.0] * 2)
-    total = sum(counts_of(governor, rate) for _ in range(cycles)) * VELOCITY_UNIT
-    assert total == pytest.approx(rate * cycles, abs=VELOCITY_UNIT)
+    total = sum(counts_of(governor, rate) for _ in range(cycles)) * Unit.VELOCITY
+    assert total == pytest.approx(rate * cycles, abs=Unit.VELOCITY)
 
 
 def test_rounding_carries_nothing_over_a_stop():
     governor = governor_of(130, 130)
-    assert [counts_of(governor, rate * VELOCITY_UNIT) for rate in (0.4, 0.0, 0.4, 0.4)] == [0, 0, 0, 1]
+    assert [counts_of(governor, rate * Unit.VELOCITY) for rate in (0.4, 0.0, 0.4, 0.4)] == [0, 0, 0, 1]
     governor.halt()
-    assert counts_of(governor, -0.4 * VELOCITY_UNIT) == 0
+    assert counts_of(governor, -0.4 * Unit.VELOCITY) == 0
 
 
 def test_the_governor_knows_directions_and_the_servos_own_limit():

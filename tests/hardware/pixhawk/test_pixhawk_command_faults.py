@@ -15,7 +15,6 @@ from virtual_time import CLOCK, Aside
 
 from doorman.exceptions import BackendError
 from doorman.hardware.pixhawk import Authority, EventKind, OutcomeStatus
-from doorman.hardware.pixhawk.link import inbox as peer
 from doorman.hardware.pixhawk.wire.codec import signing_time
 from doorman.rig.emulators.autopilot.dialects import PX4
 
@@ -190,6 +189,9 @@ def key(tmp_path: Path) -> Path:
     return path
 
 
+IMPATIENT = {"timeouts": replace(QUICK, heartbeat=0.2)}
+
+
 class Impostor:
     """Another socket that speaks with ids of its choice."""
 
@@ -225,9 +227,8 @@ class Impostor:
             return False
 
 
-def test_another_address_is_taken_on_the_ground_after_silence(rigs, monkeypatch):
-    monkeypatch.setattr(peer, "SILENCE", 0.4)
-    rig = rigs("px4").open()
+def test_another_address_is_taken_on_the_ground_after_silence(rigs):
+    rig = rigs("px4", IMPATIENT).open()
     with Impostor(rig) as other:
         other.heartbeat()
         event = rig.happens(EventKind.PEER_CHANGED)
@@ -240,9 +241,8 @@ def test_another_address_is_taken_on_the_ground_after_silence(rigs, monkeypatch)
         assert any(event.values.get("taken") for event in rig.seen)
 
 
-def test_another_address_is_refused_while_armed(rigs, monkeypatch):
-    monkeypatch.setattr(peer, "SILENCE", 0.1)
-    rig = rigs("px4").open()
+def test_another_address_is_refused_while_armed(rigs):
+    rig = rigs("px4", IMPATIENT).open()
     assert rig.pilot.engage().done and rig.pilot.arm().done
     with Impostor(rig) as other:
         other.say(mavlink.MAVLink_command_ack_message(400, 0))  # whatever it is: not only heartbeats
@@ -259,9 +259,8 @@ def test_another_address_is_refused_while_armed(rigs, monkeypatch):
         assert not any(event.values.get("taken") for event in rig.seen)
 
 
-def test_another_address_with_a_signature_is_taken(rigs, monkeypatch, key):
-    monkeypatch.setattr(peer, "SILENCE", 0.1)
-    rig = rigs("px4", {"signing_key": key}, signing_key=bytes(range(32))).open()
+def test_another_address_with_a_signature_is_taken(rigs, key):
+    rig = rigs("px4", {**IMPATIENT, "signing_key": key}, signing_key=bytes(range(32))).open()
     assert rig.pilot.engage().done and rig.pilot.arm().done
     rig.emulator.outgoing.cut = True
     with Impostor(rig) as unsigned, Impostor(rig, key=bytes(range(32))) as signed:

@@ -33,8 +33,7 @@ def test_connection_strings(text, expected):
 
 
 @pytest.mark.parametrize(
-    "text",
-    ["udpin:127.0.0.1:14540", "udpout:10.0.0.1:14550:14555", "tcp:localhost:5760", "serial:/dev/ttyACM0:57600"],
+    "text", ["udpin:127.0.0.1:14540", "udpout:10.0.0.1:14550:14555", "tcp:localhost:5760", "serial:/dev/ttyACM0:57600"]
 )
 def test_an_endpoint_reads_like_a_connection_string(text):
     assert str(parse_connection(text)) == text

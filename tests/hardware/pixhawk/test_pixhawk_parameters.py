@@ -15,12 +15,7 @@ from doorman.hardware.pixhawk import Autopilot, PixhawkConfig, ThrustCurve
 from doorman.hardware.pixhawk.dialect import ARDUPILOT, PX4
 from doorman.hardware.pixhawk.parameters.protocol import read_parameters
 from doorman.hardware.pixhawk.parameters.rules import Severity, rules_for
-from doorman.rig.emulators.autopilot.dialects import (
-    ARDUPILOT_MOCAP,
-    PX4_DEFAULTS,
-    PX4_MOCAP,
-    ParameterStore,
-)
+from doorman.rig.emulators.autopilot.dialects import ARDUPILOT_MOCAP, PX4_DEFAULTS, PX4_MOCAP, ParameterStore
 
 MOCAP = {"px4": PX4_MOCAP, "ardupilot": ARDUPILOT_MOCAP}
 COMPENSATED = ThrustCurve(0.4, WEIGHT, hover_voltage=15.6)

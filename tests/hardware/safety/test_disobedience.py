@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from doorman.hardware.pixhawk import EventKind, VehicleSample
+from doorman.hardware.pixhawk import EventKind, Timeouts, VehicleSample
 from doorman.hardware.safety import RULES
 from doorman.hardware.safety.consistency import Obedience
 from doorman.hardware.safety.observer import Observer
@@ -29,7 +29,7 @@ def seen(
     links = SimpleNamespace(holding=holding, config=SimpleNamespace(pixhawk=SimpleNamespace(setpoints=setpoints)))
     observer = Observer.__new__(Observer)
     observer._backend = SimpleNamespace(links=links, commanding=True, attitude=told)
-    observer._obedience = Obedience()
+    observer._obedience, observer._stale = Obedience(), Timeouts.state
     sample = VehicleSample(attitude_target=target, thrust_target_time=10.0 - age)
     return observer._disobedience(sample, conditions, 10.0)
 

@@ -13,7 +13,7 @@ from doorman.gravity import GRAVITY
 from doorman.hardware.dynamixel import BusState, ServoFault
 from doorman.hardware.mocap import PoseQuality
 from doorman.hardware.mocap.sample import nothing_yet
-from doorman.hardware.pixhawk import Authority, EventKind, SampleStatus, VehicleSample
+from doorman.hardware.pixhawk import Authority, EventKind, SampleStatus, Timeouts, VehicleSample
 from doorman.hardware.safety.observer import FORCE_LAG, ForceEstimator, Observer
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import Model
@@ -32,13 +32,13 @@ class Vehicle:
             quality=PoseQuality.MEASURED,
         )  # fmt: skip
         autopilot = SimpleNamespace(
-            state=self._state,
-            status=lambda: SimpleNamespace(conditions=frozenset(), authority=Authority.ENGAGED),
+            state=self._state, status=lambda: SimpleNamespace(conditions=frozenset(), authority=Authority.ENGAGED)
         )
+        settings = SimpleNamespace(timeouts=Timeouts())
         links = SimpleNamespace(
             clock=SimpleNamespace(now=lambda: self.now), autopilot=autopilot, holding=False, gripped=False, grip_failed=False,
             servos=SimpleNamespace(read=lambda: SimpleNamespace(fault=ServoFault(0), state=BusState.FOLLOWING)),
-            mocap=SimpleNamespace(read=lambda: self.pose), config=SimpleNamespace(rate=250.0),
+            mocap=SimpleNamespace(read=lambda: self.pose), config=SimpleNamespace(rate=250.0, pixhawk=settings),
         )  # fmt: skip
         self.backend = SimpleNamespace(
             links=links, commanding=True, thrust=model.vehicle.mass * GRAVITY,

@@ -15,7 +15,7 @@ from doorman.hardware.vehicle.gripper import gripper_current as current
 from doorman.hardware.vehicle.links import GripCommand
 from doorman.model import Model
 from doorman.rig.emulated import SPRING
-from doorman.rig.emulators.servos.unit import DAMPING
+from doorman.rig.emulators.servos.unit import ServoSetup
 from doorman.scenario import Scenario
 
 
@@ -23,7 +23,7 @@ from doorman.scenario import Scenario
 def test_it_arrives_in_time(begin, closed, end):
     angle, step = begin, 0.005
     for _ in range(round((CLOSES_WITHIN if closed else OPENS_WITHIN) / step)):
-        rate = (current(angle, closed) - SPRING) / DAMPING
+        rate = (current(angle, closed) - SPRING) / ServoSetup.damping
         assert abs(rate) <= RATE
         angle = min(max(angle + step * rate, OPEN), SHUT)
     assert angle == end
@@ -31,7 +31,7 @@ def test_it_arrives_in_time(begin, closed, end):
 
 
 def test_the_spring_alone_opens_it():
-    assert (SHUT - HALF_OPEN) / (SPRING / DAMPING) < OPENS_WITHIN
+    assert (SHUT - HALF_OPEN) / (SPRING / ServoSetup.damping) < OPENS_WITHIN
 
 
 @pytest.mark.parametrize(

@@ -13,11 +13,15 @@ from doorman.exceptions import BackendError
 from doorman.hardware.dynamixel import BusState, ServoFault, ServoSample
 from doorman.hardware.mocap.sample import measured
 from doorman.hardware.pixhawk import SampleStatus, VehicleSample
+from doorman.hardware.vehicle import vehicle_config
 from doorman.hardware.vehicle.backend import Ticker
 from doorman.hardware.vehicle.measurement import compose
 from doorman.kinematics.rotations import quaternion_of
+from doorman.model import Model
+from doorman.scenario import Scenario
 
 NOW, OPENED = 50.0, 40.0
+CONFIG = vehicle_config(Model(Scenario()), "udp:14540", "/dev/null", "udp:51001", links={"servo_patience": 0.15})
 RATES = np.array([0.2, -0.3, 0.5])
 ATTITUDE = np.array([0.1, -0.2, 0.7])
 VEHICLE = VehicleSample(
@@ -38,7 +42,7 @@ POSE, TURNING = (
 
 def at(**changes):
     given = {"vehicle": VEHICLE, "servos": SERVOS, "pose": POSE} | changes
-    return compose(NOW, OPENED, given["vehicle"], given["servos"], given["pose"], 4, 0.15)
+    return compose(NOW, OPENED, given["vehicle"], given["servos"], given["pose"], CONFIG)
 
 
 def test_position_is_that_of_the_cameras_with_its_own_time():
@@ -49,9 +53,12 @@ def test_position_is_that_of_the_cameras_with_its_own_time():
     assert measurement.velocity.tolist() == [0.1, 0.2, 0.3]
 
 
-def test_an_autopilot_that_is_not_heard_for_a_while_is_replaced_by_the_cameras():
-    measurement = at(vehicle=replace(VEHICLE, status=SampleStatus.STALE, body_rates=np.full(3, 9.0)), pose=TURNING)
-    assert measurement.body_rates.tolist() == [0.0, 0.0, 0.4]
+@pytest.mark.parametrize("status", [SampleStatus.FRESH, SampleStatus.STALE])
+@pytest.mark.parametrize(("age", "rates"), [(0.06, RATES), (0.08, np.array([0.0, 0.0, 0.4]))])
+def test_an_autopilot_that_is_not_heard_for_a_while_is_replaced_by_the_cameras(status, age, rates):
+    """Their rates are those of 50 ms before the pose, which is 20 ms old."""
+    measurement = at(vehicle=replace(VEHICLE, status=status, attitude_time=NOW - age), pose=TURNING)
+    assert measurement.body_rates.tolist() == rates.tolist()
     assert measurement.attitude == pytest.approx(ATTITUDE) and measurement.pose_time == pytest.approx(
         NOW - OPENED - 0.02
     )
@@ -65,7 +72,7 @@ def test_without_cameras_it_is_that_of_the_autopilot():
 
 def test_the_force_of_the_tip_is_what_its_sensor_reads():
     assert at().tip_force is None
-    assert compose(NOW, OPENED, VEHICLE, SERVOS, POSE, 4, 0.15, 0.8).tip_force == 0.8
+    assert compose(NOW, OPENED, VEHICLE, SERVOS, POSE, CONFIG, 0.8).tip_force == 0.8
 
 
 @pytest.mark.parametrize(("pose", "later"), [(POSE, 0.0), (None, 0.026)])

@@ -19,7 +19,7 @@ NOW = 50.0
 
 
 def said_by(source: Any) -> tuple[float | None, list[tuple[float, str]]]:
-    sensor = TipForce(source)
+    sensor = TipForce(source, 0.05)
     return sensor.read(NOW), sensor.events()
 
 
@@ -50,13 +50,13 @@ def test_what_cannot_be_used_is_no_reading(source, words):
 
 def test_only_changes_are_told():
     readings = [None, None, TipReading(1.0, NOW), TipReading(1.1, NOW), None]
-    sensor = TipForce(lambda: readings.pop(0))
+    sensor = TipForce(lambda: readings.pop(0), 0.05)
     assert [sensor.read(NOW) for _ in range(5)] == [None, None, 1.0, 1.1, None]
     assert len(sensor.events()) == 3 and not sensor.events()
 
 
 def test_the_journal_tells():
-    sensor, silent = TipForce(lambda: None), SimpleNamespace(events=list)
+    sensor, silent = TipForce(lambda: None, 0.05), SimpleNamespace(events=list)
     sensor.read(time.monotonic())
     links: Any = SimpleNamespace(autopilot=silent, servos=silent, mocap=None, tip_force=sensor, door=None)
     supervisor: Any = SimpleNamespace(findings=[])

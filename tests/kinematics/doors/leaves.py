@@ -1,4 +1,4 @@
-"""URDFs of leaves on joints of all kinds: hinges that lean or lie, and slides, level and inclined."""
+"""URDFs of leaves on joints of all kinds: hinges that stand, lean or lie, of either hand, and slides, level and inclined."""
 
 from __future__ import annotations
 
@@ -21,6 +21,8 @@ class Leaf:
 
 
 LEAVES = {
+    "plumb": Leaf("revolute", (0.0, 0.0, 0.4)),
+    "of the other hand, pulled": Leaf("revolute", (0.0, 0.0, -2.6), (0.0, 0.0, -1.0), side="pull", closed=-0.2),
     "leaning": Leaf("revolute", (0.06, -0.03, 0.4)),
     "leaning, pulled": Leaf("revolute", (-0.05, 0.02, 2.0), side="pull"),
     "at the top": Leaf("revolute", (1.5707963267948966, 1.5707963267948966, 0.0), side="push"),

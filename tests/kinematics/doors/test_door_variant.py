@@ -66,12 +66,6 @@ def test_a_turned_inertial_is_spread_along_the_leaf(tmp_path: Path) -> None:
     )  # fmt: skip
 
 
-def test_only_the_mass_scales_the_inertia_alone() -> None:
-    heavy = Door(DOOR, DoorSection(mass=22.0))
-    assert (heavy.mass, heavy.width) == (pytest.approx(22.0), pytest.approx(1.2))
-    assert heavy.inertia == pytest.approx(10.56, rel=1e-9)
-
-
 def test_a_scenario_takes_both_and_keeps_the_shipped_file() -> None:
     scenario = Scenario.load("push", {"door.width": 1.31, "door.mass": 9.0})
     model = Model(scenario)

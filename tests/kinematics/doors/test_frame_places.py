@@ -11,7 +11,7 @@ from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import Model
 from doorman.scenario import Scenario
 
-FEELS = {"mission.touch_frame": True}
+FEELS = {"mission.measures": ("poses", "attitude", "frame")}
 
 
 @pytest.mark.parametrize("source, hand", [("push", 1.0), ("push_left", -1.0)])
@@ -53,10 +53,10 @@ def test_no_place_where_it_is_not_asked_for() -> None:
         ("push", {"mission.start": "contact"}, "mission.start"),
         ("push", {"start.door_angle": 1.2}, "starts closed"),
         ("push", {"start.arm": [0.0, 1.0, 0.3, -1.3]}, "start.arm"),
-        ("push", {"estimation.door_yaw_deviation": 0.0}, "deviations"),
+        ("push", {"estimation.door_place_deviation": 0.0}, "deviation"),
     ],
 )
 def test_a_task_that_cannot_use_the_frame_is_refused(source: str, changes: dict[str, object], words: str) -> None:
     with pytest.raises(ScenarioError) as refused:
         Model(Scenario.load(source, changes | FEELS))
-    assert refused.value.field == "mission.touch_frame" and words in str(refused.value.allowed)
+    assert refused.value.field == "mission.measures" and words in str(refused.value.allowed)

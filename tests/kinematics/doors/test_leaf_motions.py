@@ -1,4 +1,4 @@
-"""Leaves on hinges that lean or lie, and on slides: places, levers, inertia and weight, against Pinocchio."""
+"""Leaves on hinges that stand, lean or lie, and on slides: places, levers, inertia and weight, against Pinocchio."""
 
 from __future__ import annotations
 
@@ -94,7 +94,8 @@ def test_torques_of_the_joint_do_the_same_work(kind: Leaf, door: Door) -> None:
     arm = SLIDE_RADIUS if kind.joint == "prismatic" else 1.0
     assert (door.friction, door.damping) == pytest.approx((0.8 * arm, 0.5 * arm**2))
     assert door.largest_opening == pytest.approx(LIMITS[kind.joint][1] - kind.closed)
-    assert door.slides is (kind.joint == "prismatic") and not door.vertical
+    assert door.slides is (kind.joint == "prismatic")
+    assert door.vertical is (not door.slides and not any(kind.rpy[:2]))
 
 
 def test_the_planners_equations_are_those_of_the_door(kind: Leaf, door: Door, rng: np.random.Generator) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
@@ -12,12 +11,9 @@ import pytest
 from urdf_variants import DOOR, write_edited
 
 from doorman.collision.shapes import read_shapes
-from doorman.exceptions import ScenarioError
-from doorman.flown import recorded_header, recorded_scenario
 from doorman.kinematics.doors.door import Door
 from doorman.kinematics.doors.variants.true_door import TrueDoor, is_another
 from doorman.model import Model
-from doorman.recording import Recording
 from doorman.scenario import DoorSection, Scenario, SimulationSection
 
 OFFSET, YAW = (0.03, -0.02, 0.01), 0.07
@@ -120,37 +116,7 @@ def test_planner_and_check_believe_the_scenarios_door() -> None:
     np.testing.assert_array_equal(other.door.hinge_position, told.door.hinge_position)
 
 
-def test_scenario_files_and_recordings_keep_the_true_door(tmp_path: Path) -> None:
-    keys = {
-        "door_offset": OFFSET,
-        "door_yaw": YAW,
-        "door_face_offset": 0.04,
-        "gust.turn_rate": 0.1,
-        "hand.door_angle": 0.7,
-    }
-    scenario = Scenario.load("push", {f"simulation.{key}": value for key, value in keys.items()})
-    recorded = recorded_scenario(Recording({}, json.loads(json.dumps(recorded_header(scenario)))))
-    for kept in (Scenario.load(scenario.save(tmp_path / "scenario.toml")), recorded):
-        assert kept.simulation == scenario.simulation
-    np.testing.assert_array_equal(Model(recorded).true_door.placement, Model(scenario).true_door.placement)
-
-
 def test_what_is_not_given_is_the_door_that_is_told() -> None:
     assert not is_another(SimulationSection(door_mass=7.0, door_offset=(0.0, 0.0, 0.0), door_yaw=0.0))
     for other in ({"door_offset": (0.0, 0.0, 0.1)}, {"door_yaw": -0.1}, {"door_face_offset": 0.0}, {"door_width": 1.3}):
         assert is_another(SimulationSection(**other))
-
-
-@pytest.mark.parametrize(
-    ("key", "value", "field", "allowed"),
-    [
-        ("door_offset", [0.1, 0.2], "simulation.door_offset.2", "a longer list"),
-        ("door_offset", [0.0, 2.0, 0.0], "simulation.door_offset.1", "less than or equal to 1 m"),
-        ("door_face_offset", math.inf, "simulation.door_face_offset", "a finite number"),
-        ("hand.duration", 0.0, "simulation.hand.duration", "greater than 0 s"),
-    ],
-)
-def test_a_value_that_is_none_is_an_error_that_names_it(key: str, value: object, field: str, allowed: str) -> None:
-    with pytest.raises(ScenarioError) as caught:
-        Scenario.load("push", {f"simulation.{key}": value})
-    assert (caught.value.field, caught.value.allowed) == (field, allowed)

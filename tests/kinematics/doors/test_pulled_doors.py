@@ -88,26 +88,6 @@ def test_an_opening_is_measured_from_the_closed_door() -> None:
         assert travel.start == pytest.approx(0.5 * math.pi) and travel.length == pytest.approx(math.radians(70.0))
 
 
-def test_an_end_may_be_given_as_the_joint_s_value(tmp_path: Path) -> None:
-    swapped = write_edited(
-        tmp_path / "door.urdf",
-        HANDLES,
-        ('axis xyz="0 0 -1"', 'axis xyz="0 0 1"'),
-        ('lower="0" upper="1.9"', 'lower="-1.9" upper="0"'),
-    )
-    for urdf in (HANDLES, swapped):
-        task = scenario(urdf, contact__side="pull", start__opening=0.1, goal__opening=0.8)
-        door = read_door(task)
-        goal = door.joint_value(read_travel(task, door).goal)
-        same = scenario(urdf, contact__side="pull", start__opening=0.1, goal__joint_value=goal)
-        assert read_travel(same, read_door(same)).goal == pytest.approx(door.angle_of_opening(0.8))
-    for value in (0.2, 0.0):  # a drawer is drawn out, or pushed shut
-        slid = Scenario.load(
-            "shipped:drawer", {"goal.opening": None, "goal.joint_value": value, "start.joint_value": 0.1}
-        )
-        assert read_travel(slid, read_door(slid)).length == pytest.approx(0.1 / read_door(slid).per_angle)
-
-
 def test_the_goal_of_a_door_that_opens_little_is_its_limit(tmp_path: Path) -> None:
     door = write_edited(tmp_path / "door.urdf", HANDLES, ('upper="1.9"', 'upper="0.9"'))
     for side in ("pull", "push"):
@@ -120,8 +100,7 @@ def test_the_goal_of_a_door_that_opens_little_is_its_limit(tmp_path: Path) -> No
     [
         ({"contact__frame": "handle_pull", "contact__side": "push"}, "contact.side"),
         ({"goal__opening": 1.0, "goal__door_angle": 0.5}, "goal.opening"),
-        ({"goal__opening": 1.0, "goal__joint_value": 0.5}, "goal.opening"),
-        ({"start__joint_value": 1.0, "start__door_angle": 0.5}, "start.joint_value"),
+        ({"start__opening": 1.0, "start__door_angle": 0.5}, "start.opening"),
     ],
 )
 def test_what_contradicts_itself_is_refused(overrides: dict[str, Any], field: str) -> None:

@@ -11,7 +11,7 @@ from urdf_variants import VEHICLE, write_edited
 
 from doorman.collision.shapes import read_shapes
 from doorman.exceptions import DoormanError, UrdfError
-from doorman.kinematics.urdf.mesh_paths import mesh_path
+from doorman.kinematics.urdf.mesh_files import mesh_path
 from doorman.kinematics.vehicles.vehicle import Vehicle
 from doorman.model import Model
 from doorman.scenario import Scenario

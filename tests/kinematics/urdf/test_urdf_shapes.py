@@ -9,8 +9,7 @@ import pytest
 from urdf_parser import load_description
 from urdf_variants import DOOR, VEHICLE, robot_data_vehicle, write_door, write_edited
 
-from doorman.kinematics.urdf.elements import read_joints
-from doorman.kinematics.urdf.shapes import link_name, read_collisions, read_parents
+from doorman.kinematics.urdf.elements import link_name, read_collisions, read_joints, read_parents
 
 MESH = '<mesh filename="disc.stl" scale="0.5 1 2"/>'
 

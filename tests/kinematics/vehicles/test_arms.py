@@ -102,17 +102,16 @@ def test_root_and_frames_have_any_names(tmp_path: Path) -> None:
     text = VEHICLE.read_text(encoding="utf-8")
     for old, new in (("base_link", "hull"), ("servo_", "part"), ("eta_", "motor"), ('"tip"', '"claw"')):
         text = text.replace(old, new)
-    for above in ('<joint name="j" type="{}"><parent link="{}"/><child link="hull"/></joint><link name="{}"/>',):
-        for kind, root in (("floating", "world"), ("fixed", "map"), ("floating", "odom frame")):
-            path = tmp_path / f"{kind}.urdf"
-            path.write_text(text.replace("</robot>", above.format(kind, root, root) + "</robot>"), encoding="utf-8")
-            vehicle, shipped = Vehicle(path, VehicleSection(base_link="hull", tip="claw")), Vehicle(VEHICLE)
-            assert vehicle.joint_names == tuple(f"motor{k}" for k in range(1, 5))
-            assert vehicle.point_names == ("motor3", "motor4", "claw")
-            assert vehicle.standing_joints == ()
-            posture = [0.3, 0.2, -0.5, 0.4]
-            np.testing.assert_array_equal(vehicle.point_positions(posture), shipped.point_positions(posture))
-            assert (vehicle.mass, vehicle.radius, len(vehicle.rotors)) == (shipped.mass, shipped.radius, 6)
+    above = '<joint name="j" type="{}"><parent link="{}"/><child link="hull"/></joint><link name="{}"/></robot>'
+    path, shipped, posture = tmp_path / "v.urdf", Vehicle(VEHICLE), [0.3, 0.2, -0.5, 0.4]
+    for kind, root in (("floating", "world"), ("fixed", "map"), ("floating", "odom frame")):
+        path.write_text(text.replace("</robot>", above.format(kind, root, root)), encoding="utf-8")
+        vehicle = Vehicle(path, VehicleSection(base_link="hull", tip="claw"))
+        assert vehicle.joint_names == tuple(f"motor{k}" for k in range(1, 5))
+        assert vehicle.point_names == ("motor3", "motor4", "claw")
+        assert vehicle.standing_joints == ()
+        np.testing.assert_array_equal(vehicle.point_positions(posture), shipped.point_positions(posture))
+        assert (vehicle.mass, vehicle.radius, len(vehicle.rotors)) == (shipped.mass, shipped.radius, 6)
 
 
 def test_a_tip_that_the_base_link_does_not_carry_is_refused(tmp_path: Path) -> None:

@@ -11,8 +11,8 @@ import pytest
 from finite_differences import central_difference
 from urdf_variants import VEHICLE, robot_data_vehicle, write_arm_of, write_edited, write_massive
 
+from doorman.kinematics.symbols import SymbolicBodies
 from doorman.kinematics.vehicles.arms.arm_pattern import ArmPattern
-from doorman.kinematics.vehicles.body_symbols import SymbolicBodies
 from doorman.kinematics.vehicles.vehicle import Vehicle
 
 

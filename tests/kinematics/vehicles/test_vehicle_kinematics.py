@@ -18,17 +18,6 @@ def vehicle() -> Vehicle:
     return Vehicle(VEHICLE)
 
 
-def planar_arm(angles: np.ndarray) -> np.ndarray:
-    """S³, S⁴ and tip of the shipped arm from its drawing: a planar chain that η1 turns about −z."""
-    servo, out = np.array([0.0, -0.09]), []
-    turn = 0.0
-    for angle, (ahead, up) in zip(angles[1:], [(0.024, -0.128), (0.124, 0.0), (0.25, 0.0)], strict=True):
-        turn += angle
-        servo = servo + [ahead * math.cos(turn) - up * math.sin(turn), ahead * math.sin(turn) + up * math.cos(turn)]
-        out.append([servo[0] * math.cos(angles[0]), -servo[0] * math.sin(angles[0]), servo[1]])
-    return np.array(out)
-
-
 @pytest.mark.parametrize(
     ("angles", "servo_3", "servo_4", "tip"),
     [
@@ -59,17 +48,6 @@ def test_numbers_come_from_the_urdf(tmp_path: Path) -> None:
     assert changed.max_thrust == pytest.approx(46.5)
     assert changed.inertia(np.zeros(4))[0, 0] == pytest.approx(0.031)
     np.testing.assert_allclose(changed.tip_position(np.zeros(4)), [0.458, 0, -0.218], atol=1e-15)
-
-
-def test_a_loaded_link_moves_centre_of_mass_and_inertia(tmp_path: Path) -> None:
-    inertial = '<inertial><mass value="0.5"/><inertia ixx="0" ixy="0" ixz="0" iyy="0" iyz="0" izz="0"/></inertial>'
-    path = write_edited(tmp_path / "v.urdf", VEHICLE, ('<link name="tip">', f'<link name="tip">{inertial}'))
-    loaded, angles = Vehicle(path), np.array([0.4, 0.3, -0.8, 0.2])
-    tip = planar_arm(angles)[-1]
-    assert loaded.mass == pytest.approx(3.5)
-    np.testing.assert_allclose(loaded.center_of_mass(angles), 0.5 * tip / 3.5, atol=1e-14)
-    expected = np.diag([0.045, 0.045, 0.080]) + 0.5 * (tip @ tip * np.eye(3) - np.outer(tip, tip))
-    np.testing.assert_allclose(loaded.inertia(angles), expected, atol=1e-14)
 
 
 def test_a_vehicle_without_rotors_lifts_twice_its_weight(tmp_path: Path) -> None:

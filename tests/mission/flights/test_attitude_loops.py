@@ -57,13 +57,3 @@ def test_a_quick_loop_does_not_chatter_on_the_leaf(lag: float) -> None:
     assert summary is not None and summary["outcome"] == "completed" and summary["collisions"] == 0
     assert abs(summary["final_error"]) < 1.5
     assert list(recording["mission"]["state"]).count("recover") <= 2
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("scenario", ["push", "pull"])
-def test_a_loop_with_feed_forward_opens_the_door(scenario: str) -> None:
-    """As ArduPilot's: set points act at once, moments are answered slowly."""
-    summary = flown(
-        scenario, 0.046, 0.07, simulation__motor_time_constant=0.015, simulation__attitude_feedback=0.2
-    )  # fmt: skip
-    assert summary["outcome"] == "completed" and abs(summary["final_error"]) < 1.5

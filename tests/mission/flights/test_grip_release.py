@@ -73,7 +73,7 @@ def test_a_door_that_is_shut_behind_the_vehicle_is_not_completed() -> None:
 
 @pytest.mark.parametrize("start", ["hover", "contact"])
 def test_a_gripper_that_never_closes_is_noticed(start: str) -> None:
-    recording, mission = flown(scenario="paper", simulation__gripper_closes=False, mission__start=start)
+    recording, mission = flown(scenario="paper", simulation__gripper_force=0.0, mission__start=start)
     assert mission.outcome == (False, "the gripper does not hold the leaf")
     summary, told = recording.summary, recording["command"]["grip"]
     assert summary is not None and summary["outcome"] == "given up" and summary["collisions"] == 0
@@ -135,7 +135,7 @@ def test_a_gripper_that_slips_is_noticed_on_any_door(force: float, friction: flo
 @pytest.mark.parametrize(("friction", "damping"), [(0.0, 0.0), (2.0, 2.0)])
 def test_a_gripper_that_never_closes_is_noticed_on_any_door(wind: float, friction: float, damping: float) -> None:
     recording, mission = flown(
-        scenario="paper", simulation__gripper_closes=False, simulation__door_friction=friction,
+        scenario="paper", simulation__gripper_force=0.0, simulation__door_friction=friction,
         simulation__door_damping=damping, simulation__gust__vehicle=wind, simulation__gust__direction=2.5,
     )  # fmt: skip
     assert mission.outcome == (False, "the gripper does not hold the leaf")

@@ -60,7 +60,7 @@ def test_the_flight_is_judged_by_the_measured_leaf(beside):
 
 def test_a_frame_beyond_the_search_is_refused_in_words():
     run = flown(**{"simulation.door_offset": (0.15, 0.0, 0.0), KEY + "kind": "cameras"})
-    assert "15 cm" in run.summary["reason"] and "door.search" in run.summary["reason"]
+    assert "15 cm" in run.summary["reason"] and "door.position" in run.summary["reason"]
     assert not run["truth"]["touching"].any()
 
 

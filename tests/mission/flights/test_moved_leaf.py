@@ -139,9 +139,7 @@ def test_a_door_that_cannot_be_held_at_the_goal_is_given_up() -> None:
         off = math.radians(45.0) - angle
         return min(60.0 * off, 5.0) - 30.0 * rate if shutting else 0.0
 
-    recording, mission = flown(
-        back, on_progress=note, mission__attempts=1, mission__hold_open=1.0, simulation__door_stiffness=1.0
-    )
+    recording, mission = flown(back, on_progress=note, mission__attempts=1, simulation__door_stiffness=1.0)
     opened, reason = mission.outcome
     assert not opened and "could not be held at the goal" in reason
     assert "hold" in phases(recording) and phases(recording)[-3:] == ["retreat", "done", "end"]

@@ -42,8 +42,8 @@ def test_a_push_with_poses_that_are_too_noisy_ends_in_the_hover() -> None:
 
 
 def test_a_mission_that_does_not_judge_poses_goes_on() -> None:
-    loop = {"mission__measure_attitude": False, "vehicle__attitude_lag": 0.1, "vehicle__attitude_dead_time": 0.0}
-    recording, _ = flown(on_progress=aborted_in(Phase.APPROACH), mission__judge_poses=False, **loop, **POOR)
+    loop = {"vehicle__attitude_lag": 0.1, "vehicle__attitude_dead_time": 0.0}
+    recording, _ = flown(on_progress=aborted_in(Phase.APPROACH), mission__measures=(), **loop, **POOR)
     assert phases(recording)[:2] == ["hover", "approach"]
 
 

@@ -11,7 +11,7 @@ from hands import aborted_in, flown, phases
 from doorman.control.estimation.replay import replay_leaf
 from doorman.mission import Mission, Phase
 
-FEELS: dict[str, Any] = {"mission__touch_frame": True}
+FEELS: dict[str, Any] = {"mission__measures": ("poses", "attitude", "frame")}
 ELSEWHERE: dict[str, Any] = {
     "simulation__door_offset": [0.01, 0.02, 0.0],
     "simulation__door_yaw": -0.03,

@@ -19,7 +19,6 @@ from systems import cart_pole
 from doorman import ocp
 from doorman.ocp.solvers import telling
 from doorman.ocp.solvers.batch import solve_all
-from doorman.ocp.solvers.memory.result import RESULT
 
 SCALES = (1e-4, 1e-2, 1e3, 1e6)
 
@@ -107,7 +106,7 @@ def test_an_interrupt_ends_a_solve_between_two_iterations() -> None:
     solver = ocp.Hybrid(variant.problem())
     with interrupted(solver):
         solver.solve(variant.start)
-    assert solver._work.result[RESULT.ITERATIONS] == 1.0
+    assert solver._work.result.iterations == 1
     status, _ = solver.replan(np.array(variant.start))  # there is nothing to follow: a solve from nothing
     assert status is ocp.PlanStatus.CONVERGED
 
@@ -137,9 +136,9 @@ def test_an_interrupt_ends_what_other_threads_solve() -> None:
     class Impatient(Exception):
         pass
 
-    class Starts(list[np.ndarray]):
+    class Starts(list[tuple[np.ndarray]]):
         def __iter__(self) -> Any:
-            yield np.array(variant.start)
+            yield (np.array(variant.start),)
             while not begun:
                 time.sleep(1e-3)
             raise Impatient
@@ -151,5 +150,5 @@ def test_an_interrupt_ends_what_other_threads_solve() -> None:
         return worker.solve(start)
 
     with pytest.raises(Impatient):
-        solve_all(solver, Starts([np.array(variant.start)] * 2), solve, 1)
+        solve_all(solver, Starts([(np.array(variant.start),)] * 2), solve, 1)
     assert len(begun) == 1 and not solver._teller._stopping

@@ -24,14 +24,14 @@ from doorman.planning.planning_model import planning_model
 
 FULL = {"planner.model": "lagrangian"}
 COARSE = {"planner.time_step": 0.05, "planner.horizon_steps": 20}
-RESISTING = {"door.damping": 0.4, "door.friction": 0.3, "door.friction_rate": 0.3, "door.stiffness": 1.0}
+RESISTING = {"door.damping": 0.4, "door.friction": 0.3, "door.stiffness": 1.0}
 TASKS: dict[str, dict[str, Any]] = {
     "paper": {},
     "coarse": {"planner.margin": 0.0, **COARSE},
     "resisting": {"contact.distance_from_hinge": 0.6, **RESISTING, **COARSE},
     "tight": {
         "planner.margin": 0.01, "limits.tilt": 0.1, "limits.body_rates": [0.5, 0.3, 0.3], "limits.joint_rates": 0.04,
-        "limits.min_thrust": 29.0, **COARSE,
+        **COARSE,
     },
 }  # fmt: skip
 
@@ -187,7 +187,7 @@ def test_what_a_planning_model_says_of_itself(kind: str) -> None:
     np.testing.assert_allclose(hovering, planning.start_state, atol=1e-12)
 
 
-@pytest.mark.parametrize(("name", "length"), [("state", 9), ("terminal", 9), ("input", 9)])
+@pytest.mark.parametrize(("name", "length"), [("state", 9), ("input", 9)])
 def test_weights_that_do_not_fit_are_an_error(name: str, length: int) -> None:
     with pytest.raises(ScenarioError) as caught:
         Planner(Scenario.load("paper", FULL | {f"planner.weights.{name}": [1.0] * length}))

@@ -110,10 +110,10 @@ def test_plan_after_plan_opens_the_door_and_rests_at_the_goal(planner: Planner) 
 
 
 def test_plans_ask_for_no_more_than_the_limits_of_the_scenario() -> None:
-    limits = {"limits.joint_rates": 0.4, "limits.tilt": 0.2, "limits.min_thrust": 12.0}
+    limits = {"limits.joint_rates": 0.4, "limits.tilt": 0.2}
     bounds = planning_model(Model(Scenario.load("push", limits))).problem().bounds
     lower, upper = np.asarray(bounds.input_lower), np.asarray(bounds.input_upper)
-    assert lower[0] == 12.0 and upper[1] == upper[2] == 0.2 and (upper[4:] == 0.4).all() and (lower[4:] == -0.4).all()
+    assert upper[1] == upper[2] == 0.2 and (upper[4:] == 0.4).all() and (lower[4:] == -0.4).all()
     free = planning_model(Model(Scenario.load("push", {**limits, "limits.enabled": False}))).problem().bounds
     assert np.asarray(free.input_upper)[1] == Scenario.load("push").control.max_tilt
 

@@ -117,12 +117,8 @@ def test_timesync_of_the_log_serves_where_the_run_has_none(tmp_path):
     write_run(tmp_path / "recording.mcap", RATES, 1.0, {"epoch": {"epoch": 5000.0}})
     log = ULog()  # the autopilot's clock is 4300.25 s behind the companion's
     offsets = [-4_300_250_000 + step for step in (-300, 0, 300)]
-    log.topic(
-        "timesync_status",
-        "int64_t estimated_offset;",
-        "q",
-        [(700.0 + i, value) for i, value in enumerate([0, *offsets])],
-    )
+    rows = [(700.0 + i, value) for i, value in enumerate([0, *offsets])]
+    log.topic("timesync_status", "int64_t estimated_offset;", "q", rows)
     log.write(tmp_path / "log.ulg")
     found = align(Recording.load(tmp_path), read_log(tmp_path / "log.ulg"))
     assert found.offset == pytest.approx(-699.75)

@@ -8,13 +8,18 @@ import mujoco
 import numpy as np
 import pinocchio
 import pytest
+from urdf_variants import write_edited
 
-from doorman.exceptions import BackendError
+from doorman.exceptions import BackendError, UrdfError
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.resources import urdf_directory
+from doorman.simulation.plant.hulls import read_spec
 
 VEHICLE = (urdf_directory() / "hexarotor_arm.urdf").read_text()
-DOOR = (urdf_directory() / "hinged_door.urdf").read_text()
+DOOR_FILE = urdf_directory() / "hinged_door.urdf"
+DOOR = DOOR_FILE.read_text()
+FLAT = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
+SHAPE = '<collision><geometry><mesh filename="{}"/></geometry></collision>'
 INERTIAL = '<inertial><origin xyz="0.03 0.01 -0.02" rpy="0 0 0"/><mass value="0.12"/><inertia ixx="2e-4" ixy="1e-5" ixz="0" iyy="3e-4" iyz="-1e-5" izz="2.5e-4"/></inertial>'  # noqa: E501  # fmt: skip
 
 
@@ -133,3 +138,36 @@ def test_impossible_inertia_names_its_link(flight, tmp_path):
     with pytest.raises(BackendError, match="rigid body") as caught:
         flight(door__urdf=path)
     assert caught.value.field == "link leaf/inertial/inertia" and caught.value.file == path
+
+
+def test_a_link_called_world_keeps_its_place(tmp_path):
+    path = write_edited(
+        tmp_path / "door.urdf", DOOR_FILE, ('<link name="frame">', '<link name="world">'),
+        ('<parent link="frame"/>', '<parent link="world"/>'),
+        ("</robot>", '<link name="map"/><joint name="place" type="fixed"><origin xyz="2 -1 0.3" rpy="0 0 1.2"/>'
+         '<parent link="map"/><child link="world"/></joint></robot>'),
+    )  # fmt: skip
+    places = []
+    for urdf in (path, DOOR_FILE):
+        spec = read_spec(mujoco, urdf)
+        spec.compiler.balanceinertia = True  # the shipped leaf's inertia is rounded
+        model = spec.compile()
+        data = mujoco.MjData(model)
+        mujoco.mj_forward(model, data)
+        places.append(data.geom_xpos[np.argsort(model.geom_size.prod(axis=1))])
+    turn = np.array([[np.cos(1.2), -np.sin(1.2), 0.0], [np.sin(1.2), np.cos(1.2), 0.0], [0.0, 0.0, 1.0]])
+    np.testing.assert_allclose(places[0], places[1] @ turn.T + [2.0, -1.0, 0.3], atol=1e-9)
+
+
+@pytest.mark.parametrize(("mesh", "content"), [("flat.obj", FLAT), ("lost.stl", None), ("odd.xyz", "1 2 3")])
+def test_a_mesh_of_the_door(flight, tmp_path, mesh, content):
+    if content is not None:
+        (tmp_path / mesh).write_text(content, encoding="utf-8")
+    path = tmp_path / "door.urdf"
+    path.write_text(
+        DOOR.replace('<link name="frame">', f'<link name="frame">{SHAPE.format(mesh)}', 1), encoding="utf-8"
+    )
+    with pytest.raises(UrdfError, match="mesh") as caught:
+        flight(door__urdf=str(path))
+    assert (caught.value.file, caught.value.field) == (str(path), "link frame/collision frame/0")
+    assert mesh in str(caught.value.given)

@@ -9,8 +9,13 @@ import pytest
 from paper_door import door_normal
 
 from doorman.kinematics.rotations import rotation_body_to_world
+from doorman.model import Model
+from doorman.scenario import Scenario
+from doorman.simulation.simulator import Disturbance, Simulator
 
 HOVER = 3.0 * 9.81
+SLIDES = 0.4
+"""Against 0.25 N m of friction and what the tip holds [N m]."""
 
 
 def force_on_door(truth) -> np.ndarray:
@@ -56,7 +61,7 @@ def test_grip_pulls(flight):
 
 @pytest.mark.parametrize("start", ["contact", "hover"])
 def test_a_gripper_that_does_not_close_only_pushes(flight, start):
-    vehicle = flight(simulation__gripper_closes=False, mission__start=start)
+    vehicle = flight(simulation__gripper_force=0.0, mission__start=start)
     vehicle.data.qpos[:7] = flight().data.qpos[:7]  # the tip on the leaf
     vehicle.simulator.set_grip(True)
     vehicle.lean(-5.0)
@@ -152,3 +157,21 @@ def test_a_tip_on_the_wall_is_told_from_an_arm_in_it(flight, forward, only):
     assert hits and all("wall_hinge" in " ".join(truth.collision_pairs) for truth in hits)
     assert all(truth.only_tip_on_frame for truth in hits) is only
     assert not any(truth.touching for truth in hits)
+
+
+@pytest.mark.parametrize("mass", [None, 0.05])
+def test_a_light_handle_is_not_thrown(mass: float | None) -> None:
+    """A torque moves the handle against the hovering vehicle's tip: no force is far above what it takes to hold that."""
+    keys = {"mission.start": "contact", "simulation.door_mass": mass}
+    model = Model(Scenario.load("knob_valve", {key: value for key, value in keys.items() if value is not None}))
+    simulator = Simulator(model, 0.001, lambda _: Disturbance(hinge_torque=model.travel.sense * SLIDES))
+    simulator.set_grip(True)
+    simulator.set_command(model.vehicle.weight, (0.0, 0.0, model.start_yaw), np.zeros(model.n_arm))
+    forces, rates = [], []
+    for _ in range(100):
+        simulator.advance(3)
+        truth = simulator.truth()
+        forces.append(float(np.linalg.norm(truth.tip_force)))
+        rates.append(abs(truth.door_rate))
+    assert max(forces) < 10.0 * SLIDES / model.coupling.lever_length
+    assert max(rates) < 2.0

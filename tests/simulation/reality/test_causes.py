@@ -33,15 +33,15 @@ def test_a_gripper_that_slips_or_never_closes(model):
     pulled = {"pitch": -0.3, "simulation__door_friction": 50.0, "seconds": 0.8}
     assert flown(model, simulation__gripper_force=2.0, **pulled) == [causes.SLIPPED]
     assert flown(model, **pulled) == []
-    assert flown(model, simulation__gripper_closes=False) == [causes.NEVER_CLOSED]
-    assert flown(model, contact__kind="push", simulation__gripper_closes=False) == []
+    assert flown(model, simulation__gripper_force=0.0) == [causes.NEVER_CLOSED]
+    assert flown(model, contact__kind="push", simulation__gripper_force=0.0) == []
 
 
 @pytest.mark.parametrize(
     ("keys", "cause"),
     [
         ({"door_offset": (0.0, 0.0, 0.02)}, causes.ELSEWHERE), ({"door_yaw": -0.03}, causes.ELSEWHERE),
-        ({"gust__vehicle": 4.0, "gust__variation": 0.0}, causes.WIND), ({"gust__draught_leaf": -3.0}, causes.DRAUGHT),
+        ({"gust__vehicle": 4.0, "gust__variation": 0.0}, causes.WIND), ({"gust__draught": -3.0}, causes.DRAUGHT),
         ({"thrust_scale": 0.9}, causes.WEAK), ({"vehicle_mass": 3.4}, causes.WEAK),
         ({"noise__position": 0.001}, causes.NOISY),
         ({"sensors__latency": 0.05}, causes.LATE), ({"sensors__drift": 0.05}, causes.FRAME),

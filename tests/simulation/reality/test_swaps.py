@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from quiet_noise import quiet_noise
 
-from doorman.scenario import NoiseSection, SensorsSection
+from doorman.scenario import SensorsSection
 from doorman.simulation.reality.seen_frame import Swaps
 from doorman.simulation.sensors import Sensors
 from doorman.simulation.truth import Truth
 
-SECTION = SensorsSection(swap_rate=0.5, swap=0.03)
+SECTION = SensorsSection(swap_rate=0.5)
 TICK = 0.01
 
 
@@ -20,15 +21,14 @@ def test_swaps_come_as_often_last_as_long_and_are_as_large_as_said() -> None:
     swapped = off.any(axis=1)
     begins = np.flatnonzero(np.diff(swapped.astype(int)) == 1)
     assert swapped.mean() == pytest.approx(0.4 / 2.4, rel=0.1), "0.4 s on average, after 2 s without"
-    np.testing.assert_allclose(np.linalg.norm(off[swapped, :3], axis=1), 0.03)
+    np.testing.assert_allclose(np.linalg.norm(off[swapped, :3], axis=1), 0.02)
     np.testing.assert_allclose(np.linalg.norm(off[swapped, 3:], axis=1), 0.026)
-    directions = off[begins + 1, :3] / 0.03
+    directions = off[begins + 1, :3] / 0.02
     assert np.abs(directions.mean(axis=0)).max() < 0.1 and len(begins) == pytest.approx(4000 / 2.4, rel=0.1)
 
 
 def test_a_swap_moves_what_the_cameras_say_and_nothing_else() -> None:
-    still = NoiseSection(position=0.0, velocity=0.0, attitude=0.0, body_rates=0.0, arm_angles=0.0, arm_rates=0.0)
-    sensors, swaps, seen = Sensors(still, 3, SECTION), Swaps(SECTION, 3), 0
+    sensors, swaps, seen = Sensors(quiet_noise(), 3, SECTION), Swaps(SECTION, 3), 0
     for k in range(2000):
         truth = Truth(
             time=TICK * k, position=np.ones(3), velocity=np.zeros(3), attitude=np.zeros(3), body_rates=np.zeros(3),

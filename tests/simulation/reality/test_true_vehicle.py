@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
 
 import numpy as np
 import pytest
 from urdf_variants import VEHICLE, write_massive
 
-from doorman.exceptions import BackendError, ScenarioError
-from doorman.scenario import SimulationSection
 from doorman.simulation import Disturbance
 
 HOVER = 3.0 * 9.81
@@ -51,52 +48,3 @@ def test_inertia_goes_with_the_mass_and_by_its_own_scale(flight):
 def arm_of(folder: Path, massive: bool) -> str:
     """The shipped vehicle, or one whose third servo weighs half a kilogram."""
     return str(write_massive(folder / "arm.urdf", {"servo_3": 0.5}) if massive else VEHICLE)
-
-
-@pytest.mark.parametrize("massive", [False, True])
-def test_the_centre_of_mass_is_elsewhere(flight, tmp_path, massive):
-    offset, urdf = (0.02, -0.01, 0.03), arm_of(tmp_path, massive)
-    told, true = (
-        body(flight, vehicle__urdf=urdf, simulation__vehicle_mass=3.9, **more)
-        for more in ({}, {"simulation__vehicle_com": offset})
-    )
-    assert told.plant.engine_model.body_subtreemass[1] == pytest.approx(3.9, abs=1e-4)
-    places = [np.array(one.data.subtree_com[1]) for one in (told, true)]
-    np.testing.assert_allclose(places[1] - places[0], offset, atol=1e-6)
-    # a lift through O_B turns the vehicle towards its mass: nose down, and to the right
-    rates = true.run(0.05, every=50)[-1].body_rates
-    assert rates[1] > 0.02 and rates[0] > 0.01
-
-
-def test_values_that_cannot_be_are_refused():
-    with pytest.raises(ScenarioError, match=r"vehicle_com\.0.*equal to 1"):
-        SimulationSection(vehicle_com=(3.0, 0.0, 0.0))
-    with pytest.raises(ScenarioError, match="vehicle_mass"):
-        SimulationSection(vehicle_mass=0.0)
-
-
-def test_weaker_servos_give_way(flight):
-    """A shoulder under a load of 1.5 N m at a tenth of its torque."""
-
-    def sag(scale: float) -> float:
-        vehicle = body(flight, simulation__servo_torque_scale=scale)
-        limit = float(vehicle.model.vehicle.torque_limits[1])
-        vehicle.data.qfrc_applied[vehicle.plant.arm_velocities[1]] = 0.5 * limit
-        before = vehicle.simulator.truth().arm_angles[1]
-        return abs(float(vehicle.run(0.2, every=200)[-1].arm_angles[1] - before))
-
-    assert sag(1.0) < math.radians(1.0) < math.radians(5.0) < sag(0.2)
-
-
-@pytest.mark.parametrize("massive", [False, True])
-def test_the_arm_has_its_mass_and_the_vehicle_keeps_its_own(flight, tmp_path, massive):
-    urdf = arm_of(tmp_path, massive)
-    told, true = (body(flight, vehicle__urdf=urdf, **more) for more in ({}, {"simulation__arm_mass": 0.8}))
-    masses = [np.array(one.plant.engine_model.body_mass) for one in (told, true)]
-    assert masses[1].sum() == pytest.approx(masses[0].sum(), abs=1e-3)
-    assert (masses[0] - masses[1]).max() == pytest.approx(0.8 - (0.5 if massive else 0.0), abs=1e-3)
-
-
-def test_an_arm_that_is_heavier_than_the_vehicle_is_refused(flight):
-    with pytest.raises(BackendError, match=r"simulation\.arm_mass"):
-        body(flight, simulation__arm_mass=3.5)

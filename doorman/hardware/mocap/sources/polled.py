@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from doorman.clocks import Clock
+from doorman.clocks import BRIEFLY, Clock
 from doorman.exceptions import BackendError
 from doorman.hardware.mocap.config import MocapConfig
 from doorman.hardware.mocap.faults import Figures, MocapEvent, MocapStatistics
 from doorman.hardware.mocap.receiver import Judge, MocapReceiver
 from doorman.hardware.mocap.sample import PoseSample, PoseSource
-
-_EVERY = 0.001
-"""Time between two looks for a new pose [s]."""
 
 
 class PolledReceiver(MocapReceiver):
@@ -28,7 +25,7 @@ class PolledReceiver(MocapReceiver):
             if self._clock.now() > end:
                 self._source.stop()
                 raise BackendError("the source brings no pose", field="poses", allowed="a usable PoseSample")
-            self._clock.sleep(_EVERY)
+            self._clock.sleep(BRIEFLY)
 
     def read(self) -> PoseSample:
         sample = self._source.read()
@@ -43,7 +40,7 @@ class PolledReceiver(MocapReceiver):
         while (newest := self.read()).count <= sample.count:
             if self._clock.now() > end:
                 raise BackendError("no new pose", field="poses", given=f"after {timeout:g} s")
-            self._clock.sleep(_EVERY)
+            self._clock.sleep(BRIEFLY)
         return newest
 
     def events(self) -> list[MocapEvent]:

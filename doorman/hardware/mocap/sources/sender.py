@@ -24,7 +24,7 @@ from collections.abc import Mapping, Sequence
 from doorman.background import Closed
 from doorman.exceptions import BackendError
 from doorman.hardware.mocap.faults import MocapFault
-from doorman.hardware.mocap.frames import METRES_PER_MILLIMETRE, object_angles
+from doorman.hardware.mocap.frames import MILLIMETRES, object_angles
 from doorman.hardware.mocap.packets import MOST_ITEMS, NAME_SIZE, TrackedObject, pack
 from doorman.kinematics.quaternions import Quaternion, Vector
 
@@ -136,7 +136,7 @@ def _tracked(name: str, position: Vector, quaternion: Quaternion) -> TrackedObje
     if not (all(math.isfinite(value) for value in (*position, length)) and length > 0.0):
         raise BackendError("not a pose", field=f"poses.{name}", given=(position, quaternion), allowed="finite numbers")
     w, x, y, z = (value / length for value in quaternion)
-    x_mm, y_mm, z_mm = (value / METRES_PER_MILLIMETRE for value in position)
+    x_mm, y_mm, z_mm = (value * MILLIMETRES for value in position)
     return TrackedObject(
         name.encode()[:NAME_SIZE].decode(errors="ignore"), (x_mm, y_mm, z_mm), object_angles((w, x, y, z))
     )

@@ -13,7 +13,8 @@ from collections import deque
 from collections.abc import Callable
 from typing import NamedTuple, TypeVar
 
-from doorman.clocks import REAL_TIME, Clock
+from doorman.clocks import LONGEST_WAIT, REAL_TIME, Clock
+from doorman.hardware.pixhawk.config import HEARTBEAT, PROMPT
 from doorman.hardware.pixhawk.wire.messages import Message
 
 T = TypeVar("T")
@@ -81,17 +82,13 @@ class Exchange:
                 remaining = deadline - self._time.now()
                 if found is not None or remaining <= 0.0:
                     return found
-                self._condition.wait(min(remaining, 0.1))
+                self._condition.wait(min(remaining, LONGEST_WAIT))
 
 
 _PART = 50
 """Characters of a part that is not the last."""
 _PARTS = 8
 """Most parts of a text; further ones are not read."""
-_LATE = 0.3
-"""Silence after its last part, after which a text is reported as it is [s]."""
-_COPIES = 1.0
-"""Silence after which a part with the same numbers belongs to another text [s]."""
 
 
 class TextParts:
@@ -107,7 +104,7 @@ class TextParts:
         if message.id == 0:
             return [_status_text(now, message.severity, message.text)]
         texts: list[StatusText] = []
-        if message.id != self._identifier or now - self._since > _COPIES:
+        if message.id != self._identifier or now - self._since > HEARTBEAT:
             texts = self._told(now)
             self._identifier, self._severity, self._parts = message.id, message.severity, {}
         if message.chunk_seq < _PARTS and message.chunk_seq not in self._parts:
@@ -119,7 +116,7 @@ class TextParts:
 
     def late(self, now: float) -> list[StatusText]:
         """Texts whose rest does not come."""
-        return self._told(now) if now - self._since > _LATE else []
+        return self._told(now) if now - self._since > PROMPT else []
 
     def _told(self, now: float) -> list[StatusText]:
         numbers, self._untold = sorted(self._untold), set()

@@ -15,9 +15,9 @@ from collections import deque
 from doorman.clocks import Clock
 from doorman.exceptions import BackendError
 from doorman.hardware.pixhawk.authority import AuthorityKeeper
-from doorman.hardware.pixhawk.config import PixhawkConfig
+from doorman.hardware.pixhawk.config import HEARTBEAT, PixhawkConfig, Timeouts
 from doorman.hardware.pixhawk.dialect import ARDUPILOT, MULTIROTORS, PX4, Dialect, dialect_of
-from doorman.hardware.pixhawk.events import EventKind, LinkLog
+from doorman.hardware.pixhawk.events import RARELY, EventKind, LinkLog
 from doorman.hardware.pixhawk.link.exchange import Exchange, StatusText, TextParts
 from doorman.hardware.pixhawk.link.origin import CautiousOrigin, Origin
 from doorman.hardware.pixhawk.link.rates import RateKeeper
@@ -28,22 +28,19 @@ from doorman.hardware.pixhawk.wire.codec import Codec
 from doorman.hardware.pixhawk.wire.messages import IDENTIFIERS, Message, mavlink
 from doorman.hardware.pixhawk.wire.transport import Address, Line
 
-SILENCE = 3.0
-"""Silence after which the autopilot may speak from another address [s]."""
-_REPORT_PERIOD = 1.0
-"""Shortest time between two reports of the same sender [s]."""
 _MOST_REPORTS = 20
-"""Most reports in that time: a flood of senders does not fill the log."""
+"""Most reports of senders between two heartbeats, each once: a flood of them does not fill the log."""
 _TAKEN = "taken after silence"
 
 
 class PeerKeeper:
     """Keeps the address that the autopilot speaks from; used by the thread of the link only."""
 
-    def __init__(self, events: LinkLog, signed: bool) -> None:
+    def __init__(self, events: LinkLog, signed: bool, patience: float = Timeouts.heartbeat) -> None:
         self.address: Address = None
         """Where the autopilot speaks from; None until it is heard, and on a line with one sender."""
         self._events, self._signed = events, signed
+        self._patience = patience  # silence after which the autopilot may speak from another address [s]
         self._reported: dict[object, float] = {}
 
     def heard(self, address: Address, line: Line, beats: bool, silent: float, armed: bool, now: float) -> None:
@@ -57,7 +54,7 @@ class PeerKeeper:
             elif not beats:
                 what = "ignored until a heartbeat comes from there"
             else:
-                what = "ignored while the autopilot is heard" if silent <= SILENCE else _TAKEN
+                what = "ignored while the autopilot is heard" if silent <= self._patience else _TAKEN
             places = f"{address[0]}:{address[1]} instead of {line.peer[0]}:{line.peer[1]}"
             words = f"the autopilot's ids come from {places}: {what}"
             taken = what is _TAKEN
@@ -73,19 +70,14 @@ class PeerKeeper:
         )  # fmt: skip
 
     def _note(self, what: object, words: str, now: float, **values: object) -> None:
-        self._reported = {key: time for key, time in self._reported.items() if now - time < _REPORT_PERIOD}
+        self._reported = {key: time for key, time in self._reported.items() if now - time < HEARTBEAT}
         if what not in self._reported and len(self._reported) < _MOST_REPORTS:
             self._reported[what] = now
             self._events.happen(EventKind.PEER_CHANGED, now, words, **values)
 
 
-_NOTE_PERIOD = 1.0
-"""Shortest time between two notes of the same flood [s]."""
-_ESTIMATOR_RATE = 5.0
-"""Rate of the status of PX4's estimator, where no camera contradicts it [1/s]."""
-
-_TIMESYNC_RATE = 10.0
-"""Rate of the requests by which PX4 maps the stamps of poses: a link in "normal" mode sends none by itself [1/s]."""
+_STATUS_RATE = 5 / HEARTBEAT
+"""Rate of what says how the vehicle is, rather than where [1/s]."""
 _UNORDERED = frozenset({"COMMAND_ACK", "PARAM_VALUE", "STATUSTEXT", "TIMESYNC"})
 """Worth reading though overtaken."""
 _ORDERED = ("HEARTBEAT", "GPS_GLOBAL_ORIGIN", "ESTIMATOR_STATUS", *TELEMETRY)
@@ -99,15 +91,15 @@ class Inbox:
     def __init__(self, config: PixhawkConfig, time: Clock) -> None:
         self.config, self.time = config, time
         self.events, self.exchange, self.clock = LinkLog(), Exchange(time), ClockMap()
-        self.tracker = Tracker(self.clock, config.local_frame)
+        self.tracker = Tracker(self.clock, config.local_frame, config.timeouts)
         self.stream = SetpointStream(config, self.events)
-        self.authority = AuthorityKeeper(self.stream, self.events)
+        self.authority = AuthorityKeeper(self.stream, self.events, config.timeouts)
         self.rates = RateKeeper(wanted_rates(config))
         self.codec: Codec | None = None
         self.identity: tuple[int, int] | None = None  # system and component of the autopilot, once heard
         self.dialect: Dialect | None = None
         self.vehicle_type: int | None = None  # MAV_TYPE of its heartbeat
-        self.peer = PeerKeeper(self.events, config.signing_key is not None)
+        self.peer = PeerKeeper(self.events, config.signing_key is not None, config.timeouts.heartbeat)
         self.last_message = float("-inf")  # when it was last heard [s]
         self.foreign = 0  # messages of others
         self.namesake = float("-inf")  # when somebody else's heartbeat with our system id came [s]
@@ -149,7 +141,7 @@ class Inbox:
             self.foreign += 1
             self._note_stranger(message, sender, now)
             return
-        if now - self.last_message > SILENCE and self.origin is not None:
+        if now - self.last_message > self.config.timeouts.heartbeat and self.origin is not None:
             self.origin.reset()  # it may have been rebooted, and must have no pose before its origin then
         self.last_message = now
         ordered = self.tracker.in_order(message.get_seq(), now)
@@ -169,10 +161,10 @@ class Inbox:
             ):
                 self.namesake = now
                 words = f"another station uses doorman's system id {sender[0]}: the autopilot may miss that doorman has stopped"
-                self.events.happen_at_most(60.0, EventKind.FOREIGN, now, words, component=sender[1])
+                self.events.happen_at_most(RARELY, EventKind.FOREIGN, now, words, component=sender[1])
         elif self.identity is None or sender[0] != self.identity[0]:
             words = f"messages of system {sender[0]} are ignored"
-            self.events.happen_at_most(60.0, EventKind.FOREIGN, now, words, component=sender[1])
+            self.events.happen_at_most(RARELY, EventKind.FOREIGN, now, words, component=sender[1])
 
     def _meet(self, message: Message, sender: tuple[int, int], address: Address, line: Line, now: float) -> bool:
         """Take in a heartbeat; whether it is one of an autopilot that may be ours."""
@@ -195,11 +187,11 @@ class Inbox:
         config, self.dialect = self.config, dialect
         if config.mocap and config.origin is not None:
             self.origin = (CautiousOrigin if dialect is PX4 else Origin)(config.origin)
-        if config.mocap and dialect.asks_time:
-            self.rates.want("TIMESYNC", _TIMESYNC_RATE)
+        if config.mocap and dialect.asks_time:  # a link in "normal" mode sends no requests by itself
+            self.rates.want("TIMESYNC", config.rates.timesync)
         self._asks_estimator = dialect.says_what_is_valid and not config.mocap
         if self._asks_estimator:
-            self.rates.want("ESTIMATOR_STATUS", _ESTIMATOR_RATE)
+            self.rates.want("ESTIMATOR_STATUS", _STATUS_RATE)
             self.tracker.expect_estimator(now)
         self.stream.angle_boost, self.stream.keeps_tilt = dialect.angle_boost, dialect.keeps_tilt
 
@@ -268,7 +260,7 @@ class Inbox:
         if figures != self._noted:
             for kind, figure, before in zip(kinds, figures, self._noted, strict=True):
                 if figure != before:
-                    self.events.happen_at_most(_NOTE_PERIOD, kind, now, kind.value, count=figure)
+                    self.events.happen_at_most(HEARTBEAT, kind, now, kind.value, count=figure)
             self._noted = figures
 
 
@@ -276,5 +268,5 @@ def wanted_rates(config: PixhawkConfig) -> dict[str, float]:
     """Rates of the telemetry that is requested [1/s], by name of the message."""
     return {
         "ATTITUDE_QUATERNION": config.rates.attitude, "LOCAL_POSITION_NED": config.rates.position, "ATTITUDE_TARGET": 20.0,
-        "EXTENDED_SYS_STATE": 5.0, "SYS_STATUS": 5.0, "BATTERY_STATUS": 2.0,
+        "EXTENDED_SYS_STATE": _STATUS_RATE, "SYS_STATUS": _STATUS_RATE, "BATTERY_STATUS": 2.0,
     }  # fmt: skip

@@ -6,9 +6,9 @@ import contextlib
 from collections.abc import Callable
 
 from doorman.background import InThread
-from doorman.clocks import REAL_TIME, Clock
+from doorman.clocks import BRIEFLY, LONGEST_WAIT, LOOK, REAL_TIME, Clock
 from doorman.exceptions import BackendError
-from doorman.hardware.pixhawk.config import PixhawkConfig
+from doorman.hardware.pixhawk.config import HEARTBEAT, PROMPT, PixhawkConfig
 from doorman.hardware.pixhawk.events import EventKind, Outcome, OutcomeStatus
 from doorman.hardware.pixhawk.link.exchange import Answer
 from doorman.hardware.pixhawk.link.inbox import WANTED, Inbox
@@ -20,19 +20,12 @@ from doorman.hardware.pixhawk.wire.connection import parse_connection
 from doorman.hardware.pixhawk.wire.messages import Message, command_message, mavlink
 from doorman.hardware.pixhawk.wire.transport import DeviceLost, Line, open_line
 
-_LONGEST_SLEEP = 0.003
-_WATCH_PERIOD = 0.01
-_REOPEN_PERIOD = 0.2
-_BUSY_RETRY = 0.001
-"""Delay of a setpoint that a busy line did not take; it is made anew then [s]."""
-_FAST_SYNC_PERIOD = 0.02
-"""Time between TIMESYNC requests until the clock is mapped [s]."""
+_LONGEST_SLEEP = 3 * BRIEFLY
+"""What other threads send waits for so long at most [s]."""
 _TRIES = 5
-_TEXT_WAIT = 0.3
-"""Longest wait for the autopilot's reasons, which may follow its refusal [s]."""
 _CANCELLED = 6
 """MAV_RESULT that pymavlink's dialect lacks."""
-_LONGEST_PROGRESS, _NEXT_PROGRESS = 30.0, 2.0
+_LONGEST_PROGRESS, _NEXT_PROGRESS = 30 * HEARTBEAT, 2 * HEARTBEAT
 """Longest wait for a command in progress: in all, and until the next acknowledgement [s]."""
 
 
@@ -61,7 +54,7 @@ class Link(Inbox, InThread):
         self._reopen_at = 0.0
         rates = config.rates
         self._heartbeat, self._sync = _Timer(1.0 / rates.heartbeat), _Timer(1.0 / rates.timesync)
-        self._setpoint, self._look = _Timer(1.0 / rates.setpoint), _Timer(_WATCH_PERIOD)
+        self._setpoint, self._look = _Timer(1.0 / rates.setpoint), _Timer(1.0 / rates.setpoint)
 
     # ------------------------------------------------------------ from any thread
 
@@ -107,7 +100,7 @@ class Link(Inbox, InThread):
     def _outcome(self, number: int, result: int, started: float) -> Outcome:
         if result == mavlink.MAV_RESULT_ACCEPTED:
             return Outcome(OutcomeStatus.DONE)
-        self.until(lambda: bool(self.exchange.texts(started)), _TEXT_WAIT)
+        self.until(lambda: bool(self.exchange.texts(started)), PROMPT)  # reasons may follow a refusal
         known = mavlink.enums["MAV_RESULT"].get(result)
         name = f"result {result}" if known is None else known.name.removeprefix("MAV_RESULT_").lower().replace("_", " ")
         words = "cancelled" if result == _CANCELLED else name
@@ -181,7 +174,7 @@ class Link(Inbox, InThread):
         if pose is not None:  # first: setpoints, of which there are more, would leave a slow line no room for them
             self._transmit(line, pose)
         if self._setpoint.next <= now and line.busy:
-            self._setpoint.next = now + _BUSY_RETRY
+            self._setpoint.next = now + BRIEFLY  # made anew then
         elif self._setpoint.due(now):
             setpoint = self.stream.message(now, self.tracker.sample, identity)
             if setpoint is not None:
@@ -190,7 +183,7 @@ class Link(Inbox, InThread):
                 self.authority.request_landing(None)
         if self._sync.due(now):
             if not self.clock.synchronised:
-                self._sync.next = now + _FAST_SYNC_PERIOD
+                self._sync.next = now + self._sync.period / 5
             self._transmit(line, mavlink.MAVLink_timesync_message(0, self.clock.ask(self.time.nanoseconds())))
         requests = [] if origin is None else origin.messages(now, identity, armed)
         for request in (
@@ -221,17 +214,17 @@ class Link(Inbox, InThread):
                 self._line.close()
         self._line = None
         self._outgoing.clear()
-        self._reopen_at = now + _REOPEN_PERIOD
+        self._reopen_at = now + LONGEST_WAIT
 
     def _reopen(self) -> None:
         now = self.time.now()
         self._watch(now)
         if now < self._reopen_at:
-            self._stopping.wait(min(self._reopen_at - now, 0.02))
+            self._stopping.wait(min(self._reopen_at - now, LOOK))
             return
-        self._reopen_at = now + _REOPEN_PERIOD
+        self._reopen_at = now + LONGEST_WAIT
         try:
-            line = open_line(self._endpoint, 0.2)
+            line = open_line(self._endpoint, 2 * LONGEST_WAIT)
         except BackendError:
             return
         if self._stopping.is_set():

@@ -13,12 +13,12 @@ from numpy.typing import ArrayLike
 from doorman.arrays import Array
 from doorman.checks import vector
 from doorman.exceptions import DimensionError
+from doorman.hardware.pixhawk.sample import LARGEST
 from doorman.hardware.pixhawk.wire.frames import LocalFrame
 from doorman.hardware.pixhawk.wire.messages import Message, mavlink
 from doorman.kinematics.quaternions import to_attitude, unit_quaternion
 
-_LARGEST = 1e4
-_UNKNOWN_COVARIANCE = (math.nan, *(0.0,) * 20)
+_UNKNOWN_COVARIANCE = (math.nan, *np.zeros(20))
 """NaN in the first place: the autopilot's own noise parameters count."""
 
 
@@ -46,7 +46,7 @@ class MocapOutlet:
     def offer(self, time: float, position: ArrayLike, quaternion: ArrayLike, now: float) -> bool:
         """Take a pose to be sent, unless it is old, from the future, or not newer than the last."""
         place, turn = vector(position, 3, "mocap.position"), unit_quaternion(quaternion, "mocap.quaternion")
-        if not math.isfinite(time) or np.abs(place).max() > _LARGEST:
+        if not math.isfinite(time) or np.abs(place).max() > LARGEST:
             raise DimensionError("not a pose", field="mocap", given=(time, place.tolist()), allowed="finite numbers")
         if time <= self.newest_time or not now - self._max_age <= time <= now + 0.02:
             self._dropped += 1

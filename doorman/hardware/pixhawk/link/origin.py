@@ -14,8 +14,8 @@ from __future__ import annotations
 
 from doorman.hardware.pixhawk.wire.messages import Message, command_message, mavlink
 
-_FORGOTTEN = 5.0
-"""Silence after which an autopilot on the ground counts as without an origin [s]."""
+_UNANSWERED = 5
+"""Questions without an answer after which an autopilot on the ground counts as without an origin."""
 _QUESTIONS = 3
 """Questions to PX4 before it gets an origin: an answer may be lost."""
 _NAVIGATES = mavlink.ESTIMATOR_POS_HORIZ_REL | mavlink.ESTIMATOR_POS_HORIZ_ABS | mavlink.ESTIMATOR_PRED_POS_HORIZ_REL
@@ -64,7 +64,7 @@ class Origin:
             return []
         if now < self._next:
             return []
-        if self.known and now - self._confirmed > _FORGOTTEN:
+        if self.known and now - self._confirmed > _UNANSWERED * self.period:
             self.reset()
             self._began = now
         self._next = now + self.period

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from doorman.hardware.pixhawk.config import HEARTBEAT
 from doorman.hardware.pixhawk.wire.messages import IDENTIFIERS, Message, command_message, mavlink
 
-_CHECK_PERIOD = 1.0
-_SHORTFALL = 0.7
-"""A stream below this share of its rate is asked for again."""
-_LONGEST_WAIT = 16.0
+ENOUGH = 0.6
+"""Share of a rate that must be reached: a stream below it is asked for again, and grounds a vehicle that needs it."""
+_LONGEST_WAIT = 16 * HEARTBEAT
 _TRIES_BEFORE_LESS = 2
 """Unheard requests before half the rate is asked for: ArduPilot refuses one above 0.8 of its loop's."""
-_LEAST_SHARE = 0.25
+_LEAST_SHARE = 1 / 4
 """Least share of the wanted rate that is requested."""
 
 
@@ -60,7 +60,7 @@ class RateKeeper:
         if now < self._next_check:
             return []
         elapsed = None if self._last_check is None else now - self._last_check
-        self._last_check, self._next_check = now, now + _CHECK_PERIOD
+        self._last_check, self._next_check = now, now + HEARTBEAT
         due = [(name, self._due(rate, now, elapsed)) for name, rate in self.rates.items()]
         return [
             command_message(target, mavlink.MAV_CMD_SET_MESSAGE_INTERVAL, float(IDENTIFIERS[name]), float(round(1e6 / rate)))
@@ -75,9 +75,9 @@ class RateKeeper:
         if rate.heard > 0 and not rate.known:
             rate.known, rate.again = True, _TRIES_BEFORE_LESS
         rate.heard = 0
-        if rate.measured >= _SHORTFALL * rate.wanted:
+        if rate.measured >= ENOUGH * rate.wanted:
             rate.share = 1.0
-        if rate.measured >= _SHORTFALL * rate.asked:
+        if rate.measured >= ENOUGH * rate.asked:
             rate.tries, rate.wait = 0, 0.0
             if rate.share == 1.0 or rate.again == 0:
                 return None
@@ -86,7 +86,7 @@ class RateKeeper:
         if now < rate.next_request:
             return None
         rate.tries += 1
-        rate.wait = min(_LONGEST_WAIT, max(_CHECK_PERIOD, 2.0 * rate.wait)) if rate.tries > 2 else 0.0
+        rate.wait = min(_LONGEST_WAIT, max(HEARTBEAT, 2.0 * rate.wait)) if rate.tries > 2 else 0.0
         rate.next_request = now + rate.wait
         if not rate.known and rate.tries > _TRIES_BEFORE_LESS:
             rate.share = max(0.5 * rate.share, _LEAST_SHARE)

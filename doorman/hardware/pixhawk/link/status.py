@@ -7,14 +7,11 @@ from dataclasses import dataclass
 from types import MappingProxyType
 
 from doorman.hardware.pixhawk.authority import Authority
-from doorman.hardware.pixhawk.events import EventKind
+from doorman.hardware.pixhawk.events import RARELY, EventKind
 from doorman.hardware.pixhawk.link.link import Link
 from doorman.hardware.pixhawk.link.mocap import MocapStatistics
 from doorman.hardware.pixhawk.link.stream import Source
 from doorman.hardware.pixhawk.wire.codec import Counters
-
-_NAMESAKE = 60.0
-"""Time for which another station with our system id is remembered [s]."""
 
 
 @dataclass(frozen=True)
@@ -74,7 +71,7 @@ def link_status(link: Link, now: float) -> LinkStatus:
         disordered=link.tracker.counters.disordered,
         invalid=link.tracker.counters.invalid,
         foreign=link.foreign,
-        namesake=now - link.namesake < _NAMESAKE,
+        namesake=now - link.namesake < RARELY,
         bad_signatures=counters.bad_signatures,
         longest_setpoint_gap=link.stream.longest_gap,
         on_earth=None if link.origin is None else link.origin.known,

@@ -20,16 +20,15 @@ import numpy as np
 _WINDOW = 40
 _ENOUGH = 4
 """Samples before anything is mapped, and outliers in a row that make a jump."""
-_MAX_ROUND_TRIP = 0.5
 _GATE = 0.003
 """Deviation from the line that is never called an outlier [s]; half the sample's round trip comes on top."""
 _JUMP = 0.02
 """Change of the line that is worth a word [s]."""
-_FOLLOW = 0.5
-"""Time for which the slope is followed after the newest sample [s]."""
 _LEVEL_SPAN = 1.0
 """Shorter windows do not tell a slope from noise, unless it is steep [s]."""
-_LEAST_SPAN = 0.05
+_FOLLOW = _LEVEL_SPAN / 2
+"""Longest round trip of use, and time for which the slope is followed after the newest sample [s]."""
+_LEAST_SPAN = _LEVEL_SPAN / 20
 """Shorter windows tell no slope at all [s]."""
 _MAX_PENDING = 32
 
@@ -107,7 +106,7 @@ class ClockMap:
             return SyncResult.UNASKED
         self._pending.remove(ts1)
         round_trip = (now_ns - ts1) * 1e-9
-        if not 0.0 <= round_trip <= _MAX_ROUND_TRIP:
+        if not 0.0 <= round_trip <= _FOLLOW:
             return SyncResult.SLOW
         remote = tc1 * 1e-9
         local = ts1 * 1e-9 + 0.5 * round_trip

@@ -7,38 +7,23 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 from doorman.arrays import frozen, sealed
+from doorman.hardware.pixhawk.config import HEARTBEAT, Timeouts
 from doorman.hardware.pixhawk.dialect import Dialect
 from doorman.hardware.pixhawk.link.timesync import ClockMap
-from doorman.hardware.pixhawk.sample import Battery, LandedState, VehicleSample, unknown
+from doorman.hardware.pixhawk.sample import LARGEST, Battery, LandedState, VehicleSample, unknown
 from doorman.hardware.pixhawk.wire.frames import LocalFrame, frd_to_flu
-from doorman.hardware.pixhawk.wire.messages import (
-    Message,
-    boot_ms_difference,
-    cells_to_volts,
-    figure,
-    mavlink,
-)
+from doorman.hardware.pixhawk.wire.messages import Message, boot_ms_difference, cells_to_volts, figure, mavlink
 from doorman.kinematics.quaternions import to_attitude
 
-_REORDER_WINDOW = 0.1
-"""A sequence number behind the last one means reordering only so long after it [s]."""
 _REORDER_SPAN = 64
 _STAMPS_ANEW = 5
 """Messages of a kind in a row, in order among themselves but behind the newest, after which that one was wrong."""
-_MAX_AHEAD = 0.25
-"""A stamp that lies further in the future is wrong [s]."""
 _LOW_CHARGE_STATES = frozenset({2, 3, 4, 5, 6})
 """MAV_BATTERY_CHARGE_STATE low, critical, emergency, failed, unhealthy."""
 _LOCATED = mavlink.ESTIMATOR_POS_HORIZ_REL | mavlink.ESTIMATOR_POS_HORIZ_ABS | mavlink.ESTIMATOR_VELOCITY_HORIZ
-_BATTERY_SILENT = 5.0
-"""Silence of the first battery after which another one counts, or what SYS_STATUS says of all of them [s]."""
 _DOUBTS = 5
 """Words of the estimator in a row, 0.2 s apart, after which its position is not used."""
-_UNSAID = 1.5
-"""Longest time for the first of them to come [s]."""
 _PREARM_BIT = mavlink.MAV_SYS_STATUS_PREARM_CHECK
-_LARGEST = 1e5
-"""Largest plausible position [m], velocity [m/s] or rate [rad/s] of a vehicle."""
 
 
 @dataclass
@@ -48,10 +33,13 @@ class TelemetryCounters:
 
 
 class Tracker:
-    def __init__(self, clock: ClockMap, local_frame: LocalFrame) -> None:
+    def __init__(self, clock: ClockMap, local_frame: LocalFrame, timeouts: Timeouts = Timeouts()) -> None:
         self.counters = TelemetryCounters()
         self._clock = clock
         self._frame = local_frame
+        self._stale = timeouts.state  # a stamp that lies so far in the future is wrong [s]
+        self._battery_silent = timeouts.battery / 2
+        """Silence of the first battery after which another one counts, or what SYS_STATUS says of all of them [s]."""
         self._unsaid_until = -math.inf
         self.reset()
 
@@ -68,7 +56,7 @@ class Tracker:
         if self._last_sequence is not None:
             last, heard = self._last_sequence
             step = (sequence - last) % 256
-            if now - heard < _REORDER_WINDOW and (step == 0 or step > 256 - _REORDER_SPAN):
+            if now - heard < self._stale / 2 and (step == 0 or step > 256 - _REORDER_SPAN):
                 self.counters.disordered += 1
                 return False
         self._last_sequence = (sequence, now)
@@ -92,12 +80,12 @@ class Tracker:
 
     def expect_estimator(self, now: float) -> None:
         """Believe no position before the autopilot has said that it does itself, for a while."""
-        self._doubts, self._unsaid_until = _DOUBTS - 1, now + _UNSAID
+        self._doubts, self._unsaid_until = _DOUBTS - 1, now + 2 * HEARTBEAT  # its rate is asked for twice meanwhile
 
     def _when(self, message: Message, now: float) -> float | None:
         """When a message was true [s]; None if it is not newer than the last of its kind, or from the future."""
         kind, stamp = message.get_type(), int(message.time_boot_ms)
-        if self._clock.ahead(1e-3 * stamp, now) > _MAX_AHEAD:
+        if self._clock.ahead(1e-3 * stamp, now) > self._stale:
             self.counters.invalid += 1
             return None
         last = self._stamps.get(kind)
@@ -113,7 +101,7 @@ class Tracker:
         return self._clock.to_local(1e-3 * stamp, now)
 
     def _plausible(self, values: list[float], possible: bool = True) -> bool:
-        if possible and all(abs(value) <= _LARGEST for value in values):
+        if possible and all(abs(value) <= LARGEST for value in values):
             return True
         self.counters.invalid += 1
         return False
@@ -148,7 +136,7 @@ class Tracker:
 
     def _system(self, message: Message, now: float) -> None:
         battery = self.sample.battery
-        if now - self._battery_time > _BATTERY_SILENT:
+        if now - self._battery_time > self._battery_silent:
             battery = replace(
                 battery,
                 voltage=figure(message.voltage_battery, 1e-3),
@@ -164,7 +152,7 @@ class Tracker:
         self.sample = replace(self.sample, battery=battery, ready_to_arm=ready)
 
     def _battery(self, message: Message, now: float) -> None:
-        if message.id > self._battery_id and now - self._battery_time < _BATTERY_SILENT:
+        if message.id > self._battery_id and now - self._battery_time < self._battery_silent:
             return  # the first battery flies the vehicle, whatever its number
         voltage, remaining = (
             cells_to_volts([*message.voltages, *filter(None, message.voltages_ext)]),

@@ -20,10 +20,10 @@ BAUD_RATE = 921_600
 TELEMS = {"px4": (0, 1, 2, 3), "ardupilot": (0, 1, 2)}
 """Telemetry ports that have the same number on every board; 0 is USB."""
 
-_FACTORY = {"FS_OPTIONS": 16.0}
+_FACTORY = {"FS_OPTIONS": 16}
 """Values before any change, of parameters of which a bit is set; 0 otherwise."""
-_REACTION = {"px4": {"land": ("COM_OBL_RC_ACT", 4.0), "return": ("COM_OBL_RC_ACT", 3.0)},
-             "ardupilot": {"land": ("FS_GCS_ENABLE", 5.0), "return": ("FS_GCS_ENABLE", 1.0)}}  # fmt: skip
+_REACTION = {"px4": {"land": ("COM_OBL_RC_ACT", 4), "return": ("COM_OBL_RC_ACT", 3)},
+             "ardupilot": {"land": ("FS_GCS_ENABLE", 5), "return": ("FS_GCS_ENABLE", 1)}}  # fmt: skip
 """What a vehicle does without us."""
 _REAL = frozenset(
     {"COM_OF_LOSS_T", "RTL_RETURN_ALT", "NAV_ACC_RAD", "RTL_MIN_DIST", "RTL_LAND_DELAY", "EKF2_EVP_NOISE", "EKF2_EVA_NOISE",
@@ -73,7 +73,7 @@ def parameter_lines(
     if not _SLOWEST <= port.baud_rate <= _FASTEST:
         raise BackendError("no such rate", field="baud", given=port.baud_rate, allowed=f"{_SLOWEST} to {_FASTEST} 1/s")
     name, reaction = _REACTION[autopilot][on_loss]
-    values, lines = {name: reaction}, []
+    values, lines = {name: float(reaction)}, []
     for rule in rules_for(DIALECTS[autopilot], config, mocap_delay):
         if rule.value is None or not rule.counts(values):
             continue

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from doorman.exceptions import BackendError
+from doorman.hardware.pixhawk.config import PROMPT
 from doorman.hardware.pixhawk.dialect import PX4
 from doorman.hardware.pixhawk.link.link import Link
 from doorman.hardware.pixhawk.parameters.rules import THRUST_MODEL, Rule, Severity
@@ -18,8 +19,6 @@ from doorman.hardware.pixhawk.wire.messages import mavlink
 _TRIES = 8
 _FEWER_TRIES = 3
 """Attempts to read a parameter that firmware may not have."""
-_WAIT = 0.25
-"""Longest wait for the answers to a batch of requests [s]."""
 _BATCH = 8
 _MAX_NAME = 16
 
@@ -62,7 +61,7 @@ def _read_any(link: Link, groups: Sequence[tuple[str, ...]], tries: int = _TRIES
                         "not a parameter", field="name", given=name, allowed=f"1 to {_MAX_NAME} characters of ASCII"
                     )
                 link.send(mavlink.MAVLink_param_request_read_message(*link.target, name.encode(), -1))
-            link.exchange.wait(lambda batch=batch: True if all(map(answered, batch)) else None, _WAIT)  # type: ignore[misc]
+            link.exchange.wait(lambda batch=batch: True if all(map(answered, batch)) else None, PROMPT)  # type: ignore[misc]
         missing = [group for group in missing if not answered(group)]
         if not missing:
             break
@@ -85,7 +84,7 @@ def write_parameter(link: Link, name: str, value: float) -> bool:
         start = link.exchange.count
         field = link.known_dialect.encode_parameter(value, kind)
         link.send(mavlink.MAVLink_param_set_message(*link.target, name.encode(), field, kind))
-        answer = link.exchange.wait(lambda start=start: link.exchange.answer(name, start), _WAIT)  # type: ignore[misc]
+        answer = link.exchange.wait(lambda start=start: link.exchange.answer(name, start), PROMPT)  # type: ignore[misc]
         if answer is not None and math.isclose(answer.value, value, rel_tol=1e-5, abs_tol=1e-6):
             return True  # otherwise it may be a late answer to the read
     return False

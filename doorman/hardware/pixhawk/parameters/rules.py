@@ -186,7 +186,7 @@ ARDUPILOT_RULES = (
 )  # fmt: skip
 """Rules for ArduPilot; that of the ground station's id and those of delays depend on the set-up."""
 
-MOCAP_DELAY = {"PX4": ("EKF2_EV_DELAY", 20.0), "ArduPilot": ("VISO_DELAY_MS", 20.0)}
+MOCAP_DELAY = {"PX4": ("EKF2_EV_DELAY", 20), "ArduPilot": ("VISO_DELAY_MS", 20)}
 """Parameter of the pose's delay [ms], and by how much it may miss."""
 THRUST_MODEL = {"PX4": "THR_MDL_FAC", "ArduPilot": "MOT_THST_EXPO"}
 """Parameter by which the autopilot bends thrust into the motors' signal: 0 not at all, 1 as the square root."""

@@ -22,9 +22,10 @@ import numpy as np
 from doorman.checks import Range, check_fields
 from doorman.exceptions import BackendError
 from doorman.hardware.pixhawk.sample import VehicleSample
+from doorman.hardware.pixhawk.setpoints import AT_REST
 
-_CALM_SPEED = 0.15
 _CALM_TILT = math.radians(8.0)
+"""Tilt of a vehicle that hovers: its cosine is 1 to a hundredth [rad]."""
 _ENOUGH_READINGS = 10
 
 
@@ -117,13 +118,13 @@ def hover_curve(
     calm = {
         one.thrust_target_time: one
         for one in samples
-        if one.armed and one.thrust_target > 0.05 and _speed(one) <= _CALM_SPEED and _tilt(one) <= _CALM_TILT
+        if one.armed and one.thrust_target > 0.05 and _speed(one) <= AT_REST and _tilt(one) <= _CALM_TILT
     }.values()
     if len(calm) < _ENOUGH_READINGS:
         raise BackendError(
             "too few calm readings to calibrate hover",
             given=f"{len(calm)}{_restlessness(samples)}",
-            allowed=f"at least {_ENOUGH_READINGS} at no more than {_CALM_SPEED:g} m/s and {math.degrees(_CALM_TILT):.0f}°",
+            allowed=f"at least {_ENOUGH_READINGS} at no more than {AT_REST:g} m/s and {math.degrees(_CALM_TILT):.0f}°",
         )
     voltages = [one.battery.voltage for one in calm if one.battery.voltage > 0.0]
     if compensate_battery and not voltages:

@@ -29,10 +29,10 @@ from doorman.hardware.pixhawk.thrust.curve import signal
 
 _HEIGHT, _ASIDE, _PERIOD = 0.04, 0.03, 1.2
 """Height, way aside, period of the bob: a tenth of the weight, 5° of tilt, slow enough for 20 messages a second [m], [m], [s]."""
-BOB_TIME = 2.25 * _PERIOD
-"""Two times up and down, and the delay between thrust and velocity [s]."""
 _DELAYS = np.arange(-0.04, 0.2001, 0.01)
 """Delays of velocity behind thrust that are tried: motors, estimator and lines; late thrust readings seem to lead [s]."""
+BOB_TIME = 2 * _PERIOD + float(_DELAYS[-1])
+"""Two times up and down, and the delay between thrust and velocity [s]."""
 _ENOUGH_READINGS = 20
 _CORRELATED = 3.0
 """Factor on the least squares' deviation: errors of an estimator's neighbouring velocities are correlated."""

@@ -27,8 +27,6 @@ COUNT, OLD_SWITCH = "CA_ROTOR_COUNT", "SYS_CTRL_ALLOC"
 """Number of rotors, and the switch that PX4 1.13 allocates by or not."""
 _MOST_ROTORS = 12
 """Most rotors for which PX4 has parameters."""
-_NO_MATTER = 1e-6
-"""Share of a rotor's thrust below which it takes no part in a force to the side."""
 _SAME_AXIS, _SAME_PLACE = 0.05, 0.2
 """Difference of unit vectors, and of positions as a share of the farthest rotor's distance, that is no other rotor."""
 
@@ -46,7 +44,7 @@ class TiltedRotors:
     def of(cls, layout: RotorLayout) -> TiltedRotors:
         """Rotors of a fully actuated vehicle, all alike."""
         lift, side = float(layout.inverse[:, 0].mean()), np.abs(layout.side_inverse)
-        x, y = (float(each[each > _NO_MATTER].mean()) / lift for each in side.T)
+        x, y = (float(each[each > 1e-6].mean()) / lift for each in side.T)
         return cls(_rows(layout.positions), _rows(layout.thrust_axes), (x, y))
 
     def missing(self, dialect: Dialect, values: Mapping[str, float]) -> str:

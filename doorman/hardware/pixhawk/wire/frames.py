@@ -21,8 +21,8 @@ from doorman.arrays import Array
 from doorman.checks import vector
 from doorman.kinematics.quaternions import Quaternion, multiply, rotate, wrap
 
-_HALF_TURN: Array = np.array([1.0, -1.0, -1.0])
-_HALF_TURN_QUATERNION: Array = np.array([1.0, 1.0, -1.0, -1.0])
+_HALF_TURN: Array = np.array([1, -1, -1], float)
+_HALF_TURN_QUATERNION: Array = np.array([1, 1, -1, -1], float)
 
 
 def half_turned(values: ArrayLike) -> Array:

@@ -10,8 +10,8 @@ import numpy as np
 import pinocchio
 
 from doorman.arrays import Array
-from doorman.kinematics.doors.urdf.leaf_shape import oriented_box
-from doorman.kinematics.urdf.shapes import read_collisions
+from doorman.kinematics.urdf.elements import read_collisions
+from doorman.kinematics.urdf.mesh_hull import bounding_box
 
 _OVERLAP, _BORDER = 0.05, 0.3
 """A box borders on a doorway that reaches over its edge by less than the first, and is farther by less than the second [m]."""
@@ -47,8 +47,10 @@ def fixed_boxes(urdf: Path, model: pinocchio.Model) -> Iterator[tuple[Array, Arr
     }
     for shape in read_collisions(urdf):
         if shape.link in placements:
-            placed, size = oriented_box(urdf, shape)
-            yield placements[shape.link] @ placed, size
+            center, size = bounding_box(urdf, shape)
+            placed = placements[shape.link] @ shape.placement
+            placed[:3, 3] += placed[:3, :3] @ center
+            yield placed, size
 
 
 def boxes_along(boxes: Iterable[tuple[Array, Array]], axes: Array, origin: Array) -> list[Box]:

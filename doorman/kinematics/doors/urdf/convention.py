@@ -17,12 +17,8 @@ _STEPS = 180
 """Angles at which a joint's range is searched for jambs."""
 _AT_END = 0.05
 """By which a closed door may be outside of its range [rad]."""
-
-
-_ROUNDED = 2e-3
-"""By which files round a right angle [rad]."""
-_INSIDE = 1e-3
-"""By which 0 is inside of a range that does not end there [rad or m]."""
+ROUNDED = 2e-3
+"""By which files round a right angle, and the ends of a range [rad or m]."""
 
 
 @dataclass(frozen=True)
@@ -47,7 +43,7 @@ def closed_value(limits: tuple[float, float], at_a_jamb: Callable[[float], bool]
     at_zero = [end for end in limits if abs(end) <= _AT_END]
     ends = sorted(limits, key=abs)
     # a range ends where the door is shut
-    beside = [end for end in limits if _ROUNDED < abs(end - 0.5 * math.pi) <= _AT_END]
+    beside = [end for end in limits if ROUNDED < abs(end - 0.5 * math.pi) <= _AT_END]
     likely = [
         value for value in (*at_zero, *beside, 0.5 * math.pi, 0.0, *ends) if lower - _AT_END <= value <= upper + _AT_END
     ]
@@ -63,8 +59,8 @@ def closed_value(limits: tuple[float, float], at_a_jamb: Callable[[float], bool]
 def closed_near_zero(limits: tuple[float, float]) -> Closed:
     """Where a slide or a lever is closed: 0, or the end of the range that is nearer to it."""
     lower, upper = limits
-    inside = lower + _INSIDE < 0.0 < upper - _INSIDE
-    known = lower - _INSIDE < 0.0 < upper + _INSIDE
+    inside = lower + ROUNDED < 0.0 < upper - ROUNDED
+    known = lower - ROUNDED < 0.0 < upper + ROUNDED
     return Closed(0.0 if inside else min(limits, key=abs), guessed=not known)
 
 

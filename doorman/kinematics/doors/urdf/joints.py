@@ -10,8 +10,7 @@ import pinocchio
 
 from doorman.arrays import Array
 from doorman.exceptions import UrdfError
-from doorman.kinematics.urdf.elements import UrdfJoint, read_joints
-from doorman.kinematics.urdf.shapes import read_collisions, read_parents
+from doorman.kinematics.urdf.elements import UrdfJoint, read_collisions, read_joints, read_parents
 from doorman.scenario import DoorSection
 
 

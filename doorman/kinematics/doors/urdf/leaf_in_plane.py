@@ -3,22 +3,20 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
+from functools import cached_property
 
 import numpy as np
-import pinocchio
 
 from doorman.arrays import Array
 from doorman.kinematics.doors.urdf.convention import Closed, closed_near_zero
-from doorman.kinematics.doors.urdf.leaf_on_joint import LEANS, LeafOnJoint, LeafSize
-from doorman.scenario import ContactSection, DoorSection
+from doorman.kinematics.doors.urdf.leaf_on_joint import LEANS, UP, LeafOnJoint, LeafSize
 
 _FLAT = 0.5
 """Largest length along the axis of what turns in a plane, as a share of its reach across: a hatch is longer along its hinge."""
 _PLATE = 3.0
 """Least length of a plate's sides, as a multiple of its thickness: a leaf, a wall or a panel, and no jamb."""
-_ALONG = math.cos(math.radians(5.0))
-"""Least cosine between the axis and a contact's normal that looks away from the face."""
+ALONG = math.cos(math.radians(5.0))
+"""Least cosine between a contact's normal and the direction away from leaf or face in which it looks."""
 
 
 class LeafInPlane(LeafOnJoint):
@@ -28,49 +26,39 @@ class LeafInPlane(LeafOnJoint):
     vehicle. So the normal is the way on which the tip moves, about the axis.
     """
 
-    def __init__(
-        self, urdf: Path, model: pinocchio.Model, section: DoorSection, contact: ContactSection | None = None
-    ) -> None:
-        self._contact_section = contact if contact is not None and contact.named is not None else None
-        super().__init__(urdf, model, section)
-        self.face = self._face()
-        """Unit vector from the vehicle to the face, along the axis, shape (3,), world frame."""
-
-    def direction(self, value: float) -> Array:
+    def _direction(self, value: float) -> Array:
         """Unit vector at a right angle to the axis: to the contact, else along the lever, else anywhere."""
-        rotation = self.rotation(value)
-        if self._contact_section is not None:
-            along = self._contact_place(value) - self.origin
-        elif self.shape.along is not None:
-            along = rotation @ self.shape.along
-        else:
-            along = rotation @ np.array([*np.roll(np.eye(3), 1, axis=0)[np.argmax(np.abs(self.shape.axis))]])
-        along = along - (self.axis @ along) * self.axis
-        return np.asarray(np.round(along, 9) / np.linalg.norm(np.round(along, 9)))
+        if self.named is not None:
+            return self._across(self._contact_place(value))
+        along = self.shape.along
+        if along is None:
+            along = np.roll(np.eye(3), 1, axis=0)[np.argmax(np.abs(self.shape.axis))]
+        return self._across(self.rotation(value) @ along)
 
-    def up(self, into: Array, along: Array) -> Array:
+    def _up(self, into: Array, along: Array) -> Array:
         """Away from the face."""
-        return -self.face
+        return -self._face()
 
-    def size(self, axes: Array, closed: float) -> LeafSize:
+    @cached_property
+    def size(self) -> LeafSize:
         """Reach from the axis, length along it, and thickness."""
-        into, along, up = axes @ self.rotation(closed)
+        into, along, up = self.axes_in_leaf
         lowest, highest = self._whole(up)
         width, (front, back) = self._whole(along)[1], self.shape.extent(into)
-        if self._contact_section is not None:  # a round rim is read as a polygon
-            _, far, high = axes @ (self._contact_place(closed) - self.origin)
+        if self.named is not None:  # a round rim is read as a polygon
+            _, far, high = self.axes @ self._contact_place(self.closed.value)
             width, lowest, highest = max(width, float(far)), min(lowest, float(high)), max(highest, float(high))
         sides = width, highest - lowest, back - front, 0.0 - front
-        return LeafSize(sides, self.origin + lowest * axes[2])
+        return LeafSize(sides, self.origin + lowest * self.axes[2])
 
-    def frame_depth(self, axes: Array, leaf: LeafSize) -> tuple[float, float]:
+    def frame_depth(self) -> tuple[float, float]:
         """None: the vehicle stays before the face."""
         return 0.0, 0.0
 
-    def beside(self, axes: Array, closed: float, point: Array) -> tuple[Array, float]:
+    def beside(self, point: Array) -> tuple[Array, float]:
         """Plane of the face: of what stands still behind the contact, else of the back of what turns."""
-        normal = axes[2]
-        behind = float(normal @ self.origin) + self._whole(self.rotation(closed).T @ normal)[0]
+        normal = self.axes[2]
+        behind = float(normal @ self.origin) + self._whole(self.axes_in_leaf[2])[0]
         return normal, max(self._planes_behind(normal, point), default=behind)
 
     def _whole(self, direction: Array) -> tuple[float, float]:
@@ -79,23 +67,18 @@ class LeafInPlane(LeafOnJoint):
         return float(reaches[:, 0].min()), float(reaches[:, 1].max())
 
     def _contact_place(self, value: float) -> Array:
-        assert self._contact_section is not None
-        anywhere = np.array([0.0, 0.0, -1.0])
-        return self.contact(self._contact_section, value, anywhere)[0]
+        """From the joint [m]."""
+        return np.asarray(self.contact(value, -UP)[0] - self.origin)
 
     def _face(self) -> Array:
-        """Where what the axis passes stands, or what is nearest; without anything, ahead of a vehicle that looks along x."""
-        closed = self.closed().value
-        if self._contact_section is not None:
-            at = float(self.axis @ (self._contact_place(closed) - self.origin))
+        """From the vehicle to the face: where what the axis passes stands, or what is nearest; without anything, along x."""
+        closed = self.closed.value
+        if self.named is not None:
+            at = float(self.axis @ self._contact_place(closed))
         else:
             at = 0.5 * sum(self._whole(self.rotation(closed).T @ self.axis))
-        plates = [
-            (abs(middle - at) - half, middle - at)
-            for middle, half in (
-                self._along_axis(*box) for box in self.fixed_boxes if passes(self.origin, self.axis, *box)
-            )
-        ]
+        passed = (self._along_axis(*box) for box in self.fixed_boxes if passes(self.origin, self.axis, *box))
+        plates = [(abs(middle - at) - half, middle - at) for middle, half in passed]
         side = min(plates)[1] if plates else float(self.axis[0]) or 1.0
         return np.asarray(math.copysign(1.0, side) * self.axis)
 
@@ -112,14 +95,14 @@ class LeafInPlane(LeafOnJoint):
         return closed_near_zero(self.limits)
 
 
-def turns_in_plane(leaf: LeafOnJoint, contact: ContactSection | None) -> bool:
+def turns_in_plane(leaf: LeafOnJoint) -> bool:
     """Whether a hinge's axis stands at a right angle to the face that it is mounted on, as a lever's does."""
-    axis, shape = leaf.axis, leaf.shape
+    axis, shape, named = leaf.axis, leaf.shape, leaf.named
     if abs(axis[2]) >= LEANS:
         return False
-    if contact is not None and contact.named is not None:
-        outward = leaf.contact(contact, 0.0, np.array([0.0, 0.0, -1.0]))[1]
-        if contact.link is None and outward is not None and abs(float(outward @ axis)) > _ALONG:
+    if named is not None:
+        outward = leaf.contact(0.0, -UP)[1]
+        if named.link is None and outward is not None and abs(float(outward @ axis)) > ALONG:
             return True
     height, across = shape.width(shape.axis), [shape.width(edge) for edge in _across(shape.axis)]
     if height > _FLAT * max(across):

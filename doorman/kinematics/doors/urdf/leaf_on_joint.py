@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import pinocchio
@@ -13,7 +13,7 @@ import pinocchio
 from doorman.arrays import Array
 from doorman.exceptions import UrdfError
 from doorman.kinematics.doors.urdf.beside import boxes_along, depth_beside, fixed_boxes, height_below_lintel
-from doorman.kinematics.doors.urdf.convention import Closed, closed_value, meets
+from doorman.kinematics.doors.urdf.convention import ROUNDED, Closed, closed_value, meets
 from doorman.kinematics.doors.urdf.leaf_shape import LeafShape, read_shape
 from doorman.kinematics.urdf.elements import read_joints
 from doorman.kinematics.urdf.robot import link_index
@@ -23,10 +23,10 @@ _VERTICAL = 1e-5
 """Largest horizontal component of an axis that counts as vertical: a rounded π/2 in a URDF leaves less."""
 LEANS = 0.5
 """Least upward component of an axis whose end above is `up`; one that leans more has it on the right of the vehicle."""
+UP = np.eye(3)[2]
 
 
-@dataclass(frozen=True)
-class LeafSize:
+class LeafSize(NamedTuple):
     """The leaf, seen from its joint."""
 
     sides: tuple[float, float, float, float]
@@ -36,13 +36,17 @@ class LeafSize:
 
 
 class LeafOnJoint:
-    """Reader of one door, by Pinocchio's model in which the hinge alone moves."""
+    """Reader of one door, by Pinocchio's model in which the hinge alone moves; `turns` is the sense of α as the door opens."""
 
     unit = "rad"
     """Unit of the joint's value."""
 
-    def __init__(self, urdf: Path, model: pinocchio.Model, section: DoorSection) -> None:
-        self._urdf, self._model, self._section = urdf, model, section
+    def __init__(
+        self, urdf: Path, model: pinocchio.Model, section: DoorSection, contact: ContactSection | None, turns: float
+    ) -> None:
+        self._urdf, self._model, self._section, self._turns = urdf, model, section, turns
+        self.named = contact if contact is not None and contact.named is not None else None
+        """The contact, if it names a place of the URDF."""
         self._data = model.createData()
         self.origin = np.array(model.jointPlacements[1].translation)
         """Origin of the joint, shape (3,), world frame [m]."""
@@ -58,6 +62,38 @@ class LeafOnJoint:
         """Least and largest value of the joint [rad]."""
         return self._turn() if self.endless else self._range()
 
+    @cached_property
+    def closed(self) -> Closed:
+        """Where the joint is closed."""
+        lower, upper = self.limits
+        value = self._section.closed
+        if value is None:
+            return self._likely_closed()
+        if not lower - ROUNDED <= value <= upper + ROUNDED:
+            raise UrdfError(
+                "the door is closed outside the joint's range", file=self._urdf, field="door.closed", given=value,
+                allowed=f"{lower:g} to {upper:g} {self.unit}",
+            )  # fmt: skip
+        return Closed(value)
+
+    @cached_property
+    def sense(self) -> float:
+        """1 where the joint's value grows as the door opens, else −1."""
+        (lower, upper), closed = self.limits, self.closed.value
+        return 1.0 if self.endless or upper - closed > closed - lower else -1.0
+
+    @cached_property
+    def axes(self) -> Array:
+        """Rows `into`, `along` and `up` of the doorway, world frame, shape (3, 3)."""
+        along, opens = self._directions()
+        into = -self._turns * opens
+        return np.vstack([into, along, self._up(into, along)])
+
+    @cached_property
+    def axes_in_leaf(self) -> Array:
+        """The same in the axes of the link that the joint carries, where the door is closed."""
+        return np.asarray(self.axes @ self.rotation(self.closed.value))
+
     @property
     def _upright(self) -> bool:
         """Whether the hinge stands rather than lies."""
@@ -65,10 +101,13 @@ class LeafOnJoint:
 
     def rotation(self, value: float) -> Array:
         """Rotation of the leaf's joint frame into the world."""
-        pinocchio.forwardKinematics(self._model, self._data, np.array([value]))
-        return np.array(self._data.oMi[1].rotation)
+        return np.array(self._at(value).rotation)
 
-    def direction(self, value: float) -> Array:
+    def _at(self, value: float) -> pinocchio.SE3:
+        pinocchio.forwardKinematics(self._model, self._data, np.array([value]))
+        return self._data.oMi[1]
+
+    def _direction(self, value: float) -> Array:
         """Unit vector along the leaf, away from the hinge and at a right angle to it."""
         along = self.shape.along
         if along is None:
@@ -77,42 +116,27 @@ class LeafOnJoint:
                 given="no shape with edges along the hinge and across it",
                 allowed=f"a leaf with edges along the hinge, {self.axis.round(3).tolist()}",
             )  # fmt: skip
-        direction = self.rotation(value) @ along
-        direction -= (self.axis @ direction) * self.axis
-        return np.round(direction, 9) / np.linalg.norm(np.round(direction, 9))
+        return self._across(self.rotation(value) @ along)
 
-    def closed(self) -> Closed:
-        """Where the joint is closed."""
-        lower, upper = self.limits
-        value = self._section.closed
-        if value is None:
-            return self._likely_closed()
-        if not lower - 1e-3 <= value <= upper + 1e-3:
-            raise UrdfError(
-                "the door is closed outside the joint's range", file=self._urdf, field="door.closed", given=value,
-                allowed=f"{lower:g} to {upper:g} {self.unit}",
-            )  # fmt: skip
-        return Closed(value)
+    def _across(self, direction: Array) -> Array:
+        """Unit vector along the part of a direction that is at a right angle to the axis."""
+        across = np.round(direction - (self.axis @ direction) * self.axis, 9)
+        return np.asarray(across / np.linalg.norm(across))
 
-    def sense(self, closed: float) -> float:
-        """1 where the joint's value grows as the door opens, else −1."""
-        lower, upper = self.limits
-        return 1.0 if self.endless or upper - closed > closed - lower else -1.0
-
-    def directions(self, closed: float, sense: float) -> tuple[Array, Array]:
+    def _directions(self) -> tuple[Array, Array]:
         """Direction along the closed leaf from hinge to latch, and the one in which the leaf moves as it opens."""
-        along = self.direction(closed)
-        return along, sense * np.cross(self.axis, along)
+        along = self._direction(self.closed.value)
+        return along, self.sense * np.cross(self.axis, along)
 
-    def up(self, into: Array, along: Array) -> Array:
+    def _up(self, into: Array, along: Array) -> Array:
         """Unit vector along the hinge's axis: upwards, or to the right of a vehicle that looks into the doorway."""
         right = float(into[1] * self.axis[0] - into[0] * self.axis[1])
-        return np.asarray(self.axis * np.sign(self.axis[2] if abs(self.axis[2]) >= LEANS else right))
+        return np.asarray(self.axis * np.sign(self.axis[2] if self._upright else right))
 
-    def center_of_mass(self, value: float) -> Array:
-        """Centre of mass of what the joint carries."""
-        pinocchio.forwardKinematics(self._model, self._data, np.array([value]))
-        return np.array(self._data.oMi[1].act(self._model.inertias[1].lever))
+    @property
+    def center_of_mass(self) -> Array:
+        """Centre of mass of what the joint carries, where the door is closed."""
+        return np.array(self._at(self.closed.value).act(self._model.inertias[1].lever))
 
     def mass_and_inertia(self) -> tuple[float, float]:
         """Mass of what the joint carries, and its inertia about the joint's axis [kg], [kg m²]."""
@@ -125,9 +149,10 @@ class LeafOnJoint:
                 )  # fmt: skip
         return mass, along_joint
 
-    def size(self, axes: Array, closed: float) -> LeafSize:
+    @cached_property
+    def size(self) -> LeafSize:
         """Size of the leaf."""
-        into, along, up = axes @ self.rotation(closed)
+        into, along, up = self.axes_in_leaf
         (_, width), (lowest, highest) = self.shape.extent(along), self.shape.extent(up)
         front, back = self.shape.extent(into)
         if width <= 0.0 or back - front > width - self.shape.extent(along)[0]:
@@ -138,11 +163,11 @@ class LeafOnJoint:
                 allowed="a leaf that is longer than thick and lies beside the hinge",
             )  # fmt: skip
         sides = float(width), float(highest - lowest), float(back - front), 0.0 - front
-        return LeafSize(sides, self.origin + lowest * axes[2])
+        return LeafSize(sides, self.origin + lowest * self.axes[2])
 
-    def face_offset(self, axes: Array, closed: float, place: tuple[float, float]) -> float:
+    def face_offset(self, place: tuple[float, float]) -> float:
         """How far the face to the vehicle lies before the hinge axis, along and up from P_h, on the panel there [m]."""
-        into, along, up = axes @ self.rotation(closed)
+        into, along, up = self.axes_in_leaf
         return 0.0 - self.shape.face(into, along, up, (place[0], self.shape.extent(up)[0] + place[1]))
 
     @cached_property
@@ -150,16 +175,17 @@ class LeafOnJoint:
         """Placement in the world, (4, 4), and lengths of boxes that do not move with the leaf."""
         return tuple(fixed_boxes(self._urdf, self._model))
 
-    def frame_depth(self, axes: Array, leaf: LeafSize) -> tuple[float, float]:
+    def frame_depth(self) -> tuple[float, float]:
         """How far boxes beside the doorway, that do not move with the leaf, reach before and behind the hinge axis [m]."""
-        return depth_beside(boxes_along(self.fixed_boxes, axes, leaf.corner), leaf.sides[:2], self._upright)
+        boxes = boxes_along(self.fixed_boxes, self.axes, self.size.corner)
+        return depth_beside(boxes, self.size.sides[:2], self._upright)
 
-    def frame_height(self, axes: Array, leaf: LeafSize) -> float | None:
+    def frame_height(self) -> float | None:
         """Height of the opening above the leaf's lower edge; None where nothing of the frame is over it [m]."""
-        boxes = boxes_along(self.fixed_boxes, axes, leaf.corner) if self._upright else []
-        return height_below_lintel(boxes, leaf.sides[:2])
+        boxes = boxes_along(self.fixed_boxes, self.axes, self.size.corner) if self._upright else []
+        return height_below_lintel(boxes, self.size.sides[:2])
 
-    def beside(self, axes: Array, closed: float, point: Array) -> tuple[Array, float] | None:
+    def beside(self, point: Array) -> tuple[Array, float] | None:
         """Plane beside the way of a contact point, which the vehicle stays before; a hinged leaf has none."""
         return None
 
@@ -171,21 +197,23 @@ class LeafOnJoint:
         )
         return [reach for reach in reaches if reach < float(normal @ point)]
 
-    def contact(self, contact: ContactSection, closed: float, into: Array) -> tuple[Array, Array | None]:
+    def contact(self, value: float, into: Array) -> tuple[Array, Array | None]:
         """Where a tip touches, as the section names it, and the unit vector away from the leaf there, if it names one."""
+        contact = self.named
+        assert contact is not None
         if contact.link is not None:
-            return self._on_link(contact.link, closed, into)
+            return self._on_link(contact.link, value, into)
         name = self._section.leaf if contact.frame is None else contact.frame
-        placement = self._placement(name, "door.leaf" if contact.frame is None else "contact.frame", closed)
+        placement = self._placement(name, "door.leaf" if contact.frame is None else "contact.frame", value)
         if contact.point is None:
             return placement[:3, 3], placement[:3, 0]
         normal = None if contact.normal is None else placement[:3, :3] @ contact.normal / np.linalg.norm(contact.normal)
         return placement[:3, :3] @ contact.point + placement[:3, 3], normal
 
-    def _on_link(self, name: str, closed: float, into: Array) -> tuple[Array, Array]:
+    def _on_link(self, name: str, value: float, into: Array) -> tuple[Array, Array]:
         """Middle of the outer side of what a link has on one side of the leaf."""
-        self._placement(name, "contact.link", closed)
-        rotation, parts = self.rotation(closed), [part for part in self.shape.parts if part.link == name]
+        self._placement(name, "contact.link", value)
+        rotation, parts = self.rotation(value), [part for part in self.shape.parts if part.link == name]
         if not parts:
             raise UrdfError(
                 "the contact's link has no collision shape", file=self._urdf, field="contact.link", given=name,
@@ -194,13 +222,13 @@ class LeafOnJoint:
         handle = LeafShape(tuple(parts), self.shape.axis)
         (front, back), ends = self.shape.extent(rotation.T @ into), handle.extent(rotation.T @ into)
         outward = -into if front - ends[0] >= ends[1] - back else into
-        across = np.cross(self.axis if not self.unit == "m" else np.array([0.0, 0.0, 1.0]), outward)
+        across = np.cross(self.axis if not self.unit == "m" else UP, outward)
         axes = np.array([outward, across, np.cross(outward, across)])
         reaches = np.array([handle.extent(rotation.T @ axis) for axis in axes])
         at = np.array([reaches[0, 1], *reaches[1:].mean(axis=1)])
         return np.array(self._data.oMi[1].translation) + axes.T @ at, outward
 
-    def _placement(self, name: str, field: str, closed: float) -> Array:
+    def _placement(self, name: str, field: str, value: float) -> Array:
         """Placement of a link of the leaf in the world, homogeneous, shape (4, 4)."""
         index = link_index(self._model, name, self._urdf, field)
         if self._model.frames[index].parentJoint != 1:
@@ -208,7 +236,7 @@ class LeafOnJoint:
                 "the contact does not move with the leaf", file=self._urdf, field=field, given=name,
                 allowed=f"a link that joint '{self._section.hinge}' moves",
             )  # fmt: skip
-        pinocchio.framesForwardKinematics(self._model, self._data, np.array([closed]))
+        pinocchio.framesForwardKinematics(self._model, self._data, np.array([value]))
         return np.array(self._data.oMf[index].homogeneous)
 
     def _turn(self) -> tuple[float, float]:
@@ -231,7 +259,7 @@ class LeafOnJoint:
         change: Array = self.rotation(0.5) @ self.rotation(0.0).T
         axis = np.array([change[2, 1] - change[1, 2], change[0, 2] - change[2, 0], change[1, 0] - change[0, 1]])
         axis /= 2.0 * math.sin(0.5)
-        return np.array([0.0, 0.0, np.sign(axis[2])]) if np.hypot(*axis[:2]) < _VERTICAL else axis
+        return np.sign(axis[2]) * UP if np.hypot(*axis[:2]) < _VERTICAL else axis
 
     def _inertia_along_the_joint(self) -> float:
         """About its axis [kg m²]."""
@@ -250,7 +278,7 @@ class LeafOnJoint:
         middle = self.origin + 0.5 * sum(self.shape.extent(axis)) * self.axis
 
         def at_a_jamb(value: float) -> bool:
-            along = self.direction(value)
+            along = self._direction(value)
             width = self.shape.extent(self.rotation(value).T @ along)[1]
             return meets(boxes, middle + width * along, along, width)
 

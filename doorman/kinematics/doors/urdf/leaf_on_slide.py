@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -12,12 +13,8 @@ from doorman.arrays import Array
 from doorman.exceptions import UrdfError
 from doorman.kinematics.doors.urdf.convention import Closed, closed_near_zero
 from doorman.kinematics.doors.urdf.leaf_in_plane import LeafInPlane, turns_in_plane
-from doorman.kinematics.doors.urdf.leaf_on_joint import LeafOnJoint, LeafSize
+from doorman.kinematics.doors.urdf.leaf_on_joint import LEANS, UP, LeafOnJoint, LeafSize
 from doorman.scenario import ContactSection, DoorSection
-
-_UP = np.array([0.0, 0.0, 1.0])
-_STEEPEST = math.sin(math.radians(30.0))
-"""Largest upward component of a slide that is moved by tilting."""
 
 
 class LeafOnSlide(LeafOnJoint):
@@ -26,66 +23,60 @@ class LeafOnSlide(LeafOnJoint):
     unit = "m"
     _upright = False
 
-    def direction(self, value: float) -> Array:
-        """Horizontal unit vector across the slide, in the face."""
-        across = np.cross(_UP, self.axis)
-        return np.asarray(across / np.linalg.norm(across))
+    def _directions(self) -> tuple[Array, Array]:
+        """Horizontal direction across the slide, in the face, and the one in which the leaf moves as it opens."""
+        across = np.cross(UP, self.axis)
+        return np.asarray(across / np.linalg.norm(across)), self.sense * self.axis
 
-    def directions(self, closed: float, sense: float) -> tuple[Array, Array]:
-        """Direction across the slide, and the one in which the leaf moves as it opens."""
-        return self.direction(closed), sense * self.axis
-
-    def up(self, into: Array, along: Array) -> Array:
+    def _up(self, into: Array, along: Array) -> Array:
         """Unit vector in the face, at a right angle to `along`, upwards."""
         up = np.cross(into, along)
         return np.asarray(up * np.sign(up[2]))
 
-    def size(self, axes: Array, closed: float) -> LeafSize:
+    @cached_property
+    def size(self) -> LeafSize:
         """Size of the leaf, seen along the slide."""
-        middle, reach = self._placed(axes, closed)
+        middle, reach = self._placed
         sides = float(2 * reach[1]), float(2 * reach[2]), float(2 * reach[0]), 0.0
-        return LeafSize(sides, (middle - reach) @ axes)
+        return LeafSize(sides, (middle - reach) @ self.axes)
 
-    def face_offset(self, axes: Array, closed: float, place: tuple[float, float]) -> float:
+    def face_offset(self, place: tuple[float, float]) -> float:
         """How far the face lies before P_h, along and up from it [m]."""
-        into, along, up = axes @ self.rotation(closed)
+        into, along, up = self.axes_in_leaf
         at = place[0] + self.shape.extent(along)[0], place[1] + self.shape.extent(up)[0]
         return self.shape.extent(into)[0] - self.shape.face(into, along, up, at)
 
-    def beside(self, axes: Array, closed: float, point: Array) -> tuple[Array, float] | None:
+    def beside(self, point: Array) -> tuple[Array, float] | None:
         """Plane beside the way of a contact point that lies before the leaf's side, or above it, and not on its front.
 
         Boxes that stand still count where the point is beyond them as well.
         """
-        middle, reach = self._placed(axes, closed)
-        away = axes @ point - middle
+        middle, reach = self._placed
+        away = self.axes @ point - middle
         outside = np.abs(away) - reach
         side = 1 + int(np.argmax(outside[1:]))
         if outside[side] <= 0.0:
             return None
-        normal = np.sign(away[side]) * axes[side]
+        normal = np.sign(away[side]) * self.axes[side]
         own = float(np.sign(away[side]) * middle[side] + reach[side])
         return normal, max([own, *self._planes_behind(normal, point)])
 
-    def _placed(self, axes: Array, closed: float) -> tuple[Array, Array]:
+    @cached_property
+    def _placed(self) -> tuple[Array, Array]:
         """Centre from the world's origin and half lengths of the leaf along the doorway's axes, (3,) each [m]."""
-        into, along, up = axes @ self.rotation(closed)
-        reaches = np.array([self.shape.extent(into), self.shape.extent(along), self.shape.extent(up)])
-        reaches += (axes @ np.array(self._data.oMi[1].translation))[:, None]
+        reaches = np.array([self.shape.extent(axis) for axis in self.axes_in_leaf])
+        reaches += (self.axes @ np.array(self._at(self.closed.value).translation))[:, None]
         return reaches.mean(axis=1), 0.5 * np.ptp(reaches, axis=1)
 
     def _axis_in_world(self) -> Array:
         """Unit vector along which the leaf slides, world frame; plainly horizontal where it is nearly so."""
-        places = []
-        for value in (0.0, 1.0):
-            pinocchio.forwardKinematics(self._model, self._data, np.array([value]))
-            places.append(np.array(self._data.oMi[1].translation))
-        axis = np.round(places[1] - places[0], 9)
-        if abs(axis[2]) > _STEEPEST:
+        first, last = (np.array(self._at(value).translation) for value in (0.0, 1.0))
+        axis = np.round(last - first, 9)
+        if abs(axis[2]) > LEANS:
             raise UrdfError(
                 "the slide is too steep: a vehicle moves it by tilting", file=self._urdf,
                 field=f"joint {self._section.hinge}", given=f"axis along {axis.round(4).tolist()} in the world",
-                allowed=f"within {math.degrees(math.asin(_STEEPEST)):.0f}° of the horizontal",
+                allowed=f"within {math.degrees(math.asin(LEANS)):.0f}° of the horizontal",
             )  # fmt: skip
         return np.asarray(axis / np.linalg.norm(axis))
 
@@ -98,10 +89,10 @@ class LeafOnSlide(LeafOnJoint):
 
 
 def read_leaf(
-    urdf: Path, model: pinocchio.Model, section: DoorSection, contact: ContactSection | None = None
+    urdf: Path, model: pinocchio.Model, section: DoorSection, contact: ContactSection | None, turns: float
 ) -> LeafOnJoint:
     """Reader of a door, by the kind of its joint."""
     if model.joints[1].shortname().startswith("JointModelP"):
-        return LeafOnSlide(urdf, model, section)
-    leaf = LeafOnJoint(urdf, model, section)
-    return LeafInPlane(urdf, model, section, contact) if turns_in_plane(leaf, contact) else leaf
+        return LeafOnSlide(urdf, model, section, contact, turns)
+    leaf = LeafOnJoint(urdf, model, section, contact, turns)
+    return LeafInPlane(urdf, model, section, contact, turns) if turns_in_plane(leaf) else leaf

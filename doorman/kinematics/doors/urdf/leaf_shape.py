@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from doorman.arrays import Array
 from doorman.exceptions import UrdfError
+from doorman.kinematics.urdf.elements import UrdfShape, read_collisions
 from doorman.kinematics.urdf.mesh_hull import convex_hull
-from doorman.kinematics.urdf.shapes import UrdfShape, read_collisions
 
 _PARALLEL = math.cos(math.radians(0.25))
 """Least cosine between the hinge's axis and an edge of the leaf that counts as parallel to it."""
@@ -113,15 +113,6 @@ def read_shape(urdf: Path, model: pinocchio.Model, axis: Array, leaf: str) -> Le
             given=f"shapes in {others}, which its joint does not move", allowed="boxes, cylinders or meshes of leaf and handle",
         )  # fmt: skip
     return LeafShape(tuple(parts), axis)
-
-
-def oriented_box(urdf: Path, shape: UrdfShape) -> tuple[Array, Array]:
-    """Placement in the link, (4, 4), and lengths, (3,), of the box along a shape's own axes that holds it."""
-    part = _part(urdf, shape, np.asarray(np.linalg.inv(shape.placement)))
-    lower, upper = np.array([part.extent(axis) for axis in np.eye(3)]).T
-    centered = np.eye(4)
-    centered[:3, 3] = 0.5 * (lower + upper)
-    return shape.placement @ centered, upper - lower
 
 
 def _part(urdf: Path, shape: UrdfShape, link: Array) -> Part:

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from doorman.exceptions import UrdfError
 from doorman.kinematics.doors.door import Door, Side
-from doorman.kinematics.doors.variants.face import write_door_with_face
+from doorman.kinematics.doors.variants.variant import write_door_with_face
 from doorman.kinematics.urdf.elements import read_joints
 from doorman.scenario import ContactSection, DoorSection, SimulationSection
 

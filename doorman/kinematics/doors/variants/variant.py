@@ -1,8 +1,9 @@
-"""Another door of the same make: its URDF with another width or mass of the leaf.
+"""Another door of the same make: its URDF with another width or mass of the leaf, or another place of its face.
 
 The world is cut along the middle of the closed leaf, and the difference in width is put in between: boxes that span the cut
 grow by it, whatever lies beyond it moves by it. The leaf's inertial is spread with its width and scaled with its mass, so
-that a thin plate stays one.
+that a thin plate stays one. For another face the hinge carries a link without mass, and that carries, by a fixed joint, what the
+hinge carried: inertia, shapes and meshes of the leaf move along.
 """
 
 from __future__ import annotations
@@ -13,7 +14,6 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
-import pinocchio
 
 from doorman.arrays import Array
 from doorman.bounds import parse_numbers
@@ -21,8 +21,12 @@ from doorman.compilation import cache_directory
 from doorman.compilation.cache_files import write_atomically
 from doorman.compilation.cache_place import fresh_directory
 from doorman.exceptions import UrdfError
+from doorman.kinematics.urdf.elements import placement_of
+from doorman.kinematics.urdf.mesh_files import mesh_file
 from doorman.kinematics.urdf.structure import check_structure
 
+_CARRIER = "carrier_of_"
+"""What the new link's name begins with."""
 _INERTIA = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 
 
@@ -39,6 +43,27 @@ def write_door_variant(
         _stretch(frame, *of_frame, of_frame[1] * float(hinge[of_frame[0]]) + width / 2, new_width - width)
     ratio = 1.0 if new_width is None else new_width / width
     _spread_inertial(slab, 1.0 + (ratio - 1.0) * np.abs(along_leaf), new_mass)
+    return write_door_text(urdf.stem, ElementTree.tostring(robot, encoding="utf-8"))
+
+
+def write_door_with_face(urdf: Path, hinge: str, shift: Array) -> Path:
+    """Write a door's URDF with its leaf elsewhere on the hinge, once for each, where `write_door_text` puts it."""
+    robot = check_structure(urdf)
+    for mesh in robot.iter("mesh"):
+        file = mesh_file(urdf, mesh.get("filename", ""))
+        mesh.set("filename", mesh.get("filename", "") if file is None else str(file))
+    joint = next(joint for joint in robot.findall("joint") if joint.get("name") == hinge)
+    child = joint.find("child")
+    assert child is not None, "check_structure has seen it"
+    carried = str(child.get("link"))
+    names = {element.get("name") for element in robot}
+    carrier = next(name for n in range(len(names) + 1) if (name := f"{_CARRIER}{carried}{'_' * n}") not in names)
+    child.set("link", carrier)
+    ElementTree.SubElement(robot, "link", name=carrier)
+    fixed = ElementTree.SubElement(robot, "joint", name=f"{carrier}_joint", type="fixed")
+    ElementTree.SubElement(fixed, "origin", xyz=" ".join(f"{value:.17g}" for value in shift), rpy="0 0 0")
+    ElementTree.SubElement(fixed, "parent", link=carrier)
+    ElementTree.SubElement(fixed, "child", link=carried)
     return write_door_text(urdf.stem, ElementTree.tostring(robot, encoding="utf-8"))
 
 
@@ -96,9 +121,10 @@ def _axis(urdf: Path, along: Array) -> tuple[int, float]:
 def _stretch(link: ElementTree.Element, axis: int, sign: float, cut: float, difference: float) -> None:
     """Insert a difference in length at a cut across an axis of the link, both measured along its `sign`."""
     for shape in [*link.findall("visual"), *link.findall("collision")]:
-        center, rotation = _placement(shape)
+        placed = placement_of(shape)
+        center, rotation = placed[:3, 3], placed[:3, :3]
         box = shape.find("geometry/box")
-        size = np.zeros(3) if box is None else _numbers(box.get("size", ""))
+        size = np.zeros(3) if box is None else np.array(parse_numbers(box.get("size", "")))
         edge = int(np.argmax(np.abs(rotation[axis])))
         middle = sign * center[axis]
         if middle - size[edge] / 2 < cut < middle + size[edge] / 2 and box is not None:
@@ -117,7 +143,8 @@ def _spread_inertial(link: ElementTree.Element, ratios: Array, new_mass: float |
     inertia = None if inertial is None else inertial.find("inertia")
     if inertial is None or mass is None or inertia is None:
         return  # a leaf without mass is refused when the door is read
-    center, rotation = _placement(inertial)
+    placed = placement_of(inertial)
+    center, rotation = placed[:3, 3], placed[:3, :3]
     upper, matrix = np.triu_indices(3), np.zeros((3, 3))
     matrix[upper] = matrix.T[upper] = [float(inertia.get(name, "0")) for name in _INERTIA]
     matrix = rotation @ matrix @ rotation.T
@@ -134,19 +161,9 @@ def _spread_inertial(link: ElementTree.Element, ratios: Array, new_mass: float |
     origin.set("rpy", "0 0 0")
 
 
-def _placement(element: ElementTree.Element) -> tuple[Array, Array]:
-    """Centre (3,) and rotation (3, 3) of a shape or an inertial in its link."""
-    origin = _origin(element)
-    return _numbers(origin.get("xyz", "0 0 0")), pinocchio.rpy.rpyToMatrix(_numbers(origin.get("rpy", "0 0 0")))
-
-
 def _origin(element: ElementTree.Element) -> ElementTree.Element:
     origin = element.find("origin")
     return ElementTree.SubElement(element, "origin", xyz="0 0 0", rpy="0 0 0") if origin is None else origin
-
-
-def _numbers(text: str) -> Array:
-    return np.array(parse_numbers(text))
 
 
 def _text(numbers: Array | list[float]) -> str:

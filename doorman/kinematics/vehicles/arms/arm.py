@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from doorman.arrays import Array
 from doorman.compilation import kernel
-from doorman.kinematics.vehicles.arms.arm_geometry import ArmGeometry
+from doorman.kinematics.vehicles.arms.arm_pattern import ArmGeometry
 from doorman.numba_types.elementary import sincos
 
 

@@ -33,7 +33,7 @@ class Hover(MissionPhase):
         known = None if before is None else before.glide
         self.glide = known or Glide(estimate.position, estimate.yaw)
         self._still_since: float | None = None
-        self._unread = attempt.settings.judge_poses
+        self._unread = "poses" in attempt.settings.measures
         self._strayed, self._felt, self._testing = 0.0, 0.0, False
 
     def step(self, estimate: Estimate, body_rates: Array, time_step: float) -> tuple[Setpoint, Then]:

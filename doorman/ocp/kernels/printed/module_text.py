@@ -163,10 +163,12 @@ def _curvature(expressions: Expressions) -> tuple[list[str], int]:
     x, rows, end_rows, input_rows = expressions.x, expressions.rows, expressions.end_rows, expressions.input_rows
     nh, nt, z = rows.numel(), end_rows.numel(), ca.vertcat(x, expressions.u)
     costates, prices = ca.SX.sym("p", x.numel()), ca.SX.sym("y", nh + nt + input_rows.numel())
-    costs = [ca.SX(0) if each is None else each.value for each in (expressions.stage_cost, expressions.end_cost)]
+    stage_cost, end_cost = (
+        ca.SX(0) if each is None else each.value for each in (expressions.stage_cost, expressions.end_cost)
+    )
     of_state = _sum(prices[:nh], rows)
-    stage = of_state + _sum(costates, expressions.step) + _sum(prices[nh + nt :], input_rows) + costs[0]
-    end = of_state + _sum(prices[nh : nh + nt], end_rows) + costs[1]
+    stage = of_state + _sum(costates, expressions.step) + _sum(prices[nh + nt :], input_rows) + stage_cost
+    end = of_state + _sum(prices[nh : nh + nt], end_rows) + end_cost
     curvature, at_end = (ca.SX(ca.tril(ca.hessian(each, by)[0])) for each, by in ((stage, z), (end, x)))
     kernels, end_places = KernelText(expressions, costates=costates, prices=prices), places(at_end)
 
@@ -176,11 +178,11 @@ def _curvature(expressions: Expressions) -> tuple[list[str], int]:
         row, column = end_places[i]
         return f"hessian[{row}, {column}] = hessian[{column}, {row}] = {value}"
 
-    results = [ca.densify(ca.gradient(costs[0], z)), curvature]
+    results = [ca.densify(ca.gradient(stage_cost, z)), curvature]
     parts = [
         tables("CURVE", curvature), kernels.lanes("curve_lanes", "model, x, u, q, costates, prices, out", results),
         kernels.formula("curve_end", "model, x, prices, gradient, hessian",
-                        [ca.densify(ca.gradient(costs[1], x)), at_end], write_end),
+                        [ca.densify(ca.gradient(end_cost, x)), at_end], write_end),
         CURVATURE,
     ]  # fmt: skip
     return parts, int(z.numel() + curvature.nnz())

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from doorman.compilation import kernel
 from doorman.ocp.solvers.interior import newton
-from doorman.ocp.solvers.interior.memory import NUMBER, Interior
+from doorman.ocp.solvers.interior.memory import Interior
 from doorman.ocp.solvers.interior.rows import add_rows
 from doorman.ocp.solvers.iterations.nominal import linearize
 from doorman.ocp.solvers.memory.workspace import Workspace
@@ -29,7 +29,7 @@ def is_minimum(model: object, work: Workspace, interior: Interior, scale: float)
     """Check the nominal trajectory with its multipliers; overwrites the policy."""
     numbers = interior.numbers
     linearize(model, work)
-    numbers[NUMBER.BARRIER], numbers[NUMBER.PENALTY] = 0.0, _WEIGHT * scale
+    numbers.barrier, numbers.penalty = 0.0, _WEIGHT * scale
     flatten_multipliers(work, work.multipliers, interior.duals)
     for k in range(interior.duals.shape[0]):
         for i in range(interior.duals.shape[1]):

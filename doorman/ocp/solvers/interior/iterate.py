@@ -18,12 +18,11 @@ import numpy as np
 from doorman.compilation import kernel
 from doorman.numba_types.clock import clock
 from doorman.ocp.solvers.interior import newton, rows
-from doorman.ocp.solvers.interior.memory import NUMBER, Interior
+from doorman.ocp.solvers.interior.memory import Interior
 from doorman.ocp.solvers.iterations.augmented_lagrangian import CONVERGED, FAILED, OUT_OF_ITERATIONS, PAUSED, STALLED
 from doorman.ocp.solvers.iterations.filter import MARGIN, is_new, remember
 from doorman.ocp.solvers.iterations.guess import settle_integrators
 from doorman.ocp.solvers.iterations.nominal import go_back, linearize, measure_nominal, save
-from doorman.ocp.solvers.memory.result import RESULT
 from doorman.ocp.solvers.memory.workspace import Workspace
 
 _TOLERANCE = 1e-7
@@ -38,50 +37,46 @@ _FIRST_REGULARIZATION = 1e-4
 _LARGEST_REGULARIZATION = 1e12
 _SWEEPS = 32
 """Sweeps until the regularisation is beyond that."""
-_NO_STEP, _UNFINISHED = -1.0, -2.0
+_STEPPED = -1
 
 
 @kernel
 def search(model: object, work: Workspace, interior: Interior, max_iterations: int, deadline: float) -> int:
     """Iterate from the nominal trajectory; multipliers of a solution are in `work`."""
     numbers, result = interior.numbers, work.result
-    regularization, begun, slowest, first = 0.0, clock(), 0.0, 0
-    if result[RESULT.RESUMES] > 0.0:
-        regularization, first = result[RESULT.REGULARIZATION], int(result[RESULT.ITERATIONS])
+    begun, slowest, first = clock(), 0.0, 0
+    if result.resumes:
+        first = result.iterations
     else:
         begin(model, work, interior)
-        result[RESULT.ITERATIONS] = 0.0
     for iteration in range(first, max_iterations):
-        if iteration > first and clock() > result[RESULT.PAUSE]:
-            result[RESULT.REGULARIZATION] = regularization
+        if iteration > first and clock() > result.pause:
             measure_nominal(work)
             return PAUSED
         now = clock()
         begun, slowest = now, max(slowest, now - begun)
         if iteration > 0 and now + slowest > deadline:
             return OUT_OF_ITERATIONS
-        if not abs(numbers[NUMBER.INFEASIBILITY] + numbers[NUMBER.BARRIER_COST]) < np.inf:
+        if not abs(numbers.infeasibility + numbers.barrier_cost) < np.inf:
             return FAILED
         newton.expand(model, work, interior)
         if iteration == 0:
             rows.first_slacks(work, interior)
             rows.measure(model, work, interior)
-            numbers[NUMBER.FIRST] = numbers[NUMBER.INFEASIBILITY]
+            numbers.first = numbers.infeasibility
             damp(work, interior)
         elif rows.error(work, interior, 0.0) <= _TOLERANCE:
             rows.export_multipliers(work, interior)
             return CONVERGED
         else:
             lower_barrier(model, work, interior)
-        result[RESULT.ITERATIONS] = iteration + 1.0
-        step = descend(model, work, interior, regularization, iteration == 0, deadline)
-        if step == _UNFINISHED:
-            result[RESULT.ITERATIONS], result[RESULT.REGULARIZATION] = iteration, regularization
+        result.iterations = iteration + 1
+        code = descend(model, work, interior, iteration == 0, deadline)
+        if code == PAUSED:
+            result.iterations = iteration
             measure_nominal(work)
-            return PAUSED
-        if step == _NO_STEP:
-            return STALLED
-        regularization = step
+        if code != _STEPPED:
+            return code
     return OUT_OF_ITERATIONS
 
 
@@ -95,7 +90,9 @@ def begin(model: object, work: Workspace, interior: Interior) -> None:
     interior.costates[:, :] = 0.0
     interior.duals[:, :] = 0.0
     interior.estimates[:, :] = 0.0
-    interior.numbers[:] = 0.0
+    interior.filter.count = 0
+    interior.numbers.infeasibility, interior.numbers.barrier_cost, interior.numbers.tried = 0.0, 0.0, 0.0
+    work.result.iterations, work.result.regularization = 0, 0.0
 
 
 @kernel
@@ -107,38 +104,40 @@ def damp(work: Workspace, interior: Interior) -> None:
             newton.step_along(work, interior)
             rows.raise_reached(work, interior)
             return
-        regularization = max(100.0 * regularization, _FIRST_REGULARIZATION * interior.numbers[NUMBER.SCALE])
+        regularization = max(100.0 * regularization, _FIRST_REGULARIZATION * interior.numbers.scale)
 
 
 @kernel
 def lower_barrier(model: object, work: Workspace, interior: Interior) -> None:
     """Go on to the next barrier problem where the present one is solved."""
-    numbers, scale = interior.numbers, interior.numbers[NUMBER.SCALE]
+    numbers, scale = interior.numbers, interior.numbers.scale
     least = 0.1 * _TOLERANCE * scale
     for _ in range(_LOWERINGS):
-        barrier = numbers[NUMBER.BARRIER]
+        barrier = numbers.barrier
         lowest = barrier <= least
         if (lowest and work.sizes.equalities == 0) or rows.error(work, interior, barrier) > _CENTRED * barrier / scale:
             return
         if not lowest:
-            numbers[NUMBER.BARRIER] = max(least, min(0.2 * barrier, scale * (barrier / scale) ** 1.5))
+            numbers.barrier = max(least, min(0.2 * barrier, scale * (barrier / scale) ** 1.5))
         if work.sizes.equalities > 0:
             rows.move_estimates(work, interior)
-        numbers[NUMBER.ENTRIES] = 0.0
+        interior.filter.count = 0
         rows.measure(model, work, interior)
 
 
 @kernel
-def descend(model: object, work: Workspace, interior: Interior, last: float, first: bool, deadline: float) -> float:
+def descend(model: object, work: Workspace, interior: Interior, first: bool, deadline: float) -> int:
     """One step, with as much regularisation as it takes."""
-    numbers, scale = interior.numbers, interior.numbers[NUMBER.SCALE]
-    regularization = numbers[NUMBER.TRIED]
-    numbers[NUMBER.TRIED] = 0.0
+    numbers, scale, last = interior.numbers, interior.numbers.scale, work.result.regularization
+    regularization = numbers.tried
+    numbers.tried = 0.0
     for _ in range(_SWEEPS):
         if newton.sweep(work, interior, regularization):
             newton.step_along(work, interior)
             if search_line(model, work, interior, first, deadline):
-                return last if regularization == 0.0 else regularization
+                if regularization > 0.0:
+                    work.result.regularization = regularization
+                return _STEPPED
         if regularization == 0.0:
             regularization = _FIRST_REGULARIZATION * scale if last == 0.0 else max(last / 3.0, 1e-12 * scale)
         else:
@@ -146,19 +145,19 @@ def descend(model: object, work: Workspace, interior: Interior, last: float, fir
         now = clock()
         if not regularization <= _LARGEST_REGULARIZATION * scale or now > deadline:
             break
-        if now > work.result[RESULT.PAUSE] > 0.0:
-            numbers[NUMBER.TRIED] = regularization
-            return _UNFINISHED
-    return _NO_STEP
+        if now > work.result.pause > 0.0:
+            numbers.tried = regularization
+            return PAUSED
+    return STALLED
 
 
 @kernel
 def search_line(model: object, work: Workspace, interior: Interior, first: bool, deadline: float) -> bool:
     """Shorten the Newton step until the filter accepts it."""
     numbers = interior.numbers
-    infeasibility, merit = numbers[NUMBER.INFEASIBILITY], numbers[NUMBER.BARRIER_COST]
+    infeasibility, merit = numbers.infeasibility, numbers.barrier_cost
     save(work)
-    length = numbers[NUMBER.PRIMAL]
+    length = numbers.primal
     part = length
     for _ in range(_HALVINGS):
         move(work, interior, part)
@@ -175,7 +174,7 @@ def search_line(model: object, work: Workspace, interior: Interior, first: bool,
         part *= 0.5
     go_back(model, work)
     rows.fill_values(work, interior)
-    numbers[NUMBER.INFEASIBILITY], numbers[NUMBER.BARRIER_COST] = infeasibility, merit
+    numbers.infeasibility, numbers.barrier_cost = infeasibility, merit
     return False
 
 
@@ -202,7 +201,7 @@ def move_slacks(work: Workspace, interior: Interior, part: float) -> None:
 @kernel
 def take_multipliers(work: Workspace, interior: Interior, part: float) -> None:
     """Move the costates by a share of their step, and the multipliers as far as they stay positive and near the centre."""
-    barrier, reach = interior.numbers[NUMBER.BARRIER], interior.numbers[NUMBER.DUAL]
+    barrier, reach = interior.numbers.barrier, interior.numbers.dual
     for k in range(interior.costates.shape[0]):
         for i in range(interior.costates.shape[1]):
             interior.costates[k, i] += part * (interior.next_costates[k, i] - interior.costates[k, i])
@@ -219,10 +218,10 @@ def take_multipliers(work: Workspace, interior: Interior, part: float) -> None:
 def is_better(interior: Interior, infeasibility: float, merit: float, part: float) -> bool:
     """Whether the nominal trajectory is acceptable to the filter and better than (θ, φ); the filter learns of these."""
     numbers = interior.numbers
-    scale, slope, first = numbers[NUMBER.SCALE], numbers[NUMBER.SLOPE], max(1.0, numbers[NUMBER.FIRST])
-    now, cost = numbers[NUMBER.INFEASIBILITY], numbers[NUMBER.BARRIER_COST]
-    entries, price = int(numbers[NUMBER.ENTRIES]), _MARGIN_COST * scale
-    if not (now <= 1e4 * first and is_new(interior.filter, entries, now, cost, price, -np.inf)):
+    scale, slope, first = numbers.scale, numbers.slope, max(1.0, numbers.first)
+    now, cost = numbers.infeasibility, numbers.barrier_cost
+    price = _MARGIN_COST * scale
+    if not (now <= 1e4 * first and is_new(interior.filter, now, cost, price, -np.inf)):
         return False
     descends = slope < 0.0 and part * (-slope / scale) ** 2.3 > infeasibility**1.1
     armijo = cost <= merit + _MARGIN_COST * part * slope + 1e-10 * abs(merit)
@@ -231,5 +230,5 @@ def is_better(interior: Interior, infeasibility: float, merit: float, part: floa
     if not (now <= (1.0 - MARGIN) * infeasibility or cost <= merit - price * infeasibility):
         return False
     if not (descends and armijo):
-        numbers[NUMBER.ENTRIES] = remember(interior.filter, entries, infeasibility, merit)
+        remember(interior.filter, infeasibility, merit)
     return True

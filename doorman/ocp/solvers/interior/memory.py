@@ -7,8 +7,36 @@ from typing import NamedTuple
 import numpy as np
 
 from doorman.arrays import Array
-from doorman.ocp.solvers.iterations.filter import FILTER_SIZE
+from doorman.numba_types.records import Record
+from doorman.ocp.solvers.iterations.filter import Filter
 from doorman.ocp.solvers.memory.workspace import Workspace
+
+
+class Numbers(Record):
+    """Scalars of the search."""
+
+    barrier: float
+    """τ: s z at the centre."""
+    scale: float
+    """What counts as 1 of the cost."""
+    infeasibility: float
+    """θ: sum of defects and of |c + s|, without equalities."""
+    barrier_cost: float
+    """φ: J − τ Σ ln s + Σ (y c + w c²/2), the last of equalities."""
+    slope: float
+    """Slope of φ along the last Newton step."""
+    primal: float
+    """Longest step along which slacks stay positive."""
+    dual: float
+    """Longest step along which multipliers stay positive."""
+    first: float
+    """θ at the start."""
+    tried: float
+    """Regularisation with which an iteration goes on that has paused; 0 at its beginning."""
+    penalty: float
+    """w of the equalities."""
+    unequal: float
+    """Largest |c| of the equalities when their multipliers last moved."""
 
 
 class Interior(NamedTuple):
@@ -43,10 +71,9 @@ class Interior(NamedTuple):
     """(N, nu)."""
     residual: Array
     """Gradient of the Lagrangian at one node, (nx + nu,)."""
-    filter: Array
-    """(FILTER_SIZE, 2)."""
-    numbers: Array
-    """Scalars, see `Number`."""
+    filter: Filter
+    """Of θ and φ."""
+    numbers: Numbers
 
     @classmethod
     def of(cls, work: Workspace) -> Interior:
@@ -59,37 +86,5 @@ class Interior(NamedTuple):
             costates=np.zeros((n, nx)), next_costates=np.zeros((n, nx)),
             gradients=np.zeros((n + 1, nx + nu)), hessians=np.zeros((n + 1, nx + nu, nx + nu)),
             behind=np.zeros((n, nx, narrow)), state_steps=np.zeros((n + 1, nx)), input_steps=np.zeros((n, nu)),
-            residual=np.zeros(nx + nu), filter=np.zeros((FILTER_SIZE, 2)), numbers=np.zeros(len(Number._fields)),
+            residual=np.zeros(nx + nu), filter=Filter(), numbers=Numbers(),
         )  # fmt: skip
-
-
-class Number(NamedTuple):
-    """Positions in `Interior.numbers`."""
-
-    BARRIER: int = 0
-    """τ: s z at the centre."""
-    SCALE: int = 1
-    """What counts as 1 of the cost."""
-    INFEASIBILITY: int = 2
-    """θ: sum of defects and of |c + s|, without equalities."""
-    BARRIER_COST: int = 3
-    """φ: J − τ Σ ln s + Σ (y c + w c²/2), the last of equalities."""
-    SLOPE: int = 4
-    """Slope of φ along the last Newton step."""
-    PRIMAL: int = 5
-    """Longest step along which slacks stay positive."""
-    DUAL: int = 6
-    """Longest step along which multipliers stay positive."""
-    ENTRIES: int = 7
-    """Pairs in the filter."""
-    FIRST: int = 8
-    """θ at the start."""
-    TRIED: int = 9
-    """Regularisation with which an iteration goes on that has paused; 0 at its beginning."""
-    PENALTY: int = 10
-    """w of the equalities."""
-    UNEQUAL: int = 11
-    """Largest |c| of the equalities when their multipliers last moved."""
-
-
-NUMBER = Number()

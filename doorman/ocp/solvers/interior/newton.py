@@ -13,8 +13,7 @@ from __future__ import annotations
 
 from doorman.compilation import kernel
 from doorman.ocp.kernels.functions import curve_horizon
-from doorman.ocp.solvers.interior.memory import NUMBER, Interior
-from doorman.ocp.solvers.memory.result import RESULT
+from doorman.ocp.solvers.interior.memory import Interior
 from doorman.ocp.solvers.memory.workspace import Workspace
 from doorman.ocp.solvers.sweeps.full_weights import off_diagonal_curvature, off_diagonal_slope
 from doorman.ocp.solvers.sweeps.linear_algebra import copy_rows
@@ -48,7 +47,7 @@ def expand(model: object, work: Workspace, interior: Interior) -> None:
 def weight(work: Workspace, interior: Interior, k: int, i: int) -> float:
     """Weight w of a row: z/s, or the penalty of an equality."""
     if work.flat.equal[i]:
-        return float(interior.numbers[NUMBER.PENALTY])
+        return float(interior.numbers.penalty)
     return float(interior.duals[k, i] / interior.slacks[k, i])
 
 
@@ -56,10 +55,8 @@ def weight(work: Workspace, interior: Interior, k: int, i: int) -> float:
 def force(work: Workspace, interior: Interior, k: int, i: int) -> float:
     """What a row adds to the gradient, in units of its own slope times its weight."""
     if work.flat.equal[i]:
-        return float(interior.values[k, i] + interior.estimates[k, i] / interior.numbers[NUMBER.PENALTY])
-    return float(
-        interior.numbers[NUMBER.BARRIER] / interior.duals[k, i] + interior.values[k, i] + interior.slacks[k, i]
-    )
+        return float(interior.values[k, i] + interior.estimates[k, i] / interior.numbers.penalty)
+    return float(interior.numbers.barrier / interior.duals[k, i] + interior.values[k, i] + interior.slacks[k, i])
 
 
 @kernel
@@ -142,8 +139,8 @@ def step_along(work: Workspace, interior: Interior) -> None:
     nx, nu, n = work.sizes.states, work.sizes.inputs, work.nominal.inputs.shape[0]
     step, slope, largest = work.node.step, 0.0, 0.0
     step[:] = 0.0
-    interior.numbers[NUMBER.PRIMAL] = 1.0
-    interior.numbers[NUMBER.DUAL] = 1.0
+    interior.numbers.primal = 1.0
+    interior.numbers.dual = 1.0
     for k in range(n):
         step[nx] = 1.0
         for i in range(nu):
@@ -163,10 +160,10 @@ def step_along(work: Workspace, interior: Interior) -> None:
             for j in range(nx):
                 total += interior.behind[k, i, j] * step[j]
             interior.next_costates[k, i] = total
-    work.result[RESULT.CHANGE] = largest
+    work.result.change = largest
     for i in range(nx):
         slope += interior.gradients[n, i] * step[i]
-    interior.numbers[NUMBER.SLOPE] = slope + step_rows(work, interior, n)
+    interior.numbers.slope = slope + step_rows(work, interior, n)
 
 
 @kernel
@@ -174,7 +171,7 @@ def step_rows(work: Workspace, interior: Interior, k: int) -> float:
     """Steps of node k's slacks and multipliers, from `node.step`."""
     nx, nh, nt, ng = work.sizes.states, work.sizes.rows, work.sizes.end_rows, work.sizes.input_rows
     step, program, numbers, slope = work.node.step, work.program, interior.numbers, 0.0
-    barrier, reach = numbers[NUMBER.BARRIER], 1.0 - max(0.0, min(0.01, numbers[NUMBER.BARRIER] / numbers[NUMBER.SCALE]))
+    barrier, reach = numbers.barrier, 1.0 - max(0.0, min(0.01, numbers.barrier / numbers.scale))
     for i in range(interior.values.shape[1]):
         if work.flat.applies[k, i]:
             change = 0.0
@@ -201,7 +198,7 @@ def step_rows(work: Workspace, interior: Interior, k: int) -> float:
             interior.dual_steps[k, i] = dual_step
             slope -= barrier * slack_step / slack
             if slack_step < 0.0:
-                numbers[NUMBER.PRIMAL] = min(numbers[NUMBER.PRIMAL], -reach * slack / slack_step)
+                numbers.primal = min(numbers.primal, -reach * slack / slack_step)
             if dual_step < 0.0:
-                numbers[NUMBER.DUAL] = min(numbers[NUMBER.DUAL], -reach * dual / dual_step)
+                numbers.dual = min(numbers.dual, -reach * dual / dual_step)
     return slope

@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from doorman.compilation import kernel
-from doorman.ocp.solvers.interior.memory import NUMBER, Interior
+from doorman.ocp.solvers.interior.memory import Interior
 from doorman.ocp.solvers.iterations.nominal import total_cost
-from doorman.ocp.solvers.memory.result import RESULT
 from doorman.ocp.solvers.memory.workspace import Workspace
 from doorman.ocp.solvers.sweeps.flat_rows import flatten_values, store_multipliers
 
@@ -65,16 +64,16 @@ def first_slacks(work: Workspace, interior: Interior) -> None:
         for i in range(interior.gradients.shape[1]):
             steepest = max(steepest, abs(interior.gradients[k, i]))
     scale = max(1.0, 0.01 * steepest)
-    numbers[NUMBER.SCALE] = scale
-    numbers[NUMBER.BARRIER] = 0.1 * scale
-    numbers[NUMBER.PENALTY] = FIRST_PENALTY * scale
-    numbers[NUMBER.UNEQUAL] = np.inf
+    numbers.scale = scale
+    numbers.barrier = 0.1 * scale
+    numbers.penalty = FIRST_PENALTY * scale
+    numbers.unequal = np.inf
     for k in range(interior.values.shape[0]):
         for i in range(interior.values.shape[1]):
             interior.slacks[k, i] = max(-interior.values[k, i], _PUSH)
             interior.duals[k, i] = 0.0
             if work.flat.applies[k, i] and not work.flat.equal[i]:
-                interior.duals[k, i] = min(scale, numbers[NUMBER.BARRIER] / interior.slacks[k, i])
+                interior.duals[k, i] = min(scale, numbers.barrier / interior.slacks[k, i])
     price_equalities(work, interior)
 
 
@@ -84,7 +83,7 @@ def price_equalities(work: Workspace, interior: Interior) -> None:
     for k in range(interior.values.shape[0]):
         for i in range(interior.values.shape[1]):
             if work.flat.applies[k, i] and work.flat.equal[i]:
-                penalty = interior.numbers[NUMBER.PENALTY]
+                penalty = interior.numbers.penalty
                 interior.duals[k, i] = interior.estimates[k, i] + penalty * interior.values[k, i]
 
 
@@ -97,9 +96,9 @@ def move_estimates(work: Workspace, interior: Interior) -> None:
             if work.flat.applies[k, i] and work.flat.equal[i]:
                 interior.estimates[k, i] = interior.duals[k, i]
                 worst = max(worst, abs(interior.values[k, i]))
-    if worst > _NEARER * numbers[NUMBER.UNEQUAL]:
-        numbers[NUMBER.PENALTY] = min(_DEARER * numbers[NUMBER.PENALTY], LARGEST_PENALTY * numbers[NUMBER.SCALE])
-    numbers[NUMBER.UNEQUAL] = worst
+    if worst > _NEARER * numbers.unequal:
+        numbers.penalty = min(_DEARER * numbers.penalty, LARGEST_PENALTY * numbers.scale)
+    numbers.unequal = worst
     price_equalities(work, interior)
 
 
@@ -117,7 +116,7 @@ def raise_reached(work: Workspace, interior: Interior) -> None:
                 reached |= interior.slacks[k, i] + _STEPS * interior.slack_steps[k, i] <= 0.0
         for i in range(first, interior.values.shape[1]):
             for k in range(interior.input_steps.shape[0] if reached and work.program.bounded[i - first] == a else 0):
-                interior.duals[k, i] = interior.numbers[NUMBER.SCALE]
+                interior.duals[k, i] = interior.numbers.scale
 
 
 @kernel
@@ -132,14 +131,14 @@ def measure(model: object, work: Workspace, interior: Interior) -> None:
         for i in range(interior.values.shape[1]):
             if work.flat.applies[k, i] and work.flat.equal[i]:
                 c = interior.values[k, i]
-                equalities += (interior.estimates[k, i] + 0.5 * interior.numbers[NUMBER.PENALTY] * c) * c
+                equalities += (interior.estimates[k, i] + 0.5 * interior.numbers.penalty * c) * c
             elif work.flat.applies[k, i]:
                 infeasibility += abs(interior.values[k, i] + interior.slacks[k, i])
                 logarithms += np.log(interior.slacks[k, i])
     cost = total_cost(model, work, work.nominal)
-    work.result[RESULT.COST] = cost
-    interior.numbers[NUMBER.INFEASIBILITY] = infeasibility
-    interior.numbers[NUMBER.BARRIER_COST] = cost - interior.numbers[NUMBER.BARRIER] * logarithms + equalities
+    work.result.cost = cost
+    interior.numbers.infeasibility = infeasibility
+    interior.numbers.barrier_cost = cost - interior.numbers.barrier * logarithms + equalities
 
 
 @kernel
@@ -149,7 +148,7 @@ def error(work: Workspace, interior: Interior, barrier: float) -> float:
     Equalities hold only in the problem itself, barrier problems have an augmented Lagrangian for them.
     """
     nx, nu, n = work.sizes.states, work.sizes.inputs, work.nominal.inputs.shape[0]
-    r, scale, worst = interior.residual, interior.numbers[NUMBER.SCALE], 0.0
+    r, scale, worst = interior.residual, interior.numbers.scale, 0.0
     for k in range(n + 1):
         for i in range(nx + nu):
             r[i] = interior.gradients[k, i]

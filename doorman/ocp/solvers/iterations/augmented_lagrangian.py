@@ -24,7 +24,6 @@ from doorman.ocp.solvers.iterations.nominal import (
     take_multipliers,
     total_cost,
 )
-from doorman.ocp.solvers.memory.result import RESULT
 from doorman.ocp.solvers.memory.workspace import Workspace, copy_trajectory
 from doorman.ocp.solvers.sweeps.active_set import classify
 from doorman.ocp.solvers.sweeps.flat_rows import flatten_multipliers, flatten_values
@@ -37,9 +36,11 @@ FAILED = 2
 STALLED = 3
 PAUSED = 4
 
+ACCURACY = 1e-7
+"""Accuracy of a solution's cost, relative to 1 + |J|. An iterate has converged only if its rows with a multiplier that are not
+reached, or are violated, are worth less."""
+
 _HALVINGS = 8
-_GAP = 1e-7
-"""Converged only if rows with a multiplier that are not reached are worth less, relative to 1 + |J|."""
 _PATIENCE = 3
 """Iterations after which a set that has not settled gets twice as many sweeps, and twice again, up to"""
 _MOST_SWEEPS = 32
@@ -54,25 +55,27 @@ _RETRIES = 12
 @kernel
 def direction(
     model: object, work: Workspace, penalty: float, sweeps: int, regularization: float, deadline: float
-) -> int:
-    """Step into `trial` for the active set that fits it.
+) -> bool:
+    """Step into `trial` for the active set that fits it, if `result.settled` says so; False if no sweep goes through.
 
     The set flips as a whole at first, which settles it in a few sweeps or in none; then the step is cut at its best point.
     """
     end = work.nominal.inputs.shape[0] - 1
     last = end
+    work.result.settled = False
     for turn in range(sweeps):
-        work.result[RESULT.SWEEPS] += 1.0
+        work.result.sweeps += 1
         for _ in range(_RETRIES):
             if sweep(model, work, penalty, regularization, last):
                 break
             last, regularization = end, max(10.0 * regularization, _FIRST_REGULARIZATION)
             if regularization > _LARGEST_REGULARIZATION:
-                return -1
+                return False
         step_along(work)
         last = classify(work, work.trial, penalty)
         if last < 0:
-            return 1
+            work.result.settled = True
+            return True
         if clock() > deadline:
             break
         if turn > _FLIPS:  # both ends satisfy the linearised dynamics, as the nominal trajectory need not
@@ -82,7 +85,7 @@ def direction(
                 last = max(last, classify(work, work.trial, penalty))
         if turn >= _FLIPS:
             copy_trajectory(work.trial, work.saved)
-    return 0
+    return True
 
 
 @kernel
@@ -95,9 +98,8 @@ def search(model: object, work: Workspace, deadline: float) -> float:
         linearize(model, work)
         measure_nominal(work)
         cost = total_cost(model, work, work.nominal)
-        entries, noise = int(work.result[RESULT.ENTRIES]), 1e-11 * (1.0 + abs(cost))
-        if is_new(work.filter, entries, work.result[RESULT.INFEASIBILITY], cost, MARGIN, noise):
-            work.result[RESULT.COST] = cost
+        if is_new(work.filter, work.result.infeasibility, cost, MARGIN, 1e-11 * (1.0 + abs(cost))):
+            work.result.cost = cost
             take_multipliers(work, scale)
             return scale
         if clock() > deadline:
@@ -116,34 +118,31 @@ def iterate(model: object, work: Workspace, max_iterations: int, deadline: float
     of J, its active set stays, and its rows with a multiplier are closed. Defects and violations are below the tolerance's
     square root then; violations may stay where multipliers have reached `settings.largest_multiplier`.
     """
-    result, regularization, penalty = work.result, 0.0, work.settings.penalty
-    tolerance, sweeps = work.settings.tolerance, work.settings.sweeps
-    before, slowest, first = clock(), 0.0, 0
-    if result[RESULT.RESUMES] > 0.0:
-        first, sweeps = int(result[RESULT.ITERATIONS]), int(result[RESULT.SWEEP_LIMIT])
-        regularization, penalty = result[RESULT.REGULARIZATION], result[RESULT.PENALTY]
+    result, tolerance, first = work.result, work.settings.tolerance, 0
+    before, slowest = clock(), 0.0
+    if result.resumes:
+        first = result.iterations
     else:
-        result[RESULT.ITERATIONS] = 0.0
-        result[RESULT.ENTRIES] = 0.0
-        result[RESULT.PRICED_OUT] = 0.0
-        result[RESULT.PENALTY] = penalty
+        result.penalty, result.regularization = work.settings.penalty, 0.0
+        result.iterations, result.sweep_limit, result.priced_out = 0, work.settings.sweeps, False
+        work.filter.count = 0
         linearize(model, work)
-        classify(work, work.nominal, penalty)
+        classify(work, work.nominal, result.penalty)
         if max_iterations > 1:
             measure_nominal(work)
-            result[RESULT.COST] = total_cost(model, work, work.nominal)
-            if not abs(result[RESULT.INFEASIBILITY] + result[RESULT.COST]) < np.inf:
+            result.cost = total_cost(model, work, work.nominal)
+            if not abs(result.infeasibility + result.cost) < np.inf:
                 return FAILED
     for iteration in range(first, max_iterations):
-        if iteration > first and clock() > result[RESULT.PAUSE]:
-            result[RESULT.REGULARIZATION], result[RESULT.SWEEP_LIMIT] = regularization, sweeps
+        if iteration > first and clock() > result.pause:
             return PAUSED
-        result[RESULT.ITERATIONS] = iteration + 1.0
-        settled = direction(model, work, penalty, sweeps, regularization, deadline if iteration > 0 else np.inf)
-        result[RESULT.SETTLED] = settled
-        if settled < 0 or not result[RESULT.CHANGE] < 1e12:
+        result.iterations = iteration + 1
+        limit, regularization = deadline if iteration > 0 else np.inf, result.regularization
+        if not direction(model, work, result.penalty, result.sweep_limit, regularization, limit):
             return FAILED
-        converged = settled == 1 and regularization == 0.0 and is_small(work, tolerance)
+        if not result.change < 1e12:
+            return FAILED
+        converged = result.settled and regularization == 0.0 and is_small(work, tolerance)
         now = clock()
         before, slowest = now, max(slowest, now - before)
         if converged or iteration + 1 == max_iterations or now + slowest > deadline:
@@ -151,39 +150,45 @@ def iterate(model: object, work: Workspace, max_iterations: int, deadline: float
             move(work, 1.0)
             take_multipliers(work, 1.0)
             return CONVERGED if converged else OUT_OF_ITERATIONS
-        violation = result[RESULT.VIOLATION]
-        result[RESULT.ENTRIES] = remember(
-            work.filter, int(result[RESULT.ENTRIES]), result[RESULT.INFEASIBILITY], result[RESULT.COST]
-        )
+        violation = result.violation
+        remember(work.filter, result.infeasibility, result.cost)
         scale = search(model, work, deadline)
+        if not regularize(work, scale > 0.0):
+            return STALLED
         if scale == 0.0:
-            regularization = max(10.0 * regularization, _FIRST_REGULARIZATION)
-            result[RESULT.ENTRIES] -= 1.0
-            if regularization > _LARGEST_REGULARIZATION:
-                return STALLED
+            work.filter.count -= 1
         else:
-            regularization = 0.0 if regularization <= _FIRST_REGULARIZATION else 0.1 * regularization
-            slow = violation > tolerance and result[RESULT.VIOLATION] > 0.5 * violation
-            if scale == 1.0 and settled == 1 and slow and result[RESULT.PRICED_OUT] == 0.0:
-                penalty = min(4.0 * penalty, 1e7)
-                result[RESULT.PENALTY] = penalty
-        if settled == 1:
-            sweeps = work.settings.sweeps
+            slow = violation > tolerance and result.violation > 0.5 * violation
+            if scale == 1.0 and result.settled and slow and not result.priced_out:
+                result.penalty = min(4.0 * result.penalty, 1e7)
+        if result.settled:
+            result.sweep_limit = work.settings.sweeps
         elif scale < 1.0 or iteration >= _PATIENCE:
-            sweeps = min(2 * sweeps, _MOST_SWEEPS)
+            result.sweep_limit = min(2 * result.sweep_limit, _MOST_SWEEPS)
     return OUT_OF_ITERATIONS
+
+
+@kernel
+def regularize(work: Workspace, stepped: bool) -> bool:
+    """Less regularisation after a step, more where none was found; False if that is too much."""
+    now = work.result.regularization
+    if stepped:
+        work.result.regularization = 0.0 if now <= _FIRST_REGULARIZATION else 0.1 * now
+    else:
+        work.result.regularization = max(10.0 * now, _FIRST_REGULARIZATION)
+    return bool(work.result.regularization <= _LARGEST_REGULARIZATION)
 
 
 @kernel
 def is_small(work: Workspace, tolerance: float) -> bool:
     """Whether the last step, its starting point, and what its rows could still gain are small enough to end with it."""
     result = work.result
-    limit, scale = np.sqrt(tolerance), 1.0 + abs(result[RESULT.COST])
-    if result[RESULT.DECREASE] > tolerance * scale:
+    limit, scale = np.sqrt(tolerance), 1.0 + abs(result.cost)
+    if result.decrease > tolerance * scale:
         return False
-    if result[RESULT.PRICED_OUT] > 0.0:
-        return bool(result[RESULT.DEFECT] <= limit)
-    return bool(result[RESULT.INFEASIBILITY] <= limit and slack(work) <= _GAP * scale)
+    if result.priced_out:
+        return bool(result.defect <= limit)
+    return bool(result.infeasibility <= limit and slack(work) <= ACCURACY * scale)
 
 
 @kernel

@@ -18,13 +18,16 @@ import numpy as np
 from doorman.compilation import kernel
 from doorman.numba_types.clock import clock
 from doorman.ocp.kernels.functions import at_node, step
+from doorman.ocp.kernels.python_functions import LARGEST_STATE
 from doorman.ocp.solvers.iterations.augmented_lagrangian import (
+    ACCURACY,
     CONVERGED,
     FAILED,
     OUT_OF_ITERATIONS,
     PAUSED,
     STALLED,
     direction,
+    regularize,
 )
 from doorman.ocp.solvers.iterations.nominal import (
     evaluate_rows,
@@ -36,27 +39,21 @@ from doorman.ocp.solvers.iterations.nominal import (
     take_multipliers,
     total_cost,
 )
-from doorman.ocp.solvers.memory.result import RESULT
-from doorman.ocp.solvers.memory.workspace import LARGEST_STATE, Workspace
+from doorman.ocp.solvers.memory.workspace import Workspace
 from doorman.ocp.solvers.sweeps.active_set import classify
 from doorman.ocp.solvers.sweeps.flat_rows import flatten_multipliers, flatten_values
 
-FIRST_PENALTY = 30.0
+_FIRST_PENALTY = 30.0
 """1/μ to begin with where nothing is known yet."""
-
 _LARGEST_PENALTY = 1e5
 _SWEEPS = 12
 _FIRST_SETTLED = 1.0
 """A step with a smaller predicted decrease, relative to 1 + |J|, moves the multipliers;"""
 _SETTLED_SHARE = 0.3
 """this share of it the next time."""
-_GAP = 1e-7
-"""Converged only if the rows' share of the merit is below this, relative to 1 + |J|: what violations may be worth."""
 _SLOW = 0.25
 """Where violations do not fall to this share from one update of the multipliers to the next, they have to cost more."""
 _HALVINGS = 9
-_FIRST_REGULARIZATION = 1e-2
-_LARGEST_REGULARIZATION = 1e8
 
 
 @kernel
@@ -78,8 +75,8 @@ def merit(model: object, work: Workspace, penalty: float, weight: float) -> floa
     for k in range(work.nominal.inputs.shape[0] if weight > 0.0 else 0):
         for i in range(nx):
             defects += abs(work.linear.jacobians[k, i, nx])
-    work.result[RESULT.COST] = total_cost(model, work, work.nominal)
-    return float(work.result[RESULT.COST] + 0.5 * total / penalty + weight * defects)
+    work.result.cost = total_cost(model, work, work.nominal)
+    return float(work.result.cost + 0.5 * total / penalty + weight * defects)
 
 
 @kernel
@@ -113,7 +110,7 @@ def rolled_merit(model: object, work: Workspace, penalty: float, scale: float) -
 @kernel
 def descend(model: object, work: Workspace, penalty: float, weight: float, before: float, deadline: float) -> float:
     """Shorten the step in `trial` until the merit has fallen enough."""
-    expected = work.result[RESULT.DECREASE]
+    expected = work.result.decrease
     save(work)
     scale = 1.0
     for _ in range(_HALVINGS):
@@ -139,65 +136,63 @@ def is_solved(work: Workspace, merit: float) -> bool:
     Violations may stay where multipliers cannot grow any more.
     """
     result, tolerance, feasibility = work.result, work.settings.tolerance, work.settings.feasibility
-    scale = 1.0 + abs(result[RESULT.COST])
-    if result[RESULT.DECREASE] > tolerance * scale or result[RESULT.DEFECT] > feasibility:
+    scale = 1.0 + abs(result.cost)
+    if result.decrease > tolerance * scale or result.defect > feasibility:
         return False
-    if result[RESULT.PRICED_OUT] > 0.0:
+    if result.priced_out:
         return True
-    return bool(result[RESULT.VIOLATION] <= feasibility and abs(merit - result[RESULT.COST]) <= _GAP * scale)
+    return bool(result.violation <= feasibility and abs(merit - result.cost) <= ACCURACY * scale)
 
 
 @kernel
-def iterate_carefully(model: object, work: Workspace, penalty: float, max_iterations: int, deadline: float) -> int:
+def iterate_carefully(model: object, work: Workspace, max_iterations: int, deadline: float) -> int:
     """Iterate from the nominal trajectory and the multipliers in `work`."""
-    result, tolerance = work.result, work.settings.tolerance
-    settle, regularization, last_violation, first = _FIRST_SETTLED, 0.0, np.inf, 0
+    result, first = work.result, 0
     begun, slowest = clock(), 0.0
-    if result[RESULT.RESUMES] > 0.0:
-        first, penalty, regularization = (
-            int(result[RESULT.ITERATIONS]),
-            result[RESULT.PENALTY],
-            result[RESULT.REGULARIZATION],
-        )
-        settle, last_violation = result[RESULT.SETTLE], result[RESULT.LAST_VIOLATION]
+    if result.resumes:
+        first = result.iterations
     else:
-        result[RESULT.ITERATIONS] = 0.0
-        result[RESULT.PRICED_OUT] = 0.0
+        result.penalty, result.regularization = _FIRST_PENALTY, 0.0
+        result.settle, result.violation_before = _FIRST_SETTLED, np.inf
+        result.iterations, result.priced_out = 0, False
         linearize(model, work)
     for iteration in range(first, max_iterations):
-        if iteration > first and clock() > result[RESULT.PAUSE]:
-            result[RESULT.PENALTY], result[RESULT.REGULARIZATION] = penalty, regularization
-            result[RESULT.SETTLE], result[RESULT.LAST_VIOLATION] = settle, last_violation
+        if iteration > first and clock() > result.pause:
             return PAUSED
         now = clock()
         begun, slowest = now, max(slowest, now - begun)
         if iteration > 0 and now + slowest > deadline:
             return OUT_OF_ITERATIONS
-        result[RESULT.ITERATIONS] = iteration + 1.0
+        result.iterations = iteration + 1
         measure_nominal(work)
-        classify(work, work.nominal, penalty)
-        settled = direction(model, work, penalty, _SWEEPS, regularization, deadline if iteration > 0 else np.inf)
-        if settled < 0 or not abs(result[RESULT.INFEASIBILITY] + result[RESULT.CHANGE]) < np.inf:
+        classify(work, work.nominal, result.penalty)
+        limit, regularization = deadline if iteration > 0 else np.inf, result.regularization
+        if not direction(model, work, result.penalty, _SWEEPS, regularization, limit):
             return FAILED
-        weight = 1.5 * result[RESULT.COSTATE]
-        before = merit(model, work, penalty, weight)
-        expected, violation = result[RESULT.DECREASE], result[RESULT.VIOLATION]
-        if settled == 1 and regularization == 0.0 and is_solved(work, before):
+        if not abs(result.infeasibility + result.change) < np.inf:
+            return FAILED
+        weight = 1.5 * result.costate
+        before = merit(model, work, result.penalty, weight)
+        if result.settled and regularization == 0.0 and is_solved(work, before):
             take_multipliers(work, 1.0)
             return CONVERGED
-        scale = descend(model, work, penalty, weight, before, deadline)
-        if scale == 0.0:
-            regularization = max(10.0 * regularization, _FIRST_REGULARIZATION)
-            if regularization > _LARGEST_REGULARIZATION:
-                return STALLED
-            continue
-        regularization = 0.0 if regularization <= _FIRST_REGULARIZATION else 0.1 * regularization
-        if settled == 1 and expected <= settle * (1.0 + abs(result[RESULT.COST])):
-            if scale < 1.0:
-                classify(work, work.nominal, penalty)
-            take_multipliers(work, 1.0)
-            settle = max(_SETTLED_SHARE * settle, tolerance)
-            if violation > max(_SLOW * last_violation, work.settings.feasibility) and penalty < _LARGEST_PENALTY:
-                penalty = min(4.0 * penalty, _LARGEST_PENALTY)
-            last_violation = violation
+        expected, violation = result.decrease, result.violation
+        scale = descend(model, work, result.penalty, weight, before, deadline)
+        if not regularize(work, scale > 0.0):
+            return STALLED
+        if scale > 0.0 and result.settled and expected <= result.settle * (1.0 + abs(result.cost)):
+            move_multipliers(work, scale, violation)
     return OUT_OF_ITERATIONS
+
+
+@kernel
+def move_multipliers(work: Workspace, scale: float, violation: float) -> None:
+    """Take the multipliers that a settled step proposes; the penalty grows where violations do not fall."""
+    result = work.result
+    if scale < 1.0:
+        classify(work, work.nominal, result.penalty)
+    take_multipliers(work, 1.0)
+    result.settle = max(_SETTLED_SHARE * result.settle, work.settings.tolerance)
+    if violation > max(_SLOW * result.violation_before, work.settings.feasibility):
+        result.penalty = min(4.0 * result.penalty, _LARGEST_PENALTY)
+    result.violation_before = violation

@@ -14,7 +14,6 @@ from doorman.ocp.solvers.iterations.augmented_lagrangian import CONVERGED, PAUSE
 from doorman.ocp.solvers.iterations.guess import aim_straight, roll_blindly, settle_integrators
 from doorman.ocp.solvers.iterations.nominal import total_cost
 from doorman.ocp.solvers.iterations.rollout import take_rollout
-from doorman.ocp.solvers.memory.result import RESULT
 from doorman.ocp.solvers.memory.workspace import Workspace, copy_trajectory
 from doorman.ocp.solvers.sweeps.linear_algebra import copy_rows
 
@@ -38,15 +37,15 @@ def solve(
     deadline: float,
 ) -> int:
     """Begin, iterate, and where that converges roll out into the nominal trajectory."""
-    if work.result[RESULT.RESUMES] == 0.0:
+    if not work.result.resumes:
         if not begin(model, work, state, inputs, states, multipliers):
             return INVALID_START
         if not (inputs or states):
             choose_guess(model, work)
-    code = iterate(model, work, max_iterations, deadline - work.result[RESULT.ROLLOUT_TIME])
+    code = iterate(model, work, max_iterations, deadline - work.result.rollout_time)
     if code != CONVERGED:
         return TO_RESUME if code == PAUSED else NOT_CONVERGED
-    work.result[RESULT.EXPECTED] = total_cost(model, work, work.nominal)
+    work.result.expected = total_cost(model, work, work.nominal)
     return int(take_rollout(model, work))
 
 
@@ -73,9 +72,9 @@ def begin(model: object, work: Workspace, state: Array, inputs: bool, states: bo
     forget_trial(work)
     copy_rows(nominal.states, work.first.states)
     copy_rows(nominal.inputs, work.first.inputs)
-    if np.isnan(work.result[RESULT.GUESS]):
+    if np.isnan(work.result.guess):
         copy_trajectory(nominal, work.guess)
-        work.result[RESULT.GUESS] = total_cost(model, work, nominal)
+        work.result.guess = total_cost(model, work, nominal)
     return finite
 
 

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from typing import Annotated
+
 import numpy as np
 
 from doorman.arrays import Array
 from doorman.compilation import kernel
+from doorman.numba_types.records import Record
 
-FILTER_SIZE = 64
-"""Pairs that are remembered."""
 MARGIN = 1e-5
 """Share of the infeasibility by which a step has to lower it to count as progress."""
 
@@ -16,16 +17,24 @@ _ROUNDING = 1e-11
 """Rounding of a sum of defects and violations [their units]."""
 
 
+class Filter(Record):
+    """Pairs that are remembered, the oldest one first."""
+
+    count: int
+    infeasibilities: Annotated[Array, 64]
+    costs: Annotated[Array, 64]
+
+
 @kernel
-def is_new(pairs: Array, count: int, infeasibility: float, cost: float, price: float, noise: float) -> bool:
+def is_new(pairs: Filter, infeasibility: float, cost: float, price: float, noise: float) -> bool:
     """Whether a pair is better than every pair of the filter: less infeasible, or cheaper by `price` times the infeasibility.
 
     Within the noise of rounding the same pair may come again.
     """
     if not (abs(infeasibility) < np.inf and abs(cost) < np.inf):
         return False
-    for i in range(count):
-        before, cost_before = pairs[i, 0], pairs[i, 1]
+    for i in range(pairs.count):
+        before, cost_before = pairs.infeasibilities[i], pairs.costs[i]
         if infeasibility > (1.0 - MARGIN) * before and cost > cost_before - price * before:
             if infeasibility > before + _ROUNDING or cost > cost_before + noise:
                 return False
@@ -33,11 +42,12 @@ def is_new(pairs: Array, count: int, infeasibility: float, cost: float, price: f
 
 
 @kernel
-def remember(pairs: Array, count: int, infeasibility: float, cost: float) -> int:
-    """Add a pair; the oldest one is dropped where the filter is full. Returns how many there are."""
-    if count == pairs.shape[0]:
-        for i in range(count - 1):
-            pairs[i, 0], pairs[i, 1] = pairs[i + 1, 0], pairs[i + 1, 1]
-        count -= 1
-    pairs[count, 0], pairs[count, 1] = infeasibility, cost
-    return count + 1
+def remember(pairs: Filter, infeasibility: float, cost: float) -> None:
+    """Add a pair; the oldest one is dropped where the filter is full."""
+    infeasibilities, costs = pairs.infeasibilities, pairs.costs
+    if pairs.count == costs.shape[0]:
+        pairs.count -= 1
+        for i in range(pairs.count):
+            infeasibilities[i], costs[i] = infeasibilities[i + 1], costs[i + 1]
+    infeasibilities[pairs.count], costs[pairs.count] = infeasibility, cost
+    pairs.count += 1

@@ -7,7 +7,8 @@ import numpy as np
 from doorman.arrays import Array
 from doorman.compilation import kernel
 from doorman.ocp.kernels.functions import at_node, step
-from doorman.ocp.solvers.memory.workspace import LARGEST_STATE, Workspace
+from doorman.ocp.kernels.python_functions import LARGEST_STATE
+from doorman.ocp.solvers.memory.workspace import Workspace
 from doorman.ocp.solvers.sweeps.sized import multiply_dynamics, multiply_gains
 
 

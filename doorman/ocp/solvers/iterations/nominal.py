@@ -18,10 +18,9 @@ from doorman.ocp.kernels.functions import (
     stage_cost,
 )
 from doorman.ocp.solvers.memory.parts import Trajectory
-from doorman.ocp.solvers.memory.result import RESULT
 from doorman.ocp.solvers.memory.workspace import Workspace
 from doorman.ocp.solvers.sweeps.full_weights import off_diagonal_slope
-from doorman.ocp.solvers.sweeps.linear_algebra import copy_rows
+from doorman.ocp.solvers.sweeps.linear_algebra import copy_rows, go_between
 from doorman.ocp.solvers.sweeps.sized import diagonal_cost
 
 
@@ -91,53 +90,41 @@ def violation(work: Workspace, value: float, floor: float) -> float:
 
 
 @kernel
+def count(work: Workspace, value: float, node: int, row: int) -> None:
+    """Count what a row violates, and note where the worst and the last violation are."""
+    result = work.result
+    if not abs(value) < np.inf:
+        result.infeasibility = np.inf
+    elif value > 0.0:
+        result.infeasibility += value
+    if not value <= work.settings.feasibility:
+        result.last_violated = max(result.last_violated, node)
+    if value > result.violation:
+        result.violation, result.node, result.row = value, node, row
+
+
+@kernel
 def measure(work: Workspace, trajectory: Trajectory) -> None:
     """Largest violation of a trajectory, its node and row, and the sum of violations, into `result`."""
+    result, floors, program = work.result, work.floors, work.program
     nx, n = work.sizes.states, trajectory.inputs.shape[0]
     nh, nt, ng = work.sizes.rows, work.sizes.end_rows, work.sizes.input_rows
-    worst, total, node, row, last, tolerance = 0.0, 0.0, 0, 0, -1, work.settings.feasibility
-    finite = 0.0
+    result.defect, result.violation, result.infeasibility = 0.0, 0.0, 0.0
+    result.node, result.row, result.last_violated = 0, 0, -1
     for k in range(n):
         for i in range(nh):
-            value = violation(work, trajectory.rows[k, i], work.floors.rows[i])
-            finite += value
-            total += max(value, 0.0)
-            if not value <= tolerance:
-                last = k + 1
-            if value > worst:
-                worst, node, row = value, k + 1, i
+            count(work, violation(work, trajectory.rows[k, i], floors.rows[i]), k + 1, i)
         for i in range(ng):
-            value = violation(work, trajectory.input_rows[k, i], work.floors.input_rows[i])
-            finite += value
-            total += max(value, 0.0)
-            if not value <= tolerance:
-                last = max(last, k)
-            if value > worst:
-                worst, node, row = value, k, nh + nt + i
+            count(work, violation(work, trajectory.input_rows[k, i], floors.input_rows[i]), k, nh + nt + i)
     for i in range(nt):
-        value = violation(work, trajectory.end_rows[i], work.floors.end_rows[i])
-        finite += value
-        total += max(value, 0.0)
-        if not value <= tolerance:
-            last = n
-        if value > worst:
-            worst, node, row = value, n, nh + i
-    for i in range(work.program.bounded.shape[0]):
-        index, side, limit = work.program.bounded[i], work.program.side[i], work.program.limit[i]
+        count(work, violation(work, trajectory.end_rows[i], floors.end_rows[i]), n, nh + i)
+    for i in range(program.bounded.shape[0]):
+        index, side, limit = program.bounded[i], program.side[i], program.limit[i]
         for k in range(n):
-            number = trajectory.states[k + 1, index] if index < nx else trajectory.inputs[k, index - nx]
-            value, place = side * (number - limit), k + 1 if index < nx else k
-            total += max(value, 0.0)
-            if not value <= tolerance:
-                last = max(last, place)
-            if value > worst:
-                worst, node, row = value, place, nh + nt + ng + i
-    work.result[RESULT.DEFECT] = 0.0
-    work.result[RESULT.VIOLATION] = worst
-    work.result[RESULT.INFEASIBILITY] = total if abs(finite) < np.inf else np.inf
-    work.result[RESULT.NODE] = node
-    work.result[RESULT.ROW] = row
-    work.result[RESULT.LAST] = last
+            if index < nx:
+                count(work, side * (trajectory.states[k + 1, index] - limit), k + 1, nh + nt + ng + i)
+            else:
+                count(work, side * (trajectory.inputs[k, index - nx] - limit), k, nh + nt + ng + i)
 
 
 @kernel
@@ -150,21 +137,15 @@ def measure_nominal(work: Workspace) -> None:
             value = abs(work.linear.jacobians[k, i, work.sizes.states])
             total += value
             defect = max(defect, value)
-    work.result[RESULT.DEFECT] = defect
-    work.result[RESULT.INFEASIBILITY] += total
+    work.result.defect = defect
+    work.result.infeasibility += total
 
 
 @kernel
 def move(work: Workspace, scale: float) -> None:
     """Set the nominal trajectory to a point between `saved` and `trial`."""
-    nominal, trial, saved = work.nominal, work.trial, work.saved
-    for k in range(nominal.inputs.shape[0]):
-        for i in range(work.sizes.inputs):
-            nominal.inputs[k, i] = saved.inputs[k, i] + scale * (trial.inputs[k, i] - saved.inputs[k, i])
-        for i in range(work.sizes.states):
-            nominal.states[k + 1, i] = saved.states[k + 1, i] + scale * (
-                trial.states[k + 1, i] - saved.states[k + 1, i]
-            )
+    go_between(work.saved.states, work.trial.states, scale, work.nominal.states)
+    go_between(work.saved.inputs, work.trial.inputs, scale, work.nominal.inputs)
 
 
 @kernel
@@ -208,4 +189,4 @@ def take_multipliers(work: Workspace, scale: float) -> None:
         value = now.end_rows[i] + scale * (new.end_rows[i] - now.end_rows[i])
         reached |= abs(value) >= largest
         now.end_rows[i] = max(min(value, largest), -largest)
-    work.result[RESULT.PRICED_OUT] = 1.0 if reached else 0.0
+    work.result.priced_out = reached

@@ -17,7 +17,7 @@ from doorman.arrays import Array
 from doorman.compilation import kernel
 from doorman.numba_types.clock import clock
 from doorman.ocp.solvers.iterations import guess
-from doorman.ocp.solvers.iterations.augmented_lagrangian import direction
+from doorman.ocp.solvers.iterations.augmented_lagrangian import ACCURACY, direction
 from doorman.ocp.solvers.iterations.cold_start import forget_policy
 from doorman.ocp.solvers.iterations.nominal import (
     linearize,
@@ -28,7 +28,6 @@ from doorman.ocp.solvers.iterations.nominal import (
     total_cost,
 )
 from doorman.ocp.solvers.iterations.rollout import DONE, take_rollout
-from doorman.ocp.solvers.memory.result import RESULT
 from doorman.ocp.solvers.memory.workspace import Workspace, copy_trajectory
 from doorman.ocp.solvers.sweeps.active_set import classify
 from doorman.ocp.solvers.sweeps.linear_algebra import copy_rows
@@ -47,8 +46,6 @@ _ENOUGH = 0.005
 """An iteration that changes an input by more, weighted by its cost, is followed by another one."""
 _PRICE = 1e-6
 """One whose change of the multipliers costs more is, too, relative to 1 + |J|."""
-_CHEAPER = 1e-7
-"""The guess is better where it costs less by more than this, relative to 1 + |J|."""
 _FAR = 1e-5
 """A third one follows where the second changed an input's cost by more, relative to 1 + |J|."""
 
@@ -75,15 +72,14 @@ def follow(
     copy_rows(work.nominal.states, work.first.states)
     copy_rows(work.nominal.inputs, work.first.inputs)
     guess.shift_guess(model, work, state, shift, limit)
-    result[RESULT.SWEEPS] = 0.0
-    result[RESULT.ITERATIONS] = 0.0
+    result.sweeps, result.iterations = 0, 0
     if not iterate_some(model, work, iterations, iterations + extra_iterations, sweeps, deadline):
         return NO_SWEEP
     code = roll(model, work)
     if code != DONE or extra_iterations <= 0 or clock() >= deadline:
         return code
-    outside = result[RESULT.LAST] == work.nominal.inputs.shape[0]
-    if outside or result[RESULT.COST] > DEARER * max(cost_before, result[RESULT.EXPECTED]):
+    outside = result.last_violated == work.nominal.inputs.shape[0]
+    if outside or result.cost > DEARER * max(cost_before, result.expected):
         if not iterate_some(model, work, 1, extra_iterations, sweeps, deadline):
             return NO_SWEEP
         code = roll(model, work)
@@ -94,10 +90,10 @@ def follow(
 def roll(model: object, work: Workspace) -> int:
     """Rollout of what the iterations have ended with, or the kept guess where that is better."""
     result = work.result
-    result[RESULT.EXPECTED] = total_cost(model, work, work.nominal)
-    result[RESULT.NEAR] = 1.0
+    result.expected = total_cost(model, work, work.nominal)
+    result.near = True
     code = int(take_rollout(model, work))
-    result[RESULT.NEAR] = 0.0
+    result.near = False
     if code == DONE:
         keep_better(model, work)
     return code
@@ -109,27 +105,27 @@ def iterate_some(model: object, work: Workspace, planned: int, most: int, all_sw
 
     All of them have so many Riccati sweeps, but one of each.
     """
-    result, used, penalty = work.result, work.result[RESULT.SWEEPS], work.settings.penalty
-    before, slowest, first = clock(), 0.0, int(result[RESULT.ITERATIONS])
+    result, used, penalty = work.result, work.result.sweeps, work.settings.penalty
+    before, slowest, first = clock(), 0.0, result.iterations
     for done in range(most):
         if done >= planned and not is_rough(model, work, done - planned):
             break
-        if first + done > 0 and before + slowest + result[RESULT.ROLLOUT_TIME] > deadline:
+        if first + done > 0 and before + slowest + result.rollout_time > deadline:
             break
         linearize(model, work)
         if done == 0:
             keep_guess(model, work)
-        sweeps = min(work.settings.sweeps, max(all_sweeps - int(result[RESULT.SWEEPS] - used), 1))
+        sweeps = min(work.settings.sweeps, max(all_sweeps + used - result.sweeps, 1))
         classify(work, work.nominal, penalty)
-        settled = direction(model, work, penalty, sweeps, 0.0, deadline if first + done > 0 else np.inf)
-        result[RESULT.SETTLED] = settled
-        if settled < 0 or not result[RESULT.CHANGE] < 1e12:
+        if not direction(model, work, penalty, sweeps, 0.0, deadline if first + done > 0 else np.inf):
             return False
-        result[RESULT.PRICE] = price(work, penalty)
+        if not result.change < 1e12:
+            return False
+        result.price = price(work, penalty)
         save(work)
         move(work, 1.0)
         take_multipliers(work, 1.0)
-        result[RESULT.ITERATIONS] = first + done + 1.0
+        result.iterations = first + done + 1
         now = clock()
         before, slowest = now, max(slowest, now - before)
     return True
@@ -139,25 +135,25 @@ def iterate_some(model: object, work: Workspace, planned: int, most: int, all_sw
 def keep_guess(model: object, work: Workspace) -> None:
     """Keep the nominal trajectory, after its linearisation, if it satisfies dynamics and constraints."""
     result, nx, feasibility = work.result, work.sizes.states, work.settings.feasibility
-    result[RESULT.GUESS] = np.nan
+    result.guess = np.nan
     for k in range(work.nominal.inputs.shape[0]):
         for i in range(nx):
             if not abs(work.linear.jacobians[k, i, nx]) <= feasibility:
                 return
     measure_nominal(work)
-    if result[RESULT.VIOLATION] <= feasibility:
+    if result.violation <= feasibility:
         copy_trajectory(work.nominal, work.guess)
-        result[RESULT.GUESS] = total_cost(model, work, work.nominal)
-        result[RESULT.GUESS_PRICE] = result[RESULT.INFEASIBILITY]
+        result.guess = total_cost(model, work, work.nominal)
+        result.guess_price = result.infeasibility
 
 
 @kernel
 def keep_better(model: object, work: Workspace) -> None:
     """Take the kept guess back if the nominal trajectory, a rollout, violates something or costs more."""
     result = work.result
-    result[RESULT.ROLLED] = result[RESULT.COST] if result[RESULT.VIOLATION] <= work.settings.feasibility else np.inf
-    worth = result[RESULT.GUESS] + result[RESULT.COSTATE] * result[RESULT.GUESS_PRICE]
-    if worth + _CHEAPER * (1.0 + abs(worth)) < result[RESULT.ROLLED]:
+    result.rolled = result.cost if result.violation <= work.settings.feasibility else np.inf
+    worth = result.guess + result.costate * result.guess_price
+    if worth + ACCURACY * (1.0 + abs(worth)) < result.rolled:
         return_to_guess(model, work)
 
 
@@ -168,7 +164,7 @@ def return_to_guess(model: object, work: Workspace) -> None:
     linearize(model, work)
     steer(model, work)
     measure_nominal(work)
-    work.result[RESULT.COST] = work.result[RESULT.GUESS]
+    work.result.cost = work.result.guess
 
 
 @kernel
@@ -186,38 +182,34 @@ def settle(model: object, work: Workspace, how: int) -> None:
 def steer(model: object, work: Workspace) -> None:
     """Feedback around the nominal trajectory, after its linearisation; none where no sweep goes through."""
     classify(work, work.nominal, work.settings.penalty)
-    if direction(model, work, work.settings.penalty, 1, 0.0, np.inf) < 0:
+    if not direction(model, work, work.settings.penalty, 1, 0.0, np.inf):
         forget_policy(work)
 
 
 @kernel
 def price(work: Workspace, penalty: float) -> float:
     """Worth of the multipliers' change that the step in `trial` proposes, in units of the cost."""
-    trial, now, new = work.trial, work.multipliers, work.proposal
+    now, new, total = work.multipliers, work.proposal, 0.0
+    for k in range(work.nominal.inputs.shape[0]):
+        total += (square_gap(now.rows[k], new.rows[k]) + square_gap(now.states[k], new.states[k])) / work.stiffness[k]
+        total += square_gap(now.input_rows[k], new.input_rows[k]) + square_gap(now.inputs[k], new.inputs[k])
+    return float((total + square_gap(now.end_rows, new.end_rows)) / penalty)
+
+
+@kernel
+def square_gap(one: Array, other: Array) -> float:
+    """Square of the distance of two vectors."""
     total = 0.0
-    for k in range(trial.inputs.shape[0]):
-        early = 0.0
-        for i in range(work.sizes.rows):
-            early += (new.rows[k, i] - now.rows[k, i]) ** 2
-        if work.sizes.state_bounds > 0:
-            for i in range(work.sizes.states):
-                early += (new.states[k, i] - now.states[k, i]) ** 2
-        total += early / work.stiffness[k]
-        for i in range(work.sizes.input_rows):
-            total += (new.input_rows[k, i] - now.input_rows[k, i]) ** 2
-        if work.sizes.input_bounds > 0:
-            for i in range(work.sizes.inputs):
-                total += (new.inputs[k, i] - now.inputs[k, i]) ** 2
-    for i in range(work.sizes.end_rows):
-        total += (new.end_rows[i] - now.end_rows[i]) ** 2
-    return float(total / penalty)
+    for i in range(one.shape[0]):
+        total += (other[i] - one[i]) ** 2
+    return total
 
 
 @kernel
 def is_rough(model: object, work: Workspace, extra: int) -> bool:
     """Whether the last iteration changed so much that another one is worth its time."""
-    change = work.result[RESULT.CHANGE]
+    change = work.result.change
     if extra == 0 and change > _ENOUGH:
         return True
     scale = 1.0 + abs(total_cost(model, work, work.nominal))
-    return bool(change * change > _FAR * scale if extra > 0 else work.result[RESULT.PRICE] > _PRICE * scale)
+    return bool(change * change > _FAR * scale if extra > 0 else work.result.price > _PRICE * scale)

@@ -160,8 +160,10 @@ class Policy(NamedTuple):
     """U of Q_uu = Uᵀ D U with D on the diagonal, (N, nu, padded nu)."""
     values: Array
     """[V_xx | V_x] without the penalties of state k, (N, nx, narrow)."""
-    sums: Array
-    """Sums over the nodes from k on: twice the predicted decrease of the cost, and the largest |V_x|, (N + 1, 2)."""
+    decreases: Array
+    """Twice the predicted decrease of the cost by the nodes from k on, (N + 1,)."""
+    costates: Array
+    """Largest |V_x| of the nodes from k on, (N + 1,)."""
 
 
 class Node(NamedTuple):

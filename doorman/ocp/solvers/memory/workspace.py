@@ -13,7 +13,7 @@ from doorman.numba_types.function_tables import FunctionTable
 from doorman.ocp.kernels import functions
 from doorman.ocp.problem.costs import diagonal
 from doorman.ocp.problem.problem import Problem
-from doorman.ocp.solvers.iterations.filter import FILTER_SIZE
+from doorman.ocp.solvers.iterations.filter import Filter
 from doorman.ocp.solvers.memory.parts import (
     ActiveSet,
     FlatRows,
@@ -29,15 +29,12 @@ from doorman.ocp.solvers.memory.parts import (
     Trajectory,
     Weights,
 )
-from doorman.ocp.solvers.memory.result import RESULT, Result
+from doorman.ocp.solvers.memory.result import Result
 from doorman.ocp.solvers.options import SolverOptions
 from doorman.ocp.solvers.sweeps.linear_algebra import copy_rows
 from doorman.ocp.solvers.sweeps.node_elimination import factors_width
 from doorman.ocp.solvers.sweeps.sized import sized_table
 from doorman.ocp.solvers.sweeps.tiles import WIDTH
-
-LARGEST_STATE = 1e6
-"""A trajectory with a larger number in a state has diverged."""
 
 _EARLY = 3.0
 """Rows of early states, on which few inputs act, take so much more of the penalty: multipliers converge there as fast as
@@ -71,10 +68,9 @@ class Workspace(NamedTuple):
     flat: FlatRows
     stiffness: Array
     """Factor of the penalty of every state's rows and bounds after the first one, (N,)."""
-    filter: Array
-    """Pairs of infeasibility and cost, (FILTER_SIZE, 2)."""
-    result: Array
-    """Scalars out, see `Result`."""
+    filter: Filter
+    """Of infeasibility and cost."""
+    result: Result
 
     @classmethod
     def of(cls, problem: Problem, options: SolverOptions | None = None) -> Workspace:
@@ -89,8 +85,7 @@ class Workspace(NamedTuple):
         nh, ng, nt = problem.n_constraints, problem.n_input_constraints, problem.n_end_constraints
         narrow, wide = padded(nx + 1), padded(nx + 1 + nu)
         program, stiffness = program_of(problem, wide), 1.0 + _EARLY / np.arange(1.0, n + 1.0)
-        chosen, result = options or SolverOptions(), np.zeros(len(Result._fields))
-        result[RESULT.PAUSE] = np.inf
+        chosen = options or SolverOptions()
 
         def trajectory() -> Trajectory:
             return Trajectory(
@@ -123,7 +118,7 @@ class Workspace(NamedTuple):
             ),
             policy=Policy(
                 np.zeros((n, nu, narrow)), np.zeros((n, nu, factors_width(nu))),
-                np.zeros((n, nx, narrow)), np.zeros((n + 1, 2)),
+                np.zeros((n, nx, narrow)), np.zeros(n + 1), np.zeros(n + 1),
             ),
             node=Node(
                 np.zeros((nx, narrow)), np.zeros((nx, narrow)), np.zeros((nu, wide)), np.zeros((nu, wide)),
@@ -133,8 +128,8 @@ class Workspace(NamedTuple):
             program=program,
             flat=flat_rows_of(problem, program, stiffness),
             stiffness=stiffness,
-            filter=np.zeros((FILTER_SIZE, 2)),
-            result=result,
+            filter=Filter(),
+            result=Result(pause=np.inf),
         )  # fmt: skip
 
 

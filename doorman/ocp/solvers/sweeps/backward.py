@@ -16,7 +16,6 @@ from __future__ import annotations
 import numpy as np
 
 from doorman.compilation import kernel
-from doorman.ocp.solvers.memory.result import RESULT
 from doorman.ocp.solvers.memory.workspace import Workspace
 from doorman.ocp.solvers.sweeps.flat_rows import store_multipliers
 from doorman.ocp.solvers.sweeps.linear_algebra import cholesky, solve_lower, solve_upper
@@ -108,7 +107,7 @@ def keep_active(work: Workspace, k: int) -> bool:
             dual[b, j] = program.eliminated[indices[b], j]
     solve_lower(factor, count, wide, dual)
     for b in range(count):
-        work.result[RESULT.DECREASE] -= 0.5 * dual[b, nx] ** 2
+        work.result.decrease -= 0.5 * dual[b, nx] ** 2
         for i in range(nx):
             scale = dual[b, i]
             for j in range(nx + 1):
@@ -154,7 +153,7 @@ def backward(model: object, work: Workspace, start: int, regularization: float, 
             if not eliminate(work.tiles, k, work):
                 return NOT_CONVEX
             for a in range(nu):
-                result[RESULT.DECREASE] += 0.5 * node.rows[a, nx] * node.scaled[a, nx]
+                result.decrease += 0.5 * node.rows[a, nx] * node.scaled[a, nx]
             program.multipliers[:] = 0.0
             fill_rows(work, k)
             if not violated(work, k):
@@ -176,5 +175,5 @@ def backward(model: object, work: Workspace, start: int, regularization: float, 
         export_multipliers(work, k)
         for a in range(nu):
             change = work.weights.metric[a] * abs(work.policy.gains[k, a, nx])
-            result[RESULT.CHANGE] = max(result[RESULT.CHANGE], change)
-    return DONE if abs(result[RESULT.DECREASE]) < np.inf else NOT_CONVEX
+            result.change = max(result.change, change)
+    return DONE if abs(result.decrease) < np.inf else NOT_CONVEX

@@ -11,12 +11,12 @@ method with exact line search; compare Hermans, Themelis and Patrinos 2019).
 
 from __future__ import annotations
 
-from doorman.arrays import Array
 from doorman.compilation import kernel
 from doorman.ocp.solvers.memory.parts import Trajectory
 from doorman.ocp.solvers.memory.workspace import Workspace
 from doorman.ocp.solvers.sweeps.flat_rows import flatten_multipliers, flatten_values
 from doorman.ocp.solvers.sweeps.full_weights import expand_beyond_diagonals
+from doorman.ocp.solvers.sweeps.linear_algebra import go_between
 
 _STEPS = 40
 _CLOSE = 1e-12
@@ -122,17 +122,9 @@ def row_slope(work: Workspace, penalty: float, part: float) -> float:
 def shorten(work: Workspace, base: Trajectory, part: float) -> None:
     """Move the trial trajectory and its rows back to a share of its way from `base`."""
     trial = work.trial
-    shorten_rows(trial.states, base.states, part)
-    shorten_rows(trial.inputs, base.inputs, part)
-    shorten_rows(trial.rows, base.rows, part)
-    shorten_rows(trial.input_rows, base.input_rows, part)
+    go_between(base.states, trial.states, part, trial.states)
+    go_between(base.inputs, trial.inputs, part, trial.inputs)
+    go_between(base.rows, trial.rows, part, trial.rows)
+    go_between(base.input_rows, trial.input_rows, part, trial.input_rows)
     for i in range(trial.end_rows.shape[0]):
         trial.end_rows[i] = base.end_rows[i] + part * (trial.end_rows[i] - base.end_rows[i])
-
-
-@kernel
-def shorten_rows(values: Array, base: Array, part: float) -> None:
-    """Move a matrix back to a share of its way from another."""
-    for k in range(values.shape[0]):
-        for i in range(values.shape[1]):
-            values[k, i] = base[k, i] + part * (values[k, i] - base[k, i])

@@ -6,7 +6,7 @@ bounds of state k with their multipliers, the residual is the largest entry of :
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -14,13 +14,17 @@ from doorman.arrays import Array
 from doorman.ocp.kernels import functions
 
 
-def kkt_residual(problem: Any, states: Array, inputs: Array, multipliers: Any) -> float:
+class Conditions(NamedTuple):
+    """How well first-order conditions hold."""
+
+    residual: float
     """Largest gradient of the Lagrangian by an input."""
-    return conditions(problem, states, inputs, multipliers)[0]
+    costates: Array
+    """(N, nx)."""
 
 
-def conditions(problem: Any, states: Array, inputs: Array, multipliers: Any) -> tuple[float, Array]:
-    """Largest gradient of the Lagrangian by an input, and the costates on the way."""
+def conditions(problem: Any, states: Array, inputs: Array, multipliers: Any) -> Conditions:
+    """Conditions of a trajectory with its multipliers."""
     model, cost, dt = problem.model, problem.cost, problem.time_step
     n, nx, nu = problem.horizon, problem.nx, problem.nu
     state_weights, terminal_weights, input_weights, cross = cost.matrices()
@@ -47,4 +51,4 @@ def conditions(problem: Any, states: Array, inputs: Array, multipliers: Any) -> 
         worst = max(worst, float(np.abs(gradient[nx:]).max(initial=0.0)))
         if k > 0:
             costate = costates[k - 1] = gradient[:nx] + multipliers.states[k - 1]
-    return worst, costates
+    return Conditions(worst, costates)

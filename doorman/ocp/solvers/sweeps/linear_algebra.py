@@ -52,6 +52,14 @@ def solve_upper(factor: Array, size: int, columns: int, rows: Array) -> None:
 
 
 @kernel
+def go_between(first: Array, second: Array, part: float, out: Array) -> None:
+    """Matrix a share of the way from one to another."""
+    for i in range(out.shape[0]):
+        for j in range(out.shape[1]):
+            out[i, j] = first[i, j] + part * (second[i, j] - first[i, j])
+
+
+@kernel
 def copy_rows(source: Array, target: Array) -> None:
     """Copy a matrix into another of its shape."""
     for i in range(source.shape[0]):

@@ -87,12 +87,12 @@ def eliminate(shape: Any, k: int, work: Any) -> bool:
         shape, k, work.weights.time_step, work.linear.jacobians, node.value, node.base_x, node.base_u,
         policy.gains, policy.factors, policy.values, node.rows, node.scaled,
     )  # fmt: skip
-    decrease, costate = policy.sums[k + 1, 0], policy.sums[k + 1, 1]
+    decrease, costate = policy.decreases[k + 1], policy.costates[k + 1]
     for a in range(len(shape.inputs)):
         decrease += node.rows[a, nx] * node.scaled[a, nx]
     for i in range(nx):
         costate = max(costate, abs(node.value[i, nx]))
-    policy.sums[k, 0], policy.sums[k, 1] = decrease, costate
+    policy.decreases[k], policy.costates[k] = decrease, costate
     return positive  # type: ignore[no-any-return]
 
 

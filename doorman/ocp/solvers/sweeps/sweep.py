@@ -10,7 +10,6 @@ import numpy as np
 
 from doorman.arrays import Array
 from doorman.compilation import kernel
-from doorman.ocp.solvers.memory.result import RESULT
 from doorman.ocp.solvers.memory.workspace import Workspace
 from doorman.ocp.solvers.sweeps.full_weights import expand_beyond_diagonals
 from doorman.ocp.solvers.sweeps.linear_algebra import copy_rows
@@ -32,7 +31,7 @@ def terminal_value(model: object, work: Workspace) -> None:
             value[i, nx] += work.node.gradient[i]
             for j in range(nx):
                 value[i, j] += work.node.hessian[i, j]
-    work.result[RESULT.DECREASE] = 0.0
+    work.result.decrease = 0.0
 
 
 @kernel
@@ -40,7 +39,8 @@ def value_behind(model: object, work: Workspace, node: int) -> None:
     """Value function of state node + 1 as the last sweep left it, or computed anew at the horizon's end."""
     if node == work.nominal.inputs.shape[0] - 1:
         terminal_value(model, work)
-        work.policy.sums[node + 1, :] = 0.0
+        work.policy.decreases[node + 1] = 0.0
+        work.policy.costates[node + 1] = 0.0
     else:
         copy_rows(work.policy.values[node + 1], work.node.value)
 
@@ -153,7 +153,7 @@ def penalize_input(work: Workspace, k: int, penalty: float) -> None:
 @kernel
 def sweep(model: object, work: Workspace, penalty: float, regularization: float, last: int) -> bool:
     """Policy of the nodes up to `last` with the penalties of the active set; False if a Q_uu is not positive definite."""
-    sums, afresh = work.policy.sums, True
+    policy, afresh = work.policy, True
     value_behind(model, work, last)
     for k in range(last, -1, -1):
         if work.active.state_count[k] > 0:
@@ -161,9 +161,9 @@ def sweep(model: object, work: Workspace, penalty: float, regularization: float,
         afresh = set_base(model, work, k, penalty, regularization, afresh)
         if not eliminate(work.tiles, k, work):
             return False
-    work.result[RESULT.DECREASE] = 0.5 * sums[0, 0]
-    work.result[RESULT.COSTATE] = sums[0, 1]
-    return bool(abs(sums[0, 0]) < np.inf)
+    work.result.decrease = 0.5 * policy.decreases[0]
+    work.result.costate = policy.costates[0]
+    return bool(abs(policy.decreases[0]) < np.inf)
 
 
 @kernel
@@ -181,4 +181,4 @@ def step_along(work: Workspace) -> None:
         for j in range(nx):
             value += linear.end_row_jacobians[i, j] * step[j]
         trial.end_rows[i] = value
-    work.result[RESULT.CHANGE] = largest
+    work.result.change = largest

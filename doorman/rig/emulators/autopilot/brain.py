@@ -16,16 +16,6 @@ from doorman.rig.emulators.autopilot.dialects import ACCEPTED, DENIED, UNSUPPORT
 from doorman.rig.emulators.autopilot.estimator import NOTHING, Estimate
 from doorman.rig.emulators.autopilot.way_home import WayHome
 
-_KILLED = 5.0
-"""Time after which a vehicle whose motors a switch has stopped is disarmed [s]."""
-_FAILSAFE_DELAY = 0.1
-"""Time from the end of the stream to the failsafe [s]."""
-_OFF_GROUND = 0.03
-"""A position setpoint that much above is a take-off [m]."""
-_STANDING, _STUCK = 0.1, 1.0
-"""A landing that sinks more slowly [m/s] for this time [s] has stopped, as land detectors find it."""
-_LAND_DETECTION = 1.0
-"""Time from touching the ground in a landing to disarming, where no parameter gives it [s]."""
 _OFFBOARD_LOST = {4: "land", 5: "loiter"}
 """Mode by COM_OBL_RC_ACT without a radio; all other values return."""
 
@@ -136,7 +126,7 @@ class Brain:
         if self.armed:
             self._watch_links()
         demand = self._decide()
-        if now - self._killed_at > _KILLED:
+        if now - self._killed_at > self.dialect.killed_for:
             self.disarm()
         self.demand = demand if self.armed and not self.killed else Demand(Task.IDLE)
         return self.demand
@@ -144,13 +134,13 @@ class Brain:
     def _watch_ground(self, on_ground: bool) -> None:
         """It is landed on the ground, or stuck in a landing, and not about to leave; a landing that has stood is over."""
         task = self.demand.task
-        halted = self.armed and task is Task.LAND and abs(float(self._estimate.velocity[2])) <= _STANDING
+        halted = self.armed and task is Task.LAND and abs(float(self._estimate.velocity[2])) <= self.dialect.standing
         self._halted_since = min(self._halted_since, self._now) if halted else math.inf
-        down = on_ground or self._now - self._halted_since > _STUCK
+        down = on_ground or self._now - self._halted_since > self.dialect.land_detection
         self.landed = down and (task in (Task.IDLE, Task.LAND) or not self.armed or self.landed)
         stands = self.armed and self.landed and task is Task.LAND
         self._stands_since = min(self._stands_since, self._now) if stands else math.inf
-        if self._now - self._stands_since > self.parameters.get("COM_DISARM_LAND", _LAND_DETECTION):
+        if self._now - self._stands_since > self.parameters.get("COM_DISARM_LAND", self.dialect.land_detection):
             self.disarm()
 
     def _decide(self) -> Demand:
@@ -171,7 +161,7 @@ class Brain:
             target = Demand(Task.VELOCITY)
         if self.landed:
             if target.task is Task.POSITION:
-                rises = not self.dialect.lifts_off_by_command and target.position[2] > height + _OFF_GROUND
+                rises = not self.dialect.lifts_off_by_command and target.position[2] > height + self.dialect.off_ground
             else:
                 rises = target.thrust > self.parameters[self.dialect.hover_thrust]
             if not rises:
@@ -224,7 +214,7 @@ class Brain:
             self._lost_at = math.inf
             return
         self._lost_at = min(self._lost_at, self._now)
-        if self._now - self._lost_at > _FAILSAFE_DELAY:
+        if self._now - self._lost_at > self.dialect.failsafe_delay:
             action = _OFFBOARD_LOST.get(int(self.parameters["COM_OBL_RC_ACT"]), "return")
             self._fail("Failsafe: no offboard signal", action if self._estimate.position_valid else "land")
             self._goes_back = True

@@ -30,9 +30,6 @@ from doorman.kinematics.vehicles.rotor_layout import RotorLayout
 from doorman.rig.emulators.autopilot.dialects import ParameterStore
 from doorman.rig.emulators.autopilot.estimator import FLIP, LEVEL, NOTHING, Estimate
 
-_NOTHING = 1e-6
-"""Entry of the pseudo-inverse that counts as zero."""
-
 
 def thrust_share(normalised: float, k: float) -> float:
     """f/f_max = u² of motors whose thrust is the signal squared."""
@@ -75,15 +72,10 @@ def side_force(parameters: ParameterStore, share: tuple[float, float], full: flo
     wrench = np.vstack([axes.T, (np.cross(places, axes) - moments[:, None] * axes).T])
     signals = np.zeros(len(axes))
     for column, each in zip(np.linalg.pinv(wrench)[:, :2].T, share, strict=True):
-        acting = np.abs(column[np.abs(column) > _NOTHING])
+        acting = np.abs(column[np.abs(column) > 1e-6])
         signals += column / acting.mean() * each if acting.size else 0.0
     x, y, _ = full / axes[:, 2].sum() * (signals @ axes)
     return float(x), float(y)
-
-
-_POSITION_GAIN, _VELOCITY_GAIN = 2.2, 3.2
-_MAX_SPEED, _LANDING_SPEED = np.array([1.5, 1.5, 1.0]), 0.6
-_MAX_TILT = 0.6
 
 
 class Task(Enum):
@@ -107,6 +99,10 @@ class Demand:
 
 
 class FlightController:
+    position_gain, velocity_gain = 2.2, 3.2  # [1/s]
+    most_speed, landing_speed = np.array([1.5, 1.5, 1.0]), 0.6  # [m/s]
+    most_tilt = 0.6  # [rad]
+
     def __init__(self, weight: float) -> None:
         self._weight = weight
         self._anchor: Array | None = None  # where a landing began, shape (3,) [m]
@@ -116,7 +112,7 @@ class FlightController:
             self._anchor = None
         if demand.task is Task.ATTITUDE:
             return demand.thrust * max_force, demand.quaternion
-        acceleration = demand.acceleration + _VELOCITY_GAIN * (self._velocity(demand, estimate) - estimate.velocity)
+        acceleration = demand.acceleration + self.velocity_gain * (self._velocity(demand, estimate) - estimate.velocity)
         return self._force(acceleration, estimate.yaw if demand.yaw is None else demand.yaw)
 
     def _velocity(self, demand: Demand, estimate: Estimate) -> Array:
@@ -124,16 +120,16 @@ class FlightController:
             return demand.velocity
         if demand.task is Task.LAND:
             self._anchor = estimate.position if self._anchor is None else self._anchor
-            x, y, _ = np.clip(_POSITION_GAIN * (self._anchor - estimate.position), -1.0, 1.0)
-            return np.array([x, y, -_LANDING_SPEED])
-        wanted = demand.velocity + _POSITION_GAIN * (demand.position - estimate.position)
-        return np.clip(wanted, -_MAX_SPEED, _MAX_SPEED)
+            x, y, _ = np.clip(self.position_gain * (self._anchor - estimate.position), -1.0, 1.0)
+            return np.array([x, y, -self.landing_speed])
+        wanted = demand.velocity + self.position_gain * (demand.position - estimate.position)
+        return np.clip(wanted, -self.most_speed, self.most_speed)
 
     def _force(self, acceleration: Array, yaw: float) -> tuple[float, Array]:
         x, y, z = acceleration.tolist()
         fall = weight_of(1.0)
         vertical = max(0.3 * fall, fall + min(max(z, -5.0), 5.0))
-        scale = min(1.0, vertical * math.tan(_MAX_TILT) / max(1e-9, math.hypot(x, y)))
+        scale = min(1.0, vertical * math.tan(self.most_tilt) / max(1e-9, math.hypot(x, y)))
         x, y = scale * x, scale * y
         length = math.sqrt(x * x + y * y + vertical * vertical)
         return self._weight * length / fall, tilted((x / length, y / length, vertical / length), yaw)

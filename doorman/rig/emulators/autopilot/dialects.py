@@ -144,6 +144,13 @@ class Dialect:
     mocap: Mapping[str, float]  # parameters for flights by mocap alone
     rates: Mapping[int, float]  # messages of a fresh link [1/s]
     on_request: frozenset[int]  # messages that may be asked for, and whose interval may be set
+    killed_for: float = 5.0  # after which a vehicle whose motors a switch has stopped is disarmed [s]
+    failsafe_delay: float = 0.1  # from the end of the stream to the failsafe [s]
+    off_ground: float = 0.03  # a position setpoint that much above is a take-off [m]
+    standing: float = 0.1  # a landing that sinks more slowly has stopped, as land detectors find it [m/s]
+    land_detection: float = 1.0
+    """For which it must; and from touching the ground in a landing to disarming, where no parameter gives that [s]."""
+    share_of_loop: float = 0.8  # largest rate of a message, over the rate of ArduPilot's main loop
 
 
 PX4 = Dialect(

@@ -27,12 +27,13 @@ from doorman.rig.emulators.autopilot.line import BootClock, FaultyUdp, LinkFault
 from doorman.rig.emulators.autopilot.receiver import Receiver
 from doorman.rig.emulators.autopilot.telemetry import EmulatedBattery, Telemetry
 
-_STEP = 0.004
 _MOST_STEPS = 25
 
 
 class EmulatedAutopilot(InThread):
     """A multirotor's autopilot on UDP. The constructor binds nothing; `open` does, on loopback only."""
+
+    step = 0.004  # of plant and rules [s]
 
     # Its parts may be looked into, and their plain fields set, at any time: a reboot makes `brain`, `estimator`, `telemetry`,
     # `receiver` and `clock` anew.
@@ -134,16 +135,16 @@ class EmulatedAutopilot(InThread):
     def _run(self) -> None:
         stepped = self._clock.now()
         while not self._stopping.is_set():
-            self._line.wait(max(0.0, stepped + _STEP - self._clock.now()))
+            self._line.wait(max(0.0, stepped + self.step - self._clock.now()))
             with self.lock:
                 silent = self._clock.now() < self._silent_until
                 for datagram in self._line.receive():
                     if not silent:
                         self._receive(datagram)
                 steps = 0
-                while stepped + _STEP <= self._clock.now():
-                    stepped, steps = stepped + _STEP, steps + 1
-                    self._step(_STEP * self.build.pace)
+                while stepped + self.step <= self._clock.now():
+                    stepped, steps = stepped + self.step, steps + 1
+                    self._step(self.step * self.build.pace)
                     if steps >= _MOST_STEPS:
                         stepped = self._clock.now()
                 if steps and not silent:

@@ -13,11 +13,11 @@ from doorman.arrays import Array
 from doorman.gravity import weight_of
 from doorman.kinematics.quaternions import conjugate, multiply, rotate, to_attitude
 
-FLIP = np.array([1.0, -1.0, -1.0])
+FLIP = np.array([1, -1, -1])
 """NED or FRD of a world with z up or a body with z up, and back: half a turn about x."""
-FLIP_QUATERNION = np.array([1.0, 1.0, -1.0, -1.0])
+FLIP_QUATERNION = np.array([1, 1, -1, -1])
 """FRD to NED of body to world, and back."""
-LEVEL, NOTHING = np.array([1.0, 0.0, 0.0, 0.0]), np.zeros(3)
+LEVEL, NOTHING = np.eye(4)[0], np.zeros(3)
 for _constant in (FLIP, FLIP_QUATERNION, LEVEL, NOTHING):
     _constant.flags.writeable = False
 
@@ -113,15 +113,7 @@ Place = tuple[int, int, int]
 """Latitude and longitude [1e-7 °], altitude above the sea [mm]."""
 ZURICH: Place = (473_977_420, 85_455_940, 488_000)
 """Where the simulators of PX4 begin, and an emulated autopilot with satellites."""
-_HISTORY = 2.0
-_GAIN = 0.35
-_GATE, _RESET_AFTER = 0.5, 1.0
-"""Innovation that is rejected [m], unless it persists [s]."""
 _POSES_NEEDED = 10
-_BIAS = np.array([0.04, -0.03, 0.01])
-"""Bias of the accelerometers, shape (3,) [m/s²]: without aiding, it lets the error grow."""
-_DATUM_DELAY = 1.0
-"""Time from the origin to the height's new zero [s]."""
 
 
 @dataclass(frozen=True)
@@ -140,6 +132,12 @@ class Estimate:
 
 class Estimator:
     """Truth plus an error."""
+
+    history = 2.0  # for which truth is kept, to compare poses with [s]
+    gain = 0.35  # share of an innovation that it takes over
+    gate, reset_after = 0.5, 1.0  # innovation that is rejected [m], unless it persists [s]
+    bias = np.array([0.04, -0.03, 0.01])  # of the accelerometers, (3,) [m/s²]: without aiding, it lets the error grow
+    datum_delay = 1.0  # from the origin to the height's new zero [s]
 
     def __init__(
         self, now: float, truth: PlantTruth, timeout: float, needs_origin: bool, *, vision: bool, seed: int = 0
@@ -170,16 +168,16 @@ class Estimator:
         if not self._needs_origin:
             self._lift = -1e-3 * place[2]
         elif not armed and self._datum_due is None:
-            self._datum_due = now + _DATUM_DELAY
+            self._datum_due = now + self.datum_delay
 
     def update(self, now: float, truth: PlantTruth, dt: float) -> Estimate:
         self._history.append((now, truth.position))
-        while now - self._history[0][0] > _HISTORY:
+        while now - self._history[0][0] > self.history:
             self._history.popleft()
         if not self.vision:
             self.error, self._error_rate, self._aided_at = self._random.normal(0.0, 0.002, 3), NOTHING, now
         elif now - self._aided_at > 0.2:
-            self._error_rate = self._error_rate + dt * _BIAS
+            self._error_rate = self._error_rate + dt * self.bias
             self.error = self.error + dt * self._error_rate
         if self._datum_due is not None and now >= self._datum_due:
             self._datum_due = math.inf
@@ -196,10 +194,10 @@ class Estimator:
             return
         times, places = zip(*self._history, strict=True)
         truth = np.array([np.interp(stamp, times, axis) for axis in np.transpose(places)])
-        innovation, gain = position - truth - self.error, _GAIN
-        if self.navigates and float(np.linalg.norm(innovation)) > _GATE:
+        innovation, gain = position - truth - self.error, self.gain
+        if self.navigates and float(np.linalg.norm(innovation)) > self.gate:
             self._rejected_since = now if self._rejected_since is None else self._rejected_since
-            if now - self._rejected_since < _RESET_AFTER:
+            if now - self._rejected_since < self.reset_after:
                 return
             gain = 1.0
         self.error, self._error_rate = self.error + gain * innovation, 0.5 * self._error_rate

@@ -103,13 +103,13 @@ class FaultyUdp:
         return pieces
 
 
-_BOOT = 3.0
-"""Reading of the clock when the link comes up [s]."""
 _ANSWERS_NEEDED = 20
 """Answers to TIMESYNC before PX4 trusts its mapping."""
 
 
 class BootClock:
+    boot = 3.0  # its reading when the link comes up [s]
+
     def __init__(self, pace: float = 1.0, time: Clock = REAL_TIME) -> None:
         self.jumped = 0.0  # by which it has jumped since boot; may be set at any time [s]
         self._pace, self._time, self._started = pace, time, time.now()
@@ -117,7 +117,7 @@ class BootClock:
     @property
     def uptime(self) -> float:
         """Since boot, by which it counts its own time-outs: that never jumps [s]."""
-        return _BOOT + (self._time.now() - self._started) * self._pace
+        return self.boot + (self._time.now() - self._started) * self._pace
 
     @property
     def now(self) -> float:

@@ -19,10 +19,8 @@ from doorman.rig.emulators.autopilot.estimator import FLIP, FLIP_QUATERNION, NOT
 from doorman.rig.emulators.autopilot.line import BootClock, CompanionClock
 from doorman.rig.emulators.autopilot.telemetry import Telemetry
 
-_FORCE = 21196.0
+_FORCE = 21196
 """Second parameter of a command that disarms even in the air."""
-_SHARE_OF_LOOP = 0.8
-"""Largest rate of a message, as a share of the rate of ArduPilot's main loop."""
 
 
 class Receiver:
@@ -106,7 +104,7 @@ class Receiver:
 
     def _set_interval(self, identifier: int, interval_us: float) -> int:
         """ArduPilot sends nothing more often than its main loop allows."""
-        most = _SHARE_OF_LOOP * self._parameters.get("SCHED_LOOP_RATE", math.inf)
+        most = self._dialect.share_of_loop * self._parameters.get("SCHED_LOOP_RATE", math.inf)
         if interval_us > 0.0 and 1e6 / interval_us > most:
             return self._dialect.refusal
         return ACCEPTED if self._telemetry.set_interval(identifier, interval_us) else DENIED
@@ -148,7 +146,6 @@ class Receiver:
 
 _RATES, _UNUSED, _THRUST_BODY = 7, 0x40 | 0x80, 0x20
 """Bits of SET_ATTITUDE_TARGET: body rates are ignored; thrust or attitude are; thrust is a vector in the body."""
-_UNIT_TOLERANCE = 1e-3
 _THRUST_AS_THRUST = 8
 """Bit of GUID_OPTIONS; without it, thrust is a climb rate, which doorman does not use."""
 
@@ -159,7 +156,7 @@ def attitude_demand(dialect: Dialect, parameters: ParameterStore, message: Any) 
     x = y = 0.0
     if mask & _THRUST_BODY and dialect.takes_body_thrust:
         x, y, thrust = (_thrust_body(message) * FLIP).tolist()
-    unit = abs(float(np.linalg.norm(quaternion)) - 1.0) <= _UNIT_TOLERANCE
+    unit = abs(float(np.linalg.norm(quaternion)) - 1.0) <= 1e-3
     takes = int(parameters.get("GUID_OPTIONS", _THRUST_AS_THRUST)) & _THRUST_AS_THRUST
     if mask & (_RATES | _UNUSED) != _RATES or not unit or not np.isfinite([thrust, x, y]).all() or not takes:
         return None

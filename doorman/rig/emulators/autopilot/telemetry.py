@@ -10,6 +10,7 @@ from typing import Any
 
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
+from doorman.clocks import BRIEFLY
 from doorman.rig.emulators.autopilot.brain import Brain
 from doorman.rig.emulators.autopilot.control import Task
 from doorman.rig.emulators.autopilot.dialects import Build
@@ -19,8 +20,6 @@ from doorman.rig.emulators.autopilot.line import BootClock
 _READY = mavlink.MAV_SYS_STATUS_PREARM_CHECK
 _EPOCH_2015 = 1_420_070_400
 """Zero of the time stamps of signatures [s]."""
-_SHORTEST_PERIOD = 0.002
-"""Shortest period of a message [s]."""
 
 
 @dataclass
@@ -76,7 +75,7 @@ class Telemetry:
             return False
         self._periods.pop(identifier, None)
         if interval_us > 0.0:
-            self._periods[identifier] = max(_SHORTEST_PERIOD, interval_us * 1e-6)
+            self._periods[identifier] = max(interval_us * 1e-6, 2 * BRIEFLY)
         return True
 
     def tell(self, identifier: int) -> bool:

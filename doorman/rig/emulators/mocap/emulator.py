@@ -22,8 +22,8 @@ from numpy.typing import ArrayLike
 
 from doorman.background import InThread
 from doorman.checks import NonNegative, Range, check_fields, vector
-from doorman.clocks import REAL_TIME, Clock
-from doorman.hardware.mocap.frames import METRES_PER_MILLIMETRE, object_angles
+from doorman.clocks import HELD_UP, REAL_TIME, Clock
+from doorman.hardware.mocap.frames import MILLIMETRES, object_angles
 from doorman.hardware.mocap.packets import TrackedObject, pack
 from doorman.kinematics.quaternions import from_rotation, to_rotation
 from doorman.kinematics.rotations import rotation_body_to_world
@@ -171,14 +171,10 @@ class TrackerStream:
         if faults.not_finite:
             seen[0] = np.nan
         turned = object_angles(from_rotation(self._axes.T @ rotation @ mounting))
-        x, y, z = (seen / METRES_PER_MILLIMETRE).tolist()
+        x, y, z = (seen * MILLIMETRES).tolist()
         a, b, c = (np.array(turned) + faults.noise(self.setup.attitude_noise)).tolist()
         self._last_seen[name] = TrackedObject(name, (x, y, z), (a, b, c))
         return self._last_seen[name]
-
-
-BEHIND = 0.5
-"""A thread that was held up for longer leaves frames out instead of making up for them [s]."""
 
 
 class MocapEmulator(InThread):
@@ -208,7 +204,7 @@ class MocapEmulator(InThread):
             while not self._stopping.is_set():
                 now = self._clock.now()
                 while exposure <= now:
-                    if now - exposure <= BEHIND:
+                    if now - exposure <= HELD_UP:
                         self.stream.expose(exposure)
                     else:
                         self.stream.skip()

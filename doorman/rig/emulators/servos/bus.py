@@ -16,9 +16,6 @@ from doorman.checks import vector
 from doorman.rig.emulators.servos.packets import BROADCAST, Instruction, status_packet
 from doorman.rig.emulators.servos.unit import EmulatedServo
 
-CURRENT_PER_ACCELERATION = 0.005
-"""Current that the default plant draws to speed up [A s²/rad]."""
-
 
 @dataclass(frozen=True)
 class ServoMotion:
@@ -40,6 +37,8 @@ class ServoPlant(Protocol):
 class LaggingJoints:
     """Joints that follow their goal rate with a first-order lag, whatever loads them."""
 
+    inertia = 0.005  # current that they draw to speed up [A s²/rad]
+
     def __init__(
         self, angles: ArrayLike, time_constant: float = 0.02, stops: tuple[float, float] = (-math.inf, math.inf)
     ) -> None:
@@ -57,7 +56,7 @@ class LaggingJoints:
     def motion(self, time: float) -> ServoMotion:
         self._advance(time)
         accelerations = (self._goals - self._rates) / self._time_constant
-        return ServoMotion(self._angles.copy(), self._rates.copy(), CURRENT_PER_ACCELERATION * accelerations)
+        return ServoMotion(self._angles.copy(), self._rates.copy(), self.inertia * accelerations)
 
     def _advance(self, time: float) -> None:
         """Solve the lag exactly up to a time."""
@@ -119,8 +118,6 @@ QUESTIONS = frozenset({PING, READ, SYNC_READ})
 """Instructions that change nothing."""
 BITS_PER_BYTE = 10
 """Start bit, eight data bits, stop bit."""
-RETURN_DELAY_UNIT = 2e-6
-"""One count of the return delay time [s]."""
 
 
 class ServoBusLogic:
@@ -158,7 +155,7 @@ class ServoBusLogic:
         replies = []
         for servo, error, data in self._answers(now, instruction, listening):
             packet = self._said(instruction.code, servo.servo_id, status_packet(servo.servo_id, error, data))
-            start += servo.memory.get("return delay time") * RETURN_DELAY_UNIT
+            start += servo.memory.measure("return delay time")
             start += self._byte_time * len(packet) + self._faults.delay
             if not self._faults.strike(self._faults.drop):
                 replies.append((start, self._faults.spoil(packet)))

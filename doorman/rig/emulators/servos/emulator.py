@@ -20,10 +20,8 @@ from doorman.rig.emulators.servos.packets import InstructionStream
 from doorman.rig.emulators.servos.unit import EmulatedServo, ServoSetup
 
 IDLE = 0.002
-"""Silence after which a packet that was begun is given up [s]."""
-SOON = 0.002
-"""Shortest time between two looks at the plant, unless a servo is written [s]."""
-TICK = 0.01
+"""Silence after which a packet that was begun is given up, and shortest time between two looks at the plant [s]."""
+TICK = 5 * IDLE
 """Longest time between two looks at plant and watchdogs [s]."""
 LINE_RATES = {
     code: int(name[1:]) for name, code in vars(termios).items() if name.startswith("B") and name[1:].isdigit()
@@ -137,7 +135,7 @@ class ServoEmulator(InThread):
             now = self._clock.now()
             with self.lock:
                 self._awake.set()
-                if self._listen(now) or now - self._ticked > SOON:
+                if self._listen(now) or now - self._ticked > IDLE:
                     self._ticked = self._clock.now()
                     self._logic.tick(self._ticked)
                 self._speak()

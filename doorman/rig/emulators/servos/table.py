@@ -14,8 +14,8 @@ EEPROM_END = 64
 TABLE_END = 662
 TICKS_PER_TURN = 4096
 """Counts of a position in one turn."""
-RATE_UNIT = 0.229 * 2.0 * math.pi / 60.0
-"""One count of a velocity [rad/s]."""
+UNITS = {"goal velocity": 0.229 * math.tau / 60, "bus watchdog": 0.02, "return delay time": 2e-6}
+"""One count of a row, in SI."""
 CURRENT_MODE, VELOCITY_MODE = 0, 1
 OPERATING_MODES = frozenset((CURRENT_MODE, VELOCITY_MODE, 3, 4, 5, 16))
 """What `operating mode` may hold."""
@@ -155,6 +155,10 @@ class ServoMemory:
         """Value of a row, negative where the row may be and its sign bit is set."""
         item = ITEMS[name]
         return int.from_bytes(self._bytes[item.address : item.address + item.size], "little", signed=item.signed)
+
+    def measure(self, name: str) -> float:
+        """Value of a row, in SI."""
+        return self.get(name) * UNITS[name]
 
     def set(self, name: str, value: int) -> None:
         """Put a value into a row, past all rules."""

@@ -10,8 +10,8 @@ from doorman.rig.emulators.servos.packets import BROADCAST, Instruction
 from doorman.rig.emulators.servos.table import (
     BAUD_RATES,
     CURRENT_MODE,
-    RATE_UNIT,
     TICKS_PER_TURN,
+    UNITS,
     VELOCITY_MODE,
     WATCHDOG_ERROR,
     PacketError,
@@ -20,12 +20,6 @@ from doorman.rig.emulators.servos.table import (
 
 CURRENT_UNITS = MappingProxyType({1000: 2.69e-3, 1010: 2.69e-3, 1040: 1.34e-3, 1050: 1.34e-3})
 """One count of a current by model number [A]."""
-ASTRAY = 0.3
-"""Rate of a servo that does not see itself turn, whatever its goal [rad/s]."""
-WATCHDOG_UNIT = 0.02
-"""One count of the bus watchdog [s]."""
-DAMPING = 0.2
-"""Friction of a servo in current mode, as current per rate [A s/rad]."""
 ALERT = 0x80
 VOLTAGE, OVERHEATING, ENCODER, SHOCK, OVERLOAD = 0x01, 0x04, 0x08, 0x10, 0x20
 """Bits of hardware error status and of shutdown."""
@@ -44,6 +38,8 @@ class ServoSetup:
     direction: int = 1  # +1 where the servo's positive direction is the joint's, else −1
     boot_time: float = 0.1  # silence after a reboot [s]
     reboot_delay: float = 0.0  # how long it goes on answering after the instruction to reboot [s]
+    astray: float = 0.3  # rate of a servo that does not see itself turn, whatever its goal [rad/s]
+    damping: float = 0.2  # friction in current mode, as current per rate [A s/rad]
     spring: float = 0.0  # current that balances a spring, which turns the joint down [A]
 
 
@@ -78,7 +74,7 @@ class EmulatedServo:
         ticks = self.setup.zero + round(sign * angle * TICKS_PER_TURN / (2.0 * math.pi))
         if self._turn_base is None:
             self._turn_base = reverse * (reverse * ticks // TICKS_PER_TURN * TICKS_PER_TURN)
-        counts = round(sign * rate / RATE_UNIT)
+        counts = round(sign * rate / UNITS["goal velocity"])
         if memory.get("hardware error status") & ENCODER:
             counts = 0  # it does not see itself turn: the position stands, too
         else:
@@ -105,11 +101,11 @@ class EmulatedServo:
         sign = self.setup.direction * self._reverse
         if mode == CURRENT_MODE:
             current = sign * memory.get("goal current") * self._current_unit if on else 0.0
-            return (current - self.setup.spring) / DAMPING
+            return (current - self.setup.spring) / self.setup.damping
         if on and memory.get("hardware error status") & ENCODER:
-            return ASTRAY
+            return self.setup.astray
         if mode == VELOCITY_MODE and on:
-            return sign * memory.get("goal velocity") * RATE_UNIT
+            return sign * memory.measure("goal velocity")
         return 0.0
 
     def hear(self, time: float) -> None:
@@ -207,7 +203,7 @@ class EmulatedServo:
     def _watch_bus(self, time: float) -> None:
         allowed = self.memory.get("bus watchdog")
         watches = self.memory.get("torque enable") and 1 <= allowed <= 127
-        if watches and time - self._heard > allowed * WATCHDOG_UNIT:
+        if watches and time - self._heard > self.memory.measure("bus watchdog"):
             # It stops; that its goal becomes zero, the manual does not say.
             self.memory.set("bus watchdog", WATCHDOG_ERROR)
 

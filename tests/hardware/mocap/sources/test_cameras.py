@@ -16,7 +16,7 @@ from natnet import NatNetBody, NatNetEmulator
 from doorman.exceptions import BackendError
 from doorman.hardware.mocap import MocapConfig, MocapFault, MocapReceiver, PoseQuality, PoseSender, PoseSource
 from doorman.hardware.mocap.connection import CamerasLink, ClientProcess, parse_cameras, parse_connection
-from doorman.hardware.mocap.receiver import RESTART_INTERVAL
+from doorman.hardware.mocap.receiver import RESTART
 from doorman.hardware.mocap.sources import client
 from doorman.rig.emulators.mocap.emulator import BodyPose
 
@@ -87,9 +87,9 @@ def test_a_client_that_dies_is_started_again(motive):
     died = motive.receiver._client._process
     died.kill()
     motive.until(lambda sample: MocapFault.CLIENT in sample.fault)
-    motive.until(lambda sample: sample.fresh, RESTART_INTERVAL + 5.0)
+    motive.until(lambda sample: sample.fresh, RESTART + 5.0)
     assert motive.receiver._client._process.pid != died.pid
-    motive.until(lambda sample: MocapFault.CLIENT not in sample.fault, RESTART_INTERVAL + 2.0)
+    motive.until(lambda sample: MocapFault.CLIENT not in sample.fault, RESTART + 2.0)
 
 
 def test_a_receiver_that_stops_ends_its_client():

@@ -12,14 +12,7 @@ from hypothesis import strategies as st
 from pixhawk_parts import CONFIG, TARGET, sample
 from pixhawk_rig import NO
 
-from doorman.hardware.pixhawk import (
-    AttitudeSetpoint,
-    Battery,
-    EventKind,
-    PositionSetpoint,
-    ThrustCurve,
-    VehicleSample,
-)
+from doorman.hardware.pixhawk import AttitudeSetpoint, Battery, EventKind, PositionSetpoint, ThrustCurve, VehicleSample
 from doorman.hardware.pixhawk.events import LinkLog
 from doorman.hardware.pixhawk.link.stream import SetpointStream, here
 from doorman.hardware.pixhawk.setpoints import FULL_POSITION, POSITION_AND_YAW, SPEED, StraightWay

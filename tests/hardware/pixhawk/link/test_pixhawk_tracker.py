@@ -64,18 +64,18 @@ def test_a_local_frame_turns_and_moves_the_state():
 
 @pytest.mark.parametrize(
     ("stamps", "taken", "disordered", "invalid"),
-    [
-        ([9990, 9990, 9980], 9990, 2, 0),
-        ([20_000], None, 0, 1),
-        ([10_100, *range(9970, 9990)], 9989, 5, 0),
-    ],
+    [([9990, 9990, 9980], 9990, 2, 0), ([20_000], None, 0, 1), ([10_100, *range(9970, 9990)], 9989, 5, 0)],
     ids=["copies and overtaken ones", "from the future", "one wrong stamp does not shut out the rest"],
 )
 def test_messages_count_in_the_order_of_their_stamps(tracker, stamps, taken, disordered, invalid):
     for stamp in stamps:
-        tracker.take(position(stamp, place=(stamp, 0.0, 0.0)), NOW)
+        tracker.take(position(stamp, place=(1e-3 * stamp, 0.0, 0.0)), NOW)
     assert (tracker.counters.disordered, tracker.counters.invalid) == (disordered, invalid)
-    assert np.isnan(tracker.sample.position[0]) if taken is None else tracker.sample.position[0] == taken
+    assert (
+        np.isnan(tracker.sample.position[0])
+        if taken is None
+        else tracker.sample.position[0] == pytest.approx(1e-3 * taken)
+    )
 
 
 @pytest.mark.parametrize(
@@ -173,9 +173,9 @@ def test_a_position_counts_as_long_as_the_autopilot_believes_it(tracker):
 
 def test_an_estimator_that_says_nothing_is_waited_for_a_while(tracker):
     tracker.expect_estimator(NOW)
-    tracker.take(position(9990), NOW + 1.4)
+    tracker.take(position(9990), NOW + 1.9)
     assert np.isnan(tracker.sample.position).all()
-    tracker.take(position(9991), NOW + 1.6)
+    tracker.take(position(9991), NOW + 2.1)
     assert not np.isnan(tracker.sample.position).any()
 
 

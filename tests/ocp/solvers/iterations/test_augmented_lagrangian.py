@@ -8,7 +8,7 @@ from dense_horizon import DenseHorizon
 from random_horizon import N, cart, random_horizon
 
 from doorman.numba_types.handles import held
-from doorman.ocp.solvers.iterations.filter import FILTER_SIZE, MARGIN, is_new, remember
+from doorman.ocp.solvers.iterations.filter import MARGIN, Filter, is_new, remember
 from doorman.ocp.solvers.iterations.nominal import (
     measure,
     measure_nominal,
@@ -16,7 +16,6 @@ from doorman.ocp.solvers.iterations.nominal import (
     save,
     take_multipliers,
 )
-from doorman.ocp.solvers.memory.result import RESULT
 
 
 def test_measure_finds_the_worst_row_of_every_kind(rng: np.random.Generator) -> None:
@@ -42,14 +41,14 @@ def test_measure_finds_the_worst_row_of_every_kind(rng: np.random.Generator) -> 
             found.append((value, node, row))
         result = work.result
         measure(held(work), work.nominal)
-        assert (result[RESULT.VIOLATION], result[RESULT.NODE], result[RESULT.ROW]) == max(found)
+        assert (result.violation, result.node, result.row) == max(found)
         total = sum(max(value, 0.0) for value, _, _ in found)
-        assert result[RESULT.INFEASIBILITY] == pytest.approx(total, rel=1e-12)
-        assert result[RESULT.DEFECT] == 0.0
+        assert result.infeasibility == pytest.approx(total, rel=1e-12)
+        assert result.defect == 0.0
         measure_nominal(held(work))
         defects = np.abs(work.linear.jacobians[:, :, problem.nx])
-        assert result[RESULT.DEFECT] == defects.max()
-        assert result[RESULT.INFEASIBILITY] == pytest.approx(total + defects.sum(), rel=1e-12)
+        assert result.defect == defects.max()
+        assert result.infeasibility == pytest.approx(total + defects.sum(), rel=1e-12)
 
 
 def test_what_is_not_finite_is_infinitely_infeasible(rng: np.random.Generator) -> None:
@@ -57,38 +56,39 @@ def test_what_is_not_finite_is_infinitely_infeasible(rng: np.random.Generator) -
         work = random_horizon(cart(), rng)
         getattr(work.nominal, name)[0] = np.nan
         measure(held(work), work.nominal)
-        assert work.result[RESULT.INFEASIBILITY] == np.inf
+        assert work.result.infeasibility == np.inf
 
 
 # ---------------------------------------------------------------- filter and steps
 
 
 def test_the_filter_accepts_what_is_better_in_one_respect_than_every_pair_before() -> None:
-    pairs, noise = np.zeros((FILTER_SIZE, 2)), 1e-11
+    pairs, noise = Filter(), 1e-11
 
     def good(infeasibility: float, cost: float) -> bool:
-        return bool(is_new(pairs, count, infeasibility, cost, MARGIN, noise))
+        return bool(is_new(pairs, infeasibility, cost, MARGIN, noise))
 
-    count = 0
     assert good(1e9, 1e9)
     for pair in ((1.0, 5.0), (0.1, 8.0)):
-        count = remember(pairs, count, *pair)
-    assert count == 2
+        remember(pairs, *pair)
+    assert pairs.count == 2
     for pair, expected in (
         ((0.5, 7.0), True), ((2.0, 4.0), True), ((0.05, 99.0), True), ((1.1, 5.1), False), ((0.5, 8.5), False),
         ((np.nan, 0.0), False), ((0.0, np.nan), False), ((np.inf, 0.0), False), ((0.0, -np.inf), False),
     ):  # fmt: skip
         assert good(*pair) == expected, pair
     assert not good(1.0, 5.1), "no progress"
-    assert good(1.0, 5.0) and not is_new(pairs, count, 1.0, 5.0, MARGIN, -np.inf), "the same again, but for rounding"
+    assert good(1.0, 5.0) and not is_new(pairs, 1.0, 5.0, MARGIN, -np.inf), "the same again, but for rounding"
 
 
 def test_a_full_filter_forgets_its_oldest_pair() -> None:
-    pairs, count = np.zeros((FILTER_SIZE, 2)), 0
-    for i in range(FILTER_SIZE + 5):
-        count = remember(pairs, count, float(i), -float(i))
-    assert count == FILTER_SIZE
-    np.testing.assert_array_equal(pairs[:, 0], np.arange(5.0, FILTER_SIZE + 5.0))
+    pairs = Filter()
+    size = len(pairs.costs)
+    for i in range(size + 5):
+        remember(pairs, float(i), -float(i))
+    assert pairs.count == size
+    np.testing.assert_array_equal(pairs.infeasibilities, np.arange(5.0, size + 5.0))
+    np.testing.assert_array_equal(pairs.costs, -np.arange(5.0, size + 5.0))
 
 
 @pytest.mark.parametrize("scale", [1.0, 0.25])
@@ -105,8 +105,8 @@ def test_steps_and_multipliers_go_a_part_of_the_way(scale: float, rng: np.random
     take_multipliers(memory, scale)
     for array, start, target in zip((*work.nominal[:2], *work.multipliers), before, targets, strict=True):
         np.testing.assert_allclose(array, start + scale * (target - start), atol=1e-13)
-    assert work.result[RESULT.PRICED_OUT] == 0.0
+    assert not work.result.priced_out
     work.proposal.rows[2, 0] = 2.0 * largest
     take_multipliers(memory, 1.0)
     assert work.multipliers.rows.max() == largest
-    assert work.result[RESULT.PRICED_OUT] == 1.0
+    assert work.result.priced_out

@@ -20,7 +20,6 @@ from doorman.ocp.solvers.iterations.guess import (
 )
 from doorman.ocp.solvers.iterations.nominal import measure
 from doorman.ocp.solvers.memory.parts import Multipliers
-from doorman.ocp.solvers.memory.result import RESULT
 from doorman.ocp.solvers.memory.workspace import Workspace
 from doorman.ocp.solvers.options import SolverOptions
 
@@ -182,7 +181,7 @@ def test_the_last_violated_node(field: str | None, index: tuple[int, ...], node:
 
     def last() -> float:
         measure(held(work), work.nominal)
-        return float(work.result[RESULT.LAST])
+        return float(work.result.last_violated)
 
     assert last() == -1
     if field is not None:

@@ -11,7 +11,6 @@ from proxsuite import proxqp
 from doorman.numba_types.handles import Handle, held
 from doorman.ocp.solvers.iterations.correction import FEASIBILITY
 from doorman.ocp.solvers.iterations.rollout import DONE, NOT_FINITE, roll_out
-from doorman.ocp.solvers.memory.result import RESULT
 from doorman.ocp.solvers.memory.workspace import Workspace
 from doorman.ocp.solvers.options import SolverOptions
 from doorman.ocp.solvers.sweeps.stage_qp import StageQpSolver
@@ -54,7 +53,7 @@ def roll(variant: Variant, work: Workspace, scale: float) -> tuple[int, int]:
     code = roll_out(model, memory, -1, scale, 0)
     while code >= 0:
         asked += 1
-        corrections = int(work.result[RESULT.CORRECTIONS]) + 1 if qp.solve(work.program) else -1
+        corrections = int(work.result.corrections) + 1 if qp.solve(work.program) else -1
         code = roll_out(model, memory, code, scale, corrections)
     return int(code), asked
 
@@ -115,10 +114,10 @@ def test_inputs_are_the_policys_or_their_nearest_that_keep_the_rows(
         np.testing.assert_allclose(work.trial.states, states, atol=1e-7)
         assert variant.defect(work.trial.states, work.trial.inputs) <= 1e-14
         assert variant.violation(work.trial.states, work.trial.inputs) <= FEASIBILITY
-        assert work.result[RESULT.RELAXED] == 0
+        assert work.result.relaxed == 0
         cost = COST.total(work.trial.states, work.trial.inputs, STEP)
-        assert work.result[RESULT.COST] == pytest.approx(cost, rel=1e-13)
-        assert work.result[RESULT.VIOLATION] <= FEASIBILITY
+        assert work.result.cost == pytest.approx(cost, rel=1e-13)
+        assert work.result.violation <= FEASIBILITY
         corrected += changed
         if variant is FREE:
             assert changed == asked == 0
@@ -145,12 +144,12 @@ def test_rows_that_cannot_be_kept_are_passed_with_the_policys_input(rng: np.rand
         assert variant.defect(states, inputs) <= 1e-14
         assert np.abs(inputs[:, 0]).max() <= 0.3 and np.abs(inputs[:, 1]).max() <= 0.1
         beyond = states[1:, 0] - 0.6
-        assert work.result[RESULT.RELAXED] >= (beyond > 1e-6).sum() > 5
+        assert work.result.relaxed >= (beyond > 1e-6).sum() > 5
         policy = np.clip(work.nominal.inputs + work.policy.gains[:, :, 3], [-0.3, -0.1], [0.3, 0.1])
         np.testing.assert_allclose(inputs, policy, atol=1e-12)
-        assert work.result[RESULT.VIOLATION] == pytest.approx(beyond.max(), abs=1e-12)
-        assert work.result[RESULT.NODE] == 1 + beyond.argmax()
-        assert work.result[RESULT.ROW] == 0
+        assert work.result.violation == pytest.approx(beyond.max(), abs=1e-12)
+        assert work.result.node == 1 + beyond.argmax()
+        assert work.result.row == 0
 
 
 def test_numbers_out_of_hand_end_a_rollout(rng: np.random.Generator) -> None:

@@ -10,7 +10,6 @@ from random_horizon import N, cart, door, move_inside, random_horizon
 
 from doorman.numba_types.handles import Handle, held
 from doorman.ocp.problem.problem import Problem
-from doorman.ocp.solvers.memory.result import RESULT
 from doorman.ocp.solvers.memory.workspace import Workspace
 from doorman.ocp.solvers.sweeps.backward import DONE, NOT_CONVEX, backward
 from doorman.ocp.solvers.sweeps.stage_qp import StageQpSolver
@@ -36,7 +35,7 @@ def run(problem: Problem, work: Workspace, regularization: float = 0.0) -> tuple
     """A whole backward pass: its code, and the number of programs that were left to ProxQP."""
     model, memory, qp = Handle(problem.model), held(work), StageQpSolver(problem.nu, len(work.program.constraints))
     terminal_value(model, memory)
-    work.result[RESULT.CHANGE] = 0.0
+    work.result.change = 0.0
     code, asked = backward(model, memory, N - 1, regularization, False), 0
     while code >= 0:
         asked += 1
@@ -117,9 +116,9 @@ def test_every_node_is_solved_as_by_proxqp_and_its_active_rows_are_kept(
         for name, array in expected.items():
             scale = 1.0 + np.abs(array).max(initial=0.0)
             np.testing.assert_allclose(getattr(work.multipliers, name), array, atol=1e-5 * scale, err_msg=name)
-        assert work.result[RESULT.DECREASE] == pytest.approx(decrease, rel=1e-5, abs=1e-8)
+        assert work.result.decrease == pytest.approx(decrease, rel=1e-5, abs=1e-8)
         change = np.abs(work.weights.input * work.policy.gains[:, :, nx]).max()
-        assert work.result[RESULT.CHANGE] == pytest.approx(change, rel=1e-12)
+        assert work.result.change == pytest.approx(change, rel=1e-12)
     assert constrained >= 6
 
 

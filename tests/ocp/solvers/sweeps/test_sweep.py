@@ -10,7 +10,6 @@ from random_horizon import N, activate, cart, count_active, door, random_horizon
 
 from doorman.numba_types.handles import Handle, held
 from doorman.ocp.problem.problem import Problem
-from doorman.ocp.solvers.memory.result import RESULT
 from doorman.ocp.solvers.memory.workspace import Workspace
 from doorman.ocp.solvers.sweeps.active_set import classify
 from doorman.ocp.solvers.sweeps.sweep import step_along, sweep
@@ -65,7 +64,7 @@ def test_step_and_policy_are_the_minimum_of_the_dense_program(
     np.testing.assert_allclose(work.trial.states - work.nominal.states, states, rtol=1e-6, atol=1e-8)
     np.testing.assert_allclose(work.trial.inputs - work.nominal.inputs, inputs, rtol=1e-6, atol=1e-8)
     change = np.abs(work.weights.input * inputs).max()
-    assert work.result[RESULT.CHANGE] == pytest.approx(change, rel=1e-6)
+    assert work.result.change == pytest.approx(change, rel=1e-6)
 
 
 def test_the_sweep_leaves_the_linearisation_as_it_was(problem: Problem, rng: np.random.Generator) -> None:
@@ -87,7 +86,7 @@ def test_predicted_decrease_is_that_of_the_dense_program(problem: Problem, rng: 
     decrease = -(0.5 * z @ dense.hessian @ z + dense.gradient @ z)
     assert decrease > 0.0
     assert swept(problem, work)
-    assert work.result[RESULT.DECREASE] == pytest.approx(decrease, rel=1e-8)
+    assert work.result.decrease == pytest.approx(decrease, rel=1e-8)
 
 
 def test_multipliers_and_activity_follow_from_the_linearised_rows(problem: Problem, rng: np.random.Generator) -> None:
@@ -130,9 +129,9 @@ def test_a_sweep_begins_again_where_the_active_set_flipped_last(problem: Problem
             if len(now) == N:  # node k holds what penalises state k + 1 and input k
                 now[: last + 1] = new[: last + 1]
         assert swept(problem, work, last=last)
-        part = [np.array(each) for each in (*work.policy, work.result[[RESULT.DECREASE, RESULT.COSTATE]])]
+        part = [np.array(each) for each in (*work.policy, work.result.decrease, work.result.costate)]
         assert swept(problem, work)
-        for one, whole in zip(part, (*work.policy, work.result[[RESULT.DECREASE, RESULT.COSTATE]]), strict=True):
+        for one, whole in zip(part, (*work.policy, work.result.decrease, work.result.costate), strict=True):
             np.testing.assert_array_equal(one, whole)
 
 

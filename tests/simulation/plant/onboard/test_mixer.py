@@ -27,15 +27,6 @@ def mixed(
     return parameters.thrusts, parameters.achieved
 
 
-def test_moments_of_the_layout_are_those_of_forces_at_the_rotors():
-    thrusts = np.array([1.0, 2.0, 3.0, 4.0, 5.0, 6.0])
-    torque = np.zeros(3)
-    for rotor, thrust in zip(VEHICLE.rotors, thrusts, strict=True):
-        torque += np.cross(rotor.position, [0, 0, thrust])
-        torque[2] -= rotor.direction * 0.016 * thrust  # drag turns the body against the rotor
-    assert np.allclose(LAYOUT.allocation @ thrusts, [thrusts.sum(), *torque], atol=1e-12)
-
-
 def test_demand_inside_the_limits_is_met_exactly():
     thrusts, achieved = mixed(30.0, (0.8, -0.9, 0.05))
     assert np.allclose(achieved, [30.0, 0.8, -0.9, 0.05], atol=1e-12)

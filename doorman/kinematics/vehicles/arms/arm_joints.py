@@ -1,11 +1,16 @@
-"""Which joints of a vehicle's URDF are the arm's: the chain from the base link to the tip."""
+"""Which joints of a vehicle's URDF are the arm's, the chain from the base link to the tip, and their limits."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
+from typing import NamedTuple
 
+import numpy as np
 import pinocchio
+from numpy.typing import NDArray
 
+from doorman.arrays import Array, frozen, sealed
 from doorman.exceptions import UrdfError
 from doorman.kinematics.urdf.elements import read_joints
 from doorman.kinematics.urdf.robot import frame_index, link_index
@@ -59,3 +64,40 @@ def check_followers(urdf: Path, chain: set[str]) -> None:
                 what, file=urdf, field=f"joint {name}/mimic", given=joint.leader,
                 allowed="joints that move on their own",
             )  # fmt: skip
+
+
+class JointLimits(NamedTuple):
+    """Of n joints, in the units of each."""
+
+    slides: NDArray[np.bool_]
+    """Whether joints are prismatic."""
+    lower: Array
+    """Least values; a continuous joint has none, whatever its `<limit>` says."""
+    upper: Array
+    rates: Array
+    torques: Array
+
+
+def joint_limits(urdf: Path, model: pinocchio.Model, names: Sequence[str]) -> JointLimits:
+    """Limits of joints that can move, hold something, and have a range."""
+    joints = read_joints(urdf)
+    kinds = [joints[name].kind for name in names]
+    slides, endless = (
+        np.array([each == kind for each in kinds], dtype=np.bool_) for kind in ("prismatic", "continuous")
+    )
+    lower = np.where(endless, -np.inf, model.lowerPositionLimit)
+    upper = np.where(endless, np.inf, model.upperPositionLimit)
+    for name, rate, torque, least, most in zip(
+        names, model.velocityLimit, model.effortLimit, lower, upper, strict=True
+    ):
+        for holds, what, field, given, allowed in (
+            (rate > 0.0, "cannot move", "velocity", rate, "> 0 rad/s, or m/s of a prismatic joint"),
+            (torque > 0.0, "cannot hold anything", "effort", torque, "> 0 N m, or N of a prismatic joint"),
+            (least < most, "has no range", "upper", most, f'> {least:g}, or type="fixed"'),
+        ):
+            if not holds:
+                where = f"joint {name}/limit@{field}"
+                raise UrdfError(
+                    f"a joint of the arm {what}", file=urdf, field=where, given=float(given), allowed=allowed
+                )
+    return JointLimits(sealed(slides), *map(frozen, (lower, upper, model.velocityLimit, model.effortLimit)))
