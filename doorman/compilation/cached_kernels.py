@@ -118,7 +118,8 @@ def entry(
 
     What is called in every tick has arguments of its caller's own, and to look at the type of a handle takes a microsecond.
     """
-    return cast(Callable[Parameters, Result], cast(Any, function).compile(tuple(numba.typeof(each) for each in like)))
+    kinds = tuple(numba.typeof(each) for each in like)  # type: ignore[no-untyped-call]
+    return cast(Callable[Parameters, Result], cast(Any, function).compile(kinds))
 
 
 def kept(dispatcher: Any, function: Callable[..., Any]) -> Any:

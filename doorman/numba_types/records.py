@@ -70,7 +70,8 @@ class Record:
     def _take(self, floats: Array) -> None:
         self.floats, self.integers = floats, floats.view(np.int64)
         self.memory: Any = np.ndarray((), self.dtype, floats)
-        self.address = ctypes.addressof(ctypes.c_char.from_buffer(floats))  # read-only memory is refused: kernels write
+        buffer: Any = floats  # read-only memory is refused: kernels write
+        self.address = ctypes.addressof(ctypes.c_char.from_buffer(buffer))
 
     def assign(self, other: Self) -> None:
         """Take the values of another record of this kind."""

@@ -94,7 +94,7 @@ class Simulator(Uncopied):
         self._stepping = held(self._own)
         self._command, self._noted = self._own.onboard.command, self._own.noted
         self._command.thrust = model.vehicle.weight
-        self._command.attitude = quaternion_of(model.start_state[:3])
+        self._command.attitude[:] = quaternion_of(model.start_state[:3])
         self._thrust = true_thrust(model, self.plant, self.layout)
         resisted = true.vehicle_drag > 0.0 or true.wash.wall > 0.0
         self._drag = Drag(model, self.plant, self.layout) if resisted else None
@@ -134,7 +134,7 @@ class Simulator(Uncopied):
         self._command.thrust = thrust
         self._late.send(self._steps, quaternion_of(attitude))
         self._steps_until_attitude(1)
-        self._command.ahead, self._command.left = side_force
+        self._command.side[:] = side_force
         self._own.onboard.arm_rates[:] = arm_rates
 
     def _go_on(self, before: Simulator) -> None:
@@ -204,7 +204,7 @@ class Simulator(Uncopied):
     def _steps_until_attitude(self, most: int) -> int:
         """Let attitudes act whose dead time has passed; returns for how many steps, up to a number, no other does."""
         if (attitude := self._late.arrived(self._steps)) is not None:
-            self._command.attitude = attitude
+            self._command.attitude[:] = attitude
         return int(min(self._late.due - self._steps, most))
 
     def truth(self) -> Truth:

@@ -186,11 +186,13 @@ class Estimator:
         contact = ContactNumbers(
             up=door.up, distance=coupling.distance_from_hinge, height=coupling.height, lever=coupling.lever_length
         )
-        groups = (np.array([name in group for name in hypotheses], dtype=float) for group in _BELIEVED)
+        touching, resting, stopping = np.array(
+            [[name in group for name in hypotheses] for group in _BELIEVED], dtype=float
+        )
         state = self._state
         return Carrying(
-            ArmParameters.of(self._model.vehicle.arm), door_numbers(door), contact, acting.ring, acting.tick, *groups,
-            self._found, state[:3], LeafNow.over(state[3:5]), state[5:], TipMotion(), np.zeros(3),
+            ArmParameters.of(self._model.vehicle.arm), door_numbers(door), contact, acting.ring, acting.tick, touching,
+            resting, stopping, self._found, state[:3], LeafNow.over(state[3:5]), state[5:], TipMotion(), np.zeros(3),
         )  # fmt: skip
 
     @property
@@ -200,14 +202,14 @@ class Estimator:
         state, deviations = self.run.state, self.run.deviations
         return {"wind": (state.wind, deviations.wind), "lift": (state.lift, deviations.lift)}
 
-    def go_on(self, tip_force: Array, of_the_air: dict[str, Known]) -> None:
+    def go_on(self, tip_force: Array, of_the_air: Mapping[str, Known]) -> None:
         """Begin with what was known as another step ended: the tip's force, shape (3,) [N], and wind and lift."""
         door, numbers = self._model.door, self._numbers
         friction = np.array([door.leaf_direction(self._model.start_angle) @ tip_force, door.up @ tip_force])
         varies = numbers.one("contact.friction") * (
             float(np.linalg.norm(tip_force)) + numbers.one("contact.held") * self._model.vehicle.weight
         )
-        self._known = of_the_air | {"friction": (friction, np.full(2, varies))}
+        self._known = {**of_the_air, "friction": (friction, np.full(2, varies))}
 
     def tell(self, force: Array) -> None:
         """Take in the rotors' commanded force from now on, shape (3,), body frame [N]."""

@@ -249,7 +249,7 @@ class LeafRun:
         known = self.estimate
         self._count()
         mean = LeafState.over(known.mean.copy())
-        mean.velocity = 0.0
+        mean.velocity = np.zeros(3)
         if np.isfinite(position).all():
             mean.position = position
         doubt = LeafState.over(np.maximum(self._doubt.floats, known.deviations))

@@ -24,15 +24,16 @@ def memory_of(
     module = load(text)
     n, m, kinds = model.size, int(model.inputs.numel()), len(measurements)
     w = n + -n % 4
-    kinds_of = [
+    predictions, holds, switches, told = (
         _of_kind(module, functions[kind * hypotheses : (kind + 1) * hypotheses], (hypotheses,)) for kind in range(4)
-    ]
+    )
     read = functions[4 * hypotheses :]
     widest = max([each.rows for each in functions], default=1)
     stored = ticks * max(kinds, 1)
     zeros = np.zeros
     return FilterMemory(
-        *kinds_of, _of_kind(module, read, (kinds, hypotheses)),
+        predictions=predictions, holds=holds, switches=switches, outputs=told,
+        measurements=_of_kind(module, read, (kinds, hypotheses)),
         noise_places=padded([each.noise_places() for each in functions if each.noise is not None]),
         gates=np.array([each.gate**2 for each in measurements]), lower=np.array(model.lower), upper=np.array(model.upper),
         parameters=parameters,

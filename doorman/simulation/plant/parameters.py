@@ -64,7 +64,9 @@ def _onboard_parameters(
     model: Model, plant: Plant, layout: RotorLayout, time_step: float, gains: AttitudeGains
 ) -> OnboardParameters:
     attitude = AttitudeParameters.of(model.vehicle_inertia, layout.torque_authority, time_step, gains)
-    attitude.memory.integral = np.linalg.solve(attitude.inertia, hover_wrench(model)[1:])  # trimmed: a hover is at rest
+    attitude.memory.integral[:] = np.linalg.solve(
+        attitude.inertia, hover_wrench(model)[1:]
+    )  # trimmed: a hover is at rest
     servos = ServoParameters.of(model.vehicle, plant.arm_positions, plant.arm_velocities, time_step)
     servos.largest_torque[:] *= model.scenario.simulation.servo_torque_scale
     return OnboardParameters(

@@ -40,9 +40,10 @@ class MixerParameters(NamedTuple):
     def of(cls, layout: RotorLayout) -> MixerParameters:
         """Parameters of a rotor layout."""
         m = layout.count
-        columns = [np.array(column) for column in (*layout.inverse.T, *layout.side_inverse.T)]
+        lift, roll, pitch, yaw = np.ascontiguousarray(layout.inverse.T)
+        ahead, left = np.ascontiguousarray(layout.side_inverse.T)
         allocation = np.ascontiguousarray(layout.allocation)
-        return cls(*columns, allocation, layout.max_thrusts.copy(), np.zeros(m), np.zeros(4))
+        return cls(lift, roll, pitch, yaw, ahead, left, allocation, layout.max_thrusts.copy(), np.zeros(m), np.zeros(4))
 
 
 @kernel

@@ -84,9 +84,12 @@ class ServoParameters(NamedTuple):
         """Parameters of a vehicle's arm, with cleared memory."""
         rates = np.array([limit_or_none(limit) for limit in vehicle.rate_limits], dtype=np.float64)
         torques = np.array([limit_or_none(limit) for limit in vehicle.torque_limits], dtype=np.float64)
-        ends = np.array(vehicle.lower_limits), np.array(vehicle.upper_limits)
-        _, *gains = servo_numbers(vehicle)
-        return cls(positions, velocities, *ends, rates, torques, *gains, np.zeros(vehicle.n_arm), period)
+        lower, upper = np.array(vehicle.lower_limits), np.array(vehicle.upper_limits)
+        _, rate_gain, integral_gain, braking = servo_numbers(vehicle)
+        return cls(
+            positions, velocities, lower, upper, rates, torques, rate_gain, integral_gain, braking, np.zeros(vehicle.n_arm),
+            period,
+        )  # fmt: skip
 
 
 @kernel

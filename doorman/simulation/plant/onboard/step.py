@@ -17,8 +17,7 @@ class BodyCommand(Record):
 
     thrust: float  # f_t [N]
     attitude: Annotated[Array, 4]  # quaternion [w, x, y, z]
-    ahead: float  # force along the body's x [N]
-    left: float  # force along its y [N]
+    side: Annotated[Array, 2]  # force along the body's x and y [N]
 
 
 class OnboardParameters(NamedTuple):
@@ -73,7 +72,7 @@ def onboard_step(p: OnboardParameters, turned: Array, spin: Array, qpos: Array, 
     attitude_torque(p.attitude, p.quaternion, p.rates, p.command.attitude)
     mix(p.mixer, p.command.thrust, p.attitude.torque)
     integrate_rate_error(p.attitude, p.mixer.achieved[1:])
-    add_side(p.mixer, p.command.ahead, p.command.left)
+    add_side(p.mixer, p.command.side[0], p.command.side[1])
     count = p.mixer.thrusts.shape[0]
     for i in range(count):
         control[i] = p.mixer.thrusts[i]
