@@ -23,7 +23,7 @@ from suite.estimate_truth import LeafTruth, slips  # noqa: E402
 
 from doorman import flown  # noqa: E402
 from doorman.control.estimation.replay import replay_leaf  # noqa: E402
-from doorman.estimation.leaf.numbers import JOINT, PLACES  # noqa: E402
+from doorman.estimation.leaf.numbers import part  # noqa: E402
 from doorman.model import Model  # noqa: E402
 from doorman.recording import Recording  # noqa: E402
 
@@ -64,13 +64,13 @@ def row(name: str, recording: Recording, changes: dict[str, float]) -> str:
 
     always = np.ones(len(at), dtype=bool)
     moves = (np.abs(truth["door_rate"][posed]) > 0.03) & truth["touching"][posed].astype(bool)
-    resists = PLACES["resistance"].start
     wind = [inside(found.wind[:, k, 0] - known.wind[posed, k], found.wind[:, k, 1], always) for k in (0, 1)]
     cells = [
         name, outcome, errors(found.joint), errors(estimate["state"][then, 3]), right(found.touching > 0.5),
         right(estimate["touching"][then].astype(bool)), rms(found.normal_force[:, 0]), rms(estimate["normal_force"][then]),
-        inside(found.mean[:, JOINT] - truth["door_angle"][posed], found.deviations[:, JOINT], always),
-        inside(found.mean[:, resists] - known.resistance[posed], found.deviations[:, resists], moves), " ".join(wind),
+        inside(part(found.mean, "joint") - truth["door_angle"][posed], part(found.deviations, "joint"), always),
+        inside(part(found.mean, "resistance") - known.resistance[posed], part(found.deviations, "resistance"), moves),
+        " ".join(wind),
         slips(known, found), f"{found.mean_nis:.2f}",
     ]  # fmt: skip
     return f"| {' | '.join(cells)} |"

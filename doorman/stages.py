@@ -5,6 +5,7 @@ A step has one joint that moves. The others stand where the steps before have le
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -24,9 +25,9 @@ class Handover:
 
     tip_force: Array
     """Force of the tip on what it holds, shape (3,), world frame [N]."""
-    of_the_air: dict[str, tuple[Array, Array]]
-    """`wind` on the vehicle, shape (3,), world frame [N], and `lift` of the rotors beyond their command, shape (1,), as a share
-    of that: each with its deviation."""
+    of_the_air: Mapping[str, tuple[Array | float, Array | float]]
+    """`wind` on the vehicle, shape (3,), world frame [N], and `lift` of the rotors beyond their command, as a share of that:
+    each with its deviation."""
     loop: AttitudeLoop | None
     """The attitude loop that was measured in hover,"""
     rates_late: float

@@ -26,7 +26,7 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from types import CodeType
-from typing import Any, ParamSpec, TypeVar
+from typing import Any, ParamSpec, TypeVar, cast
 
 import numba
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, UserProvidedCacheLocator
@@ -109,6 +109,17 @@ def kernel(function: Callable[Parameters, Result]) -> Callable[Parameters, Resul
     check_compiler()
     compiled: Callable[Parameters, Result] = kept(Kernel(function), function)
     return compiled
+
+
+def entry(
+    function: Callable[Parameters, Result], *like: Parameters.args, **_: Parameters.kwargs
+) -> Callable[Parameters, Result]:
+    """A kernel, compiled, for arguments of the types of these and no others: a call does not look at their types again.
+
+    What is called in every tick has arguments of its caller's own, and to look at the type of a handle takes a microsecond.
+    """
+    kinds = tuple(numba.typeof(each) for each in like)  # type: ignore[no-untyped-call]
+    return cast(Callable[Parameters, Result], cast(Any, function).compile(kinds))
 
 
 def kept(dispatcher: Any, function: Callable[..., Any]) -> Any:

@@ -19,12 +19,21 @@ from dataclasses import dataclass
 import numpy as np
 
 from doorman.arrays import Array
-from doorman.control.kernels.control_step import ACTING, FREE, GIVEN, MEMORY, wanted_force
+from doorman.compilation import entry
+from doorman.control.kernels.control_step import (
+    Asked,
+    Control,
+    ControllerMemory,
+    ControllerNumbers,
+    Found,
+    wanted_force,
+)
 from doorman.control.observers.disturbance_observer import DisturbanceObserver
 from doorman.control.under_way import Later
 from doorman.kinematics.vehicles.actuation import Actuation
 from doorman.kinematics.vehicles.actuation import attitude_of_force as attitude_of_force
 from doorman.kinematics.vehicles.actuation import saturate as saturate
+from doorman.numba_types.handles import held
 from doorman.one_line import OneLine
 from doorman.scenario import ControlSection
 from doorman.stored_at_once import stored_at_once
@@ -96,13 +105,15 @@ class PositionController:
         """Share of the largest thrust that the rotors make."""
         self.observer = DisturbanceObserver(mass, settings.observer_rate, settings.observer_damping, settings.max_push)
         self._weight = np.array([0.0, 0.0, mass * gravity])
-        gains = *settings.position_gain, *settings.velocity_gain
-        self._numbers = np.array([mass, mass * gravity, _MOST_LIFT * mass * gravity, *gains])
-        self._memory, self._given, self._found = np.zeros(MEMORY), np.zeros(GIVEN), np.zeros(6)
+        numbers = ControllerNumbers(
+            mass=mass, weight=mass * gravity, most_lift=_MOST_LIFT * mass * gravity,
+            position_gain=settings.position_gain, velocity_gain=settings.velocity_gain,
+        )  # fmt: skip
+        self._memory, self._asked, self._found = ControllerMemory(), Asked(), Found()
+        self._control = held(Control(self.observer.memory, numbers, self._memory, self._asked, self._found))
         self._planned = np.zeros(3)
         """Force of the tip on the door that was planned last."""
-        kept = self.observer.memory.copy(), self._numbers, self._memory.copy(), self._given
-        wanted_force(*kept, 0.0, 0.0, 0.0, self._found)  # compiles: nothing is in flight
+        self._want = entry(wanted_force, self._control, 0.0, 0.0, 0.0)
 
     def update(
         self, position: Array, velocity: Array, setpoint: Setpoint, time_step: float, later: Later | None = None,
@@ -115,16 +126,15 @@ class PositionController:
             wanted_at = wanted_at + _beside(setpoint.normal, later.horizon * wanted_speed - later.moved)
             wanted_speed = wanted_speed - _beside(setpoint.normal, later.gained)
         if made is not None:
-            self._memory[ACTING : ACTING + 3] = made - self._weight - self._planned
-        self._planned = setpoint.force
-        seen = position, velocity, wanted_at, wanted_speed, setpoint.acceleration
-        np.concatenate((*seen, setpoint.force, setpoint.normal), out=self._given)
-        observer, push = self.observer.memory, setpoint.push or 0.0
-        wanted_force(observer, self._numbers, self._memory, self._given, time_step, share, push, self._found)
-        wanted, disturbance = self._found[:3], self._found[3:].copy()
+            self._memory.acting = made - self._weight - self._planned
+        self._planned, asked = setpoint.force, self._asked
+        asked.at, asked.moves, asked.position, asked.velocity = position, velocity, wanted_at, wanted_speed
+        asked.acceleration, asked.planned, asked.normal = setpoint.acceleration, setpoint.force, setpoint.normal
+        self._want(self._control, time_step, share, setpoint.push or 0.0)
+        wanted, disturbance = self._found.force, self._found.disturbance.copy()
         max_tilt = self.settings.max_tilt if setpoint.max_tilt is None else setpoint.max_tilt
         force = self.reach * self._actuation.within_limits(wanted / self.reach, setpoint.yaw, max_tilt)
-        self._memory[ACTING : ACTING + 3] = force - self._weight - setpoint.force
+        self._memory.acting = force - self._weight - setpoint.force
         return Thrust(
             thrust=math.sqrt(force.dot(force)),
             attitude=self._actuation.attitude(force, setpoint.yaw),
@@ -136,8 +146,8 @@ class PositionController:
     def resume(self, position: Array, velocity: Array, wind: Array) -> None:
         """Begin anew, bumpless, where something else flew the vehicle."""
         self.observer.resume(position, velocity, wind)
-        self._memory[ACTING : ACTING + 3] = self._planned = np.zeros(3)
-        self._memory[FREE : FREE + 3] = self.observer.estimate
+        self._memory.acting = self._planned = np.zeros(3)
+        self._memory.free = self.observer.estimate
 
 
 def _beside(normal: Array, way: Array) -> Array:

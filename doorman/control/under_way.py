@@ -20,24 +20,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from doorman.arrays import Array
-from doorman.control.kernels.under_way_step import (
-    AHEAD,
-    ATTITUDE,
-    COUNT,
-    DEAD_TIME,
-    FORCE,
-    GIVEN,
-    LAG,
-    NOW,
-    NUMBERS,
-    RATE_GAIN,
-    RATES,
-    ROW,
-    STEADY,
-    carry_ahead,
-    note_sent,
-)
+from doorman.compilation import entry
+from doorman.control.kernels.under_way_step import BelievedLoop, Commands, Now, carry_ahead, note_sent
 from doorman.dynamics.attitude_loop import AttitudeLoop
+from doorman.numba_types.handles import held
 from doorman.stored_at_once import stored_at_once
 
 _KEPT = 1024
@@ -61,32 +47,29 @@ class UnderWay:
     """Ring of the commands that were sent, and the prediction by them for a mass [kg]."""
 
     def __init__(self, loop: AttitudeLoop, mass: float) -> None:
-        self._mass = mass
-        self._ring, self._numbers = np.zeros((_KEPT, ROW)), np.zeros(NUMBERS)
-        self._given, self._found = np.zeros(GIVEN), np.zeros(4)
+        self._mass, self._believed, self._now = mass, BelievedLoop(), Now()
+        self._commands = held(Commands(self._believed, np.zeros(_KEPT), np.zeros((_KEPT, 3)), self._now))
+        self._note = entry(note_sent, self._commands, 0.0, 0.0, 0.0, 0.0)
+        self._carry = entry(carry_ahead, self._commands, 0.0, 0.0)
         self.fly_by(loop)
-        self.note(0.0, np.zeros(3))  # compiles: nothing is in flight
-        carry_ahead(self._ring, self._numbers, self._given, self._found)
-        self._numbers[COUNT] = 0.0
 
     def fly_by(self, loop: AttitudeLoop) -> None:
         """Believe another loop from now on."""
-        self._loop = loop
-        self._numbers[[LAG, RATE_GAIN, DEAD_TIME]] = loop.lag, loop.rate_gain, loop.dead_time
+        self._loop, believed = loop, self._believed
+        believed.lag, believed.rate_gain, believed.dead_time = loop.lag, loop.rate_gain, loop.dead_time
 
     def note(self, now: float, attitude: Array) -> None:
         """Take in an attitude that is commanded from now on."""
-        note_sent(self._ring, self._numbers, now, attitude)
+        self._note(self._commands, now, *attitude.tolist())
 
     def later(
         self, now: float, attitude: Array, body_rates: Array, velocity: Array, rotors: Array, outer: Array
     ) -> Later:
         """Where the vehicle will be when what is sent now shows; `rotors` is in the body's axes, `outer` in the world's [N]."""
-        given, horizon = self._given, self._loop.dead_time + self._loop.lag
-        given[NOW], given[AHEAD] = now, horizon
-        given[ATTITUDE:RATES], given[RATES:FORCE] = attitude, body_rates
-        given[FORCE:STEADY], given[STEADY:GIVEN] = rotors / self._mass, outer[:2] / self._mass
-        carry_ahead(self._ring, self._numbers, given, self._found)
-        (x, y, to_x, to_y), (moves_x, moves_y, _) = self._found.tolist(), velocity.tolist()
+        known, horizon = self._now, self._loop.dead_time + self._loop.lag
+        known.attitude, known.body_rates = attitude, body_rates
+        known.rotors, known.outer = rotors / self._mass, outer[:2] / self._mass
+        x, y, to_x, to_y = self._carry(self._commands, now, horizon)
+        moves_x, moves_y, _ = velocity.tolist()
         moved = np.array((x + horizon * moves_x, y + horizon * moves_y, 0.0))
         return Later(horizon, moved, np.array((to_x, to_y, 0.0)))

@@ -16,23 +16,12 @@ from numpy.typing import ArrayLike
 
 from doorman.arrays import Array, sealed
 from doorman.checks import number, numbers, vector, whole
+from doorman.compilation import entry
 from doorman.copying import Uncopied
 from doorman.estimation.estimate import FilterEstimate, MeasurementScore
 from doorman.estimation.expressions import checked_names
 from doorman.estimation.hypothesis import Hypothesis
 from doorman.estimation.kernels import bank, history
-from doorman.estimation.kernels.memory import (
-    FUSED,
-    INNOVATION,
-    LAST,
-    LOG_LIKELIHOOD,
-    LONGEST_STEP,
-    REFUSED,
-    SCORES,
-    SCORES_OF_EACH,
-    STARTED,
-    FilterMemory,
-)
 from doorman.estimation.measurement import Measurement
 from doorman.estimation.model import ProcessModel
 from doorman.estimation.output import Output
@@ -40,7 +29,7 @@ from doorman.estimation.printed.compiled import memory_of
 from doorman.estimation.printed.filter_text import functions_of, text_of
 from doorman.estimation.status import Status
 from doorman.exceptions import DimensionError, DoormanError
-from doorman.numba_types.handles import held
+from doorman.numba_types.handles import held, separate
 
 _ROUNDING = 1e-9
 """Relative error of a symmetric covariance that is given."""
@@ -113,30 +102,27 @@ class Filter(Uncopied):
         )  # fmt: skip
         n, count = model.size, len(hypotheses)
         self._told = (2 + n + count) * n + count + 2 * len(outputs)  # how many numbers an estimate has
-        self._memory.clocks[LONGEST_STEP] = longest_step
+        self._memory.progress.longest_step = longest_step
         self._handle = held(self._memory)
-        self._compile()
-
-    def _compile(self) -> None:
-        """Make one step, so that none compiles later, and forget it."""
-        self.start(0.0, np.zeros(self._model.size), np.ones(self._model.size))
-        for name, kind in self._measurements.items():
-            self.measure(name, 0.0, np.zeros(self._sizes[kind]))
-        self.step(self._memory.clocks[LONGEST_STEP], np.zeros(self._memory.coming.size))
-        if self.running:
-            self.estimate()
-        self._memory.places[STARTED] = 0
+        self._begin = entry(history.start, self._handle, 0.0)
+        self._store = entry(history.store, self._handle, 0, 0.0, 0)
+        self._step = entry(history.step, self._handle, 0.0)
+        self._tell = entry(bank.tell, self._handle, np.empty(0))
 
     @property
     def time(self) -> float:
         """Time of the last step [s]; NaN before the start."""
-        places = self._memory.places
-        return float(self._memory.kept_times[places[LAST] % self._memory.kept_times.size]) if self.running else math.nan
+        return float(self._memory.kept_times[self._newest]) if self.running else math.nan
+
+    @property
+    def _newest(self) -> int:
+        """Place of the last step in the ring."""
+        return self._memory.progress.last % self._memory.kept_times.size
 
     @property
     def running(self) -> bool:
         """Whether it was started and not lost."""
-        return bool(self._memory.places[STARTED])
+        return bool(self._memory.progress.running)
 
     @property
     def hypotheses(self) -> tuple[str, ...]:
@@ -162,11 +148,11 @@ class Filter(Uncopied):
         """
         n, twin = self._model.size, object.__new__(type(self))
         twin.__dict__.update(self.__dict__)
-        twin._memory = memory = FilterMemory._make(each.copy() for each in self._memory)
+        twin._memory = memory = separate(self._memory)
         memory.parameters[:] = vector(parameters, memory.parameters.size, "parameters")
         memory.lower[:], memory.upper[:] = _rows(lower, n, "lower"), _rows(upper, n, "upper")
         memory.gates[:] = number(gate, "gate") ** 2
-        memory.places[STARTED] = 0
+        memory.progress.running = 0
         twin._handle = held(memory)
         return twin
 
@@ -194,7 +180,7 @@ class Filter(Uncopied):
         memory.coming[:] = 0.0 if inputs is None else vector(inputs, memory.coming.size, "inputs")
         memory.allowed[:] = self._mask(situation)
         memory.weights[:] = weights
-        history.start(self._handle, number(time, "time"))
+        self._begin(self._handle, number(time, "time"))
 
     def allow(self, situation: str | None) -> None:
         """Leave the hypotheses of a situation from the last step on; if none of them was likely, they begin anew.
@@ -205,8 +191,7 @@ class Filter(Uncopied):
         Raises:
             DoormanError: if there is no such situation.
         """
-        memory = self._memory
-        memory.kept_allowed[memory.places[LAST] % memory.kept_times.size] = self._mask(situation)
+        self._memory.kept_allowed[self._newest] = self._mask(situation)
 
     def measure(self, name: str, time: float, reading: ArrayLike) -> Status:
         """Take a reading; the next step fuses it at its own time.
@@ -227,7 +212,7 @@ class Filter(Uncopied):
         kind = self._measurements[name]
         size = self._sizes[kind]
         self._memory.reading[:size] = _rows(reading, size, name)
-        return _STATUSES[history.store(self._handle, kind, float(time), size)]
+        return _STATUSES[self._store(self._handle, kind, float(time), size)]
 
     def step(self, time: float, inputs: ArrayLike = ()) -> Status:
         """Go on to a time, with all measurements that have come.
@@ -243,7 +228,7 @@ class Filter(Uncopied):
             DimensionError: if the number of inputs does not fit.
         """
         self._memory.coming[:] = _rows(inputs, self._memory.coming.size, "inputs")
-        return _STATUSES[history.step(self._handle, float(time))]
+        return _STATUSES[self._step(self._handle, float(time))]
 
     def estimate(self) -> FilterEstimate:
         """What is known at the time of the last step.
@@ -254,7 +239,7 @@ class Filter(Uncopied):
         if not self.running:
             raise DoormanError("the filter does not run", field="filter", allowed="an estimate between start and loss")
         told, n = np.empty(self._told), self._memory.mean.size
-        bank.tell(self._handle, told)
+        self._tell(self._handle, told)
         mean, deviations = sealed(told[:n]), sealed(told[n : 2 * n])
         return FilterEstimate(self.time, told, mean, deviations, self._hypotheses, self._outputs)
 
@@ -267,14 +252,12 @@ class Filter(Uncopied):
         Raises:
             DoormanError: if their number does not fit, or one is not finite.
         """
-        memory = self._memory
-        known = vector(inputs, memory.coming.size, "inputs")
-        memory.kept_inputs[memory.places[LAST] % memory.kept_times.size] = known
+        self._memory.kept_inputs[self._newest] = vector(inputs, self._memory.coming.size, "inputs")
 
     @property
     def log_likelihood(self) -> float:
         """Sum of the log densities of all fused measurements since the start, each given those before it."""
-        return float(self._memory.scores[LOG_LIKELIHOOD])
+        return self._memory.progress.log_likelihood
 
     def score(self, name: str) -> MeasurementScore:
         """How a kind of measurement fared since the start.
@@ -287,10 +270,9 @@ class Filter(Uncopied):
         """
         if name not in self._measurements:
             raise DoormanError("unknown", field="measurement", given=name, allowed=", ".join(self._measurements))
-        first = SCORES + SCORES_OF_EACH * self._measurements[name]
-        numbers_of = self._memory.scores[first : first + SCORES_OF_EACH]
-        fused = int(numbers_of[FUSED])
-        return MeasurementScore(fused, int(numbers_of[REFUSED]), numbers_of[INNOVATION] / fused if fused else math.nan)
+        kind, scores = self._measurements[name], self._memory.scores
+        fused, innovation = int(scores.fused[kind]), scores.innovation.item(kind)
+        return MeasurementScore(fused, int(scores.refused[kind]), innovation / fused if fused else math.nan)
 
     def _check_hypotheses(self, field: str, names: Any) -> None:
         unknown = [name for name in names if name not in self._hypotheses]

@@ -137,5 +137,5 @@ class Coupling:
     def _tip_in_world(self, attitude: Array, body_rates: Array, arm_angles: Array, arm_rates: Array) -> Array:
         """Position and velocity of the tip relative to O_B, world axes, shape (6,)."""
         out = np.empty(6)
-        tip_motion(self._arm, attitude, body_rates, arm_angles, arm_rates, out)
+        tip_motion(self._arm, attitude, body_rates, arm_angles, arm_rates, out[:3], out[3:])
         return out

@@ -6,7 +6,9 @@ field of a handle's NamedTuple, and has the same attributes in kernels and in Py
 
 from __future__ import annotations
 
-from typing import Annotated, Any, ClassVar, Self, get_args, get_origin, get_type_hints
+import ctypes
+from collections import namedtuple
+from typing import Annotated, Any, ClassVar, Self, cast, get_args, get_origin, get_type_hints
 
 import numpy as np
 from numba.core import types
@@ -41,45 +43,57 @@ class Record:
     __slots__ = ("address", "memory", "floats", "integers")
     dtype: ClassVar[np.dtype[np.void]]
     _numba_type_: ClassVar[RecordType]
+    _tuple: ClassVar[Any]
 
     def __init_subclass__(cls) -> None:
         kinds = {name: hint for name, hint in get_type_hints(cls, include_extras=True).items() if name not in _OWN}
         cls.dtype = np.dtype([(name, *_layout(hint)) for name, hint in kinds.items()], align=True)
         cls._numba_type_ = RecordType(f"{cls.__module__}.{cls.__qualname__}", numpy_support.from_dtype(cls.dtype))
+        cls._tuple = namedtuple(cls.__name__, list(kinds))  # type: ignore[misc]
         fields: Any = cls.dtype.fields
         for name, hint in kinds.items():
             words, place = _WORDS.get(hint), fields[name][1] // 8
             setattr(cls, name, _number(words, place) if words else _field(name))
 
     def __init__(self, **values: Any) -> None:
-        self.floats = np.zeros(-(-self.dtype.itemsize // 8))
-        self.integers = self.floats.view(np.int64)
-        self.memory: Any = np.ndarray((), self.dtype, self.floats)
-        self.address = int(self.memory.ctypes.data)
+        self._take(np.zeros(-(-self.dtype.itemsize // 8)))
         for name, value in values.items():
             self.memory[name] = value
 
+    @classmethod
+    def over(cls, floats: Array) -> Self:
+        """A record of the numbers in an array of as many words, which it shares."""
+        record = object.__new__(cls)
+        record._take(floats)
+        return record
+
+    def _take(self, floats: Array) -> None:
+        self.floats, self.integers = floats, floats.view(np.int64)
+        self.memory: Any = np.ndarray((), self.dtype, floats)
+        buffer: Any = floats  # read-only memory is refused: kernels write
+        self.address = ctypes.addressof(ctypes.c_char.from_buffer(buffer))
+
+    def assign(self, other: Self) -> None:
+        """Take the values of another record of this kind."""
+        self.integers[:] = other.integers
+
     def copy(self) -> Self:
         """A record of its own with the same values."""
-        other = type(self)()
-        other.memory[()] = self.memory
-        return other
+        return self.over(self.floats.copy())
 
     _separate = copy
 
+    def snapshot(self) -> Self:
+        """The same names with a copy of the values, which Python reads faster than a record; no kernel takes it."""
+        return cast(Self, self._tuple._make(np.ndarray((), self.dtype, self.floats.copy()).item()))
+
     def __reduce__(self) -> tuple[Any, ...]:
-        return _restored, (type(self), self.memory)
+        return self.over, (self.floats.copy(),)
 
 
 _OWN = get_type_hints(Record)
 _WORDS = {float: "floats", int: "integers"}
 """Views of a record's memory, of numbers that are a word of it."""
-
-
-def _restored(kind: type[Record], memory: Any) -> Record:
-    record = kind()
-    record.memory[()] = memory
-    return record
 
 
 def _layout(hint: Any) -> tuple[Any, ...]:

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from doorman.arrays import Array, sealed
+from doorman.compilation import entry
 from doorman.copying import Uncopied
 from doorman.dynamics.attitude_loop import AttitudeLoop
 from doorman.exceptions import BackendError
@@ -24,7 +25,7 @@ from doorman.simulation.plant.hinge_torques import HingeTorques
 from doorman.simulation.plant.onboard.attitude_loop import AttitudeGains
 from doorman.simulation.plant.parameters import step_parameters
 from doorman.simulation.plant.plant import Plant, build_plant
-from doorman.simulation.plant.stepping import look, take_steps, truth_parts
+from doorman.simulation.plant.stepping import State, look, take_steps
 from doorman.simulation.reality.drag import Drag
 from doorman.simulation.reality.latch import Latch
 from doorman.simulation.reality.true_thrust import true_thrust
@@ -84,15 +85,16 @@ class Simulator(Uncopied):
         self._hinge = HingeTorques(model, self.plant)
         self._tip_on_frame = _tip_on_frame(self.plant)
         gains = gains or simulated_gains(model)
-        self._own = step_parameters(self._mujoco, model, self.plant, self.layout, time_step, gains, self._hinge.numbers)
+        self._state = np.zeros(12 + 2 * model.n_arm + self.layout.count)
+        self._own = step_parameters(
+            self._mujoco, model, self.plant, self.layout, time_step, gains, self._hinge.numbers, self._state
+        )
         steps = round(gains.dead_time / time_step)
         self._late = DelayLine[tuple[float, float, float, float]](steps)
         self._stepping = held(self._own)
-        self._command, self._tip, self._state = self._own.command, self._own.tip, self._own.truth
-        self._counts = self._own.engine.contacts
-        self._parts = truth_parts(model.n_arm, self.layout.count)
-        self._command[0] = model.vehicle.weight
-        self._command[1:5] = quaternion_of(model.start_state[:3])
+        self._command, self._noted = self._own.onboard.command, self._own.noted
+        self._command.thrust = model.vehicle.weight
+        self._command.attitude[:] = quaternion_of(model.start_state[:3])
         self._thrust = true_thrust(model, self.plant, self.layout)
         resisted = true.vehicle_drag > 0.0 or true.wash.wall > 0.0
         self._drag = Drag(model, self.plant, self.layout) if resisted else None
@@ -111,8 +113,7 @@ class Simulator(Uncopied):
         self._hinge.act()
         self._begin_interval()
         self._note_contacts(data.qpos.item(self.plant.hinge_position))
-        take_steps(self._stepping, 0)  # nothing is compiled in flight
-        look(self._stepping)
+        self._take_steps, self._look = entry(take_steps, self._stepping, 0), entry(look, self._stepping)
 
     @property
     def time(self) -> float:
@@ -130,11 +131,11 @@ class Simulator(Uncopied):
             arm_rates: Ḣ_d, shape (n,) [rad/s].
             side_force: Body force along x and y, shape (2,) [N]; rotors that cannot make it take no notice.
         """
-        self._command[0] = thrust
+        self._command.thrust = thrust
         self._late.send(self._steps, quaternion_of(attitude))
         self._steps_until_attitude(1)
-        self._command[5:7] = side_force
-        self._command[7:] = arm_rates
+        self._command.side[:] = side_force
+        self._own.onboard.arm_rates[:] = arm_rates
 
     def _go_on(self, before: Simulator) -> None:
         """Begin with the plant as another one has left it; the tip holds what it held there."""
@@ -142,9 +143,11 @@ class Simulator(Uncopied):
         self._gripper.set(False)
         for name in ("qpos", "qvel", "act", "ctrl"):
             getattr(data, name)[:] = getattr(last, name)
-        self._command[:] = before._command
-        self._own.onboard.attitude.memory[:] = before._own.onboard.attitude.memory
-        self._own.onboard.servos.integral[:] = before._own.onboard.servos.integral
+        own, last_own = self._own.onboard, before._own.onboard
+        own.command.assign(last_own.command)
+        own.arm_rates[:] = last_own.arm_rates
+        own.attitude.memory.assign(last_own.attitude.memory)
+        own.servos.integral[:] = last_own.servos.integral
         self._late = before._late.shifted(before._steps)
         self._mujoco.mj_forward(self.plant.engine_model, data)
         self._gripper.set(before._gripper.closed)
@@ -186,20 +189,22 @@ class Simulator(Uncopied):
         while steps > 0:
             if not self._at_once:
                 self._act()
-            taken = take_steps(self._stepping, self._steps_until_attitude(steps if self._at_once else 1))
+            taken, collides = self._take_steps(
+                self._stepping, self._steps_until_attitude(steps if self._at_once else 1)
+            )
             self._steps += taken
             steps -= taken
-            if self._counts[0] > self._counts[1]:
-                self._note_contacts(float(self._own.hinge_before[0]))
+            if collides:
+                self._note_contacts(self._noted.hinge_before)
             elif self._strains:
-                self._gripper.strain(self._tip[:3], self._normal(float(self._own.hinge_before[0])))
+                self._gripper.strain(self._noted.force, self._normal(self._noted.hinge_before))
         if any(self._warnings.tolist()):
             check_stability(self._mujoco, self.plant.data)
 
     def _steps_until_attitude(self, most: int) -> int:
         """Let attitudes act whose dead time has passed; returns for how many steps, up to a number, no other does."""
         if (attitude := self._late.arrived(self._steps)) is not None:
-            self._command[1:5] = attitude
+            self._command.attitude[:] = attitude
         return int(min(self._late.due - self._steps, most))
 
     def truth(self) -> Truth:
@@ -208,49 +213,49 @@ class Simulator(Uncopied):
         Raises:
             BackendError: if the vehicle has pitched to ±90°, where Euler angles are singular.
         """
-        if not look(self._stepping) >= SMALLEST_COSINE:
+        if not self._look(self._stepping) >= SMALLEST_COSINE:
             raise BackendError(
                 "the vehicle has turned over: Euler angles are singular", field="attitude",
                 given=f"time {self.time:.3f} s",
             )  # fmt: skip
-        plant, state, tip = self.plant, sealed(self._state.copy()), sealed(self._tip.copy())
-        _, _, _, normal_force, max_pull, max_push = tip.tolist()
-        position, velocity, attitude, body_rates, arm_angles, arm_rates, thrusts = [state[part] for part in self._parts]
-        force, closed, door, engine = tip[:3], self._gripper.closed, plant.hinge, self._own.engine
+        plant, state, noted = self.plant, State.of(sealed(self._state.copy()), self.model.n_arm), self._noted.snapshot()
+        force, closed, door, engine = sealed(noted.force), self._gripper.closed, plant.hinge, self._own.engine
         return Truth(
             time=self.time,
-            position=position,
-            velocity=velocity,
-            attitude=attitude,
-            body_rates=body_rates,
+            position=state.position,
+            velocity=state.velocity,
+            attitude=state.attitude,
+            body_rates=state.body_rates,
             door_angle=door.angle_of_joint(engine.qpos.item(plant.hinge_position)),
             door_rate=door.joint_rate(engine.qvel.item(plant.hinge_velocity)),
-            arm_angles=arm_angles,
-            arm_rates=arm_rates,
+            arm_angles=state.arm_angles,
+            arm_rates=state.arm_rates,
             tip_force=force,
-            tip_normal_force=normal_force,
+            tip_normal_force=noted.along,
             touching=closed or max(map(abs, force.tolist())) > TOUCH,
-            max_pull=max_pull,
+            max_pull=noted.max_pull,
             collisions=self._collisions,
             collision_pairs=tuple(sorted({" and ".join(map(plant.shape_name, pair)) for pair in self._pairs})),
             only_tip_on_frame=bool(self._pairs) and self._pairs <= self._tip_on_frame,
-            rotor_thrusts=thrusts,
-            max_push=max_push,
+            rotor_thrusts=state.thrusts,
+            max_push=noted.max_push,
             gripping=closed,
             grip_slips=self._gripper.slips,
             outer_force=self._outer_force,
         )
 
     def _begin_interval(self) -> None:
-        self._tip[4:], self._collisions = 0.0, 0
+        self._noted.max_pull = self._noted.max_push = 0.0
+        self._collisions = 0
         self._pairs: set[tuple[int, int]] = set()
 
     def _note_contacts(self, hinge_value: float) -> None:
         """Take in the contacts of a step that began with the hinge at this value, one by one."""
         forces, normal = self._contacts.read(), self._normal(hinge_value)
         along = float(normal @ forces.tip)
-        self._tip[:3], self._tip[3] = forces.tip, along
-        self._tip[4:] = np.maximum(self._tip[4:], (-along, along))
+        noted = self._noted
+        noted.force, noted.along = forces.tip, along
+        noted.max_pull, noted.max_push = np.maximum((noted.max_pull, noted.max_push), (-along, along))
         self._gripper.strain(forces.tip, normal)
         if forces.others:
             self._collisions = max(self._collisions, len(forces.others))

@@ -4,6 +4,7 @@ import pickle
 from typing import Any, NamedTuple, cast
 
 import numpy as np
+import pytest
 
 from doorman.arrays import Array
 from doorman.compilation import kernel
@@ -78,3 +79,34 @@ def test_the_plain_function_sees_the_same_fields() -> None:
     add(compiled, VALUES)
     cast(Any, add).py_func(plain, VALUES)
     assert compiled.memory == plain.memory
+
+
+def test_a_record_over_an_array_shares_its_numbers() -> None:
+    numbers = np.arange(6.0)
+    memory = Memory.over(numbers)
+    assert memory.sum == 0.0
+    np.testing.assert_array_equal(memory.force, [1.0, 2.0, 3.0])
+    numbers[1] = 7.0
+    add(memory, VALUES)
+    assert memory.force[0] == 1.0 and numbers[0] == memory.sum == 7.0
+    with pytest.raises(TypeError):
+        Memory.over(numbers[:4])
+    numbers.flags.writeable = False
+    with pytest.raises(TypeError):
+        Memory.over(numbers)
+
+
+def test_a_record_takes_the_values_of_another() -> None:
+    memory, other = Memory(sum=2.0, calls=3), Memory()
+    other.assign(memory)
+    memory.calls = 4
+    assert other.sum == 2.0 and other.calls == 3
+
+
+def test_a_snapshot_keeps_the_values() -> None:
+    memory = Memory(sum=2.0, calls=3)
+    memory.force[:] = VALUES
+    snapshot = memory.snapshot()
+    memory.sum, memory.force[1], memory.calls = 5.0, 0.0, 4
+    assert snapshot.sum == 2.0 and snapshot.calls == 3 and type(snapshot.calls) is int
+    np.testing.assert_array_equal(snapshot.force, VALUES)

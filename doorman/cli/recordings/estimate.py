@@ -57,7 +57,7 @@ def _change(text: str) -> tuple[str, float]:
 def _figures(recording: Recording, found: LeafReplay) -> dict[str, Any]:
     import numpy as np
 
-    from doorman.estimation.leaf.numbers import JOINT, JOINT_RATE
+    from doorman.estimation.leaf.numbers import part
     from doorman.estimation.status import Status
 
     figures: dict[str, Any] = {
@@ -66,10 +66,10 @@ def _figures(recording: Recording, found: LeafReplay) -> dict[str, Any]:
         "slips": int((np.diff(found.slips.astype(int), prepend=0) > 0).sum()),
     }  # fmt: skip
     if "truth" in recording:  # as if angle and rate were independent
-        truth, leaf = recording["truth"], {"door_angle": JOINT, "door_rate": JOINT_RATE}
+        truth, leaf = recording["truth"], {"door_angle": "joint", "door_rate": "joint_rate"}
         errors = [
-            (found.mean[:, place] - np.interp(found.pose_time, truth.time, truth[name])) / found.deviations[:, place]
-            for name, place in leaf.items()
+            (part(found.mean, own) - np.interp(found.pose_time, truth.time, truth[name])) / part(found.deviations, own)
+            for name, own in leaf.items()
         ]
         figures["mean_nees_of_2"] = round(float(np.square(errors).sum(axis=0).mean()), 3)
     return figures

@@ -10,11 +10,13 @@ from enum import Enum
 import numpy as np
 
 from doorman.arrays import Array
-from doorman.control.kernels import estimate_step as step
-from doorman.control.kernels.tip import ARM
+from doorman.compilation import entry
+from doorman.control.kernels.estimate_step import Carried, Carrying, ContactNumbers, LeafNow, carry_on
+from doorman.control.kernels.tip import TipMotion
 from doorman.estimation.leaf.acting import Acting
 from doorman.estimation.leaf.hinge_fit import HingeEstimate, HingeFit
 from doorman.estimation.leaf.hypotheses import RESTING, STOPPED, TOUCHING
+from doorman.estimation.leaf.kernels.told import LeafOutputs, LeafState, Told
 from doorman.estimation.leaf.leaf_filter import (
     AT_THE_FRAME,
     AT_THE_LEAF,
@@ -23,8 +25,8 @@ from doorman.estimation.leaf.leaf_filter import (
     HELD,
     leaf_filter,
 )
-from doorman.estimation.leaf.numbers import JOINT, PLACES, SIZE, leaf_numbers
-from doorman.estimation.leaf.running import LeafRun
+from doorman.estimation.leaf.numbers import leaf_numbers
+from doorman.estimation.leaf.running import Known, LeafRun
 from doorman.kinematics.doors.leaf.leaf_kernels import leaf_numbers as door_numbers
 from doorman.kinematics.rotations import SMALLEST_COSINE, euler_rates
 from doorman.kinematics.vehicles.arms.arm import ArmParameters
@@ -155,8 +157,6 @@ class Estimator:
 
     def __init__(self, model: Model, changes: Mapping[str, float] | None = None) -> None:
         self._model, coupling = model, model.coupling
-        self._arm, self._leaf = held(ArmParameters.of(model.vehicle.arm)), door_numbers(model.door)
-        self._contact = np.array([*model.door.up, coupling.distance_from_hinge, coupling.height])
         self._told = np.array([0.0, 0.0, model.vehicle.weight])
         self._acting = Acting(model.n_arm, self._told, model.start_yaw)
         self._noise, self._poses = PositionNoise(), 0
@@ -165,12 +165,13 @@ class Estimator:
         self._bank = leaf_filter(model, self._numbers)  # compiles while nothing is in flight
         self.run: LeafRun | None = None
         """The bank, from the first pose on."""
-        n = model.n_arm
-        self._measured, self._given, self._scratch = np.zeros(ARM + 2 * n), np.zeros(ARM + 2 * n), np.zeros(6)
-        self._groups = np.array([[name in group for name in self._bank.hypotheses] for group in _BELIEVED], dtype=float)
-        self._carry(np.zeros(3 * SIZE + len(self._bank.hypotheses)), 0.0)  # compiles, too
+        n, names = model.n_arm, self._bank.hypotheses
+        self._measured = np.zeros(12 + 2 * n)
+        self._state, self._found = np.zeros(5 + n), Carried()
+        self._carrying = held(self._all(names))
+        self._carry_on = entry(carry_on, self._carrying, LeafState(), LeafOutputs(), np.zeros(len(names)), 0.0)
         coupling.tips(np.zeros((1, 3)), np.zeros((1, n)))
-        self._known: dict[str, tuple[Array, Array]] = {}
+        self._known: dict[str, Known] = {}
         self._face_is_known, self._leaf_time = False, -math.inf
         self._hinge = HingeFit(model)
         self._unnamed = 0.0
@@ -179,21 +180,36 @@ class Estimator:
         self._feels: Array | None = None
         self._unloaded = np.zeros(2)  # sum of what the tip's sensor has read in free flight, and how many readings
 
+    def _all(self, hypotheses: tuple[str, ...]) -> Carrying:
+        """All that `carry_on` works on."""
+        door, coupling, acting = self._model.door, self._model.coupling, self._acting
+        contact = ContactNumbers(
+            up=door.up, distance=coupling.distance_from_hinge, height=coupling.height, lever=coupling.lever_length
+        )
+        touching, resting, stopping = np.array(
+            [[name in group for name in hypotheses] for group in _BELIEVED], dtype=float
+        )
+        state = self._state
+        return Carrying(
+            ArmParameters.of(self._model.vehicle.arm), door_numbers(door), contact, acting.ring, acting.tick, touching,
+            resting, stopping, self._found, state[:3], LeafNow.over(state[3:5]), state[5:], TipMotion(), np.zeros(3),
+        )  # fmt: skip
+
     @property
-    def of_the_air(self) -> dict[str, tuple[Array, Array]]:
+    def of_the_air(self) -> dict[str, Known]:
         """Wind and lift by name, with their deviations, as `go_on` takes them."""
         assert self.run is not None
-        mean, deviations = self.run.estimate.mean, self.run.deviations
-        return {name: (mean[PLACES[name]], deviations[PLACES[name]]) for name in ("wind", "lift")}
+        state, deviations = self.run.state, self.run.deviations
+        return {"wind": (state.wind, deviations.wind), "lift": (state.lift, deviations.lift)}
 
-    def go_on(self, tip_force: Array, of_the_air: dict[str, tuple[Array, Array]]) -> None:
+    def go_on(self, tip_force: Array, of_the_air: Mapping[str, Known]) -> None:
         """Begin with what was known as another step ended: the tip's force, shape (3,) [N], and wind and lift."""
         door, numbers = self._model.door, self._numbers
         friction = np.array([door.leaf_direction(self._model.start_angle) @ tip_force, door.up @ tip_force])
         varies = numbers.one("contact.friction") * (
             float(np.linalg.norm(tip_force)) + numbers.one("contact.held") * self._model.vehicle.weight
         )
-        self._known = of_the_air | {"friction": (friction, np.full(2, varies))}
+        self._known = {**of_the_air, "friction": (friction, np.full(2, varies))}
 
     def tell(self, force: Array) -> None:
         """Take in the rotors' commanded force from now on, shape (3,), body frame [N]."""
@@ -263,7 +279,7 @@ class Estimator:
                 angle, _ = self._model.coupling.door_state(
                     position, still, measured.attitude, still, arm, np.zeros(len(arm))
                 )
-                self.run.go_on(self._known | {"joint": (angle, self.run.deviations[PLACES["joint"]])})
+                self.run.go_on(self._known | {"joint": (angle, self.run.deviations.joint)})
             if self._face_is_known:  # a sensor has seen the frame before the first pose
                 self.run.know_face()
             return
@@ -273,7 +289,7 @@ class Estimator:
         if self._listens and self._poses % _LISTENS == 0 and math.isfinite(noise := self._noise.deviation):
             self.run.pose_deviation(noise)
         self.run.leaves(leaves)
-        left = self._model.travel.left(float(self.run.estimate.mean[JOINT]))
+        left = self._model.travel.left(self.run.state.joint)
         self.run.is_to_move(int(left > _AT_THE_GOAL) - int(situation == HELD and left < -_AT_THE_GOAL))
         self.run.step(measured.pose_time, position, inputs, situation, self._felt(measured, situation))
 
@@ -287,56 +303,49 @@ class Estimator:
 
     def _in_short(self, measured: Measurement, run: LeafRun, time_step: float) -> Estimate:
         """What the bank knew at the last pose, carried on to now."""
-        model, known = self._model, run.estimate
-        found = self._carry(known.told, max(measured.time - known.time, 0.0))
-        tip_angle, tip_speed, force, touches, rests, stopped, *_, angle, rate = found[
-            step.SINGLE : step.STATE + 5
-        ].tolist()
-        if not math.isfinite(tip_angle + tip_speed):
+        model, told, door = self._model, run.told, self._model.door
+        found, state = self._carry(told, max(measured.time - run.estimate.time, 0.0))
+        known, off, inertia = told.state, told.deviations.joint, math.exp(told.state.log_inertia)
+        tip_angle, (angle, rate), resistance = found.tip_angle, state[3:5].tolist(), known.resistance
+        if not math.isfinite(tip_angle + found.tip_speed):
             model.coupling.door_state(
-                found[step.AT : step.MOVES], found[step.MOVES : step.TURNS], found[step.STATE : step.STATE + 3],
-                found[step.TURNS : step.WIND], found[step.STATE + 5 :], measured.arm_rates,
-            )  # fmt: skip
-        states, deviations, door = known.mean.tolist(), known.deviations.tolist(), model.door
-        resistance, inertia, off = states[_RESISTANCE], math.exp(states[_INERTIA]), deviations[JOINT]
-        self._touches = touching = self._believes(touches, self._touches)
-        self._rests, self._stopped = self._believes(rests, self._rests), self._believes(stopped, self._stopped)
-        wind = found[step.WIND : step.WIND + 3]
+                found.position, found.velocity, state[:3], found.attitude_rates, state[5:], measured.arm_rates
+            )
+        self._touches = touching = self._believes(found.touches, self._touches)
+        self._rests = self._believes(found.rests, self._rests)
+        self._stopped = self._believes(found.stopped, self._stopped)
+        wind, doubt = found.wind, told.deviations
         if touching:
             strength = math.hypot(*wind[:2].tolist())
-            self._hinge.learn(known.time, angle, rate, resistance, deviations[_RESISTANCE], strength)
-        borne = known.values.item(step.BORNE_OUT)
-        unnamed = model.travel.sense * borne - door.damping * rate - door.stiffness * (angle - door.rest_angle)
-        control = model.scenario.control
-        share = 1.0 - math.exp(-control.door_observer_rate * time_step)
-        self._unnamed += share * (
-            min(max(unnamed, -control.max_door_disturbance), control.max_door_disturbance) - self._unnamed
-        )
+            self._hinge.learn(run.estimate.time, angle, rate, resistance, doubt.resistance, strength)
+        unnamed = model.travel.sense * told.outputs.borne
+        self._learn_unnamed(unnamed - door.damping * rate - door.stiffness * (angle - door.rest_angle), time_step)
         return Estimate(
-            time=measured.time, position=found[step.AT : step.MOVES], velocity=found[step.MOVES : step.TURNS],
-            arm_angles=found[step.STATE + 5 :], state=found[step.STATE :], attitude_rates=found[step.TURNS : step.WIND],
-            tip_angle=tip_angle, tip_speed=tip_speed, wind=wind, tip_force=found[step.TIP_FORCE : step.NORMAL],
-            friction_force=found[step.RUBS : step.ROTATION], normal_force=force,
+            time=measured.time, position=found.position, velocity=found.velocity, arm_angles=state[5:], state=state,
+            attitude_rates=found.attitude_rates, tip_angle=tip_angle, tip_speed=found.tip_speed, wind=wind,
+            tip_force=found.tip_force, friction_force=found.friction, normal_force=found.normal_force,
             near=model.coupling.lever_length * (tip_angle - angle - 2.0 * off) < _REACH * model.scale.length,
             touching=touching, stopped=self._stopped, rests=self._rests, resistance=resistance,
-            friction_share=self._hinge.friction_share(angle), face_offset=states[step.FACE], door_disturbance=self._unnamed,
-            hinge=self._hinge.found(angle, inertia, inertia * deviations[_INERTIA]),
-            normal=found[step.NORMAL : step.ALONG], along=found[step.ALONG : step.CONTACT],
-            contact_point=found[step.CONTACT : step.TIP], tip=found[step.TIP : step.RUBS],
-            rotation_body_to_world=found[step.ROTATION : step.SINGLE].reshape(3, 3),
-            lift=states[_LIFT], angle_deviation=off, lost=run.lost,
+            friction_share=self._hinge.friction_share(angle), face_offset=known.face, door_disturbance=self._unnamed,
+            hinge=self._hinge.found(angle, inertia, inertia * doubt.log_inertia), normal=found.normal, along=found.along,
+            contact_point=found.contact_point, tip=found.tip, rotation_body_to_world=found.rotation.reshape(3, 3),
+            lift=known.lift, angle_deviation=off, lost=run.lost,
         )  # fmt: skip
 
-    def _carry(self, told: Array, age: float) -> Array:
-        """What is known of a pose, carried on by its age [s], as `estimate_step` has it."""
-        found = np.empty(step.STATE + 5 + self._model.n_arm)
-        flat = step.carry_on(
-            self._arm, self._leaf, self._contact, self._model.coupling.lever_length, *self._acting.ring, self._measured,
-            told, self._groups, age, self._given, self._scratch, found,
-        )  # fmt: skip
+    def _learn_unnamed(self, torque: float, time_step: float) -> None:
+        """Follow the torque of the hinge that the scenario does not name [N m]."""
+        control = self._model.scenario.control
+        share = 1.0 - math.exp(-control.door_observer_rate * time_step)
+        most = control.max_door_disturbance
+        self._unnamed += share * (min(max(torque, -most), most) - self._unnamed)
+
+    def _carry(self, told: Told, age: float) -> tuple[Carried, Array]:
+        """What is known of a pose, carried on by its age [s], as `estimate_step` has it, and the reduced state."""
+        flat = self._carry_on(self._carrying, told.state, told.outputs, told.chances, age)
+        found, state = self._found.snapshot(), self._state.copy()
         if abs(flat) < SMALLEST_COSINE:
-            euler_rates(found[step.STATE : step.STATE + 3], self._measured[9:12])  # says what
-        return found
+            euler_rates(state[:3], self._measured[9:12])  # says what
+        return found, state
 
     def _believes(self, chance: float, before: bool) -> bool:
         """Whether something is surely true, or was and is not surely false."""
@@ -344,4 +353,3 @@ class Estimator:
 
 
 _BELIEVED = TOUCHING, RESTING, (STOPPED,)
-_RESISTANCE, _INERTIA, _LIFT = (PLACES[name].start for name in ("resistance", "log_inertia", "lift"))

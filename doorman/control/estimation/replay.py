@@ -16,7 +16,7 @@ from doorman.arrays import Array
 from doorman.control.estimation.estimator import Estimator, Tie
 from doorman.estimation.leaf.hypotheses import PUSHING, STANDING, TOUCHING
 from doorman.estimation.leaf.leaf_filter import SLIPS, WINDS
-from doorman.estimation.leaf.numbers import JOINT, JOINT_RATE, TUNED
+from doorman.estimation.leaf.numbers import TUNED, part
 from doorman.exceptions import DoormanError, RecordingError
 from doorman.model import Model
 from doorman.recording import Recording
@@ -110,8 +110,9 @@ def replay_leaf(recording: Recording, model: Model, changes: dict[str, float] | 
     touching = chances[:, [name in TOUCHING for name in names]].sum(axis=1)
     rubbing = chances[:, [name in (PUSHING, STANDING) for name in names]].sum(axis=1)
     slips = (rubbing > 0.5) & (((slip[:, :, 0] / slip[:, :, 1]) ** 2).sum(axis=1) > _SLIPS**2)
+    joint = part(mean, "joint") + part(mean, "joint_rate") * (came - true)
     return LeafReplay(
-        came, true, mean, deviations, mean[:, JOINT] + mean[:, JOINT_RATE] * (came - true), touching, chances, names,
+        came, true, mean, deviations, joint, touching, chances, names,
         force, wind, slip, slips, statuses, run.log_likelihood, run.refused, run.mean_nis,
     )  # fmt: skip
 

@@ -1,1 +1,1 @@
-"""Kernels of a tick on flat memory, which their owners in `doorman.control` keep; tests hold each against a plain twin."""
+"""Kernels of a tick on records, which their owners in `doorman.control` keep; tests hold each against a plain twin."""

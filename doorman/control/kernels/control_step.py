@@ -3,19 +3,11 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 from doorman.arrays import Array
 from doorman.compilation import kernel
-
-INNER, OUTER, ESTIMATE, STARTED, GAIN, RATE, DAMPING, LIMIT, OBSERVER = 0, 3, 6, 9, 10, 11, 12, 13, 14
-"""Places in the observer's memory: two inner states and δ̂, whether it has begun, c, 1/τ, a_1 and the bound."""
-MASS, LIFT, MOST_LIFT, POSITION_GAIN, VELOCITY_GAIN, NUMBERS = 0, 1, 2, 3, 6, 9
-"""Places in the controller's numbers: m_A, m g, largest change of the vertical δ̂ at the leaf, and the gains of the axes."""
-AT, MOVES, POSITION, VELOCITY, ACCELERATION, PLANNED, NORMAL, GIVEN = 0, 3, 6, 9, 12, 15, 18, 21
-"""Places in what the controller is given, vectors of the world frame: P and Ṗ of the vehicle, those and P̈ of the setpoint, the
-planned force of the tip on the door, and the unit direction in which the observer is not heeded, or zero."""
-ACTING, FREE, FREE_TIME, MEMORY = 0, 3, 6, 7
-"""Places in its memory: force that acted, δ̂ of free flight, and for how long that was flown."""
+from doorman.numba_types.records import Record, Vector3
 
 _UNWINDING = 10.0
 """How much faster than the observer its inner state follows at the bound; not by more than all of it in one period."""
@@ -23,94 +15,155 @@ _AVERAGED = 4.0
 """Time over which δ̂ of free flight is averaged once it has settled [s]: a gust is over when the tip is on the leaf."""
 
 
+class ObserverMemory(Record):
+    """Numbers of a disturbance observer, and what it remembers."""
+
+    inner: Vector3  # ν [N/s]
+    outer: Vector3  # μ [N]
+    estimate: Vector3  # δ̂, world frame [N]
+    started: int  # whether it has begun
+    gain: float  # c [kg/s²]
+    rate: float  # 1/τ [rad/s]
+    damping: float  # a_1
+    limit: float  # largest δ̂ along an axis [N]
+
+
+class ControllerNumbers(Record):
+    """Numbers of a position controller."""
+
+    mass: float  # m_A [kg]
+    weight: float  # m g [N]
+    most_lift: float  # largest change of the vertical δ̂ at the leaf [N]
+    position_gain: Vector3
+    velocity_gain: Vector3
+
+
+class ControllerMemory(Record):
+    """What a position controller remembers."""
+
+    acting: Vector3  # force that acted [N]
+    free: Vector3  # δ̂ of free flight [N]
+    free_time: float  # for how long that was flown [s]
+
+
+class Asked(Record):
+    """What is asked of a position controller, world frame."""
+
+    at: Vector3  # P of the vehicle [m]
+    moves: Vector3  # Ṗ of the vehicle [m/s]
+    position: Vector3  # P of the setpoint [m]
+    velocity: Vector3  # Ṗ of the setpoint [m/s]
+    acceleration: Vector3  # P̈ of the setpoint [m/s²]
+    planned: Vector3  # planned force of the tip on the door [N]
+    normal: Vector3  # unit direction in which the observer is not heeded, or zero
+
+
+class Found(Record):
+    """What a position controller finds, world frame."""
+
+    force: Vector3  # wanted F, without the limits [N]
+    disturbance: Vector3  # δ̂ that it counts on [N]
+
+
+class Control(NamedTuple):
+    """One position controller."""
+
+    observer: ObserverMemory
+    numbers: ControllerNumbers
+    memory: ControllerMemory
+    asked: Asked
+    found: Found
+
+
 @kernel
-def observe_disturbance(observer: Array, position: Array, force: Array, time_step: float) -> None:
+def observe_disturbance(observer: ObserverMemory, position: Array, force: Array, time_step: float) -> None:
     """One period of the observer."""
-    gain, rate, damping, limit = observer[GAIN], observer[RATE], observer[DAMPING], observer[LIMIT]
+    gain, rate, damping, limit = observer.gain, observer.rate, observer.damping, observer.limit
     unwinding = _UNWINDING * rate / max(_UNWINDING * rate * time_step, 1.0)
     for k in range(3):
-        estimate = observer[ESTIMATE + k]
-        if observer[STARTED] == 0.0:
-            observer[OUTER + k] = -gain * position[k]  # starts from δ̂ = 0, wherever the vehicle is
-        observer[INNER + k] -= time_step * rate**2 * (estimate + force[k])
-        observer[OUTER + k] += time_step * (observer[INNER + k] - damping * rate * estimate)
-        raw = gain * position[k] + observer[OUTER + k]
+        estimate = observer.estimate[k]
+        if observer.started == 0:
+            observer.outer[k] = -gain * position[k]  # starts from δ̂ = 0, wherever the vehicle is
+        observer.inner[k] -= time_step * rate**2 * (estimate + force[k])
+        observer.outer[k] += time_step * (observer.inner[k] - damping * rate * estimate)
+        raw = gain * position[k] + observer.outer[k]
         bounded = min(max(raw, -limit), limit)
-        observer[ESTIMATE + k] = bounded
-        observer[OUTER + k] += bounded - raw  # anti-windup: both states stay where the bound is reached, not beyond
-        observer[INNER + k] += unwinding * (bounded - raw)
-    observer[STARTED] = 1.0
+        observer.estimate[k] = bounded
+        observer.outer[k] += bounded - raw  # anti-windup: both states stay where the bound is reached, not beyond
+        observer.inner[k] += unwinding * (bounded - raw)
+    observer.started = 1
 
 
 @kernel
 def align_disturbance(
-    observer: Array, x: float, y: float, up: float, to_x: float, to_y: float, to_up: float, velocity: Array
+    observer: ObserverMemory, x: float, y: float, up: float, to_x: float, to_y: float, to_up: float, velocity: Array
 ) -> None:
     """Set δ̂ along one direction, at rest there."""
-    if observer[STARTED] == 0.0:
+    if observer.started == 0:
         return
-    e, n, o = ESTIMATE, INNER, OUTER
-    change = x * (to_x - observer[e]) + y * (to_y - observer[e + 1]) + up * (to_up - observer[e + 2])
+    estimate, inner, outer = observer.estimate, observer.inner, observer.outer
+    change = x * (to_x - estimate[0]) + y * (to_y - estimate[1]) + up * (to_up - estimate[2])
     direction = (x, y, up)
     off = 0.0
     for k in range(3):
-        observer[e + k] += change * direction[k]
-        observer[o + k] += change * direction[k]
-        settled = observer[DAMPING] * observer[RATE] * observer[e + k] - observer[GAIN] * velocity[k]
-        off += direction[k] * (settled - observer[n + k])
+        estimate[k] += change * direction[k]
+        outer[k] += change * direction[k]
+        settled = observer.damping * observer.rate * estimate[k] - observer.gain * velocity[k]
+        off += direction[k] * (settled - inner[k])
     for k in range(3):
-        observer[n + k] += off * direction[k]
+        inner[k] += off * direction[k]
 
 
 @kernel
-def bound_windup(observer: Array, numbers: Array, memory: Array, velocity: Array, normal: Array, given: float) -> None:
-    """Keep δ̂ near what it was in free flight: upwards within `MOST_LIFT`, and along a leaf that the tip may slip on."""
-    x, y, up, most = memory[FREE], memory[FREE + 1], memory[FREE + 2], numbers[MOST_LIFT]
-    if given > 0.0:
+def bound_windup(control: Control, share: float) -> None:
+    """Keep δ̂ near what it was in free flight: upwards within `most_lift`, and along a leaf that the tip may slip on."""
+    observer, free, most = control.observer, control.memory.free, control.numbers.most_lift
+    normal, velocity = control.asked.normal, control.asked.moves
+    x, y, up = free[0], free[1], free[2]
+    if share > 0.0:
         align_disturbance(observer, -normal[1], normal[0], 0.0, x, y, up, velocity)
-    lift = observer[ESTIMATE + 2] - up
+    lift = observer.estimate[2] - up
     if abs(lift) > most:
         align_disturbance(observer, 0.0, 0.0, 1.0, x, y, up + math.copysign(most, lift), velocity)
 
 
 @kernel
-def wanted_force(
-    observer: Array,
-    numbers: Array,
-    memory: Array,
-    given: Array,
-    time_step: float,
-    share: float,
-    push: float,
-    out: Array,
-) -> None:
+def learn_free_flight(control: Control, touches: bool, time_step: float, share: float) -> None:
+    """Follow δ̂ of free flight; at the leaf, where it is heeded, beside the vertical."""
+    free, estimate = control.memory.free, control.observer.estimate
+    if not touches:
+        control.memory.free_time += time_step
+        part = 1.0 if control.memory.free_time < _AVERAGED else min(time_step / _AVERAGED, 1.0)
+        for k in range(3):
+            free[k] += part * (estimate[k] - free[k])
+    else:
+        free[0] += (1.0 - share) * (estimate[0] - free[0])
+        free[1] += (1.0 - share) * (estimate[1] - free[1])
+
+
+@kernel
+def wanted_force(control: Control, time_step: float, share: float, push: float) -> None:
     """One period of observer and controller. Of the force along the normal, a share is `push` in place of position control's."""
-    normal, planned = given[NORMAL : NORMAL + 3], given[PLANNED : PLANNED + 3]
-    observe_disturbance(observer, given[AT : AT + 3], memory[ACTING : ACTING + 3], time_step)
+    numbers, asked, force, disturbance = control.numbers, control.asked, control.found.force, control.found.disturbance
+    estimate, free, most = control.observer.estimate, control.memory.free, numbers.most_lift
+    normal, planned = asked.normal, asked.planned
+    observe_disturbance(control.observer, asked.at, control.memory.acting, time_step)
     touches = planned[0] != 0.0 or planned[1] != 0.0 or planned[2] != 0.0
     if touches:
-        bound_windup(observer, numbers, memory, given[MOVES : MOVES + 3], normal, share)
-    free, most = memory[FREE : FREE + 3], numbers[MOST_LIFT]
-    if not touches:
-        memory[FREE_TIME] += time_step
-        part = 1.0 if memory[FREE_TIME] < _AVERAGED else min(time_step / _AVERAGED, 1.0)
-        for k in range(3):
-            free[k] += part * (observer[ESTIMATE + k] - free[k])
-    else:
-        free[0] += (1.0 - share) * (observer[ESTIMATE] - free[0])
-        free[1] += (1.0 - share) * (observer[ESTIMATE + 1] - free[1])
+        bound_windup(control, share)
+    learn_free_flight(control, touches, time_step, share)
     for k in range(3):
-        out[3 + k] = share * free[k] + (1.0 - share) * observer[ESTIMATE + k]
-    out[5] += share * min(max(observer[ESTIMATE + 2] - free[2], -most), most)
-    along = normal[0] * out[3] + normal[1] * out[4] + normal[2] * out[5]
+        disturbance[k] = share * free[k] + (1.0 - share) * estimate[k]
+    disturbance[2] += share * min(max(estimate[2] - free[2], -most), most)
+    along = normal[0] * disturbance[0] + normal[1] * disturbance[1] + normal[2] * disturbance[2]
     made = 0.0
     for k in range(3):
-        out[3 + k] -= along * normal[k]
-        correction = given[ACCELERATION + k]
-        correction += numbers[VELOCITY_GAIN + k] * (given[VELOCITY + k] - given[MOVES + k])
-        correction += numbers[POSITION_GAIN + k] * (given[POSITION + k] - given[AT + k])
-        out[k] = planned[k] - out[3 + k] + numbers[MASS] * correction
-        made += normal[k] * out[k]
+        disturbance[k] -= along * normal[k]
+        correction = asked.acceleration[k]
+        correction += numbers.velocity_gain[k] * (asked.velocity[k] - asked.moves[k])
+        correction += numbers.position_gain[k] * (asked.position[k] - asked.at[k])
+        force[k] = planned[k] - disturbance[k] + numbers.mass * correction
+        made += normal[k] * force[k]
     for k in range(3):
-        out[k] += share * (push - made) * normal[k]
-    out[2] += numbers[LIFT]
+        force[k] += share * (push - made) * normal[k]
+    force[2] += numbers.weight

@@ -6,15 +6,16 @@ With the age a of the pose, :math:`P + a\dot P + \tfrac12 a^2\ddot P` and :math:
 from __future__ import annotations
 
 import math
+from typing import Annotated, NamedTuple
 
 from doorman.arrays import Array
 from doorman.compilation import kernel
-from doorman.control.kernels.tip import ARM, ATTITUDE, BODY_RATES, POSITION, VELOCITY, tip_on_leaf
+from doorman.control.kernels.tip import TipMotion, tip_on_leaf
 from doorman.control.kernels.under_way_step import rates_of_euler
-from doorman.estimation.leaf.kernels.acting_step import find_now
-from doorman.estimation.leaf.numbers import JOINT, JOINT_RATE, PLACES, SIZE
+from doorman.estimation.leaf.kernels.acting_step import Ring, Tick, find_now
+from doorman.estimation.leaf.kernels.told import LeafOutputs, LeafState
 from doorman.kinematics.doors.leaf.leaf_kernels import (
-    HINGE,
+    LeafNumbers,
     angle_of_face,
     contact_from_hinge,
     leaf_before,
@@ -22,48 +23,102 @@ from doorman.kinematics.doors.leaf.leaf_kernels import (
     leaf_normal,
 )
 from doorman.kinematics.vehicles.arms.arm import ArmParameters
+from doorman.numba_types.records import Record, Vector3
 
-UP, DISTANCE = 0, 3
-"""Places in where the contact is: u of the door, D_V and D_H."""
-FORCE_OUT, WIND_OUT, GAIN_OUT, BORNE_OUT = 0, 1, 6, 9
-"""Places among the outputs of the bank at the leaf."""
-FACE, FRICTION = PLACES["face"].start, PLACES["friction"].start
-AT, MOVES, TURNS, WIND, TIP_FORCE, NORMAL, ALONG, CONTACT, TIP, RUBS, ROTATION = 0, 3, 6, 9, 12, 15, 18, 21, 24, 27, 29
-"""Places of vectors in the result: P, Ṗ, Φ̇, wind, the tip's force, n_D, c and the contact point of the leaf, the tip, its
-friction, and R;"""
-SINGLE, CHANCES, STATE = 38, 41, 44
-"""of angle and speed of the tip and the normal force, of three probabilities, and of the reduced state."""
+
+class ContactNumbers(Record):
+    """Where the tip is to touch the leaf."""
+
+    up: Vector3  # u of the door
+    distance: float  # D_V [m]
+    height: float  # D_H [m]
+    lever: float  # speed of the contact point along the normal for a unit rate of α [m]
+
+
+class LeafNow(Record):
+    """Where the leaf is, and how it moves."""
+
+    angle: float  # α [rad]
+    rate: float  # α̇ [rad/s]
+
+
+class Carried(Record):
+    """What is known now, beside the reduced state; as in `Estimate`."""
+
+    position: Vector3
+    velocity: Vector3
+    attitude_rates: Vector3
+    wind: Vector3
+    tip_force: Vector3
+    normal: Vector3
+    along: Vector3
+    contact_point: Vector3
+    tip: Vector3
+    friction: Annotated[Array, 2]
+    rotation: Annotated[Array, 9]  # R(Φ), row by row
+    tip_angle: float
+    tip_speed: float
+    normal_force: float
+    touches: float  # probability that the tip touches,
+    rests: float  # that the leaf at which it is rests,
+    stopped: float  # and that it is on what does not move
+
+
+class Carrying(NamedTuple):
+    """One estimator's vehicle, leaf and results."""
+
+    arm: ArmParameters
+    leaf: LeafNumbers
+    contact: ContactNumbers
+    ring: Ring
+    tick: Tick
+    touching: Array  # 1 or 0 of each hypothesis, whether the tip touches, shape (M,)
+    resting: Array
+    stopping: Array
+    found: Carried
+    attitude: Array  # result: Φ, shape (3,) [rad]
+    door: LeafNow  # result
+    arm_angles: Array  # result: H, shape (n,)
+    tip: TipMotion  # scratch
+    turning: Array  # scratch: Ω of a vehicle that turns about the vertical alone, shape (3,) [rad/s]
 
 
 @kernel
-def carry_on(
-    arm: ArmParameters, leaf: Array, contact: Array, lever: float, times: Array, rows: Array, memory: Array,
-    measured: Array, told: Array, groups: Array, age: float, given: Array, tip: Array, out: Array,
-) -> float:  # fmt: skip
-    """Fill the result; returns the pitch's cosine.
+def carry_on(p: Carrying, state: LeafState, outputs: LeafOutputs, chances: Array, age: float) -> float:
+    """Fill the results; returns the pitch's cosine."""
+    found, door = p.found, p.door
+    for k in range(3):
+        moves, gains = state.velocity[k], outputs.gains[k]
+        found.position[k] = state.position[k] + age * moves + 0.5 * age**2 * gains
+        found.velocity[k] = moves + age * gains
+        found.wind[k] = outputs.wind[k]
+    find_now(p.ring, p.attitude, p.arm_angles)
+    door.rate = state.joint_rate
+    door.angle = state.joint + age * state.joint_rate
+    flat = _turn(p)
+    tip_angle, tip_rate = tip_on_leaf(
+        p.arm, p.leaf, p.contact.lever, found.position, found.velocity, p.attitude, p.turning, p.arm_angles,
+        p.tick.arm_rates, p.tip,
+    )  # fmt: skip
+    found.tip_angle = tip_angle - angle_of_face(p.leaf, state.face, p.contact.lever)
+    found.tip_speed = -p.contact.lever * tip_rate
+    found.normal_force = outputs.normal_force
+    for k in range(2):
+        found.friction[k] = state.friction[k]
+    _place_leaf(p)
+    found.touches = _chance(p.touching, chances)
+    found.rests = _chance(p.resting, chances)
+    found.stopped = _chance(p.stopping, chances)
+    return flat
 
-    Measured rates are read, in places as in `tip`. What is told is `FilterEstimate.told`; `given` and `tip` are scratch.
-    """
-    n, count = arm.axes.shape[0], groups.shape[1]
-    mean, chances, outputs = told, told[2 * SIZE : 2 * SIZE + count], told[2 * SIZE + count :]
+
+@kernel
+def _turn(p: Carrying) -> float:
+    """Attitude, its rates, and the rates with which the tip's speed counts: without what tilting gives it."""
+    found, roll, pitch, yaw = p.found, p.attitude[0], p.attitude[1], p.attitude[2]
+    turns = rates_of_euler(p.attitude, p.tick.body_rates)
     for k in range(3):
-        moves, gains = mean[3 + k], outputs[GAIN_OUT + k]
-        out[AT + k] = mean[k] + age * moves + 0.5 * age**2 * gains
-        out[MOVES + k] = moves + age * gains
-        out[WIND + k] = outputs[WIND_OUT + k]
-    find_now(times, rows, memory, given[: 3 + n])
-    for k in range(3):
-        out[STATE + k] = given[k]
-    for k in range(n):
-        out[STATE + 5 + k] = given[3 + k]
-    rate = mean[JOINT_RATE]
-    angle = mean[JOINT] + age * rate
-    out[STATE + 3], out[STATE + 4] = angle, rate
-    roll, pitch, yaw = out[STATE], out[STATE + 1], out[STATE + 2]
-    turns = rates_of_euler(out[STATE : STATE + 3], measured[BODY_RATES : BODY_RATES + 3])
-    for k in range(3):
-        out[TURNS + k] = turns[k]
-        given[POSITION + k], given[VELOCITY + k], given[ATTITUDE + k] = out[AT + k], out[MOVES + k], out[STATE + k]
+        found.attitude_rates[k] = turns[k]
     cr, sr, cp, sp = math.cos(roll), math.sin(roll), math.cos(pitch), math.sin(pitch)
     cy, sy = math.cos(yaw), math.sin(yaw)
     rotation = (
@@ -73,27 +128,30 @@ def carry_on(
     )
     for k in range(3):
         for j in range(3):
-            out[ROTATION + 3 * k + j] = rotation[k][j]
-    # the tip's speed counts without what tilting gives it: body rates of a vehicle that turns about the vertical alone
-    given[BODY_RATES], given[BODY_RATES + 1], given[BODY_RATES + 2] = (
-        turns[2] * -sp, turns[2] * (cp * sr), turns[2] * (cp * cr),
-    )  # fmt: skip
-    for k in range(n):
-        given[ARM + k], given[ARM + n + k] = out[STATE + 5 + k], measured[ARM + n + k]
-    tip_angle, tip_rate = tip_on_leaf(arm, leaf, lever, given, tip)
-    out[SINGLE], out[SINGLE + 1] = tip_angle - angle_of_face(leaf, mean[FACE], lever), -lever * tip_rate
-    force, along, up = outputs[FORCE_OUT], mean[FRICTION], mean[FRICTION + 1]
-    out[SINGLE + 2], out[RUBS], out[RUBS + 1] = force, along, up
+            found.rotation[3 * k + j] = rotation[k][j]
+        p.turning[k] = turns[2] * rotation[2][k]
+    return cp
+
+
+@kernel
+def _place_leaf(p: Carrying) -> None:
+    """Where the leaf is, and the tip and its force on it."""
+    found, leaf, contact, angle = p.found, p.leaf, p.contact, p.door.angle
+    force, along, up = found.normal_force, found.friction[0], found.friction[1]
     normal, direction, before = leaf_normal(leaf, angle), leaf_direction(leaf, angle), leaf_before(leaf, angle)
     for k in range(3):
-        out[NORMAL + k], out[ALONG + k] = normal[k], direction[k]
-        out[TIP_FORCE + k] = force * normal[k] + along * direction[k] + up * contact[UP + k]
-        out[TIP + k] = out[AT + k] + tip[k]
-        out[CONTACT + k] = leaf[HINGE + k] + contact_from_hinge(
-            contact[DISTANCE], before, contact[DISTANCE + 1], direction[k], normal[k], contact[UP + k]
+        found.normal[k], found.along[k] = normal[k], direction[k]
+        found.tip_force[k] = force * normal[k] + along * direction[k] + up * contact.up[k]
+        found.tip[k] = found.position[k] + p.tip.position[k]
+        found.contact_point[k] = leaf.hinge[k] + contact_from_hinge(
+            contact.distance, before, contact.height, direction[k], normal[k], contact.up[k]
         )
-    for k in range(3):
-        out[CHANCES + k] = 0.0
-        for j in range(count):
-            out[CHANCES + k] += groups[k, j] * chances[j]
-    return cp
+
+
+@kernel
+def _chance(are: Array, chances: Array) -> float:
+    """Probability of some hypotheses."""
+    total = 0.0
+    for j in range(chances.shape[0]):
+        total += are[j] * chances[j]
+    return total

@@ -3,19 +3,41 @@
 from __future__ import annotations
 
 import math
+from typing import Annotated, NamedTuple
 
 from doorman.arrays import Array
 from doorman.compilation import kernel
+from doorman.numba_types.records import Record, Vector3
 
-SENT, UP, ROW = 0, 1, 4
-"""Places in a row of the ring: when a command was sent, and the direction of its thrust, world frame."""
-COUNT, LAG, RATE_GAIN, DEAD_TIME, NUMBERS = range(5)
-"""Places in the numbers: commands so far, τ, κ_r and d."""
-NOW, AHEAD, ATTITUDE, RATES, FORCE, STEADY, GIVEN = 0, 1, 2, 5, 8, 11, 13
-"""Places in what is given: time, horizon, Φ, Ω, force of the rotors in the body over the mass, and what else accelerates the
-vehicle along the world's x and y."""
 _STEPS = 16
 """Steps of the horizon."""
+
+
+class BelievedLoop(Record):
+    """The attitude loop that is believed, and how many commands it was sent."""
+
+    lag: float  # τ [s]
+    rate_gain: float  # κ_r [1/s]
+    dead_time: float  # d [s]
+    sent: int
+
+
+class Now(Record):
+    """What is known now."""
+
+    attitude: Vector3  # Φ [rad]
+    body_rates: Vector3  # Ω [rad/s]
+    rotors: Vector3  # force of the rotors in the body over the mass [m/s²]
+    outer: Annotated[Array, 2]  # what else accelerates the vehicle along the world's x and y [m/s²]
+
+
+class Commands(NamedTuple):
+    """Ring of K commands."""
+
+    loop: BelievedLoop
+    times: Array  # when each was sent, shape (K,) [s]
+    upwards: Array  # direction of its thrust, world frame, shape (K, 3)
+    now: Now
 
 
 @kernel
@@ -28,26 +50,26 @@ def rates_of_euler(attitude: Array, body_rates: Array) -> tuple[float, float, fl
 
 
 @kernel
-def note_sent(ring: Array, numbers: Array, now: float, attitude: Array) -> None:
+def note_sent(commands: Commands, now: float, roll: float, pitch: float, yaw: float) -> None:
     """Take in a command."""
-    row = int(numbers[COUNT]) % ring.shape[0]
-    sr, cr = math.sin(attitude[0]), math.cos(attitude[0])
-    sp, cp = math.sin(attitude[1]), math.cos(attitude[1])
-    sy, cy = math.sin(attitude[2]), math.cos(attitude[2])
-    ring[row, SENT] = now
-    ring[row, UP] = cy * sp * cr + sy * sr
-    ring[row, UP + 1] = sy * sp * cr - cy * sr
-    ring[row, UP + 2] = cp * cr
-    numbers[COUNT] += 1.0
+    row = commands.loop.sent % commands.times.shape[0]
+    sr, cr = math.sin(roll), math.cos(roll)
+    sp, cp = math.sin(pitch), math.cos(pitch)
+    sy, cy = math.sin(yaw), math.cos(yaw)
+    commands.times[row] = now
+    commands.upwards[row, 0] = cy * sp * cr + sy * sr
+    commands.upwards[row, 1] = sy * sp * cr - cy * sr
+    commands.upwards[row, 2] = cp * cr
+    commands.loop.sent += 1
 
 
 @kernel
-def acting_at(ring: Array, numbers: Array, time: float) -> int:
+def acting_at(commands: Commands, time: float) -> int:
     """Place in the ring of the command that acts at a time: the newest that was sent a dead time ago, or the oldest known."""
-    count, size = int(numbers[COUNT]), ring.shape[0]
+    count, size = commands.loop.sent, commands.times.shape[0]
     oldest = max(count - size, 0)
     k = count - 1
-    while k > oldest and ring[k % size, SENT] > time - numbers[DEAD_TIME] + 1e-9:
+    while k > oldest and commands.times[k % size] > time - commands.loop.dead_time + 1e-9:
         k -= 1
     return k
 
@@ -60,25 +82,25 @@ def tilt_of(up: Array, sy: float, cy: float) -> tuple[float, float]:
 
 
 @kernel
-def carry_ahead(ring: Array, numbers: Array, given: Array, out: Array) -> None:
+def carry_ahead(commands: Commands, time: float, horizon: float) -> tuple[float, float, float, float]:
     """By how much position and velocity change along the world's x and y within the horizon, beside what the velocity does."""
-    for k in range(4):
-        out[k] = 0.0
-    roll, pitch, yaw = given[ATTITUDE], given[ATTITUDE + 1], given[ATTITUDE + 2]
-    roll_rate, pitch_rate, _ = rates_of_euler(given[ATTITUDE:RATES], given[RATES:FORCE])
+    now, loop = commands.now, commands.loop
+    x = y = gained_x = gained_y = 0.0
+    roll, pitch, yaw = now.attitude[0], now.attitude[1], now.attitude[2]
+    roll_rate, pitch_rate, _ = rates_of_euler(now.attitude, now.body_rates)
     sy, cy = math.sin(yaw), math.cos(yaw)
-    gain, rate_gain = 1.0 / numbers[LAG], numbers[RATE_GAIN]
-    step, size = given[AHEAD] / _STEPS, ring.shape[0]
-    last, k = int(numbers[COUNT]) - 1, acting_at(ring, numbers, given[NOW])
+    gain, rate_gain = 1.0 / loop.lag, loop.rate_gain
+    step, size = horizon / _STEPS, commands.times.shape[0]
+    last, k = loop.sent - 1, acting_at(commands, time)
     to_roll, to_pitch = roll, pitch
     if k >= 0:
-        to_roll, to_pitch = tilt_of(ring[k % size, UP:ROW], sy, cy)
-    fx, fy, fz = given[FORCE], given[FORCE + 1], given[FORCE + 2]
+        to_roll, to_pitch = tilt_of(commands.upwards[k % size], sy, cy)
+    fx, fy, fz = now.rotors[0], now.rotors[1], now.rotors[2]
     for i in range(_STEPS):
-        due = given[NOW] + (i + 0.5) * step - numbers[DEAD_TIME] + 1e-9
-        while k < last and ring[(k + 1) % size, SENT] <= due:
+        due = time + (i + 0.5) * step - loop.dead_time + 1e-9
+        while k < last and commands.times[(k + 1) % size] <= due:
             k += 1
-            to_roll, to_pitch = tilt_of(ring[k % size, UP:ROW], sy, cy)
+            to_roll, to_pitch = tilt_of(commands.upwards[k % size], sy, cy)
         roll_rate += step * rate_gain * (gain * (to_roll - roll) - roll_rate)
         pitch_rate += step * rate_gain * (gain * (to_pitch - pitch) - pitch_rate)
         roll += step * roll_rate
@@ -86,7 +108,8 @@ def carry_ahead(ring: Array, numbers: Array, given: Array, out: Array) -> None:
         sr, cr, sp, cp = math.sin(roll), math.cos(roll), math.sin(pitch), math.cos(pitch)
         ahead = cp * fx + sp * sr * fy + sp * cr * fz
         aside = cr * fy - sr * fz
-        out[2] += step * (cy * ahead - sy * aside + given[STEADY])
-        out[3] += step * (sy * ahead + cy * aside + given[STEADY + 1])
-        out[0] += step * out[2]
-        out[1] += step * out[3]
+        gained_x += step * (cy * ahead - sy * aside + now.outer[0])
+        gained_y += step * (sy * ahead + cy * aside + now.outer[1])
+        x += step * gained_x
+        y += step * gained_y
+    return x, y, gained_x, gained_y

@@ -17,15 +17,7 @@ from __future__ import annotations
 import numpy as np
 
 from doorman.arrays import Array
-from doorman.control.kernels.control_step import (
-    ESTIMATE,
-    INNER,
-    OBSERVER,
-    OUTER,
-    STARTED,
-    align_disturbance,
-    observe_disturbance,
-)
+from doorman.control.kernels.control_step import ObserverMemory, align_disturbance, observe_disturbance
 
 
 class DisturbanceObserver:
@@ -36,15 +28,14 @@ class DisturbanceObserver:
         self.damping = damping
         self.limit = limit
         self._gain = mass * rate**2
-        self.memory = np.array([*np.zeros(STARTED + 1), self._gain, rate, damping, limit])
-        """What the kernels of `control_step` read and write, shape (OBSERVER,)."""
-        assert len(self.memory) == OBSERVER
+        self.memory = ObserverMemory(gain=self._gain, rate=rate, damping=damping, limit=limit)
+        """What kernels read and write."""
         align_disturbance(self.memory, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, np.zeros(3))  # compiles: nothing is in flight
 
     @property
     def estimate(self) -> Array:
         """δ̂, shape (3,), world frame, written to by every update [N]."""
-        return self.memory[ESTIMATE : ESTIMATE + 3]
+        return self.memory.estimate
 
     def update(self, position: Array, force: Array, time_step: float) -> Array:
         """Advance by one period."""
@@ -58,7 +49,8 @@ class DisturbanceObserver:
 
     def resume(self, position: Array, velocity: Array, disturbance: Array) -> None:
         """Begin anew with a known disturbance."""
-        self.estimate[:] = np.clip(disturbance, -self.limit, self.limit)
-        self.memory[OUTER : OUTER + 3] = self.estimate - self._gain * position
-        self.memory[INNER : INNER + 3] = self.damping * self.rate * self.estimate - self._gain * velocity
-        self.memory[STARTED] = 1.0
+        memory = self.memory
+        memory.estimate = known = np.clip(disturbance, -self.limit, self.limit)
+        memory.outer = known - self._gain * position
+        memory.inner = self.damping * self.rate * known - self._gain * velocity
+        memory.started = 1

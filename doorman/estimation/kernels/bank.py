@@ -18,21 +18,7 @@ import numpy as np
 
 from doorman.arrays import Array
 from doorman.compilation import kernel
-from doorman.estimation.kernels.memory import (
-    BROKEN,
-    FUSED,
-    HOLD,
-    INNOVATION,
-    LAST,
-    LOG_LIKELIHOOD,
-    MEASURE,
-    OUTPUT,
-    REFUSED,
-    SCORES,
-    SCORES_OF_EACH,
-    SWITCH,
-    FilterMemory,
-)
+from doorman.estimation.kernels.memory import FilterMemory
 from doorman.estimation.kernels.moments import FOUR, fuse_rows, has_meaning, predict, spread_of
 from doorman.estimation.kernels.printed_functions import call_printed
 from doorman.numba_types.lanes import load, store
@@ -90,7 +76,7 @@ def _find_chances(memory: FilterMemory, inputs: Array, h: float) -> None:
         memory.chances[i] = 0.0
         if not memory.weights[i] > 0.0:
             continue
-        call_printed(memory.addresses[SWITCH * count + i], memory.means[i], inputs, memory.parameters, h, memory.out)
+        call_printed(memory.switches.addresses[i], memory.means[i], inputs, memory.parameters, h, memory.out)
         total = 0.0
         for j in range(count):
             if j == i or memory.allowed[j] == 0.0 or memory.out[j] <= 0.0:
@@ -106,12 +92,12 @@ def _find_chances(memory: FilterMemory, inputs: Array, h: float) -> None:
 @kernel
 def _hold(memory: FilterMemory, j: int, inputs: Array, h: float) -> float:
     """Fuse what a hypothesis says for a time h: its log-likelihood."""
-    function = HOLD * memory.means.shape[0] + j
-    rows, equalities = memory.rows[function]
+    holds = memory.holds
+    rows, equalities = holds.rows[j], holds.equalities[j]
     if rows == 0:
         return 0.0
-    call_printed(memory.addresses[function], memory.means[j], inputs, memory.parameters, h, memory.out)
-    ends, columns, first, logarithm = memory.slope_ends[function], memory.slope_columns[function], 3 * rows, 0.0
+    call_printed(holds.addresses[j], memory.means[j], inputs, memory.parameters, h, memory.out)
+    ends, columns, first, logarithm = holds.slope_ends[j], holds.slope_columns[j], 3 * rows, 0.0
     for row in range(rows):
         off, variance = memory.out[row], memory.out[rows + row]
         if row < equalities or not off >= 0.0:
@@ -122,7 +108,7 @@ def _hold(memory: FilterMemory, j: int, inputs: Array, h: float) -> float:
     for row in range(equalities):
         memory.innovations[row] = -memory.out[row]
         memory.variances[row] = memory.out[rows + row] * max(memory.out[2 * rows + row] / h, 1.0)
-    fuse_rows(memory, j, function, first, equalities)
+    fuse_rows(memory, j, ends, columns, first, equalities)
     return logarithm
 
 
@@ -130,18 +116,18 @@ def _hold(memory: FilterMemory, j: int, inputs: Array, h: float) -> float:
 def fuse(memory: FilterMemory, kind: int, values: Array, inputs: Array) -> bool:
     """Fuse a measurement at its own time; whether it passed the gate."""
     count = memory.means.shape[0]
-    first = (MEASURE + kind) * count
-    rows = memory.rows[first, 0]
-    nearest, scores = np.inf, memory.scores[SCORES + SCORES_OF_EACH * kind :]
+    read, nearest = memory.measurements, np.inf
+    rows = read.rows[kind, 0]
     for j in range(count):
         if memory.weights[j] > 0.0:
             memory.other_means[j] = memory.means[j]
             memory.other_covariances[j] = memory.covariances[j]
-            call_printed(memory.addresses[first + j], memory.means[j], inputs, memory.parameters, 0.0, memory.out)
+            call_printed(read.addresses[kind, j], memory.means[j], inputs, memory.parameters, 0.0, memory.out)
             for row in range(rows):
                 memory.innovations[row] = values[row] - memory.out[row]
                 memory.variances[row] = memory.out[rows + row]
-            distance, spreads = fuse_rows(memory, j, first + j, 2 * rows, rows)
+            ends, columns = read.slope_ends[kind, j], read.slope_columns[kind, j]
+            distance, spreads = fuse_rows(memory, j, ends, columns, 2 * rows, rows)
             memory.distances[j], memory.logs[j] = distance, -0.5 * (distance + spreads + rows * _LOG_TURN)
             if np.isfinite(memory.logs[j]):
                 nearest = min(nearest, distance)
@@ -150,13 +136,13 @@ def fuse(memory: FilterMemory, kind: int, values: Array, inputs: Array) -> bool:
             if memory.weights[j] > 0.0:
                 memory.means[j] = memory.other_means[j]
                 memory.covariances[j] = memory.other_covariances[j]
-        scores[REFUSED] += 1.0
+        memory.scores.refused[kind] += 1.0
         return False
-    memory.scores[LOG_LIKELIHOOD] += reweigh(memory)
-    scores[FUSED] += 1.0
+    memory.progress.log_likelihood += reweigh(memory)
+    memory.scores.fused[kind] += 1.0
     for j in range(count):
         if memory.weights[j] > 0.0:
-            scores[INNOVATION] += memory.weights[j] * memory.distances[j]
+            memory.scores.innovation[kind] += memory.weights[j] * memory.distances[j]
     return True
 
 
@@ -172,7 +158,7 @@ def reweigh(memory: FilterMemory) -> float:
             best = max(best, memory.logs[j])
         else:
             memory.weights[j] = 0.0
-            memory.places[BROKEN] += 1
+            memory.progress.broken += 1
     if best == -np.inf:
         return 0.0
     for j in range(memory.weights.shape[0]):
@@ -237,16 +223,16 @@ def add_moments(
 @kernel
 def combine_outputs(memory: FilterMemory) -> None:
     """Mean and variance of every output over the bank."""
-    inputs = memory.kept_inputs[memory.places[LAST] % memory.kept_times.shape[0]]
+    inputs = memory.kept_inputs[memory.progress.last % memory.kept_times.shape[0]]
     count = memory.means.shape[0]
+    outputs = memory.outputs
     memory.output[:] = 0.0
     memory.output_variance[:] = 0.0
     for j in range(count):
-        function = OUTPUT * count + j
-        rows = memory.rows[function, 0]
+        rows = outputs.rows[j]
         if memory.weights[j] > 0.0 and rows > 0:
-            call_printed(memory.addresses[function], memory.means[j], inputs, memory.parameters, 0.0, memory.out)
-            ends, columns = memory.slope_ends[function], memory.slope_columns[function]
+            call_printed(outputs.addresses[j], memory.means[j], inputs, memory.parameters, 0.0, memory.out)
+            ends, columns = outputs.slope_ends[j], outputs.slope_columns[j]
             for row in range(rows):
                 value, weight = memory.out[row], memory.weights[j]
                 spread = spread_of(memory, memory.covariances[j], ends, columns, rows, row)

@@ -10,16 +10,7 @@ import numpy as np
 
 from doorman.compilation import kernel
 from doorman.estimation.kernels.bank import advance, fuse, prune
-from doorman.estimation.kernels.memory import (
-    BROKEN,
-    FIRST,
-    LAST,
-    LONGEST_STEP,
-    OLDEST_NEW,
-    STARTED,
-    STORED,
-    FilterMemory,
-)
+from doorman.estimation.kernels.memory import FilterMemory
 
 OK, REFUSED, DROPPED, TOO_OLD, TOO_MANY, CLOCK, NOT_FINITE, NOT_STARTED, LOST = range(9)
 """As in `Status`."""
@@ -28,10 +19,12 @@ OK, REFUSED, DROPPED, TOO_OLD, TOO_MANY, CLOCK, NOT_FINITE, NOT_STARTED, LOST = 
 @kernel
 def start(memory: FilterMemory, time: float) -> None:
     """Begin with the bank as it is."""
-    memory.places[FIRST] = memory.places[LAST] = memory.places[STORED] = 0
-    memory.places[STARTED] = 1
-    memory.clocks[OLDEST_NEW] = np.inf
-    memory.scores[:] = 0.0
+    progress, scores = memory.progress, memory.scores
+    progress.first = progress.last = progress.stored = 0
+    progress.running = 1
+    progress.oldest_new = np.inf
+    progress.log_likelihood = 0.0
+    scores.fused[:] = scores.refused[:] = scores.innovation[:] = 0.0
     memory.kept_times[0] = time
     memory.kept_inputs[0] = memory.coming
     memory.kept_allowed[0] = memory.allowed
@@ -41,8 +34,8 @@ def start(memory: FilterMemory, time: float) -> None:
 @kernel
 def store(memory: FilterMemory, kind: int, time: float, count: int) -> int:
     """Take a measurement for the next step."""
-    places, stored = memory.places, memory.places[STORED]
-    if places[STARTED] == 0:
+    progress, stored = memory.progress, memory.progress.stored
+    if progress.running == 0:
         return NOT_STARTED
     if not np.isfinite(time):
         return NOT_FINITE
@@ -50,9 +43,9 @@ def store(memory: FilterMemory, kind: int, time: float, count: int) -> int:
         if not np.isfinite(memory.reading[i]):
             return NOT_FINITE
     ticks = memory.kept_times.shape[0]
-    if time <= memory.kept_times[places[FIRST] % ticks]:
+    if time <= memory.kept_times[progress.first % ticks]:
         return TOO_OLD
-    if time > memory.kept_times[places[LAST] % ticks] + memory.clocks[LONGEST_STEP]:
+    if time > memory.kept_times[progress.last % ticks] + memory.progress.longest_step:
         return CLOCK
     if stored == memory.stamps.shape[0]:
         return TOO_MANY
@@ -63,44 +56,44 @@ def store(memory: FilterMemory, kind: int, time: float, count: int) -> int:
     memory.stamps[at], memory.kinds[at], memory.was_refused[at] = time, kind, 0
     for i in range(count):
         memory.values[at, i] = memory.reading[i]
-    places[STORED] = stored + 1
-    memory.clocks[OLDEST_NEW] = min(memory.clocks[OLDEST_NEW], time)
+    progress.stored = stored + 1
+    progress.oldest_new = min(progress.oldest_new, time)
     return OK
 
 
 @kernel
 def step(memory: FilterMemory, time: float) -> int:
     """Bring the bank to a time from which on other inputs act; the worst of what happened on the way."""
-    places, ticks = memory.places, memory.kept_times.shape[0]
-    if places[STARTED] == 0:
+    progress, ticks = memory.progress, memory.kept_times.shape[0]
+    if progress.running == 0:
         return NOT_STARTED
     if not np.isfinite(time):
         return NOT_FINITE
     for value in memory.coming:
         if not np.isfinite(value):
             return NOT_FINITE
-    last = places[LAST]
+    last = progress.last
     now = memory.kept_times[last % ticks]
-    if not (time > now and time - now <= memory.clocks[LONGEST_STEP]):
+    if not (time > now and time - now <= memory.progress.longest_step):
         return CLOCK
     memory.kept_times[(last + 1) % ticks] = time
     memory.kept_inputs[(last + 1) % ticks] = memory.coming
     memory.kept_allowed[(last + 1) % ticks] = memory.kept_allowed[last % ticks]
     tick, worst = last, OK
-    while tick > places[FIRST] and memory.kept_times[tick % ticks] >= memory.clocks[OLDEST_NEW]:
+    while tick > progress.first and memory.kept_times[tick % ticks] >= memory.progress.oldest_new:
         tick -= 1
-    memory.clocks[OLDEST_NEW], places[BROKEN] = np.inf, 0
+    memory.progress.oldest_new, progress.broken = np.inf, 0
     _restore(memory, tick)
     while tick <= last:
         worst = max(worst, _to_next_tick(memory, tick))
         if worst == LOST:
-            places[STARTED] = 0
+            progress.running = 0
             return LOST
         tick += 1
         _keep(memory, tick)
-    places[LAST] = last + 1
-    places[FIRST] = max(places[FIRST], last + 3 - ticks)
-    _forget(memory, memory.kept_times[places[FIRST] % ticks])
+    progress.last = last + 1
+    progress.first = max(progress.first, last + 3 - ticks)
+    _forget(memory, memory.kept_times[progress.first % ticks])
     return worst
 
 
@@ -112,9 +105,9 @@ def _to_next_tick(memory: FilterMemory, tick: int) -> int:
     inputs, worst, at = memory.kept_inputs[tick % ticks], OK, 0
     memory.allowed[:] = memory.kept_allowed[tick % ticks]
     prune(memory)
-    while at < memory.places[STORED] and memory.stamps[at] <= now:
+    while at < memory.progress.stored and memory.stamps[at] <= now:
         at += 1
-    while at < memory.places[STORED] and memory.stamps[at] <= end:
+    while at < memory.progress.stored and memory.stamps[at] <= end:
         if memory.stamps[at] > now:
             advance(memory, inputs, memory.stamps[at] - now)
             now = memory.stamps[at]
@@ -125,7 +118,7 @@ def _to_next_tick(memory: FilterMemory, tick: int) -> int:
         at += 1
     if end > now:
         advance(memory, inputs, end - now)
-    if memory.places[BROKEN] > 0:
+    if memory.progress.broken > 0:
         worst = max(worst, DROPPED)
     for weight in memory.weights:
         if weight > 0.0:
@@ -136,13 +129,13 @@ def _to_next_tick(memory: FilterMemory, tick: int) -> int:
 @kernel
 def _forget(memory: FilterMemory, time: float) -> None:
     """Drop stored measurements that no step goes back to."""
-    stored, first = memory.places[STORED], 0
+    stored, first = memory.progress.stored, 0
     while first < stored and memory.stamps[first] <= time:
         first += 1
     if first > 0:
         for at in range(first, stored):
             _copy_stored(memory, at, at - first)
-        memory.places[STORED] = stored - first
+        memory.progress.stored = stored - first
 
 
 @kernel
@@ -159,7 +152,10 @@ def _keep(memory: FilterMemory, tick: int) -> None:
     memory.kept_means[place] = memory.means
     memory.kept_covariances[place] = memory.covariances
     memory.kept_weights[place] = memory.weights
-    memory.kept_scores[place] = memory.scores
+    memory.kept_likelihoods[place] = memory.progress.log_likelihood
+    memory.kept_scores.fused[place] = memory.scores.fused
+    memory.kept_scores.refused[place] = memory.scores.refused
+    memory.kept_scores.innovation[place] = memory.scores.innovation
 
 
 @kernel
@@ -168,4 +164,7 @@ def _restore(memory: FilterMemory, tick: int) -> None:
     memory.means[:, :] = memory.kept_means[place]
     memory.covariances[:, :, :] = memory.kept_covariances[place]
     memory.weights[:] = memory.kept_weights[place]
-    memory.scores[:] = memory.kept_scores[place]
+    memory.progress.log_likelihood = memory.kept_likelihoods[place]
+    memory.scores.fused[:] = memory.kept_scores.fused[place]
+    memory.scores.refused[:] = memory.kept_scores.refused[place]
+    memory.scores.innovation[:] = memory.kept_scores.innovation[place]

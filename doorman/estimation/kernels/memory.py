@@ -1,4 +1,4 @@
-"""All that one filter's kernels read and write, and the places in it."""
+"""All that one filter's kernels read and write."""
 
 from __future__ import annotations
 
@@ -8,19 +8,40 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.arrays import Array
+from doorman.numba_types.records import Record
 
 Indices = NDArray[np.int64]
 
-PREDICT, HOLD, SWITCH, OUTPUT, MEASURE = range(5)
-"""Kinds of printed functions. Of M hypotheses, function kind · M + j is that of the j-th; (4 + k) M + j reads measurement k."""
-FIRST, LAST, STARTED, STORED, BROKEN, PLACES = range(6)
-"""Oldest and newest tick that is kept, whether there is a bank, how many measurements are stored, and how often a filter of the
-bank has lost its meaning in this step."""
-OLDEST_NEW, LONGEST_STEP, CLOCKS = range(3)
-"""Stamp of the oldest measurement since the last step, and the longest step [s]."""
-LOG_LIKELIHOOD, SCORES = range(2)
-FUSED, REFUSED, INNOVATION, SCORES_OF_EACH = range(4)
-"""Places in the scores: of all, then for each measurement how often it was fused and refused, and the sum of its NIS."""
+
+class Progress(Record):
+    """How far a filter has come."""
+
+    running: int  # whether there is a bank
+    first: int  # oldest tick that is kept
+    last: int  # newest tick
+    stored: int  # how many measurements are stored
+    broken: int  # how often a filter of the bank has lost its meaning in this step
+    oldest_new: float  # stamp of the oldest measurement since the last step [s]
+    longest_step: float  # [s]
+    log_likelihood: float  # of all measurements
+
+
+class Functions(NamedTuple):
+    """Printed functions of one kind: of each hypothesis, shape (M, ...), or of each measurement under each, shape (K, M, ...)."""
+
+    addresses: Indices
+    rows: Indices  # how many each has
+    equalities: Indices  # how many of them are equalities
+    slope_ends: Indices  # where each row of a Jacobian ends among the nonzeros, beginning with 0
+    slope_columns: Indices  # column of each nonzero
+
+
+class Scores(NamedTuple):
+    """Of each measurement, shape (K,); as they were at each kept tick, shape (T, K)."""
+
+    fused: Array  # how often each was fused
+    refused: Array  # and how often it was refused
+    innovation: Array  # sum of its NIS
 
 
 class FilterMemory(NamedTuple):
@@ -29,79 +50,54 @@ class FilterMemory(NamedTuple):
     With M hypotheses, n states, m inputs, K measurements of at most r rows, T kept ticks and L stored measurements.
     """
 
-    addresses: Indices
-    """Addresses of the printed functions, shape (4 M + K M,)."""
-    rows: Indices
-    """Rows of each function, and how many of them are equalities, shape (4 M + K M, 2)."""
-    slope_ends: Indices
-    """Where each row of a Jacobian ends among the nonzeros, beginning with 0."""
-    slope_columns: Indices
-    """Column of each nonzero."""
-    noise_places: Indices
-    """Count of nonzeros of each Q's lower half, then their rows and columns in turn."""
-    gates: Array
-    """Largest NIS of each measurement, shape (K,)."""
+    predictions: Functions
+    holds: Functions
+    switches: Functions
+    outputs: Functions
+    measurements: Functions
+    noise_places: Indices  # count of nonzeros of each Q's lower half, then their rows and columns in turn
+    gates: Array  # largest NIS of each measurement, shape (K,)
     lower: Array
-    upper: Array
-    """Ends of the states, shape (n,)."""
+    upper: Array  # ends of the states, shape (n,)
     parameters: Array
 
-    means: Array
-    """Means of the bank now, shape (M, n)."""
-    covariances: Array
-    """Shape (M, n, w)."""
-    weights: Array
-    """Probabilities of the hypotheses, shape (M,)."""
-    allowed: Array
-    """1 or 0, shape (M,)."""
-    scores: Array
+    means: Array  # means of the bank now, shape (M, n)
+    covariances: Array  # shape (M, n, w)
+    weights: Array  # probabilities of the hypotheses, shape (M,)
+    allowed: Array  # 1 or 0, shape (M,)
+    scores: Scores
 
-    kept_times: Array
-    """The ring of ticks, shape (T,)."""
-    kept_inputs: Array
-    """Each holds from its tick to the next, shape (T, m)."""
+    kept_times: Array  # the ring of ticks, shape (T,)
+    kept_inputs: Array  # each holds from its tick to the next, shape (T, m)
     kept_allowed: Array
     kept_means: Array
     kept_covariances: Array
     kept_weights: Array
-    kept_scores: Array
+    kept_scores: Scores
+    kept_likelihoods: Array  # shape (T,)
 
-    places: Indices
-    clocks: Array
-    stamps: Array
-    """Stamps of the stored measurements, in their order, shape (L,)."""
+    progress: Progress
+    stamps: Array  # stamps of the stored measurements, in their order, shape (L,)
     kinds: Indices
-    values: Array
-    """Shape (L, r)."""
+    values: Array  # shape (L, r)
     was_refused: Indices
-    reading: Array
-    """Reading of the measurement that arrives, shape (r,)."""
-    coming: Array
-    """Inputs from the next tick on, shape (m,)."""
+    reading: Array  # reading of the measurement that arrives, shape (r,)
+    coming: Array  # inputs from the next tick on, shape (m,)
 
-    out: Array
-    """What printed functions write."""
-    chances: Array
-    """Probabilities of switching, shape (M, M)."""
+    out: Array  # what printed functions write
+    chances: Array  # probabilities of switching, shape (M, M)
     other_means: Array
-    other_covariances: Array
-    """Second bank, to mix into and to go back to."""
-    logs: Array
-    """Log-likelihoods, shape (M,)."""
-    distances: Array
-    """NIS, shape (M,)."""
+    other_covariances: Array  # second bank, to mix into and to go back to
+    logs: Array  # log-likelihoods, shape (M,)
+    distances: Array  # NIS, shape (M,)
     innovations: Array
     variances: Array
-    before: Array
-    """Mean before the rows of one measurement, shape (n,)."""
-    row: Array
-    """P hᵀ, shape (w,)."""
+    before: Array  # mean before the rows of one measurement, shape (n,)
+    row: Array  # P hᵀ, shape (w,)
     gain: Array
     half: Array
-    half_across: Array
-    """Scratch, shape (n, w)."""
-    mean: Array
-    """Mean of all hypotheses together, shape (n,)."""
+    half_across: Array  # scratch, shape (n, w)
+    mean: Array  # mean of all hypotheses together, shape (n,)
     covariance: Array
     output: Array
     output_variance: Array

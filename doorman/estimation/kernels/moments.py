@@ -14,7 +14,7 @@ import numpy as np
 
 from doorman.arrays import Array
 from doorman.compilation import kernel
-from doorman.estimation.kernels.memory import PREDICT, FilterMemory
+from doorman.estimation.kernels.memory import FilterMemory
 from doorman.estimation.kernels.printed_functions import call_printed
 from doorman.numba_types.lanes import load, store, zero
 
@@ -29,9 +29,9 @@ _SLACK = 1e-9
 def predict(memory: FilterMemory, j: int, inputs: Array, h: float) -> None:
     """Hypothesis j after a time h."""
     mean, covariance = memory.means[j], memory.covariances[j]
-    n, function = mean.shape[0], PREDICT * memory.means.shape[0] + j
-    call_printed(memory.addresses[function], mean, inputs, memory.parameters, h, memory.out)
-    ends, columns = memory.slope_ends[function], memory.slope_columns[function]
+    n, predictions = mean.shape[0], memory.predictions
+    call_printed(predictions.addresses[j], mean, inputs, memory.parameters, h, memory.out)
+    ends, columns = predictions.slope_ends[j], predictions.slope_columns[j]
     half, across = memory.half, memory.half_across
     for i in range(n):
         mean[i] = memory.out[i]
@@ -64,11 +64,10 @@ def _times_rows(out: Array, n: int, ends: Array, columns: Array, matrix: Array, 
 
 
 @kernel
-def fuse_rows(memory: FilterMemory, j: int, function: int, first: int, count: int) -> tuple[float, float]:
+def fuse_rows(memory: FilterMemory, j: int, ends: Array, columns: Array, first: int, count: int) -> tuple[float, float]:
     """Fuse `count` rows, whose slopes begin at `first` of what the function wrote: NIS, and log det S."""
     mean, covariance, before = memory.means[j], memory.covariances[j], memory.before
     n, distance, logarithm = mean.shape[0], 0.0, 0.0
-    ends, columns = memory.slope_ends[function], memory.slope_columns[function]
     for i in range(n):
         before[i] = mean[i]
     for row in range(count):

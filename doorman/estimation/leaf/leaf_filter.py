@@ -25,8 +25,9 @@ from doorman.estimation.leaf.hypotheses import (
     switching,
     thrown,
 )
+from doorman.estimation.leaf.kernels.told import LeafState
 from doorman.estimation.leaf.motion import LeafMotion
-from doorman.estimation.leaf.numbers import JOINT, PLACES, SIZE
+from doorman.estimation.leaf.numbers import PLACES, SIZE
 from doorman.estimation.measurement import Measurement
 from doorman.estimation.model import ProcessModel
 from doorman.estimation.output import Output
@@ -57,14 +58,14 @@ def leaf_filter(model: Model, numbers: Numbers) -> Filter:
     kind = repr(pattern), names, tuple(numbers.sizes.items()), grips  # of a pattern, 0 and 0.0 differ
     if kind not in _banks:
         _banks[kind] = _bank(LeafMotion(pattern, names, numbers), grips, numbers)
-    least, most = np.full(SIZE, -np.inf), np.full(SIZE, np.inf)
-    inertia, play = PLACES["log_inertia"], numbers.one("start.joint")
-    least[inertia], most[inertia] = np.log(0.02 * model.door.inertia), np.log(20.0 * model.door.inertia)
-    least[JOINT], most[JOINT] = model.door.lower_limit - play, model.door.upper_limit + play
+    least, most = LeafState.over(np.full(SIZE, -np.inf)), LeafState.over(np.full(SIZE, np.inf))
+    inertia, play = model.door.inertia, numbers.one("start.joint")
+    least.log_inertia, most.log_inertia = np.log(0.02 * inertia), np.log(20.0 * inertia)
+    least.joint, most.joint = model.door.lower_limit - play, model.door.upper_limit + play
     hardest = 2.0 * model.scenario.control.max_push * model.coupling.lever_length / model.door.per_angle
-    resists = PLACES["resistance"]
-    least[resists], most[resists] = -hardest, hardest  # beyond it nothing that is pushed would move
-    return _banks[kind].with_numbers(numbers.vector, least, most, model.scenario.estimation.gate)
+    least.resistance, most.resistance = -hardest, hardest  # beyond it nothing that is pushed would move
+    gate = model.scenario.estimation.gate
+    return _banks[kind].with_numbers(numbers.vector, least.floats, most.floats, gate)
 
 
 def _bank(motion: LeafMotion, grips: bool, numbers: Numbers) -> Filter:

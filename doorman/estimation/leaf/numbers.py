@@ -7,20 +7,18 @@ import math
 
 import numpy as np
 
+from doorman.arrays import Array
 from doorman.estimation.leaf.constants import CONSTANTS
+from doorman.estimation.leaf.kernels.told import LeafState
 from doorman.kinematics.numbers import Numbers
 from doorman.model import Model
 from doorman.scenario import EstimationSection
 from doorman.scenario.sized import starts_tied
 
-STATES = {
-    "position": 3, "velocity": 3, "wind": 3, "wind_turn": 1, "gust": 1, "lift": 1, "joint": 1, "joint_rate": 1,
-    "resistance": 1, "log_inertia": 1, "face": 1, "reach": 1, "friction": 2,
-}  # fmt: skip
+STATES = {name: LeafState.dtype[name].itemsize // 8 for name in LeafState.dtype.names or ()}
 """Parts of the state in their order, and how many numbers each has; see `LeafMotion`."""
 _ENDS = dict(zip(STATES, itertools.accumulate(STATES.values()), strict=True))
 PLACES = {name: slice(_ENDS[name] - size, _ENDS[name]) for name, size in STATES.items()}
-JOINT, JOINT_RATE = PLACES["joint"].start, PLACES["joint_rate"].start
 SIZE = sum(STATES.values())
 
 LEAST_NOISE = 1e-4
@@ -68,15 +66,18 @@ def leaf_numbers(model: Model, pose_deviation: float) -> Numbers:
     })  # fmt: skip
 
 
-def first_state(model: Model, numbers: Numbers, position: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def part(states: Array, name: str) -> Array:
+    """A part of many states, shape (..., n): its numbers, or the one that it has."""
+    found = states[..., PLACES[name]]
+    return found if STATES[name] > 1 else found[..., 0]
+
+
+def first_state(model: Model, numbers: Numbers, position: Array) -> tuple[LeafState, LeafState]:
     """What is believed before the first touch, and its deviations."""
-    parts = {
-        "position": position, "joint": model.start_state[3], "resistance": numbers.one("start.resistance"),
-        "log_inertia": math.log(model.door.inertia),
-    }  # fmt: skip
-    mean, deviations = np.zeros(SIZE), np.zeros(SIZE)
-    for name, place in PLACES.items():
-        mean[place] = parts.get(name, 0.0)
-        deviations[place] = numbers.one("sensor.pose" if name == "position" else f"start.{name}")
-    deviations[PLACES["wind"].stop - 1] = numbers.one("start.draught")
+    mean, deviations = LeafState(), LeafState()
+    mean.position, mean.joint = position, model.start_state[3]
+    mean.resistance, mean.log_inertia = numbers.one("start.resistance"), math.log(model.door.inertia)
+    for name in STATES:
+        setattr(deviations, name, numbers.one("sensor.pose" if name == "position" else f"start.{name}"))
+    deviations.wind[2] = numbers.one("start.draught")
     return mean, deviations

@@ -12,8 +12,10 @@ from doorman.estimation.estimate import FilterEstimate
 from doorman.estimation.filter import Filter
 from doorman.estimation.leaf.constants import CONSTANTS
 from doorman.estimation.leaf.hypotheses import FREE, HOLDING, STANDING, TOUCHING
+from doorman.estimation.leaf.kernels.acting_step import Inputs
+from doorman.estimation.leaf.kernels.told import LeafState, Told
 from doorman.estimation.leaf.leaf_filter import AT_THE_LEAF, AWAY, HELD, LEAF, leaf_filter
-from doorman.estimation.leaf.numbers import JOINT, JOINT_RATE, LEAST_NOISE, PLACES, first_state
+from doorman.estimation.leaf.numbers import LEAST_NOISE, PLACES, first_state
 from doorman.estimation.leaf.swapped import Swapped
 from doorman.estimation.status import Status
 from doorman.kinematics.numbers import Numbers
@@ -24,7 +26,6 @@ _ENDED = (Status.LOST, Status.NOT_STARTED, Status.CLOCK)
 
 Known = tuple[Array | float, Array | float]
 """Value and deviation of a state, or of each of its numbers."""
-_FACE = PLACES["face"].start
 _OF_THE_LEAF = ("joint", "joint_rate", "resistance", "log_inertia", "face", "reach", "friction")
 
 
@@ -40,9 +41,13 @@ class LeafRun:
         self._bank = bank or leaf_filter(model, numbers)
         self._situation, self._inputs, self._numbers = situation, inputs, numbers
         self._mean, self._doubt = first_state(model, numbers, position)
-        self._bank.start(time, self._mean, self._doubt, probabilities={first: 1.0}, inputs=inputs, situation=situation)
-        self.estimate: FilterEstimate = self._bank.estimate()
-        """At the last pose."""
+        mean, doubt = self._mean.floats, self._doubt.floats
+        self._bank.start(time, mean, doubt, probabilities={first: 1.0}, inputs=inputs, situation=situation)
+        self.estimate: FilterEstimate
+        """At the last pose,"""
+        self.told: Told
+        """and its parts by name."""
+        self._look()
         self.time = time
         """Time of the last pose [s]."""
         self.status = Status.OK
@@ -52,6 +57,10 @@ class LeafRun:
         self._swapped = Swapped(model.scenario.safety.speed, self._settings.gate, self._settings.swap_time)
         self._seen_at = -math.inf
         self._taken, self._likelihood, self._fused, self._refused, self._innovation = time, 0.0, 0, 0, 0.0
+
+    def _look(self) -> None:
+        self.estimate = self._bank.estimate()
+        self.told = Told.of(self.estimate)
 
     def step(self, time: float, position: Array, inputs: Array, situation: str, felt: Array | None = None) -> Status:
         """Go on to a pose, (3,) [m], and what the tip feels, (1,) [N]; the status."""
@@ -77,14 +86,14 @@ class LeafRun:
         if status in _ENDED or time - self._taken > self._settings.blow_time:
             self._begin_anew(time, position)
             status = max(status, Status.LOST)
-        self.estimate = bank.estimate()
+        self._look()
         self._look_farther(situation)
         return status
 
     def unswapped(self, time: float, position: Array) -> tuple[Array, bool]:
         """A pose as the right markers would give it, shape (3,) [m], and whether the cameras see others; once for each pose."""
-        mean, passed = self.estimate.mean, time - self.time
-        expected = mean[PLACES["position"]] + passed * mean[PLACES["velocity"]]
+        state, passed = self.state, time - self.time
+        expected = state.position + passed * state.velocity
         deviation = float(self._bank.parameters[self._numbers.place("sensor.pose")][0])
         seen = self._swapped.undone(time, position, expected, passed, deviation)
         return seen, self._swapped.now
@@ -94,22 +103,26 @@ class LeafRun:
 
         Where the leaf stands before the first touch is only presumed: one that nothing touches is where it is seen.
         """
-        off, number = abs(joint - float(self.estimate.mean[JOINT])), self._numbers.one
-        if self._touches() < 1.0 - self._settings.sure and off > self._settings.gate * math.hypot(
-            deviation, float(self.deviations[JOINT])
-        ):
-            rate = float(self.estimate.mean[JOINT_RATE])
-            self._knows({"joint": (joint, deviation), "joint_rate": (rate, number("start.astray_rate"))}, {FREE: 1.0})
+        off, number = abs(joint - self.state.joint), self._numbers.one
+        far = off > self._settings.gate * math.hypot(deviation, self.deviations.joint)
+        if far and self._touches() < 1.0 - self._settings.sure:
+            rate = self.state.joint_rate, number("start.astray_rate")
+            self._knows({"joint": (joint, deviation), "joint_rate": rate}, {FREE: 1.0})
         self._seen_at = time
-        wanders = max(number("noise.face"), number("noise.face_by_angle") * float(self._doubt[_FACE]))
+        wanders = max(number("noise.face"), number("noise.face_by_angle") * self._doubt.face)
         self._set("noise.face", wanders)
         self._set("sensor.leaf", deviation)
         return self._bank.measure(LEAF, time, [joint])
 
     @property
-    def deviations(self) -> Array:
-        """Standard deviations of the states at the last pose, shape (n,)."""
-        return self.estimate.deviations
+    def state(self) -> LeafState:
+        """Mean at the last pose."""
+        return self.told.state
+
+    @property
+    def deviations(self) -> LeafState:
+        """Standard deviations of the states at the last pose."""
+        return self.told.deviations
 
     @property
     def log_likelihood(self) -> float:
@@ -154,8 +167,8 @@ class LeafRun:
 
     def know_face(self) -> None:
         """The face stands where it is believed: what is met elsewhere is a leaf that stands ajar."""
-        self._doubt[_FACE] = min(float(self._doubt[_FACE]), self._known_face)
-        self._knows({"face": (self.estimate.mean[_FACE], self._doubt[_FACE])}, self.estimate.probabilities)
+        self._doubt.face = min(self._doubt.face, self._known_face)
+        self._knows({"face": (self.state.face, self._doubt.face)}, self.estimate.probabilities)
 
     def go_on(self, values: Mapping[str, Known]) -> None:
         """Begin with other means and deviations of some states, by name; the tip goes on bearing its force in the face."""
@@ -164,14 +177,15 @@ class LeafRun:
 
     def meet(self, joint: float | None, wind: Array | None = None) -> None:
         """Begin anew with the leaf somewhere else; where the mission begins, and with nothing learnt of it, if not given."""
-        parts: dict[str, Known] = {name: (self._mean[PLACES[name]], self._doubt[PLACES[name]]) for name in _OF_THE_LEAF}
+        first, doubt = self._mean, self._doubt
+        parts: dict[str, Known] = {name: (getattr(first, name), getattr(doubt, name)) for name in _OF_THE_LEAF}
         if joint is not None:  # no leaf goes beyond its joint's end
             stands = min(max(joint, self._model.door.lower_limit), self._model.door.upper_limit)
             off = self._model.coupling.lever_length * (joint - stands)
-            parts["joint"] = stands, self._doubt[JOINT]
-            parts["face"] = float(self._mean[_FACE]) + off, self._doubt[_FACE]
+            parts["joint"] = stands, doubt.joint
+            parts["face"] = first.face + off, doubt.face
         if wind is not None:
-            parts["wind"] = wind, self.deviations[PLACES["wind"]]
+            parts["wind"] = wind, self.deviations.wind
         self._knows(parts)
 
     def _look_farther(self, situation: str) -> None:
@@ -183,22 +197,21 @@ class LeafRun:
         self._set("switch.stop", self._numbers.one("switch.stop") * (1.0 if self._met else touches))
         if situation != AT_THE_LEAF or touches > 1.0 - self._settings.sure:
             return
-        coupling, n = self._model.coupling, self._model.n_arm
-        mean, lever = self.estimate.mean, coupling.lever_length
-        posture = self._inputs[3:6], self._inputs[6:9], self._inputs[12 : 12 + n], self._inputs[12 + n :]
-        tip, tip_rate = coupling.door_state(mean[PLACES["position"]], mean[PLACES["velocity"]], *posture)
-        angle, joint, rate = tip - coupling.angle_of_face(float(mean[_FACE])), float(mean[JOINT]), mean[JOINT_RATE]
-        doubt = math.hypot(lever * float(self.deviations[JOINT]), float(self.deviations[_FACE]))
+        coupling, state, seen = self._model.coupling, self.state, Inputs.of(self._inputs)
+        posture, lever = (seen.attitude, seen.body_rates, seen.arm_angles, seen.arm_rates), coupling.lever_length
+        tip, tip_rate = coupling.door_state(state.position, state.velocity, *posture)
+        angle, joint, rate = tip - coupling.angle_of_face(state.face), state.joint, state.joint_rate
+        doubt = math.hypot(lever * self.deviations.joint, self.deviations.face)
         if lever * (joint - angle) <= self._settings.elsewhere * doubt:
             return
         number = self._numbers.one
         if self.time - self._seen_at < self._settings.seen_time:  # the leaf is where it is seen: its face is elsewhere
             parts: dict[str, Known] = {"face": (lever * (tip - joint), self._known_face)}
         elif self._met:  # it flies ahead of the tip
-            rate = min(float(rate), tip_rate)
+            rate = min(rate, tip_rate)
             parts = {"joint": (angle, number("start.astray")), "joint_rate": (rate, number("start.astray_rate"))}
         else:
-            still = 0.0, float(self._doubt[JOINT_RATE])
+            still = 0.0, self._doubt.joint_rate
             parts = {"joint": (tip, number("start.astray")), "joint_rate": still, "face": (0.0, self._known_face)}
         self._knows(parts, {FREE: 1.0})
 
@@ -223,7 +236,7 @@ class LeafRun:
             self.estimate.time, mean, covariance, probabilities=probabilities, inputs=self._inputs,
             situation=self._situation,
         )  # fmt: skip
-        self.estimate = self._bank.estimate()
+        self._look()
 
     def _count(self) -> None:
         score = self._bank.score("pose")
@@ -235,14 +248,14 @@ class LeafRun:
         """What was known of the leaf stays, as far as it is not known better than at the start."""
         known = self.estimate
         self._count()
-        mean = known.mean.copy()
-        mean[PLACES["velocity"]] = 0.0
+        mean = LeafState.over(known.mean.copy())
+        mean.velocity = np.zeros(3)
         if np.isfinite(position).all():
-            mean[PLACES["position"]] = position
-        doubt = np.maximum(self._doubt, known.deviations)
+            mean.position = position
+        doubt = LeafState.over(np.maximum(self._doubt.floats, known.deviations))
         fastest = self._model.scenario.safety.speed / 3.0  # three deviations
-        doubt[PLACES["velocity"]] = np.maximum(doubt[PLACES["velocity"]], fastest)
-        self._bank.start(time, mean, doubt, inputs=self._inputs, situation=self._situation)
+        doubt.velocity = np.maximum(doubt.velocity, fastest)
+        self._bank.start(time, mean.floats, doubt.floats, inputs=self._inputs, situation=self._situation)
         self._taken = time
 
 

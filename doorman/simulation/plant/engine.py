@@ -7,9 +7,6 @@ import importlib
 import sys
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from doorman.exceptions import BackendError, how_to_install
 
 
@@ -24,12 +21,12 @@ def engine() -> Any:
     return mujoco
 
 
-def addresses(mujoco: Any, engine_model: Any, data: Any) -> NDArray[np.int64]:
+def addresses(mujoco: Any, engine_model: Any, data: Any) -> tuple[int, int, int]:
     """Where the binding's own `mj_step` and what it works on are: compiled code steps without Python."""
     try:
         library = ctypes.CDLL(sys.modules[mujoco.mj_step.__module__].__file__)  # finds what the binding is linked with
-        step = ctypes.cast(library.mj_step, ctypes.c_void_p).value
-        return np.array([step, engine_model._address, data._address], dtype=np.int64)
+        step = ctypes.cast(library.mj_step, ctypes.c_void_p).value or 0
+        return step, int(engine_model._address), int(data._address)
     except (AttributeError, KeyError, OSError) as error:
         raise BackendError(
             f"MuJoCo cannot be stepped from compiled code: {error}", field="mujoco", given=mujoco.__version__,

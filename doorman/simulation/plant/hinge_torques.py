@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from doorman.exceptions import ScenarioError
 from doorman.gravity import weight_of
 from doorman.model import Model
 from doorman.simulation.plant.plant import Plant
+from doorman.simulation.plant.stepping import HingeNumbers
 from doorman.simulation.reality.door_catches import DoorCatches, has_catches
 
 
@@ -23,7 +22,7 @@ class HingeTorques:
         self._friction = float(self._frictions[self._index])
         self._plant, self._door = plant, door
         self._catches = self._plant_catches(model, plant) if has_catches(true) else None
-        self.numbers = np.array([self._preload, self._friction, stiction])
+        self.numbers = HingeNumbers(torque=self._preload, friction=self._friction, stiction=stiction)
 
     @property
     def vary(self) -> bool:
@@ -32,12 +31,12 @@ class HingeTorques:
 
     def act(self, other: float = 0.0) -> None:
         """Set this step's numbers."""
-        self.numbers[0] = self._preload + other
+        self.numbers.torque = self._preload + other
         if self._catches is None:
             return
         angle = self._plant.door_angle
-        self.numbers[1] = friction = self._friction + self._catches.friction(angle)
-        self.numbers[0] += self._door.joint_torque(self._catches.torque(angle))
+        self.numbers.friction = friction = self._friction + self._catches.friction(angle)
+        self.numbers.torque += self._door.joint_torque(self._catches.torque(angle))
         self._frictions[self._index] = friction  # the kernel adds stiction, where there is some
 
     def _plant_catches(self, model: Model, plant: Plant) -> DoorCatches:

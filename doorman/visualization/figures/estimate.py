@@ -6,7 +6,7 @@ import numpy as np
 
 from doorman.arrays import Array
 from doorman.control.estimation.replay import LeafReplay
-from doorman.estimation.leaf.numbers import JOINT
+from doorman.estimation.leaf.numbers import part
 from doorman.model import Model
 from doorman.recording import Recording
 from doorman.visualization.style import BLACK, BLUE, CYCLE, Figure, flight_name
@@ -18,7 +18,7 @@ def estimate_figure(recording: Recording, model: Model, found: LeafReplay) -> Fi
     angle, force, chance = figure.subplots(3, 1, sharex=True)
     door = model.door
     unit = 1.0 if door.slides else 180.0 / np.pi
-    joint, deviation = _opening(model, found.joint), found.deviations[:, JOINT]
+    joint, deviation = _opening(model, found.joint), part(found.deviations, "joint")
     pressed, spread = found.normal_force.T
     around = 2.0 * unit * door.per_angle * deviation
     for axes, value, band in ((angle, unit * joint, around), (force, pressed, 2.0 * spread)):

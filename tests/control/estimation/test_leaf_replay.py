@@ -10,7 +10,7 @@ import pytest
 from command_line import assert_bad_input, run
 
 from doorman.control.estimation.replay import LeafReplay, replay_leaf
-from doorman.estimation.leaf.numbers import PLACES
+from doorman.estimation.leaf.numbers import part
 from doorman.estimation.status import Status
 from doorman.exceptions import DoormanError
 from doorman.mission import simulate
@@ -109,7 +109,8 @@ def test_a_grip_from_the_start_holds_the_leaf(urdf):
 
 def test_another_number_changes_what_is_believed(recording, model, found):
     doubted = replay_leaf(recording, model, {"noise.wind": 3.0})
-    assert (doubted.deviations[-1, PLACES["wind"]][:2] > 2.0 * found.deviations[-1, PLACES["wind"]][:2]).all()
+    winds = [part(one.deviations[-1], "wind")[:2] for one in (doubted, found)]
+    assert (winds[0] > 2.0 * winds[1]).all()
     assert replay_leaf(recording, model, {"sensor.pose": 5e-3}).mean_nis < 0.5 * found.mean_nis
 
 
@@ -180,7 +181,7 @@ def test_a_measured_leaf_is_one_more_row(recording, found, model):
         np.abs(one.joint - np.interp(one.time, truth.time, truth["door_angle"]))[100:] for one in (found, measured)
     ]
     assert np.degrees(errors[1].max()) < 0.3 and errors[1].max() < errors[0].max() + 1e-4
-    assert measured.deviations[-1, PLACES["joint"].start] < found.deviations[-1, PLACES["joint"].start]
+    assert part(measured.deviations[-1], "joint") < part(found.deviations[-1], "joint")
 
 
 def test_readings_that_no_hypothesis_explains_are_refused(recording, found, model):

@@ -8,7 +8,6 @@ from attitude_matrices import body_rate_matrix, euler_rate_matrix
 from believed import geometry
 
 from doorman.control.estimation.estimator import Estimator, Tie
-from doorman.estimation.leaf.numbers import JOINT, JOINT_RATE, PLACES
 from doorman.model import Model
 from doorman.signals import Measurement
 
@@ -29,15 +28,13 @@ def test_an_estimate_is_the_last_pose_carried_on(name: str) -> None:
         known = estimator.update(seen, Tie.PUSHING, False, 0.004)
     run = estimator.run
     assert run is not None
-    bank, mean = run.estimate, run.estimate.mean
+    bank, state = run.estimate, run.state
     gains = np.array([bank.outputs[f"gains_{axis}"][0] for axis in "xyz"])
-    moves = mean[PLACES["velocity"]]
-    np.testing.assert_allclose(
-        known.position, mean[PLACES["position"]] + AGE * moves + 0.5 * AGE**2 * gains, atol=1e-12
-    )
+    moves = state.velocity
+    np.testing.assert_allclose(known.position, state.position + AGE * moves + 0.5 * AGE**2 * gains, atol=1e-12)
     np.testing.assert_allclose(known.velocity, moves + AGE * gains, atol=1e-12)
-    angle = mean[JOINT] + AGE * mean[JOINT_RATE]
-    np.testing.assert_allclose(known.state[3:], [angle, mean[JOINT_RATE], *arm], atol=1e-12)
+    angle = state.joint + AGE * state.joint_rate
+    np.testing.assert_allclose(known.state[3:], [angle, state.joint_rate, *arm], atol=1e-12)
     np.testing.assert_allclose(known.attitude_rates, euler_rate_matrix(known.attitude) @ rates, atol=1e-12)
     for field, value in geometry(model, known.position, known.state).items():
         np.testing.assert_allclose(getattr(known, field), value, atol=1e-12, err_msg=field)

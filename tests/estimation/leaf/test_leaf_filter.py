@@ -7,14 +7,16 @@ import numpy as np
 from doorman import Model, Scenario
 from doorman.estimation.estimate import FilterEstimate
 from doorman.estimation.filter import Filter
-from doorman.estimation.leaf.leaf_filter import leaf_filter
-from doorman.estimation.leaf.numbers import first_state, leaf_numbers
+from doorman.estimation.leaf.kernels.told import Told
+from doorman.estimation.leaf.leaf_filter import GAINS, SLIPS, WINDS, leaf_filter
+from doorman.estimation.leaf.numbers import PLACES, first_state, leaf_numbers, part
 
 
 def bank_of(damping: float) -> tuple[Filter, np.ndarray, np.ndarray]:
     model = Model(Scenario.load("push", {"door.damping": damping, "goal.door_angle": f"{60 + damping:g} deg"}))
     numbers = leaf_numbers(model, 1e-3)
-    return leaf_filter(model, numbers), *first_state(model, numbers, model.hover_offset)
+    mean, deviations = first_state(model, numbers, model.hover_offset)
+    return leaf_filter(model, numbers), mean.floats, deviations.floats
 
 
 def flown(bank: Filter, mean: np.ndarray, deviations: np.ndarray) -> FilterEstimate:
@@ -37,3 +39,18 @@ def test_a_bank_knows_nothing_of_another_of_its_kind() -> None:
     np.testing.assert_array_equal(found.told, alone.told)
     np.testing.assert_array_equal(first.estimate().told, alone.told)
     assert first.parameters.size == second.parameters.size and (first.parameters != second.parameters).any()
+
+
+def test_what_it_tells_is_read_by_name() -> None:
+    bank, *start = bank_of(0.5)
+    found = flown(bank, *start)
+    told = Told.of(found)
+    for record, expected in ((told.state, found.mean), (told.deviations, found.deviations)):
+        np.testing.assert_array_equal(record.floats, expected)
+        np.testing.assert_array_equal(record.velocity, expected[PLACES["velocity"]])
+        assert [record.joint] == part(expected[None], "joint").tolist() == expected[PLACES["joint"]].tolist()
+    outputs = {name: value for name, (value, _) in found.outputs.items()}
+    assert told.outputs.normal_force == outputs["normal_force"] and told.outputs.borne == outputs["borne"]
+    for field, names in (("wind", WINDS), ("slip", SLIPS), ("gains", GAINS)):
+        assert getattr(told.outputs, field).tolist() == [outputs[name] for name in names]
+    assert told.outputs.floats.size == len(outputs) and told.chances.tolist() == list(found.probabilities.values())

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from doorman.estimation.leaf.leaf_filter import AT_THE_LEAF, AWAY
-from doorman.estimation.leaf.numbers import JOINT, PLACES, leaf_numbers
+from doorman.estimation.leaf.numbers import leaf_numbers
 from doorman.estimation.leaf.running import LeafRun
 from doorman.estimation.status import Status
 from doorman.gravity import GRAVITY
@@ -52,8 +52,7 @@ class Flown:
         return [self.pose(AT_THE_LEAF, force * self.normal) for _ in range(round(seconds / PERIOD))]
 
     def of(self, part: str) -> tuple[float, float]:
-        place = PLACES[part].start
-        return float(self.run.estimate.mean[place]), float(self.run.estimate.deviations[place])
+        return getattr(self.run.state, part), getattr(self.run.deviations, part)
 
 
 def test_a_wind_that_turns_is_foreseen(model):
@@ -111,7 +110,7 @@ def test_a_blow_that_no_gate_passes_is_survived(model):
     statuses = [flown.pose() for _ in range(25)]
     assert statuses[0] == Status.REFUSED and statuses.count(Status.LOST) == 1
     assert statuses.index(Status.LOST) * PERIOD < 0.2 and statuses[-1] == Status.OK
-    assert np.abs(flown.run.estimate.mean[:3] - flown.at).max() < 5.0 * NOISE
+    assert np.abs(flown.run.state.position - flown.at).max() < 5.0 * NOISE
     assert flown.run.refused == statuses.index(Status.LOST) + 1
     assert flown.run.log_likelihood > 0.0 and 1.0 < flown.run.mean_nis < 5.0
 
@@ -128,7 +127,7 @@ def test_markers_that_are_swapped_for_a_while_move_nothing(model, gap):
         flown.time += PERIOD
         position, now = flown.run.unswapped(flown.time, seen)
         status = flown.run.step(flown.time, position, flown.inputs(force * flown.normal), situation)
-        told.append((now, status, np.abs(flown.run.estimate.mean[:3] - flown.at).max()))
+        told.append((now, status, np.abs(flown.run.state.position - flown.at).max()))
     assert [now for now, _, _ in told] == [80 <= k < 155 for k in range(200)]
     assert {status for _, status, _ in told} == {Status.OK} and max(off for _, _, off in told[20:]) < 6.0 * NOISE
 
@@ -142,7 +141,7 @@ def test_a_frame_that_has_moved_for_good_is_believed_after_a_while(model):
         flown.time += PERIOD
         position, now = flown.run.unswapped(flown.time, seen)
         flown.run.step(flown.time, position, flown.inputs(np.zeros(3)), AWAY)
-    assert not now and np.abs(flown.run.estimate.mean[:3] - flown.at).max() < 5.0 * NOISE
+    assert not now and np.abs(flown.run.state.position - flown.at).max() < 5.0 * NOISE
 
 
 def test_bad_input_gives_a_status_and_the_filter_goes_on(model):
@@ -183,4 +182,4 @@ def test_a_leaf_that_nobody_has_touched_does_not_move_with_a_tip_in_thin_air(mod
         flown.press(PERIOD, 0.0)
     known = flown.run.estimate
     assert known.probabilities["pushing"] < 1e-6
-    assert math.degrees(abs(known.mean[JOINT] - model.start_state[3])) < 0.3
+    assert math.degrees(abs(flown.run.state.joint - model.start_state[3])) < 0.3

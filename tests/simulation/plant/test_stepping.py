@@ -20,8 +20,8 @@ def plain_steps(one, steps: int) -> dict[str, np.ndarray]:
     reader = ContactReader(mujoco, plant, simulator._gripper)
     forces, along, others = [], [], 0
     for _ in range(steps):
-        onboard_step(own.onboard, data.qpos, data.qvel, own.command, data.ctrl)
-        torque, friction, stiction = own.hinge
+        onboard_step(own.onboard, data.qpos[3:7], data.qvel[3:6], data.qpos, data.qvel, data.ctrl)
+        torque, friction, stiction = own.hinge.torque, own.hinge.friction, own.hinge.stiction
         data.qfrc_applied[hinge] = torque
         if stiction > 0.0:
             frictions[hinge] = friction + (stiction if abs(data.qvel[hinge]) < STANDS else 0.0)
@@ -39,12 +39,12 @@ def plain_steps(one, steps: int) -> dict[str, np.ndarray]:
 
 def stepped(one, steps: int) -> dict[str, np.ndarray]:
     one.simulator.advance(steps)
-    tip, truth = one.simulator._tip, one.simulator.truth()
+    noted, truth = one.simulator._noted, one.simulator.truth()
     found = {
         "qpos": one.data.qpos.copy(),
         "qvel": one.data.qvel.copy(),
-        "force": tip[:3].copy(),
-        "sums": tip[3:].copy(),
+        "force": noted.force.copy(),
+        "sums": np.array([noted.along, noted.max_pull, noted.max_push]),
     }
     return found | {"others": np.array(truth.collisions)}
 

@@ -26,10 +26,9 @@ class ArmParameters(NamedTuple):
     slides: NDArray[np.bool_]
     point_parents: NDArray[np.int64]
     point_offsets: Array
-    joints: Array
-    """Scratch: position and axis of every joint, shape (n, 6)."""
-    points: Array
-    """Scratch: positions of the points, shape (n_points, 3)."""
+    positions: Array  # scratch: of every joint, shape (n, 3)
+    directions: Array  # scratch: of its axis, shape (n, 3)
+    points: Array  # scratch: positions of the points, shape (n_points, 3)
 
     @classmethod
     def of(cls, arm: ArmGeometry) -> ArmParameters:
@@ -37,12 +36,12 @@ class ArmParameters(NamedTuple):
         n, n_points = len(arm.axes), len(arm.point_offsets)
         vectors = (arm.axes.copy(), arm.links.copy(), arm.slides.copy())
         constants = (*vectors, arm.point_parents.copy(), arm.point_offsets.copy())
-        return cls(*constants, np.zeros((n, 6)), np.zeros((n_points, 3)))
+        return cls(*constants, np.zeros((n, 3)), np.zeros((n, 3)), np.zeros((n_points, 3)))
 
 
 @kernel
 def arm_kinematics(arm: ArmParameters, angles: Array) -> None:
-    """Fill `arm.joints` and `arm.points`, in the body frame."""
+    """Fill `arm.positions`, `arm.directions` and `arm.points`, in the body frame."""
     n_points = arm.point_parents.shape[0]
     px, py, pz = 0.0, 0.0, 0.0
     r00, r01, r02 = 1.0, 0.0, 0.0
@@ -58,16 +57,16 @@ def arm_kinematics(arm: ArmParameters, angles: Array) -> None:
         py += r10 * lx + r11 * ly + r12 * lz
         pz += r20 * lx + r21 * ly + r22 * lz
         ax, ay, az = arm.axes[i, 0], arm.axes[i, 1], arm.axes[i, 2]
-        arm.joints[i, 0] = px
-        arm.joints[i, 1] = py
-        arm.joints[i, 2] = pz
-        arm.joints[i, 3] = r00 * ax + r01 * ay + r02 * az
-        arm.joints[i, 4] = r10 * ax + r11 * ay + r12 * az
-        arm.joints[i, 5] = r20 * ax + r21 * ay + r22 * az
+        arm.positions[i, 0] = px
+        arm.positions[i, 1] = py
+        arm.positions[i, 2] = pz
+        arm.directions[i, 0] = r00 * ax + r01 * ay + r02 * az
+        arm.directions[i, 1] = r10 * ax + r11 * ay + r12 * az
+        arm.directions[i, 2] = r20 * ax + r21 * ay + r22 * az
         if arm.slides[i]:
-            px += arm.joints[i, 3] * angles[i]
-            py += arm.joints[i, 4] * angles[i]
-            pz += arm.joints[i, 5] * angles[i]
+            px += arm.directions[i, 0] * angles[i]
+            py += arm.directions[i, 1] * angles[i]
+            pz += arm.directions[i, 2] * angles[i]
         else:
             s, c = sincos(angles[i])
             v = 1.0 - c
@@ -100,28 +99,36 @@ def arm_kinematics(arm: ArmParameters, angles: Array) -> None:
 @kernel
 def point_derivative(arm: ArmParameters, point: int, joint: int) -> tuple[float, float, float]:
     """Derivative of a point's position by one joint's coordinate, after `arm_kinematics`."""
-    points, joints = arm.points, arm.joints
+    points, positions, directions = arm.points, arm.positions, arm.directions
     if joint > arm.point_parents[point]:
         return 0.0, 0.0, 0.0
     if arm.slides[joint]:
-        return joints[joint, 3], joints[joint, 4], joints[joint, 5]
-    x = points[point, 0] - joints[joint, 0]
-    y = points[point, 1] - joints[joint, 1]
-    z = points[point, 2] - joints[joint, 2]
-    ax, ay, az = joints[joint, 3], joints[joint, 4], joints[joint, 5]
+        return directions[joint, 0], directions[joint, 1], directions[joint, 2]
+    x = points[point, 0] - positions[joint, 0]
+    y = points[point, 1] - positions[joint, 1]
+    z = points[point, 2] - positions[joint, 2]
+    ax, ay, az = directions[joint, 0], directions[joint, 1], directions[joint, 2]
     return ay * z - az * y, az * x - ax * z, ax * y - ay * x
 
 
 @kernel
-def tip_motion(arm: ArmParameters, attitude: Array, body_rates: Array, angles: Array, rates: Array, out: Array) -> None:
-    r"""Tip relative to O_B in world axes: :math:`R\,d` into `out[:3]`, :math:`R(\Omega\times d + J_d\dot H)` into `out[3:]`."""
+def tip_motion(
+    arm: ArmParameters,
+    attitude: Array,
+    body_rates: Array,
+    angles: Array,
+    rates: Array,
+    position: Array,
+    velocity: Array,
+) -> None:
+    r"""Tip relative to O_B in world axes: :math:`R\,d` into `position`, :math:`R(\Omega\times d + J_d\dot H)` into `velocity`."""
     arm_kinematics(arm, angles)
     tip = arm.points.shape[0] - 1
     dx, dy, dz = arm.points[tip, 0], arm.points[tip, 1], arm.points[tip, 2]
     vx = body_rates[1] * dz - body_rates[2] * dy
     vy = body_rates[2] * dx - body_rates[0] * dz
     vz = body_rates[0] * dy - body_rates[1] * dx
-    for j in range(arm.joints.shape[0]):
+    for j in range(arm.axes.shape[0]):
         gx, gy, gz = point_derivative(arm, tip, j)
         vx += gx * rates[j]
         vy += gy * rates[j]
@@ -131,9 +138,9 @@ def tip_motion(arm: ArmParameters, attitude: Array, body_rates: Array, angles: A
     sy, cy = sincos(attitude[2])
     xx, xy, xz = cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr
     yx, yy, yz = sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr
-    out[0] = xx * dx + xy * dy + xz * dz
-    out[1] = yx * dx + yy * dy + yz * dz
-    out[2] = -sp * dx + cp * sr * dy + cp * cr * dz
-    out[3] = xx * vx + xy * vy + xz * vz
-    out[4] = yx * vx + yy * vy + yz * vz
-    out[5] = -sp * vx + cp * sr * vy + cp * cr * vz
+    position[0] = xx * dx + xy * dy + xz * dz
+    position[1] = yx * dx + yy * dy + yz * dz
+    position[2] = -sp * dx + cp * sr * dy + cp * cr * dz
+    velocity[0] = xx * vx + xy * vy + xz * vz
+    velocity[1] = yx * vx + yy * vy + yz * vz
+    velocity[2] = -sp * vx + cp * sr * vy + cp * cr * vz

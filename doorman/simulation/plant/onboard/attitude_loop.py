@@ -23,6 +23,7 @@ from numpy.typing import ArrayLike
 from doorman.arrays import Array
 from doorman.compilation import kernel
 from doorman.dynamics.attitude_loop import USUAL_LAG, AttitudeLoop
+from doorman.numba_types.records import Record, Vector3
 
 _QUICKEST, _USUAL_MOTORS = USUAL_LAG, 0.03
 """No loop is quicker than the first with motors whose lag is the second [s]: without feed-forward it would saturate them."""
@@ -91,13 +92,38 @@ def _damping(overshoot: float) -> float:
     return decay / math.hypot(math.pi, decay)
 
 
+class LoopNumbers(Record):
+    """Gains about the body's axes, as in `AttitudeGains`, and what passes in one period."""
+
+    attitude: Vector3
+    rate: Vector3
+    integral: Vector3
+    derivative: Vector3
+    max_rates: Vector3  # [rad/s]
+    max_integral: Vector3  # largest z [rad/s²]
+    feed_forward: Vector3
+    period: float  # [s]
+    derivative_share: float  # share of the low-pass of dΩ/dt that passes in one,
+    feed_forward_share: float  # and of that of the set point's rate
+
+
+class LoopMemory(Record):
+    """What the loop remembers."""
+
+    integral: Vector3  # z [rad/s²]
+    rates: Vector3  # last Ω [rad/s]
+    acceleration: Vector3  # filtered dΩ/dt [rad/s²]
+    rate_errors: Vector3  # [rad/s]
+    errors: Vector3  # last attitude errors [rad]
+    setpoint_rates: Vector3  # Ω_f [rad/s]
+
+
 class AttitudeParameters(NamedTuple):
     """Numbers and memory of the attitude kernels."""
 
-    gains: Array  # rows K_a, K_p, K_i, K_d, largest rates, largest integral, feed-forward; shape (7, 3)
+    numbers: LoopNumbers
     inertia: Array  # I_A, shape (3, 3) [kg m²]
-    timing: Array  # period [s] and shares of the low-passes of dΩ/dt and of the set point's rate that pass in one, shape (3,)
-    memory: Array  # rows integral z, last rates, filtered dΩ/dt, rate errors, last attitude errors, Ω_f; shape (6, 3)
+    memory: LoopMemory
     torque: Array  # result: τ, shape (3,), body frame [N m]
 
     @classmethod
@@ -107,20 +133,14 @@ class AttitudeParameters(NamedTuple):
         """Parameters for one vehicle, with cleared memory."""
         gains = gains or AttitudeGains()
         matrix = np.array(inertia, dtype=np.float64)
-        bound = np.asarray(torque_authority) / np.diag(matrix)
-        rows = [
-            gains.attitude,
-            gains.rate,
-            gains.integral,
-            gains.derivative,
-            gains.max_rates,
-            bound,
-            gains.feed_forward,
-        ]
-        passed = [
-            1.0 - math.exp(-period * cutoff) for cutoff in (gains.derivative_cutoff, 1.0 / gains.feed_forward_lag)
-        ]
-        return cls(np.array(rows, dtype=np.float64), matrix, np.array([period, *passed]), np.zeros((6, 3)), np.zeros(3))
+        numbers = LoopNumbers(
+            attitude=gains.attitude, rate=gains.rate, integral=gains.integral, derivative=gains.derivative,
+            max_rates=gains.max_rates, max_integral=np.asarray(torque_authority) / np.diag(matrix),
+            feed_forward=gains.feed_forward, period=period,
+            derivative_share=1.0 - math.exp(-period * gains.derivative_cutoff),
+            feed_forward_share=1.0 - math.exp(-period * (1.0 / gains.feed_forward_lag)),
+        )  # fmt: skip
+        return cls(numbers, matrix, LoopMemory(), np.zeros(3))
 
 
 @kernel
@@ -142,34 +162,37 @@ def attitude_error(quaternion: Array, desired: Array) -> tuple[float, float, flo
 @kernel
 def attitude_torque(p: AttitudeParameters, quaternion: Array, rates: Array, desired: Array) -> None:
     """Torque τ of the loop, into `p.torque`."""
-    errors = attitude_error(quaternion, desired)
+    errors, numbers, memory = attitude_error(quaternion, desired), p.numbers, p.memory
     for k in range(3):
-        limit, moved = p.gains[4, k], (errors[k] - p.memory[4, k]) / p.timing[0] + rates[k]
-        p.memory[4, k] = errors[k]
-        p.memory[5, k] += p.timing[2] * (moved - p.memory[5, k])
-        wanted = p.gains[0, k] * errors[k] + p.gains[6, k] * p.memory[5, k]
+        limit, moved = numbers.max_rates[k], (errors[k] - memory.errors[k]) / numbers.period + rates[k]
+        memory.errors[k] = errors[k]
+        memory.setpoint_rates[k] += numbers.feed_forward_share * (moved - memory.setpoint_rates[k])
+        wanted = numbers.attitude[k] * errors[k] + numbers.feed_forward[k] * memory.setpoint_rates[k]
         setpoint = min(max(wanted, -limit), limit)
-        p.memory[2, k] += p.timing[1] * ((rates[k] - p.memory[1, k]) / p.timing[0] - p.memory[2, k])
-        p.memory[1, k] = rates[k]
-        p.memory[3, k] = setpoint - rates[k]
+        slope = (rates[k] - memory.rates[k]) / numbers.period
+        memory.acceleration[k] += numbers.derivative_share * (slope - memory.acceleration[k])
+        memory.rates[k] = rates[k]
+        memory.rate_errors[k] = setpoint - rates[k]
     p.torque[:] = 0.0
     for k in range(3):  # Ω × I_A Ω
         momentum = p.inertia[k, 0] * rates[0] + p.inertia[k, 1] * rates[1] + p.inertia[k, 2] * rates[2]
         p.torque[(k + 1) % 3] += rates[(k + 2) % 3] * momentum
         p.torque[(k + 2) % 3] -= rates[(k + 1) % 3] * momentum
     for k in range(3):
-        acceleration = p.gains[1, k] * p.memory[3, k] + p.memory[0, k] - p.gains[3, k] * p.memory[2, k]
+        acceleration = numbers.rate[k] * memory.rate_errors[k] + memory.integral[k]
+        acceleration -= numbers.derivative[k] * memory.acceleration[k]
         for i in range(3):
             p.torque[i] += p.inertia[i, k] * acceleration
 
 
 @kernel
 def integrate_rate_error(p: AttitudeParameters, achieved: Array) -> None:
-    """Advance the integral z by one period, after the mixer has shared the torque out."""
+    """Advance the integral z by one period, after the mixer has shared the torque out; of that, (3,), so much is made."""
+    numbers, memory = p.numbers, p.memory
     for k in range(3):
-        missing = p.torque[k] - achieved[k + 1]
-        if missing * p.memory[3, k] > 1e-9:
+        missing = p.torque[k] - achieved[k]
+        if missing * memory.rate_errors[k] > 1e-9:
             continue
-        bound = p.gains[5, k]
-        z = p.memory[0, k] + p.gains[2, k] * p.memory[3, k] * p.timing[0]
-        p.memory[0, k] = min(max(z, -bound), bound)
+        bound = numbers.max_integral[k]
+        z = memory.integral[k] + numbers.integral[k] * memory.rate_errors[k] * numbers.period
+        memory.integral[k] = min(max(z, -bound), bound)

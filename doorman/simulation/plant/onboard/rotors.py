@@ -25,8 +25,12 @@ from doorman.kinematics.vehicles.rotor_layout import RotorLayout
 class MixerParameters(NamedTuple):
     """Numbers of the mixer kernel."""
 
-    inverse: Array  # B⁺, shape (m, 4), see `RotorLayout.inverse`
-    side_inverse: Array  # of a force to the side, shape (m, 2)
+    lift: Array  # thrust of every rotor for a thrust of 1, a column of B⁺, shape (m,), see `RotorLayout.inverse`
+    roll: Array  # for a torque of 1 about x, shape (m,) [1/m]
+    pitch: Array  # about y
+    yaw: Array  # about z
+    ahead: Array  # for a force of 1 along x, shape (m,)
+    left: Array  # along y
     allocation: Array  # B, shape (4, m)
     max_thrusts: Array  # shape (m,) [N]
     thrusts: Array  # result: thrust set point of every rotor, shape (m,) [N]
@@ -36,9 +40,10 @@ class MixerParameters(NamedTuple):
     def of(cls, layout: RotorLayout) -> MixerParameters:
         """Parameters of a rotor layout."""
         m = layout.count
-        inverse, side = np.ascontiguousarray(layout.inverse), np.ascontiguousarray(layout.side_inverse)
+        lift, roll, pitch, yaw = np.ascontiguousarray(layout.inverse.T)
+        ahead, left = np.ascontiguousarray(layout.side_inverse.T)
         allocation = np.ascontiguousarray(layout.allocation)
-        return cls(inverse, side, allocation, layout.max_thrusts.copy(), np.zeros(m), np.zeros(4))
+        return cls(lift, roll, pitch, yaw, ahead, left, allocation, layout.max_thrusts.copy(), np.zeros(m), np.zeros(4))
 
 
 @kernel
@@ -46,10 +51,10 @@ def tilt_scale(p: MixerParameters, roll_torque: float, pitch_torque: float) -> f
     """Largest share of a roll and pitch torque that some thrust can carry with every rotor inside its limits."""
     scale = 1.0
     for i in range(p.thrusts.shape[0]):
-        low = (p.inverse[i, 1] * roll_torque + p.inverse[i, 2] * pitch_torque) / p.inverse[i, 0]
+        low = (p.roll[i] * roll_torque + p.pitch[i] * pitch_torque) / p.lift[i]
         for j in range(p.thrusts.shape[0]):
-            high = (p.inverse[j, 1] * roll_torque + p.inverse[j, 2] * pitch_torque) / p.inverse[j, 0]
-            room = p.max_thrusts[j] / p.inverse[j, 0]
+            high = (p.roll[j] * roll_torque + p.pitch[j] * pitch_torque) / p.lift[j]
+            room = p.max_thrusts[j] / p.lift[j]
             if (high - low) * scale > room:
                 scale = room / (high - low)
     return scale
@@ -62,22 +67,22 @@ def mix(p: MixerParameters, thrust: float, torque: Array) -> None:
     scale = tilt_scale(p, torque[0], torque[1])
     lowest, highest = -1e300, 1e300
     for i in range(count):
-        tilt = scale * (p.inverse[i, 1] * torque[0] + p.inverse[i, 2] * torque[1])
+        tilt = scale * (p.roll[i] * torque[0] + p.pitch[i] * torque[1])
         p.thrusts[i] = tilt
-        lowest = max(lowest, -tilt / p.inverse[i, 0])
-        highest = min(highest, (p.max_thrusts[i] - tilt) / p.inverse[i, 0])
+        lowest = max(lowest, -tilt / p.lift[i])
+        highest = min(highest, (p.max_thrusts[i] - tilt) / p.lift[i])
     lift = max(min(thrust, highest), lowest)
     share = 1.0
     for i in range(count):
-        p.thrusts[i] += lift * p.inverse[i, 0]
-        turn = p.inverse[i, 3] * torque[2]
+        p.thrusts[i] += lift * p.lift[i]
+        turn = p.yaw[i] * torque[2]
         if turn > 1e-12:
             share = min(share, max(p.max_thrusts[i] - p.thrusts[i], 0.0) / turn)
         elif turn < -1e-12:
             share = min(share, max(p.thrusts[i], 0.0) / -turn)
     p.achieved[:] = 0.0
     for i in range(count):
-        f = min(max(p.thrusts[i] + share * p.inverse[i, 3] * torque[2], 0.0), p.max_thrusts[i])
+        f = min(max(p.thrusts[i] + share * p.yaw[i] * torque[2], 0.0), p.max_thrusts[i])
         p.thrusts[i] = f
         for k in range(4):
             p.achieved[k] += p.allocation[k, i] * f
@@ -88,11 +93,11 @@ def add_side(p: MixerParameters, ahead: float, left: float) -> None:
     """Add the largest share of a force to the side that leaves every rotor inside [0, max], to `p.thrusts`."""
     share = 1.0
     for i in range(p.thrusts.shape[0]):
-        more = p.side_inverse[i, 0] * ahead + p.side_inverse[i, 1] * left
+        more = p.ahead[i] * ahead + p.left[i] * left
         if more > 1e-12:
             share = min(share, (p.max_thrusts[i] - p.thrusts[i]) / more)
         elif more < -1e-12:
             share = min(share, p.thrusts[i] / -more)
     for i in range(p.thrusts.shape[0]):
-        more = p.side_inverse[i, 0] * ahead + p.side_inverse[i, 1] * left
+        more = p.ahead[i] * ahead + p.left[i] * left
         p.thrusts[i] = min(max(p.thrusts[i] + share * more, 0.0), p.max_thrusts[i])

@@ -67,10 +67,13 @@ class ServoParameters(NamedTuple):
 
     positions: NDArray[np.int64]  # index of every joint in qpos, shape (n,)
     velocities: NDArray[np.int64]  # index of every joint in qvel, shape (n,)
-    limits: Array
-    """Rows lower [rad], upper [rad], largest rate [rad/s], largest torque [N m], or in m and N; shape (4, n)."""
-    gains: Array
-    """Rows K_v [N m s/rad], K_i [N m/rad], braking [rad/s²], in N and m where a joint slides; shape (3, n)."""
+    lower: Array  # ends of every joint, shape (n,) [rad], and all that follows in N and m where a joint slides
+    upper: Array
+    largest_rate: Array  # shape (n,) [rad/s]
+    largest_torque: Array  # shape (n,) [N m]
+    rate_gain: Array  # K_v, shape (n,) [N m s/rad]
+    integral_gain: Array  # K_i, shape (n,) [N m/rad]
+    braking: Array  # shape (n,) [rad/s²]
     integral: Array  # memory: z, shape (n,) [N m]
     period: float  # of the loop [s]
 
@@ -79,11 +82,14 @@ class ServoParameters(NamedTuple):
         cls, vehicle: Vehicle, positions: NDArray[np.int64], velocities: NDArray[np.int64], period: float
     ) -> ServoParameters:
         """Parameters of a vehicle's arm, with cleared memory."""
-        rates = [limit_or_none(limit) for limit in vehicle.rate_limits]
-        torques = [limit_or_none(limit) for limit in vehicle.torque_limits]
-        limits = np.array([vehicle.lower_limits, vehicle.upper_limits, rates, torques])
-        gains = np.array(servo_numbers(vehicle)[1:])
-        return cls(positions, velocities, limits, gains, np.zeros(vehicle.n_arm), period)
+        rates = np.array([limit_or_none(limit) for limit in vehicle.rate_limits], dtype=np.float64)
+        torques = np.array([limit_or_none(limit) for limit in vehicle.torque_limits], dtype=np.float64)
+        lower, upper = np.array(vehicle.lower_limits), np.array(vehicle.upper_limits)
+        _, rate_gain, integral_gain, braking = servo_numbers(vehicle)
+        return cls(
+            positions, velocities, lower, upper, rates, torques, rate_gain, integral_gain, braking, np.zeros(vehicle.n_arm),
+            period,
+        )  # fmt: skip
 
 
 @kernel
@@ -99,9 +105,9 @@ def servo_references(p: ServoParameters, qpos: Array, qvel: Array, commanded: Ar
     """References of the velocity actuators, from MuJoCo's state and the commanded rates."""
     for j in range(p.integral.shape[0]):
         angle, rate = qpos[p.positions[j]], qvel[p.velocities[j]]
-        wanted = servo_rate(commanded[j], angle, p.limits[0, j], p.limits[1, j], p.limits[2, j], p.gains[2, j])
-        torque = p.gains[0, j] * (wanted - rate) + p.integral[j]
-        limited = min(max(torque, -p.limits[3, j]), p.limits[3, j])
+        wanted = servo_rate(commanded[j], angle, p.lower[j], p.upper[j], p.largest_rate[j], p.braking[j])
+        torque = p.rate_gain[j] * (wanted - rate) + p.integral[j]
+        limited = min(max(torque, -p.largest_torque[j]), p.largest_torque[j])
         if (torque - limited) * (wanted - rate) <= 0.0:
-            p.integral[j] += p.gains[1, j] * (wanted - rate) * p.period
-        references[j] = rate + limited / p.gains[0, j]
+            p.integral[j] += p.integral_gain[j] * (wanted - rate) * p.period
+        references[j] = rate + limited / p.rate_gain[j]

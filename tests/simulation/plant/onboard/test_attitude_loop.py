@@ -68,18 +68,18 @@ def test_gyroscopic_term_cancels_that_of_the_rigid_body():
 def test_integral_stands_still_in_saturation_and_is_bounded():
     p = parameters()
     attitude_torque(p, np.array([1.0, 0, 0, 0]), np.zeros(3), quaternion(rotation_body_to_world([0.1, 0.1, 0.1])))
-    integrate_rate_error(p, np.array([30.0, *(0.5 * p.torque)]))
-    assert np.array_equal(p.memory[0], np.zeros(3))
+    integrate_rate_error(p, 0.5 * p.torque)
+    assert np.array_equal(p.memory.integral, np.zeros(3))
     for _ in range(100_000):
-        integrate_rate_error(p, np.array([30.0, *p.torque]))
-    assert np.allclose(p.memory[0] * np.diag(INERTIA), (4.0, 4.0, 0.4))
+        integrate_rate_error(p, p.torque)
+    assert np.allclose(p.memory.integral * np.diag(INERTIA), (4.0, 4.0, 0.4))
 
 
 def test_integral_may_leave_saturation():
     p = parameters()
     attitude_torque(p, np.array([1.0, 0, 0, 0]), np.zeros(3), quaternion(rotation_body_to_world([0.1, 0.1, 0.1])))
-    integrate_rate_error(p, np.array([30.0, *(2.0 * p.torque)]))
-    assert (p.memory[0] > 0.0).all()
+    integrate_rate_error(p, 2.0 * p.torque)
+    assert (p.memory.integral > 0.0).all()
 
 
 def test_feed_forward_follows_set_points_sooner_and_answers_a_moment_alike() -> None:
