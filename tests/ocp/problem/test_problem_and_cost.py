@@ -96,7 +96,7 @@ def test_weights_extend_to_the_arm(name: str, joints: int) -> None:
     np.testing.assert_array_equal(cost.input_weights, [0.1, 5.0, 5.0, 13.5, *[10.0] * joints])
 
 
-@pytest.mark.parametrize(("name", "length", "allowed"), [("state", 8, "9"), ("terminal", 10, "9"), ("input", 9, "8")])
+@pytest.mark.parametrize(("name", "length", "allowed"), [("state", 8, "9"), ("input", 9, "8")])
 def test_weights_that_do_not_fit_the_arm(name: str, length: int, allowed: str) -> None:
     field = f"planner.weights.{name}"
     with pytest.raises(ScenarioError, match=f"{allowed} for an arm of 4 joints") as caught:
