@@ -9,7 +9,7 @@ import numpy as np
 
 from doorman.arrays import Array
 from doorman.estimation.leaf.constants import CONSTANTS
-from doorman.estimation.leaf.kernels.told import LeafState
+from doorman.estimation.leaf.kernels.report import LeafState
 from doorman.kinematics.numbers import Numbers
 from doorman.model import Model
 from doorman.scenario import EstimationSection
