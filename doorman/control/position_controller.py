@@ -21,8 +21,8 @@ import numpy as np
 from doorman.arrays import Array
 from doorman.compilation import entry
 from doorman.control.kernels.control_step import (
-    Asked,
     Control,
+    ControllerInputs,
     ControllerMemory,
     ControllerNumbers,
     Found,
@@ -109,8 +109,8 @@ class PositionController:
             mass=mass, weight=mass * gravity, most_lift=_MOST_LIFT * mass * gravity,
             position_gain=settings.position_gain, velocity_gain=settings.velocity_gain,
         )  # fmt: skip
-        self._memory, self._asked, self._found = ControllerMemory(), Asked(), Found()
-        self._control = held(Control(self.observer.memory, numbers, self._memory, self._asked, self._found))
+        self._memory, self._inputs, self._found = ControllerMemory(), ControllerInputs(), Found()
+        self._control = held(Control(self.observer.memory, numbers, self._memory, self._inputs, self._found))
         self._planned = np.zeros(3)
         """Force of the tip on the door that was planned last."""
         self._want = entry(wanted_force, self._control, 0.0, 0.0, 0.0)
@@ -127,9 +127,10 @@ class PositionController:
             wanted_speed = wanted_speed - _beside(setpoint.normal, later.gained)
         if made is not None:
             self._memory.acting = made - self._weight - self._planned
-        self._planned, asked = setpoint.force, self._asked
-        asked.at, asked.moves, asked.position, asked.velocity = position, velocity, wanted_at, wanted_speed
-        asked.acceleration, asked.planned, asked.normal = setpoint.acceleration, setpoint.force, setpoint.normal
+        self._planned, inputs = setpoint.force, self._inputs
+        inputs.vehicle_position, inputs.vehicle_velocity = position, velocity
+        inputs.position, inputs.velocity = wanted_at, wanted_speed
+        inputs.acceleration, inputs.planned, inputs.normal = setpoint.acceleration, setpoint.force, setpoint.normal
         self._want(self._control, time_step, share, setpoint.push or 0.0)
         wanted, disturbance = self._found.force, self._found.disturbance.copy()
         max_tilt = self.settings.max_tilt if setpoint.max_tilt is None else setpoint.max_tilt

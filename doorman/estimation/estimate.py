@@ -17,8 +17,8 @@ class FilterEstimate:
 
     time: float
     """[s]."""
-    told: Array
-    """All of its numbers, as `bank.tell` writes them."""
+    report: Array
+    """All of its numbers, as `bank.fill_report` writes them."""
     mean: Array
     """Shape (n,)."""
     deviations: Array
@@ -30,20 +30,20 @@ class FilterEstimate:
     @property
     def chances(self) -> Array:
         """Probability of each hypothesis, in their order, shape (M,)."""
-        return sealed(self.told[2 * self.mean.size : 2 * self.mean.size + len(self.hypotheses)])
+        return sealed(self.report[2 * self.mean.size : 2 * self.mean.size + len(self.hypotheses)])
 
     @property
     def values(self) -> Array:
         """Values of the outputs in their order, then their deviations, shape (2 k,)."""
         first = 2 * self.mean.size + len(self.hypotheses)
-        return sealed(self.told[first : first + 2 * len(self.output_names)])
+        return sealed(self.report[first : first + 2 * len(self.output_names)])
 
     @property
     def covariance(self) -> Array:
         """Shape (n, n)."""
         n = self.mean.size
         first = 2 * n + len(self.hypotheses) + 2 * len(self.output_names)
-        return sealed(self.told[first : first + n * n].reshape(n, n))
+        return sealed(self.report[first : first + n * n].reshape(n, n))
 
     @property
     def probabilities(self) -> Mapping[str, float]:
@@ -53,7 +53,7 @@ class FilterEstimate:
     @property
     def means(self) -> Mapping[str, Array]:
         """Mean under each hypothesis."""
-        rows = sealed(self.told[-len(self.hypotheses) * self.mean.size :].reshape(-1, self.mean.size))
+        rows = sealed(self.report[-len(self.hypotheses) * self.mean.size :].reshape(-1, self.mean.size))
         return MappingProxyType(dict(zip(self.hypotheses, rows, strict=True)))
 
     @property

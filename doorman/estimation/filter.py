@@ -101,13 +101,13 @@ class Filter(Uncopied):
             len(outputs), vector(parameters, int(model.parameters.numel()), "parameters"), whole(ticks, "ticks", 3),
         )  # fmt: skip
         n, count = model.size, len(hypotheses)
-        self._told = (2 + n + count) * n + count + 2 * len(outputs)  # how many numbers an estimate has
+        self._size = (2 + n + count) * n + count + 2 * len(outputs)  # how many numbers an estimate has
         self._memory.progress.longest_step = longest_step
         self._handle = held(self._memory)
         self._begin = entry(history.start, self._handle, 0.0)
         self._store = entry(history.store, self._handle, 0, 0.0, 0)
         self._step = entry(history.step, self._handle, 0.0)
-        self._tell = entry(bank.tell, self._handle, np.empty(0))
+        self._report = entry(bank.fill_report, self._handle, np.empty(0))
 
     @property
     def time(self) -> float:
@@ -238,10 +238,10 @@ class Filter(Uncopied):
         """
         if not self.running:
             raise DoormanError("the filter does not run", field="filter", allowed="an estimate between start and loss")
-        told, n = np.empty(self._told), self._memory.mean.size
-        self._tell(self._handle, told)
-        mean, deviations = sealed(told[:n]), sealed(told[n : 2 * n])
-        return FilterEstimate(self.time, told, mean, deviations, self._hypotheses, self._outputs)
+        report, n = np.empty(self._size), self._memory.mean.size
+        self._report(self._handle, report)
+        mean, deviations = sealed(report[:n]), sealed(report[n : 2 * n])
+        return FilterEstimate(self.time, report, mean, deviations, self._hypotheses, self._outputs)
 
     def acted(self, inputs: ArrayLike) -> None:
         """Say what acts since the last step, where it is known better than it was: an attitude that came late.

@@ -189,14 +189,14 @@ class Mission(Uncopied):
         tie = phase.tie
         if self._load.note(estimate, tie is Tie.GRIPPED, elapsed):
             self._controller.resume(estimate.position, estimate.velocity, estimate.wind)
-        asked = self._following.follow(estimate, measurement, phase.follows, phase.goal, elapsed)
-        if isinstance(asked, Command):
-            command = asked
-            thrust = Thrust(asked.thrust, asked.attitude, force_in_world(asked), estimate.wind, False)
+        planned = self._following.follow(estimate, measurement, phase.follows, phase.goal, elapsed)
+        if isinstance(planned, Command):
+            command = planned
+            thrust = Thrust(planned.thrust, planned.attitude, force_in_world(planned), estimate.wind, False)
         else:
-            setpoint = asked or setpoint
+            setpoint = planned or setpoint
             thrust, command = self._fly_to(setpoint, estimate, measurement.body_rates, tie, elapsed)
-        command, self._flew_plan = command.gripping(phase.tied), isinstance(asked, Command)
+        command, self._flew_plan = command.gripping(phase.tied), isinstance(planned, Command)
         if phase.at_the_leaf:
             command = limited(command, self.model.vehicle.weight, self.model.scenario.control.max_push)
         if tie is not Tie.GRIPPED:
@@ -208,9 +208,9 @@ class Mission(Uncopied):
         if (test := self._sequence.attempt.loop_test).runs:
             test.note(scaled.attitude, seen, measurement)
         self._following.controller.note(now, command, float(measurement.attitude[2]))
-        sent = self._locator.told(scaled)
+        sent = self._locator.in_world(scaled)
         backend.command(sent)
-        self._estimator.tell(force)
+        self._estimator.note_force(force)
         self._log.tick(measured, estimate, setpoint, thrust, sent)
         self._log.door(measured, leaf)
         self._locator.update(measured, phase.at_the_leaf and estimate.touching, tie is Tie.GRIPPED, elapsed)

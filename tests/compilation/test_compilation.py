@@ -15,7 +15,7 @@ import pytest
 from llvmlite.binding import Linkage
 from numpy.typing import NDArray
 
-from doorman.compilation import cached_kernels, kernel
+from doorman.compilation import cached_kernels, entry, kernel, kernel_counts
 
 ROOT = Path(__file__).parents[2]
 
@@ -89,6 +89,15 @@ def test_nothing_hides_a_number_that_is_not_finite() -> None:
     assert np.isnan(_divide(0.0, 0.0))
     assert np.isnan(_divide(np.nan, 1.0))
     assert _divide.py_func(3.0, 2.0) == _divide(3.0, 2.0) == 1.5
+
+
+def test_an_entry_is_compiled_before_its_first_call() -> None:
+    divide = entry(_divide, 1.0, 1.0)
+    before = kernel_counts()
+    assert divide(3.0, 2.0) == 1.5 and divide(3, 2) == 1.5, "an integer is taken for a float"
+    assert kernel_counts() == before
+    with pytest.raises(TypeError):
+        divide(None, 2.0)  # type: ignore[arg-type]
 
 
 def test_a_kernel_runs_its_own_copies_of_what_it_calls() -> None:

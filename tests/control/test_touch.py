@@ -59,7 +59,7 @@ def hovering(model: Model, away: float, push: float, seconds: float) -> list[Est
         now = tick * TICK
         tie, force = (Tie.FREE, weight) if now < 1.0 else (Tie.PUSHING, weight + push * normal)
         measurement = Measurement(now, place, rest, attitude, rest, arm, np.zeros(model.n_arm), now)
-        estimator.tell(rotation_body_to_world(attitude).T @ force)
+        estimator.note_force(rotation_body_to_world(attitude).T @ force)
         estimates.append(estimator.update(measurement, tie, False, TICK if tick else 0.0))
     return estimates
 

@@ -50,7 +50,7 @@ def felt(
             push = -gust(now)
         deep = max(at - wall, 0.0)
         press = max(STIFFNESS * deep + DAMPING * moves, 0.0) if deep > 0.0 else 0.0
-        estimator.tell(back @ (push * into + np.array([0.0, 0.0, mass * GRAVITY])))
+        estimator.note_force(back @ (push * into + np.array([0.0, 0.0, mass * GRAVITY])))
         moves += TICK / mass * (push + gust(now) - press)
         at += TICK * moves
     return None, seconds, press

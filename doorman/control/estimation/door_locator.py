@@ -133,7 +133,7 @@ class DoorLocator:
         position, velocity = origin + back @ moved, back @ measured.velocity
         return replace(measured, position=position, velocity=velocity, attitude=attitude)
 
-    def told(self, command: Command) -> Command:
+    def in_world(self, command: Command) -> Command:
         """A command to the vehicle, from one for a door that stands where the map has it."""
         if not self._turned:
             return command

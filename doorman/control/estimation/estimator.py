@@ -16,7 +16,7 @@ from doorman.control.kernels.tip import TipMotion
 from doorman.estimation.leaf.acting import Acting
 from doorman.estimation.leaf.hinge_fit import HingeEstimate, HingeFit
 from doorman.estimation.leaf.hypotheses import RESTING, STOPPED, TOUCHING
-from doorman.estimation.leaf.kernels.told import LeafOutputs, LeafState, Told
+from doorman.estimation.leaf.kernels.report import LeafOutputs, LeafReport, LeafState
 from doorman.estimation.leaf.leaf_filter import (
     AT_THE_FRAME,
     AT_THE_LEAF,
@@ -157,8 +157,8 @@ class Estimator:
 
     def __init__(self, model: Model, changes: Mapping[str, float] | None = None) -> None:
         self._model, coupling = model, model.coupling
-        self._told = np.array([0.0, 0.0, model.vehicle.weight])
-        self._acting = Acting(model.n_arm, self._told, model.start_yaw)
+        self._rotors = np.array([0.0, 0.0, model.vehicle.weight])
+        self._acting = Acting(model.n_arm, self._rotors, model.start_yaw)
         self._noise, self._poses = PositionNoise(), 0
         self._numbers = leaf_numbers(model, _FIRST_NOISE).replaced(changes or {})
         self._listens = "sensor.pose" not in (changes or {})
@@ -211,9 +211,9 @@ class Estimator:
         )
         self._known = {**of_the_air, "friction": (friction, np.full(2, varies))}
 
-    def tell(self, force: Array) -> None:
+    def note_force(self, force: Array) -> None:
         """Take in the rotors' commanded force from now on, shape (3,), body frame [N]."""
-        self._told = force
+        self._rotors = force
 
     def rates_are_late(self, lateness: float) -> None:
         """Take in how much later than the poses' attitudes the body rates come [s]."""
@@ -226,7 +226,7 @@ class Estimator:
         np.concatenate(parts, out=self._measured)
         if not math.isfinite(sum(self._measured.tolist())):  # a sum of measurements does not overflow
             self._model.coupling.door_state(*parts)  # says what
-        self._acting.note(measured, self._told)
+        self._acting.note(measured, self._rotors)
         situation = {Tie.GRIPPED: HELD, Tie.FREE: AWAY}.get(tie, CLOSING if closes else AT_THE_LEAF)
         if situation == AWAY and self._feels is not None:
             situation = AT_THE_FRAME
@@ -303,9 +303,9 @@ class Estimator:
 
     def _in_short(self, measured: Measurement, run: LeafRun, time_step: float) -> Estimate:
         """What the bank knew at the last pose, carried on to now."""
-        model, told, door = self._model, run.told, self._model.door
-        found, state = self._carry(told, max(measured.time - run.estimate.time, 0.0))
-        known, off, inertia = told.state, told.deviations.joint, math.exp(told.state.log_inertia)
+        model, report, door = self._model, run.report, self._model.door
+        found, state = self._carry(report, max(measured.time - run.estimate.time, 0.0))
+        known, off, inertia = report.state, report.deviations.joint, math.exp(report.state.log_inertia)
         tip_angle, (angle, rate), resistance = found.tip_angle, state[3:5].tolist(), known.resistance
         if not math.isfinite(tip_angle + found.tip_speed):
             model.coupling.door_state(
@@ -314,11 +314,11 @@ class Estimator:
         self._touches = touching = self._believes(found.touches, self._touches)
         self._rests = self._believes(found.rests, self._rests)
         self._stopped = self._believes(found.stopped, self._stopped)
-        wind, doubt = found.wind, told.deviations
+        wind, doubt = found.wind, report.deviations
         if touching:
             strength = math.hypot(*wind[:2].tolist())
             self._hinge.learn(run.estimate.time, angle, rate, resistance, doubt.resistance, strength)
-        unnamed = model.travel.sense * told.outputs.borne
+        unnamed = model.travel.sense * report.outputs.borne
         self._learn_unnamed(unnamed - door.damping * rate - door.stiffness * (angle - door.rest_angle), time_step)
         return Estimate(
             time=measured.time, position=found.position, velocity=found.velocity, arm_angles=state[5:], state=state,
@@ -339,9 +339,9 @@ class Estimator:
         most = control.max_door_disturbance
         self._unnamed += share * (min(max(torque, -most), most) - self._unnamed)
 
-    def _carry(self, told: Told, age: float) -> tuple[Carried, Array]:
+    def _carry(self, report: LeafReport, age: float) -> tuple[Carried, Array]:
         """What is known of a pose, carried on by its age [s], as `estimate_step` has it, and the reduced state."""
-        flat = self._carry_on(self._carrying, told.state, told.outputs, told.chances, age)
+        flat = self._carry_on(self._carrying, report.state, report.outputs, report.chances, age)
         found, state = self._found.snapshot(), self._state.copy()
         if abs(flat) < SMALLEST_COSINE:
             euler_rates(state[:3], self._measured[9:12])  # says what

@@ -90,7 +90,7 @@ def replay_leaf(recording: Recording, model: Model, changes: dict[str, float] | 
         }
         posed = float(columns[-1][whole[k]])
         is_new = run is not None and run.time != posed
-        estimator.tell(commands[k])
+        estimator.note_force(commands[k])
         estimator.feel(faces[k])
         seen = Measurement(now, **parts, pose_time=posed, tip_force=forces.get(now), leaf=readings[k])
         estimator.update(seen, *ties[k], now - last)

@@ -46,11 +46,11 @@ class ControllerMemory(Record):
     free_time: float  # for how long that was flown [s]
 
 
-class Asked(Record):
-    """What is asked of a position controller, world frame."""
+class ControllerInputs(Record):
+    """What a position controller follows, world frame."""
 
-    at: Vector3  # P of the vehicle [m]
-    moves: Vector3  # Ṗ of the vehicle [m/s]
+    vehicle_position: Vector3  # P [m]
+    vehicle_velocity: Vector3  # Ṗ [m/s]
     position: Vector3  # P of the setpoint [m]
     velocity: Vector3  # Ṗ of the setpoint [m/s]
     acceleration: Vector3  # P̈ of the setpoint [m/s²]
@@ -71,7 +71,7 @@ class Control(NamedTuple):
     observer: ObserverMemory
     numbers: ControllerNumbers
     memory: ControllerMemory
-    asked: Asked
+    inputs: ControllerInputs
     found: Found
 
 
@@ -118,7 +118,7 @@ def align_disturbance(
 def bound_windup(control: Control, share: float) -> None:
     """Keep δ̂ near what it was in free flight: upwards within `most_lift`, and along a leaf that the tip may slip on."""
     observer, free, most = control.observer, control.memory.free, control.numbers.most_lift
-    normal, velocity = control.asked.normal, control.asked.moves
+    normal, velocity = control.inputs.normal, control.inputs.vehicle_velocity
     x, y, up = free[0], free[1], free[2]
     if share > 0.0:
         align_disturbance(observer, -normal[1], normal[0], 0.0, x, y, up, velocity)
@@ -144,10 +144,11 @@ def learn_free_flight(control: Control, touches: bool, time_step: float, share: 
 @kernel
 def wanted_force(control: Control, time_step: float, share: float, push: float) -> None:
     """One period of observer and controller. Of the force along the normal, a share is `push` in place of position control's."""
-    numbers, asked, force, disturbance = control.numbers, control.asked, control.found.force, control.found.disturbance
+    numbers, inputs, found = control.numbers, control.inputs, control.found
+    force, disturbance = found.force, found.disturbance
     estimate, free, most = control.observer.estimate, control.memory.free, numbers.most_lift
-    normal, planned = asked.normal, asked.planned
-    observe_disturbance(control.observer, asked.at, control.memory.acting, time_step)
+    normal, planned = inputs.normal, inputs.planned
+    observe_disturbance(control.observer, inputs.vehicle_position, control.memory.acting, time_step)
     touches = planned[0] != 0.0 or planned[1] != 0.0 or planned[2] != 0.0
     if touches:
         bound_windup(control, share)
@@ -159,9 +160,9 @@ def wanted_force(control: Control, time_step: float, share: float, push: float) 
     made = 0.0
     for k in range(3):
         disturbance[k] -= along * normal[k]
-        correction = asked.acceleration[k]
-        correction += numbers.velocity_gain[k] * (asked.velocity[k] - asked.moves[k])
-        correction += numbers.position_gain[k] * (asked.position[k] - asked.at[k])
+        correction = inputs.acceleration[k]
+        correction += numbers.velocity_gain[k] * (inputs.velocity[k] - inputs.vehicle_velocity[k])
+        correction += numbers.position_gain[k] * (inputs.position[k] - inputs.vehicle_position[k])
         force[k] = planned[k] - disturbance[k] + numbers.mass * correction
         made += normal[k] * force[k]
     for k in range(3):

@@ -13,7 +13,7 @@ from doorman.compilation import kernel
 from doorman.control.kernels.tip import TipMotion, tip_on_leaf
 from doorman.control.kernels.under_way_step import rates_of_euler
 from doorman.estimation.leaf.kernels.acting_step import Ring, Tick, find_now
-from doorman.estimation.leaf.kernels.told import LeafOutputs, LeafState
+from doorman.estimation.leaf.kernels.report import LeafOutputs, LeafState
 from doorman.kinematics.doors.leaf.leaf_kernels import (
     LeafNumbers,
     angle_of_face,

@@ -243,25 +243,28 @@ def combine_outputs(memory: FilterMemory) -> None:
 
 
 @kernel
-def tell(memory: FilterMemory, told: Array) -> None:
+def fill_report(memory: FilterMemory, report: Array) -> None:
     """Combine the bank, and tell all of it: mean, deviations, probabilities, outputs and theirs, covariance, and all means."""
     combine(memory)
     combine_outputs(memory)
     n, count, outputs = memory.mean.shape[0], memory.weights.shape[0], memory.output.shape[0]
     for i in range(n):
-        told[i], told[n + i] = memory.mean[i], math.sqrt(memory.covariance[i, i])
+        report[i], report[n + i] = memory.mean[i], math.sqrt(memory.covariance[i, i])
     at = 2 * n
     for j in range(count):
-        told[at + j] = memory.weights[j]
+        report[at + j] = memory.weights[j]
     at += count
     for row in range(outputs):
         variance = memory.output_variance[row]
-        told[at + row], told[at + outputs + row] = memory.output[row], math.sqrt(0.0 if variance < 0.0 else variance)
+        report[at + row], report[at + outputs + row] = (
+            memory.output[row],
+            math.sqrt(0.0 if variance < 0.0 else variance),
+        )
     at += 2 * outputs
     for i in range(n):
         for j in range(n):
-            told[at + i * n + j] = memory.covariance[i, j]
+            report[at + i * n + j] = memory.covariance[i, j]
     at += n * n
     for j in range(count):
         for i in range(n):
-            told[at + j * n + i] = memory.means[j, i]
+            report[at + j * n + i] = memory.means[j, i]

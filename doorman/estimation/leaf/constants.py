@@ -32,10 +32,7 @@ CONSTANTS: Mapping[str, tuple[float, str]] = {
     "contact.brakes": (0.01, FIXED),  # time in which friction stops a free leaf at the soonest [s]
     "contact.creeps": (0.02, FIXED),  # rate below which a free leaf's friction fades [rad/s]
     "contact.ajar": (0.05, FIXED),  # opening from which on a closer may draw the leaf back, not held by its stop [rad]
-    "contact.swings": (
-        0.5,
-        FORCE,
-    ),  # deviation of what a force sensor in the tip reads from the force of a stiff contact [N]
+    "contact.swings": (0.5, FORCE),  # deviation of a force sensor in the tip from the force of a stiff contact [N]
     # How often what tip and leaf do changes.
     "switch.near": (4e-3, LENGTH),  # gap from which on a touch is near [m]
     "switch.make": (30.0, FIXED),  # touches of a near tip [1/s]
@@ -58,10 +55,7 @@ CONSTANTS: Mapping[str, tuple[float, str]] = {
     "noise.velocity": (0.025, SPEED),  # velocity of the vehicle, by rough air and errors of thrust [m/s^1.5]
     "noise.gust": (0.15, FIXED),  # strength of the wind, as a share of its mean
     "noise.lift": (0.003, FIXED),  # lift of the rotors, as a share: batteries sag [1/s^½]
-    "noise.resistance": (
-        0.35,
-        RESISTANCE,
-    ),  # resistance: wind on the leaf, and friction that differs by place [N m/s^½]
+    "noise.resistance": (0.35, RESISTANCE),  # wind on the leaf, and friction that differs by place [N m/s^½]
     "noise.gust_lasts": (1.0, FIXED),  # time for which a gust stays [s]
     "noise.draught": (0.05, FORCE),  # vertical wind [N/s^½]
     "noise.wind_turn": (1e-3, RATE),  # rate with which the wind turns [rad/s^1.5]

@@ -60,7 +60,7 @@ class HingeFit:
 
     def _believe(self, covariance: Array) -> None:
         self._covariance, (_, (_, of_friction, together), (_, _, of_stiffness)) = covariance, covariance.tolist()
-        self._told = np.sqrt(np.maximum(covariance.diagonal(), 0.0)).tolist(), of_friction, of_stiffness, together
+        self._doubts = np.sqrt(np.maximum(covariance.diagonal(), 0.0)).tolist(), of_friction, of_stiffness, together
         """Deviations of damping, friction and stiffness, the variances of the last two, and their covariance."""
 
     def learn(self, now: float, angle: float, rate: float, resistance: float, deviation: float, wind: float) -> None:
@@ -88,7 +88,7 @@ class HingeFit:
 
     def found(self, angle: float, inertia: float, inertia_deviation: float) -> HingeEstimate:
         """What is known at an angle."""
-        turned, (deviations, of_friction, of_stiffness, together) = abs(angle - self._door.rest_angle), self._told
+        turned, (deviations, of_friction, of_stiffness, together) = abs(angle - self._door.rest_angle), self._doubts
         squares, together = of_friction + turned**2 * of_stiffness, 2.0 * turned * together
         damping, friction, stiffness = self._mean.tolist()
         return HingeEstimate(

@@ -25,7 +25,7 @@ from doorman.estimation.leaf.hypotheses import (
     switching,
     thrown,
 )
-from doorman.estimation.leaf.kernels.told import LeafState
+from doorman.estimation.leaf.kernels.report import LeafState
 from doorman.estimation.leaf.motion import LeafMotion
 from doorman.estimation.leaf.numbers import PLACES, SIZE
 from doorman.estimation.measurement import Measurement

@@ -9,7 +9,7 @@ import numpy as np
 
 from doorman.arrays import Array
 from doorman.estimation.leaf.constants import CONSTANTS
-from doorman.estimation.leaf.kernels.told import LeafState
+from doorman.estimation.leaf.kernels.report import LeafState
 from doorman.kinematics.numbers import Numbers
 from doorman.model import Model
 from doorman.scenario import EstimationSection
@@ -46,9 +46,7 @@ def leaf_numbers(model: Model, pose_deviation: float) -> Numbers:
     if model.scenario.contact.kind == "push":
         turned = 0.0 if model.door.slides else model.coupling.lever_length * settings.door_yaw_deviation
         tuned["start.face"] = max(math.hypot(settings.door_place_deviation, turned), tuned["start.face"])
-    if starts_tied(
-        model.scenario
-    ):  # a held tip bears any force, so no motion tells lift from that: thrust is as commanded
+    if starts_tied(model.scenario):  # no motion tells lift from what a held tip bears: thrust is as commanded
         tuned["start.lift"] = tuned["noise.lift"]
     # an offset of a sensor in the tip is learnt in free flight
     offset = settings.tip_force_offset if model.scenario.mission.start == "contact" else 0.0

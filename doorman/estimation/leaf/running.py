@@ -13,7 +13,7 @@ from doorman.estimation.filter import Filter
 from doorman.estimation.leaf.constants import CONSTANTS
 from doorman.estimation.leaf.hypotheses import FREE, HOLDING, STANDING, TOUCHING
 from doorman.estimation.leaf.kernels.acting_step import Inputs
-from doorman.estimation.leaf.kernels.told import LeafState, Told
+from doorman.estimation.leaf.kernels.report import LeafReport, LeafState
 from doorman.estimation.leaf.leaf_filter import AT_THE_LEAF, AWAY, HELD, LEAF, leaf_filter
 from doorman.estimation.leaf.numbers import LEAST_NOISE, PLACES, first_state
 from doorman.estimation.leaf.swapped import Swapped
@@ -45,7 +45,7 @@ class LeafRun:
         self._bank.start(time, mean, doubt, probabilities={first: 1.0}, inputs=inputs, situation=situation)
         self.estimate: FilterEstimate
         """At the last pose,"""
-        self.told: Told
+        self.report: LeafReport
         """and its parts by name."""
         self._look()
         self.time = time
@@ -60,7 +60,7 @@ class LeafRun:
 
     def _look(self) -> None:
         self.estimate = self._bank.estimate()
-        self.told = Told.of(self.estimate)
+        self.report = LeafReport.of(self.estimate)
 
     def step(self, time: float, position: Array, inputs: Array, situation: str, felt: Array | None = None) -> Status:
         """Go on to a pose, (3,) [m], and what the tip feels, (1,) [N]; the status."""
@@ -117,12 +117,12 @@ class LeafRun:
     @property
     def state(self) -> LeafState:
         """Mean at the last pose."""
-        return self.told.state
+        return self.report.state
 
     @property
     def deviations(self) -> LeafState:
         """Standard deviations of the states at the last pose."""
-        return self.told.deviations
+        return self.report.deviations
 
     @property
     def log_likelihood(self) -> float:

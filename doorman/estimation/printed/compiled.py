@@ -24,7 +24,7 @@ def memory_of(
     module = load(text)
     n, m, kinds = model.size, int(model.inputs.numel()), len(measurements)
     w = n + -n % 4
-    predictions, holds, switches, told = (
+    predictions, holds, switches, output_functions = (
         _of_kind(module, functions[kind * hypotheses : (kind + 1) * hypotheses], (hypotheses,)) for kind in range(4)
     )
     read = functions[4 * hypotheses :]
@@ -32,7 +32,7 @@ def memory_of(
     stored = ticks * max(kinds, 1)
     zeros = np.zeros
     return FilterMemory(
-        predictions=predictions, holds=holds, switches=switches, outputs=told,
+        predictions=predictions, holds=holds, switches=switches, outputs=output_functions,
         measurements=_of_kind(module, read, (kinds, hypotheses)),
         noise_places=padded([each.noise_places() for each in functions if each.noise is not None]),
         gates=np.array([each.gate**2 for each in measurements]), lower=np.array(model.lower), upper=np.array(model.upper),

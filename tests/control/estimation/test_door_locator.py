@@ -110,7 +110,7 @@ def test_what_is_seen_and_told_is_turned_back_in_the_map() -> None:
     assert seen.tip_force == 0.7
     assert locator.place(seen.position) == pytest.approx(there.position)
     assert locator.vectors(seen.velocity)[0] == pytest.approx(there.velocity)
-    command = locator.told(Command(30.0, seen.attitude, np.zeros(model.n_arm)))
+    command = locator.in_world(Command(30.0, seen.attitude, np.zeros(model.n_arm)))
     assert command.attitude == pytest.approx(there.attitude)
     door = model.door
     closed = door.hinge_position + np.array([0.03, -0.02, 0.0])

@@ -63,7 +63,7 @@ class Vehicle:
         self.poses = self.poses or [(-1.0, place)]
         for k in range(1, steps + 1):
             self.time += TICK
-            self.estimator.tell(in_body)
+            self.estimator.note_force(in_body)
             measured = self.measurement(place + k / steps * (to - place), reads)
             known = self.estimator.update(measured, tie, False, TICK)
         return known

@@ -27,7 +27,7 @@ def flown(model: Model, came_along: float, sinks: float = 0.0, seconds: float = 
     """Level at rest, with a leaf that has come along in the step before, and a lever that turns on meanwhile by a way [m]."""
     estimator, rng = Estimator(model), np.random.default_rng(3)
     estimator.go_on(HELD, {"wind": (np.zeros(3), np.full(3, 0.1)), "lift": (np.zeros(1), np.full(1, 0.01))})
-    estimator.tell(np.array([0.0, 0.0, model.vehicle.weight + HELD[2]]))
+    estimator.note_force(np.array([0.0, 0.0, model.vehicle.weight + HELD[2]]))
     attitude = np.array([0.0, 0.0, model.start_yaw])
     place = model.coupling.vehicle_position(attitude, model.start_angle + came_along, model.start_arm)
     count, known = round(seconds / TICK), None

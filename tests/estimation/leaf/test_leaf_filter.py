@@ -7,7 +7,7 @@ import numpy as np
 from doorman import Model, Scenario
 from doorman.estimation.estimate import FilterEstimate
 from doorman.estimation.filter import Filter
-from doorman.estimation.leaf.kernels.told import Told
+from doorman.estimation.leaf.kernels.report import LeafReport
 from doorman.estimation.leaf.leaf_filter import GAINS, SLIPS, WINDS, leaf_filter
 from doorman.estimation.leaf.numbers import PLACES, first_state, leaf_numbers, part
 
@@ -36,21 +36,21 @@ def test_a_bank_knows_nothing_of_another_of_its_kind() -> None:
     again, *start = bank_of(0.5)
     assert not again.running
     found = flown(again, *start)
-    np.testing.assert_array_equal(found.told, alone.told)
-    np.testing.assert_array_equal(first.estimate().told, alone.told)
+    np.testing.assert_array_equal(found.report, alone.report)
+    np.testing.assert_array_equal(first.estimate().report, alone.report)
     assert first.parameters.size == second.parameters.size and (first.parameters != second.parameters).any()
 
 
 def test_what_it_tells_is_read_by_name() -> None:
     bank, *start = bank_of(0.5)
     found = flown(bank, *start)
-    told = Told.of(found)
-    for record, expected in ((told.state, found.mean), (told.deviations, found.deviations)):
+    report = LeafReport.of(found)
+    for record, expected in ((report.state, found.mean), (report.deviations, found.deviations)):
         np.testing.assert_array_equal(record.floats, expected)
         np.testing.assert_array_equal(record.velocity, expected[PLACES["velocity"]])
         assert [record.joint] == part(expected[None], "joint").tolist() == expected[PLACES["joint"]].tolist()
     outputs = {name: value for name, (value, _) in found.outputs.items()}
-    assert told.outputs.normal_force == outputs["normal_force"] and told.outputs.borne == outputs["borne"]
+    assert report.outputs.normal_force == outputs["normal_force"] and report.outputs.borne == outputs["borne"]
     for field, names in (("wind", WINDS), ("slip", SLIPS), ("gains", GAINS)):
-        assert getattr(told.outputs, field).tolist() == [outputs[name] for name in names]
-    assert told.outputs.floats.size == len(outputs) and told.chances.tolist() == list(found.probabilities.values())
+        assert getattr(report.outputs, field).tolist() == [outputs[name] for name in names]
+    assert report.outputs.floats.size == len(outputs) and report.chances.tolist() == list(found.probabilities.values())

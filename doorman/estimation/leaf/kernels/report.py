@@ -37,7 +37,7 @@ class LeafOutputs(Record):
     borne: float
 
 
-class Told(NamedTuple):
+class LeafReport(NamedTuple):
     """Views of an estimate."""
 
     state: LeafState
@@ -49,9 +49,12 @@ class Told(NamedTuple):
     @classmethod
     def of(cls, estimate: FilterEstimate) -> Self:
         """Views of an estimate of the filter at the leaf."""
-        told, n, count = estimate.told, estimate.mean.size, len(estimate.hypotheses)
+        report, n, count = estimate.report, estimate.mean.size, len(estimate.hypotheses)
         values = 2 * n + count
-        outputs = told[values : values + len(estimate.output_names)]
+        outputs = report[values : values + len(estimate.output_names)]
         return cls(
-            LeafState.over(told[:n]), LeafState.over(told[n : 2 * n]), told[2 * n : values], LeafOutputs.over(outputs)
+            LeafState.over(report[:n]),
+            LeafState.over(report[n : 2 * n]),
+            report[2 * n : values],
+            LeafOutputs.over(outputs),
         )
