@@ -96,7 +96,7 @@ class CallableSource(Uncopied):
 
 
 _MOST_OFF, _MOST_TURNED = 0.1, math.radians(10.0)
-"""Largest error of a leaf's mark against every place of the leaf: that of the map, as `door.search` bounds it [m, rad]."""
+"""Largest error of a leaf's mark against every place of the leaf: as of the map of the door [m, rad]."""
 _UNPLACED = "not a pose, or of a time at which the vehicle's own is not known"
 _NUMBERS = re.compile(r"[\d.+-]+")
 

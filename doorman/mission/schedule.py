@@ -178,7 +178,7 @@ class PlanSchedule:
         return _Answer(order, state, plan, forces, rows, planner.numbers.vector, elapsed)
 
     def _follow(self, order: _Order, state: Array, elapsed: float) -> Plan:
-        """`planner.iterations` from the plan before, on new references; one that leads nowhere is made anew."""
+        """An iteration from the plan before, on new references; one that leads nowhere is made anew."""
         planner = self.planner
         if not order.cold:
             plan = planner.replan(

@@ -248,7 +248,7 @@ class Planner(CopiedWhole):
         max_iterations: int | None = None,
         time_limit: float = math.inf,
     ) -> Plan:
-        """Plan from the previous plan, shifted with its multipliers, with `planner.iterations` iterations.
+        """Plan from the previous plan, shifted with its multipliers, with the few iterations that a replan has.
 
         Where there is no previous plan the plan is cold. The planner aims anew within the budget where the previous plan is no
         guess any more, as after a jump of the state or of the door's parameters, or where it leads out of the constraints.
@@ -259,7 +259,7 @@ class Planner(CopiedWhole):
             state: x, shape (nx,); [Φ, α, α̇, H] with the quasi-static model.
             elapsed: Time since the previous plan's state [s]; by default the previous plan is shifted to where it passes
                 nearest to `state` within its first two steps.
-            max_iterations: Largest number of iterations; by default `planner.iterations`, and more only to aim anew.
+            max_iterations: Largest number of iterations; by default those few, and more only to aim anew.
             time_limit: See `plan`. What is found by then is returned, with a status that says what holds [s].
 
         Returns:

@@ -10,6 +10,7 @@ from hands import Torque, flown, hand, phases
 from paper_door import door_normal
 
 from doorman.mission import Mission, Phase
+from doorman.scenario.sections.task import MissionSection
 from doorman.summary import verdict
 
 
@@ -19,7 +20,7 @@ def pulled_away() -> Torque:
 
 
 @pytest.mark.slow
-def test_the_leaf_is_touched_gently_again_and_only_as_often_as_allowed() -> None:
+def test_the_leaf_is_touched_gently_again_and_only_as_often_as_allowed(monkeypatch: pytest.MonkeyPatch) -> None:
     """A hand takes the leaf away; with no recovery allowed, the vehicle leaves, and says why."""
     recording, mission = flown(pulled_away())
     assert mission.outcome == (True, "") and "recover" in phases(recording)
@@ -35,7 +36,8 @@ def test_the_leaf_is_touched_gently_again_and_only_as_often_as_allowed() -> None
             assert along + lever * float(truth["door_rate"][before]) < 0.1
             again += 1
     assert again >= 1
-    recording, mission = flown(pulled_away(), mission__recoveries=0, mission__attempts=1)
+    monkeypatch.setattr(MissionSection, "recoveries", 0)
+    recording, mission = flown(pulled_away(), mission__attempts=1)
     assert mission.outcome == (False, "contact was lost 1 times")
     assert phases(recording)[-2:] == ["done", "end"]
 
@@ -44,9 +46,10 @@ ATTEMPT = ["hover", "approach", "touch", "open"]
 
 
 @pytest.mark.slow
-def test_an_attempt_that_fails_is_followed_by_another_from_the_hover() -> None:
+def test_an_attempt_that_fails_is_followed_by_another_from_the_hover(monkeypatch: pytest.MonkeyPatch) -> None:
     """Where the leaf is by then nobody has told: it is looked for along its swing."""
-    recording, mission = flown(pulled_away(), mission__recoveries=0)
+    monkeypatch.setattr(MissionSection, "recoveries", 0)
+    recording, mission = flown(pulled_away())
     assert mission.outcome == (True, "")
     assert phases(recording) == [*ATTEMPT, "retreat", *ATTEMPT, "release", "retreat", "done", "end"]
     told = recording["mission"]["message"][phases(recording).index("retreat") + 1]
@@ -61,12 +64,13 @@ def test_an_attempt_that_fails_is_followed_by_another_from_the_hover() -> None:
 
 
 @pytest.mark.slow
-def test_who_aborts_wants_no_other_attempt() -> None:
+def test_who_aborts_wants_no_other_attempt(monkeypatch: pytest.MonkeyPatch) -> None:
     def abort(mission: Mission, time: float, angle: float) -> None:
         if mission.phase is Phase.RETREAT:
             mission.abort("the operator said so")
 
-    recording, mission = flown(pulled_away(), on_progress=abort, mission__recoveries=0)
+    monkeypatch.setattr(MissionSection, "recoveries", 0)
+    recording, mission = flown(pulled_away(), on_progress=abort)
     assert mission.outcome == (False, "the operator said so")
     assert phases(recording) == [*ATTEMPT, "retreat", "done", "end"]
 
