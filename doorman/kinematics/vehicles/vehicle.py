@@ -111,7 +111,7 @@ class Vehicle:
             return np.zeros((3, self.n_arm))
         jacobian = pinocchio.jacobianCenterOfMass(self.model, self._data, angles)  # of what joints carry alone
         share = self._data.mass[0] / self.mass
-        return np.asarray(share * jacobian)
+        return np.asarray(share * jacobian).reshape(3, self.n_arm)  # Pinocchio gives a vector for one joint
 
     def tip_position(self, arm_angles: ArrayLike) -> Array:
         """Position d of the tip in the body frame."""
