@@ -73,6 +73,8 @@ class CatalogueDoor:
             "contact.kind": self.kind, "contact.side": self.side, "goal.door_angle": None, "goal.opening": self.opening,
             "start.door_angle": None, "simulation.door_friction": None,
         }  # fmt: skip
+        if self.kind == "push":
+            keys["planner.model"] = "whole_body"
         return Scenario.load("shipped:paper", keys)
 
 

@@ -18,7 +18,7 @@ USUAL = {"friction": 2.0, "preload": 0.0, "latched": False}
 """Of the hinge: friction, and what shuts it, told to the planner [N]."""
 DRAWERS: dict[str, tuple[bool, dict[str, Any]]] = {
     "usual": (True, {}),
-    "stiff": (True, {"friction": 12.0}),
+    "stiff, with 12 N of 7.5 N": (False, {"friction": 12.0}),
     "light": (True, {"mass": 2.0, "friction": 1.0, "goal": 0.2}),
     "heavy": (True, {"mass": 25.0, "friction": 3.0}),
     "shut": (True, {"start": 0.3, "goal": 0.02}),
