@@ -65,7 +65,7 @@ PUSH = """Replans of three problems:
 - the paper's problem with six inequalities at a node.
 
 Each flies closed loops of its own plans, without noise and with that from above; they take turns. Times are whole calls by the
-clock on the wall, and every call is given 8 ms (`time_limit`). *Late* is longer than the 10 ms of a planner at 100 Hz. *Not
+clock on the wall. Every call has 8 ms (`time_limit`). *Late* is longer than the 10 ms of a planner at 100 Hz. *Not
 flyable* says that no plan that holds was found by then; the plan says so, too."""
 
 FRESH = """From the start of the interpreter to the first plan of the scenario `paper`, kernels compiled before; the worst

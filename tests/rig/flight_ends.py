@@ -8,7 +8,7 @@ import numpy as np
 from flight_rig import Flight, FlightRig, until
 
 from doorman.flight import End, FlightReport
-from doorman.hardware.safety import Fault
+from doorman.hardware.safety import Fault, Supervisor
 
 Injection = Callable[[FlightRig, Flight], object]
 """What makes a fault begin."""
@@ -34,8 +34,8 @@ def swinging(rig: FlightRig) -> Flight:
     return flight
 
 
-def found(report: FlightReport) -> set[Fault]:
-    return {finding.fault for finding in report.findings}
+def found(of: FlightReport | Supervisor) -> set[Fault]:
+    return {finding.fault for finding in of.findings}
 
 
 def assert_down(rig: FlightRig) -> None:

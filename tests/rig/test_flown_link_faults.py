@@ -9,7 +9,7 @@ from contextlib import contextmanager
 import numpy as np
 import pytest
 from flight_ends import assert_at_the_pad, assert_before_the_door, assert_down, at_hover, found, lands, swinging
-from flight_rig import Flight, FlightRig, until
+from flight_rig import FlightRig, until
 
 from doorman.flight import End
 from doorman.hardware.pixhawk import EventKind
@@ -27,10 +27,6 @@ def link_cut(rig: FlightRig) -> Iterator[None]:
     finally:
         for line in lines:
             rig.far.set(line, False)
-
-
-def found_so_far(flight: Flight) -> set[Fault]:
-    return {finding.fault for finding in flight.session.supervisor.findings}
 
 
 def test_link_cut(rig):
@@ -63,7 +59,7 @@ def test_link_cut_while_it_grips(rig, angle):
     until(lambda: np.degrees(rig.snapshot.truth.door_angle) < angle, "the angle")
     with link_cut(rig):
         until(lambda: not rig.links.holding, "an open gripper")
-        assert not found_so_far(flight) & {Fault.LINK, Fault.FORCE, Fault.DISOBEDIENCE}
+        assert not found(flight.session.supervisor) & {Fault.LINK, Fault.FORCE, Fault.DISOBEDIENCE}
         report = flight.end()
         assert report.end is End.UNHEARD
         until(lambda: not rig.snapshot.motors, "landed by the autopilot's failsafe")

@@ -52,8 +52,9 @@ def compose(
         (vehicle.quaternion, vehicle.attitude_time) if pose is None else (pose.quaternion, pose.time)
     )
     window = 0.0 if config.mocap is None else config.mocap.velocity_window
-    older = pose is not None and vehicle.attitude_time < pose.time - window
-    body_rates = pose.body_rates if pose is not None and older else vehicle.body_rates
+    body_rates = vehicle.body_rates
+    if pose is not None and vehicle.attitude_time < pose.time - window:
+        body_rates = pose.body_rates
     carried = config.servos.stale_after  # the bus stops an arm that it does not hear for longer
     ahead = np.clip(now - servos.times[:n_arm], 0.0, carried)
     return Measurement(
