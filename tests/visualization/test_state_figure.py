@@ -71,6 +71,20 @@ def test_truth_is_drawn_only_where_it_differs(flight, model):
     assert truth.get_linewidth() < measured.get_linewidth()
 
 
+def test_a_true_heading_near_the_half_turn_does_not_jump(model):
+    flight = Recorder(None, {})
+    headings = np.pi + 0.05 * np.array([-1.0, 1.0, -1.0, 1.0])
+    for k, heading in enumerate(headings):
+        flight.write("estimate", 0.1 * k, {"state": np.array([0.0, 0.0, heading, *model.start_state[3:]])})
+        wrapped = (heading + 0.01 + np.pi) % (2.0 * np.pi) - np.pi
+        flight.write("truth", 0.1 * k, {
+            "attitude": [0.0, 0.0, wrapped], "door_angle": model.start_state[3], "door_rate": 0.0,
+            "arm_angles": model.start_state[5:],
+        })  # fmt: skip
+    (truth,) = lines(states_figure(flight.recording(), model).axes[2], "truth")
+    np.testing.assert_allclose(truth.get_ydata(), np.degrees(headings + 0.01))
+
+
 def test_a_flight_without_truth_and_plan(model):
     figure = states_figure(fly(model, 0.2, with_truth=False, with_plan=False), model)
     assert [line.get_label() for line in figure.axes[3].lines] == ["measured", "desired"]

@@ -16,7 +16,7 @@ LOOK_AHEAD = 0.2
 """The predicted curve is what each plan says about this long after its start [s]."""
 _HORIZONS = 6
 """Whole horizons that are drawn."""
-_DOOR_ANGLE, _DOOR_RATE = 3, 4
+_HEADING, _DOOR_ANGLE, _DOOR_RATE = 2, 3, 4
 """Places of α and α̇ in the states."""
 _TRUE = ("attitude", "door_angle", "door_rate", "arm_angles")
 """Of the truth, what the states are made of."""
@@ -49,7 +49,11 @@ def states_figure(recording: Recording, model: Model) -> Figure:
     figure = Figure(figsize=(11.0, 0.6 + 2.1 * rows), layout="constrained")
     panels = figure.subplots(rows, 3, sharex=True, squeeze=False).ravel()
     truth = recording.get("truth")
-    true = () if truth is None else np.column_stack([truth[name] for name in _TRUE]).T
+    true = np.empty((0, 0)) if truth is None else np.column_stack([truth[name] for name in _TRUE]).T
+    if truth is not None:  # the heading without jumps at ±180°, in the turn of the estimate
+        true[_HEADING] = np.unwrap(true[_HEADING])
+        turns = np.round((estimate["state"][0, _HEADING] - true[_HEADING, 0]) / (2.0 * np.pi))
+        true[_HEADING] += 2.0 * np.pi * turns
     for i, axes in enumerate(panels[: model.nx]):
         _draw_prediction(axes, recording, model, i)
         if truth is not None:
